@@ -14,11 +14,8 @@ from itertools import cycle
 from pathlib import Path
 from typing import Any
 
-import pytest
-
-pytest.importorskip("flint", reason="needs python-flint (extra certify)")
-
 import flint
+import pytest
 from flint import arb, arb_poly
 
 import tt_precise as tt

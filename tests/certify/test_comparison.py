@@ -1,11 +1,8 @@
 from decimal import Decimal
 from fractions import Fraction
 
-import pytest
-
-pytest.importorskip("flint", reason="needs python-flint (extra certify)")
-
 import flint
+import pytest
 from flint import arb
 
 from tt_precise.certify.balls import bounds

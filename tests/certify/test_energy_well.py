@@ -6,12 +6,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 
+import flint
 import pytest
 import sympy
-
-pytest.importorskip("flint", reason="needs python-flint (extra certify)")
-
-import flint
 from flint import arb
 
 import tt_precise as tt

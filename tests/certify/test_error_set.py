@@ -5,11 +5,8 @@ from __future__ import annotations
 import random
 from fractions import Fraction
 
-import pytest
-
-pytest.importorskip("flint", reason="needs python-flint (extra certify)")
-
 import flint
+import pytest
 from flint import arb, arb_mat
 
 from tt_precise.certify import balls

@@ -5,11 +5,8 @@ import shutil
 import time
 from pathlib import Path
 
-import pytest
-
-pytest.importorskip("flint", reason="needs python-flint (extra certify)")
-
 import flint
+import pytest
 
 import tt_precise as tt
 from tt_precise.certify import Proof, prove

@@ -4,12 +4,9 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+import flint
 import mpmath
 import pytest
-
-pytest.importorskip("flint", reason="needs python-flint (extra certify)")
-
-import flint
 
 import tt_precise as tt
 from tt_precise.certify import NotProved, prove

@@ -6,11 +6,8 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-import pytest
-
-pytest.importorskip("flint", reason="needs python-flint (extra certify)")
-
 import flint
+import pytest
 from flint import arb
 
 import tt_precise as tt

@@ -4,11 +4,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-import pytest
-
-pytest.importorskip("flint", reason="needs python-flint (extra certify)")
-
 import flint
+import pytest
 from flint import arb, arb_poly
 
 import tt_precise as tt

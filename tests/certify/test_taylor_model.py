@@ -6,11 +6,8 @@ import random
 from collections.abc import Iterator
 from fractions import Fraction
 
-import pytest
-
-pytest.importorskip("flint", reason="needs python-flint (extra certify)")
-
 import flint
+import pytest
 from flint import arb, arb_poly, fmpq
 
 from tt_precise.certify.balls import NotProved, ball, bounds

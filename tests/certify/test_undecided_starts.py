@@ -7,11 +7,8 @@ import random
 from dataclasses import replace
 from fractions import Fraction
 
-import pytest
-
-pytest.importorskip("flint", reason="needs python-flint (extra certify)")
-
 import flint
+import pytest
 from flint import arb
 
 import tt_precise as tt

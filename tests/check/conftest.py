@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from pathlib import Path
 
 import numpy
 import pandas
@@ -11,12 +12,13 @@ import tt_precise as tt
 from tt_precise.mechanics.newton import NewtonState, angular_velocity
 from tt_precise.mechanics.quantities import Motion
 
-VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
-EULER = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
+VECTORS = ["t", *NewtonState._fields]
+EULER = ["t", "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"]
+Healthy = Callable[..., pandas.DataFrame]
 
 
 @pytest.fixture(scope="session")
-def healthy() -> Callable[..., pandas.DataFrame]:
+def healthy() -> Healthy:
     """A trajectory in double: ``healthy(scene, rows, until)``, all vector and Euler columns."""
     made: dict[tuple[str, int, float], pandas.DataFrame] = {}
 
@@ -24,9 +26,8 @@ def healthy() -> Callable[..., pandas.DataFrame]:
         key = (scene, rows, until)
         if key not in made:
             times = [Fraction(until) * i / (rows - 1) for i in range(rows)]
-            names = VECTORS if scene in ("upright", "inverted") else (*VECTORS, *EULER)
-            run = tt.integrate(scene)
-            made[key] = run.frame(*names, times=times)
+            euler = [] if scene in ("upright", "inverted") else EULER[1:]
+            made[key] = tt.integrate(scene).frame(*VECTORS[1:], *euler, times=times)
         return made[key].copy()
 
     return frame
@@ -59,3 +60,11 @@ def rigid_body() -> Callable[[pandas.DataFrame], pandas.DataFrame]:
         return pandas.DataFrame({"t": frame["t"], **columns})
 
     return written
+
+
+@pytest.fixture
+def written(healthy: Healthy, tmp_path: Path) -> Path:
+    """The vectors of the reference scene in a file."""
+    path = tmp_path / "run.csv"
+    healthy()[VECTORS].to_csv(path, index=False)
+    return path

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy
@@ -10,12 +9,9 @@ import pandas
 import pytest
 
 import tt_precise as tt
+from tests.check.conftest import EULER, VECTORS, Healthy
 from tt_precise.check.checks import CHECKS
 from tt_precise.mechanics.conserved import INTEGRALS
-
-VECTORS = ["t", "kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"]
-EULER = ["t", "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"]
-Healthy = Callable[..., pandas.DataFrame]
 
 # Double holds the integrals to some eps (2e-16); the state passed 1,400 steps of one eps each,
 # the sums over 801 rows add as much again.

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import mpmath
 import numpy
 import pandas
 import pytest
 
 import tt_precise as tt
+from tests.check.conftest import Healthy
 from tt_precise.check.columns import choose_set, renamed, renaming
 from tt_precise.mechanics.conversion import RigidBodyState, vectors_from_rigid_body
 from tt_precise.mechanics.newton import arm
 from tt_precise.mechanics.vectors import cross
-
-Healthy = Callable[..., pandas.DataFrame]
 
 
 def test_a_rigid_body_is_checked_like_its_vectors(healthy: Healthy, rigid_body: Healthy) -> None:

@@ -6,24 +6,14 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
-import pandas
 import pytest
 
+from tests.check.conftest import VECTORS
 from tt_precise.cli import main
 
-COLUMNS = ["t", "kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"]
-Healthy = Callable[..., pandas.DataFrame]
 COLD_START_S = 0.6
-
-
-@pytest.fixture
-def written(healthy: Healthy, tmp_path: Path) -> Path:
-    path = tmp_path / "run.csv"
-    healthy()[COLUMNS].to_csv(path, index=False)
-    return path
 
 
 def test_exit_status_and_json(written: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -162,7 +152,7 @@ def test_ten_million_rows(tmp_path: Path) -> None:
     assert not any(rates(body, state))
     rows, block = 10_000_000, 200_000
     path = tmp_path / "ten.csv"
-    schema = pyarrow.schema([(name, pyarrow.float64()) for name in COLUMNS])
+    schema = pyarrow.schema([(name, pyarrow.float64()) for name in VECTORS])
     rng = numpy.random.default_rng(1)
     with pyarrow.csv.CSVWriter(path, schema) as writer:
         for first in range(0, rows, block):

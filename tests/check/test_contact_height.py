@@ -9,8 +9,7 @@ import pandas
 import pytest
 
 import tt_precise as tt
-
-Healthy = Callable[..., pandas.DataFrame]
+from tests.check.conftest import Healthy
 
 
 @pytest.fixture

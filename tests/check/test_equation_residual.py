@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from math import factorial
@@ -15,6 +14,7 @@ import pandas
 import pytest
 
 import tt_precise as tt
+from tests.check.conftest import Healthy
 from tt_precise.check import equations
 from tt_precise.check.columns import COLUMN_SETS
 from tt_precise.check.equations import EPS, EquationResidual, SummedResidual, integral
@@ -26,7 +26,6 @@ from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 
 ENGINE = Path(__file__).parents[2] / "examples/engine.py"
-Healthy = Callable[..., pandas.DataFrame]
 
 
 def balance(frame: pandas.DataFrame, columns: str) -> tuple[Any, Any]:

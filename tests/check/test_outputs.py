@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -12,11 +11,10 @@ import pandas
 import pytest
 
 import tt_precise as tt
+from tests.check.conftest import Healthy
 from tt_precise.check.checks import checks_of
 from tt_precise.check.result import MOST_POINTS, RunningWorst
 from tt_precise.cli import main
-
-Healthy = Callable[..., pandas.DataFrame]
 
 
 @pytest.fixture

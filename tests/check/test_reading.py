@@ -6,7 +6,6 @@ import gzip
 import io
 import os
 import sys
-from collections.abc import Callable
 from contextlib import closing, suppress
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,20 +18,12 @@ import pytest
 from hypothesis import strategies
 
 import tt_precise as tt
+from tests.check.conftest import VECTORS, Healthy
+from tests.golden.tables import edit_cell
 from tt_precise.check import sources
 from tt_precise.check.sources import open_source
 from tt_precise.cli import main
 from tt_precise.runtime.tables import write_table
-
-COLUMNS = ["t", "kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"]
-Healthy = Callable[..., pandas.DataFrame]
-
-
-@pytest.fixture
-def written(healthy: Healthy, tmp_path: Path) -> Path:
-    path = tmp_path / "run.csv"
-    healthy()[COLUMNS].to_csv(path, index=False)
-    return path
 
 
 def values(result: tt.check.Result) -> dict[str, Any]:
@@ -43,13 +34,13 @@ def values(result: tt.check.Result) -> dict[str, Any]:
 def test_every_format_gives_the_same_result(
     healthy: Healthy, written: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    frame = healthy()[COLUMNS]
+    frame = healthy()[VECTORS]
     zipped = tmp_path / "run.csv.gz"
     zipped.write_bytes(gzip.compress(written.read_bytes()))
     frame.to_parquet(tmp_path / "run.parquet")
     for suffix in (".json", ".arrow"):
         write_table(tmp_path / f"run{suffix}", dict(frame.astype(object)))
-    arrays: dict[str, Any] = {name: frame[name].to_numpy() for name in COLUMNS}
+    arrays: dict[str, Any] = {name: frame[name].to_numpy() for name in VECTORS}
     numpy.savez(tmp_path / "run.npz", **arrays)
     commented = tmp_path / "commented.csv"
     text = written.read_text().replace("t,", "time,", 1)
@@ -64,7 +55,7 @@ def test_every_format_gives_the_same_result(
         crlf,
         commented,
         *(tmp_path / f"run{suffix}" for suffix in (".json", ".arrow", ".npz")),
-        {name: frame[name].to_numpy() for name in COLUMNS},
+        arrays,
         frame.astype(str),
         frame.astype(object),
     ):
@@ -74,29 +65,13 @@ def test_every_format_gives_the_same_result(
         assert values(tt.check.conservation("-", "reference")) == expected
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (b"t,kx\r0,1\r1,1\r", "line 1: its lines end in bare carriage returns"),
-        (b"t kx\n0 1\n", "the header is separated by spaces, expected commas"),
-        (b"t,qpos0,qpos1\n0,1,1\n", "qpos0 ... are an engine's own state: .*--from mujoco"),
-        (b"# only\n# comments\n", "it is empty, expected a header line"),
-    ],
-)
-def test_other_conventions_are_named(tmp_path: Path, content: bytes, message: str) -> None:
-    path = tmp_path / "run.csv"
-    path.write_bytes(content)
-    with pytest.raises(tt.InputError, match=message):
-        tt.check.conservation(path, "reference")
-
-
 def test_small_blocks_change_nothing(
     healthy: Healthy, written: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = tt.check.conservation(written, "reference")
     monkeypatch.setattr(sources, "BLOCK_BYTES", 20_000)
     monkeypatch.setattr(sources, "BLOCK_ROWS", 101)
-    for source in (written, healthy()[COLUMNS]):
+    for source in (written, healthy()[VECTORS]):
         split = tt.check.conservation(source, "reference")
         for one, other in zip(whole.checks, split.checks, strict=True):
             assert one.verdict == other.verdict
@@ -122,14 +97,6 @@ def test_cells_keep_all_their_digits(tmp_path: Path) -> None:
     assert block.texts(1, ["kx"]) == [digits]
 
 
-def spoil(path: Path, line: int, column: str, text: str) -> None:
-    lines = path.read_text().splitlines()
-    cells = lines[line - 1].split(",")
-    cells[COLUMNS.index(column)] = text
-    lines[line - 1] = ",".join(cells)
-    path.write_text("\n".join(lines) + "\n")
-
-
 @pytest.mark.parametrize(
     ("column", "text", "message"),
     [
@@ -146,7 +113,7 @@ def spoil(path: Path, line: int, column: str, text: str) -> None:
 def test_a_bad_cell_is_named(
     written: Path, column: str, text: str, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    spoil(written, 300, column, text)
+    edit_cell(written, 300, column, lambda _: text)
     assert main(["check", str(written), "--scene", "reference"]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -170,6 +137,10 @@ def test_a_bad_cell_is_named(
         (b"t,kx,ky,kz,Lx,Ly,Lz,kx\n", "column kx occurs twice"),
         (b"t,kx,ky,kz,Lx,Ly,Lz\n0,a\rb,0\n", "line 2: its lines end in bare"),
         (b"t,kx\rky,kz\n", "line 1: its lines end in bare"),
+        (b"t,kx\r0,1\r1,1\r", "line 1: its lines end in bare carriage returns"),
+        (b"t kx\n0 1\n", "the header is separated by spaces, expected commas"),
+        (b"t,qpos0,qpos1\n0,1,1\n", "qpos0 ... are an engine's own state: .*--from mujoco"),
+        (b"# only\n# comments\n", "it is empty, expected a header line"),
     ],
 )
 def test_a_bad_file_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
@@ -202,7 +173,7 @@ def test_files_that_are_no_files(tmp_path: Path) -> None:
 
 
 def test_a_bad_table_is_refused(healthy: Healthy) -> None:
-    frame = healthy()[COLUMNS].astype(object)
+    frame = healthy()[VECTORS].astype(object)
     frame.loc[5, "kz"] = "abc"
     with pytest.raises(tt.InputError, match="row 5, column kz: got 'abc', expected a number"):
         tt.check.conservation(frame, "reference")
@@ -215,7 +186,7 @@ def test_a_bad_table_is_refused(healthy: Healthy) -> None:
 def test_a_simulation_that_blew_up_fails_at_its_time(
     written: Path, column: str, text: str, at: float, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    spoil(written, 300, column, text)
+    edit_cell(written, 300, column, lambda _: text)
     assert main(["check", str(written), "--scene", "reference"]) == 1
     assert "fail: 1 check failed" in capsys.readouterr().out.replace("\n", " ")
     result = tt.check.conservation(written, "reference", digits=8)
@@ -228,7 +199,7 @@ def test_a_simulation_that_blew_up_fails_at_its_time(
 
 @pytest.mark.parametrize("row", [0, 1])
 def test_a_blow_up_at_the_start_leaves_nothing_to_check(healthy: Healthy, row: int) -> None:
-    frame = healthy()[COLUMNS].astype(object)
+    frame = healthy()[VECTORS].astype(object)
     frame.loc[row, "kz"] = None
     result = tt.check.conservation(frame, "reference", digits=8)
     assert [finding.name for finding in result.failures] == ["finite"]
@@ -255,7 +226,7 @@ def test_rows_of_another_length_are_refused(written: Path) -> None:
 
 
 def test_input_that_would_lose_something_is_refused(healthy: Healthy) -> None:
-    columns = {name: healthy()[name].to_numpy() for name in COLUMNS}
+    columns = {name: healthy()[name].to_numpy() for name in VECTORS}
     dates = numpy.datetime64("2026-01-01") + (columns["t"] * 1e9).astype("timedelta64[ns]")
     for name, values, message in (
         ("kz", columns["kz"] + 1j, "column kz: got complex numbers"),
@@ -274,7 +245,7 @@ def test_input_that_would_lose_something_is_refused(healthy: Healthy) -> None:
 
 def test_tables_of_arrow_and_odd_names(healthy: Healthy, tmp_path: Path) -> None:
     pyarrow = pytest.importorskip("pyarrow")
-    frame = healthy()[COLUMNS]
+    frame = healthy()[VECTORS]
     expected = values(tt.check.conservation(frame, "reference"))
     assert values(tt.check.conservation(pyarrow.table(frame), "reference")) == expected
     numbered = frame.rename(columns={"kx": 0})

@@ -10,14 +10,12 @@ import pandas
 import pytest
 
 import tt_precise as tt
+from tests.check.conftest import EULER, VECTORS, Healthy
 from tt_precise.check.units import LOOKED_AT, _percent
 from tt_precise.golden import store
 from tt_precise.scene.scene import parse_scene
 
-VECTORS = ["t", "kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"]
-EULER = ["t", "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"]
 RATES = ["theta_dot", "phi_dot", "omega_3"]
-Healthy = Callable[..., pandas.DataFrame]
 DEGREE = 180 / numpy.pi
 
 

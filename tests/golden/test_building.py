@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mpmath
 import pytest
 
-from tests.golden.conftest import keep
+from tests.golden.conftest import Small, keep
+from tests.golden.tables import other_digit, with_cell
 from tt_precise.golden import building, store
 from tt_precise.golden.building import (
     CONSTANT_TO,
@@ -36,9 +37,6 @@ from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import locked
 from tt_precise.scene.numerals import to_mpmath
 
-if TYPE_CHECKING:
-    from tests.golden.conftest import Small
-
 
 def again(small: Small, reason: str = "") -> building.Built:
     built = building.build(
@@ -52,15 +50,17 @@ def contents(small: Small) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in place.iterdir()}
 
 
-def flip_first_theta(small: Small) -> None:
+@pytest.fixture
+def flipped(small: Small) -> Small:
+    """With another first theta."""
     path = small.folder / small.scene.name / TRAJECTORY
     path.write_text(path.read_text().replace("1.000", "1.001", 1))
+    return small
 
 
 def test_new_data_are_whole_and_claim_34_digits(small: Small) -> None:
-    assert small.built.outcome == building.NEW
-    assert small.built.digits == 34
-    assert small.built.bits == LADDER[0]
+    built = small.built
+    assert (built.outcome, built.digits, built.bits) == (building.NEW, 34, LADDER[0])
     assert sorted(contents(small)) == sorted(FILES)
     assert [path.name for path in small.folder.iterdir()] == [small.scene.name]
 
@@ -77,24 +77,21 @@ def test_the_same_again_is_unchanged_to_the_byte(small: Small) -> None:
     assert contents(small) == before
 
 
-def test_a_change_of_a_digit_is_refused(small: Small) -> None:
-    flip_first_theta(small)
-    before = contents(small)
-    built = again(small)
-    assert built.outcome == REFUSED
-    assert not built.good
+def test_a_change_of_a_digit_is_refused(flipped: Small) -> None:
+    before = contents(flipped)
+    built = again(flipped)
+    assert (built.outcome, built.good) == (REFUSED, False)
     assert "1.001" in built.note
     assert "--replace" in built.note
-    assert contents(small) == before
+    assert contents(flipped) == before
 
 
-def test_a_change_with_a_reason_is_recorded_for_good(small: Small) -> None:
-    flip_first_theta(small)
-    assert again(small, "the old ones were spoiled").outcome == REPLACED
-    manifest = json.loads(contents(small)[MANIFEST])
+def test_a_change_with_a_reason_is_recorded_for_good(flipped: Small) -> None:
+    assert again(flipped, "the old ones were spoiled").outcome == REPLACED
+    manifest = json.loads(contents(flipped)[MANIFEST])
     assert [entry["reason"] for entry in manifest["history"]] == ["the old ones were spoiled"]
     assert "1.001" in manifest["history"][0]["first_change"]
-    assert again(small).outcome == UNCHANGED
+    assert again(flipped).outcome == UNCHANGED
 
 
 def test_a_damaged_folder_is_not_replaced_silently(small: Small) -> None:
@@ -153,23 +150,22 @@ def test_cached_runs_come_back_and_damaged_ones_do_not(
 
 def test_missing_digits_are_computed_with_more_bits(small: Small, tmp_path: Path) -> None:
     scene, (high, low, euler) = small.scene, small.runs
-    rows = [list(row) for row in low.trajectory.rows]
-    rows[3][1] = rows[3][1][:20] + "e-2"
-    coarse = replace(low, trajectory=Table(low.trajectory.columns, tuple(map(tuple, rows))))
+    coarse = replace(
+        low, trajectory=with_cell(low.trajectory, 3, "kx", lambda cell: cell[:20] + "e-2")
+    )
     shelf = finished_runs(tmp_path)
     for one, run in zip(tasks(scene, LADDER[0]), (high, coarse, euler), strict=True):
         keep(shelf, one, run)
     for one, run in zip(tasks(scene, LADDER[1]), (high, high, euler), strict=True):
         keep(shelf, one, replace(run, label=one.label))
     (built,) = building.build([scene], folder=tmp_path / "data", workers=1, finished=shelf)
-    assert built.bits == LADDER[1]
-    assert built.digits == 34
+    assert (built.bits, built.digits) == (LADDER[1], 34)
 
 
 def test_a_spoiled_proof_is_not_recorded(small: Small) -> None:
     place = small.folder / "reference"
     (place / PROOF).write_text("{}")
-    building.build([small.scene], folder=small.folder, workers=1, finished=small.shelf)
+    again(small)
     assert PROOF_HASH not in json.loads((place / MANIFEST).read_text())
     with pytest.raises(InputError, match=r"proof\.json: spoiled"):
         read_whole("reference", small.folder)
@@ -207,13 +203,8 @@ def test_what_is_conserved_is_so_to_all_digits(scene: str, names: set[str]) -> N
 
 @pytest.mark.parametrize(("column", "name"), [("Lz", "jellett"), ("phi_dot", "jellett_euler")])
 def test_the_row_of_a_wrong_digit_is_named(column: str, name: str) -> None:
-    table = few("reference")
-    place = table.columns.index(column)
-    rows = [list(row) for row in table.rows]
-    cell = rows[7][place]
-    at = cell.index(".") + 12
-    rows[7][place] = f"{cell[:at]}{(int(cell[at]) + 5) % 10}{cell[at + 1 :]}"
-    wrong = found("reference", Table(table.columns, tuple(map(tuple, rows))))[name]
+    spoiled = with_cell(few("reference"), 7, column, lambda cell: other_digit(cell, 13))
+    wrong = found("reference", spoiled)[name]
     assert (wrong.worst_row, wrong.digits < 20) == (7, True)
 
 

@@ -5,17 +5,15 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
+from tests.golden.conftest import Small
+from tests.golden.tables import edit_cell
 from tt_precise.cli import main
 from tt_precise.golden.store import MANIFEST, TRAJECTORY
 from tt_precise.runtime import files
 from tt_precise.runtime.errors import InputError
-
-if TYPE_CHECKING:
-    from tests.golden.conftest import Small
 
 
 def test_list_names_what_is_there_and_what_is_missing(
@@ -97,15 +95,11 @@ def test_what_cannot_be_certified_is_found_out_before_the_work(
 def test_a_cell_that_is_no_number_is_a_problem_and_no_bug(
     small: Small, capsys: pytest.CaptureFixture[str], cell: str
 ) -> None:
-    path = small.folder / "reference" / TRAJECTORY
-    head, row, *rows = path.read_text().splitlines()
-    t, _, *cells = row.split(",")
-    path.write_text("\n".join([head, ",".join([t, cell, *cells]), *rows]) + "\n")
+    edit_cell(small.folder / "reference" / TRAJECTORY, 2, "kx", lambda _: cell)
     problem = f"trajectory.csv, line 2, kx: got {cell!r}, expected a printed number"
-    asked = ["--folder", str(small.folder)]
-    assert main(["golden", "verify", *asked, "--workers", "1"]) == 1
+    assert main(["golden", "verify", "--folder", str(small.folder), "--workers", "1"]) == 1
     assert problem in capsys.readouterr().out
-    assert main(["golden", "list", *asked]) == 0
+    assert main(["golden", "list", "--folder", str(small.folder)]) == 0
 
 
 def test_a_manifest_that_lacks_what_is_listed_is_one_line(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import mpmath
 import numpy
@@ -12,12 +11,10 @@ import pandas
 import pytest
 
 import tt_precise as tt
+from tests.golden.conftest import Small
 from tt_precise.golden import store
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.runtime.errors import InputError
-
-if TYPE_CHECKING:
-    from tests.golden.conftest import Small
 
 
 def loaded(small: Small) -> pandas.DataFrame:

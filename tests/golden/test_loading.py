@@ -11,6 +11,7 @@ import pandas
 import pytest
 
 import tt_precise as tt
+from tests.golden.conftest import Small
 from tt_precise.check import conservation
 from tt_precise.golden import load, store
 from tt_precise.golden.loading import pose_columns
@@ -20,7 +21,6 @@ from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from tests.golden.conftest import Small
     from tt_precise.golden.loading import Numbers
 
 

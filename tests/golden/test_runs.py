@@ -6,10 +6,11 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import pytest
 
+from tests.golden.conftest import Small
+from tests.golden.tables import with_cell
 from tt_precise.golden.digits import ZERO, digits_of
 from tt_precise.golden.runs import (
     Run,
@@ -22,16 +23,11 @@ from tt_precise.golden.runs import (
 from tt_precise.golden.table import Table
 from tt_precise.scene.scene import Scene
 
-if TYPE_CHECKING:
-    from tests.golden.conftest import Small
-
 
 def spoiled(run: Run, row: int, column: str, cell: str, events: bool = False) -> Run:
-    table = run.events if events else run.trajectory
-    rows = [list(one) for one in table.rows]
-    rows[row][table.columns.index(column)] = cell
-    changed = Table(table.columns, tuple(map(tuple, rows)))
-    return replace(run, events=changed) if events else replace(run, trajectory=changed)
+    if events:
+        return replace(run, events=with_cell(run.events, row, column, lambda _: cell))
+    return replace(run, trajectory=with_cell(run.trajectory, row, column, lambda _: cell))
 
 
 def test_all_rows_have_34_digits(small: Small) -> None:
@@ -69,8 +65,13 @@ def test_an_entry_without_a_common_digit_is_a_contradiction(small: Small) -> Non
     assert not consensus.complete
 
 
-def fewer_events(run: Run) -> Run:
-    return replace(run, events=Table(run.events.columns, run.events.rows[:-1]))
+def cut(run: Run, rows: int, events: int) -> Run:
+    """The first rows and events of a run."""
+    return replace(
+        run,
+        trajectory=Table(run.trajectory.columns, run.trajectory.rows[:rows]),
+        events=Table(run.events.columns, run.events.rows[:events]),
+    )
 
 
 def other_direction(run: Run) -> Run:
@@ -81,7 +82,7 @@ def other_direction(run: Run) -> Run:
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
-        (fewer_events, "number of events"),
+        (lambda run: cut(run, 7, -1), "number of events"),
         (other_direction, "where newton 160 has"),
         (lambda run: replace(run, status="contact_lost"), "ended"),
         (lambda run: replace(run, suspects=("theta_min",)), "missed"),
@@ -95,10 +96,7 @@ def test_what_happened_otherwise_is_a_contradiction(
 
 
 def test_a_run_that_ends_at_a_pole_testifies_before_it(small: Small) -> None:
-    euler = small.runs[2]
-    early = Table(euler.trajectory.columns, euler.trajectory.rows[:3])
-    few = Table(euler.events.columns, euler.events.rows[:1])
-    ended = replace(euler, status="pole", trajectory=early, events=few)
+    ended = replace(cut(small.runs[2], 3, 1), status="pole")
     consensus = reconcile(small.scene, [*small.runs[:2], ended])
     assert consensus.complete
     assert len(consensus.trajectory.rows) == len(small.runs[0].trajectory.rows)
@@ -122,8 +120,7 @@ def test_a_vertical_axis_has_no_tilt(small: Small) -> None:
 
 
 def test_simultaneous_events_keep_the_catalogue_order(small: Small) -> None:
-    state = small.runs[0].trajectory.rows[1][1:]
-    time = small.runs[0].trajectory.rows[1][0]
+    time, *state = small.runs[0].trajectory.rows[1]
     rows = tuple((name, time, "1", *state) for name in ("equator", "theta_max"))
     run = replace(small.runs[0], events=Table(small.runs[0].events.columns, rows))
     assert [event[0] for event in ordered_events(run)] == ["theta_max", "equator"]
@@ -139,9 +136,7 @@ def test_times_are_exact_decimals(time: str, text: str | None) -> None:
 
 def test_a_run_without_a_row_agrees_with_nothing(small: Small) -> None:
     newton, other, euler = small.runs
-    pole = Table(euler.trajectory.columns, euler.trajectory.rows[:1])
-    none = Table(euler.events.columns, ())
-    silent = replace(euler, status="pole", trajectory=pole, events=none)
+    silent = replace(cut(euler, 1, 0), status="pole")
     consensus = reconcile(small.scene, [newton, other, silent])
     assert consensus.complete
     for agreements in consensus.agreements.values():

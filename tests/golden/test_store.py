@@ -6,19 +6,16 @@ import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
 import tt_precise as tt
-from tests.golden.conftest import rehash
+from tests.golden.conftest import Small, rehash
+from tests.golden.tables import edit_cell, other_digit
 from tt_precise.golden import proofs, store
 from tt_precise.golden.store import MANIFEST, PROOF, PROVED, SCENE, TRAJECTORY
 from tt_precise.golden.verifying import inspect
 from tt_precise.runtime.errors import InputError
-
-if TYPE_CHECKING:
-    from tests.golden.conftest import Small
 
 NAME = "contact-lost"  # few rows, and proved
 
@@ -37,12 +34,7 @@ def test_the_package_knows_the_proofs_that_ship() -> None:
 
 
 def flip_last_digit(place: Path) -> None:
-    lines = (place / TRAJECTORY).read_text().splitlines()
-    cells = lines[40].split(",")
-    mantissa, exponent = cells[1].split("e")
-    cells[1] = f"{mantissa[:-1]}{(int(mantissa[-1]) + 1) % 10}e{exponent}"
-    lines[40] = ",".join(cells)
-    (place / TRAJECTORY).write_text("\n".join(lines) + "\n")
+    edit_cell(place / TRAJECTORY, 41, "kx", lambda cell: other_digit(cell, 34))
 
 
 def no_proof(place: Path) -> None:
