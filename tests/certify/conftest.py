@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal, localcontext
+from typing import Any
 
 import pytest
 
@@ -28,6 +29,11 @@ def printed(number: arb | None) -> str:
     middle = (low + high) / 2
     with localcontext(prec=60):
         return f"{Decimal(middle.numerator) / Decimal(middle.denominator):.33e}"
+
+
+def seeds(quick: int, many: int) -> list[Any]:
+    """The first ``quick`` seeds, and the others up to ``many`` for the long proofs."""
+    return [*range(quick), *(pytest.param(n, marks=pytest.mark.proofs) for n in range(quick, many))]
 
 
 def stored_of(scene: Scene, enclosed: Enclosed) -> Stored:

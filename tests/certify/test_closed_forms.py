@@ -14,6 +14,7 @@ import pytest
 from flint import arb
 
 import tt_precise as tt
+from tests.certify.conftest import seeds
 from tt_precise.certify import NotProved, Problem, balls, enclose, problem_of, prove, zeros
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.interval_newton import _Part
@@ -56,11 +57,6 @@ def kepler(eccentricity: Fraction, until: Callable[[], arb]) -> Problem:
         return [1 - e, arb(0), arb(0), ((1 + e) / (1 - e)).sqrt(), 1 / (1 - e)]
 
     return Problem("kepler", ("x", "y", "vx", "vy", "u"), rates, lambda: [], start, until)
-
-
-def seeds(quick: int, many: int) -> list[Any]:
-    more = (pytest.param(seed, marks=pytest.mark.proofs) for seed in range(quick, many))
-    return [*range(quick), *more]
 
 
 @pytest.mark.parametrize("seed", seeds(4, 60))
@@ -158,16 +154,12 @@ def test_another_frequency_is_excluded() -> None:
     # negative control: an oscillator that is wrong in the 25th digit is distinguished
     enclosure = enclose(oscillator(Fraction(3, 2), Fraction(20)), BITS)
     with flint.ctx.workprec(2 * BITS):
-        wrong = Fraction(3, 2) * (1 + Fraction(1, 10**25))
         x, _ = enclosure.at(arb(20))
-        assert not x.overlaps((ball(wrong) * 20).cos())
+        assert not x.overlaps((ball(Fraction(3, 2) * (1 + Fraction(1, 10**25))) * 20).cos())
 
 
 def test_without_outward_rounding_nothing_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
-    def to_nearest(value: Fraction) -> arb:
-        return ball(value).mid()
-
-    monkeypatch.setattr(balls, "ball", to_nearest)
+    monkeypatch.setattr(balls, "ball", lambda value: ball(value).mid())
     with pytest.raises(NotProved, match="excludes the result"):
         enclose(oscillator(Fraction(3, 2), Fraction(1)), BITS)
 
@@ -232,33 +224,24 @@ def test_a_step_in_which_the_end_is_undecided_is_not_delivered() -> None:
         enclosure.at(asked[2].finish)
 
 
-def test_a_touching_zero_that_is_known_changes_no_sign() -> None:
-    # x - 1 and its derivative vanish at each period
+def test_a_touching_zero_is_undecided_unless_it_is_known() -> None:
+    # x - 1 and its derivative vanish at each period; no arithmetic with errors can show that
     enclosure = enclose(oscillator(Fraction(2), Fraction(5)), BITS)
+    with pytest.raises(NotProved, match="undecided"):
+        list(zeros(enclosure.steps, lambda state: state[0] - 1))
     with flint.ctx.workprec(BITS):
         known = [arb.pi() * k for k in (1, 2)]
         found = zeros(enclosure.steps, lambda y: y[0] - 1, begins=Onset(2, -1), touches=known)
         assert [zero for zero in found if zero.time < 5] == []
 
 
-def test_a_touching_zero_is_undecided() -> None:
-    # x - 1 touches zero at each period; no arithmetic with errors can prove or exclude it
-    enclosure = enclose(oscillator(Fraction(2), Fraction(5)), BITS)
-    with pytest.raises(NotProved, match="undecided"):
-        list(zeros(enclosure.steps, lambda state: state[0] - 1))
-
-
-def test_a_wide_ball_of_time_is_enclosed_throughout() -> None:
+def test_a_wide_ball_of_time_is_enclosed_throughout_and_beyond_the_proof_nothing() -> None:
     enclosure = enclose(oscillator(Fraction(2), Fraction(20)), BITS)
     with flint.ctx.workprec(BITS):
         x, _ = enclosure.at(arb(10, 8))
         assert len(enclosure.steps) > 6
         assert x.contains(1)
         assert x.contains(-1)
-
-
-def test_beyond_the_proof_nothing_is_said() -> None:
-    enclosure = enclose(oscillator(Fraction(2), Fraction(1)), BITS)
     with pytest.raises(NotProved, match="ends at"):
         enclosure.at(enclosure.finish + 1)
 
@@ -304,15 +287,12 @@ def names(problem: Problem) -> set[str]:
 def test_what_stays_zero_in_the_scenes() -> None:
     still = {"kx", "ky", "Lx", "Ly", "s_dot_x", "s_dot_y"}
     assert names(problem_of(tt.load_scene("upright"))) == still
-    assert names(problem_of(tt.load_scene("rocking"))) == {"ky", "Lx", "Lz", "s_dot_y"}
-    # zero at the start is not enough
-    assert names(problem_of(tt.load_scene("reference"))) == set()
-
-
-def test_a_spin_however_small_leaves_the_plane() -> None:
     scene = tt.load_scene("rocking")
+    assert names(problem_of(scene)) == {"ky", "Lx", "Lz", "s_dot_y"}
+    # a spin however small leaves the plane; zero at the start is not enough
     start = replace(scene.start, omega_3=Fraction(1, 10**60))
     assert names(problem_of(replace(scene, start=start))) == set()
+    assert names(problem_of(tt.load_scene("reference"))) == set()
 
 
 def test_zero_at_the_start_by_chance_does_not_count() -> None:
@@ -342,11 +322,7 @@ def sign(value: arb) -> int:
     return _Part._sign(part, arb(1))
 
 
-@pytest.mark.parametrize(("value", "expected"), [(arb(1, "0.9"), 1), (arb(-1, "0.9"), -1)])
-def test_a_sign_is_told(value: arb, expected: int) -> None:
-    assert sign(value) == expected
-
-
-def test_an_undecided_sign_says_when() -> None:
+def test_a_sign_is_told_or_when_it_is_undecided() -> None:
+    assert (sign(arb(1, "0.9")), sign(arb(-1, "0.9"))) == (1, -1)
     with pytest.raises(NotProved, match=r"the sign at t = 2\.25 is undecided"):
         sign(arb(0, 1))
