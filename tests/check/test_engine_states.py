@@ -1,5 +1,6 @@
 """``check --from ENGINE``: each engine's own order and frame, from both kinds of files."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Scene, load_scene
 
 UNTIL = "0.3"
+Saved = Callable[[dict[str, np.ndarray]], Path]
 
 
 @pytest.fixture(scope="module")
@@ -56,14 +58,23 @@ def written(pose: pd.DataFrame, scene: Scene, engine: str) -> dict[str, np.ndarr
     return {"time": t, "quaternion": last, "velocity": v, "angular_velocity": w}
 
 
-def check(path: Path, *more: str) -> int:
-    return main(
-        "check", str(path), "--scene", "reference", "--until", UNTIL, "--digits", "9", *more
-    )
+@pytest.fixture
+def saved(tmp_path: Path) -> Saved:
+    """The function that writes an engine's arrays into a file."""
+
+    def save(arrays: dict[str, np.ndarray]) -> Path:
+        np.savez(tmp_path / "run.npz", **arrays)  # type: ignore[arg-type]
+        return tmp_path / "run.npz"
+
+    return save
 
 
-def main(*words: str) -> int:
-    return cli.main(list(words))
+def main(path: Path, engine: str, *more: str) -> int:
+    return cli.main(["check", str(path), "--scene", "reference", "--from", engine, *more])
+
+
+def check(path: Path, engine: str) -> int:
+    return main(path, engine, "--until", UNTIL, "--digits", "9")
 
 
 def test_every_engine_of_the_adapters_has_a_convention() -> None:
@@ -73,13 +84,11 @@ def test_every_engine_of_the_adapters_has_a_convention() -> None:
 # dart and exudyn share an entry with ode, the others with bullet
 @pytest.mark.parametrize("engine", ["mujoco", "drake", "ode", "bullet"])
 def test_each_engine_passes_in_its_own_convention_only(
-    engine: str, pose: pd.DataFrame, scene: Scene, tmp_path: Path
+    engine: str, pose: pd.DataFrame, scene: Scene, saved: Saved
 ) -> None:
-    path = tmp_path / "run.npz"
-    np.savez(path, **written(pose, scene, engine))  # type: ignore[arg-type]
-    assert check(path, "--from", engine) == 0
-    other = "ode" if engine == "bullet" else "rapier"
-    assert check(path, "--from", other) in (1, 2)
+    path = saved(written(pose, scene, engine))
+    assert check(path, engine) == 0
+    assert check(path, "ode" if engine == "bullet" else "rapier") in (1, 2)
 
 
 @pytest.mark.parametrize("friction", ["scene", "other"])
@@ -95,11 +104,9 @@ def test_each_engine_passes_in_its_own_convention_only(
 )
 def test_the_engine_that_would_have_written_it_is_named(
     written_by: str, read_as: str, named: str, friction: str, pose: pd.DataFrame, scene: Scene,
-    tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    saved: Saved, capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
-    np.savez(tmp_path / "run.npz", **written(pose, scene, written_by))  # type: ignore[arg-type]
-    words = ("--scene", "reference", "--from", read_as, "--friction", friction)
-    assert main("check", str(tmp_path / "run.npz"), *words) == 2
+    assert main(saved(written(pose, scene, written_by)), read_as, "--friction", friction) == 2
     assert f"if it is read with --from {named}; expected SI" in capsys.readouterr().err
 
 
@@ -111,32 +118,31 @@ def test_csv_says_the_same(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> 
             for column, values in enumerate(arrays[name].T):
                 table[form.format(name, column)] = values
         table.to_csv(tmp_path / "run.csv", index=False)
-        assert check(tmp_path / "run.csv", "--from", "mujoco") == 0
+        assert check(tmp_path / "run.csv", "mujoco") == 0
         found = engine_columns(tmp_path / "run.csv", "mujoco", scene)
         assert np.abs(found["vcy"] - pose["vcy"]).max() < 1e-13
 
 
-def test_the_origin_can_be_said(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> None:
+def test_the_origin_can_be_said(pose: pd.DataFrame, scene: Scene, saved: Saved) -> None:
     arrays = written(pose, scene, "mujoco")
     arrays["qvel"][:, :3] = pose[["vcx", "vcy", "vcz"]]
     arrays["qpos"][:, :3] = pose[["x", "y", "z"]]
-    np.savez(tmp_path / "run.npz", **arrays)  # type: ignore[arg-type]
-    assert check(tmp_path / "run.npz", "--from", "mujoco:cm") == 0
-    assert check(tmp_path / "run.npz", "--from", "mujoco") in (1, 2)
+    path = saved(arrays)
+    assert check(path, "mujoco:cm") == 0
+    assert check(path, "mujoco") in (1, 2)
 
 
 def test_the_name_of_the_file_is_shown(
-    pose: pd.DataFrame, scene: Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    pose: pd.DataFrame, scene: Scene, saved: Saved, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arrays = written(pose, scene, "ode")
-    np.savez(tmp_path / "run.npz", **arrays)  # type: ignore[arg-type]
-    check(tmp_path / "run.npz", "--from", "exudyn")
+    check(saved(arrays), "exudyn")
     assert "run.npz against scene reference: pass" in " ".join(capsys.readouterr().out.split())
     # and where it is refused
-    np.savez(tmp_path / "ms.npz", **{**arrays, "t": 1e3 * arrays["t"]})  # type: ignore[arg-type]
-    assert main("check", str(tmp_path / "ms.npz"), "--scene", "reference", "--from", "dart") == 2
+    path = saved({**arrays, "t": 1e3 * arrays["t"]})
+    assert main(path, "dart") == 2
     refused = capsys.readouterr().err
-    assert f"{tmp_path / 'ms.npz'}: " in refused
+    assert f"{path}: " in refused
     assert "if the time is in ms" in refused
     assert "the table" not in refused
 
@@ -151,13 +157,12 @@ def test_the_name_of_the_file_is_shown(
     ],
 )
 def test_what_cannot_be_read(
-    pose: pd.DataFrame, scene: Scene, tmp_path: Path, engine: str, drop: str, said: str
+    pose: pd.DataFrame, scene: Scene, saved: Saved, engine: str, drop: str, said: str
 ) -> None:
     arrays = written(pose, scene, "mujoco")
     arrays.pop(drop, None)
-    np.savez(tmp_path / "run.npz", **arrays)  # type: ignore[arg-type]
     with pytest.raises(InputError, match=said):
-        engine_columns(tmp_path / "run.npz", engine, scene)
+        engine_columns(saved(arrays), engine, scene)
 
 
 def test_no_file_and_no_numbers(scene: Scene, tmp_path: Path) -> None:
@@ -170,12 +175,10 @@ def test_no_file_and_no_numbers(scene: Scene, tmp_path: Path) -> None:
 
 
 def test_an_engines_file_is_read_by_the_assertions_too(
-    pose: pd.DataFrame, scene: Scene, tmp_path: Path
+    pose: pd.DataFrame, scene: Scene, saved: Saved
 ) -> None:
-    np.savez(tmp_path / "run.npz", **written(pose, scene, "mujoco"))  # type: ignore[arg-type]
-    kept = tt.check.assert_conserves(
-        tmp_path / "run.npz", "reference", engine="mujoco", friction="other"
-    )
+    path = saved(written(pose, scene, "mujoco"))
+    kept = tt.check.assert_conserves(path, "reference", engine="mujoco", friction="other")
     assert kept["kinematics"].verdict == "pass"
     with pytest.raises(tt.InputError, match="got 'ouija', expected one of: mujoco"):
-        tt.check.assert_conserves(tmp_path / "run.npz", "reference", engine="ouija")
+        tt.check.assert_conserves(path, "reference", engine="ouija")

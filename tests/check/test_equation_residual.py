@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
-from math import factorial
+from math import comb
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,7 +14,7 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tests.check.conftest import Healthy
+from tests.check.conftest import EULER, VECTORS, Healthy
 from tt_precise.check import equations
 from tt_precise.check.columns import COLUMN_SETS
 from tt_precise.check.equations import EPS, EquationResidual, SummedResidual, integral
@@ -22,14 +22,12 @@ from tt_precise.check.samples import CheckSetup
 from tt_precise.check.sources import open_source
 from tt_precise.engines.adapters import COLUMNS
 from tt_precise.engines.protocol import Friction, job
-from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.newton import NewtonState
 
 ENGINE = Path(__file__).parents[2] / "examples/engine.py"
 
 
-def balance(frame: pandas.DataFrame, columns: str) -> tuple[Any, Any]:
-    setup = CheckSetup(tt.load_scene("reference"), COLUMN_SETS[columns], True)
+def balance(frame: pandas.DataFrame, columns: str, scene: str = "reference") -> tuple[Any, Any]:
+    setup = CheckSetup(tt.load_scene(scene), COLUMN_SETS[columns], True)
     block = next(open_source(frame).blocks(("t", *setup.columns.names)))
     samples = setup.samples(block)
     return EquationResidual(setup, samples).balance(samples), samples
@@ -74,7 +72,7 @@ def test_a_few_resolved_intervals_do_not_vouch_for_the_others(healthy: Healthy) 
     frame = healthy()
     few = frame.iloc[[0, 1, 2, *range(80, 801, 80)]].copy()
     few.loc[80:, ["vx", "vy"]] = 0.0
-    result = tt.check.conservation(few[["t", *NewtonState._fields]], "reference")
+    result = tt.check.conservation(few[VECTORS], "reference")
     for name in ("equations", "energy_balance"):
         assert result[name].verdict == "skipped"
         assert "; 10 of 12 intervals too wide" in result[name].note
@@ -86,9 +84,8 @@ def test_a_wrong_first_row_fails_however_wrong_it_is(
     healthy: Healthy, columns: str, size: float
 ) -> None:
     """Nothing can be followed from it, and it says what the others are measured in."""
-    kinds = {"vectors": ("Ly", NewtonState._fields), "Euler": ("theta_dot", EulerState._fields)}
-    name, kept = kinds[columns]
-    frame = healthy("reference", 801)[["t", *kept]]
+    name, kept = {"vectors": ("Ly", VECTORS), "Euler": ("theta_dot", EULER)}[columns]
+    frame = healthy("reference", 801)[kept]
     assert tt.check.conservation(frame, "reference").passed
     frame.loc[0, name] += size * abs(frame[name]).max()
     found = tt.check.conservation(frame, "reference")["equations"]
@@ -157,11 +154,7 @@ def test_a_rolling_top_has_no_power_and_no_velocity_of_its_own(
     healthy: Healthy, columns: str
 ) -> None:
     """Its contact point rests: E is constant, and v is no part of the state."""
-    frame = healthy("rolling", 401)
-    setup = CheckSetup(tt.load_scene("rolling"), COLUMN_SETS[columns], True)
-    block = next(open_source(frame).blocks(("t", *setup.columns.names)))
-    samples = setup.samples(block)
-    found = EquationResidual(setup, samples).balance(samples)
+    found, _ = balance(healthy("rolling", 401), columns, "rolling")
     assert len(found.state) == (6 if columns == "vectors" else 4)
     assert abs(found.energy).max() < 1e-12
     assert (abs(found.state).max(axis=0) <= found.bound + 1e-12).all()
@@ -169,17 +162,15 @@ def test_a_rolling_top_has_no_power_and_no_velocity_of_its_own(
 
 def test_between_sticking_and_slipping_other_equations_are_found() -> None:
     scene = tt.load_scene("coulomb-stick-slip")
-    frame = pandas.DataFrame(tt.golden.load(scene.name))[["t", *NewtonState._fields]]
+    frame = pandas.DataFrame(tt.golden.load(scene.name))[VECTORS]
     healthy = tt.check.conservation(frame, scene)["equations"]
     # the joints are no question of the spacing
     assert "intervals hold a stick or slip, or are too wide" in healthy.note
     assert "apart would do" not in healthy.note
-    for body in (
-        {"mu": scene.body.mu * Fraction("1.001")},
-        {"I3": scene.body.I3 * Fraction("1.001")},
-    ):
-        other = replace(scene, body=replace(scene.body, **body))
-        assert tt.check.conservation(frame, other)["equations"].verdict == "fail", body
+    for name in ("mu", "I3"):
+        more = {name: getattr(scene.body, name) * Fraction("1.001")}
+        other = replace(scene, body=replace(scene.body, **more))
+        assert tt.check.conservation(frame, other)["equations"].verdict == "fail", name
 
 
 def test_what_begins_to_glide_is_joined(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -216,14 +207,7 @@ def test_hermites_rule_is_exact_up_to_its_degree_and_not_beyond() -> None:
             # h^degree about 0 and about 1, over [0, 1]; its integral is 1/(degree + 1)
             left = numpy.zeros((1, 2 * terms + 1, 1))
             left[0, degree] = 1
-            right = numpy.array(
-                [
-                    [
-                        [factorial(degree) / factorial(j) / factorial(degree - j)]
-                        for j in range(degree + 1)
-                    ]
-                ]
-            )
+            right = numpy.array([[[comb(degree, j)] for j in range(degree + 1)]], float)
             found = integral(left[:, :terms], right[:, :terms], numpy.ones(1), terms)[0, 0]
             error = abs(found * (degree + 1) - 1)
             # the weights alternate: their sum loses up to 2^terms eps

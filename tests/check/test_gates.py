@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy
@@ -144,10 +144,6 @@ def matches(given: Right, table: Table, fresh: bool = False) -> None:
     )
 
 
-def fresh(given: Right, table: Table) -> None:
-    matches(given, table, fresh=True)
-
-
 def conserves(given: Right, table: Table) -> None:
     frame = pandas.DataFrame(table)
     tt.check.assert_conserves(frame, given.scene, digits=DIGITS, until=given.until)
@@ -159,7 +155,10 @@ def compare(given: Right, table: Table) -> None:
     assert not found.unmatched
 
 
-GATES = {"matches": matches, "conserves": conserves, "fresh": fresh, "compare": compare}
+GATES: dict[str, Callable[[Right, Table], None]] = {
+    "matches": matches, "conserves": conserves, "fresh": partial(matches, fresh=True),
+    "compare": compare,
+}  # fmt: skip
 
 
 def corrupted(given: Right, rng: random.Random) -> tuple[str, str, Table]:
@@ -229,18 +228,15 @@ def test_what_is_right_passes(gate: str, which: str) -> None:
         GATES[gate](given, {"t": given.table["t"], **shaken})
 
 
+@pytest.mark.parametrize(
+    "seeds",
+    [
+        range(120),
+        pytest.param(range(1000, 3000), marks=pytest.mark.slow),
+        pytest.param(range(10_000, 20_000), marks=pytest.mark.fuzz),
+    ],
+    ids=len,
+)
 @pytest.mark.usefixtures("golden_data_alone")
-def test_corruptions_do_not_pass() -> None:
-    assert let_through(range(120)) == []
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("golden_data_alone")
-def test_two_thousand_corruptions_do_not_pass() -> None:
-    assert let_through(range(1000, 3000)) == []
-
-
-@pytest.mark.fuzz
-@pytest.mark.usefixtures("golden_data_alone")
-def test_ten_thousand_corruptions_do_not_pass() -> None:
-    assert let_through(range(10_000, 20_000)) == []
+def test_corruptions_do_not_pass(seeds: range) -> None:
+    assert let_through(seeds) == []

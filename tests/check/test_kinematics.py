@@ -23,16 +23,20 @@ INNER_HZ = 20_000  # of the engine's own steps
 Engine = Callable[..., pandas.DataFrame]
 
 EVERY_LAW = ("kinematics", "contact_momentum", "normal_force", "friction_power")
+CAUSES = {
+    "no gyroscopic term": "no gyroscopic term",
+    "I1 a hundredth more": "I1 1.01 times",
+    "I3 a hundredth more": "I3 1.01 times",
+    "centre of mass at the centre": "the centre of mass at the centre",
+    "gravity is 9": "g 0.9165 times",
+    "alpha a hundredth more": "alpha 1.01 times",
+    "mass a tenth more": "m 1.1 times",
+    "mu a tenth more": "mu 1.1 times",
+    "friction pushes": "friction of the other sign",
+}
 # the checks of which one must fail, under the scene's own law and under any
 FAULTS = {
-    "no gyroscopic term": ("equations", "contact_momentum"),
-    "I1 a hundredth more": ("equations", "contact_momentum"),
-    "I3 a hundredth more": ("equations", "contact_momentum"),
-    "centre of mass at the centre": ("equations", "contact_momentum"),
-    "gravity is 9": ("equations", "contact_momentum"),
-    "alpha a hundredth more": ("equations", "contact_momentum"),
-    "mass a tenth more": ("equations", "contact_momentum"),
-    "torsional friction": ("equations", "contact_momentum"),
+    **dict.fromkeys((*CAUSES, "torsional friction"), ("equations", "contact_momentum")),
     "normal force is the weight": ("refused", "refused"),
     "spin angle at random": ("kinematics", "kinematics"),
     "z is five metres": ("kinematics", "kinematics"),
@@ -121,19 +125,6 @@ def test_friction_is_seen_as_what_it_is(engine: Engine) -> None:
     assert "as Coulomb's" in found["friction_power"].note
 
 
-CAUSES = {
-    "no gyroscopic term": "no gyroscopic term",
-    "I1 a hundredth more": "I1 1.01 times",
-    "I3 a hundredth more": "I3 1.01 times",
-    "centre of mass at the centre": "the centre of mass at the centre",
-    "gravity is 9": "g 0.9165 times",
-    "alpha a hundredth more": "alpha 1.01 times",
-    "mass a tenth more": "m 1.1 times",
-    "mu a tenth more": "mu 1.1 times",
-    "friction pushes": "friction of the other sign",
-}
-
-
 @pytest.mark.parametrize("fault", CAUSES)
 def test_the_cause_is_named(engine: Engine, fault: str) -> None:
     hertz = 100 if fault == "I1 a hundredth more" else 500
@@ -175,13 +166,11 @@ def healthy_runs(engine: Engine, seeds: range) -> list[str]:
     return flagged
 
 
-def test_healthy_runs_with_other_laws_are_not_flagged(engine: Engine) -> None:
-    assert healthy_runs(engine, range(6)) == []
-
-
-@pytest.mark.slow
-def test_a_hundred_healthy_runs_with_other_laws_are_not_flagged(engine: Engine) -> None:
-    assert healthy_runs(engine, range(100, 200)) == []
+@pytest.mark.parametrize(
+    "seeds", [range(6), pytest.param(range(100, 200), marks=pytest.mark.slow)], ids=len
+)
+def test_healthy_runs_with_other_laws_are_not_flagged(engine: Engine, seeds: range) -> None:
+    assert healthy_runs(engine, seeds) == []
 
 
 def test_windows_integrate_quartics_exactly() -> None:

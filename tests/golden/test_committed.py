@@ -48,9 +48,9 @@ def test_every_printed_number_is_proved(name: str) -> None:
     record = proofs.read(name)
     assert record is not None
     assert record.complete
-    assert record.content["undecided_events"] == {}
-    assert record.content["rounded"] == record.content["entries"]
-    assert record.content["unproved"] == 0
+    content = record.content
+    assert (content["undecided_events"], content["unproved"]) == ({}, 0)
+    assert content["rounded"] == content["entries"]
 
 
 def test_reference_has_34_digits_in_every_row_up_to_8_s() -> None:
@@ -72,9 +72,8 @@ def test_readme_example_runs(tmp_path: Path) -> None:
         [sys.executable, "-I", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
     )
     for name in ("theta", "omega_3"):
-        found = re.search(rf"{name}: at least ([\d.]+) digits agree", alone.stdout)
-        assert found is not None
-        assert 8 < float(found[1]) < 17
+        (digits,) = re.findall(rf"{name}: at least ([\d.]+) digits agree", alone.stdout)
+        assert 8 < float(digits) < 17
 
 
 def test_readme_names_every_column_and_file() -> None:
@@ -139,8 +138,8 @@ def test_the_restart_is_the_reference_at_its_initiation() -> None:
     time = context.nstr(trajectory.inversion.A.t_init, 50)
     assert f"t = {time} s" in scene.source
     state = trajectory.at(time)
-    start = {name: getattr(scene.start, name) for name in ("theta_dot", "phi_dot", "omega_3")}
-    start |= {"theta": scene.start.theta.offset, "nu_x": scene.start.nu_x, "nu_y": scene.start.nu_y}
-    for name, value in start.items():
+    for name in ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"):
+        start = getattr(scene.start, name)
+        value = start.offset if name == "theta" else start
         exact = context.mpf(value.numerator) / value.denominator
         assert abs(state.values[name] - exact) < abs(exact) * context.mpf(10) ** -50

@@ -29,8 +29,6 @@ def test_floats_are_correctly_rounded(small: Small) -> None:
     text = store.read("reference", small.folder).trajectory
     for name in text.columns:
         assert frame[name].dtype == float
-        nearest = [float(cell) for cell in text.column(name)]
-        assert frame[name].to_list() == nearest
         for value, cell in zip(frame[name], text.column(name), strict=True):
             error = abs(Decimal(value) - Decimal(cell))
             assert error <= Decimal(math.ulp(value)) / 2

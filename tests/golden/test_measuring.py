@@ -14,19 +14,22 @@ from tt_precise.check.golden import DigitsOverTime
 from tt_precise.golden import measuring
 from tt_precise.golden.digits import EXACT
 from tt_precise.golden.measuring import EPS, Carried, Carrier, FewestDigits, Measured, TrueRows
-from tt_precise.golden.store import Stored, read
+from tt_precise.golden.store import read
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.scene.scene import Scene, load_scene
 
 ROWS = numpy.array([40, 100, 250])
 ERROR = 1e-6
+VECTORS = NewtonState._fields
 
 
-def columns_at(stored: Stored, rows: numpy.ndarray) -> dict[str, numpy.ndarray]:
-    """Golden vectors of these rows in double."""
-    table = stored.trajectory
-    return {n: numpy.array(list(map(float, table.column(n))))[rows] for n in NewtonState._fields}
+def golden_rows(scene: str) -> tuple[numpy.ndarray, list[numpy.ndarray]]:
+    """Times (s) and vectors of the golden rows."""
+    table = read(scene).trajectory
+    names = [name for name in ("t", *VECTORS) if name in table.columns]
+    t, *vectors = (numpy.array(table.floats(name)) for name in names)
+    return t, vectors
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.003])
@@ -34,13 +37,12 @@ def columns_at(stored: Stored, rows: numpy.ndarray) -> dict[str, numpy.ndarray]:
 def test_a_relative_error_is_found_as_it_was_made(delay: float, name: str) -> None:
     stored = read("reference")
     true = TrueRows(stored.scene, stored.trajectory)
-    columns = [
-        numpy.array(list(map(float, stored.trajectory.column(n)))) for n in NewtonState._fields
-    ]
+    _, columns = golden_rows("reference")
     delays = numpy.full(len(ROWS), delay)
     carried = Carrier(stored.scene, columns).carry(ROWS, delays, 0 * delays).values
-    values = {one: carried[one].copy() for one in NewtonState._fields}
-    near = sizes(stored.scene.body.numbers(float), columns_at(stored, ROWS), numpy)
+    values = {one: carried[one].copy() for one in VECTORS}
+    rows = dict(zip(VECTORS, (column[ROWS] for column in columns), strict=True))
+    near = sizes(stored.scene.body.numbers(float), rows, numpy)
     values[name] += ERROR * near[name]
 
     def exactly(row: int, names: object) -> list[str]:
@@ -158,38 +160,23 @@ def test_where_most_rows_lie_between_there_are_at_least_so_many() -> None:
     assert taken(exact, one, measured([2.6, 2.7, 2.8], kx=between)).digits["kx"] == pytest.approx(5)
 
 
-def test_a_row_counts_as_exact_if_any_of_its_columns_is() -> None:
-    found = taken(measured([1.0, 2.0], kx=[(1e-7, 0.0), (NAN, NAN)], ky=[(NAN, NAN), (1e-7, 0.0)]))
+def test_what_counts_and_as_what() -> None:
+    none, coarse, fine = (NAN, NAN), (1e-3, 0.0), (1e-7, 0.0)
+    # a row is exact if any of its columns is
+    found = taken(measured([1.0, 2.0], kx=[fine, none], ky=[none, fine]))
     assert (found.rows, found.exactly) == (2, 2)
-
-
-def test_the_start_counts_as_a_row_and_not_as_evidence() -> None:
+    # the start is a row and no evidence
     found = taken(measured([0.0], kx=[START]))
     assert (found.rows, found.exactly, found.at) == (1, 0, 0.0)
     assert found.digits == {"kx": 34}
-
-
-def test_of_equal_errors_the_first_is_named() -> None:
-    found = taken(measured([1.0, 2.0], kx=[(1e-3, 0.0)] * 2), measured([3.0], kx=[(1e-3, 0.0)]))
-    assert found.at == 1.0
-
-
-def test_a_column_without_a_number_has_no_digits() -> None:
-    found = taken(measured([1.0], kx=[(1e-3, 0.0)], phi_dot=[(NAN, NAN)]))
-    assert list(found.digits) == ["kx"]
-    assert taken(measured([1.0], kx=[(NAN, NAN)])).at is None
+    # of equal errors the first is named
+    assert taken(measured([1.0, 2.0], kx=[coarse] * 2), measured([3.0], kx=[coarse])).at == 1.0
+    # a column without a number has no digits
+    assert list(taken(measured([1.0], kx=[coarse], phi_dot=[none])).digits) == ["kx"]
+    assert taken(measured([1.0], kx=[none])).at is None
 
 
 CARRIED = numpy.array([1, 100, 314, 318, 330, 500, 799])  # 314 to 330: about the climb's beginning
-VECTORS = NewtonState._fields
-
-
-def golden_rows(scene: str, stride: int = 1) -> tuple[numpy.ndarray, list[numpy.ndarray]]:
-    """Times (s) and vectors of every ``stride``-th golden row."""
-    table = read(scene).trajectory
-    names = [name for name in ("t", *VECTORS) if name in table.columns]
-    t, *vectors = (numpy.array([float(x) for x in table.column(name)[::stride]]) for name in names)
-    return t, vectors
 
 
 def carried(scene: Scene, vectors: list[numpy.ndarray], by: float) -> Carried:

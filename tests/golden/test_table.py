@@ -41,11 +41,7 @@ def test_content_changes_the_hash(other: str) -> None:
 
 @pytest.mark.parametrize(
     ("text", "words"),
-    [
-        ("", "header"),
-        ("t,t\n0,0\n", "twice"),
-        ("t,kx\n0,1\n0,1,2\n", "line 3"),
-    ],
+    [("", "header"), ("t,t\n0,0\n", "twice"), ("t,kx\n0,1\n0,1,2\n", "line 3")],
 )
 def test_refuses_what_is_no_table(text: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
