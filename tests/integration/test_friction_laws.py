@@ -75,7 +75,11 @@ def test_another_law_is_caught(scene: Scene | str, entries: dict[str, str]) -> N
     assert tt.check.conservation(run.frame(), run.scene).passed
     found = tt.check.conservation(run.frame(), run.scene.varied(**entries))
     assert {one.name for one in found.failures} >= {"energy_balance"}
-    assert not tt.check.conservation(run.frame(), regularised("0.1")).passed
+
+
+def test_a_regularised_law_is_caught() -> None:
+    frame = tt.integrate(dry(COULOMB)).frame()
+    assert not tt.check.conservation(frame, regularised("0.1")).passed
 
 
 def test_stribeck_without_a_fall_is_regularised() -> None:
