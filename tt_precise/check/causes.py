@@ -14,6 +14,7 @@ from tt_precise.runtime.arithmetic import Array
 
 NUDGE = 1e-4  # of the free parameter, for the slope
 STEPS = 6  # of Newton's method with the first slope
+ALIGNED = 0.5  # cosine between residual and slope from which on a parameter is worth the steps
 FARTHEST = 5.0  # factor by which a parameter may be off
 NEAR = 0.02  # to a factor that has a name
 
@@ -26,7 +27,7 @@ NAMED = {
 }
 
 Residual = Callable[[Samples, float], Array]
-"""Residual (entries,) of rows, if they were made with this many times the gyroscopic term."""
+"""Residual (entries, intervals) of rows made with this many times the gyroscopic term."""
 
 
 def cause(residual: Residual, rows: Samples, most: float) -> str:
@@ -35,10 +36,14 @@ def cause(residual: Residual, rows: Samples, most: float) -> str:
     ``most`` is the part of the residual that a fit may leave.
     """
     with numpy.errstate(all="ignore"):
-        least = most * abs(residual(rows, 1.0)).max(initial=0.0)
+        here = residual(rows, 1.0)
+        sizes = abs(here).max(axis=0)
+        least = most * sizes.max(initial=0.0)
+        if numpy.median(sizes) < least:
+            return ""  # a few wrong rows, not another top
         said = ""
         for free in FREE:
-            factor, left = _fitted(free, residual, rows)
+            factor, left = _fitted(free, residual, rows, here.ravel())
             words = _words(free, factor)
             if left < least and words:
                 least, said = left, f"fits to {left:.0e} with {words}"
@@ -52,22 +57,24 @@ def _words(free: str, factor: float) -> str:
     return f"{free} {factor:.4g} times the scene's" if 1 / FARTHEST < factor < FARTHEST else ""
 
 
-def _fitted(free: str, residual: Residual, rows: Samples) -> tuple[float, float]:
+def _fitted(free: str, residual: Residual, rows: Samples, here: Array) -> tuple[float, float]:
     """The factor of the free parameter that leaves least of the residual, and what it leaves."""
     body = rows.setup.body
 
     def at(factor: float) -> Array:
         if free == GYROSCOPIC:
-            return residual(rows, factor)
+            return residual(rows, factor).ravel()
         setup = replace(rows.setup, assumed=replace(body, **{free: factor * getattr(body, free)}))
         block = Block({**rows.given, "t": rows.t})
-        return residual(setup.samples(block), 1.0)
+        return residual(setup.samples(block), 1.0).ravel()
 
-    factor, here = 1.0, at(1.0)
     slope = (at(1.0 + NUDGE) - here) / NUDGE
     size = float(slope @ slope)
+    if not (here @ slope) ** 2 > ALIGNED**2 * size * (here @ here):
+        return 1.0, math.inf
+    factor = 1.0
     for _ in range(STEPS):
-        step = float(here @ slope) / size if size else math.nan
+        step = float(here @ slope) / size
         factor -= step
         if not abs(factor) < 10 * FARTHEST:
             return factor, math.inf

@@ -201,18 +201,19 @@ def follow(
     spans: numpy.ndarray,
     sizes: numpy.ndarray,
     wanted: float,
+    most_steps: int = MOST_STEPS,
 ) -> Followed:
     """The solutions that start at the columns of ``start``, each after its span (s).
 
     ``sizes`` (entries,) is what a difference of each entry is measured in; a solution whose error
-    has come above ``wanted`` is given up.
+    has come above ``wanted``, or which needs more than ``most_steps``, is given up.
     """
     size = sizes[:, None]
     signs = numpy.where(numpy.arange(len(start)) % 2, -1.0, 1.0)[:, None]
     here = numpy.stack((start, start + NUDGE * signs * size), axis=2)
     t, error = numpy.zeros(len(spans)), numpy.full(len(spans), ROUNDED * EPS)
     open_ = numpy.arange(len(spans))
-    for count in range(1, MOST_STEPS + 1):
+    for count in range(1, most_steps + 1):
         both = here[:, open_].reshape(len(start), -1)
         c = coefficients(rates, list(both), TERMS).reshape(len(start), TERMS + 1, len(open_), 2)
         h = numpy.minimum(_step(abs(c[:, :, :, 0]) / sizes[:, None, None]), spans[open_] - t[open_])
@@ -257,6 +258,7 @@ WIDEST_BOUND = 1e-6  # of one interval through which the solution is followed
 FEWEST_RESOLVED = 0.5  # of the intervals: a few resolved ones do not vouch for all the others
 # the cause is sought in so many intervals on either side of the worst, or the first so far off
 NEAR, ENOUGH = 15, 1e-3
+FIT_STEPS = 6  # Taylor steps an interval that a fit may take: somebody waits for it
 FITS = 1e-3  # of it may be left: a smaller I3 explains a missing gyroscopic term to 3e-3
 CLOSEST = 0.005  # in sqrt(R/g): nearer rows say nothing new about the equations
 Rates = Callable[[tuple[Scalar, ...]], Sequence[Scalar]]
@@ -302,11 +304,18 @@ def integral(left: Array, right: Array, steps: Array, terms: int) -> Array:
 class EquationResidual:
     """The balances of one setup; sizes are taken from its first row.
 
-    ``resolved`` is the error bound of a whole trajectory at which no higher order is tried.
+    ``resolved`` is the error bound of a whole trajectory at which no higher order is tried, and
+    ``most_steps`` how many Taylor steps an interval may take.
     """
 
-    def __init__(self, setup: CheckSetup, first: Samples, resolved: float = RESOLVED):
-        self.setup, self._resolved = setup, resolved
+    def __init__(
+        self,
+        setup: CheckSetup,
+        first: Samples,
+        resolved: float = RESOLVED,
+        most_steps: int = MOST_STEPS,
+    ):
+        self.setup, self._resolved, self._most_steps = setup, resolved, most_steps
         self._form = formulation(setup.scene.model, "newton", setup.scene.body.friction)
         if setup.flies and setup.height_given:
             self._form = raised("newton")
@@ -455,7 +464,7 @@ class EquationResidual:
                 width, rates = len(form.columns), rates_of(form, self.setup.body)
                 turned = rates if spans[0] > 0 else _backwards(rates)
                 begun, lengths = end[:width, rows], abs(spans[rows])
-                shot = follow(turned, begun, lengths, sizes[:width], WIDEST_BOUND)
+                shot = follow(turned, begun, lengths, sizes[:width], WIDEST_BOUND, self._most_steps)
                 end[:width, rows], error[rows], reached[rows] = shot
         return type(here)(*end), error, reached
 
@@ -561,8 +570,8 @@ class SummedResidual:
         from tt_precise.check.causes import cause  # few need it
 
         def residual(rows: Samples, gyroscopic: float) -> Array:
-            found = EquationResidual(rows.setup, given).balance(rows)
-            return numpy.where(found.bound <= self._limit, found.state, 0.0).ravel()
+            found = EquationResidual(rows.setup, given, most_steps=FIT_STEPS).balance(rows)
+            return numpy.where(found.bound <= self._limit, found.state, 0.0)
 
         return cause(residual, given, FITS)
 

@@ -241,9 +241,7 @@ class ContactMomentum(_OverWindows):
         else:
             from tt_precise.check.causes import cause  # few need it
 
-            named = cause(
-                lambda rows, gyroscopic: torque_left(rows, gyroscopic)[0].ravel(), self._rows, FITS
-            )
+            named = cause(lambda *made: torque_left(*made)[0], self._rows, FITS)
         return "; ".join(text for text in (named, super().note) if text)
 
 
