@@ -61,16 +61,15 @@ def precession(q: Motion) -> Scalar:
 
 
 def alignment(q: Motion, sign: int) -> Scalar:
-    """(L.k - sign L.z)(1 + sign cos theta), which keeps its digits beside either pole.
+    """L.k - sign L.z, which keeps its digits beside either pole.
 
-    With k.k = 1 it equals (L.k without its vertical part)(1 + sign cos) - sign Lz sin^2, and
-    1 + sign cos half of sin^2 + (1 + sign cos)^2, which is small without cancellation; the factor
-    adds a zero only exactly at the opposite pole.
+    With k.k = 1, 1 - sign cos theta is half of sin^2 + (1 - sign cos)^2, which is small without
+    cancellation.
     """
     s = q.state
-    square, height = s.kx * s.kx + s.ky * s.ky, 1 + sign * s.kz
+    below = 1 - sign * s.kz
     horizontal = s.Lx * s.kx + s.Ly * s.ky
-    return horizontal * (square + height * height) / 2 - sign * s.Lz * square
+    return horizontal - sign * s.Lz * (s.kx * s.kx + s.ky * s.ky + below * below) / 2
 
 
 def gliding_along_tilt(q: Motion) -> Scalar:
