@@ -401,7 +401,10 @@ class Zeros:
         """
         if not self._value(function, arb(0)).contains(0):
             return arb(0)
-        order, b = self.piece.order_at_entry(function), self.piece.length
+        b = self.piece.length
+        if not self._derivative(function, 1).length():
+            return b  # constant
+        order = self.piece.order_at_entry(function)
         if not order:
             return arb(0)
         derivative = self._derivative(function, order)

@@ -133,8 +133,8 @@ class _Part:
 
     def zeros(self) -> list[Zero]:
         """All zeros in the step but one at t = 0, in order of time."""
-        if not self.value.polynomial.length():
-            return []
+        if not self.value.polynomial.length() or not self.slope.polynomial.length():
+            return []  # constant
         found = sorted(self._isolated(), key=lambda where: fraction(where[0]))
         return [self._zero(*where) for where in found]
 
