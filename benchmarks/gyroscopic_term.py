@@ -16,9 +16,9 @@ from tt_precise.scene.body import Parameters
 
 def rates_without(body: Parameters, state: NewtonState) -> NewtonState:
     """Time derivative of the state in such a simulator."""
-    a, f = newton.arm(body, state.k), newton.force_per_normal(body, state)
+    a, f = newton.contact_arm(body, state.k), newton.force_per_normal(body, state)
     forgotten = cross(newton.angular_velocity(body, state), state.L)
-    turned = cross(newton.spin_response(body, state.k, forgotten), a)
+    turned = cross(newton.inverse_inertia(body, state.k, forgotten), a)
 
     def accelerated(normal: Scalar) -> Vector:
         force = scaled(normal, f)

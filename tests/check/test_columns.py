@@ -10,7 +10,7 @@ import tt_precise as tt
 from tests.check.conftest import VECTORS, Healthy
 from tt_precise.check.columns import choose_set, renamed, renaming
 from tt_precise.mechanics.conversion import RigidBodyState, vectors_from_rigid_body
-from tt_precise.mechanics.newton import arm
+from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.vectors import cross
 
 
@@ -48,7 +48,7 @@ def test_the_conversion_in_exact_numbers() -> None:
     assert abs(vectors.kx - 1) < eps
     assert abs(vectors.kz) < eps
     assert abs(vectors.Lx - 5 * body.I3) < eps
-    v = cross((5, 0, 0), arm(body, (1, 0, 0)))
+    v = cross((5, 0, 0), contact_arm(body, (1, 0, 0)))
     assert (abs(vectors.vx - v[0]) < eps, abs(vectors.vy - v[1]) < eps) == (True, True)
     assert vectors.vy == 5 * body.R
     assert abs(lift) < eps

@@ -104,7 +104,7 @@ CONTROLS: dict[str, Spoil] = {
     ),
     "integrals without friction": _field(newton, "rates", "kz"),
     "lambda is constant under any contact force": _entry(newton, "axis_rate", 0),
-    "E changes by the power of any contact force": _entry(newton, "swing", 1),
+    "E changes by the power of any contact force": _entry(newton, "contact_velocity_rel_cm", 1),
     "dry friction: size, direction and loss": _entry(friction, "coefficient"),
     "Coulomb's law in polar form": _field(friction, "polar_rates", "ex"),
     "rolling meets gliding at the cone": _entry(rolling, "constraint_force", 0),

@@ -139,7 +139,7 @@ def test_rigid_bodies_exactly(body: TippeTop, seed: int) -> None:
     norm = sum(n * n for n in q)
     omega = (Fraction(2), Fraction(-3), Fraction(7, 2))
     k = (2 * (x * z + w * y) / norm, 2 * (y * z - w * x) / norm, 1 - 2 * (x * x + y * y) / norm)
-    s_dot = tuple(-n for n in cross(omega, newton.arm(body, k)))
+    s_dot = tuple(-n for n in cross(omega, newton.contact_arm(body, k)))
     state = RigidBodyState(*(*q, *omega, *s_dot))
     vectors, sinking = vectors_from_rigid_body(body, state)
     assert vectors.k == k

@@ -53,7 +53,7 @@ def test_energy_does_not_change(body: TippeTop, vector_states: list[NewtonState]
     """dE/dt = omega.(a x F) + s_dot.(F - m g z) + m g s_dot.z = (omega x a + s_dot).F = 0."""
     for state in map(still, vector_states):
         force = rolling.constraint_force(body, state)
-        a = newton.arm(body, state.k)
+        a = newton.contact_arm(body, state.k)
         omega = newton.angular_velocity(body, state)
         s_dot = scaled(-1, cross(omega, a))
         torque = cross(a, force)

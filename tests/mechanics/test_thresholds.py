@@ -118,12 +118,12 @@ def energy_and_lambda(body: TippeTop, state: NewtonState) -> tuple[Fraction, Fra
 
 def least_of(body: TippeTop, state: NewtonState) -> NewtonState:
     """The state of least energy with the axis and the lambda of ``state``: at rest, L along I a."""
-    k, a = state.k, newton.arm(body, state.k)
+    k, a = state.k, newton.contact_arm(body, state.k)
     turned = added(scaled(body.I1, a), scaled((body.I3 - body.I1) * dot(a, k), k))
     L = scaled(dot(state.L, a) / dot(a, turned), turned)
     still = NewtonState(*k, *L, 0, 0)
     # the centre of mass is at rest where v_A = omega x a
-    return NewtonState(*k, *L, *newton.swing(body, still)[:2])
+    return NewtonState(*k, *L, *newton.contact_velocity_rel_cm(body, still)[:2])
 
 
 def test_least_energy_is_that_of_the_least_state(
@@ -135,7 +135,7 @@ def test_least_energy_is_that_of_the_least_state(
         least = least_of(body, state)
         bound = thresholds.least_energy(body, state.kz, lambda_)
         more = subtracted(state.L, least.L)
-        turning = dot(more, newton.spin_response(body, state.k, more)) / 2
+        turning = dot(more, newton.inverse_inertia(body, state.k, more)) / 2
         assert energy == bound + turning + QUANTITIES["E_trans"].evaluate(Motion(body, state, None))
         lowest, same_lambda = energy_and_lambda(body, least)
         assert (lowest, same_lambda) == (bound, lambda_)

@@ -57,7 +57,7 @@ from tt_precise.golden.runs import exact_decimal
 from tt_precise.mechanics import friction, newton
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.mechanics.newton import CentreState, NewtonState, arm
+from tt_precise.mechanics.newton import CentreState, NewtonState, contact_arm
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.mechanics.thresholds import energy_excludes, least_energy, tumbling_lambda_squared
 from tt_precise.mechanics.vectors import added, dot, scaled
@@ -243,7 +243,7 @@ class _Well:
         """
         body = self.body
         k = ((1 - z * z).nonnegative_part().sqrt(), arb(0), z)
-        a = arm(body, k)
+        a = contact_arm(body, k)
         # I a, for an inertia I1 across the axis and I3 along it
         turned = added(scaled(body.I1, a), scaled((body.I3 - body.I1) * dot(a, k), k))
         middle = scaled(-self.lambda_ / dot(a, turned), turned)

@@ -21,7 +21,7 @@ from tt_precise.golden.measuring import ending
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
-from tt_precise.mechanics.newton import arm
+from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.vectors import cross, dot
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.check import Sense
@@ -53,7 +53,7 @@ class ContactVelocity:
 
     def _follow(self, samples: Samples) -> None:
         q = samples.q
-        lift = samples.given["vcz"] + cross(q.omega, arm(self._setup.body, q.k))[2]
+        lift = samples.given["vcz"] + cross(q.omega, contact_arm(self._setup.body, q.k))[2]
         risen = numpy.cumsum(numpy.diff(samples.t) * (lift[1:] + lift[:-1]) / 2)
         new = slice(1 if self._rows else 0, None)  # every later block repeats a row
         h = (self._height + numpy.concatenate(([0.0], risen)))[new]

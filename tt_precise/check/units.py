@@ -20,7 +20,7 @@ from tt_precise.check.equations import EquationResidual
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.sources import Block
 from tt_precise.mechanics.conserved import INTEGRALS
-from tt_precise.mechanics.newton import arm
+from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled, subtracted
 from tt_precise.runtime.errors import InputError
@@ -271,7 +271,7 @@ def _part(change: numpy.ndarray, mismatch: numpy.ndarray) -> float | None:
 def _lift(setup: CheckSetup, given: Columns) -> float:
     """Speed at which the contact point leaves the table, in terms of its parts."""
     q = setup.samples(Block(dict(given))).q
-    swing, rise = cross(q.omega, arm(setup.body, q.k))[2], numpy.asarray(given["vcz"])
+    swing, rise = cross(q.omega, contact_arm(setup.body, q.k))[2], numpy.asarray(given["vcz"])
     size = math.sqrt(float(numpy.mean(swing**2 + rise**2)))
     still = STILL * float(setup.body.R * numpy.sqrt(numpy.max(dot(q.omega, q.omega))))
     return math.sqrt(float(numpy.mean((swing + rise) ** 2))) / size if size > still else 0.0
@@ -287,7 +287,7 @@ def _refuse_other_velocities(setup: CheckSetup, rows: Samples) -> None:
     if setup.columns.name != "rigid body" or not setup.velocity_given or soft:
         return
     body, q = setup.body, rows.q
-    factor = _constant_factor(rows.given["vcz"], -cross(q.omega, arm(body, q.k))[2])
+    factor = _constant_factor(rows.given["vcz"], -cross(q.omega, contact_arm(body, q.k))[2])
     if factor is not None:
         lever = float(body.R * body.alpha)
         raise InputError(

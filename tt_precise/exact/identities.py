@@ -443,7 +443,7 @@ def _any_force_jellett(chart: ForceChart) -> Iterable[Scalar]:
 def _any_force_energy(chart: ForceChart) -> Iterable[Scalar]:
     """dE/dt = v_A.F for every force F at the contact point, from m s_ddot = F - m g z."""
     q = _forced_motion(chart)
-    s_dot = subtracted(chart.v, newton.swing(chart.body, chart.state))
+    s_dot = subtracted(chart.v, newton.contact_velocity_rel_cm(chart.body, chart.state))
     # m s_dot.s_ddot + m g z.s_dot = s_dot.F
     rate = dot(s_dot, chart.force) + chart.along(quantities.E_rot(q), _forced_rates(chart))
     yield rate - dot(chart.v, chart.force)
@@ -536,6 +536,6 @@ def _forced_motion(chart: ForceChart) -> Motion:
 
 
 def _forced_rates(chart: ForceChart) -> NewtonState:
-    torque = cross(newton.arm(chart.body, chart.state.k), chart.force)
+    torque = cross(newton.contact_arm(chart.body, chart.state.k), chart.force)
     zero = chart.field.zero
     return NewtonState(*newton.axis_rate(chart.body, chart.state), *torque, zero, zero)

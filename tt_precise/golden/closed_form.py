@@ -131,7 +131,7 @@ class ClosedFlight:
 
     def _height(self, t: Scalar) -> Scalar:
         kz = self.mean + self.swing * self.fn.cos(self.rate * t - self.lag)
-        lowest = newton.arm(self.body, (0, 0, kz))[2]
+        lowest = newton.contact_arm(self.body, (0, 0, kz))[2]
         return flight.height(self.body, self.z, self.first.vcz, t) + lowest
 
     def landing(self) -> Scalar | None:

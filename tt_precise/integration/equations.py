@@ -142,7 +142,7 @@ def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str,
         if form.spring:
             found["sinking"] = compliant.reach(q.body, q.state.height, q.state.rise)
     elif form.spring:
-        found = {} if form.own_time else {"separation": q.force[2]}
+        found = {} if form.regularised_time else {"separation": q.force[2]}
     elif form.model == "rolling":
         found = {"contact_lost": q.force[2]}
     else:
@@ -151,7 +151,7 @@ def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str,
         found = {"contact_lost": numerator, "singular_contact": denominator - margin}
     if form.model == "rolling" and not form.friction.smooth_at_rest:
         found["slip"] = friction.cone_margin(q.body, q.state)
-    elif not (form.friction.smooth_at_rest or form.own_time):
+    elif not (form.friction.smooth_at_rest or form.regularised_time):
         square = q.state.vx * q.state.vx + q.state.vy * q.state.vy
         found["slow"] = square - SLOW_SPEED * SLOW_SPEED
     if form.coordinates == "euler":
@@ -205,7 +205,7 @@ def longest_step(
     frequency = spin / body.I1 + context.sqrt(body.alpha / body.I1)
     decay = 1 + height * height / body.I1
     if (
-        form and form.own_time
+        form and form.regularised_time
     ):  # in which a rate is v times as large, at most at the highest v there
         frequency = 2 * SLOW_SPEED * frequency + body.mu * decay
     elif body.friction.smooth_at_rest or any(vectors.v):

@@ -129,7 +129,7 @@ def propagate(
     horizon = number(start.until) if until is None else until
     with integrator(setup) as made:
         made.begin(setup, start)
-        if setup.formulation.own_time and until is None:
+        if setup.formulation.regularised_time and until is None:
             horizon = number(setup.precision.context.mpf(LONGEST_OWN_TIME))
         rooted = setup.events or setup.formulation.model == "flight"
         first = number(setup.precision.context.mpf(FIRST_STEP)) if rooted else horizon
@@ -330,7 +330,7 @@ class Integrator:
 def _first_numbers(setup: Setup, start: InitialState) -> tuple[Scalar, list[Scalar], list[Scalar]]:
     """Time, state and parameters of ``start`` in heyoka's numbers."""
     form, number = setup.formulation, setup.precision.number
-    horizon = (start.until,) if form.own_time else ()
+    horizon = (start.until,) if form.regularised_time else ()
     parameters = (*start.parameters(form), *horizon)
     return (
         number(setup.precision.context.mpf(0)),
@@ -349,7 +349,7 @@ def build(setup: Setup) -> Integrator:
     equations = Equations.of(form, setup.record)
     terminal = terminal_functions(form, equations.motion, equations.variables[0])
     events = setup.watched
-    if form.own_time:
+    if form.regularised_time:
         terminal |= _ends_in_own_time(setup, equations, heyoka.par[len(form.parameters)])
     hits: list[Hit] = []
     losses: list[Scalar] = []
@@ -361,7 +361,7 @@ def build(setup: Setup) -> Integrator:
     made = heyoka.taylor_adaptive(
         equations.system,
         [number(zero) for _ in equations.variables],
-        pars=[number(zero + 1) for _ in range(len(form.parameters) + form.own_time)],
+        pars=[number(zero + 1) for _ in range(len(form.parameters) + form.regularised_time)],
         fp_type=fp_type,
         t_events=[
             heyoka.t_event(
@@ -417,7 +417,7 @@ def numeric_options(setup: Setup) -> dict[str, Any]:
     # and what is integrated for short
     form = setup.formulation
     sticks = form.model == "rolling" and not form.friction.smooth_at_rest
-    brief = form.own_time or form.spring or form.model == "flight" or sticks
+    brief = form.regularised_time or form.spring or form.model == "flight" or sticks
     options: dict[str, Any] = {
         "compact_mode": bool(brief) or slopes or not setup.precision.is_float
     }

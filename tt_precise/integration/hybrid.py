@@ -76,7 +76,7 @@ def propagated(setup: Setup, start: InitialState) -> DenseOutput:
     propagation = propagate(setup, start, dense=stored)
     pieces = stored.pieces if stored else None
     again = repeating(setup, start, propagation)
-    if not setup.formulation.own_time:
+    if not setup.formulation.regularised_time:
         return DenseOutput(setup, start, propagation, pieces, again)
     t = setup.formulation.columns.index("t")
     hits = tuple(hit._replace(time=hit.state[t]) for hit in propagation.hits)
@@ -110,7 +110,7 @@ def entering(here: InitialState, form: Formulation, fn: Functions) -> InitialSta
     state: tuple[Scalar, ...]
     if "rise" in form.columns:
         state = _lifted(here, form, fn)
-    elif not form.own_time:
+    elif not form.regularised_time:
         state = form.start(here.body, here.vectors, here.euler)
     elif form.coordinates == "euler":
         state = friction.polar_from_euler(here.euler, fn)
@@ -123,7 +123,7 @@ def _lifted(here: InitialState, form: Formulation, fn: Functions) -> tuple[Scala
     vectors: Any = here.vectors
     height, rise = getattr(vectors, "height", fn.mpf(0)), getattr(vectors, "rise", fn.mpf(0))
     turning = here.euler if form.coordinates == "euler" else vectors[:8]
-    if not form.own_time:
+    if not form.regularised_time:
         return (*turning, height, rise)
     return (*turning, fn.sqrt(-height) if height < 0 else fn.mpf(0), rise, fn.mpf(0))
 
@@ -268,7 +268,7 @@ def bouncing(
             )
         begin = begin + output.end_time
         here, flies = after(output, here), joint == "separation"
-        if status == "landing" or (contact.own_time and status == "separation"):
+        if status == "landing" or (contact.regularised_time and status == "separation"):
             lifted: Any = here.vectors
             here = replace(here, vectors=lifted._replace(height=fn.mpf(0)))
         if progress:

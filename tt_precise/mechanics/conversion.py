@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections import namedtuple
 
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.newton import NewtonState, arm
+from tt_precise.mechanics.newton import NewtonState, contact_arm
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.body import Parameters
@@ -99,7 +99,7 @@ def vectors_from_rigid_body(body: Parameters, state: RigidBodyState) -> tuple[Ne
     k = axis_of(*state[:4])
     omega = (state.wx, state.wy, state.wz)
     L = added(scaled(body.I1, omega), scaled((body.I3 - body.I1) * dot(omega, k), k))
-    v = added((state.vcx, state.vcy, state.vcz), cross(omega, arm(body, k)))
+    v = added((state.vcx, state.vcy, state.vcz), cross(omega, contact_arm(body, k)))
     return NewtonState(*k, *L, v[0], v[1]), v[2]
 
 

@@ -54,7 +54,7 @@ class LiftedEulerState(
 def rates(body: Parameters, state: LiftedState, force: Vector) -> LiftedState:
     """Time derivative of the state under any force at the lowest point; eq (1)."""
     turning = NewtonState(*state[:8])
-    torque = cross(newton.arm(body, state.k), force)
+    torque = cross(newton.contact_arm(body, state.k), force)
     x, y, z = newton.contact_acceleration(body, turning, force)
     return LiftedState(*(*newton.axis_rate(body, turning), *torque, x, y, state.rise, z))
 

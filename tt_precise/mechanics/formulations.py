@@ -65,7 +65,7 @@ class Formulation:
         return tuple(self.State._fields)
 
     @property
-    def own_time(self) -> bool:
+    def regularised_time(self) -> bool:
         """Whether it runs in a time of its own."""
         return self.clock is not None
 
@@ -95,7 +95,7 @@ class Formulation:
             )
         if "rise" in self.columns:
             return self._lifted_motion(body, state, fn, phi)
-        if self.own_time:
+        if self.regularised_time:
             polar_state = self.State(*state)
             length = self.columns.index("log_v")
             state = (*state[:length], *friction.gliding_velocity(polar_state, fn))
@@ -110,7 +110,7 @@ class Formulation:
         self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar
     ) -> Motion:
         inner = dict(zip(self.columns, state, strict=False))
-        height = compliant.height(inner["zeta"]) if self.own_time else inner["height"]
+        height = compliant.height(inner["zeta"]) if self.regularised_time else inner["height"]
         euler = None
         turning = state[:8]
         if self.coordinates == "euler":

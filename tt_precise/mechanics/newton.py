@@ -51,13 +51,13 @@ class NewtonState(OfAxis, namedtuple("NewtonState", "kx ky kz Lx Ly Lz vx vy")):
         return (self.vx, self.vy, 0)
 
 
-def arm(body: Parameters, k: Vector) -> Vector:
+def contact_arm(body: Parameters, k: Vector) -> Vector:
     """Vector a = R (alpha k - z) from the centre of mass to the contact point; Fig. 1."""
     lever = body.R * body.alpha
     return (lever * k[0], lever * k[1], lever * k[2] - body.R)
 
 
-def spin_response(body: Parameters, k: Vector, torque: Vector) -> Vector:
+def inverse_inertia(body: Parameters, k: Vector, torque: Vector) -> Vector:
     """Inverse inertia tensor applied to a vector: torque to the angular acceleration it causes."""
     along = dot(torque, k)
     return added(scaled(1 / body.I1, torque), scaled(along / body.I3 - along / body.I1, k))
@@ -65,7 +65,7 @@ def spin_response(body: Parameters, k: Vector, torque: Vector) -> Vector:
 
 def angular_velocity(body: Parameters, state: NewtonState) -> Vector:
     """Angular velocity omega from L."""
-    return spin_response(body, state.k, state.L)
+    return inverse_inertia(body, state.k, state.L)
 
 
 def axis_rate(body: Parameters, state: NewtonState) -> Vector:
@@ -73,7 +73,7 @@ def axis_rate(body: Parameters, state: NewtonState) -> Vector:
     return scaled(1 / body.I1, cross(state.L, state.k))
 
 
-def swing(body: Parameters, state: NewtonState) -> Vector:
+def contact_velocity_rel_cm(body: Parameters, state: NewtonState) -> Vector:
     """Velocity omega x a of the contact point about CM, as R alpha k_dot - R omega x z."""
     omega = angular_velocity(body, state)
     turned = scaled(body.R * body.alpha, axis_rate(body, state))
@@ -87,7 +87,7 @@ def force_per_normal(body: Parameters, state: NewtonState) -> Vector:
 
 def torque_per_normal(body: Parameters, state: NewtonState) -> Vector:
     """Torque about the centre of mass over g_n, a x F/g_n."""
-    return cross(arm(body, state.k), force_per_normal(body, state))
+    return cross(contact_arm(body, state.k), force_per_normal(body, state))
 
 
 def contact_terms(body: Parameters, state: NewtonState) -> tuple[Scalar, Scalar]:
@@ -118,7 +118,7 @@ def normal_force_slope(body: Parameters, state: NewtonState) -> Scalar:
     rate = rates(body, state)
     k_dot, L_dot = axis_rate(body, state), rate.L
     k_ddot = scaled(1 / body.I1, added(cross(L_dot, state.k), cross(state.L, k_dot)))
-    a, f = arm(body, state.k), force_per_normal(body, state)
+    a, f = contact_arm(body, state.k), force_per_normal(body, state)
     a_dot = scaled(body.R * body.alpha, k_dot)
     f_dot = (-body.mu * rate.vx, -body.mu * rate.vy, 0)
     L_ddot = scaled(normal_force(body, state), added(cross(a_dot, f), cross(a, f_dot)))
@@ -135,12 +135,12 @@ def contact_acceleration(body: Parameters, state: NewtonState, force: Vector) ->
     """v_A_dot under any force at the contact point.
 
     v_A = s_dot + omega x a, so v_A_dot = F/m - g z + omega_dot x a + omega x (R alpha k_dot), and
-    omega_dot = spin_response(a x F) + (1/I3 - 1/I1)(L.k) k_dot, because (L.k)_dot = (a x F).k.
+    omega_dot = inverse_inertia(a x F) + (1/I3 - 1/I1)(L.k) k_dot, because (L.k)_dot = (a x F).k.
     """
-    a, k_dot = arm(body, state.k), axis_rate(body, state)
+    a, k_dot = contact_arm(body, state.k), axis_rate(body, state)
     spin = dot(state.L, state.k)
     omega_dot = added(
-        spin_response(body, state.k, cross(a, force)),
+        inverse_inertia(body, state.k, cross(a, force)),
         scaled(spin / body.I3 - spin / body.I1, k_dot),
     )
     centripetal = scaled(body.R * body.alpha, cross(angular_velocity(body, state), k_dot))
@@ -151,7 +151,7 @@ def rates(body: Parameters, state: NewtonState, fn: Functions = None) -> NewtonS
     """Time derivative of the state; eq (1). Polynomial but for the one division in g_n."""
     force = contact_force(body, state)
     v_dot = contact_acceleration(body, state, force)
-    torque = cross(arm(body, state.k), force)
+    torque = cross(contact_arm(body, state.k), force)
     return NewtonState(*axis_rate(body, state), *torque, v_dot[0], v_dot[1])
 
 
@@ -163,14 +163,14 @@ class CentreState(namedtuple("CentreState", "kx ky kz Lx Ly Lz s_dot_x s_dot_y")
 
 def centre_from_vectors(body: Parameters, vectors: NewtonState) -> CentreState:
     """The state whose contact point has the velocity of ``vectors``."""
-    x, y, _ = swing(body, vectors)
+    x, y, _ = contact_velocity_rel_cm(body, vectors)
     return CentreState(*vectors[:6], vectors.vx - x, vectors.vy - y)
 
 
 def centre_to_vectors(body: Parameters, state: CentreState) -> NewtonState:
     """The state with the velocity of the contact point, v_A = s_dot + omega x a."""
     still = NewtonState(*state[:6], 0, 0)
-    x, y, _ = swing(body, still)
+    x, y, _ = contact_velocity_rel_cm(body, still)
     return still._replace(vx=state.s_dot_x + x, vy=state.s_dot_y + y)
 
 

@@ -56,7 +56,7 @@ class Motion:
     @cached_property
     def a(self) -> Vector:
         """From the centre of mass to the contact point."""
-        return newton.arm(self.body, self.k)
+        return newton.contact_arm(self.body, self.k)
 
     @cached_property
     def omega(self) -> Vector:
@@ -66,7 +66,7 @@ class Motion:
     @cached_property
     def omega_cross_a(self) -> Vector:
         """Velocity of the contact point relative to the centre of mass."""
-        return newton.swing(self.body, self.state)
+        return newton.contact_velocity_rel_cm(self.body, self.state)
 
     @cached_property
     def s_dot(self) -> Vector:

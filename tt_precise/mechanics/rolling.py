@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import namedtuple
 
-from tt_precise.mechanics.newton import NewtonState, arm, axis_rate
+from tt_precise.mechanics.newton import NewtonState, axis_rate, contact_arm
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 from tt_precise.runtime.arithmetic import Functions
 from tt_precise.scene.body import Parameters
@@ -31,14 +31,14 @@ class RollingEulerState(namedtuple("RollingEulerState", "theta theta_dot phi_dot
 def constraint_force(body: Parameters, state: NewtonState) -> Vector:
     """Force F at the contact that keeps the top rolling, v_A_dot = 0.
 
-    F/m + spin_response(a x F) x a = b with b = g z - (omega_dot without force) x a
+    F/m + inverse_inertia(a x F) x a = b with b = g z - (omega_dot without force) x a
     - omega x (R alpha k_dot). With n = k x a orthogonal to a, the left side is
     (p 1 - a a^T/I1 + c n n^T) F, p = 1/m + a^2/I1, c = 1/I3 - 1/I1, whose inverse is closed. For a
     unit vector k, a^2 is linear in k, b is g z - R alpha L x k_dot/I1 + c R (L.k) k_dot x z, and n
     is -R k x z.
     """
     m, R, alpha, I1, I3 = body.m, body.R, body.alpha, body.I1, body.I3
-    a, k_dot = arm(body, state.k), axis_rate(body, state)
+    a, k_dot = contact_arm(body, state.k), axis_rate(body, state)
     spin = dot(state.L, state.k)
     drift = spin / I3 - spin / I1
     swung = scaled(R * alpha / I1, cross(state.L, k_dot))
@@ -55,7 +55,7 @@ def rates(body: Parameters, state: RollingState, fn: Functions = None) -> Rollin
     """Time derivative of the vector state; eq (1) with v_A = 0."""
     full = NewtonState(*state, 0, 0)
     force = constraint_force(body, full)
-    return RollingState(*axis_rate(body, full), *cross(arm(body, full.k), force))
+    return RollingState(*axis_rate(body, full), *cross(contact_arm(body, full.k), force))
 
 
 def euler_rates(body: Parameters, state: RollingEulerState, fn: Functions) -> RollingEulerState:

@@ -209,7 +209,7 @@ def _with_centre_at_rest(start: Start, body: TippeTop) -> Start:
     """With v_A = omega x a, so that s_dot = v_A - omega x a has no horizontal part."""
     from tt_precise.mechanics.conversion import vectors_from_euler
     from tt_precise.mechanics.euler import EulerState
-    from tt_precise.mechanics.newton import swing
+    from tt_precise.mechanics.newton import contact_velocity_rel_cm
 
     context, convert = _arithmetic()
     numbers = body.numbers(convert)
@@ -219,7 +219,7 @@ def _with_centre_at_rest(start: Start, body: TippeTop) -> Start:
     sine_cosine = start.theta.sine_cosine(context, convert)
     vectors = vectors_from_euler(numbers, state, context, sine_cosine=sine_cosine)
     # at azimuth 0, where the axis is at t = 0, nu_x and nu_y are along X and Y
-    along, across, _ = swing(numbers, vectors)
+    along, across, _ = contact_velocity_rel_cm(numbers, vectors)
     return replace(start, nu_x=_rounded(along), nu_y=_rounded(across))
 
 

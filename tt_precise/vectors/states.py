@@ -227,7 +227,7 @@ def _seen(
     q = case.motion
     body, k, w = body or q.body, k or q.k, omega or q.omega
     L = added(scaled(body.I1, w), scaled((body.I3 - body.I1) * dot(w, k), k))
-    v = added(q.s_dot, cross(w, newton.arm(body, k)))
+    v = added(q.s_dot, cross(w, newton.contact_arm(body, k)))
     return Motion(body, NewtonState(*k, *L, *v[:2]), q.fn, q.model)
 
 

@@ -20,7 +20,7 @@ def terms(q: Motion) -> dict[str, Scalar | Vector]:
     vectors = NewtonState(*q.state[:8])
     k_dot = newton.axis_rate(body, vectors)
     spin = dot(q.state.L, q.k)
-    response = newton.spin_response(body, q.k, q.torque)
+    response = newton.inverse_inertia(body, q.k, q.torque)
     return {
         "L": q.state.L,
         "a": q.a,

@@ -331,7 +331,7 @@ def trends_in_the_climb(spin: int = -1, run: Run = REFERENCE) -> Finding:
     body = run.loaded.body.numbers(float)
     climb = run.climb
     ends = run.columns(VECTORS, [climb.begin, run.equator, climb.end])
-    arms = _length(newton.arm(body, _state(ends).k))
+    arms = _length(newton.contact_arm(body, _state(ends).k))
     spins = _length(newton.angular_velocity(body, _state(ends)))
     kz = ends["kz"]
     _, back = run.rises_and_falls("theta", climb)
@@ -435,7 +435,7 @@ def _state(columns: dict[str, Array]) -> NewtonState:
 
 def _omega_cross_a(body: Parameters, columns: dict[str, Array]) -> Vector:
     state = _state(columns)
-    return cross(newton.angular_velocity(body, state), newton.arm(body, state.k))
+    return cross(newton.angular_velocity(body, state), newton.contact_arm(body, state.k))
 
 
 def _length(vector: Vector) -> Array:
