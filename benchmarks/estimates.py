@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from benchmarks.random_scenes import random_scene, stands
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import InputError, Json
 
 if TYPE_CHECKING:
     import pandas
@@ -131,7 +130,7 @@ def summary(found: pandas.DataFrame) -> str:
 def main() -> None:
     """Measure, and write ``reports/measured/estimates.csv``."""
     from tt_precise.runtime.files import atomic_write
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
 
     with progress_bar("estimating errors") as progress:
         found = table(progress=progress)

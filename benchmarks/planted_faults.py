@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 
-from tt_precise.runtime.arithmetic import Array, Scalar
-from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import Array, Json, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -260,7 +259,7 @@ def _spoiled_columns(scene: Scene) -> Iterator[Fault]:
 def row(fault: Fault, spacings: Sequence[int] = SPACINGS_MS) -> dict[str, Json]:
     """One row of the table; ``spacings`` (ms), for ``equations``, contain ``GIVEN_MS``."""
     from tt_precise.check import conservation
-    from tt_precise.runtime.errors import InputError
+    from tt_precise.runtime.values import InputError
 
     scene: str | Scene = _slippery(load_scene(SCENE)) if "mu = 0.1" in fault.name else SCENE
     known: dict[str, Json] = {"kind": fault.kind, "fault": fault.name, "size": fault.size}
@@ -306,7 +305,7 @@ def _found(result: Result) -> dict[str, Json]:
 def main() -> None:
     """Measure, and write ``reports/measured/faults.csv``."""
     from tt_precise.runtime.files import atomic_write
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
 
     with progress_bar("planting faults") as progress:
         found = table(progress)

@@ -15,7 +15,7 @@ import pytest
 import tt_precise
 from tt_precise import cli
 from tt_precise.commands.options import FINITE
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 
 LONG = """

@@ -12,7 +12,7 @@ import pytest
 import tt_precise
 from tt_precise.claims import committed
 from tt_precise.golden import building
-from tt_precise.runtime.sources import SOURCES
+from tt_precise.runtime.cache import SOURCES
 
 PACKAGE = Path(tt_precise.__file__).parent
 
@@ -102,8 +102,7 @@ NO_NUMBERS = {
     for name in (
         "_version", "runtime",
         *(f"runtime.{tool}" for tool in (
-            "cache", "errors", "files", "lazy", "notebook", "plotting", "progress", "sources",
-            "startup", "terminal", "untyped", "workers",
+            "cache", "plotting", "process", "tables", "terminal", "workers",
         )),
     )
 }  # fmt: skip

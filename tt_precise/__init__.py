@@ -16,13 +16,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tt_precise._version import __version__
-from tt_precise.runtime.lazy import lazy_names
+from tt_precise.runtime.process import lazy_names
 
 if TYPE_CHECKING:
     from tt_precise import check, claims, golden
     from tt_precise.exact.thresholds import thresholds
     from tt_precise.integration import Trajectory, integrate
-    from tt_precise.runtime.errors import InputError
+    from tt_precise.runtime.values import InputError
     from tt_precise.scene.scene import Scene, load_scene
     from tt_precise.sweeps.table import sweep
 
@@ -43,7 +43,7 @@ __all__ = [
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "runtime.errors": ["InputError"],
+        "runtime.values": ["InputError"],
         "integration": ["Trajectory", "integrate"],
         "exact.thresholds": ["thresholds"],
         "scene.scene": ["Scene", "load_scene"],

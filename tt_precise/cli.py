@@ -15,10 +15,9 @@ import sys
 import click
 
 from tt_precise._version import __version__
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.interruption import Terminated, end_within, heeded
-from tt_precise.runtime.startup import in_a_process_of_ours
+from tt_precise.runtime.process import Terminated, end_within, heeded, in_a_process_of_ours
 from tt_precise.runtime.terminal import open_closed_streams, sanitized
+from tt_precise.runtime.values import InputError
 
 COMMANDS = {
     "run": "Integrate a scene.",

@@ -31,7 +31,7 @@ from tt_precise.golden.store import (
 )
 from tt_precise.golden.table import Table
 from tt_precise.integration import catalogue
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import parse_scene
 
 NAME = "short"

@@ -18,7 +18,7 @@ from tt_precise.golden import store
 from tt_precise.integration import catalogue
 from tt_precise.integration.events import event_named
 from tt_precise.mechanics.compliant import reach
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Inclination
 
 SHORT = Fraction(1, 10)

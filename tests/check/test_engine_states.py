@@ -12,7 +12,7 @@ from tt_precise import cli
 from tt_precise.check.engine_states import CONVENTIONS, engine_columns
 from tt_precise.engines.scoreboard import ENGINES
 from tt_precise.integration import integrate
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
 
 UNTIL = "0.3"

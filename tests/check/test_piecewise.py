@@ -14,7 +14,7 @@ from tt_precise.check.result import Result
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.pose import Pose
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.start import LIFTED
 
 LIFTING = ("coulomb-flight", "elastic-linear", "elastic-hunt-crossley")

@@ -7,7 +7,7 @@ import pytest
 from tt_precise.claims import claims, judge
 from tt_precise.claims import committed as module
 from tt_precise.claims.committed import committed, run_record, sources
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 
 PROVENANCE = {"date": "today", "commit": "abc", "versions": "heyoka 1", "command": "x"}
 

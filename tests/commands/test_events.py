@@ -11,7 +11,7 @@ import pytest
 from tt_precise import cli
 from tt_precise.integration import EVENTS, TERMINAL, Trajectory, catalogue, integrate
 from tt_precise.integration.events import JOINING, change
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 
 SCHEMA = "tt_precise.events/1"

@@ -21,8 +21,8 @@ from tt_precise.cli import main
 from tt_precise.engines.adapters import COLUMNS, rotated
 from tt_precise.engines.ladder import Rung, rungs
 from tt_precise.engines.protocol import Job, run
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.records import json_schema
+from tt_precise.runtime.values import InputError
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STEP = Fraction(1, 500)

@@ -12,7 +12,7 @@ from tt_precise.exact.arithmetic import (
     decimal,
     own_context,
 )
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 
 
 def test_contexts_are_ones_own() -> None:

@@ -20,7 +20,7 @@ from tt_precise.exact.identities import (
 )
 from tt_precise.mechanics import conversion, euler, friction, newton, rolling
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import Parameters
 
 ONE_BODY = Parameters(*map(Fraction, ("2", "3/5", "1/3", "7/4", "9/5", "10", "1/7")))

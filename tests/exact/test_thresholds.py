@@ -16,7 +16,7 @@ from tt_precise.exact.stability import MarginalMomentum
 from tt_precise.exact.thresholds import InversionVerdict, Thresholds, inversion, thresholds
 from tt_precise.mechanics import euler, quantities
 from tt_precise.mechanics import thresholds as formulas
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import TippeTop, top_of
 from tt_precise.scene.scene import Inclination, Scene, load_scene
 

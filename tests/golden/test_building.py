@@ -33,8 +33,8 @@ from tt_precise.mechanics.conserved import conserved, drift
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import locked
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.numerals import to_mpmath
 
 

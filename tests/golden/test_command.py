@@ -13,7 +13,7 @@ from tests.golden.tables import edit_cell
 from tt_precise.cli import main
 from tt_precise.golden.store import MANIFEST, TRAJECTORY
 from tt_precise.runtime import files
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 
 
 def test_list_names_what_is_there_and_what_is_missing(

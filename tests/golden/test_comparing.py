@@ -14,7 +14,7 @@ import tt_precise as tt
 from tests.golden.conftest import Small
 from tt_precise.golden import store
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 
 
 def loaded(small: Small) -> pandas.DataFrame:

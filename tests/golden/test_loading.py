@@ -17,7 +17,7 @@ from tt_precise.golden import load, store
 from tt_precise.golden.loading import pose_columns
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.pose import Pose
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from tests.golden.tables import edit_cell, other_digit
 from tt_precise.golden import proofs, store
 from tt_precise.golden.store import MANIFEST, PROOF, PROVED, SCENE, TRAJECTORY
 from tt_precise.golden.verifying import inspect
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 
 NAME = "contact-lost"  # few rows, and proved
 

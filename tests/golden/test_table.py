@@ -7,7 +7,7 @@ import math
 import pytest
 
 from tt_precise.golden.table import Table
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 
 TEXT = "t,kx\n0,1.0e-1\n0.01,\n"
 

@@ -20,7 +20,7 @@ from tt_precise.golden.runs import Run, Task, perform
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.golden.verifying import FRESH_DIGITS, _errors, bits_needed, inspect, judge, verify
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ import pytest
 from tt_precise.golden import load
 from tt_precise.golden.proofs import read
 from tt_precise.golden.store import home
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 
 SIGNALS = {"SIGINT": 130, "SIGTERM": 143, "SIGKILL": -9}
 PROVED = ("upright", "rocking")  # done after some 2 and 4 s

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 
 TEXTS: dict[str, Callable[[], bytes]] = {

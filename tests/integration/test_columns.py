@@ -6,7 +6,7 @@ import pytest
 from tt_precise.check import conservation
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics.pose import Pose
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
 
 

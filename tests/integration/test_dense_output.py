@@ -17,7 +17,7 @@ from tt_precise.integration.columns import EULER_COLUMNS, VECTOR_COLUMNS
 from tt_precise.integration.dense_output import SampleTimes, Times
 from tt_precise.integration.precision import KINDS, precision_named
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.taylor.numbers import added, number

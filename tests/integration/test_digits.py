@@ -14,7 +14,7 @@ from tt_precise.integration.columns import digits_over_rows
 from tt_precise.integration.digits import HEYOKAS, LADDER, SPARE, Rung, integrate_to_digits
 from tt_precise.integration.errors import distance, floats
 from tt_precise.integration.precision import KINDS
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene, shipped
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from tt_precise.integration import catalogue, integrate
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene, shipped
 
 EXTREMA = tuple(f"extremum:{name}" for name in QUANTITIES)

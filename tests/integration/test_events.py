@@ -15,7 +15,7 @@ from tt_precise.integration import Trajectory, catalogue, events, integrate
 from tt_precise.integration.events import EVENTS, EXTREMUM, ZERO
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
 
 ALL = catalogue("gliding")

@@ -7,7 +7,7 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, parse_scene
 
 TEXT = """

@@ -16,7 +16,7 @@ from tt_precise.integration import Trajectory, catalogue
 from tt_precise.integration.hybrid import _flies
 from tt_precise.mechanics import flight, friction
 from tt_precise.mechanics.conversion import RigidBodyState
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.numerals import to_mpmath
 from tt_precise.scene.scene import Scene, load_scene, parse_scene
 

@@ -13,7 +13,7 @@ from tt_precise.integration import Trajectory, catalogue, integrate
 from tt_precise.integration.events import EVENTS
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene, shipped
 
 FN = mpmath.MPContext()

@@ -5,8 +5,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.mechanics.quantities import ENERGY, E, Motion
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import Scene
 
 

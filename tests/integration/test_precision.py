@@ -8,7 +8,7 @@ import numpy
 import pytest
 
 from tt_precise.integration.precision import Precision, finer, precision_named
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 
 PRECISIONS = [precision_named(name) for name in ("double", "extended", "quad")]
 PRECISIONS += [precision_named("mp", bits) for bits in (54, 200, 1001)]

@@ -12,8 +12,7 @@ import pytest
 from tt_precise.integration import Trajectory, integrate, precision
 from tt_precise.integration.dense_output import long_double
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import load_scene
 
 VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")

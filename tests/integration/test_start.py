@@ -10,7 +10,7 @@ from tt_precise.integration import integrate
 from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
 
 QUAD = precision_named("quad")

@@ -10,7 +10,7 @@ import pytest
 from tt_precise.claims.evidence.run import variant
 from tt_precise.integration import integrate
 from tt_precise.integration.streaming import Stream
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 
 EPS = 2.0**-52
 

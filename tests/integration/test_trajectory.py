@@ -13,7 +13,7 @@ import pytest
 import tt_precise
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics.conserved import conserved
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
 
 NEWTON = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")

@@ -12,7 +12,7 @@ from tt_precise.integration.setup import Setup
 from tt_precise.integration.vanishing import at_start
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
 
 ALL = catalogue("gliding")

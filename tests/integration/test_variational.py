@@ -8,7 +8,7 @@ import pytest
 
 from tt_precise.integration import integrate
 from tt_precise.integration.variational import Sensitivity, sensitivity
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 
 TIMES = ("0", "0.01", "0.03", "0.05")

@@ -10,7 +10,7 @@ from PIL import Image
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.views import ELEVATION, _Picture, _seen, _towards, sampled
 from tt_precise.runtime import plotting
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from tests.integration.witness import BITS, Top, cross, dot, follow, plus, times
 from tt_precise.integration import catalogue, integrate
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import parse_scene
 
 SCENES = int(os.environ.get("WITNESS_SCENES", "300"))

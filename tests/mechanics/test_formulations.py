@@ -18,7 +18,7 @@ from tt_precise.mechanics.formulations import (
     integrated,
 )
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import TippeTop
 
 Round = Callable[[Fraction], Any]

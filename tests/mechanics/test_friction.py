@@ -17,7 +17,7 @@ from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import Parameters, TippeTop, top_of
 from tt_precise.scene.laws import COULOMB, LAWS
 

@@ -17,7 +17,7 @@ from tt_precise.report.document import Card, Claims, PageTable, Section, Text
 from tt_precise.report.sections import claims, overview, solution
 from tt_precise.report.sections.measured import jellett_alone
 from tt_precise.report.sections.overview import verdict
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 
 RUN = run_record(1, 1, {"date": "today", "commit": "abc", "versions": "heyoka 1"})
 

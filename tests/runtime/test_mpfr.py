@@ -11,8 +11,8 @@ import mpmath
 import numpy
 import pytest
 
-from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.mpfr import mpfr_of
+from tt_precise.runtime.values import Scalar
 
 CONTEXT = mpmath.MPContext()
 CONTEXT.prec = 219

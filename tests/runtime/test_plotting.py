@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from tt_precise.runtime import plotting
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 
 
 def drawn() -> Figure:

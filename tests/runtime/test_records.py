@@ -7,7 +7,6 @@ from typing import Annotated, Any, Literal
 import jsonschema
 import pytest
 
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.records import (
     UNSET,
     Meta,
@@ -20,6 +19,7 @@ from tt_precise.runtime.records import (
     read,
     read_as,
 )  # fmt: skip
+from tt_precise.runtime.values import InputError
 
 
 class Row(Record, frozen=True):

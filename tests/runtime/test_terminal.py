@@ -1,4 +1,4 @@
-"""What is printed: nothing that a file holds reaches the terminal as more than text."""
+"""Output to the terminal: no escape sequence from a file, and progress only on a terminal."""
 
 import io
 import json
@@ -11,7 +11,7 @@ import pytest
 
 from tt_precise import cli
 from tt_precise.runtime import terminal
-from tt_precise.runtime.terminal import one_line, say, visible
+from tt_precise.runtime.terminal import one_line, progress_bar, say, silent, visible
 
 HOSTILE = "a\x1b[2J\x07\r\x9bb\u2028d\ue000\udcff"
 ENTRY = [sys.executable, "-c", "from tt_precise.cli import entry; entry()"]
@@ -100,3 +100,51 @@ def test_open_streams_are_left_alone() -> None:
     before = sorted(os.listdir("/proc/self/fd"))
     terminal.open_closed_streams()
     assert sorted(os.listdir("/proc/self/fd")) == before
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_silent_where_nobody_looks(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", file)
+    with progress_bar("integrating") as progress:
+        assert progress is silent
+        progress(0.5)
+    assert file.getvalue() == ""
+    assert capsys.readouterr().out == ""
+
+
+def test_a_terminal_sees_the_label_and_the_fraction(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with progress_bar("integrating") as progress:
+        for percent in range(0, 101, 10):
+            progress(percent / 100)
+    shown = terminal.getvalue()
+    assert "integrating" in shown
+    assert "100%" in shown
+    assert capsys.readouterr().out == ""
+
+
+def test_an_exception_passes_through(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with pytest.raises(KeyboardInterrupt), progress_bar("integrating"):
+        raise KeyboardInterrupt
+
+
+def test_rich_is_imported_for_a_terminal_only() -> None:
+    code = (
+        "import sys; from tt_precise.runtime.terminal import progress_bar\n"
+        "with progress_bar('x') as progress: progress(1.0)\n"
+        "assert 'rich' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, stderr=subprocess.PIPE)

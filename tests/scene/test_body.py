@@ -8,7 +8,7 @@ import mpmath
 import pytest
 
 from tests.conftest import top
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import Dimension, TippeTop, Units, require_si, top_of
 from tt_precise.scene.numerals import to_mpmath
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis.strategies import floats, integers, lists
 
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.numerals import LONGEST, WithPi, exact, read, shortest_texts, to_mpmath
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.numerals import exact, to_mpmath
 from tt_precise.scene.scene import (
     Inclination,

@@ -8,7 +8,7 @@ import mpmath
 import pytest
 
 from tt_precise.integration import integrate
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.scene.start import Inclination, Start
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.sweeps import events
 from tt_precise.sweeps.columns import detectors, extremes
 from tt_precise.sweeps.lanes import Build, LaneResults, LaneStart, lanes

@@ -6,7 +6,7 @@ import numpy
 import pandas
 import pytest
 
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.sweeps.picture import curve, label_of, map_of
 
 

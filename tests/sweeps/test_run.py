@@ -12,7 +12,7 @@ import numpy
 import pandas
 import pytest
 
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import read_rows, specification, spot_check, sweep
 from tt_precise.sweeps import run as running

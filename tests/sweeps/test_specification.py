@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy
 import pytest
 
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import read_specification, specification
 from tt_precise.sweeps.specification import Axis, Range, blocks

@@ -8,7 +8,7 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError, local_pool
 from tt_precise.sweeps import specification
 from tt_precise.sweeps.table import integrated

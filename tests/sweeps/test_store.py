@@ -13,8 +13,8 @@ import pyarrow.parquet
 import pytest
 
 from tt_precise.cli import main
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import locked
+from tt_precise.runtime.values import InputError
 from tt_precise.sweeps import read_rows, specification, store, sweep
 
 SPEC = specification("reference", until="0.05", vary={"phi_dot": "-20:20:12"})

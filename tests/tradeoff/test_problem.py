@@ -8,7 +8,7 @@ import numpy
 import pytest
 
 from tt_precise.integration.precision import precision_named
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.tradeoff.measure import METHODS
 from tt_precise.tradeoff.methods import Settings
 from tt_precise.tradeoff.problem import GoldenProblem, golden_problem

@@ -14,7 +14,7 @@ from fractions import Fraction
 import flint
 from flint import arb, arb_poly, fmpq
 
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 
 
 class NotProved(ArithmeticError):  # noqa: N818 - a verdict, not a mistake

@@ -16,7 +16,7 @@ from flint import arb, fmpz
 
 from tt_precise.golden.store import Stored, scene_sha256
 from tt_precise.runtime import records
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 
 if TYPE_CHECKING:
     from tt_precise.certify.proof import Proof

@@ -46,10 +46,8 @@ from tt_precise.mechanics.formulations import (
 )
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import Arithmetic, Functions, InputError, Json, Scalar
 from tt_precise.scene.scene import Scene
 
 MOST_BITS, MOST_ORDER = 10_000, 10_000

@@ -11,7 +11,7 @@ from flint import arb, arb_poly, arb_series, fmpq, fmpq_mpoly_ctx
 
 from tt_precise.certify.balls import Ring, series_length
 from tt_precise.certify.certificate import Refused
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 
 
 class PowerSeries(Ring):

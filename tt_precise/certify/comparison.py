@@ -23,7 +23,7 @@ from tt_precise.golden.runs import ORDER, SAME_TIME, columns, exact_decimal
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import JOINING, TERMINAL, catalogue
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 
 CONTACT_LOST = "contact_lost"
 LABELS = ("name", "direction")

@@ -20,9 +20,8 @@ from tt_precise.certify.error_set import LohnerSet
 from tt_precise.certify.problem import Problem, exact_zeros, restored, without
 from tt_precise.certify.step import Crossing, Piece, cross
 from tt_precise.certify.taylor_model import Frame, TaylorModel
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.untyped import Adaptive
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import Adaptive, Scalar
 
 # Time is counted in units of a power of two near this many steps: about where the series stops
 # converging (heyoka steps radius/e^2). Coefficients are then of one size, which arb multiplies

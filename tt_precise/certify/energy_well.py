@@ -61,7 +61,7 @@ from tt_precise.mechanics.newton import CentreState, NewtonState, contact_arm
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.mechanics.thresholds import energy_excludes, least_energy, tumbling_lambda_squared
 from tt_precise.mechanics.vectors import added, dot, scaled
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene
 

@@ -40,13 +40,10 @@ from tt_precise.golden.store import (
     scene_sha256,
 )
 from tt_precise.golden.table import Table
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.cache import source_hash
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.cache import SOURCES, source_hash
 from tt_precise.runtime.files import atomic_write, locked
-from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.sources import SOURCES
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import InputError, Json, Scalar
 
 MORE_BITS = 64
 MOST_BITS = 456

@@ -30,7 +30,7 @@ from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 from tt_precise.scene.body import Units
 from tt_precise.scene.scene import Inclination, Scene
 from tt_precise.scene.start import LIFTED, LiftedStart

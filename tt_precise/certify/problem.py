@@ -31,7 +31,7 @@ from tt_precise.mechanics.formulations import (
 )
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar
+from tt_precise.runtime.values import Arithmetic, Functions, Scalar
 from tt_precise.scene.body import Units
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.graph import Constant, Graph, Operand, constants_of, in_order, numbers

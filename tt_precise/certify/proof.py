@@ -34,9 +34,8 @@ from tt_precise.mechanics.compliant import reach
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion, jellett
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.numerals import exact
 from tt_precise.scene.scene import Scene, load_scene
 

@@ -10,7 +10,7 @@ import numpy
 
 from tt_precise.check.samples import Samples
 from tt_precise.check.sources import Block
-from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.values import Array
 
 NUDGE = 1e-4  # of the free parameter, for the slope
 STEPS = 6  # of Newton's method with the first slope

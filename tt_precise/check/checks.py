@@ -23,9 +23,7 @@ from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
 from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.check import Sense
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import Array, InputError, Sense
 from tt_precise.scene.scene import Scene
 
 SHALLOW = 0.1  # of R: what leaves the table by more is no contact at all

@@ -18,8 +18,7 @@ from tt_precise.mechanics.conversion import (
 )
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import Functions, InputError, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.start import LIFTED
 

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from tt_precise.mechanics.conversion import RigidBodyState
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import Array, InputError
 from tt_precise.scene.scene import Scene
 
 if TYPE_CHECKING:

@@ -34,7 +34,7 @@ from tt_precise.mechanics.friction import cone_margin
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.values import Array, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.series import SeriesFunctions, Truncated, coefficients

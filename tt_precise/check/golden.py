@@ -41,9 +41,8 @@ from tt_precise.golden.store import MANIFEST, Folder, locate, read_whole
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.check import Check, Verdict
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress
+from tt_precise.runtime.terminal import Progress
+from tt_precise.runtime.values import Check, InputError, Verdict
 from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LIFTED

@@ -18,7 +18,7 @@ from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.mechanics import lowest_point
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
-from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.values import Array
 
 ROWS = 5  # of a window
 MARGIN = 20.0

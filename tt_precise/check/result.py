@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy
 
-from tt_precise.runtime.check import Check
 from tt_precise.runtime.terminal import one_line
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Check, Json
 
 if TYPE_CHECKING:
     import pandas

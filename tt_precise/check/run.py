@@ -23,10 +23,8 @@ from tt_precise.check.sources import Block, NotFinite, RowSource, UsableRows, op
 from tt_precise.check.units import refuse_other_units
 from tt_precise.golden.store import Folder
 from tt_precise.mechanics.digits import MOST_GOLDEN
-from tt_precise.runtime.check import Check, Verdict
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.terminal import one_line
+from tt_precise.runtime.terminal import Progress, one_line, silent
+from tt_precise.runtime.values import Check, InputError, Verdict
 from tt_precise.scene.scene import Scene, load_scene
 
 NAME = "finite"

@@ -13,7 +13,7 @@ from tt_precise.check.sources import Block
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene
 

@@ -26,10 +26,9 @@ from typing import Any
 import numpy
 
 from tt_precise.check.columns import Reading, renamed
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.tables import FORMATS
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import Array, InputError
 
 
 @dataclass(frozen=True)

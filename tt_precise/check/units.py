@@ -23,7 +23,7 @@ from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled, subtracted
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import Parameters
 
 ANGULAR = ("theta_dot", "phi_dot", "omega_3", "wx", "wy", "wz")

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tt_precise.runtime.lazy import lazy_names
+from tt_precise.runtime.process import lazy_names
 
 if TYPE_CHECKING:
     from tt_precise.claims.claim import (

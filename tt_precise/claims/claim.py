@@ -27,7 +27,7 @@ from tt_precise.claims import paper as papers
 from tt_precise.claims.committed import JudgedCheck, JudgedClaim
 from tt_precise.claims.paper import KINDS, Paper, named
 from tt_precise.claims.verdicts import Finding, Verdict
-from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
 Function = Callable[..., Finding]

@@ -13,10 +13,9 @@ from typing import Annotated, Literal
 
 from msgspec.structs import replace
 
-from tt_precise.runtime.cache import source_hash
+from tt_precise.runtime.cache import SOURCES, source_hash
 from tt_precise.runtime.files import shipped
 from tt_precise.runtime.records import UNSET, Meta, Record, Unset, read, record_of
-from tt_precise.runtime.sources import SOURCES
 
 PACKAGE = Path(__file__).parents[1]
 FILE = "results.json"  # in reports/

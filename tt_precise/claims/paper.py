@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 
 T = TypeVar("T")
 

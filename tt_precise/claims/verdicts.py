@@ -21,7 +21,7 @@ from enum import StrEnum
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
 
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 
 # ---- measured numbers ---------------------------------------------------------------------------
 

@@ -9,8 +9,8 @@ import click
 
 from tt_precise.commands import options
 from tt_precise.mechanics.digits import RULE
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.terminal import one_line
+from tt_precise.runtime.values import InputError
 
 if TYPE_CHECKING:
     from tt_precise.check.result import Result
@@ -90,7 +90,7 @@ def command(
     from tt_precise.check.result import unusable
     from tt_precise.check.run import conservation
     from tt_precise.runtime.files import require_apart
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
 
     outputs = {"--junit": junit, "--markdown": markdown, "--plot": plot}
     require_apart(outputs, trajectory, scene)

@@ -107,7 +107,7 @@ def _computed(
     ids: Sequence[str], kinds: Sequence[str], workers: int, known: Committed | None
 ) -> list[JudgedClaim]:
     from tt_precise.claims import claim_named, claims, judge_all
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
 
     every = list(claims().values())
     wanted = [claim_named(name) for name in ids] if ids else every

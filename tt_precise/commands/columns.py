@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from tt_precise.commands.options import JSON, emit
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 
 SCHEMA = "tt_precise.columns/1"
 CONVENTIONS = (

@@ -10,8 +10,7 @@ from pathlib import Path
 import click
 
 from tt_precise.commands import options
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import InputError, Json
 
 GOOD = ("rounding", "converges", "measured")
 LAW = "coulomb"
@@ -73,8 +72,8 @@ def command(
     from tt_precise.engines.protocol import Job, as_text
     from tt_precise.engines.scoreboard import ENGINES
     from tt_precise.runtime.files import atomic_write, require_writable
-    from tt_precise.runtime.progress import progress_bar
     from tt_precise.runtime.records import json_schema
+    from tt_precise.runtime.terminal import progress_bar
     from tt_precise.runtime.workers import cores
     from tt_precise.scene.numerals import exact
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands import options
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError, Scalar
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
@@ -44,7 +43,7 @@ def command(
     from tt_precise.commands.run import event_rows
     from tt_precise.integration import integrate
     from tt_precise.integration.events import TERMINAL, asked_for
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
     from tt_precise.scene.numerals import exact
     from tt_precise.scene.scene import load_scene
 

@@ -41,8 +41,8 @@ def command(
     from tt_precise.extremes import cases, run_all
     from tt_precise.extremes.case import Extremes
     from tt_precise.runtime.files import atomic_write, require_writable
-    from tt_precise.runtime.progress import progress_bar
     from tt_precise.runtime.records import encode
+    from tt_precise.runtime.terminal import progress_bar
 
     chosen = cases(topic, quick)
     if out is not None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands import options
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 
 if TYPE_CHECKING:
     from tt_precise.golden import Built, Verification
@@ -50,7 +50,7 @@ def build_command(
     if the computations contradict each other.
     """
     from tt_precise.golden import build
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
 
     began = time.monotonic()
     with progress_bar("building golden data") as progress:
@@ -81,7 +81,7 @@ def verify_command(
     A scene is a name, its TOML file, or the folder of its data. Exit status 1 if anything is wrong.
     """
     from tt_precise.golden import verify
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
 
     with progress_bar("verifying golden data") as progress:
         found = verify(scenes or None, folder=folder, workers=workers, progress=progress)
@@ -149,7 +149,7 @@ def certify_command(
     writes nothing. Exit status 1 if a printed digit is proved wrong, the proof does not reach the
     end, or a certificate is refused. Needs python-flint (extra `certify`).
     """
-    from tt_precise.runtime.errors import InputError
+    from tt_precise.runtime.values import InputError
 
     try:
         from tt_precise.certify.golden_proof import attempted
@@ -163,7 +163,7 @@ def certify_command(
     from tt_precise.golden.store import require, some
     from tt_precise.golden.store import scenes as golden_scenes
     from tt_precise.runtime.files import require_writable
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
     from tt_precise.runtime.workers import Call, Failure, cores, local_pool
 
     if checked and certificate:
@@ -208,7 +208,7 @@ def vectors_command(build: bool, index_only: bool, folder: Path | None, as_json:
     """
     from tt_precise.golden.store import home
     from tt_precise.runtime.files import atomic_write
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
     from tt_precise.vectors import index
 
     place = folder or home()
@@ -285,7 +285,7 @@ def _check(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: boo
     from tt_precise.certify.balls import NotProved
     from tt_precise.certify.golden_proof import check
     from tt_precise.golden import store
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
 
     results: list[dict[str, Json]] = []
     for name in scenes:

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import click
 
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 
 F = TypeVar("F", bound=Callable[..., Any])
 

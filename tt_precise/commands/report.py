@@ -22,7 +22,7 @@ def command(out: str, opened: bool, as_json: bool) -> int:
     """Write the precision report: HTML, Markdown, results.json and the figures."""
     from tt_precise.report.build import build
     from tt_precise.runtime.files import require_writable
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
 
     folder = Path(out)
     require_writable(folder / "results.json")  # fail early

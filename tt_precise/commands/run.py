@@ -9,11 +9,9 @@ import click
 
 from tt_precise.commands import options
 from tt_precise.mechanics.digits import RULE
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import require_apart, require_writable
 from tt_precise.runtime.records import Meta, Record
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import InputError, Json, Scalar
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
@@ -179,7 +177,7 @@ def command(
     from tt_precise.integration.digits import MOST_SECONDS, seconds_for
     from tt_precise.integration.events import asked_for
     from tt_precise.runtime import tables
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
     from tt_precise.scene.numerals import exact
     from tt_precise.scene.scene import RECORDABLE, load_scene
 

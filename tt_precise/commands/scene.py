@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands.options import JSON, emit
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import InputError, Json
 from tt_precise.scene.laws import law_named
 
 if TYPE_CHECKING:

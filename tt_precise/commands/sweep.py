@@ -8,9 +8,8 @@ import click
 from click.core import ParameterSource
 
 from tt_precise.commands import options
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.terminal import say
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import InputError, Json
 from tt_precise.runtime.workers import cores
 
 SOME_FAILED = 1
@@ -114,7 +113,7 @@ def run(
     Exit status 1 if rows are missing because their chunk failed repeatedly, or if the recheck in
     double-double contradicts a row: another outcome, a time in only one of the two, or no result.
     """  # noqa: D301 - the mark of click that keeps lines is a control character
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
     from tt_precise.sweeps import read_specification, specification
     from tt_precise.sweeps.run import sweep
 
@@ -250,11 +249,11 @@ def _refuse_what_the_file_says(scene: str) -> None:
 
 def is_sweep_file(path: str) -> bool:
     """Whether a TOML file is a sweep: it names a scene."""
-    from tt_precise.runtime.toml import parse, read_text
+    from tt_precise.runtime.files import parse_toml, read_toml
 
     if not path.endswith(".toml"):
         return False
     try:
-        return "scene" in parse(read_text(Path(path), "a sweep"))
+        return "scene" in parse_toml(read_toml(Path(path), "a sweep"))
     except InputError:
         return False  # the scene's own reader says what is wrong

@@ -26,7 +26,7 @@ def command(scene: str, digits: int, as_json: bool) -> int:
     quantity exists in only one of them.
     """
     from tt_precise.exact.thresholds import thresholds
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
     from tt_precise.scene.scene import load_scene
 
     loaded = load_scene(scene)

@@ -44,7 +44,7 @@ def command(quick: bool, out: Path | None, as_json: bool) -> int:
     """
     from tt_precise.report.sections.measured import figures
     from tt_precise.runtime.files import require_writable, write_together
-    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.terminal import progress_bar
     from tt_precise.tradeoff import error_growth, measure
     from tt_precise.tradeoff.findings import GROWTH, TABLE, TradeoffTables, findings
 

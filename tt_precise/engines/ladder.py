@@ -33,11 +33,8 @@ from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import turned
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.check import Check
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import Array, Check, InputError, Json
 from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:

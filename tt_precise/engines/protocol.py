@@ -29,10 +29,8 @@ from tt_precise.mechanics.conversion import axis_of
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import multiplied
-from tt_precise.runtime.arithmetic import Arithmetic, Array
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.records import UNSET, Record, Unset
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Arithmetic, Array, InputError, Json
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene
 

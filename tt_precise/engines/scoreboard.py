@@ -14,8 +14,8 @@ from pathlib import Path
 
 from tt_precise._version import __version__
 from tt_precise.engines.ladder import VERDICTS, Rung, RungResult, climb, rungs
-from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import Json
 
 SCHEMA = "tt_precise.engines/1"
 ADAPTERS = Path(__file__).with_name("adapters")

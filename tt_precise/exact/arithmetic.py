@@ -7,8 +7,7 @@ from fractions import Fraction
 
 from mpmath import MPContext
 
-from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import Arithmetic, Functions, InputError, Scalar
 from tt_precise.scene.numerals import to_mpmath
 
 MOST_DIGITS = 2000  # beyond, minutes turn into hours; a typing error should not start them

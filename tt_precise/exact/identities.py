@@ -36,8 +36,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.laws import COULOMB, LAWS
 

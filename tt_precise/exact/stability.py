@@ -24,7 +24,7 @@ from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM
-from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import Parameters, TippeTop, Units
 
 UPRIGHT, INVERTED = 1, -1

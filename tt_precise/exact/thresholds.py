@@ -31,8 +31,7 @@ from tt_precise.mechanics.formulations import contact_terms
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Functions, Json, Scalar
 from tt_precise.scene.scene import Scene, Start, load_scene
 
 GUARD_DIGITS = 15  # some ten roundings in each formula, and the fineness of the body on top

@@ -28,10 +28,9 @@ from functools import cache, cached_property
 from itertools import product
 from typing import Annotated, Literal
 
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.records import UNSET, Meta, Record, Unset
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import Json, Scalar
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
 # heyoka.real arrays leak memory, so a worker is replaced now and then

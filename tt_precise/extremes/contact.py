@@ -18,7 +18,7 @@ from tt_precise.extremes.tops import (
     varied,
 )
 from tt_precise.integration import Trajectory, integrate
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 from tt_precise.scene.scene import Scene, load_scene
 
 NARROW_S = Fraction("1e-13")

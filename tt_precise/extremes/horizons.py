@@ -21,7 +21,7 @@ from tt_precise.mechanics import quantities
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.scene import load_scene
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.variational import sensitivity
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.values import Array, Scalar
 from tt_precise.scene.body import Parameters, of_numbers
 from tt_precise.scene.scene import Scene, load_scene
 

@@ -15,8 +15,7 @@ from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import Scene, load_scene
 
 DIGITS = 80  # of the theory; mp has 60

@@ -36,14 +36,11 @@ from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion, described, jellett
-from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.runtime.cache import UNREADABLE, Records, source_hash
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.cache import SOURCES, UNREADABLE, Records, source_hash
 from tt_precise.runtime.files import locked
 from tt_precise.runtime.mpfr import mpfr_of
-from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.sources import SOURCES
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import Functions, InputError, Json, Scalar
 from tt_precise.runtime.workers import Call, Failure, local_pool
 from tt_precise.scene.numerals import to_mpmath
 from tt_precise.scene.scene import Scene, load_scene, parse_scene, shipped

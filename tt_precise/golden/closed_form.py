@@ -27,7 +27,7 @@ from tt_precise.mechanics.conversion import (
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.pose import pose
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.numerals import to_mpmath
 from tt_precise.scene.scene import Scene
 

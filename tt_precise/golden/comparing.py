@@ -17,8 +17,8 @@ from tt_precise.golden.measuring import FewestDigits, TrueRows
 from tt_precise.golden.store import Folder, read_whole
 from tt_precise.mechanics.digits import RULE
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.plotting import new_figure, require_format, save, styled
+from tt_precise.runtime.values import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

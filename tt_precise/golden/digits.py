@@ -17,8 +17,7 @@ from typing import NamedTuple
 
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError, Scalar
 
 DIGITS = 34  # published at most; IEEE decimal128 and Fortran's real(16) hold as many
 RULE = (

@@ -18,9 +18,7 @@ import pandas
 from tt_precise.golden.digits import DIGITS
 from tt_precise.golden.store import Folder, read_whole
 from tt_precise.golden.table import Table
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Array, InputError, Json
 from tt_precise.scene.scene import RECORDABLE, Scene
 
 Numbers = Literal["exact", "float", "text"]  # as of a trajectory's tables

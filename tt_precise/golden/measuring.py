@@ -22,7 +22,7 @@ from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.series import SeriesFunctions, coefficients
 

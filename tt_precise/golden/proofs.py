@@ -33,9 +33,7 @@ from tt_precise.integration.inversion import InversionTimes, Marks, Turns, from_
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime import records
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import InputError, Json, Scalar
 from tt_precise.scene.scene import Scene
 
 SCHEMA = Proof.__struct_config__.tag

@@ -27,7 +27,7 @@ from tt_precise.golden.digits import (
 )
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import EVENTS, JOINING, TERMINAL, not_alternating
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 from tt_precise.scene.scene import Scene, parse_scene
 
 if TYPE_CHECKING:

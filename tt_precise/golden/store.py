@@ -25,9 +25,8 @@ from tt_precise.golden.digits import scales_of
 from tt_precise.golden.documents import Manifest, Proof
 from tt_precise.golden.table import Table
 from tt_precise.runtime import records
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import atomic_write, shipped
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import InputError, Json
 from tt_precise.scene.scene import Scene, parse_scene
 
 SCENE, TRAJECTORY, EVENTS = "scene.toml", "trajectory.csv", "events.csv"

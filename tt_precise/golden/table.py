@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 
 
 @dataclass(frozen=True)

@@ -28,10 +28,8 @@ from tt_precise.golden.runs import (
 from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Folder, Located, Stored
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.digits import sizes
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import Array, InputError, Json
 from tt_precise.runtime.workers import Call, Failure, local_pool
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.scene.scene import shipped as shipped_scenes

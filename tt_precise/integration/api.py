@@ -10,8 +10,8 @@ from tt_precise.integration.digits import Rung, integrate_to_digits
 from tt_precise.integration.events import Events, asked_for
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.trajectory import Trajectory
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress
+from tt_precise.runtime.terminal import Progress
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.numerals import exact
 from tt_precise.scene.scene import Scene, load_scene
 

@@ -16,9 +16,7 @@ from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import QUANTITIES, RATE, SPEED, Motion, Quantity
-from tt_precise.runtime.arithmetic import Array, Functions, Scalar
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Array, Functions, InputError, Json, Scalar
 from tt_precise.scene.body import Dimension
 
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")

@@ -20,11 +20,9 @@ from tt_precise.integration.events import Hit
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.runtime.arithmetic import Array, Scalar
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.mpfr import Mpfr
-from tt_precise.runtime.progress import Progress
-from tt_precise.runtime.untyped import ContinuousOutput
+from tt_precise.runtime.terminal import Progress
+from tt_precise.runtime.values import Array, ContinuousOutput, InputError, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.numerals import as_fraction, to_mpmath
 from tt_precise.scene.scene import Scene

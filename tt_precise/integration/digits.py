@@ -9,7 +9,7 @@ from typing import NamedTuple
 from tt_precise.integration.precision import is_available
 from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.integration.trajectory import Trajectory
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.graph import ArcTangentError
 

@@ -18,8 +18,8 @@ from tt_precise.mechanics.friction import largest_coefficient
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
-from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.runtime.startup import import_heyoka
+from tt_precise.runtime.process import import_heyoka
+from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.taylor.series import Series, SeriesFunctions, solution
 

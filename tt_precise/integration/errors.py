@@ -31,7 +31,7 @@ from tt_precise.integration.precision import finer
 from tt_precise.integration.reading import Reader
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, full_tolerance
-from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.numerals import as_fraction
 
 RATIO = 30  # of the tolerances of a run and of its reference run in the same arithmetic

@@ -14,8 +14,7 @@ from typing import NamedTuple
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.laws import VISCOUS, Law
 
 EXTREMUM, ZERO = "extremum:", "zero:"

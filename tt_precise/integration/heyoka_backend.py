@@ -38,11 +38,9 @@ from tt_precise.integration.setup import Setup, full_tolerance, left_the_table
 from tt_precise.integration.vanishing import FIRST_STEP, settled
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.runtime.arithmetic import Array, Scalar
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress
-from tt_precise.runtime.startup import import_heyoka
-from tt_precise.runtime.untyped import Adaptive
+from tt_precise.runtime.process import import_heyoka
+from tt_precise.runtime.terminal import Progress
+from tt_precise.runtime.values import Adaptive, Array, InputError, Scalar
 from tt_precise.scene.scene import Scene
 
 if TYPE_CHECKING:

@@ -32,9 +32,8 @@ from tt_precise.mechanics.formulations import (
     raised,
 )
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress
+from tt_precise.runtime.terminal import Progress
+from tt_precise.runtime.values import Functions, InputError, Scalar
 from tt_precise.scene.scene import Scene
 
 MOST_SEGMENTS = 10_000

@@ -31,9 +31,8 @@ from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
 from tt_precise.integration.vanishing import FIRST_STEP, settled
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.runtime.arithmetic import Array, Functions, Scalar
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress
+from tt_precise.runtime.terminal import Progress
+from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.crossings import SignChange, Watch
 from tt_precise.taylor.numbers import moments, number, numbers_of

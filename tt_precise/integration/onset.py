@@ -19,7 +19,7 @@ import numpy
 
 from tt_precise.mechanics import friction, newton, rolling
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.taylor.series import Series
 

@@ -20,8 +20,8 @@ from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.runtime.arithmetic import Array, Scalar
-from tt_precise.runtime.progress import Progress
+from tt_precise.runtime.terminal import Progress
+from tt_precise.runtime.values import Array, Scalar
 
 NEWTON_STEPS = 60  # at most; from a knot of the series 3 to 10 are taken
 

@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mpmath
 
-from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.mpfr import Mpfr, mpfr_of
+from tt_precise.runtime.values import Arithmetic, Functions, InputError, Scalar
 from tt_precise.scene.numerals import to_mpmath
 
 if TYPE_CHECKING:

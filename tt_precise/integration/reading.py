@@ -16,8 +16,8 @@ from tt_precise.integration.columns import Name
 from tt_precise.integration.dense_output import ARRIVED, long_double
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.mechanics.conserved import Integral, drift
-from tt_precise.runtime.arithmetic import Array, Scalar
-from tt_precise.runtime.progress import Progress
+from tt_precise.runtime.terminal import Progress
+from tt_precise.runtime.values import Array, Scalar
 from tt_precise.scene.numerals import as_fraction, shortest_texts
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from tt_precise.integration.precision import Precision
 from tt_precise.integration.segments import Run
 from tt_precise.integration.setup import Setup, require_contact
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress
+from tt_precise.runtime.terminal import Progress
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LiftedStart
 

@@ -18,7 +18,7 @@ from tt_precise.integration.dense_output import DenseOutput, Span, Status
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,7 @@ from tt_precise.mechanics.formulations import (
     integrated,
 )
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import Functions, InputError, Scalar
 from tt_precise.scene.scene import RECORDABLE, Scene
 from tt_precise.taylor.graph import Graph
 

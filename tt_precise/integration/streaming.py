@@ -19,8 +19,7 @@ from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup, require_contact
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import Array, InputError
 from tt_precise.scene.numerals import to_mpmath
 from tt_precise.scene.scene import Scene, load_scene
 

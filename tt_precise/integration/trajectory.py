@@ -21,9 +21,8 @@ from tt_precise.integration.segments import Run, Stretch
 from tt_precise.integration.setup import Setup, full_tolerance
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.quantities import Motion, jellett
-from tt_precise.runtime.arithmetic import Array, Scalar
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress
+from tt_precise.runtime.terminal import Progress
+from tt_precise.runtime.values import Array, InputError, Scalar
 from tt_precise.scene.body import Dimension
 from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.scene.scene import RECORDABLE, Scene

@@ -17,8 +17,7 @@ from tt_precise.integration.equations import moving
 from tt_precise.integration.events import Event, Hit
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.runtime.arithmetic import Array, Functions, Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 from tt_precise.taylor.crossings import crossings
 from tt_precise.taylor.series import (
     Series,

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from tt_precise.integration.columns import Name
 from tt_precise.integration.reading import DIGITS, ERROR
 from tt_precise.runtime import plotting
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import replacing
-from tt_precise.runtime.notebook import table
-from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.tables import as_html
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import Array, InputError
 
 if TYPE_CHECKING:
     import numpy
@@ -41,7 +40,7 @@ LABELS = {
 def notebook_table(trajectory: Trajectory) -> str:
     """How it ended, in HTML; nothing that would cost another integration."""
     state, shown = trajectory.state, trajectory.precision.with_error
-    return table(
+    return as_html(
         f"Trajectory of {trajectory.scene.name}",
         [
             ("status", trajectory.status),

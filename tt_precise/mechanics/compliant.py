@@ -13,7 +13,7 @@ from typing import Any
 from tt_precise.mechanics import flight, friction
 from tt_precise.mechanics.flight import LiftedEulerState, LiftedState
 from tt_precise.mechanics.vectors import Vector
-from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 
 
 class DeepState(namedtuple("DeepState", "kx ky kz Lx Ly Lz vx vy zeta rise t")):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import dot
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 from tt_precise.scene.body import TippeTop
 
 

@@ -14,7 +14,7 @@ from collections import namedtuple
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState, contact_arm
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
-from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import Parameters
 
 

@@ -25,7 +25,7 @@ from tt_precise.mechanics.quantities import (
     Motion,
 )
 from tt_precise.mechanics.vectors import Vector, cross, dot
-from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import Dimension, Parameters
 
 MOST_GOLDEN = 33  # digits that golden data can vouch for: they are rounded to 34

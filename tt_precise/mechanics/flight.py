@@ -28,7 +28,7 @@ from tt_precise.mechanics.vectors import (
     rotation,
     turned,
 )
-from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import Parameters
 
 

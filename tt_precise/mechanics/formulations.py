@@ -16,8 +16,7 @@ from tt_precise.mechanics.friction import PolarEulerState, PolarState
 from tt_precise.mechanics.newton import CentreState, NewtonState
 from tt_precise.mechanics.quantities import ANGLE, ANGULAR_MOMENTUM, RATE, SPEED, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
-from tt_precise.runtime.arithmetic import Functions, Scalar, StateOfAny
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import Functions, InputError, Scalar, StateOfAny
 from tt_precise.scene.body import Dimension, Parameters, of_numbers
 from tt_precise.scene.laws import COULOMB, VISCOUS, Law
 

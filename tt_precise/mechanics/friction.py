@@ -19,7 +19,7 @@ from tt_precise.mechanics import euler, newton, rolling
 from tt_precise.mechanics.conversion import horizontal_length
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import Parameters
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, cross, scaled, subtracted
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 from tt_precise.scene.body import Parameters
 
 

@@ -20,7 +20,7 @@ from collections import namedtuple
 from typing import Any
 
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
-from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import Parameters
 
 

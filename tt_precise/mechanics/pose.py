@@ -11,7 +11,7 @@ from collections import namedtuple
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, dot
-from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 
 
 class Pose(namedtuple("Pose", "qw qx qy qz x y z vcx vcy vcz wx wy wz wbx wby wbz")):

@@ -12,7 +12,7 @@ from collections import namedtuple
 
 from tt_precise.mechanics.newton import NewtonState, axis_rate, contact_arm
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
-from tt_precise.runtime.arithmetic import Functions
+from tt_precise.runtime.values import Functions
 from tt_precise.scene.body import Parameters
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 
 Vector = tuple[Scalar, Scalar, Scalar]
 Quaternion = tuple[Scalar, Scalar, Scalar, Scalar]

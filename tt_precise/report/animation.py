@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 
 from tt_precise.golden import store
 from tt_precise.golden.store import Stored
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 
 SCENE = "track"
 DECIMALS = {"theta": 4, "phi": 3, "psi": 2, "x": 3, "y": 3}  # rad, and radii of the top

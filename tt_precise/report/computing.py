@@ -16,7 +16,7 @@ from tt_precise.report.evidence import precisions
 from tt_precise.report.sections import golden, measured, solution
 from tt_precise.report.sections.overview import Headlines, headlines
 from tt_precise.runtime.files import shipped
-from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
 WORKERS = 2

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from tt_precise.report.entries import Entry
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 
 
 @dataclass(frozen=True)

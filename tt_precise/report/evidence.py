@@ -9,7 +9,7 @@ from functools import cache, cached_property
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.columns import VECTOR_COLUMNS
 from tt_precise.integration.precision import KINDS, is_available
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 
 SCENE = "reference"
 

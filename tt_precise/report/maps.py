@@ -12,9 +12,8 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from tt_precise.claims.evidence.sweeps import exact_values
-from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.cache import cached_table
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Array, Json
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps.run import sweep_pool
 from tt_precise.sweeps.specification import Plan

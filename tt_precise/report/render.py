@@ -14,7 +14,7 @@ from tt_precise.claims.verdicts import Verdict
 from tt_precise.report import layout, prose
 from tt_precise.report.document import Figure, Report
 from tt_precise.report.entries import MARKS, Entry, sections
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import mpmath
 
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 
 
 def short(value: Scalar, digits: int = 2) -> str:

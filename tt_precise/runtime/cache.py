@@ -18,14 +18,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tt_precise.runtime import records
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import atomic_write
-from tt_precise.runtime.startup import user_folder as user_folder
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.process import user_folder as user_folder
+from tt_precise.runtime.values import InputError, Json
 
 if TYPE_CHECKING:
     import pandas
 
+# the code that a trajectory's numbers rest on; tests/test_structure.py compares it with the imports
+SOURCES = (
+    "runtime/values.py", "runtime/mpfr.py", "runtime/files.py",
+    "scene", "mechanics", "taylor", "integration",
+)  # fmt: skip
 DIGITS = 12  # significant, in a cached table
 UNREADABLE = (OSError, EOFError, zlib.error, ValueError, KeyError, TypeError)
 

@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import cache, lru_cache
 from typing import Any
 
-from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.runtime.values import Array, Functions, Scalar
 
 BITS_A_DIGIT = math.log(10, 2)
 CUT_DIGITS, CUT_BITS = 3, 10  # what mpmath computes beyond the digits that it prints

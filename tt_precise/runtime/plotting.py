@@ -14,9 +14,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import atomic_write, replacing
+from tt_precise.runtime.values import Array, InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -26,9 +26,8 @@ from typing import TypeVar
 from msgspec import UNSET, Meta, Struct, UnsetType, ValidationError, convert
 from msgspec import json as msgspec_json
 
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.toml import shown
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.files import shown
+from tt_precise.runtime.values import InputError, Json
 
 __all__ = [
     "UNSET", "Meta", "Record", "Unset", "encode", "json_schema", "load", "means", "of_its_form",

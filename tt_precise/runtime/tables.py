@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import replacing
+from tt_precise.runtime.values import Array, InputError
 
 Table = Mapping[str, Array]
 
@@ -121,3 +120,18 @@ FORMATS = {
     ".parquet": Format(_parquet, text=False),
     ".arrow": Format(_feather, _read_feather, text=False),
 }
+
+
+def as_html(caption: str, rows: Iterable[tuple[str, object]]) -> str:
+    """Two columns in HTML: names and values."""
+    from html import escape  # here, because every scene imports this
+
+    body = "".join(
+        f'<tr><th style="text-align:left">{escape(name)}</th>'
+        f'<td style="text-align:left">{escape(str(value))}</td></tr>'
+        for name, value in rows
+    )
+    return (
+        f'<table><caption style="text-align:left">{escape(caption)}</caption>'
+        f"<tbody>{body}</tbody></table>"
+    )

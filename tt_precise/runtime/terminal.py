@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TextIO
 
@@ -94,3 +94,26 @@ class _Sanitizing:
 
 def _escaped(found: re.Match[str]) -> str:
     return f"\\u{ord(found[0]):04x}"
+
+
+# ---- progress -----------------------------------------------------------------------------
+
+Progress = Callable[[float], None]
+
+
+def silent(fraction: float) -> None:
+    """Progress that nobody sees: the default everywhere."""
+
+
+@contextmanager
+def progress_bar(label: str) -> Iterator[Progress]:
+    """A progress bar on stderr while it is a terminal, gone when done; else ``silent``."""
+    if not sys.stderr.isatty():
+        yield silent
+        return
+    from rich.markup import escape
+    from rich.progress import Progress as Bars
+
+    with Bars(console=console(stderr=True), transient=True) as bars:
+        task = bars.add_task(escape(one_line(label)), total=1.0)
+        yield lambda fraction: bars.update(task, completed=fraction)

@@ -30,9 +30,9 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Any
 
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.startup import in_a_process_of_ours
+from tt_precise.runtime.process import in_a_process_of_ours
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import InputError
 
 IN_FLIGHT_EACH = 2  # calls of a worker: one at work, one waiting
 LONGEST_REASON = 500  # characters

@@ -7,9 +7,7 @@ from dataclasses import KW_ONLY, dataclass
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
 
-from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Functions, InputError, Json, Scalar
 from tt_precise.scene.laws import VISCOUS, Law, law_named
 from tt_precise.scene.numerals import within_doubles, written
 

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
-from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import Functions, InputError, Scalar
 
 
 class Parameter(NamedTuple):

@@ -9,8 +9,7 @@ from fractions import Fraction
 from numbers import Integral
 from typing import Any, NamedTuple
 
-from tt_precise.runtime.arithmetic import Array, Functions, Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 
 _DECIMAL = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
 NUMBER = re.compile(rf"[+-]?{_DECIMAL}|[+-]?\d+/\d+", re.ASCII)

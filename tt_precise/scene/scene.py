@@ -11,10 +11,9 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.notebook import table
-from tt_precise.runtime.toml import parse, read_text, shown
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.files import parse_toml, read_toml, shown
+from tt_precise.runtime.tables import as_html
+from tt_precise.runtime.values import InputError, Json
 from tt_precise.scene.body import (
     UNIT_KEYS,
     TippeTop,
@@ -239,7 +238,7 @@ class Scene:
             )
             for name, value in entries.items()
         ]
-        return table(
+        return as_html(
             f"Scene {self.name}",
             [
                 ("title", self.title),
@@ -310,7 +309,7 @@ def load_scene(scene: str | Path | Scene) -> Scene:
             + ", ".join(shipped())
         )
     path = Path(scene)
-    text = read_text(path, "a scene file or a shipped name")
+    text = read_toml(path, "a scene file or a shipped name")
     return parse_scene(text, path.stem, shown(path))
 
 
@@ -323,7 +322,7 @@ def _shipped(name: str) -> Scene:
 def parse_scene(text: str, name: str, where: str) -> Scene:
     """Build a scene from TOML text; ``where`` names the source in errors."""
     try:
-        return _from_table(parse(text), name, text)
+        return _from_table(parse_toml(text), name, text)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 

@@ -7,9 +7,7 @@ from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Functions, InputError, Json, Scalar
 from tt_precise.scene.body import TippeTop
 from tt_precise.scene.numerals import as_fraction, decimal_of, exact, read, within_doubles, written
 

@@ -22,7 +22,7 @@ from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.formulations import Formulation, integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
-from tt_precise.runtime.arithmetic import Arithmetic, Array
+from tt_precise.runtime.values import Arithmetic, Array
 from tt_precise.scene.body import NAMES, Parameters
 from tt_precise.sweeps.columns import DEFINITIONS, Part, detectors, extremes, outcomes, part_named
 from tt_precise.sweeps.events import EARLY, Events

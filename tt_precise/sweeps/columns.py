@@ -18,8 +18,7 @@ import numpy
 from tt_precise.integration.events import EXTREMUM, Event, axis_fall, event_named
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.mechanics.thresholds import energy_excludes
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import Array, InputError
 from tt_precise.scene.body import Parameters
 
 OUTCOMES = {

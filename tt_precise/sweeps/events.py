@@ -22,9 +22,8 @@ from tt_precise.integration.events import MOST_EVENTS
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.arithmetic import Array, Scalar
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.startup import import_heyoka
+from tt_precise.runtime.process import import_heyoka
+from tt_precise.runtime.values import Array, InputError, Scalar
 from tt_precise.sweeps.columns import Detector
 from tt_precise.taylor.series import SeriesFunctions, Truncated
 

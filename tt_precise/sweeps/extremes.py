@@ -17,8 +17,8 @@ import numpy
 
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.startup import import_heyoka
+from tt_precise.runtime.process import import_heyoka
+from tt_precise.runtime.values import Array
 from tt_precise.sweeps.columns import SMALLEST_FORCE, Part
 from tt_precise.sweeps.events import ALONE, Steps, horner, states_in, variables
 

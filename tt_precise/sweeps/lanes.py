@@ -18,9 +18,8 @@ from tt_precise.integration.heyoka_backend import Idle, numeric_options
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import Formulation, integrated
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.startup import import_heyoka
-from tt_precise.runtime.untyped import Adaptive
+from tt_precise.runtime.process import import_heyoka
+from tt_precise.runtime.values import Adaptive, Array
 from tt_precise.sweeps.columns import Detector, Part
 from tt_precise.sweeps.events import Events, Steps, Zeros
 from tt_precise.sweeps.extremes import Extreme

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.plotting import BLACK, BLUE, GREY, ORANGE, PURPLE, RED, new_figure, styled
+from tt_precise.runtime.values import Array, InputError
 from tt_precise.sweeps.columns import DEFINITIONS, OUTCOMES, part_named
 
 if TYPE_CHECKING:

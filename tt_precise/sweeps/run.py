@@ -10,11 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tt_precise._version import __version__
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.startup import import_heyoka
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.process import import_heyoka
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import Array, InputError, Json
 from tt_precise.runtime.workers import Call, Failure, Pool, dask_pool, local_pool
 from tt_precise.sweeps import spot_check
 from tt_precise.sweeps.specification import Plan, Specification, blocks

@@ -22,11 +22,9 @@ from msgspec import ValidationError, convert
 from msgspec.structs import asdict
 
 from tt_precise.integration.setup import CONTACTS
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import parse_toml, read_toml
 from tt_precise.runtime.records import Meta, Record
-from tt_precise.runtime.toml import parse, read_text
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Array, InputError, Json
 from tt_precise.scene.body import require_si
 from tt_precise.scene.numerals import exact
 from tt_precise.scene.scene import Scene, Start, load_scene
@@ -308,9 +306,9 @@ def read_specification(path: str | Path) -> Specification:
         No such file, no TOML, or its content is refused; the line names the file.
     """
     path = Path(path)
-    text = read_text(path, "a TOML file of a sweep")
+    text = read_toml(path, "a TOML file of a sweep")
     try:
-        found = convert(parse(text), _File)
+        found = convert(parse_toml(text), _File)
         near = str(path.parent / found.scene) if found.scene.endswith(".toml") else found.scene
         given = asdict(found) | asdict(found.sampling) | {"scene": near}
         del given["sampling"]

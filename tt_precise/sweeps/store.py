@@ -24,10 +24,8 @@ from typing import TYPE_CHECKING, Any
 
 from tt_precise._version import __version__
 from tt_precise.runtime import records
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import locked
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Array, InputError, Json
 from tt_precise.sweeps.specification import Specification
 
 if TYPE_CHECKING:

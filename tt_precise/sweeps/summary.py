@@ -6,7 +6,7 @@ import math
 from collections import Counter
 
 from tt_precise._version import __version__
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 from tt_precise.sweeps.columns import OUTCOMES
 from tt_precise.sweeps.specification import Specification
 from tt_precise.sweeps.store import Store

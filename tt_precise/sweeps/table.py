@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from tt_precise._version import __version__
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.startup import import_heyoka
+from tt_precise.runtime.process import import_heyoka
+from tt_precise.runtime.values import Array, InputError
 from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError
 from tt_precise.scene.scene import Inclination, Scene
 from tt_precise.sweeps import run, spot_check

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
-from tt_precise.runtime.arithmetic import Array, Functions, Scalar
 from tt_precise.runtime.mpfr import mpfr_of
+from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.taylor.numbers import MOST_PARTS
 
 if TYPE_CHECKING:

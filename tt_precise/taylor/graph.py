@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import Functions, InputError, Scalar
 
 
 class Operand:

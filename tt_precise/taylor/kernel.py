@@ -14,7 +14,7 @@ from typing import Any
 
 from llvmlite import ir
 
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 from tt_precise.taylor.emit import (
     DOUBLE,
     INTEGER,

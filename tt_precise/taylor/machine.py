@@ -10,7 +10,7 @@ import ctypes
 from collections.abc import Callable
 from typing import Any
 
-from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.values import Array
 
 # arguments of the two functions of a kernel, as ``emit.Emitter`` has them
 RUN, ROWS = "piinpdddpp", "pinpnpip"

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from mpmath.libmp import from_float, fzero, mpf_add, mpf_sub, to_float
 
-from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.runtime.values import Array, Functions, Scalar
 
 MOST_PARTS = 3
 

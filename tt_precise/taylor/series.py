@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy
 
-from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.runtime.values import Array, Functions, Scalar
 
 
 def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:

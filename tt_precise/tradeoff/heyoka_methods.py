@@ -13,8 +13,7 @@ from tt_precise.integration.events import catalogue
 from tt_precise.integration.heyoka_backend import Integrator, build, numeric_options
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
-from tt_precise.runtime.arithmetic import Array, Scalar
-from tt_precise.runtime.untyped import Adaptive
+from tt_precise.runtime.values import Adaptive, Array, Scalar
 from tt_precise.tradeoff.methods import Method, Prepare, Settings, Solve, SolverResult
 from tt_precise.tradeoff.problem import GoldenProblem
 

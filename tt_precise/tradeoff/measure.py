@@ -18,10 +18,9 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 from msgspec.structs import asdict
 
 from tt_precise.integration.precision import Precision, precision_named
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.records import Meta, Record
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.tradeoff.heyoka_methods import OWN
 from tt_precise.tradeoff.methods import PEERS, Settings, Solve, SolverResult
 from tt_precise.tradeoff.problem import GoldenProblem, StateErrors, golden_problem

@@ -14,8 +14,7 @@ import mpmath
 
 from tt_precise.integration.precision import Precision
 from tt_precise.mechanics.formulations import Formulation
-from tt_precise.runtime.arithmetic import Array, Scalar
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Array, Json, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.tradeoff.problem import GoldenProblem
 

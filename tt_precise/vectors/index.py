@@ -10,9 +10,9 @@ from tt_precise.golden import store
 from tt_precise.golden.documents import Manifest
 from tt_precise.golden.store import VECTORS
 from tt_precise.runtime import records
-from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import atomic_write
-from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import InputError
 from tt_precise.vectors import states, steps
 from tt_precise.vectors.documents import Index, Listed, States, Steps, Vectors
 

@@ -21,8 +21,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
-from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Functions, Json, Scalar
 from tt_precise.scene.body import SPRINGS, top_of
 from tt_precise.scene.scene import Scene
 from tt_precise.vectors.terms import disagreement, terms

@@ -13,9 +13,8 @@ from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import multiplied, turned
-from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import Json, Scalar
 from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LIFTED

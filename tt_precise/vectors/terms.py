@@ -11,7 +11,7 @@ from tt_precise.mechanics.formulations import Formulation, elastic, integrated
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, added, dot, scaled
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 
 
 def terms(q: Motion) -> dict[str, Scalar | Vector]:

@@ -21,7 +21,7 @@ from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, effective_mass, effective_potential
 from tt_precise.mechanics.thresholds import lambda_thres, lambda_up, tumbling_lambda_squared
-from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import load_scene
 

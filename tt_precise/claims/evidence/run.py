@@ -21,8 +21,7 @@ from tt_precise.integration import Trajectory, catalogue, integrate
 from tt_precise.integration.inversion import InversionTimes
 from tt_precise.integration.precision import is_available, precision_named
 from tt_precise.integration.setup import refused_in_doubles
-from tt_precise.runtime.arithmetic import Array, Functions, Scalar
-from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene
 

@@ -15,7 +15,7 @@ from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Finding
 from tt_precise.integration import Trajectory
 from tt_precise.integration.precision import precision_named
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 from tt_precise.scene.scene import load_scene
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from tt_precise.claims.verdicts import Check, Finding
 from tt_precise.golden.proofs import Interval
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 
 claim = claims_of(RAUCH_RUTSTAM, "2.3")
 START = "closed form in the start values"

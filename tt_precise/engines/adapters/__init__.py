@@ -15,8 +15,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy
 
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Array, Json
 
 COLUMNS = ("t", "qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz")
 REFUSED = 3  # exit status of a program that cannot express the job

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from tt_precise.engines.adapters import Row, friction_of, samples, serve
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 
 
 def simulate(job: dict[str, Json]) -> Iterator[Row]:

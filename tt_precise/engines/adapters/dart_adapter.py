@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from tt_precise.engines.adapters import Row, friction_of, samples, serve
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 
 if TYPE_CHECKING:
     from types import ModuleType

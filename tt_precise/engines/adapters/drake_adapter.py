@@ -12,8 +12,7 @@ from collections.abc import Iterator
 import numpy
 
 from tt_precise.engines.adapters import Row, friction_of, samples, serve
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Array, Json
 
 
 def simulate(job: dict[str, Json]) -> Iterator[Row]:

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy
 
 from tt_precise.engines.adapters import Row, friction_of, serve
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 
 FAST = 100.0  # m/s: below it the friction is proportional to the speed
 SLOW = 1e-3  # m/s

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy
 
 from tt_precise.engines.adapters import Row, friction_of, rotated, samples, serve
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 
 MODEL = """
 <mujoco>

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import style
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 from tt_precise.tradeoff.error_growth import INTEGRALS_SHOWN
 from tt_precise.tradeoff.findings import (
     PRINTED,

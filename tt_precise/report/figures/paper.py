@@ -11,7 +11,7 @@ from tt_precise.mechanics.quantities import effective_potential
 from tt_precise.report.document import Figure
 from tt_precise.report.evidence import precision_runs
 from tt_precise.report.figures import style
-from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.values import Array
 from tt_precise.scene.scene import load_scene
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from tt_precise.report.document import Figure
 from tt_precise.runtime import plotting
-from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.plotting import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, thinned
+from tt_precise.runtime.values import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

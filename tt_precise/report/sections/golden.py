@@ -10,8 +10,7 @@ from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import Record
 from tt_precise.report.document import PageTable, Section, Text
 from tt_precise.report.figures import golden_scenes
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import InputError, Json
 
 
 def golden_section() -> Section:

@@ -22,7 +22,7 @@ from tt_precise.report.figures.measured import (
 from tt_precise.report.text import short
 from tt_precise.runtime import records
 from tt_precise.runtime.records import of_its_form
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 from tt_precise.tradeoff.findings import (
     ACCURACIES,
     TABLE,

@@ -12,7 +12,7 @@ from tt_precise.report.document import Card, Overview
 from tt_precise.report.evidence import precision_runs
 from tt_precise.report.sections.claims import entries
 from tt_precise.report.text import full, short
-from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.values import Json
 
 PAPER_DRIFT = 1e-6
 DIGITS = 8

@@ -1,13 +1,55 @@
-"""The result of a check, the same whatever was checked."""
+"""What every folder names: an input error, numbers of an arithmetic, JSON, the result of a check.
+
+The mechanics are written once, and run in floats, NumPy arrays, heyoka expressions, mpmath
+numbers, SymPy expressions and balls. A static type that covers all of these would say nothing, so
+the names say what is meant.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Literal
+from fractions import Fraction
+from typing import Any, Literal, TypeAlias
 
-from tt_precise.runtime.arithmetic import Array
-from tt_precise.runtime.untyped import Json
+
+class InputError(ValueError):
+    """Input that cannot be used; its message is one complete line, shown to the user as it is."""
+
+
+Json: TypeAlias = Any
+"""A value of a JSON or TOML document: None, a bool, a number, a str, a list or a dict of such."""
+
+Adaptive: TypeAlias = Any
+"""An integrator of heyoka, ``taylor_adaptive`` or ``taylor_adaptive_batch``."""
+
+ContinuousOutput: TypeAlias = Any
+"""Dense output of heyoka: ``continuous_output``, or what is called as one."""
+
+Scalar: TypeAlias = Any
+"""A number, or an array or expression that stands for numbers, of one arithmetic."""
+
+Array: TypeAlias = Any
+"""A NumPy array; shape and entries are stated where it is used."""
+
+Functions: TypeAlias = Any
+"""The functions of one arithmetic, such as ``sqrt`` and ``sin``: a module or an mpmath context."""
+
+StateOfAny: TypeAlias = Any
+"""A state of any formulation: a named tuple of scalars."""
+
+
+@dataclass(frozen=True)
+class Arithmetic:
+    """An arithmetic into which exact numbers can be taken.
+
+    ``fn`` has its functions; ``exact`` rounds a ``Fraction`` once into it.
+    """
+
+    fn: Functions
+    exact: Callable[[Fraction], Scalar]
+
 
 Verdict = Literal["pass", "fail", "info", "skipped"]
 Sense = Literal["at most", "above", "at least"]

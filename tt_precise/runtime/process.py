@@ -1,0 +1,168 @@
+"""The process of a command or a worker: it starts fast, and ends tidily on Ctrl-C and SIGTERM.
+
+A process of somebody else's, which uses the package as a library, is left as it is. heyoka, pandas,
+SymPy and matplotlib take a second to import, so ``import tt_precise`` and what only reads files do
+without them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType, ModuleType
+from typing import Any
+
+THREADS = "OPENBLAS_NUM_THREADS"
+COMPILED, COMPILED_PLACE = "compiled", "HEYOKA_CACHE_DIR"
+COMPILED_BYTES = 256 * 2**20
+_lock = threading.Lock()
+_ours = False
+
+
+def in_a_process_of_ours() -> None:
+    """Say so, before anything heavy is imported; processes started from here inherit the settings.
+
+    NumPy's OpenBLAS starts no threads, unless the caller wants some: no matrix here is large
+    enough for two, and starting them takes a seventh of the processor time of ``import numpy``.
+    heyoka keeps compiled equations in a folder of ours, unless somebody has chosen another.
+    """
+    global _ours
+    _ours = True
+    if "OMP_NUM_THREADS" not in os.environ:
+        os.environ.setdefault(THREADS, "1")
+    with contextlib.suppress(OSError):
+        os.environ.setdefault(COMPILED_PLACE, str(user_folder() / COMPILED))
+
+
+def import_heyoka() -> ModuleType:
+    """heyoka; in a process of ours without SymPy, and with a bound on what it keeps on disk.
+
+    SymPy is half of heyoka's start, and serves only to convert expressions, which nothing here
+    does. What was not used for longest is dropped first.
+    """
+    with _lock:
+        first = _ours and "heyoka" not in sys.modules
+        hides = first and "sympy" not in sys.modules
+        if hides:
+            sys.modules["sympy"] = None  # type: ignore[assignment] # how Python marks what is absent
+        try:
+            import heyoka
+        finally:
+            if hides:
+                del sys.modules["sympy"]
+        if first and Path(os.environ.get(COMPILED_PLACE, "")).parts[-2:] == (
+            "tt-precise",
+            COMPILED,
+        ):
+            heyoka.llvm_state.set_diskcache_limit(COMPILED_BYTES)
+    return heyoka
+
+
+def user_folder() -> Path:
+    """The user's cache folder for this package; it need not exist.
+
+    Raises
+    ------
+    OSError
+        The user has none.
+    """
+    try:
+        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    except RuntimeError as error:  # a user without a home
+        raise OSError(str(error)) from None
+    return Path(home) / "tt-precise"
+
+
+def lazy_names(
+    package: str, homes: Mapping[str, Sequence[str]], modules: Sequence[str] = ()
+) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """``__getattr__`` and ``__dir__`` of a package.
+
+    ``homes`` gives the names that each of its modules has; ``modules`` are used as such. For type
+    checkers the package imports the same under ``TYPE_CHECKING``, and lists it in ``__all__``.
+    """
+    home_of = {name: module for module, names in homes.items() for name in names}
+
+    def find(name: str) -> Any:
+        if name in home_of:
+            found = getattr(importlib.import_module(f"{package}.{home_of[name]}"), name)
+            return vars(sys.modules[package]).setdefault(name, found)  # this is asked once
+        if name in modules:
+            return importlib.import_module(f"{package}.{name}")
+        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+
+    def names() -> list[str]:
+        return sorted(importlib.import_module(package).__all__)
+
+    return find, names
+
+
+# ---- how it ends ----------------------------------------------------------------------------
+
+AGAIN_S = 0.05
+# for tidying up; worker processes that are hit as well, or half started, can keep it from ending
+GRACE_S = 10.0
+# code that is not left half done
+WHOLE = ("<frozen importlib._bootstrap>", f"multiprocessing{os.sep}popen_spawn_posix.py")
+
+
+class Terminated(BaseException):
+    """SIGTERM has come: what KeyboardInterrupt is for SIGINT."""
+
+
+RAISED: dict[int, type[BaseException]] = {
+    signal.SIGINT: KeyboardInterrupt,
+    signal.SIGTERM: Terminated,
+}
+
+
+@contextmanager
+def heeded() -> Iterator[None]:
+    """Within it SIGINT and SIGTERM raise; after it they end the process at once, in silence.
+
+    Within an import they wait until it is done: packages with optional parts, heyoka among them,
+    take an exception there for a missing part, and go on or fail later in an odd place. So they do
+    while a worker process is started, which would be left behind with half of its orders. A signal
+    that the parent has set to be ignored (nohup) stays ignored.
+    """
+    wanted = [one for one in RAISED if signal.getsignal(one) is not signal.SIG_IGN]
+    for one in wanted:
+        signal.signal(one, _leave)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        for one in wanted:
+            signal.signal(one, signal.SIG_DFL)
+
+
+def end_within(seconds: float, status: int) -> None:
+    """End the process with ``status`` after that time, if it has not ended by then."""
+    last_resort = threading.Timer(seconds, os._exit, [status])
+    last_resort.daemon = True
+    with contextlib.suppress(RuntimeError):  # the system gives no more threads
+        last_resort.start()
+
+
+def _leave(signum: int, frame: FrameType | None) -> None:
+    if _within_whole(frame):
+        signal.signal(signal.SIGALRM, lambda _, where: _leave(signum, where))
+        signal.setitimer(signal.ITIMER_REAL, AGAIN_S)
+        return
+    end_within(GRACE_S, 128 + signum)
+    raise RAISED[signum]
+
+
+def _within_whole(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename.endswith(WHOLE):
+            return True
+        frame = frame.f_back
+    return False
