@@ -61,6 +61,23 @@ def test_digits_of_an_event_with_an_arc_tangent(reference: Scene) -> None:
     assert float(finer.events["t"][0]) == pytest.approx(float(t), rel=1e-12)
 
 
+@pytest.mark.parametrize("precision", ["extended", "quad", "mp", "triple-double"])
+def test_divided_by_a_constant(reference: Scene, precision: str) -> None:
+    """A tenth is no double: the zeros keep the digits of the arithmetic."""
+
+    def tenth(q: Motion) -> Scalar:
+        return q.state.kx / 10 + q.state.ky / 7
+
+    def whole(q: Motion) -> Scalar:
+        return q.state.kx * 7 + q.state.ky * 10
+
+    run = tt.integrate(reference.varied(until="0.6"), precision, events=[tenth, whole])
+    first, second = (run.events["t"][run.events["name"] == n] for n in ("tenth", "whole"))
+    assert len(first) == len(second) > 2
+    # some eps of the function, over its slope at the zero
+    assert max(abs(first.to_numpy() - second.to_numpy())) < 200 * float(run.precision.eps)
+
+
 def test_of_a_motion_in_segments() -> None:
     run = tt.integrate("coulomb-gliding", until="0.2", events=half_up)
     assert run.frame(half_up)["half_up"].iloc[0] == pytest.approx(run.at(0).kz - 0.5)

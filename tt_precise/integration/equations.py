@@ -6,8 +6,9 @@ grow large, are carried scaled down by a power of two and do not loosen it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import operator
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from tt_precise.integration.events import Event
@@ -21,6 +22,7 @@ from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import Parameters
+from tt_precise.scene.numerals import as_fraction
 from tt_precise.taylor.series import Series, SeriesFunctions, solution
 
 QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
@@ -84,19 +86,72 @@ def moving(
     return entries, motion(form, record, body, entries, functions)
 
 
+class Exact:
+    """A heyoka expression; a plain number next to it is rounded once, by ``number``.
+
+    heyoka itself makes of x / 10 a product with the double that is nearest to 1/10.
+    """
+
+    def __init__(self, expression: Scalar, number: Callable[[Scalar], Scalar]):
+        self.expression, self.number = expression, number
+
+    def made(self, operation: Callable[..., Scalar], *operands: Scalar) -> Exact:
+        """What ``operation`` makes of the ``operands``, of which this is one."""
+        import heyoka
+
+        taken = (
+            one.expression if isinstance(one, Exact) else heyoka.expression(self.number(one))
+            for one in operands
+        )
+        return Exact(operation(*taken), self.number)
+
+    def __add__(self, other: Scalar) -> Exact:
+        return self.made(operator.add, self, other)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Scalar) -> Exact:
+        return self.made(operator.sub, self, other)
+
+    def __rsub__(self, other: Scalar) -> Exact:
+        return self.made(operator.sub, other, self)
+
+    def __mul__(self, other: Scalar) -> Exact:
+        return self.made(operator.mul, self, other)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Scalar) -> Exact:
+        return self.made(operator.truediv, self, other)
+
+    def __rtruediv__(self, other: Scalar) -> Exact:
+        return self.made(operator.truediv, other, self)
+
+    def __neg__(self) -> Exact:
+        return self.made(operator.neg, self)
+
+    def __pow__(self, power: Scalar) -> Exact:
+        return self.made(operator.pow, self, power)
+
+
 class HeyokaFunctions:
     """heyoka's functions; the root of a plain 0 is 0, as where a top that rolls does not glide."""
 
     def __getattr__(self, name: str) -> Any:
         import heyoka
 
-        return getattr(heyoka, name)
+        function = getattr(heyoka, name)
+
+        def applied(*arguments: Scalar) -> Scalar:
+            exact = [one for one in arguments if isinstance(one, Exact)]
+            return exact[0].made(function, *arguments) if exact else function(*arguments)
+
+        return applied
 
     def sqrt(self, value: Scalar) -> Scalar:
         """The positive root."""
-        import heyoka
-
-        return 0 if isinstance(value, int) and not value else heyoka.sqrt(value)
+        zero = isinstance(value, int) and not value
+        return 0 if zero else self.__getattr__("sqrt")(value)
 
 
 @dataclass(frozen=True)
@@ -123,6 +178,17 @@ class Equations:
         rates = extended_rates(form, record, body, variables, fn)
         q = motion(form, record, body, variables, fn)
         return cls(variables, tuple(rates), q, form, record)
+
+    def exact(self, precision: Precision) -> Equations:
+        """The same with ``Exact`` variables, whose ``motion`` keeps all digits of constants."""
+
+        def number(value: Scalar) -> Scalar:
+            return precision.number(precision.exact(as_fraction(value)))
+
+        variables = tuple(Exact(one, number) for one in self.variables)
+        body = self.motion.body.map(lambda one: Exact(one, number))
+        q = motion(self.form, self.record, body, variables, self.motion.fn)
+        return replace(self, variables=variables, motion=q)
 
     def moving(self) -> Motion:
         """The same of the power series in time of the solution through the variables."""
@@ -167,12 +233,19 @@ def along(expression: Scalar, equations: Equations) -> Scalar:
     return sum(slopes, start=heyoka.expression(0.0))
 
 
-def event_expression(event: Event, equations: Equations) -> Scalar:
-    """The heyoka expression whose zeros are the event, or a number where it is constant."""
-    if not event.of_rate:
-        return event.function(equations.motion)
-    value = event.function(equations.moving())
-    return value[1] if isinstance(value, Series) else 0
+def event_expression(
+    event: Event, equations: Equations, precision: Precision | None = None
+) -> Scalar:
+    """The heyoka expression whose zeros are the event, or a number where it is constant.
+
+    Its constants have the digits of ``precision``, by default those of doubles.
+    """
+    if precision and not precision.is_float:
+        equations = equations.exact(precision)
+    value = event.function(equations.moving() if event.of_rate else equations.motion)
+    if event.of_rate:
+        value = value[1] if isinstance(value, Series) else 0
+    return value.expression if isinstance(value, Exact) else value
 
 
 def longest_step(

@@ -442,7 +442,7 @@ def _events(
     """heyoka's events; a function that is constant has none."""
     found = []
     for event in events.values():
-        expression = event_expression(event, equations)
+        expression = event_expression(event, equations, setup.precision)
         if isinstance(expression, heyoka.expression) and heyoka.get_variables([expression]):
             found.append(_event(heyoka, event, expression, setup.precision.fp_type, hits))
     return found
