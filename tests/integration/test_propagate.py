@@ -15,6 +15,7 @@ from tt_precise.integration.precision import KINDS
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import subtracted
+from tt_precise.runtime.terminal import silent
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene, shipped
@@ -208,14 +209,21 @@ def test_a_hopeless_run_is_given_up(reference: Scene, monkeypatch: pytest.Monkey
     assert honest.steps > 40
 
 
-@pytest.mark.parametrize("precision", ["double", "quad"])
-def test_a_horizon_of_zero_is_the_start(reference: Scene, precision: str) -> None:
-    still = integrate(reference, precision, until=0)
+@pytest.mark.parametrize(
+    ("scene", "precision"),
+    [
+        *(("reference", one) for one in ("double", "double-double", "quad")),
+        ("coulomb-stick-slip", "double"), ("elastic-linear", "quad"),
+    ],
+)  # fmt: skip
+def test_a_horizon_of_zero_is_the_start(scene: str, precision: str) -> None:
+    still = integrate(scene, precision, until=0, progress=silent)
     assert (still.status, still.t_end, still.steps) == ("complete", 0, 0)
     assert still.at(0) == still.state
     assert still.state.theta_dot == 0
     assert len(still.frame()) == 1
     assert still.events.empty
+    assert still.digits > 14
     assert_never_nan(still)
 
 

@@ -249,8 +249,8 @@ class DenseOutput(Span):
 
     @property
     def stored(self) -> bool:
-        """Whether the series of all steps are there."""
-        return self._pieces is not None
+        """Whether the series of all steps are there; a run to t = 0 has none."""
+        return bool(self._pieces)
 
     def in_parts(self, times: Array) -> Array:
         """States of a stored run in several doubles at rising times, both in parts.
@@ -259,7 +259,7 @@ class DenseOutput(Span):
         """
         import numpy
 
-        assert self._pieces is not None
+        assert self._pieces
         ends = [float(piece.bounds[1]) for piece in self._pieces[:-1]]
         first = numpy.searchsorted(times[:, 0], ends, side="right")
         parts = zip(self._pieces, numpy.split(times, first), strict=True)

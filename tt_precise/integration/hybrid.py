@@ -171,7 +171,7 @@ def _outputs(
         status = output.propagation.status
         if isinstance(output, OnsetOutput) and status != "complete":
             status = "slow"
-        if progress:
+        if progress and start.until:
             progress(float(1 - (here.until - output.end_time) / start.until))
         if status not in GOES_ON:
             return
@@ -270,7 +270,7 @@ def bouncing(
         if status == "landing" or (contact.regularised_time and status == "separation"):
             lifted: Any = here.vectors
             here = replace(here, vectors=lifted._replace(height=fn.mpf(0)))
-        if progress:
+        if progress and start.until:
             progress(float(begin / start.until))
 
 
