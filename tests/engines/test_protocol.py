@@ -18,7 +18,7 @@ import numpy
 import pytest
 
 from tt_precise.cli import main
-from tt_precise.engines.adapters import COLUMNS, rotated
+from tt_precise.engines.adapters import COLUMNS, POSITION, rotated
 from tt_precise.engines.ladder import Rung, rungs
 from tt_precise.engines.protocol import Job, run
 from tt_precise.runtime.records import json_schema
@@ -191,6 +191,17 @@ def test_comments_and_further_columns_are_passed_over(
     assert found.status == "done"
     assert found.states is not None
     assert found.states.k[-1].tolist() == [0, 0, 1]
+
+
+@pytest.mark.parametrize("given", [(), ("x", "y"), POSITION])
+def test_a_position_is_kept_where_all_of_it_is_there(
+    given: tuple[str, ...], flight_job: dict[str, Any], tmp_path: Path
+) -> None:
+    row = GOOD.replace("0])", f"0, {', '.join('234'[: len(given)])}])") if given else GOOD
+    found = run(program(tmp_path, ROWS.format(columns=(*COLUMNS, *given), row=row)), flight_job)
+    kept = (*COLUMNS, *(POSITION if given == POSITION else ()))
+    assert tuple(found.columns) == kept, found.message
+    assert [found.columns[name][3] for name in kept[11:]] == [2, 3, 4][: len(kept) - 11]
 
 
 FORKS = "sys.stdout.flush()\nimport os, time\nif os.fork() == 0: time.sleep(600)"

@@ -24,7 +24,7 @@ import numpy
 from msgspec import Meta
 
 from tt_precise.check.units import readings
-from tt_precise.engines.adapters import COLUMNS, REFUSED
+from tt_precise.engines.adapters import COLUMNS, POSITION, REFUSED
 from tt_precise.mechanics.conversion import axis_of
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
@@ -267,7 +267,8 @@ def _read(text: str, job: dict[str, Json]) -> ProgramRun:
     times = numpy.array(job["sample_times"])
     if len(frame) != len(times):
         raise ValueError(f"got {len(frame)} rows, expected {len(times)}: one a sample time")
-    table = frame[list(COLUMNS)].apply(pandas.to_numeric, errors="coerce").to_numpy(dtype=float)
+    names = [*COLUMNS, *(POSITION if {*POSITION} <= {*frame.columns} else ())]
+    table = frame[names].apply(pandas.to_numeric, errors="coerce").to_numpy(dtype=float)
     off = numpy.flatnonzero(~(abs(table[:, 0] - times) <= TIME_SLACK))
     if len(off):
         row = int(off[0])
@@ -284,12 +285,12 @@ def _read(text: str, job: dict[str, Json]) -> ProgramRun:
     _require_start(table[0], job)
     k = numpy.stack(axis_of(*table[:, 1:5].T), axis=1)
     states = States(k, table[:, 5:8], table[:, 8:11])
-    return ProgramRun("done", "", states, columns=dict(zip(COLUMNS, table.T, strict=True)))
+    return ProgramRun("done", "", states, columns=dict(zip(names, table.T, strict=True)))
 
 
 def _require_start(row: Array, job: dict[str, Json]) -> None:
     """Refuse a first row that is the job's start in another convention."""
-    given = dict(zip(COLUMNS, row[:, None], strict=True))
+    given = dict(zip(COLUMNS, row[:, None], strict=False))
     if _off_start(given, job) < SAME_START:
         return
     body = job["body"]

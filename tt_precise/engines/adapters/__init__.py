@@ -1,7 +1,8 @@
 """For engines with a Python interface: an adapter as a program of the engine protocol.
 
 An adapter is a generator ``simulate(job)`` that yields one row a sample time:
-``(time, quaternion scalar first, inertial angular velocity, velocity of the centre of mass)``.
+``(time, quaternion scalar first, inertial angular velocity, velocity and position of the centre of
+mass)``.
 ``serve`` reads the job from standard input, and writes the CSV to standard output, to which
 nothing that the engine prints gets through.
 """
@@ -18,9 +19,10 @@ import numpy
 from tt_precise.runtime.values import Array, Json
 
 COLUMNS = ("t", "qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz")
+POSITION = ("x", "y", "z")  # of the centre of mass; a program may leave it out
 REFUSED = 3  # exit status of a program that cannot express the job
 
-Row = tuple[float, Array, Array, Array]
+Row = tuple[float, Array, Array, Array, Array]
 
 
 class RefusedError(Exception):
@@ -33,9 +35,10 @@ def serve(simulate: Callable[[dict[str, Json]], Iterable[Row]]) -> None:
     os.dup2(2, 1)
     try:
         job = json.load(sys.stdin)
-        out.write(",".join(COLUMNS) + "\n")
-        for t, q, w, v in simulate(job):
-            out.write(",".join(repr(float(x)) for x in (t, *q, *w, *v)) + "\n")
+        out.write(",".join((*COLUMNS, *POSITION)) + "\n")
+        for t, *parts in simulate(job):
+            numbers = (t, *(x for part in parts for x in part))
+            out.write(",".join(repr(float(x)) for x in numbers) + "\n")
     except RefusedError as refusal:
         print(refusal, file=sys.stderr)
         out.close()

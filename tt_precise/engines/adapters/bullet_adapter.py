@@ -45,9 +45,9 @@ def simulate(job: dict[str, Json]) -> Iterator[Row]:
             p.stepSimulation()
 
     for t in samples(job, advance):
-        _, (x, y, z, w) = p.getBasePositionAndOrientation(top)
+        position, (x, y, z, w) = p.getBasePositionAndOrientation(top)
         velocity, omega = p.getBaseVelocity(top)
-        yield t, (w, x, y, z), omega, velocity
+        yield t, (w, x, y, z), omega, velocity, position
 
 
 if __name__ == "__main__":

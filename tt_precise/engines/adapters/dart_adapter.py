@@ -51,8 +51,8 @@ def simulate(job: dict[str, Json]) -> Iterator[Row]:
 
     for t in samples(job, advance):
         q = node.getTransform().quaternion()
-        omega = node.getAngularVelocity()
-        yield t, (q.w(), q.x(), q.y(), q.z()), omega, node.getCOMLinearVelocity()
+        omega, velocity = node.getAngularVelocity(), node.getCOMLinearVelocity()
+        yield t, (q.w(), q.x(), q.y(), q.z()), omega, velocity, node.getTransform().translation()
 
 
 def _sphere(dart: ModuleType, node: ModuleType, body: dict[str, float], mu: float) -> None:

@@ -64,7 +64,7 @@ def simulate(job: dict[str, Json]) -> Iterator[Row]:
         pose = plant.EvalBodyPoseInWorld(context, top)
         moving = plant.EvalBodySpatialVelocityInWorld(context, top)
         q = pose.rotation().ToQuaternion().wxyz()
-        yield t, q, moving.rotational(), moving.translational()
+        yield t, q, moving.rotational(), moving.translational(), pose.translation()
 
 
 if __name__ == "__main__":

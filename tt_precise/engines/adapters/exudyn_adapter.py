@@ -55,7 +55,7 @@ def simulate(job: dict[str, Json]) -> Iterator[Row]:
             )
         )  # fmt: skip
     kinds = exu.OutputVariableType
-    wanted = (kinds.RotationMatrix, kinds.AngularVelocity, kinds.Velocity)
+    wanted = (kinds.RotationMatrix, kinds.AngularVelocity, kinds.Velocity, kinds.Position)
     sensors = [
         system.AddSensor(tools.SensorBody(bodyNumber=top, storeInternal=True, outputVariableType=k))
         for k in wanted
@@ -68,11 +68,11 @@ def simulate(job: dict[str, Json]) -> Iterator[Row]:
     settings.solution.sensors.writePeriod = job["step"]
     settings.solution.file.write = False
     system.SolveDynamic(settings, solverType=exu.DynamicSolverType.RK44)
-    turned, spun, moved = (system.GetSensorStoredData(sensor) for sensor in sensors)
+    turned, *others = (system.GetSensorStoredData(sensor) for sensor in sensors)
     for t in times:
         i = round(t / job["step"])
         q = Rotation.from_matrix(turned[i, 1:].reshape(3, 3)).as_quat(scalar_first=True)
-        yield t, q, spun[i, 1:], moved[i, 1:]
+        yield t, q, *(table[i, 1:] for table in others)
 
 
 if __name__ == "__main__":

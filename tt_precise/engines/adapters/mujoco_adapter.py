@@ -56,7 +56,7 @@ def simulate(job: dict[str, Json]) -> Iterator[Row]:
 
     for t in samples(job, advance):
         q = data.qpos[3:].copy()
-        yield t, q, rotated(q, data.qvel[3:]), data.qvel[:3].copy()
+        yield t, q, rotated(q, data.qvel[3:]), data.qvel[:3].copy(), data.qpos[:3].copy()
 
 
 if __name__ == "__main__":

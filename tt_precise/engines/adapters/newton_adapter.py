@@ -45,9 +45,9 @@ def simulate(job: dict[str, Json]) -> Iterator[Row]:
             now, then = then, now
 
     for t in samples(job, advance):
-        x, y, z, w = now.body_q.numpy()[0, 3:].tolist()
+        *position, x, y, z, w = now.body_q.numpy()[0].tolist()
         moving = now.body_qd.numpy()[0].tolist()
-        yield t, (w, x, y, z), moving[3:], moving[:3]
+        yield t, (w, x, y, z), moving[3:], moving[:3], position
 
 
 if __name__ == "__main__":

@@ -47,7 +47,10 @@ def simulate(job: dict[str, Json]) -> Iterator[Row]:
             joints.empty()
 
     for t in samples(job, advance):
-        yield t, tuple(top.getQuaternion()), top.getAngularVel(), top.getLinearVel()
+        yield (
+            t, tuple(top.getQuaternion()), top.getAngularVel(), top.getLinearVel(),
+            top.getPosition(),
+        )  # fmt: skip
 
 
 def _geometry(ode: ModuleType, core: ModuleType, top: Any, body: dict[str, float]) -> Any:

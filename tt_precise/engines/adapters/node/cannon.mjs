@@ -44,8 +44,8 @@ await serve(async (job) => {
       for (let i = 0; i < steps; i++) world.step(job.step);
     },
     state: () => {
-      const [r, w, v] = [top.quaternion, top.angularVelocity, top.velocity];
-      return [[r.w, r.x, r.y, r.z], [w.x, w.y, w.z], [v.x, v.y, v.z]];
+      const [r, w, v, s] = [top.quaternion, top.angularVelocity, top.velocity, top.position];
+      return [[r.w, r.x, r.y, r.z], [w.x, w.y, w.z], [v.x, v.y, v.z], [s.x, s.y, s.z]];
     },
   };
 });

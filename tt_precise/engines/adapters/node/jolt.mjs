@@ -61,8 +61,9 @@ await serve(async (job) => {
     },
     state: () => {
       const [r, w, v] = [top.GetRotation(), top.GetAngularVelocity(), top.GetLinearVelocity()];
+      const s = top.GetCenterOfMassPosition();
       const xyz = (u) => [u.GetX(), u.GetY(), u.GetZ()];
-      return [[r.GetW(), ...xyz(r)], xyz(w), xyz(v)];
+      return [[r.GetW(), ...xyz(r)], xyz(w), xyz(v), xyz(s)];
     },
   };
 });

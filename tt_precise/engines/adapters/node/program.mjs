@@ -1,11 +1,11 @@
 // For engines in JavaScript: an adapter as a program of the engine protocol.
 import { readFileSync, writeSync } from "node:fs";
 
-const COLUMNS = "t,qw,qx,qy,qz,wx,wy,wz,vcx,vcy,vcz";
+const COLUMNS = "t,qw,qx,qy,qz,wx,wy,wz,vcx,vcy,vcz,x,y,z";
 const REFUSED = 3; // exit status of a program that cannot express the job
 
 // simulate(job) returns { advance(steps), state() }; state() is
-// [quaternion scalar first, inertial angular velocity, velocity of the centre of mass].
+// [quaternion scalar first, inertial angular velocity, velocity and position of the centre of mass].
 export async function serve(simulate) {
   // what an engine logs must not get into the CSV
   console.log = console.info = console.warn = console.error;

@@ -38,8 +38,8 @@ await serve(async (job) => {
       for (let i = 0; i < steps; i++) world.step();
     },
     state: () => {
-      const [r, w, v] = [top.rotation(), top.angvel(), top.linvel()];
-      return [[r.w, r.x, r.y, r.z], [w.x, w.y, w.z], [v.x, v.y, v.z]];
+      const [r, w, v, s] = [top.rotation(), top.angvel(), top.linvel(), top.translation()];
+      return [[r.w, r.x, r.y, r.z], [w.x, w.y, w.z], [v.x, v.y, v.z], [s.x, s.y, s.z]];
     },
   };
 });
