@@ -152,6 +152,17 @@ def test_golden_data_are_above_suspicion(scene: str, rows: int | None, every: in
                 assert found.passed, str(found)
 
 
+@pytest.mark.parametrize("friction", ["scene", "other"])
+def test_rows_that_are_counted_instead_of_timed_are_refused(
+    healthy: Healthy, rigid_body: Healthy, friction: str
+) -> None:
+    frame = healthy("reference", 401, 0.8)
+    for given in (frame[VECTORS], frame[EULER], rigid_body(frame)):
+        with pytest.raises(tt.InputError, match="if the time counts rows"):
+            counted = given.assign(t=numpy.arange(401.0))
+            tt.check.conservation(counted, "reference", friction=friction)
+
+
 def test_another_force_does_not_hide_a_convention(rigid_body: Healthy) -> None:
     """A top with dry friction, checked as if it were the reference's."""
     lines = tt.load_scene("reference").text.splitlines()

@@ -20,7 +20,7 @@ from tt_precise.check.equations import EquationResidual
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.sources import Block
 from tt_precise.mechanics.conserved import INTEGRALS
-from tt_precise.mechanics.newton import contact_arm
+from tt_precise.mechanics.newton import NewtonState, axis_rate, contact_arm
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled, subtracted
 from tt_precise.runtime.values import InputError
@@ -85,6 +85,19 @@ def _from_geometric_centre(given: Columns, body: Parameters) -> Changed | None:
     return _named(CENTRE, subtracted(_vector(given, CENTRE), swing))
 
 
+def _with_fitted_time(given: Columns, body: Parameters) -> Changed | None:
+    """Times by the factor with which the height of the axis follows its rate."""
+    sets = known_sets([*given])
+    if not sets or len(given["t"]) < FEWEST:
+        return None
+    t, still = given["t"], dict.fromkeys(sets[0].velocity, numpy.zeros(len(given["t"])))
+    state, _ = sets[0].state(body, {**still, **given}, numpy)
+    rate = axis_rate(body, NewtonState(*state))[2]
+    by_rate = (t[2:] - t[:-2]) * (rate[:-2] + 4 * rate[1:-1] + rate[2:]) / 6
+    factor = float((state.kz[2:] - state.kz[:-2]) @ by_rate) / (float(by_rate @ by_rate) or 1.0)
+    return {"t": factor * t} if factor > 0 else None
+
+
 def _from_y_up(given: Columns, body: Parameters) -> Changed | None:
     if "qw" not in given:
         return None
@@ -105,6 +118,7 @@ READINGS: dict[str, Reading] = {
     "the time is in microseconds": _scaled(1e-6, "t"),
     "the time is in ns": _scaled(1e-9, "t"),
     "the time is in minutes": _scaled(60.0, "t"),
+    "the time counts rows, or is in a unit of its own": _with_fitted_time,
     "the angle is in degrees": _scaled(math.pi / 180, "theta"),
     "the angular velocities are in deg/s": _scaled(math.pi / 180, *ANGULAR),
     "the angular velocities are in revolutions/s": _scaled(2 * math.pi, *ANGULAR),
