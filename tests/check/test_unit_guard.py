@@ -158,8 +158,8 @@ def test_rows_that_are_counted_instead_of_timed_are_refused(
 ) -> None:
     frame = healthy("reference", 401, 0.8)
     for given in (frame[VECTORS], frame[EULER], rigid_body(frame)):
+        counted = given.assign(t=numpy.arange(401.0))
         with pytest.raises(tt.InputError, match="if the time counts rows"):
-            counted = given.assign(t=numpy.arange(401.0))
             tt.check.conservation(counted, "reference", friction=friction)
 
 
