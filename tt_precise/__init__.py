@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from tt_precise.integration import Trajectory, integrate
     from tt_precise.runtime.values import InputError
     from tt_precise.scene.scene import Scene, load_scene
-    from tt_precise.sweeps.table import sweep
+    from tt_precise.sweeps.run import sweep
 
 __all__ = [
     "InputError",
@@ -47,7 +47,7 @@ __getattr__, __dir__ = lazy_names(
         "integration": ["Trajectory", "integrate"],
         "exact.thresholds": ["thresholds"],
         "scene.scene": ["Scene", "load_scene"],
-        "sweeps.table": ["sweep"],
+        "sweeps.run": ["sweep"],
     },
     ["check", "claims", "golden"],
 )

@@ -22,7 +22,7 @@ MIXED = {"phi_dot": "-60:200", "theta_dot": "-5:5", "theta": "0.01:0.4", "mu": "
 
 
 def values_of(spec: Specification) -> numpy.ndarray:
-    return numpy.concatenate([some for _, some in blocks(spec, 4096, set())])
+    return numpy.concatenate([some for _, some in blocks(spec, 4096)])
 
 
 def same(first: dict[str, Any], second: dict[str, Any]) -> bool:

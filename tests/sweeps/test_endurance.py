@@ -22,8 +22,9 @@ from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.workers import Pool, dask_pool
 from tt_precise.scene.scene import load_scene
-from tt_precise.sweeps import Specification, specification, sweep
+from tt_precise.sweeps import Specification, run_sweep, specification
 from tt_precise.sweeps.chunk import compute
 from tt_precise.sweeps.specification import blocks
 
@@ -64,7 +65,7 @@ def best(work: Callable[[], Any], clock: Callable[[], float], times: int) -> flo
 def test_lanes_beat_scalar_integration() -> None:
     """With the same events, processor time of one core; the scalar side does no classification."""
     spec = reference_kind(128)
-    (values,) = (v for _, v in blocks(spec, 128, set()))
+    (values,) = (v for _, v in blocks(spec, 128))
     compute(spec.plan, values[:16], 8)
     lanes = best(lambda: compute(spec.plan, values, 8), time.process_time, 7) / 128
     scalar = best(scalar_side(), time.process_time, 7) / SCALAR_RUNS
@@ -79,24 +80,24 @@ def test_two_cores_and_a_cluster_scale() -> None:
     """
     spec = reference_kind(4096)
 
-    def rate(name: str, **how: Any) -> float:
-        swept = sweep(spec, one_in=0, chunk=128, **how)
+    def rate(name: str, pool: Pool | None) -> float:
+        swept = run_sweep(spec, recheck=0, chunk=128, pool=pool)
         print(f"  {name}: {swept.summary['how']['rows_per_second']} rows/s")
         return float(swept.summary["how"]["rows_per_second"])
 
     context = multiprocessing.get_context("spawn")
     with cluster(2) as (address, _), ProcessPoolExecutor(2, mp_context=context) as two:
-        ways: dict[str, Any] = {
-            "one process": {},
-            "two processes": {"executor": two, "size": 2},
-            "dask": {"dask": address},
+        ways: dict[str, Callable[[], Pool | None]] = {
+            "one process": lambda: None,
+            "two processes": lambda: Pool(two, lambda: 2),
+            "dask": lambda: dask_pool(address),
         }
-        for how in ways.values():
-            sweep(reference_kind(64), one_in=0, chunk=16, **how)
+        for pool in ways.values():
+            run_sweep(reference_kind(64), recheck=0, chunk=16, pool=pool())
         best_of = dict.fromkeys(ways, 0.0)
         for _ in range(4):
-            for name, how in ways.items():
-                best_of[name] = max(best_of[name], rate(name, **how))
+            for name, pool in ways.items():
+                best_of[name] = max(best_of[name], rate(name, pool()))
     two_to_one = best_of["two processes"] / best_of["one process"]
     dask_to_two = best_of["dask"] / best_of["two processes"]
     print(f"  two cores {two_to_one:.2f} times one, dask {dask_to_two:.2f} times processes")
@@ -113,7 +114,7 @@ def test_a_hundred_thousand_starts(tmp_path: Path) -> None:
     scalar = scalar_side()
     before = best(scalar, time.process_time, 3) / SCALAR_RUNS
     with watched_memory() as peak:
-        swept = sweep(reference_kind(100_000), out=tmp_path / "sweep", workers=2, one_in=0)
+        swept = run_sweep(reference_kind(100_000), out=tmp_path / "sweep", workers=2, recheck=0)
     after = best(scalar, time.process_time, 3) / SCALAR_RUNS
     how = swept.summary["how"]
     faster = min(before, after) * how["rows_per_second"]
@@ -137,12 +138,14 @@ def test_a_killed_cluster_worker_loses_and_doubles_nothing(tmp_path: Path) -> No
                 killed.append(victim)
 
         out = tmp_path / "sweep"
-        swept = sweep(spec, dask=address, chunk=50, out=out, one_in=0, progress=progress)
+        swept = run_sweep(
+            spec, pool=dask_pool(address), chunk=50, out=out, recheck=0, progress=progress
+        )
     assert killed
     rows = swept.rows
     assert not swept.summary["quarantined"]
     assert list(rows["index"]) == list(range(2000))
-    mine = sweep(spec, one_in=0, chunk=500).rows
+    mine = run_sweep(spec, recheck=0, chunk=500).rows
     assert rows.equals(mine)
 
 

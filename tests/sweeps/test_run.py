@@ -13,11 +13,12 @@ import pandas
 import pytest
 
 from tt_precise.runtime.values import InputError
+from tt_precise.runtime.workers import Pool
 from tt_precise.scene.scene import load_scene
-from tt_precise.sweeps import read_rows, specification, spot_check, sweep
+from tt_precise.sweeps import read_rows, run_sweep, specification, spot_check
 from tt_precise.sweeps import run as running
 from tt_precise.sweeps.columns import FIXED
-from tt_precise.sweeps.specification import Specification, blocks
+from tt_precise.sweeps.specification import blocks
 from tt_precise.sweeps.spot_check import differences, drawn
 
 SPEC = specification("reference", until="0.5", vary={"phi_dot": "-20:20:41"})
@@ -41,13 +42,13 @@ class Stopping(Executor):
 
 @pytest.fixture(scope="module")
 def whole() -> pandas.DataFrame:
-    return sweep(SPEC, one_in=0).rows
+    return run_sweep(SPEC, recheck=0).rows
 
 
 def test_columns_and_summary(whole: pandas.DataFrame) -> None:
     assert list(whole.columns) == ["index", "phi_dot", *FIXED]
     assert list(whole["index"]) == list(range(41))
-    found = sweep(SPEC, one_in=0, chunk=5).summary
+    found = run_sweep(SPEC, recheck=0, chunk=5).summary
     assert found["schema"] == "tt_precise.sweep/1"
     assert found["rows"] == found["expected"] == 41
     assert sum(found["outcomes"].values()) == 41
@@ -61,57 +62,57 @@ def test_an_interrupted_sweep_is_resumed(tmp_path: Path, whole: pandas.DataFrame
     out = tmp_path / "sweep"
     for _ in range(2):
         with pytest.raises(KeyboardInterrupt):
-            sweep(SPEC, out=out, chunk=CHUNK, executor=Stopping(3), one_in=0)
+            run_sweep(SPEC, out=out, chunk=CHUNK, pool=Pool(Stopping(3), lambda: 1), recheck=0)
     written = len(list((out / "chunks").iterdir()))
     assert 2 <= written < 6
-    done = sweep(SPEC, out=out, one_in=0)  # the size of the chunks is known
+    done = run_sweep(SPEC, out=out, recheck=0)  # the size of the chunks is known
     assert done.summary["how"]["chunks_found"] == written
     assert done.summary["how"]["rows_computed"] == 41 - CHUNK * written
     pandas.testing.assert_frame_equal(read_rows(out), whole, check_exact=True)
-    again = sweep(SPEC, out=out, one_in=0)
+    again = run_sweep(SPEC, out=out, recheck=0)
     assert again.summary["how"]["rows_computed"] == 0
     pandas.testing.assert_frame_equal(again.rows, whole, check_exact=True)
 
 
 def test_another_sweep_is_refused(tmp_path: Path) -> None:
     out = tmp_path / "sweep"
-    sweep(SPEC, out=out, chunk=CHUNK, one_in=0)
+    run_sweep(SPEC, out=out, chunk=CHUNK, recheck=0)
     other = specification("reference", until="0.6", vary={"phi_dot": "-20:20:41"})
     with pytest.raises(InputError, match="another sweep"):
-        sweep(other, out=out, one_in=0)
+        run_sweep(other, out=out, recheck=0)
     with pytest.raises(InputError, match="chunk"):
-        sweep(SPEC, out=out, chunk=CHUNK + 1, one_in=0)
+        run_sweep(SPEC, out=out, chunk=CHUNK + 1, recheck=0)
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "mine.txt").write_text("mine", "utf-8")
     with pytest.raises(InputError, match="not empty"):
-        sweep(SPEC, out=tmp_path / "full", one_in=0)
+        run_sweep(SPEC, out=tmp_path / "full", recheck=0)
 
 
 def test_a_chunk_that_fails_is_quarantined_and_tried_by_the_next_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: pandas.DataFrame
 ) -> None:
-    right = running.written_chunk_task
+    right = running.chunk_task
 
     def spoiled(*arguments: Any) -> Any:
-        if arguments[4] == 2:
+        if -20 + 16 in arguments[2]:
             raise RuntimeError("cosmic ray")
         return right(*arguments)
 
-    monkeypatch.setattr(running, "written_chunk_task", spoiled)
+    monkeypatch.setattr(running, "chunk_task", spoiled)
     out = tmp_path / "sweep"
-    found = sweep(SPEC, out=out, chunk=CHUNK, one_in=0).summary
+    found = run_sweep(SPEC, out=out, chunk=CHUNK, recheck=0).summary
     assert found["quarantined"] == [
         {"chunk": 2, "first": 16, "rows": 8, "error": "RuntimeError: cosmic ray"}
     ]
     assert found["rows"] == 33
     monkeypatch.undo()
-    done = sweep(SPEC, out=out, one_in=0)
+    done = run_sweep(SPEC, out=out, recheck=0)
     assert not done.summary["quarantined"]
     pandas.testing.assert_frame_equal(done.rows, whole, check_exact=True)
 
 
 def test_a_worker_of_another_version_is_refused() -> None:
-    (values,) = (v for _, v in blocks(SPEC, 100, set()))
+    (values,) = (v for _, v in blocks(SPEC, 100))
     with pytest.raises(InputError, match="worker"):
         running.chunk_task(SPEC.plan, "0.0.0", values, 8)
 
@@ -126,7 +127,7 @@ def test_one_row_of_each_thousand_is_drawn() -> None:
 
 def test_the_spot_check_finds_what_differs(monkeypatch: pytest.MonkeyPatch) -> None:
     spec = specification("reference", until="0.2", vary={"phi_dot": "90,95,100"})
-    found = sweep(spec, one_in=1).summary["recheck"]
+    found = run_sweep(spec, recheck=1).summary["recheck"]
     assert found["rows"] == 3
     assert not found["other_outcome"]
     assert not found["only_in_one"]
@@ -142,7 +143,7 @@ def test_the_spot_check_finds_what_differs(monkeypatch: pytest.MonkeyPatch) -> N
             **right(scene, record), "min_g_n": 0.1, "t_init_A": 0.5, "outcome": "inverts",
         },
     )  # fmt: skip
-    spoiled = sweep(spec, one_in=3).summary["recheck"]
+    spoiled = run_sweep(spec, recheck=3).summary["recheck"]
     assert spoiled["largest_difference"]["min_g_n"]["value"] > 1e-3
     assert spoiled["other_outcome"]
     assert spoiled["only_in_one"]
@@ -174,37 +175,19 @@ def test_long_sweeps_have_more_lanes_and_the_same_rows(
     monkeypatch.setattr("heyoka.recommended_simd_size", lambda: 2)  # compiles faster
     for many, lanes in ((42, 4), (41, 8), (20, 8)):
         monkeypatch.setattr(running, "MANY_ROWS", many)
-        found = sweep(SPEC, one_in=0)
+        found = run_sweep(SPEC, recheck=0)
         assert found.summary["how"]["batch"] == lanes
         assert found.rows.equals(whole)
-    shared = {"executor": Stopping(9), "size": 2}
-    assert sweep(SPEC, one_in=0, **shared).summary["how"]["batch"] == 8  # type: ignore[arg-type]
-    monkeypatch.setattr(running, "MANY_ROWS", 21)
-    shared = {"executor": Stopping(9), "size": 2}
-    assert sweep(SPEC, one_in=0, **shared).summary["how"]["batch"] == 4  # type: ignore[arg-type]
+    for many, lanes in ((20, 8), (21, 4)):
+        monkeypatch.setattr(running, "MANY_ROWS", many)
+        two = Pool(Stopping(9), lambda: 2)
+        assert run_sweep(SPEC, recheck=0, pool=two).summary["how"]["batch"] == lanes
 
 
 def test_differences_tell_missing_values() -> None:
     row = {"outcome": "inverts", "t_init_A": 1.0, "t_end_A": numpy.nan, "t_end_B": 2.0}
     fine = {"outcome": "inverts", "t_init_A": 1.25, "t_end_A": None, "t_end_B": None}
     assert differences(row, fine) == {"t_init_A": 0.25, "t_end_A": 0.0, "t_end_B": numpy.inf}
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [({"batch": 0}, "batch"), ({"chunk": 0}, "chunk"), ({"one_in": -1}, "one_in")],
-)
-def test_refuses(arguments: dict[str, int], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        sweep(SPEC, **arguments)  # type: ignore[arg-type]
-
-
-def test_specification_can_travel_to_a_worker() -> None:
-    import pickle
-
-    assert pickle.loads(pickle.dumps(SPEC.plan)) == SPEC.plan
-    assert isinstance(SPEC, Specification)
-    assert len(pickle.dumps(SPEC.plan)) < 20_000
 
 
 def test_a_worker_loads_few_modules() -> None:

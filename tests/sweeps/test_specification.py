@@ -10,7 +10,7 @@ import pytest
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import read_specification, specification
-from tt_precise.sweeps.specification import Axis, Range, blocks
+from tt_precise.sweeps.specification import blocks, box_ends, grid_values
 
 TOML = """
 scene = "reference"
@@ -33,18 +33,16 @@ def values_of(spec: object, size: int, skip: set[int] | None = None) -> dict[int
 
 
 def test_axis_has_both_ends_and_exact_values() -> None:
-    axis = Axis.of("phi_dot", "-200:200:801")
-    assert len(axis.values) == 801
-    assert axis.values[0] == -200
-    assert axis.values[-1] == 200
-    assert axis.values[1] == Fraction(-399, 2)
-    assert Axis.of("theta", "0.05,1/3").values == (Fraction(1, 20), Fraction(1, 3))
+    values = grid_values("phi_dot", "-200:200:801")
+    assert len(values) == 801
+    assert [*values[:2], values[-1]] == [-200, Fraction(-399, 2), 200]
+    assert grid_values("theta", "0.05,1/3") == (Fraction(1, 20), Fraction(1, 3))
 
 
 @pytest.mark.parametrize(
     ("vary", "box", "samples", "message"),
     [
-        ({"phi": "1,2"}, {}, 0, "expected one of: theta"),
+        ({"phi": "1,2"}, {}, 0, "each once of: theta"),
         ({"phi_dot": "1:2"}, {}, 0, "first:last:count"),
         ({"phi_dot": "1:2:1"}, {}, 0, "first:last:count"),
         ({"phi_dot": "1,nan"}, {}, 0, "exact number"),
@@ -55,7 +53,7 @@ def test_axis_has_both_ends_and_exact_values() -> None:
         ({}, {"mu": "-1:1"}, 4, "mu"),
         ({}, {"mu": "0:1"}, 0, "both or neither"),
         ({}, {}, 4, "both or neither"),
-        ({"mu": "1,2"}, {"mu": "0:1"}, 4, "each name once"),
+        ({"mu": "1,2"}, {"mu": "0:1"}, 4, "each once of"),
     ],
 )
 def test_refuses(vary: dict[str, str], box: dict[str, str], samples: int, message: str) -> None:
@@ -172,7 +170,7 @@ def test_refuses_toml(tmp_path: Path, old: str, new: str, message: str) -> None:
 
 
 def test_interval_is_exact() -> None:
-    assert Range.of("mu", "1/3:0.5") == Range("mu", Fraction(1, 3), Fraction(1, 2))
+    assert box_ends("mu", "1/3:0.5") == (Fraction(1, 3), Fraction(1, 2))
 
 
 def test_psi_dot_is_swept_like_any_start_value() -> None:

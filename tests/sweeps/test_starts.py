@@ -11,7 +11,7 @@ import pytest
 from tt_precise.runtime.values import InputError
 from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError, local_pool
 from tt_precise.sweeps import specification
-from tt_precise.sweeps.table import integrated
+from tt_precise.sweeps.run import integrated
 
 SPEC = specification("reference", until="0.001", vary={"phi_dot": "-20:20:2"})
 TABLES = [("one", numpy.arange(2), numpy.array([[-20.0], [20.0]]))]

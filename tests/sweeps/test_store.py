@@ -15,7 +15,7 @@ import pytest
 from tt_precise.cli import main
 from tt_precise.runtime.files import locked
 from tt_precise.runtime.values import InputError
-from tt_precise.sweeps import read_rows, specification, store, sweep
+from tt_precise.sweeps import read_rows, run_sweep, specification, store
 
 SPEC = specification("reference", until="0.05", vary={"phi_dot": "-20:20:12"})
 CHUNK = 4  # three chunks
@@ -25,7 +25,7 @@ ONE = "chunks/00000001.parquet"
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("finished") / "sweep"
-    sweep(SPEC, out=out, chunk=CHUNK, one_in=0)
+    run_sweep(SPEC, out=out, chunk=CHUNK, recheck=0)
     return out
 
 
@@ -66,7 +66,7 @@ def swap(path: Path) -> None:
 
 
 def test_a_finished_sweep_is_verified(finished: Path) -> None:
-    again = sweep(SPEC, out=finished, one_in=0).summary
+    again = run_sweep(SPEC, out=finished, recheck=0).summary
     assert again["how"]["rows_computed"] == 0
     assert again["how"]["damaged"] == []
     assert again["rows"] == 12
@@ -82,7 +82,7 @@ def test_damaged_rows_are_computed_again(
     damage(out / ONE)
     with pytest.raises(InputError, match="run it again"):
         read_rows(out)
-    again = sweep(SPEC, out=out, one_in=0).summary
+    again = run_sweep(SPEC, out=out, recheck=0).summary
     assert again["how"]["rows_computed"] == CHUNK
     assert again["rows"] == 12
     pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
@@ -105,14 +105,14 @@ def test_a_damaged_manifest_is_bad_input(finished: Path, tmp_path: Path, content
     out = copied(finished, tmp_path)
     (out / "sweep.json").write_text(content)
     with pytest.raises(InputError, match=r"sweep\.json is damaged"):
-        sweep(SPEC, out=out, one_in=0)
+        run_sweep(SPEC, out=out, recheck=0)
 
 
 def test_two_sweeps_do_not_share_a_folder(finished: Path, tmp_path: Path) -> None:
     out = copied(finished, tmp_path)
     with locked(out, "sweep"), pytest.raises(InputError, match="another sweep is at work"):
-        sweep(SPEC, out=out, one_in=0)
-    assert sweep(SPEC, out=out, one_in=0).summary["rows"] == 12
+        run_sweep(SPEC, out=out, recheck=0)
+    assert run_sweep(SPEC, out=out, recheck=0).summary["rows"] == 12
 
 
 def corrupted(out: Path, draws: numpy.random.Generator) -> str:
@@ -146,7 +146,7 @@ def survives(finished: Path, tmp_path: Path, rows: pandas.DataFrame, seed: int) 
     out = copied(finished, tmp_path / str(seed))
     done = corrupted(out, numpy.random.default_rng([22, seed]))
     try:
-        found = sweep(SPEC, out=out, one_in=0).summary
+        found = run_sweep(SPEC, out=out, recheck=0).summary
         pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
         assert (found["rows"], found["quarantined"]) == (12, []), done
     except AssertionError as error:
@@ -174,18 +174,18 @@ def test_a_thousand_damaged_folders_come_out_whole(
 
 def test_a_url_holds_the_same_rows(tmp_path: Path, rows: pandas.DataFrame) -> None:
     out = f"file://{tmp_path}/far/sweep"
-    found = sweep(SPEC, out=out, chunk=CHUNK, one_in=5, workers=2).summary
+    found = run_sweep(SPEC, out=out, chunk=CHUNK, recheck=5, workers=2).summary
     assert found["out"] == out
     pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
-    again = sweep(SPEC, out=out, one_in=5).summary
+    again = run_sweep(SPEC, out=out, recheck=5).summary
     assert (again["how"]["rows_computed"], again["recheck"]) == (0, found["recheck"])
     flip(tmp_path / "far" / "sweep" / ONE)
-    again = sweep(SPEC, out=out, one_in=5).summary
+    again = run_sweep(SPEC, out=out, recheck=5).summary
     assert (again["how"]["rows_computed"], again["rows"]) == (CHUNK, 12)
     assert again["how"]["damaged"] == [ONE]
     pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
     with pytest.raises(InputError, match="not empty"):
-        sweep(SPEC, out=f"file://{tmp_path}/far", one_in=0)
+        run_sweep(SPEC, out=f"file://{tmp_path}/far", recheck=0)
 
 
 @pytest.mark.parametrize("kind", ["", "memory://"])
@@ -226,7 +226,7 @@ def test_torn_or_ragged_files_cannot_be_drawn(
 
 def test_the_summary_does_not_depend_on_the_order_of_chunks(finished: Path) -> None:
     written = json.loads((finished / "summary.json").read_text())
-    memory = sweep(SPEC, chunk=CHUNK, one_in=0).summary
+    memory = run_sweep(SPEC, chunk=CHUNK, recheck=0).summary
     assert written["columns"] == memory["columns"]
     assert written["outcomes"] == memory["outcomes"]
     assert written["columns"]["phi_dot"]["mean"] == pytest.approx(0, abs=1e-14)

@@ -68,12 +68,6 @@ def command() -> None:
     "--dask", metavar="ADDRESS", help="Address of a dask.distributed scheduler, for a cluster."
 )
 @click.option(
-    "--batch",
-    type=click.IntRange(1, 64),
-    help="SIMD lanes; by default two processor vectors, four in long sweeps.",
-)
-@click.option("--chunk", type=click.IntRange(1, 1_000_000), help="Rows in one task and file.")
-@click.option(
     "--recheck", type=click.IntRange(min=0), default=1000, show_default=True,
     help="Integrate one row in N again in double-double; 0: none.",
 )  # fmt: skip
@@ -92,8 +86,6 @@ def run(
     as_csv: bool,
     workers: int | None,
     dask: str | None,
-    batch: int | None,
-    chunk: int | None,
     recheck: int,
     as_json: bool,
 ) -> int:
@@ -114,8 +106,9 @@ def run(
     double-double contradicts a row: another outcome, a time in only one of the two, or no result.
     """  # noqa: D301 - the mark of click that keeps lines is a control character
     from tt_precise.runtime.terminal import progress_bar
-    from tt_precise.sweeps import read_specification, specification
-    from tt_precise.sweeps.run import sweep
+    from tt_precise.runtime.workers import dask_pool
+    from tt_precise.sweeps import read_specification, run_sweep, specification
+    from tt_precise.sweeps.run import TRIES
 
     if is_sweep_file(scene):
         _refuse_what_the_file_says(scene)
@@ -135,14 +128,12 @@ def run(
     if as_csv and out is None:
         raise InputError("--csv: got no --out, expected the folder to write it into")
     with progress_bar(f"{spec.rows} rows") as progress:
-        swept = sweep(
+        swept = run_sweep(
             spec,
             out=out,
             workers=workers or cores(),
-            dask=dask,
-            batch=batch,
-            chunk=chunk,
-            one_in=recheck,
+            pool=dask_pool(dask, tries=TRIES) if dask else None,
+            recheck=recheck,
             progress=progress,
         )
     if as_csv and out is not None:

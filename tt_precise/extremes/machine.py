@@ -127,14 +127,13 @@ def two_threads(precision: str, shared: bool = False) -> Observation:
 )
 def lanes(lanes: int, moved: str = "0") -> Observation:
     """Vectors of the processor, which one lane alone (run as two) does not need."""
-    from tt_precise.sweeps import specification
-    from tt_precise.sweeps.run import sweep
+    from tt_precise.sweeps import run_sweep, specification
 
     def rows(batch: int, shift: str) -> pandas.DataFrame:
         spins = [Fraction(spin) + Fraction(shift) for spin in range(150, 160)]
         values = ",".join(str(float(spin)) for spin in spins)
         spec = specification("reference", vary={"omega_3": values}, until="0.5")
-        return sweep(spec, batch=batch, one_in=0).rows.drop(columns=["index", "omega_3"])
+        return run_sweep(spec, batch=batch, recheck=0).rows.drop(columns=["index", "omega_3"])
 
     return same(rows(lanes, moved).equals(rows(1, "0")), True)
 

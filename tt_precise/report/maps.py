@@ -15,9 +15,8 @@ from tt_precise.claims.evidence.sweeps import exact_values
 from tt_precise.runtime.cache import cached_table
 from tt_precise.runtime.values import Array, Json
 from tt_precise.scene.scene import Scene, load_scene
-from tt_precise.sweeps.run import sweep_pool
+from tt_precise.sweeps.run import integrated, lambda_of_start, sweep_pool
 from tt_precise.sweeps.specification import Plan
-from tt_precise.sweeps.table import integrated, lambda_of_start
 
 if TYPE_CHECKING:
     import pandas

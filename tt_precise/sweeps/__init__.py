@@ -5,13 +5,14 @@
     >>> list(rows["outcome"])
     ['inverts', 'inverts']
 
-``table`` has ``tt.sweep``; it and the command use ``specification`` and ``sweep``.
+``sweep`` is ``tt.sweep``; it and the command use ``specification`` and ``run_sweep``.
 """
 
-from tt_precise.sweeps.run import Swept, sweep
+from tt_precise.sweeps.run import Swept, run_sweep, sweep
 from tt_precise.sweeps.specification import Specification, read_specification, specification
 from tt_precise.sweeps.store import read_rows
 
 __all__ = [
-    "Specification", "Swept", "read_rows", "read_specification", "specification", "sweep",
+    "Specification", "Swept", "read_rows", "read_specification", "run_sweep", "specification",
+    "sweep",
 ]  # fmt: skip

@@ -1,22 +1,34 @@
-"""``sweep``: from a specification to rows, on any executor, interrupted and resumed at will."""
+"""From a specification to rows, on any pool of workers, interrupted and resumed at will.
+
+``sweep`` is ``tt.sweep``; the command uses ``run_sweep``; ``integrated`` takes tables of starts
+that are neither a grid nor a box.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Hashable, Iterator, Mapping
-from concurrent.futures import Executor
-from dataclasses import dataclass
+from collections.abc import Hashable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from tt_precise._version import __version__
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, InputError, Json
-from tt_precise.runtime.workers import Call, Failure, Pool, dask_pool, local_pool
+from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError, local_pool
+from tt_precise.scene.scene import Inclination, Scene
 from tt_precise.sweeps import spot_check
-from tt_precise.sweeps.specification import Plan, Specification, blocks
-from tt_precise.sweeps.store import Store, frame_of, summarized, write_chunk
+from tt_precise.sweeps.specification import (
+    Ends,
+    Plan,
+    Specification,
+    Values,
+    blocks,
+    specification,
+)
+from tt_precise.sweeps.store import Store, frame_of, write_chunk
 from tt_precise.sweeps.summary import summary_of
 
 if TYPE_CHECKING:
@@ -25,6 +37,84 @@ if TYPE_CHECKING:
 TRIES = 3  # of a chunk, before it is quarantined
 RECYCLED_AFTER = 500  # tasks of a process; then a new one, without what it may have leaked
 MANY_ROWS = 10_000  # of one worker: then steps of more lanes save what compiling them costs
+TABLE_ROWS = 128  # in a task of ``integrated``
+NO_BUGS = (InputError, WorkerDiedError, MemoryError, OSError)
+
+
+def sweep(
+    scene: str | Scene,
+    *,
+    vary: Mapping[str, Values] | None = None,
+    box: Mapping[str, Ends] | None = None,
+    samples: int = 0,
+    sampler: Literal["sobol", "latin"] = "sobol",
+    seed: int = 0,
+    record: Iterable[str] = (),
+    until: str | int | None = None,
+    contact: Literal["unilateral", "bilateral"] = "unilateral",
+    out: str | Path | None = None,
+    workers: int = 1,
+    recheck: int = spot_check.ONE_IN,
+) -> pandas.DataFrame:
+    """Integrate ``scene`` from many starts; each start gives one row.
+
+    Parameters
+    ----------
+    scene
+        A shipped name, a path to a TOML file, or a scene: gliding with the viscous law, or rolling,
+        on a rigid table.
+    vary
+        A grid: the values of each start value (rad, rad/s, m/s) or parameter (SI; I1 and I3 in
+        units of m R^2), by name, as numbers or as text: "0.1,0.2", or "-200:200:801" for 801
+        values, ends included.
+    box, samples
+        Ranges by name, as two numbers or as "low:high", and the number of samples.
+    sampler, seed
+        A Sobol sequence or a Latin hypercube, and its seed. The seed also draws the rows to
+        recheck.
+    record
+        Further columns; see ``tt_precise.sweeps.columns``.
+    until
+        Horizon in s, instead of the scene's.
+    contact
+        "unilateral": a row ends where g_n reaches 0; "bilateral": it continues with g_n < 0.
+    out
+        A folder or URL for the rows; existing rows are not computed again.
+    workers
+        Processes; with more than one a script needs ``if __name__ == "__main__"``.
+    recheck
+        Integrate one row in ``recheck`` again in double-double; 0: none.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``index``, the varied values, ``outcome``, and the columns of ``tt_precise.sweeps.columns``,
+        in SI; ``attrs["summary"]`` has results, missing rows and settings. Outcomes
+        are ``inverts`` (has crossed the equator, and the axis is below it at the end),
+        ``does_not_invert`` (energy and lambda at the end exclude that the axis reaches the
+        equator), ``undecided`` (at the horizon neither is certain), ``contact_lost``,
+        ``singular_contact`` and ``failed``.
+
+    Raises
+    ------
+    InputError
+        An argument cannot be used.
+    """
+    spec = specification(
+        scene,
+        vary=vary,
+        box=box,
+        until=until,
+        samples=samples,
+        sampler=sampler,
+        seed=seed,
+        record=tuple(record),
+        contact=contact,
+    )
+    swept = run_sweep(spec, out=out, workers=workers, recheck=recheck)
+    rows = swept.rows
+    rows.attrs["summary"] = dict(swept.summary)
+    return rows
 
 
 @dataclass(frozen=True)
@@ -48,17 +138,15 @@ class Swept:
         return pandas.concat(frames, ignore_index=True)
 
 
-def sweep(
+def run_sweep(
     spec: Specification,
     *,
     out: str | Path | None = None,
     workers: int = 1,
-    dask: str | None = None,
-    executor: Executor | None = None,
-    size: int = 1,
+    pool: Pool | None = None,
     batch: int | None = None,
     chunk: int | None = None,
-    one_in: int = spot_check.ONE_IN,
+    recheck: int = spot_check.ONE_IN,
     progress: Progress = silent,
 ) -> Swept:
     """Integrate every row of ``spec``.
@@ -66,18 +154,17 @@ def sweep(
     Parameters
     ----------
     out
-        A folder, or a URL that fsspec knows. If it holds this sweep already, what is there is
-        verified, and only what is missing is computed. Without it the rows stay in memory. Workers
-        write their chunks themselves, but for those of ``dask`` and ``executor``, which may be on
-        other machines and do so at a URL only (``file:///...`` for a folder that all share).
-    workers, dask, executor
-        Processes on this machine; or the address of a dask scheduler; or any executor, of
-        ``size`` workers, which is not shut down.
+        A folder, or a URL that fsspec knows (``file:///...`` for a folder that all machines share).
+        If it holds this sweep already, what is there is verified, and only what is missing is
+        computed. Without it the rows stay in memory. At a URL the workers write their chunks
+        themselves.
+    workers, pool
+        Processes on this machine; or any pool, such as that of a cluster.
     batch
         SIMD lanes of a worker; by default two vectors of the processor, four in long sweeps.
     chunk
         Rows of one task and of one file.
-    one_in
+    recheck
         One row in so many is integrated again in a finer arithmetic; 0: none.
     progress
         Called with the share of rows that are done.
@@ -87,26 +174,20 @@ def sweep(
     InputError
         Something of this cannot be used.
     """
-    if batch is not None and not 1 <= batch <= 64:
-        raise InputError(f"batch: got {batch}, expected 1 to 64")
-    if chunk is not None and not 1 <= chunk <= 1_000_000:
-        raise InputError(f"chunk: got {chunk}, expected 1 to 1000000 rows")
-    if one_in < 0:
-        raise InputError(f"one_in: got {one_in}, expected 0 (none) or a number of rows")
+    if recheck < 0:
+        raise InputError(f"recheck: got {recheck}, expected 0 (none) or a number of rows")
     store = Store(spec, out, chunk)
     with store.opened():
-        before, started = len(store.parts), time.perf_counter()
-        with _pool(workers, dask, executor, size) as pool:
-            missing = spec.rows - sum(part["rows"] for part in store.parts.values())
-            lanes = batch or _simd_lanes(missing // pool.size())
-            # other machines do not see a folder of this one; a URL is for all
-            there = (dask is None and executor is None) or "://" in str(out)
-            computed = _compute(spec, store, pool, lanes, there, progress)
+        before, missing = len(store.known), spec.rows - store.rows
+        started = time.perf_counter()
+        with pool or sweep_pool(workers) as at_work:
+            lanes = batch or _simd_lanes(missing // at_work.size())
+            _compute(store, at_work, lanes, progress)
             seconds = time.perf_counter() - started
-            if not store.quarantined:
-                _check(spec, store, pool, one_in)
+            rechecked = {} if store.quarantined else _recheck(store, at_work, recheck)
             checked = time.perf_counter() - started - seconds
-            serving = pool.size()
+            serving = at_work.size()
+        computed = missing - (spec.rows - store.rows)
         how = {
             "batch": lanes,
             "workers": serving,
@@ -118,7 +199,7 @@ def sweep(
             "rows_per_second": round(computed / seconds, 1) if computed else 0.0,
             "seconds_checking": round(checked, 3),
         }
-        summary = summary_of(spec, store, how)
+        summary = summary_of(store, rechecked, how)
         store.finish(summary)
     return Swept(summary, store)
 
@@ -128,42 +209,26 @@ def sweep_pool(workers: int | None = None) -> Pool:
     return local_pool(workers, tries=TRIES, recycle_after=RECYCLED_AFTER, prepare=_get_ready)
 
 
-def _pool(workers: int, dask: str | None, executor: Executor | None, size: int) -> Pool:
-    if executor is not None:
-        return Pool(executor, lambda: size, tries=TRIES)
-    return sweep_pool(workers) if dask is None else dask_pool(dask, tries=TRIES)
-
-
 def _get_ready() -> None:
     import tt_precise.sweeps.chunk  # noqa: F401
 
 
-def chunk_task(plan: Plan, version: str, values: Array, batch: int) -> dict[str, Any]:
-    """The results of some rows, in a worker: "columns", and the "seconds" that they took."""
+def chunk_task(plan: Plan, version: str, values: Array, batch: int) -> dict[str, Array]:
+    """The results of some rows, in a worker: their columns."""
     from tt_precise.sweeps.chunk import compute
 
     if __version__ != version:
         raise InputError(f"worker: has tt_precise {__version__}, expected {version} as here")
-    started = time.perf_counter()
-    columns = compute(plan, values, batch)
-    return {"columns": columns, "seconds": round(time.perf_counter() - started, 3)}
+    return compute(plan, values, batch)
 
 
 def written_chunk_task(
-    plan: Plan,
-    version: str,
-    values: Array,
-    batch: int,
-    number: int,
-    first: int,
-    out: str,
-    fingerprint: str,
-) -> dict[str, Json]:
-    """A chunk whose rows the worker writes itself; what a summary needs of it."""
-    found = chunk_task(plan, version, values, batch)
-    frame = frame_of(plan.names, first, values, found["columns"])
-    write_chunk(out, fingerprint, number, frame)
-    return summarized(frame)
+    plan: Plan, version: str, values: Array, batch: int,
+    out: str, fingerprint: str, number: int, first: int,
+) -> None:  # fmt: skip
+    """A chunk whose rows the worker writes itself."""
+    columns = chunk_task(plan, version, values, batch)
+    write_chunk(out, fingerprint, number, frame_of(plan.names, first, values, columns))
 
 
 def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Json]:
@@ -171,47 +236,35 @@ def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Json]:
     return spot_check.recomputed(plan.scene_of(values), plan.record)
 
 
-def _compute(
-    spec: Specification,
-    store: Store,
-    pool: Pool,
-    batch: int,
-    there: bool,
-    progress: Progress,
-) -> int:
-    """Compute the chunks that are missing; ``there``: the workers can write where they belong."""
-    found = done = sum(part["rows"] for part in store.parts.values())
-    out = store.out if there else None
+def _compute(store: Store, pool: Pool, batch: int, progress: Progress) -> None:
+    """Compute the chunks that are missing."""
+    spec = store.spec
 
     def calls() -> Iterator[Call]:
-        for number, values in blocks(spec, store.size, set(store.parts)):
+        for number, values in blocks(spec, store.size, frozenset(store.known)):
             arguments: tuple[Any, ...] = (spec.plan, __version__, values, batch)
-            if out is not None:
-                arguments += (number, number * store.size, out, spec.fingerprint)
+            if store.remote:
+                arguments += (store.out, spec.fingerprint, number, number * store.size)
             yield Call(number, arguments)
 
-    work = chunk_task if out is None else written_chunk_task
+    work = written_chunk_task if store.remote else chunk_task
     for call, result in pool.perform(work, calls()):
-        number, values = call.key, call.arguments[2]
         if isinstance(result, Failure):
             if isinstance(result.error, InputError):  # a full disk, for example
                 raise result.error
-            store.quarantined[number] = result.reason
+            store.quarantined[call.key] = result.reason
             continue
-        if out is None:
-            frame = frame_of(spec.names, number * store.size, values, result["columns"])
-            store.keep(number, frame, summarized(frame))
-        else:
-            store.keep(number, None, result)
-        done += len(values)
-        progress(done / spec.rows)
-    return done - found
+        frame = result and frame_of(spec.names, call.key * store.size, call.arguments[2], result)
+        store.keep(call.key, frame)
+        progress(store.rows / spec.rows)
 
 
-def _check(spec: Specification, store: Store, pool: Pool, one_in: int) -> None:
-    """Integrate the rows of the spot check again, and note how they differ."""
-    wanted = set(spot_check.drawn(spec.rows, spec.seed, one_in)) - store.checked.keys()
+def _recheck(store: Store, pool: Pool, one_in: int) -> dict[int, dict[str, Json]]:
+    """Integrate the rows of the spot check again: how they differ, by index."""
+    spec = store.spec
+    wanted = set(spot_check.drawn(spec.rows, spec.seed, one_in))
     asked: dict[int, dict[Hashable, Any]] = {}
+    rechecked: dict[int, dict[str, Json]] = {}
 
     def calls() -> Iterator[Call]:
         for row in _rows(store, wanted):
@@ -225,12 +278,13 @@ def _check(spec: Specification, store: Store, pool: Pool, one_in: int) -> None:
     for call, result in pool.perform(recheck_task, calls()):
         row = asked.pop(call.key)
         if isinstance(result, Failure):
-            store.checked[call.key] = {"error": result.reason}
+            rechecked[call.key] = {"error": result.reason}
         else:
-            store.checked[call.key] = {
+            rechecked[call.key] = {
                 "outcomes": [row["outcome"], result["outcome"]],
                 "differences": spot_check.differences(row, result),
             }
+    return rechecked
 
 
 def _rows(store: Store, wanted: set[int]) -> Iterator[dict[Hashable, Any]]:
@@ -240,9 +294,63 @@ def _rows(store: Store, wanted: set[int]) -> Iterator[dict[Hashable, Any]]:
 
 def _simd_lanes(rows: int) -> int:
     """How many lanes are best for a worker that has so many rows before it."""
-    heyoka = import_heyoka()
-
     # the Python around each step of a batch costs the same for more lanes, and heyoka takes steps
     # of four vectors in as much time a lane as of two (24 lanes 1.25 times); but to compile them
     # takes 6 s instead of 3
-    return (4 if rows >= MANY_ROWS else 2) * int(heyoka.recommended_simd_size())
+    return (4 if rows >= MANY_ROWS else 2) * int(import_heyoka().recommended_simd_size())
+
+
+# ---- tables of starts that are no grid and no box ---------------------------------------------
+
+
+def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Array, Array]]) -> pandas.DataFrame:
+    """The rows of some tables, in order: ``series``, ``contact``, ``index``, starts, results.
+
+    ``tables`` holds (series, index, values of shape (rows, ``plan.names``)).
+
+    Raises
+    ------
+    InputError
+        A task fails again and again: a start cannot be used, or the system does not let it go on.
+    RuntimeError
+        It fails for another reason.
+    """
+    import pandas
+
+    pieces = [
+        (name, index[first : first + TABLE_ROWS], values[first : first + TABLE_ROWS])
+        for name, index, values in tables
+        for first in range(0, len(index), TABLE_ROWS)
+    ]
+    lanes = int(import_heyoka().recommended_simd_size())
+    calls = (
+        Call(number, (plan, __version__, values, lanes))
+        for number, (_, _, values) in enumerate(pieces)
+    )
+    frames = {}
+    for call, result in pool.perform(chunk_task, calls):
+        name, index, values = pieces[call.key]
+        if isinstance(result, Failure):
+            kind = InputError if isinstance(result.error, NO_BUGS) else RuntimeError
+            raise kind(f"sweep of {name}: {result.reason}") from result.error
+        columns = {"series": name, "contact": plan.contact, "index": index}
+        columns |= {start: values[:, position] for position, start in enumerate(plan.names)}
+        frames[call.key] = pandas.DataFrame({**columns, **result})
+    return pandas.concat([frames[number] for number in sorted(frames)], ignore_index=True)
+
+
+def lambda_of_start(scene: Scene, theta: float) -> float:
+    """Dimensionless lambda of a start with this inclination, omega_3 = 1 rad/s and no other rate.
+
+    lambda is linear in omega_3.
+    """
+    from tt_precise.integration.precision import precision_named
+    from tt_precise.mechanics.initial_state import InitialState
+    from tt_precise.mechanics.quantities import Motion, jellett
+
+    start = replace(
+        scene.start, theta=Inclination(Fraction(theta)), omega_3=Fraction(1), phi_dot=Fraction(0)
+    )
+    double = precision_named("double")
+    initial = InitialState.of(replace(scene, start=start), double.arithmetic)
+    return float(jellett(Motion(initial.body, initial.vectors, double.context)))

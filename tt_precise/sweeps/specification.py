@@ -11,12 +11,12 @@ import hashlib
 import json
 import math
 import operator
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from collections.abc import Container, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from msgspec import ValidationError, convert
 from msgspec.structs import asdict
@@ -30,78 +30,21 @@ from tt_precise.scene.numerals import exact
 from tt_precise.scene.scene import Scene, Start, load_scene
 from tt_precise.sweeps.columns import check_names
 
-STARTS = tuple(field.name for field in fields(Start))
-SWEEPABLE = (*STARTS, "psi_dot")
+STARTS = tuple(one.name for one in fields(Start))
 PARAMETERS = ("m", "R", "alpha", "I1", "I3", "g", "mu")  # I1 and I3 in units of m R^2
+VARIABLE = (*STARTS, "psi_dot", *PARAMETERS)
 SAMPLERS = ("sobol", "latin")
 MOST_VALUES = 1_000_000  # of an axis
-MOST_KEPT_SAMPLES = 4_000_000  # a Latin hypercube, and samples repeated on a grid, stay in memory
-DROPPED = 65536  # samples drawn at once where they are skipped
+MOST_SAMPLES = 10_000_000  # which stay in memory
 
-
-@dataclass(frozen=True)
-class Axis:
-    """A name and the exact values it takes, one after the other."""
-
-    name: str
-    values: tuple[Fraction, ...]
-
-    @classmethod
-    def of(cls, name: str, values: str | Iterable[str | int | float]) -> Axis:
-        """From numbers, where floats stand for decimals as one writes them, or from text.
-
-        "0.05,0.1,0.2", or "-200:200:801" for 801 values from -200 to 200, ends included.
-        """
-        _check_name(name)
-        if isinstance(values, str):
-            parts = values.split(":")
-            if len(parts) == 1:
-                return cls(name, tuple(exact(value, name) for value in values.split(",")))
-            if len(parts) != 3 or not parts[2].strip().isdecimal() or int(parts[2]) < 2:
-                raise InputError(
-                    f"vary {name}: got {values[:60]!r}, expected values such as 0.05,0.1,0.2 or "
-                    "first:last:count such as -200:200:801"
-                )
-            first, last, count = exact(parts[0], name), exact(parts[1], name), int(parts[2])
-            if count > MOST_VALUES:
-                raise InputError(f"vary {name}: got {count} values, expected at most {MOST_VALUES}")
-            return cls(name, tuple(first + (last - first) * i / (count - 1) for i in range(count)))
-        numbers = tuple(_number(one, f"vary {name}") for one in values)
-        if not numbers:
-            raise InputError(f"vary {name}: got no value, expected at least one")
-        return cls(name, numbers)
-
-
-@dataclass(frozen=True)
-class Range:
-    """A name and the range it is sampled from."""
-
-    name: str
-    low: Fraction
-    high: Fraction
-
-    @classmethod
-    def of(cls, name: str, ends: str | tuple[str | int | float, str | int | float]) -> Range:
-        """From two numbers, or from text such as "-15:15"."""
-        _check_name(name)
-        if isinstance(ends, str):
-            parts = ends.split(":")
-            if len(parts) != 2:
-                raise InputError(f"box {name}: got {ends[:60]!r}, expected low:high such as -15:15")
-            low, high = (exact(part, name) for part in parts)
-        elif len(ends) != 2:
-            raise InputError(f"box {name}: got {len(ends)} numbers, expected low and high")
-        else:
-            low, high = (_number(one, f"box {name}") for one in ends)
-        if not low < high:
-            shown = ends if isinstance(ends, str) else f"{low}:{high}"
-            raise InputError(f"box {name}: got {shown}, expected the lower end first")
-        return cls(name, low, high)
+Number = str | int | float
+Values = str | Iterable[Number]
+Ends = str | tuple[Number, Number]
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What the result of a row depends on, beside the numbers in its columns."""
+    """What the result of a row depends on, apart from the numbers in its columns."""
 
     scene: Scene
     names: tuple[str, ...]
@@ -123,8 +66,9 @@ class Plan:
 class Specification:
     """A sweep. Everything that its rows depend on is in here.
 
-    ``contact`` is "unilateral" (a trajectory ends where g_n reaches 0) or "bilateral" (it goes
-    on with g_n < 0, as the paper's own equations do). ``record`` names further columns.
+    ``vary`` has the exact values of each name of the grid, ``box`` the two ends of each name that
+    is sampled. ``contact`` is "unilateral" (a trajectory ends where g_n reaches 0) or "bilateral"
+    (it goes on with g_n < 0, as the paper's own equations do). ``record`` names further columns.
 
     Raises
     ------
@@ -133,8 +77,8 @@ class Specification:
     """
 
     scene: Scene
-    axes: tuple[Axis, ...] = ()
-    box: tuple[Range, ...] = ()
+    vary: Mapping[str, tuple[Fraction, ...]] = field(default_factory=dict)
+    box: Mapping[str, tuple[Fraction, Fraction]] = field(default_factory=dict)
     samples: int = 0
     sampler: str = "sobol"
     seed: int = 0
@@ -157,35 +101,30 @@ class Specification:
             if value not in allowed:
                 expected = " or ".join(allowed)
                 raise InputError(f"{what}: got {str(value)[:60]!r}, expected {expected}")
-        if len(set(self.names)) < len(self.names):
-            raise InputError(f"sweep: got {', '.join(self.names)}, expected each name once")
+        for name in self.names:
+            if name not in VARIABLE or self.names.count(name) > 1:
+                raise InputError(
+                    f"sweep: got {name[:60]!r}, expected each once of: {', '.join(VARIABLE)}"
+                )
         if bool(self.box) != (self.samples > 0):
             raise InputError(
                 f"samples: got {self.samples} with {len(self.box)} box ranges, "
                 "expected both or neither"
             )
-        if self.box and (self.sampler == "latin" or self.axes) and self.samples > MOST_KEPT_SAMPLES:
-            raise InputError(
-                f"samples: got {self.samples}, expected at most {MOST_KEPT_SAMPLES} in a Latin "
-                "hypercube or on a grid; Sobol samples without a grid have no limit"
-            )
+        if self.samples > MOST_SAMPLES:
+            raise InputError(f"samples: got {self.samples}, expected at most {MOST_SAMPLES}")
         check_names(self.record, self.scene.model)
         self._check_ends()
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """The varied names, in the order of their columns."""
-        return (*(axis.name for axis in self.axes), *(one.name for one in self.box))
-
-    @cached_property
-    def grid_points(self) -> int:
-        """Points of the grid; 1 without one."""
-        return math.prod(len(axis.values) for axis in self.axes)
+        return (*self.vary, *self.box)
 
     @cached_property
     def rows(self) -> int:
         """Rows of the sweep."""
-        return self.grid_points * max(1, self.samples)
+        return math.prod(map(len, self.vary.values())) * max(1, self.samples)
 
     def description(self) -> dict[str, Json]:
         """Everything the rows depend on, in plain JSON values."""
@@ -197,8 +136,8 @@ class Specification:
             "body": {name: str(value) for name, value in body.numbers_by_name.items()},
             "start": {one.name: str(getattr(start, one.name)) for one in fields(start)},
             "until": str(scene.until),
-            "vary": {axis.name: [str(value) for value in axis.values] for axis in self.axes},
-            "box": {one.name: [str(one.low), str(one.high)] for one in self.box},
+            "vary": {name: [str(value) for value in values] for name, values in self.vary.items()},
+            "box": {name: [str(value) for value in ends] for name, ends in self.box.items()},
             "samples": self.samples,
             "sampler": self.sampler,
             "seed": self.seed,
@@ -218,8 +157,8 @@ class Specification:
         return Plan(self.scene, self.names, self.record, self.contact)
 
     def _check_ends(self) -> None:
-        ends = {axis.name: (min(axis.values), max(axis.values)) for axis in self.axes}
-        ends |= {one.name: (one.low, one.high) for one in self.box}
+        ends = {name: (min(values), max(values)) for name, values in self.vary.items()}
+        ends |= self.box
         inertia = {name: ends.pop(name) for name in ("I1", "I3") if name in ends}
         for name, pair in ends.items():
             for value in pair:
@@ -234,16 +173,14 @@ class Specification:
 def specification(
     scene: str | Scene,
     *,
-    vary: Mapping[str, str | Iterable[str | int | float]] | None = None,
-    box: Mapping[str, str | tuple[str | int | float, str | int | float]] | None = None,
+    vary: Mapping[str, Values] | None = None,
+    box: Mapping[str, Ends] | None = None,
     until: str | int | None = None,
-    samples: int = 0,
-    sampler: str = "sobol",
-    seed: int = 0,
-    record: tuple[str, ...] = (),
-    contact: str = "unilateral",
+    **others: Any,
 ) -> Specification:
     """A ``Specification`` from text, as on the command line, or from numbers.
+
+    ``others`` are further fields of it.
 
     >>> specification("reference", vary={"phi_dot": "-200:200:801"}).rows
     801
@@ -253,31 +190,54 @@ def specification(
         loaded = replace(loaded, until=exact(until, "until"))
     return Specification(
         loaded,
-        axes=tuple(Axis.of(name, text) for name, text in (vary or {}).items()),
-        box=tuple(Range.of(name, text) for name, text in (box or {}).items()),
-        samples=samples,
-        sampler=sampler,
-        seed=seed,
-        record=record,
-        contact=contact,
+        {name: grid_values(name, values) for name, values in (vary or {}).items()},
+        {name: box_ends(name, ends) for name, ends in (box or {}).items()},
+        **others,
     )
 
 
-def _number(value: str | int | float, what: str) -> Fraction:
+def grid_values(name: str, values: Values) -> tuple[Fraction, ...]:
+    """The exact values of an axis: from numbers, or from text.
+
+    "0.05,0.1,0.2", or "-200:200:801" for 801 values from -200 to 200, ends included.
+    """
+    if isinstance(values, str) and ":" in values:
+        parts = values.split(":")
+        if len(parts) != 3 or not parts[2].strip().isdecimal() or int(parts[2]) < 2:
+            raise InputError(
+                f"vary {name}: got {values[:60]!r}, expected values such as 0.05,0.1,0.2 or "
+                "first:last:count such as -200:200:801"
+            )
+        first, last, count = exact(parts[0], name), exact(parts[1], name), int(parts[2])
+        if count > MOST_VALUES:
+            raise InputError(f"vary {name}: got {count} values, expected at most {MOST_VALUES}")
+        return tuple(first + (last - first) * i / (count - 1) for i in range(count))
+    given = values.split(",") if isinstance(values, str) else values
+    found = tuple(_number(value, f"vary {name}") for value in given)
+    if not found:
+        raise InputError(f"vary {name}: got no value, expected at least one")
+    return found
+
+
+def box_ends(name: str, ends: Ends) -> tuple[Fraction, Fraction]:
+    """The exact ends of a range: from two numbers, or from text such as "-15:15"."""
+    parts = tuple(ends.split(":")) if isinstance(ends, str) else tuple(ends)
+    if len(parts) != 2:
+        raise InputError(f"box {name}: got {str(ends)[:60]!r}, expected low:high such as -15:15")
+    low, high = (_number(part, f"box {name}") for part in parts)
+    if not low < high:
+        raise InputError(f"box {name}: got {low}:{high}, expected the lower end first")
+    return low, high
+
+
+def _number(value: Number, what: str) -> Fraction:
+    if isinstance(value, str | Fraction):
+        return exact(value, what)
     try:
         # a float stands for the decimal that one writes, as everywhere; it is the same float64
-        if isinstance(value, float):
-            return Fraction(repr(float(value)))
-        return exact(value if isinstance(value, str | Fraction) else operator.index(value), what)
+        return Fraction(repr(float(value)) if isinstance(value, float) else operator.index(value))
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"{what}: got {str(value)[:60]!r}, expected finite numbers") from None
-
-
-def _check_name(name: str) -> None:
-    if name not in SWEEPABLE + PARAMETERS:
-        raise InputError(
-            f"sweep: got {name[:60]!r}, expected one of: {', '.join(SWEEPABLE + PARAMETERS)}"
-        )
 
 
 # ---- a sweep as a file -----------------------------------------------------------------------
@@ -336,15 +296,17 @@ class _File(Record, frozen=True, forbid_unknown_fields=True):
 # ---- the numbers of the rows -----------------------------------------------------------------
 
 
-def blocks(spec: Specification, size: int, skip: set[int]) -> Iterator[tuple[int, Array]]:
+def blocks(
+    spec: Specification, size: int, skip: Container[int] = ()
+) -> Iterator[tuple[int, Array]]:
     """(number, values) of each block of ``size`` rows that is not in ``skip``.
 
-    ``values`` is float64 of shape (rows, names). Memory does not grow with the number of rows.
+    ``values`` is float64 of shape (rows, names).
     """
     import numpy
 
-    axes = [numpy.array([float(value) for value in axis.values]) for axis in spec.axes]
-    sampled = _Samples(spec) if spec.box else None
+    axes = [numpy.array([float(value) for value in values]) for values in spec.vary.values()]
+    sampled = _sampled(spec) if spec.box else None
     for number in range(-(-spec.rows // size)):
         if number in skip:
             continue
@@ -355,45 +317,24 @@ def blocks(spec: Specification, size: int, skip: set[int]) -> Iterator[tuple[int
             point, at = numpy.divmod(point, len(axes[column]))
             values[:, column] = axes[column][at]
         if sampled is not None:
-            values[:, len(axes) :] = sampled.at(sample)
+            values[:, len(axes) :] = sampled[sample]
         yield number, values
 
 
-class _Samples:
-    """Points of the box by their numbers, which never fall where there is no grid."""
+def _sampled(spec: Specification) -> Array:
+    """All points of the box, shape (samples, names)."""
+    import warnings
 
-    def __init__(self, spec: Specification):
-        import numpy
-        from scipy.stats import qmc
+    import numpy
+    from scipy.stats import qmc
 
-        self._low = numpy.array([float(one.low) for one in spec.box])
-        self._width = numpy.array([float(one.high) for one in spec.box]) - self._low
-        dimensions = len(spec.box)
-        self._drawn: Array = None
-        if spec.sampler == "latin":
-            self._drawn = qmc.LatinHypercube(dimensions, rng=spec.seed).random(spec.samples)
-            return
-        # 30 bits, the default, would repeat points after a billion
-        self._sobol = qmc.Sobol(dimensions, scramble=True, bits=52, rng=spec.seed)
-        self._next = 0
-        if spec.axes:
-            self._drawn = self._draw(spec.samples)
-
-    def at(self, numbers: Array) -> Array:
-        if self._drawn is not None:
-            points = self._drawn[numbers]
-        else:
-            # drawn and dropped: SciPy's own fast_forward fails for more than 32 bits
-            while self._next < numbers[0]:
-                self._next += len(self._draw(min(DROPPED, int(numbers[0]) - self._next)))
-            self._next = int(numbers[-1]) + 1
-            points = self._draw(len(numbers))
-        return self._low + self._width * points
-
-    def _draw(self, count: int) -> Array:
-        import warnings
-
-        with warnings.catch_warnings():
-            # SciPy recommends powers of 2; how many points there are is the caller's choice
-            warnings.filterwarnings("ignore", message="The balance properties of Sobol'")
-            return self._sobol.random(count)
+    low, high = numpy.array([[float(end) for end in ends] for ends in spec.box.values()]).T
+    sampler: qmc.QMCEngine = (
+        qmc.LatinHypercube(len(spec.box), rng=spec.seed)
+        if spec.sampler == "latin"
+        else qmc.Sobol(len(spec.box), bits=52, rng=spec.seed)
+    )
+    with warnings.catch_warnings():
+        # SciPy recommends powers of 2; how many points there are is the caller's choice
+        warnings.filterwarnings("ignore", message="The balance properties of Sobol'")
+        return low + (high - low) * sampler.random(spec.samples)

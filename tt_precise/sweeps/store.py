@@ -1,12 +1,11 @@
 """The rows of a sweep: in memory, or as Parquet chunks in a folder or at a URL that fsspec knows.
 
-``sweep.json`` says what is swept, ``chunks/*.parquet`` hold the rows, ``recheck.json`` what the
-spot check has found, ``summary.json`` is written in the end. The metadata of a chunk's schema state
-the fingerprint of its sweep, its number, and the SHA-256 of its columns; it gets its name when it
-is complete, and counts only if all of that fits. Anything else that lies there is computed again,
-so that a sweep survives being killed at any moment. A URL may be a shared folder
-(``file:///shared/sweep``) or an object store (``s3://bucket/sweep``, with the package s3fs): every
-worker that can reach it writes its own chunks there.
+``sweep.json`` says what is swept, ``chunks/*.parquet`` hold the rows, ``summary.json`` is written
+in the end. The metadata of a chunk's schema state the fingerprint of its sweep, its number, and the
+SHA-256 of its columns; it gets its name when it is complete, and counts only if all of that fits.
+Anything else that lies there is computed again, so that a sweep survives being killed at any
+moment. A URL may be a shared folder (``file:///shared/sweep``) or an object store
+(``s3://bucket/sweep``, with the package s3fs): there the workers write their chunks themselves.
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ import hashlib
 import io
 import json
 import os
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -32,7 +30,7 @@ if TYPE_CHECKING:
     import pandas
 
 SCHEMA = "tt_precise.sweep_store/3"
-MANIFEST, RECHECK, SUMMARY = "sweep.json", "recheck.json", "summary.json"
+MANIFEST, SUMMARY = "sweep.json", "summary.json"
 OURS = b"tt_precise"  # the key of what a chunk's metadata state
 # pyarrow's errors about what is no Parquet are of these kinds
 UNREADABLE = (OSError, ValueError, KeyError, TypeError, NotImplementedError, MemoryError)
@@ -40,9 +38,9 @@ EXPECTED = "expected the folder, URL or file of a sweep"
 
 
 class Store:
-    """The chunks of a sweep, and what is known of them; without ``out`` they are in memory.
+    """The chunks of a sweep; without ``out`` they are in memory.
 
-    Opening one that was interrupted goes on with it.
+    Opening one that was interrupted goes on with it: ``known`` has the numbers of its chunks.
 
     Raises
     ------
@@ -53,12 +51,25 @@ class Store:
     def __init__(self, spec: Specification, out: str | Path | None, size: int | None):
         self.spec, self.size = spec, size or default_chunk(spec.rows)
         self.out = None if out is None else str(out)
-        self.parts: dict[int, dict[str, Json]] = {}
+        self.known: set[int] = set()
         self.quarantined: dict[int, str] = {}
-        self.checked: dict[int, dict[str, Json]] = {}
         self.damaged: list[str] = []
         self._frames: dict[int, pandas.DataFrame] = {}
         self._asked = size
+
+    @property
+    def remote(self) -> bool:
+        """Whether it is at a URL, which the workers reach too."""
+        return "://" in (self.out or "")
+
+    @property
+    def rows(self) -> int:
+        """Rows of the known chunks."""
+        return sum(map(self.rows_of, self.known))
+
+    def rows_of(self, number: int) -> int:
+        """Rows of a chunk."""
+        return min(self.size, self.spec.rows - number * self.size)
 
     @contextmanager
     def opened(self) -> Iterator[None]:
@@ -67,38 +78,30 @@ class Store:
             yield
             return
         parquet()
-        with nullcontext() if "://" in self.out else locked(Path(self.out), "sweep"):
+        with nullcontext() if self.remote else locked(Path(self.out), "sweep"):
             self.size = self._manifest()["chunk"]
-            known = _parsed(read(self.out, RECHECK))
-            if known and known == _sealed(self.spec.fingerprint, known.get("found")):
-                self.checked = {int(index): found for index, found in known["found"].items()}
             there = names(self.out, "chunks")
             for number in range(-(-self.spec.rows // self.size)):
                 if name_of(number) not in there:
                     continue
                 try:
-                    self.parts[number] = summarized(self._frame(number))
+                    self._frame(number)
+                    self.known.add(number)
                 except InputError:
                     self.damaged.append(f"chunks/{name_of(number)}")
-            try:
-                yield
-            finally:
-                if self.checked:
-                    found = {str(index): one for index, one in sorted(self.checked.items())}
-                    content = _sealed(self.spec.fingerprint, found)
-                    write(self.out, RECHECK, json.dumps(content).encode())
+            yield
 
-    def keep(self, number: int, frame: pandas.DataFrame | None, part: Mapping[str, Json]) -> None:
-        """Take a chunk, ``frame`` unless its worker has written it, and what a summary needs."""
+    def keep(self, number: int, frame: pandas.DataFrame | None) -> None:
+        """Take the rows of a chunk; None if its worker has written them."""
         if frame is not None and self.out is None:
             self._frames[number] = frame
         elif frame is not None and self.out is not None:
             write_chunk(self.out, self.spec.fingerprint, number, frame)
-        self.parts[number] = dict(part)
+        self.known.add(number)
 
     def frames(self) -> Iterator[pandas.DataFrame]:
         """The rows, in order, a chunk at a time."""
-        for number in sorted(self.parts):
+        for number in sorted(self.known):
             yield self._frames[number] if self.out is None else self._frame(number)
 
     def finish(self, summary: Mapping[str, Json]) -> None:
@@ -109,7 +112,7 @@ class Store:
     def _frame(self, number: int) -> pandas.DataFrame:
         assert self.out is not None
         frame = read_chunk(self.out, self.spec.fingerprint, number)
-        if len(frame) != min(self.size, self.spec.rows - number * self.size):
+        if len(frame) != self.rows_of(number):
             raise InputError(f"{self.out}: {name_of(number)} has {len(frame)} rows; run it again")
         return frame
 
@@ -142,13 +145,6 @@ class Store:
                 f"chunk: got {self._asked}, expected {found['chunk']} as in the files of {self.out}"
             )
         return found
-
-
-def _sealed(fingerprint: str, found: Json) -> dict[str, Json]:
-    """What the spot check has found, with its own hash."""
-    text = json.dumps([fingerprint, found], sort_keys=True)
-    digest = hashlib.sha256(text.encode()).hexdigest()
-    return {"fingerprint": fingerprint, "found": found, "sha256": digest}
 
 
 def default_chunk(rows: int) -> int:
@@ -213,22 +209,6 @@ def frame_of(
     columns: dict[str, Array] = {"index": index}
     columns |= {name: values[:, position] for position, name in enumerate(names)}
     return pandas.DataFrame(columns | dict(results))
-
-
-def summarized(frame: pandas.DataFrame) -> dict[str, Json]:
-    """Rows, outcomes, and of each column least, greatest, sum and number of what is finite."""
-    import numpy
-
-    ranges: dict[str, list[Json]] = {}
-    for name in frame.columns:
-        if name in ("index", "outcome"):
-            continue
-        values = frame[name].to_numpy(dtype=float)
-        known = values[numpy.isfinite(values)]
-        ends = [float(known.min()), float(known.max())] if len(known) else [None, None]
-        ranges[name] = [*ends, float(known.sum()), len(known)]
-    outcomes = dict(Counter(frame["outcome"].tolist()))
-    return {"rows": len(frame), "outcomes": outcomes, "columns": ranges}
 
 
 def name_of(number: int) -> str:

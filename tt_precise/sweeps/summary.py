@@ -1,20 +1,22 @@
-"""The summary of a sweep: one JSON object, from what the workers say of each chunk."""
+"""The summary of a sweep: one JSON object, from the rows of its chunks."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 
 from tt_precise._version import __version__
 from tt_precise.runtime.values import Json
 from tt_precise.sweeps.columns import OUTCOMES
-from tt_precise.sweeps.specification import Specification
 from tt_precise.sweeps.store import Store
 
 SCHEMA = "tt_precise.sweep/1"
 
 
-def summary_of(spec: Specification, store: Store, how: dict[str, Json]) -> dict[str, Json]:
+def summary_of(
+    store: Store, rechecked: Mapping[int, dict[str, Json]], how: dict[str, Json]
+) -> dict[str, Json]:
     """Outcomes, the range of every column, what the spot check found, what is missing, how it ran.
 
     ``columns`` gives least, greatest and mean of the values that exist, and how many are missing.
@@ -24,20 +26,29 @@ def summary_of(spec: Specification, store: Store, how: dict[str, Json]) -> dict[
     import heyoka
     import numpy
 
-    found = merged([store.parts[number] for number in sorted(store.parts)])
-    outcomes = found["outcomes"]
+    outcomes: Counter[str] = Counter()
+    columns: dict[str, list[tuple[float, float, float, int]]] = {}
+    for frame in store.frames():
+        outcomes.update(frame["outcome"].tolist())
+        for name in frame.columns.drop(["index", "outcome"]):
+            values = frame[name].to_numpy(dtype=float)
+            there = values[numpy.isfinite(values)]
+            parts = columns.setdefault(name, [])
+            if len(there):
+                ends = float(there.min()), float(there.max())
+                parts.append((*ends, float(there.sum()), len(there)))
     return {
         "schema": SCHEMA,
-        "rows": found["rows"],
-        "expected": spec.rows,
-        "outcomes": {name: outcomes.get(name, 0) for name in OUTCOMES},
-        "columns": found["columns"],
-        "recheck": _recheck(store),
+        "rows": store.rows,
+        "expected": store.spec.rows,
+        "outcomes": {name: outcomes[name] for name in OUTCOMES},
+        "columns": {name: _column(parts, store.rows) for name, parts in columns.items()},
+        "recheck": _recheck(rechecked),
         "quarantined": [
             {
                 "chunk": number,
                 "first": number * store.size,
-                "rows": min(store.size, spec.rows - number * store.size),
+                "rows": store.rows_of(number),
                 "error": error,
             }
             for number, error in sorted(store.quarantined.items())
@@ -49,54 +60,42 @@ def summary_of(spec: Specification, store: Store, how: dict[str, Json]) -> dict[
             "numpy": numpy.__version__,
             "python": platform.python_version(),
         },
-        "fingerprint": spec.fingerprint,
-        "specification": spec.description(),
+        "fingerprint": store.spec.fingerprint,
+        "specification": store.spec.description(),
         "out": store.out,
     }
 
 
-def _recheck(store: Store) -> dict[str, Json]:
-    largest: dict[str, float] = {}
-    where: dict[str, int] = {}
+def _column(parts: list[tuple[float, float, float, int]], rows: int) -> dict[str, Json]:
+    """Least, greatest, mean and number of missing values, from those of the chunks."""
+    count = sum(part[3] for part in parts)
+    return {
+        "min": min((part[0] for part in parts), default=None),
+        "max": max((part[1] for part in parts), default=None),
+        "mean": math.fsum(part[2] for part in parts) / count if count else None,
+        "missing": rows - count,
+    }
+
+
+def _recheck(rechecked: Mapping[int, dict[str, Json]]) -> dict[str, Json]:
+    largest: dict[str, dict[str, Json]] = {}
     other, errors, unmatched = [], {}, []
-    for index, found in sorted(store.checked.items()):
-        if "error" in found:
-            errors[str(index)] = found["error"]
+    for index, row in sorted(rechecked.items()):
+        if "error" in row:
+            errors[str(index)] = row["error"]
             continue
-        if found["outcomes"][0] != found["outcomes"][1]:
-            rough, fine = found["outcomes"]
+        rough, fine = row["outcomes"]
+        if rough != fine:
             other.append({"index": index, "double": rough, "finer": fine})
-        for name, difference in found["differences"].items():
+        for name, difference in row["differences"].items():
             if not math.isfinite(difference):
                 unmatched.append({"index": index, "column": name})
-            elif difference >= largest.get(name, -1.0):
-                largest[name], where[name] = difference, index
+            elif name not in largest or difference >= largest[name]["value"]:
+                largest[name] = {"value": difference, "index": index}
     return {
-        "rows": len(store.checked),
-        "largest_difference": {
-            name: {"value": largest[name], "index": where[name]} for name in sorted(largest)
-        },
+        "rows": len(rechecked),
+        "largest_difference": dict(sorted(largest.items())),
         "other_outcome": other,
         "only_in_one": unmatched,
         "errors": errors,
     }
-
-
-def merged(parts: list[dict[str, Json]]) -> dict[str, Json]:
-    """The ``summarized`` rows of all parts; the order of the parts does not matter."""
-    outcomes: Counter[str] = Counter()
-    for part in parts:
-        outcomes.update(part["outcomes"])
-    rows = sum(part["rows"] for part in parts)
-    columns: dict[str, Json] = {}
-    for name in dict.fromkeys(name for part in parts for name in part["columns"]):
-        mine = [part["columns"][name] for part in parts]
-        known = [one for one in mine if one[3]]
-        count = sum(one[3] for one in known)
-        columns[name] = {
-            "min": min((one[0] for one in known), default=None),
-            "max": max((one[1] for one in known), default=None),
-            "mean": math.fsum(one[2] for one in known) / count if count else None,
-            "missing": rows - count,
-        }
-    return {"rows": rows, "outcomes": outcomes, "columns": columns}

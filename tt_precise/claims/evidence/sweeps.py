@@ -22,9 +22,8 @@ from tt_precise.runtime.cache import cached_table
 from tt_precise.runtime.values import Array, Json
 from tt_precise.scene.body import NAMES
 from tt_precise.scene.scene import Scene, load_scene
-from tt_precise.sweeps.run import sweep_pool
+from tt_precise.sweeps.run import integrated, lambda_of_start, sweep_pool
 from tt_precise.sweeps.specification import STARTS, Plan, blocks, specification
-from tt_precise.sweeps.table import integrated, lambda_of_start
 
 if TYPE_CHECKING:
     import pandas
@@ -165,7 +164,7 @@ def _starts() -> Iterator[tuple[str, Array, Array]]:
     reference.insert(STARTS.index("theta"), scene.start.theta.radians(math, float))
     for one in SERIES:
         spec = specification(scene, vary=one.vary, box=one.box, samples=one.samples, seed=22)
-        values = numpy.concatenate([block for _, block in blocks(spec, 4096, set())])
+        values = numpy.concatenate([block for _, block in blocks(spec, 4096)])
         table = numpy.tile(reference, (len(values), 1))
         for position, name in enumerate(spec.names):
             table[:, STARTS.index(name)] = values[:, position]
