@@ -15,7 +15,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.check.kinematics import Windows
-from tt_precise.mechanics import lowest_point
+from tt_precise.mechanics import conserved
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 
@@ -196,8 +196,11 @@ def test_the_rate_of_momentum_is_that_of_the_equations(scene: str) -> None:
     body = tt.load_scene(scene).body.numbers(float)
     model = tt.load_scene(scene).model
     q = Motion(body, NewtonState(*(frame[n].to_numpy() for n in NewtonState._fields)), numpy, model)
-    Q, rate = numpy.array(lowest_point.momentum(q)), numpy.array(lowest_point.momentum_rate(q))
+    Q, rate = (
+        numpy.array(conserved.contact_momentum(q)),
+        numpy.array(conserved.contact_momentum_rate(q)),
+    )
     slope = (Q[:, 2] - Q[:, 0]) / (2 * step)
-    unit = lowest_point.torque_unit(body)
+    unit = conserved.torque_unit(body)
     assert abs(slope - rate[:, 1]).max() < 1e-4 * unit
     assert abs(rate[:, 1]).max() > 1e-2 * unit

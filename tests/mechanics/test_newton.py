@@ -74,7 +74,7 @@ def test_gyroscopic_axis(body: TippeTop) -> None:
     assert newton.axis_rate(body, about_z) == (0, 2 * state.kx / body.I1, 0)
 
 
-def test_spin_response_inverts_the_inertia(
+def test_inverse_inertia_inverts_the_inertia(
     body: TippeTop, vector_states: list[NewtonState]
 ) -> None:
     for state in vector_states:
@@ -105,7 +105,9 @@ def test_contact_does_not_accelerate_into_the_table(
         assert newton.contact_acceleration(body, state, stronger)[2] != 0
 
 
-def test_swing_is_omega_cross_a(body: TippeTop, vector_states: list[NewtonState]) -> None:
+def test_contact_velocity_rel_cm_is_omega_cross_a(
+    body: TippeTop, vector_states: list[NewtonState]
+) -> None:
     for state in vector_states:
         a = newton.contact_arm(body, state.k)
         assert newton.contact_velocity_rel_cm(body, state) == cross(

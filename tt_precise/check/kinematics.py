@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 import numpy
 
 from tt_precise.check.samples import CheckSetup, Samples
-from tt_precise.mechanics import lowest_point
+from tt_precise.mechanics import conserved
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 from tt_precise.runtime.values import Array
@@ -251,12 +251,12 @@ def torque_left(samples: Samples, gyroscopic: float = 1.0) -> Bounded:
     The motion is supposed to have had the gyroscopic term ``gyroscopic`` times.
     """
     windows, q = windows_of(samples), motion_as_given(samples)
-    about, rate = lowest_point.momentum(q), lowest_point.momentum_rate(q)
+    about, rate = conserved.contact_momentum(q), conserved.contact_momentum_rate(q)
     if gyroscopic != 1.0:
         rate = added(rate, scaled(1.0 - gyroscopic, cross(q.omega, q.state.L)))
     off, bound = windows.unexplained(about, rate)
     bound += ROUNDING * numpy.sqrt(dot(about, about)).max()
-    unit = lowest_point.torque_unit(samples.setup.scene.body.numbers(float)) * windows.spans
+    unit = conserved.torque_unit(samples.setup.scene.body.numbers(float)) * windows.spans
     return off / unit, bound / unit
 
 
@@ -273,7 +273,7 @@ class FrictionPower(_OverWindows):
         middle = windows.rows[:, ROWS // 2]
         vx, vy = samples.state.vx[middle], samples.state.vy[middle]
         (x, off_x), (y, off_y), (z, _) = map(windows.middle_rate, q.s_dot)
-        force = lowest_point.contact_force(q, (x, y, z))
+        force = conserved.contact_force(q, (x, y, z))
         within = numpy.hypot(off_x, off_y)
         speed = numpy.hypot(vx, vy)
         bound = spread(MARGIN * q.body.m * within * speed) / self._unit

@@ -334,7 +334,7 @@ def require_si(body: TippeTop) -> None:
     _require(
         low <= density <= high, "body.m, body.R", body.m,
         f"m in kg and R in m: with R = {_short(body.R)} the sphere has a density of "
-        f"{_rounded(density, 3)} kg/m^3 (is it in g, cm or mm? there are m_g and R_mm)",
+        f"{_three_digits(density)} kg/m^3 (is it in g, cm or mm? there are m_g and R_mm)",
     )  # fmt: skip
 
 
@@ -381,9 +381,9 @@ def _require(holds: bool, name: str, got: Fraction, expected: str) -> None:
         raise InputError(f"{name}: got {_short(got)}, expected {expected}")
 
 
-def _rounded(value: Fraction, digits: int = 6) -> str:
+def _three_digits(value: Fraction) -> str:
     try:
-        return f"{float(value):.{digits}g}"
+        return f"{float(value):.3g}"
     except OverflowError:
         return "more than 1e308"
 
