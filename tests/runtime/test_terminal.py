@@ -17,6 +17,11 @@ HOSTILE = "a\x1b[2J\x07\r\x9bb\u2028d\ue000\udcff"
 ENTRY = [sys.executable, "-c", "from tt_precise.cli import entry; entry()"]
 
 
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
 def test_what_is_hidden_is_shown_and_json_reads_it_back() -> None:
     shown = visible(HOSTILE)
     assert shown == "a\\u001b[2J\\u0007\\u000d\\u009bb\\u2028d\ue000\\udcff"
@@ -48,13 +53,9 @@ def test_everything_that_a_command_prints_is_sanitized(
 
 
 def test_rich_draws_around_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Screen(io.StringIO):
-        def isatty(self) -> bool:
-            return True
-
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.delenv("NO_COLOR", raising=False)
-    monkeypatch.setattr(sys, "stdout", screen := Screen())
+    monkeypatch.setattr(sys, "stdout", screen := Terminal())
     with terminal.sanitized():
         print("\x1b[31mred")
         terminal.console().print("[red]red[/]")
@@ -100,11 +101,6 @@ def test_open_streams_are_left_alone() -> None:
     before = sorted(os.listdir("/proc/self/fd"))
     terminal.open_closed_streams()
     assert sorted(os.listdir("/proc/self/fd")) == before
-
-
-class Terminal(io.StringIO):
-    def isatty(self) -> bool:
-        return True
 
 
 def test_silent_where_nobody_looks(

@@ -22,7 +22,6 @@ from tt_precise.runtime.workers import (
     Inline,
     Pool,
     WorkerDiedError,
-    cores,
     dask_pool,
     local_pool,
 )
@@ -81,21 +80,6 @@ def test_a_failing_task_is_tried_again_and_then_reported() -> None:
     assert isinstance(found[3], Failure)
     assert found[3].reason == "ValueError: three is not to be had"
     assert {number: found[number] for number in (0, 1, 2, 4, 5)} == {n: n for n in (0, 1, 2, 4, 5)}
-
-
-def test_a_task_that_recovers_is_a_result() -> None:
-    left = [2]
-
-    def work(number: int) -> int:
-        if number == 1 and left[0]:
-            left[0] -= 1
-            raise OSError("not yet")
-        return number
-
-    assert results(Pool(Inline(), lambda: 1, tries=TRIES), work, calls(3)) == {0: 0, 1: 1, 2: 2}
-    left[0] = 2
-    once = results(Pool(Inline(), lambda: 1), work, calls(3))
-    assert isinstance(once[1], Failure)
 
 
 def test_flight_is_bounded() -> None:
@@ -164,11 +148,6 @@ def test_what_has_succeeded_comes_before_what_has_failed() -> None:
 def test_refuses_as_many_workers(workers: int) -> None:
     with pytest.raises(InputError, match="workers: got"):
         local_pool(workers)
-
-
-def test_cores_are_those_that_may_be_used() -> None:
-    assert 1 <= cores() <= (os.cpu_count() or 1)
-    assert local_pool(1).size() == 1
 
 
 def test_a_killed_worker_loses_and_doubles_nothing(tmp_path: Path) -> None:
