@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import isqrt
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_type_hints
 
 from tt_precise.exact.chart import (
     Chart,
@@ -45,17 +45,6 @@ RATIONAL_POINTS = "rational points"  # exact evaluation at random points
 POINTS = 20
 SEED = 2012
 LARGEST = 10**6  # numerators: a false identity of degree n survives a point with odds n/LARGEST
-
-CHARTS: dict[str, Callable[[Parameters | None], Chart]] = {
-    chart.__name__: chart
-    for chart in (
-        EulerChart,
-        VectorChart,
-        EulerChartAtAzimuth0,
-        VectorChartAtAzimuth0,
-        ForceChart,
-    )
-}
 
 
 @dataclass(frozen=True)
@@ -102,11 +91,13 @@ class Identity:
         return self._symbolically(body) if self.kind == SYMBOLIC else self._at_points()
 
     def _symbolically(self, body: Parameters | None) -> IdentityProof:
-        name = self.residuals.__annotations__["chart"]
-        chart = CHARTS[name](body)
+        make: Callable[[Parameters | None], Chart] = get_type_hints(self.residuals)["chart"]
+        chart = make(body)
         remainders = [chart.remainder(residual) for residual in self.residuals(chart)]
         terms = sum(remainder.terms for remainder in remainders)
-        return self._proof([one.vanishes for one in remainders], chart=name, terms=terms)
+        return self._proof(
+            [one.vanishes for one in remainders], chart=type(chart).__name__, terms=terms
+        )
 
     def _at_points(self) -> IdentityProof:
         draws = random.Random(SEED)

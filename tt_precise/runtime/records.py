@@ -21,7 +21,7 @@ import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from msgspec import UNSET, Meta, Struct, UnsetType, ValidationError, convert
 from msgspec import json as msgspec_json
@@ -31,7 +31,7 @@ from tt_precise.runtime.values import InputError, Json
 
 __all__ = [
     "UNSET", "Meta", "Record", "Unset", "encode", "json_schema", "load", "means", "of_its_form",
-    "parse", "parse_strictly", "read", "read_as",
+    "parse", "read", "read_as",
 ]  # fmt: skip
 
 Unset = UnsetType
@@ -120,8 +120,8 @@ def json_schema(kind: type[Record]) -> dict[str, Json]:
     return {"$schema": dialect, **own, "title": title, **rest}
 
 
-def parse(content: str | bytes) -> Json:
-    """The value that JSON stands for, as Python's own reader has it.
+def parse(content: str | bytes, **hooks: Any) -> Json:
+    """The value that JSON stands for, as Python's own reader has it; with that reader's ``hooks``.
 
     Raises
     ------
@@ -129,36 +129,25 @@ def parse(content: str | bytes) -> Json:
         It is no JSON, or nested deeper than anybody writes.
     """
     try:
-        return json.loads(content)
-    except RecursionError:
-        raise ValueError("nested too deeply") from None
-
-
-def parse_strictly(content: bytes) -> Json:
-    """``parse``, where a key that stands twice, or NaN, is no JSON.
-
-    Raises
-    ------
-    ValueError
-        As ``parse``; or it is no UTF-8.
-    """
-    try:
-        text = content.decode("utf-8")
-        return json.loads(text, object_pairs_hook=_object, parse_constant=_no_number)
+        return json.loads(content, **hooks)
     except RecursionError:
         raise ValueError("nested too deeply") from None
 
 
 def read(path: Path, what: str) -> dict[str, Json]:
-    """The JSON object in a file; errors say that ``what`` is expected.
+    """The JSON object in a file, where no key stands twice and no number is NaN.
+
+    Errors say that ``what`` is expected.
 
     Raises
     ------
     InputError
-        It cannot be read, or holds no object.
+        It cannot be read, or holds no such object.
     """
     try:
-        content = parse_strictly(path.read_bytes())
+        content = parse(
+            path.read_bytes().decode("utf-8"), object_pairs_hook=_object, parse_constant=_no_number
+        )
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or f"no JSON: {error}"
         raise InputError(f"{shown(path)}: {reason}; expected {what}") from None
