@@ -64,6 +64,17 @@ def test_the_rounding_of_a_zero_at_the_start_is_no_event() -> None:
     assert "omega_3_zero" not in set(integrate(scene, events=("omega_3_zero",)).events["name"])
 
 
+def test_a_coarse_run_hides_no_event_of_a_later_one() -> None:
+    """The start is shared, but what is below rounding depends on the tolerance."""
+    scene = load_scene("reference").varied(
+        alpha="0.7757", I1="0.8583", I3="1.2540", g="9.8", mu="15.1938", theta="2.196819e-06",
+        theta_dot="-12.8152", phi_dot="-35.8928", omega_3="0", until="1e-6",
+    )  # fmt: skip
+    integrate(scene, tolerance=1e-10, events=("nu_x_zero",))
+    events = integrate(scene, events=("nu_x_zero",)).events
+    assert list(map(float, events["t"])) == pytest.approx([1.7142292e-7, 3.4284195e-7], rel=1e-3)
+
+
 def test_digits_of_events_beside_zero_hold(beside_zero: Scene) -> None:
     truth = integrate(beside_zero, "triple-double", events=ALL).events
     run = integrate(beside_zero, digits=9, events=ALL)

@@ -72,7 +72,7 @@ def at_start(setup: Setup, start: InitialState) -> AtStart:
     InputError
         One of them is undefined at the start.
     """
-    key = ("events at the start", setup.formulation, setup.precision, setup.events, setup.record)
+    key = ("events at the start", setup)
     return start.once(key, lambda: _at_start(setup, start))
 
 
