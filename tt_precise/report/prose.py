@@ -14,7 +14,7 @@ from html import escape
 from unicodedata import normalize
 
 from tt_precise.report import formula
-from tt_precise.report.formula import GREEK, Node, NoFormulaError, parts_of_symbol, read
+from tt_precise.report.formula import GREEK, NoFormulaError, parts_of_symbol
 
 DIGITS = 8  # significant, that a number shows where the digits are not the point
 
@@ -55,28 +55,24 @@ def formula_html(text: str, digits: int | None = DIGITS) -> str:
 
 def formula_markdown(text: str, digits: int | None = DIGITS) -> str:
     """The same in Markdown."""
-    return _pieces(text, lambda node: f"${formula.latex(node)}$",
+    return _pieces(text, lambda one: f"${formula.latex(one)}$",
                    partial(markdown, digits=digits), "; ")  # fmt: skip
 
 
 def pair_html(printed: str, corrected: str) -> tuple[str, str]:
     """A printed and a corrected formula, with what differs marked."""
     try:
-        left, right = read(printed), read(corrected)
+        return formula.mathml(printed, corrected), formula.mathml(corrected, printed)
     except NoFormulaError:
         return formula_html(printed), formula_html(corrected)
-    marked = formula.differences(left, right)
-    return formula.mathml(left, marked[0]), formula.mathml(right, marked[1])
 
 
 def pair_markdown(printed: str, corrected: str) -> tuple[str, str]:
     """The same as LaTeX, with what differs underlined."""
     try:
-        left, right = read(printed), read(corrected)
+        return f"${formula.latex(printed, corrected)}$", f"${formula.latex(corrected, printed)}$"
     except NoFormulaError:
         return formula_markdown(printed), formula_markdown(corrected)
-    marked = formula.differences(left, right)
-    return f"${formula.latex(left, marked[0])}$", f"${formula.latex(right, marked[1])}$"
 
 
 def shortened(number: str, digits: int) -> str:
@@ -89,13 +85,13 @@ def shortened(number: str, digits: int) -> str:
 
 
 def _pieces(
-    text: str, setter: Callable[[Node], str], words: Callable[[str], str], between: str
+    text: str, setter: Callable[[str], str], words: Callable[[str], str], between: str
 ) -> str:
     found, formulas = [], 0
     for piece in text.split("; "):
         name, colon, rest = piece.rpartition(": ")
         try:
-            written = setter(read(rest))
+            written = setter(rest)
             formulas += 1
         except NoFormulaError:
             found.append(words(piece))
