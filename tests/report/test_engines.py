@@ -11,9 +11,8 @@ import pytest
 
 from tt_precise.engines.ladder import STEPS, RungResult, rungs
 from tt_precise.engines.scoreboard import ENGINES, as_dict
-from tt_precise.report import render
+from tt_precise.report import measured, render
 from tt_precise.report.document import Figure, PageTable, Report
-from tt_precise.report.sections import measured
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 
 import pytest
 
+from tt_precise.report import measured
 from tt_precise.report.document import Figure, PageTable
-from tt_precise.report.sections import measured
 
 LARGEST = 300_000  # characters of SVG
 

@@ -12,7 +12,7 @@ import pytest
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import PROOF
 from tt_precise.report.document import PageTable, Section
-from tt_precise.report.sections.golden import proved as section
+from tt_precise.report.golden import proved as section
 
 
 def _tables(one: Section) -> list[PageTable]:

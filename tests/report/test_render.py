@@ -12,9 +12,9 @@ import pytest
 from tt_precise.claims import Judgement
 from tt_precise.cli import main
 from tt_precise.report import build, layout, render
-from tt_precise.report.computing import Computed
+from tt_precise.report.collect import Computed
 from tt_precise.report.document import PageTable, Report, Section, Text
-from tt_precise.report.sections.overview import Headlines
+from tt_precise.report.overview import Headlines
 
 from .conftest import FACTS
 

@@ -12,11 +12,11 @@ import pytest
 
 from tt_precise.claims import Judgement, counts, judge
 from tt_precise.claims.committed import committed, run_record
-from tt_precise.report import build
+from tt_precise.report import build, overview
 from tt_precise.report.document import Card, Claims, PageTable, Section, Text
-from tt_precise.report.sections import claims, overview, solution
-from tt_precise.report.sections.measured import jellett_alone
-from tt_precise.report.sections.overview import verdict
+from tt_precise.report.measured import jellett_alone
+from tt_precise.report.overview import verdict
+from tt_precise.report.sections import claims, solution
 from tt_precise.runtime.values import InputError
 
 RUN = run_record(1, 1, {"date": "today", "commit": "abc", "versions": "heyoka 1"})

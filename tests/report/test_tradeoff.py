@@ -7,8 +7,8 @@ import numpy
 import pandas
 import pytest
 
+from tt_precise.report import measured
 from tt_precise.report.document import Figure, PageTable, Section, Text
-from tt_precise.report.sections import measured
 from tt_precise.runtime.values import InputError
 from tt_precise.tradeoff.findings import GROWTH, TABLE
 

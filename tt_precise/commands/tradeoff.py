@@ -42,7 +42,7 @@ def command(quick: bool, out: Path | None, as_json: bool) -> int:
 
     An integrator that is not installed is skipped with a line on stderr.
     """
-    from tt_precise.report.sections.measured import figures
+    from tt_precise.report.measured import figures
     from tt_precise.runtime.files import require_writable, write_together
     from tt_precise.runtime.terminal import progress_bar
     from tt_precise.tradeoff import error_growth, measure

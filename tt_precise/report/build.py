@@ -14,15 +14,16 @@ from msgspec import convert
 
 from tt_precise.claims.committed import FILE, Committed, run_record
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.report import render
-from tt_precise.report.computing import WORKERS, Computed, compute
+from tt_precise.report import overview, render
+from tt_precise.report.collect import WORKERS, Computed, compute
 from tt_precise.report.document import Report
-from tt_precise.report.evidence import SCENE
-from tt_precise.report.sections import claims, overview
+from tt_precise.report.precision import SCENE
+from tt_precise.report.sections import claims
+from tt_precise.runtime.values import InputError
 from tt_precise.runtime.files import write_together
-from tt_precise.runtime.records import UNSET, Meta, Record, Unset, encode, load
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import InputError, Json
+from tt_precise.runtime.records import UNSET, Meta, Record, Unset, encode, load
+from tt_precise.runtime.values import Json
 
 NAME = "precision-report"
 VERSIONS = ("tt-precise", "heyoka", "numpy", "mpmath", "pandas", "scipy", "sympy", "matplotlib")

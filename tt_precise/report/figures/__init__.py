@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from tt_precise.report import solution as paper
+from tt_precise.report import starts as many_starts
 from tt_precise.report.document import Figure
-from tt_precise.report.figures import many_starts, paper
 
 FIGURES: dict[str, tuple[Callable[[], Figure], ...]] = {
     "figures": (

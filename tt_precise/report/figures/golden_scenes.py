@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 from tt_precise.golden import store
+from tt_precise.report import drawing as style
 from tt_precise.report.document import Figure
-from tt_precise.report.figures import style
 
 COLUMNS = 5
 HEIGHT = 0.6  # inches of a row

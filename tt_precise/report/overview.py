@@ -9,7 +9,7 @@ from tt_precise.claims import Judgement, Verdict, counts
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.report.animation import motion
 from tt_precise.report.document import Card, Overview
-from tt_precise.report.evidence import precision_runs
+from tt_precise.report.precision import precision_runs
 from tt_precise.report.sections.claims import entries
 from tt_precise.report.text import full, short
 from tt_precise.runtime.values import Json

@@ -4,7 +4,7 @@ import pytest
 
 from tt_precise.integration import integrate
 from tt_precise.integration.precision import is_available
-from tt_precise.report.evidence import SCENE, precision_runs, state_distance
+from tt_precise.report.precision import SCENE, precision_runs, state_distance
 
 
 @pytest.mark.slow

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from tt_precise.claims.claim import calls_for
-from tt_precise.report import computing
-from tt_precise.report.computing import SHARING, compute, sections_in
+from tt_precise.report import collect as computing
+from tt_precise.report.collect import SHARING, compute, sections_in
 from tt_precise.report.document import Section
 
 FIRST, SECOND = "EQ-01", "NUM-23"

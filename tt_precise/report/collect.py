@@ -11,10 +11,11 @@ from typing import Any
 
 from tt_precise.claims import Judgement
 from tt_precise.claims.claim import calls_for, finding_of, judgements
+from tt_precise.report import golden, measured
 from tt_precise.report.document import Section
-from tt_precise.report.evidence import precisions
-from tt_precise.report.sections import golden, measured, solution
-from tt_precise.report.sections.overview import Headlines, headlines
+from tt_precise.report.overview import Headlines, headlines
+from tt_precise.report.precision import precisions
+from tt_precise.report.sections import solution
 from tt_precise.runtime.files import shipped
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool

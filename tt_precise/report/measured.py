@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from tt_precise.engines.scoreboard import check_of
 from tt_precise.extremes.case import TOPICS, shown
+from tt_precise.report import speed as pictures
 from tt_precise.report.document import Block, Figure, PageTable, Section, Text
-from tt_precise.report.figures import measured as pictures
-from tt_precise.report.figures.measured import (
+from tt_precise.report.speed import (
     growth_of_errors,
     hidden_by_conservation,
     scoreboard,
