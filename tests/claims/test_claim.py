@@ -13,7 +13,7 @@ from tt_precise.claims.claim import Claim, claims_of
 from tt_precise.claims.committed import run_record
 from tt_precise.claims.paper import KINDS, RAUCH_RUTSTAM, Paper, Section
 from tt_precise.claims.verdicts import all_of, untestable
-from tt_precise.report.sections.claims import all_claims
+from tt_precise.report.overview import all_claims
 from tt_precise.runtime.values import InputError
 
 CHEAP = ("NUM-23", "EQ-26", "EQ-29", "TH-17")  # of four chapters

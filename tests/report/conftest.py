@@ -17,7 +17,7 @@ from tt_precise.claims.verdicts import (
     statement,
     untestable,
 )
-from tt_precise.report.animation import motion
+from tt_precise.report import overview
 from tt_precise.report.document import (
     Block,
     Card,
@@ -27,8 +27,8 @@ from tt_precise.report.document import (
     Report,
     Section,
     Text,
+    entries,
 )
-from tt_precise.report.sections import claims
 
 FACTS = {
     "versions": "tt-precise 1", "machine": "m", "precision": "p", "command": "c", "commit": "abc",
@@ -100,12 +100,12 @@ def small_report(judgements: list[Judgement]) -> Report:
         Card("x", "2", "3", "", good=False),
         Card("y", "2", "3", ""),
     ]
-    overview = Overview(
-        "All of 7 claims.", claims.entries(judgements), cards, motion((3.19, 7.82)), {"a": 1}
+    first = Overview(
+        "All of 7 claims.", entries(judgements), cards, overview.motion((3.19, 7.82)), {"a": 1}
     )
     sections = [
-        claims.errata(judgements),
+        overview.errata(judgements),
         Section("one", "One", blocks),
-        claims.all_claims(judgements, run_record(1, 1, FACTS)),
+        overview.all_claims(judgements, run_record(1, 1, FACTS)),
     ]
-    return Report("Title", "Opening.", overview, sections, FACTS)
+    return Report("Title", "Opening.", first, sections, FACTS)

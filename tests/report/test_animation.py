@@ -6,8 +6,8 @@ import numpy
 import pytest
 
 from tt_precise import golden
-from tt_precise.report import animation
-from tt_precise.report.animation import SCENE, motion
+from tt_precise.report import overview as animation
+from tt_precise.report.overview import TRACK, motion
 from tt_precise.scene.scene import load_scene
 
 CLIMB = (3.19, 7.82)  # s
@@ -16,7 +16,7 @@ CLIMB = (3.19, 7.82)  # s
 def test_the_courses_are_those_of_the_golden_scene() -> None:
     found = motion(CLIMB)
     assert found is not None
-    trajectory = golden.load(SCENE)
+    trajectory = golden.load(TRACK)
     assert len(found["theta"]) == len(trajectory) == 801
     for name in ("theta", "phi", "psi"):
         for row in (0, 400, 800):
@@ -30,8 +30,8 @@ def test_the_contact_point_glides_as_the_sphere_rolls_and_slips() -> None:
     """Its path's rate is that of the sphere's centre: v_A + omega x R z, horizontally."""
     found = motion(CLIMB)
     assert found is not None
-    frame = golden.load(SCENE).astype(float)
-    body = load_scene(SCENE).body.numbers(float)
+    frame = golden.load(TRACK).astype(float)
+    body = load_scene(TRACK).body.numbers(float)
     k, L = (frame[list(names)].to_numpy() for names in (("kx", "ky", "kz"), ("Lx", "Ly", "Lz")))
     omega = L / body.I1 + (1 / body.I3 - 1 / body.I1) * (L * k).sum(axis=1)[:, None] * k
     rates = {
@@ -59,5 +59,5 @@ def test_map_and_graph_lie_inside_the_drawing() -> None:
 
 
 def test_without_golden_data_nothing_moves(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(animation, "SCENE", "no such scene")
+    monkeypatch.setattr(animation, "TRACK", "no such scene")
     assert motion(CLIMB) is None

@@ -4,7 +4,7 @@ import pytest
 
 from tt_precise.claims import Judgement
 from tt_precise.claims.committed import committed
-from tt_precise.report.entries import MARKS, Entry, entry, sections
+from tt_precise.report.document import MARKS, Entry, entry, sections
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import pytest
 
 from tt_precise.claims import Judgement
 from tt_precise.cli import main
-from tt_precise.report import build, layout, render
+from tt_precise.report import build, render
 from tt_precise.report.collect import Computed
 from tt_precise.report.document import PageTable, Report, Section, Text
 from tt_precise.report.overview import Headlines
@@ -103,30 +103,29 @@ def test_markdown_is_a_twin(small_report: Report) -> None:
 
 
 def test_a_section_leads_with_its_picture(small_report: Report) -> None:
-    page = layout.laid_out(small_report.sections[1])
-    assert page.picture is not None
-    assert page.picture.name == "circle"
-    assert [figure.name for figure in page.pictures] == ["ring"]
-    assert [table.caption for table in page.beside] == ["A short one."]
-    assert [table.name for table in page.tables] == ["cases-table"]
+    page = render.laid_out(small_report.sections[1])
+    assert page["picture"].name == "circle"
+    assert [figure.name for figure in page["pictures"]] == ["ring"]
+    assert [table.caption for table in page["beside"]] == ["A short one."]
+    assert [table.name for table in page["tables"]] == ["cases-table"]
 
 
 def test_long_tables_and_long_texts_fold() -> None:
-    rows = [("1",)] * (layout.LONGEST_ROWS + 1)
-    assert layout.folds(PageTable(("a",), rows))
-    assert not layout.folds(PageTable(("a",), rows[:-1]))
-    assert not layout.folds(PageTable(("a",), rows, folded=False))
+    rows = [("1",)] * (render.LONGEST_ROWS + 1)
+    assert render.folds(PageTable(("a",), rows))
+    assert not render.folds(PageTable(("a",), rows[:-1]))
+    assert not render.folds(PageTable(("a",), rows, folded=False))
     text = "This is a sentence of some length. " * 30
-    ((shown, folded),) = layout.laid_out(Section("a", "A", [Text(text.strip())])).texts
-    assert len(shown.text) < layout.LONGEST_TEXT
+    ((shown, folded),) = render.laid_out(Section("a", "A", [Text(text.strip())]))["texts"]
+    assert len(shown.text) < render.LONGEST_TEXT
     assert len(shown.text) + len(folded) > 1000
 
 
 def test_sentences_are_distinguished() -> None:
     text = "Figure 2 of sec. 2.1 at 0.5 s. Bears on EQ-01, eq. (3). More."
-    assert layout.lead(text) == "Figure 2 of sec. 2.1 at 0.5 s."
-    assert layout.rest(text) == "Bears on EQ-01, eq. (3). More."
-    assert (layout.lead("One only."), layout.rest("One only.")) == ("One only.", "")
+    assert render.lead(text) == "Figure 2 of sec. 2.1 at 0.5 s."
+    assert render.rest(text) == "Bears on EQ-01, eq. (3). More."
+    assert (render.lead("One only."), render.rest("One only.")) == ("One only.", "")
 
 
 def test_what_is_written(small_report: Report, tmp_path: Path) -> None:
@@ -146,7 +145,7 @@ def test_a_report_that_changes_nothing_writes_nothing(
     def run(day: str, commit: str, drift: str, seconds: float) -> dict[str, str]:
         """The files after a run of that day and commit."""
         section = Section("extremes", "E", [Text(drift)], {"cases": drift})
-        computed = Computed(judgements, [section], Headlines([], None, {}), "all", seconds)
+        computed = Computed(judgements, [section], Headlines({}, None, {}), "all", seconds)
         facts = {**FACTS, "date": day, "commit": commit}
         monkeypatch.setattr(build, "compute", lambda progress: computed)
         monkeypatch.setattr(build, "provenance", lambda *_: facts)

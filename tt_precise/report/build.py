@@ -18,7 +18,6 @@ from tt_precise.report import overview, render
 from tt_precise.report.collect import WORKERS, Computed, compute
 from tt_precise.report.document import Report
 from tt_precise.report.precision import SCENE
-from tt_precise.report.sections import claims
 from tt_precise.runtime.values import InputError
 from tt_precise.runtime.files import write_together
 from tt_precise.runtime.terminal import Progress, silent
@@ -103,9 +102,9 @@ def assemble(computed: Computed, facts: dict[str, str]) -> Report:
     """The report as a document; ``facts`` is its provenance."""
     judgements = computed.judgements
     sections = [
-        claims.errata(judgements),
+        overview.errata(judgements),
         *computed.sections,
-        claims.all_claims(judgements, run_record(computed.seconds, WORKERS, facts)),
+        overview.all_claims(judgements, run_record(computed.seconds, WORKERS, facts)),
     ]
     first = overview.overview(judgements, computed.headlines)
     return Report("The Tippe Top, verified", OPENING, first, sections, facts)

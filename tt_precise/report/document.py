@@ -1,16 +1,86 @@
 """What a report is made of: sections of text, tables, figures and claims, in no markup yet.
 
 Sections say it once; the HTML and the Markdown are two renderings of the same blocks. Where a
-block stands on the page, and what is folded, is decided by the page.
+block stands on the page, and what is folded, is decided by ``report.render``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from tt_precise.report.entries import Entry
+from msgspec.structs import asdict
+
+from tt_precise.claims import Judgement, paper
+from tt_precise.claims.committed import JudgedCheck, JudgedClaim
 from tt_precise.runtime.values import Json
+
+# a mark for each verdict, next to its colour
+MARKS = {
+    "reproduced": "✓", "rounded": "≈", "reading": "◐", "misprint": "M", "refuted": "✗",
+    "untestable": "–",
+}  # fmt: skip
+
+
+class Entry(JudgedClaim, frozen=True, kw_only=True):
+    """A claim whose ``section`` is a key of ``sections()``, and its ``note`` without repetitions.
+
+    Attributes
+    ----------
+    printed, found
+        The essential in one line: what the paper has, and what it should have or what was found.
+    lines
+        Parts or readings; empty where there is one thing only.
+    """
+
+    found: str
+    lines: tuple[JudgedCheck, ...]
+
+    @property
+    def mark(self) -> str:
+        """A sign for the verdict."""
+        return MARKS[self.verdict]
+
+
+def entries(judgements: Iterable[Judgement]) -> list[Entry]:
+    """Claims as entries, in the same order."""
+    return [entry(one.record) for one in judgements]
+
+
+def entry(claim: JudgedClaim) -> Entry:
+    """The entry of a claim."""
+    several = claim.form != "misprint" or claim.correction
+    lines = tuple(line for line in claim.checks if line.name and several)
+    printed, found = _essential(claim, lines)
+    prefixes = {one.name: one.prefix for one in paper.PAPERS}
+    own = {"section": prefixes[claim.paper] + claim.section, "note": claim.remark}
+    return Entry(**asdict(claim) | own | {"printed": printed, "found": found, "lines": lines})
+
+
+def sections() -> dict[str, str]:
+    """Titles of the papers' sections by key, which are the groups on the page."""
+    several = len(paper.PAPERS) > 1
+    return {
+        one.prefix + section.key: f"{one.name}, {section.title}" if several else section.title
+        for one in paper.PAPERS
+        for section in one.sections
+    }
+
+
+def _essential(claim: JudgedClaim, lines: Sequence[JudgedCheck]) -> tuple[str, str]:
+    if claim.correction:
+        return claim.printed, claim.correction
+    if claim.verdict == "reading":
+        holding = [one.name for one in lines if one.verdict != "refuted"]
+        return claim.printed, "holds read as: " + "; ".join(holding)
+    failing = [one for one in lines if one.verdict == "refuted"]
+    if claim.verdict == "refuted" and failing:
+        first = failing[0]
+        more = f" ({first.name})" if len(lines) > 1 else ""
+        return first.printed or claim.printed, first.measured + more
+    if len(lines) > 1:
+        return claim.printed, f"{lines[0].measured} ({lines[0].name})"
+    return claim.printed, claim.measured
 
 
 @dataclass(frozen=True)
@@ -20,20 +90,6 @@ class Text:
     text: str
     emphasis: bool = False
     kind: str = "text"
-
-
-@dataclass(frozen=True)
-class Card:
-    """A number that a person sees first: its label, its value, the paper's, and what is to say.
-
-    ``good`` says whether the paper's agrees; None where it is neither.
-    """
-
-    label: str
-    value: str
-    paper: str
-    comment: str
-    good: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -104,10 +160,24 @@ class Section:
 
 
 @dataclass(frozen=True)
+class Card:
+    """A number that a person sees first: its label, its value, the paper's, and what is to say.
+
+    ``good`` says whether the paper's agrees; None where it is neither.
+    """
+
+    label: str
+    value: str
+    paper: str
+    comment: str
+    good: bool | None = None
+
+
+@dataclass(frozen=True)
 class Overview:
     """The first screen: the verdict in a sentence, all claims at a glance, three numbers.
 
-    ``animation`` holds the top's motion, see ``report.animation``; None if there is none.
+    ``animation`` holds the top's motion, see ``report.overview``; None if there is none.
     """
 
     verdict: str

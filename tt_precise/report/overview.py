@@ -1,37 +1,58 @@
-"""The first screen: the verdict on the paper in a sentence, three numbers, the top's motion."""
+"""What the page says of the paper: its first screen, the errata, and all claims.
+
+The first screen has the verdict in a sentence, three numbers and the top's motion: axis, spin and
+contact track of the golden scene ``track``, which is the reference solution with the body's three
+angles and the path of its centre of mass.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
+from msgspec import to_builtins
+
 from tt_precise.claims import Judgement, Verdict, counts
+from tt_precise.claims.committed import Committed, JudgingRun
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.report.animation import motion
-from tt_precise.report.document import Card, Overview
+from tt_precise.golden import store
+from tt_precise.report.document import Card, Claims, Overview, Section, Text, entries, sections
 from tt_precise.report.precision import precision_runs
-from tt_precise.report.sections.claims import entries
-from tt_precise.report.text import full, short
+from tt_precise.report.prose import full, short
 from tt_precise.runtime.values import Json
 
 PAPER_DRIFT = 1e-6
 DIGITS = 8
-SHOWN = RAUCH_RUTSTAM.headlines  # the paper's numbers beside ours
+PRINTED = RAUCH_RUTSTAM.headlines  # the paper's numbers next to ours
+END, RATIO = "NUM-05", "NUM-22"
 TRIED = {
     False: "of the {} definitions tried, none gives the paper's time",
     None: "of the {} definitions tried, not all give the paper's time",
     True: "all {} definitions tried give the paper's time",
 }
+ERRATA = {
+    Verdict.MISPRINT: (
+        "Misprints",
+        "What is printed does not hold; what stands right of the arrow does, and differs by what "
+        "is marked.",
+    ),
+    Verdict.REFUTED: ("Refuted", "Right of the arrow: what was found instead."),
+    Verdict.READING: (
+        "Claims that depend on how they are read",
+        "They hold under one reading of the paper's words and not under another.",
+    ),
+}
 
 
 @dataclass(frozen=True)
 class Headlines:
-    """What the first screen shows beside the verdicts, computed where the runs are.
+    """What the first screen shows besides the verdicts, computed where the runs are.
 
-    ``cards`` without what claims say of them; ``results`` for results.json.
+    ``cards`` by the claim they belong to, without what it says of them.
     """
 
-    cards: Sequence[Card]
+    cards: dict[str, Card]
     animation: dict[str, Json] | None
     results: dict[str, Json]
 
@@ -39,60 +60,50 @@ class Headlines:
 def headlines() -> Headlines:
     """The answers that a person takes away, each computed by this run."""
     runs = {run.label: run for run in precision_runs()}
-    drifts = {label: run.trajectory.drift["jellett"] for label, run in runs.items()}
-    double, finest = drifts["double"], list(drifts)[-1]
+    drifts = {label: max(run.drift["jellett"]) for label, run in runs.items()}
+    finest = list(runs)[-1]
     run = runs[finest].trajectory
     start, end = run.frame("E_pot", times=[0, run.t_end], numbers="exact")["E_pot"]
     alpha = run.scene.body.alpha
     limit = full(float((1 + alpha) / (1 - alpha)), 5)
     ended = run.inversion.A.t_end
-    cards = [
-        Card(
+    cards = {
+        "NUM-03": Card(
             "drift of lambda, double",
-            short(double),
+            short(drifts["double"]),
             "order 1e-6",
             f"{short(drifts['quad'])} in quad, {short(drifts[finest])} with {finest}",
-            good=bool(double < PAPER_DRIFT),
+            good=bool(drifts["double"] < PAPER_DRIFT),
         ),
-        Card(
+        RATIO: Card(
             "E_pot(8 s) / E_pot(0)",
             full(end / start, DIGITS),
-            SHOWN["NUM-22"],
+            PRINTED[RATIO],
             f"theory, after an infinite time: {limit}",
         ),
-        Card(
-            "end of the climb",
-            f"{full(ended, DIGITS)} s",
-            SHOWN["NUM-05"],
-            "",
-        ),
-    ]
-    return Headlines(
-        cards,
-        motion((float(run.inversion.A.t_init), float(ended))),
-        {
-            "jellett_drift": {label: short(drift, 3) for label, drift in drifts.items()},
-            "energy_ratio": full(end / start, 20),
-        },
-    )
+        END: Card("end of the climb", f"{full(ended, DIGITS)} s", PRINTED[END], ""),
+    }
+    results = {
+        "jellett_drift": {label: short(drift, 3) for label, drift in drifts.items()},
+        "energy_ratio": full(end / start, 20),
+    }
+    return Headlines(cards, motion((float(run.inversion.A.t_init), float(ended))), results)
 
 
 def overview(judgements: Sequence[Judgement], computed: Headlines) -> Overview:
     """The first screen, with the verdicts."""
-    agree = {printed: _agrees(judgements, id) for id, printed in SHOWN.items()}
-    readings = next((one.finding.checks for one in judgements if one.id == "NUM-05"), ())
-    tried = {SHOWN["NUM-05"]: TRIED[agree[SHOWN["NUM-05"]]].format(len(readings))}
+    cards = dict(computed.cards)
+    for one in judgements:
+        if one.id in PRINTED and one.id in cards:
+            good = _agrees(one.verdict)
+            comment = cards[one.id].comment
+            if one.id == END:
+                comment = TRIED[good].format(len(one.finding.checks))
+            cards[one.id] = replace(cards[one.id], good=good, comment=comment)
     return Overview(
         verdict(counts(judgements), len(judgements)),
         entries(judgements),
-        [
-            replace(
-                one,
-                good=agree.get(one.paper, one.good),
-                comment=tried.get(one.paper, one.comment),
-            )
-            for one in computed.cards
-        ],
+        list(cards.values()),
         computed.animation,
         computed.results,
     )
@@ -109,8 +120,100 @@ def verdict(tally: dict[str, int], total: int) -> str:
     )
 
 
-def _agrees(judgements: Sequence[Judgement], id: str) -> bool | None:
-    found = next((one.verdict for one in judgements if one.id == id), None)
+def _agrees(found: Verdict) -> bool | None:
     if found in (Verdict.REPRODUCED, Verdict.ROUNDED):
         return True
     return False if found in (Verdict.REFUTED, Verdict.MISPRINT) else None
+
+
+def errata(judgements: Sequence[Judgement]) -> Section:
+    """What a co-author would act on: misprints, refuted claims, claims that depend on a reading."""
+    every = entries(judgements)
+    groups = [
+        Claims(f"{title} ({len(some)})", some, errata=True, about=about,
+               folded=verdict is Verdict.READING)
+        for verdict, (title, about) in ERRATA.items()
+        if (some := [one for one in every if one.verdict == verdict])
+    ]  # fmt: skip
+    text = (
+        f"{sum(len(group.entries) for group in groups)} statements of the paper that do not hold "
+        "as they stand, one line each; a click shows the reason, the definition used, and every "
+        "reading that was tried."
+    )
+    return Section("errata", "Errata", [Text(text), *groups])
+
+
+def all_claims(judgements: Sequence[Judgement], run: JudgingRun) -> Section:
+    """Every claim with its verdict, by section of the paper; ``run`` is what computed them."""
+    tally, every = counts(judgements), entries(judgements)
+    legend = "; ".join(f"{tally[str(one)]} {one}: {one.meaning}" for one in Verdict)
+    proved = sum(one.proved for one in every)
+    groups = [
+        Claims(title, some)
+        for key, title in sections().items()
+        if (some := [one for one in every if one.section == key])
+    ]
+    records = Committed(claims=tuple(one.record for one in judgements), counts=tally, run=run)
+    text = f"{len(every)} claims, {proved} of them settled by a proof. {legend}."
+    return Section("claims", "All claims", [Text(text), *groups], to_builtins(records))
+
+
+TRACK = "track"
+DECIMALS = {"theta": 4, "phi": 3, "psi": 2, "x": 3, "y": 3}  # rad, and radii of the top
+# where map and graph stand in the drawing of 520 x 400 units: left, top, width, height
+MAP = (312.0, 22.0, 196.0, 176.0)
+GRAPH = (34.0, 300.0, 474.0, 74.0)
+
+
+def motion(climb: tuple[float, float]) -> dict[str, Json] | None:
+    """What the page needs: ``every`` (s), the five courses, and the geometry of map and graph.
+
+    ``climb`` holds its begin and end in s, which the caption names. theta, phi and psi are in rad,
+    x and y those of the contact point in radii of the top. None without the golden data.
+    """
+    if TRACK not in store.scenes():
+        return None
+    stored = store.read(TRACK)
+
+    def numbers(name: str) -> list[float]:
+        return [float(cell) for cell in stored.trajectory.column(name)]
+
+    alpha, radius = float(stored.scene.body.alpha), float(stored.scene.body.R)
+    course = {name: numbers(name) for name in ("theta", "phi", "psi")}
+    # the contact point lies below the sphere's centre, which is R alpha k from the centre of mass
+    for name, axis in (("x", "kx"), ("y", "ky")):
+        pairs = zip(numbers(name), numbers(axis), strict=True)
+        course[name] = [mass / radius + alpha * k for mass, k in pairs]
+    times, x, y = numbers("t"), course["x"], course["y"]
+    left, top, width, height = MAP
+    scale = min(width / (max(x) - min(x)), height / (max(y) - min(y)))
+    mapped = {
+        "scale": round(scale, 4),
+        "x0": round(left + width / 2 - scale * (max(x) + min(x)) / 2, 2),
+        "y0": round(top + height / 2 + scale * (max(y) + min(y)) / 2, 2),
+    }
+    left, top, width, height = GRAPH
+    graph = {
+        "x0": left, "y0": top + height,
+        "sx": round(width / times[-1], 4), "sy": round(height / math.pi, 4),
+    }  # fmt: skip
+    return {
+        "every": times[1] - times[0],
+        "climb": [round(moment, 1) for moment in climb],
+        **{name: [round(v, places) for v in course[name]] for name, places in DECIMALS.items()},
+        "map": mapped,
+        "graph": graph,
+        "track": _path(
+            (mapped["x0"] + mapped["scale"] * a, mapped["y0"] - mapped["scale"] * b)
+            for a, b in zip(x, y, strict=True)
+        ),
+        "curve": _path(
+            (graph["x0"] + graph["sx"] * t, graph["y0"] - graph["sy"] * theta)
+            for t, theta in zip(times, course["theta"], strict=True)
+        ),
+        "end": times[-1],
+    }
+
+
+def _path(points: Iterable[tuple[float, float]]) -> str:
+    return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points)

@@ -1,4 +1,4 @@
-"""Plain text with symbols in it, as HTML and as Markdown with LaTeX.
+"""Plain text with symbols and numbers in it, as HTML and as Markdown with LaTeX.
 
 Texts name quantities as the code does (``omega_3``, ``phi_dot``, ``E~``, ``9.381e-4 kg m^2/s``);
 readers see what people write. What stands in backticks is code and stays as it is.
@@ -13,8 +13,11 @@ from functools import partial
 from html import escape
 from unicodedata import normalize
 
+import mpmath
+
 from tt_precise.report import formula
 from tt_precise.report.formula import GREEK, NoFormulaError, parts_of_symbol
+from tt_precise.runtime.arithmetic import Scalar
 
 DIGITS = 8  # significant, that a number shows where the digits are not the point
 
@@ -151,3 +154,19 @@ def _number(match: re.Match[str], digits: int | None, form: str, minus: str) -> 
 
 def _unmarked(text: str) -> str:
     return text.replace("*", r"\*").replace("$", r"\$").replace("<", r"\<")
+
+
+def short(value: Scalar, digits: int = 2) -> str:
+    """A number with few significant digits: 1.8e-15, 0.053, 12."""
+    if value is None:
+        return "-"
+    return str(mpmath.nstr(_mpf(value), digits, min_fixed=-3, max_fixed=6)).removesuffix(".0")
+
+
+def full(value: Scalar, digits: int) -> str:
+    """A number with all the digits it is trusted to."""
+    return str(mpmath.nstr(_mpf(value), digits, min_fixed=-4, max_fixed=12))
+
+
+def _mpf(value: Scalar) -> Scalar:
+    return value if hasattr(value, "_mpf_") else mpmath.mpf(value)

@@ -1,4 +1,8 @@
-"""A report as HTML (one file, opens offline) and as Markdown."""
+"""A report as HTML (one file, opens offline) and as Markdown.
+
+A section of the page leads with its picture; its texts and a table that fits stand next to it.
+Long and wide tables, and the other pictures, are folded.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +15,18 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from tt_precise.claims.verdicts import Verdict
-from tt_precise.report import layout, prose
-from tt_precise.report.document import Figure, Report
-from tt_precise.report.entries import MARKS, Entry, sections
+from tt_precise.report import prose
+from tt_precise.report.document import (
+    MARKS,
+    Claims,
+    Entry,
+    Figure,
+    PageTable,
+    Report,
+    Section,
+    Text,
+    sections,
+)
 from tt_precise.runtime.values import Json
 
 if TYPE_CHECKING:
@@ -22,10 +35,14 @@ if TYPE_CHECKING:
 
 GOOD = {"reproduced", "rounded", "pass", "ok", "right", "verified", "unchanged", "whole"}
 MIXED = {"reading", "untestable", "skipped", "misprint"}
-
-
-# in an address between double quotes
+LONGEST_ROWS = 14  # of a table that is shown unasked
+LONGEST_TEXT = 480  # characters of a paragraph, likewise
+BESIDE_ROWS, BESIDE_COLUMNS = 12, 3
+_SENTENCE = re.compile(r"(?<![ (]eq)(?<!Figs)(?<!Fig)(?<!Sec)\. (?=[A-Z])")
+# characters that an address between double quotes may hold as they are
 _AS_THEY_ARE = "<>/=:;,'() +-_.!~*@?{}|"
+
+Choices = list[tuple[str, list[tuple[str, str]]]]
 
 
 def html(report: Report) -> str:
@@ -78,17 +95,85 @@ def _environment(*, escaped: bool) -> Environment:
     )
     environment.filters |= {
         "mark": _mark,
-        "lead": layout.lead,
-        "rest": layout.rest,
-        "folds": layout.folds,
-        "choices": layout.choices,
-        "laid_out": layout.laid_out,
+        "lead": lead,
+        "rest": rest,
+        "folds": folds,
+        "choices": choices,
+        "laid_out": laid_out,
         "tally": _tally,
         "meaning": lambda verdict: Verdict(verdict).meaning,
         "words": _words,
         "slug": lambda name: name.replace(" ", "-"),
     }
     return environment
+
+
+def laid_out(section: Section) -> dict[str, Json]:
+    """The blocks of a section by place: picture, texts, beside, tables, pictures, claims.
+
+    ``texts`` are pairs: what is shown, and what of it is folded. ``choices`` are the filters of the
+    section's claims.
+    """
+    figures = [block for block in section.blocks if isinstance(block, Figure)]
+    tables = [block for block in section.blocks if isinstance(block, PageTable)]
+    claims = [block for block in section.blocks if isinstance(block, Claims)]
+    beside = [one for one in tables if figures and _fits_beside(one)][:1]
+    listed = [entry for block in claims for entry in block.entries]
+    verdicts, kinds = (
+        [(value, value) for value in dict.fromkeys(getattr(one, name) for one in listed)]
+        for name in ("verdict", "kind")
+    )
+    return {
+        "picture": figures[0] if figures else None,
+        "texts": [_parted(block) for block in section.blocks if isinstance(block, Text)],
+        "beside": beside,
+        "tables": [one for one in tables if one not in beside],
+        "pictures": figures[1:],
+        "claims": claims,
+        "choices": [
+            ("verdict", sorted(verdicts)), ("section", list(sections().items())), ("kind", kinds),
+        ],
+    }  # fmt: skip
+
+
+def folds(table: PageTable) -> bool:
+    """Whether a table is shown on request only."""
+    return len(table.rows) > LONGEST_ROWS if table.folded is None else table.folded
+
+
+def choices(table: PageTable) -> Choices:
+    """The values that a table's rows can be chosen by."""
+    columns = {name: table.header.index(name) for name in table.filters}
+    return [
+        (name, [(value, value) for value in dict.fromkeys(row[at] for row in table.rows)])
+        for name, at in columns.items()
+    ]
+
+
+def lead(text: str) -> str:
+    """The first sentence."""
+    return _SENTENCE.split(text, maxsplit=1)[0].rstrip(".") + "." if text else ""
+
+
+def rest(text: str) -> str:
+    """All but the first sentence."""
+    return _SENTENCE.split(text, maxsplit=1)[1] if _SENTENCE.search(text) else ""
+
+
+def _parted(text: Text) -> tuple[Text, str]:
+    """A text and what of it is folded: the sentences beyond the first few."""
+    if text.emphasis or len(text.text) <= LONGEST_TEXT:
+        return text, ""
+    shown, *others = _SENTENCE.split(text.text)
+    while others and len(shown) + len(others[0]) < LONGEST_TEXT:
+        shown += ". " + others.pop(0)
+    return Text(shown + "." if others else shown), ". ".join(others)
+
+
+def _fits_beside(table: PageTable) -> bool:
+    return (
+        not table.folded and len(table.rows) <= BESIDE_ROWS and len(table.header) <= BESIDE_COLUMNS
+    )
 
 
 def _marked_up(render: Callable[[str], str]) -> Callable[[object], Markup]:
@@ -130,7 +215,7 @@ def _tally(entries: Iterable[Entry]) -> list[tuple[str, int]]:
 
 
 def _words(entry: Entry) -> str:
-    """What a search for words looks at, beside what the page shows: symbols by their names."""
+    """What a search for words looks at besides what the page shows: symbols by their names."""
     texts = (entry.kind, entry.statement, entry.printed, entry.found)
     return " ".join(" ".join(texts).lower().split())
 
@@ -139,8 +224,7 @@ def _citation(report: Report) -> str:
     facts = report.provenance
     return (
         f"The tt_precise developers, {report.title}: precision report on arXiv:1306.5641, "
-        f"{facts.get('versions', 'tt-precise').split(',')[0]}, commit {facts.get('commit', '-')}, "
-        f"{facts.get('date', '-')}."
+        f"{facts['versions'].split(',')[0]}, commit {facts['commit']}, {facts['date']}."
     )
 
 

@@ -6,7 +6,7 @@ from tt_precise.exact.thresholds import thresholds
 from tt_precise.report.document import PageTable, Section, Text
 from tt_precise.report.figures import figures_of
 from tt_precise.report.precision import SCENE, precision_runs
-from tt_precise.report.text import full, short
+from tt_precise.report.prose import full, short
 from tt_precise.scene.scene import load_scene
 
 

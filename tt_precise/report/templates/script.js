@@ -85,7 +85,7 @@ addEventListener("afterprint", () => opened.forEach(one => one.open = false));
 // ---- the top turning over -----------------------------------------------------------------------
 const scene = document.getElementById("motion");
 if (scene) {
-  const { every, theta, phi, psi, x, y, alpha, map, graph } = JSON.parse(scene.textContent);
+  const { every, theta, phi, psi, x, y, map, graph } = JSON.parse(scene.textContent);
   const at = name => document.getElementById(`top-${name}`);
   const [button, slider, output, speed] = ["play", "time", "now", "speed"].map(at);
   const SIZE = 74, LEFT = 148, FLOOR = 232, TILT = 0.34;  // pixels a radius; view from above, rad
