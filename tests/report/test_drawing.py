@@ -28,3 +28,13 @@ def test_svg_is_well_formed_and_its_paths_are_short() -> None:
     paths = re.findall(r' d="([^"]*)"', text)
     assert paths
     assert not any(re.search(r"\.\d{3}", path) for path in paths)
+
+
+def test_the_last_bits_of_times_choose_no_other_points() -> None:
+    """Samples on the edges of spans fell into either, by the rounding of a machine."""
+    times = numpy.arange(2801) / 350
+    values = numpy.sin(40 * times)
+    chosen = style.thinned(times, values)
+    for towards in (-1.0, 9.0):
+        moved = numpy.nextafter(times, towards)
+        assert (style.thinned(moved, values) == chosen).all()

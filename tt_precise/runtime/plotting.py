@@ -83,7 +83,8 @@ def thinned(times: Array, values: Array, bins: int = BINS) -> Array:
     if len(times) <= 4 * bins:
         return numpy.arange(len(times))
     places = (times - times[0]) / (times[-1] - times[0])
-    spans = numpy.minimum((bins * places).astype(int), bins - 1)
+    # a time on the edge of a span belongs to the later one, however its last bits are rounded
+    spans = numpy.minimum((bins * places + 1e-9).astype(int), bins - 1)
     edges = numpy.flatnonzero(numpy.diff(spans, prepend=-1, append=bins)).tolist()
     chosen = {0, len(times) - 1}
     for begin, end in pairwise(edges):
