@@ -18,11 +18,10 @@ from tt_precise.report import overview, render
 from tt_precise.report.collect import WORKERS, Computed, compute
 from tt_precise.report.document import Report
 from tt_precise.report.precision import SCENE
-from tt_precise.runtime.values import InputError
 from tt_precise.runtime.files import write_together
-from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.records import UNSET, Meta, Record, Unset, encode, load
-from tt_precise.runtime.values import Json
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import InputError, Json
 
 NAME = "precision-report"
 VERSIONS = ("tt-precise", "heyoka", "numpy", "mpmath", "pandas", "scipy", "sympy", "matplotlib")

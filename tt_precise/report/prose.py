@@ -17,7 +17,7 @@ import mpmath
 
 from tt_precise.report import formula
 from tt_precise.report.formula import GREEK, NoFormulaError, parts_of_symbol
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.values import Scalar
 
 DIGITS = 8  # significant, that a number shows where the digits are not the point
 
