@@ -135,9 +135,9 @@ def _tokens(text: str) -> list[_Token]:
 
 def _marked(tokens: list[_Token], others: list[_Token]) -> list[_Token]:
     """The tokens, marked where ``others`` have something else."""
-    texts = ([token.text for token in some] for some in (tokens, others))
-    changed = [code for code in SequenceMatcher(None, *texts, False).get_opcodes()
-               if code[0] != "equal"]  # fmt: skip
+    own, their = ([token.text for token in some] for some in (tokens, others))
+    codes = SequenceMatcher(None, own, their, False).get_opcodes()
+    changed = [code for code in codes if code[0] != "equal"]
     places = {i for _, begin, end, _, _ in changed for i in range(begin, end)}
     return [token._replace(marked=i in places) for i, token in enumerate(tokens)]
 
