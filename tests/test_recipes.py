@@ -22,7 +22,7 @@ from tt_precise.integration import events, heyoka_backend, run
 from tt_precise.integration.events import Event
 from tt_precise.mechanics import conserved, quantities
 from tt_precise.mechanics.quantities import ENERGY, Motion, quantity
-from tt_precise.report import figures
+from tt_precise.report import sections
 from tt_precise.report.document import Figure
 from tt_precise.runtime import tables
 from tt_precise.scene import laws, scene
@@ -147,8 +147,8 @@ def test_a_figure(monkeypatch: pytest.MonkeyPatch) -> None:
     def drawn() -> Figure:
         return Figure("invented", "A caption.", "<svg/>", "nothing")
 
-    monkeypatch.setitem(figures.FIGURES, "thresholds", (drawn,))
-    assert figures.figures_of("thresholds") == [drawn()]
+    monkeypatch.setitem(sections.FIGURES, "thresholds", (drawn,))
+    assert sections.figures_of("thresholds") == [drawn()]
 
 
 def test_a_command(printed: Printed, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ from tt_precise.claims import claims
 from tt_precise.report import solution as paper
 from tt_precise.report import starts as many_starts
 from tt_precise.report.document import Figure
-from tt_precise.report.figures import all_figures
+from tt_precise.report.sections import all_figures
 
 LARGEST = 300_000  # characters of SVG
 EXPECTED = {

@@ -12,11 +12,10 @@ import pytest
 
 from tt_precise.claims import Judgement, counts, judge
 from tt_precise.claims.committed import committed, run_record
-from tt_precise.report import build, overview
+from tt_precise.report import build, overview, sections
 from tt_precise.report.document import Card, Claims, PageTable, Section, Text
 from tt_precise.report.measured import jellett_alone
 from tt_precise.report.overview import verdict
-from tt_precise.report.sections import solution
 from tt_precise.runtime.values import InputError
 
 RUN = run_record(1, 1, {"date": "today", "commit": "abc", "versions": "heyoka 1"})
@@ -72,7 +71,7 @@ def test_a_card_says_whether_the_paper_agrees(judgements: list[Judgement]) -> No
 
 
 def test_thresholds_state_forty_agreeing_digits() -> None:
-    section = solution.threshold_values()
+    section = sections.threshold_values()
     table = next(block for block in section.blocks if isinstance(block, PageTable))
     agreed = [int(row[3]) for row in table.rows]
     assert len(agreed) == 9

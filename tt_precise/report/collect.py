@@ -11,11 +11,10 @@ from typing import Any
 
 from tt_precise.claims import Judgement
 from tt_precise.claims.claim import calls_for, finding_of, judgements
-from tt_precise.report import golden, measured
+from tt_precise.report import golden, measured, sections
 from tt_precise.report.document import Section
 from tt_precise.report.overview import Headlines, headlines
 from tt_precise.report.precision import precisions
-from tt_precise.report.sections import solution
 from tt_precise.runtime.files import shipped
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool
@@ -81,10 +80,10 @@ def compute(folder: Path = MEASURED, progress: Progress = silent) -> Computed:
 def sections_in(folder: Path) -> dict[str, Callable[[], Section]]:
     """What makes the sections, by title, in order."""
     return {
-        REFERENCE: solution.reference,
-        CONSERVATION: solution.conservation,
-        "Other starts": solution.starts,
-        THRESHOLDS: solution.threshold_values,
+        REFERENCE: sections.reference,
+        CONSERVATION: sections.conservation,
+        "Other starts": sections.other_starts,
+        THRESHOLDS: sections.threshold_values,
         "Golden data": golden.golden_section,
         "Proofs": golden.proved,
         measured.TRADEOFF_TITLE: partial(measured.tradeoff, folder),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from tt_precise.claims.evidence.motions import minima
 from tt_precise.claims.evidence.run import REFERENCE, Run, SceneLike
 from tt_precise.mechanics.quantities import effective_potential
-from tt_precise.report import drawing as style
+from tt_precise.report import style
 from tt_precise.report.document import Figure
 from tt_precise.report.precision import precision_runs
 from tt_precise.runtime.values import Array

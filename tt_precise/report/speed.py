@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tt_precise.report import drawing as style
+from tt_precise.report import style
 from tt_precise.report.document import Figure
 from tt_precise.runtime.values import Json
 from tt_precise.tradeoff.error_growth import INTEGRALS_SHOWN

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tt_precise.claims.evidence import sweeps
-from tt_precise.report import drawing as style
-from tt_precise.report import maps
+from tt_precise.report import maps, style
 from tt_precise.report.document import Figure
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps.picture import draw_map

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 
 import numpy
 
-from tt_precise.report import drawing as style
+from tt_precise.report import style
 
 TIMES = numpy.linspace(0, 8, 100_001)
 VALUES = numpy.sin(40 * TIMES)

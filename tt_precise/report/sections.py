@@ -2,12 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from tt_precise.exact.thresholds import thresholds
-from tt_precise.report.document import PageTable, Section, Text
-from tt_precise.report.figures import figures_of
+from tt_precise.report import solution, starts
+from tt_precise.report.document import Figure, PageTable, Section, Text
 from tt_precise.report.precision import SCENE, precision_runs
 from tt_precise.report.prose import full, short
 from tt_precise.scene.scene import load_scene
+
+FIGURES: dict[str, tuple[Callable[[], Figure], ...]] = {
+    "figures": (
+        solution.figure_2, solution.figure_3, solution.figure_4, solution.figure_5,
+        solution.figure_6, solution.figure_7, solution.figure_8, solution.deforming_potential,
+        solution.axis_at_the_pole,
+    ),
+    "conservation": (solution.jellett_drift,),
+    "starts": (
+        starts.times_by_precession, starts.times_by_inclination,
+        starts.map_of_inclination_and_lambda, starts.map_of_friction_and_spin,
+        starts.map_of_precession_and_spin,
+    ),
+    "thresholds": (starts.outcomes_at_the_threshold,),
+}  # fmt: skip
+
+
+def figures_of(section: str) -> list[Figure]:
+    """The figures of a section."""
+    return [draw() for draw in FIGURES[section]]
+
+
+def all_figures() -> list[Figure]:
+    """The figures of all sections."""
+    return [figure for section in FIGURES for figure in figures_of(section)]
 
 
 def reference() -> Section:
@@ -30,7 +57,7 @@ def reference() -> Section:
     )
 
 
-def starts() -> Section:
+def other_starts() -> Section:
     """What other starts do: sweeps of section 2.2, and three maps."""
     return Section(
         "starts",
