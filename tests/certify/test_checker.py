@@ -38,6 +38,7 @@ from tt_precise.golden.store import Stored, scene_sha256
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import catalogue, event_named
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.vectors import dot
 from tt_precise.scene.scene import parse_scene
 
 UNTIL = Fraction(1, 25)
@@ -110,9 +111,8 @@ def test_it_shares_nothing_with_the_prover() -> None:
 @pytest.mark.parametrize("damping", [1, 15, 25])
 def test_the_flow_of_a_strongly_damped_motion(damping: int) -> None:
     with flint.ctx.workprec(checker.LOW_BITS):
-        room = checker_arithmetic.Room(arb(1), checker.LOW)
-        rate = checker_arithmetic.Poly(arb_poly([-damping]), room)
-        ((flow,),), error = checker._flow([[rate]], room)
+        frame = checker_arithmetic.Frame(arb(1), checker.LOW)
+        ((flow,),), error = checker._flow([[arb_poly([-damping])]], frame)
         assert error < 1e-3
         assert abs(flow(arb(1)) - (-arb(damping)).exp()) < 1e-5
 
@@ -445,6 +445,15 @@ def test_orders_at_the_start_are_those_of_the_prover(name: str) -> None:
             assert beginning.sign(function, begins.order) == begins.sign
             orders.add(begins.order)
     assert len(orders) > (name != "flight")
+
+
+@pytest.mark.parametrize("name", ["reference", "regularised-1e-2", "elastic-linear", "inverted"])
+def test_a_function_that_vanishes_formally_is_refused(name: str) -> None:
+    scene = tt.load_scene(name)
+    with flint.ctx.workprec(200):
+        beginning = checker.Beginning(scene, checker._phases(scene)[0].form)
+        with pytest.raises(Refused, match="order 6"):
+            beginning.order(lambda q: dot(q.k, q.k) - 1)
 
 
 # The file.

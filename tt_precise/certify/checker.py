@@ -25,14 +25,17 @@ from flint import arb, arb_mat, arb_poly, fmpz
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.certificate import MOST_POWER, Refused, bounded, exactly
 from tt_precise.certify.checker_arithmetic import (
-    Dual,
     Formal,
     FormalFunctions,
-    Poly,
-    PowerSeries,
-    Room,
+    Frame,
+    Series,
+    TaylorModel,
+    coefficient,
     fixed,
-)  # fmt: skip
+    linear,
+    polynomial,
+    solution,
+)
 from tt_precise.certify.comparison import Enclosed, Happening
 from tt_precise.integration.equations import QUADRATURE_SCALE, extended_rates
 from tt_precise.integration.events import TERMINAL, Event, catalogue, event_named
@@ -176,18 +179,18 @@ class Checker:
         n = len(self.free)
         self.box += self.basis.inv() * arb_mat(n, 1, [gaps[i] for i in self.free])
         before = _norm((self.basis * self.box).entries())
-        room = Room(length, self.order)
-        exact = self.rates([Poly(p, room) for p in self.p])
+        frame = Frame(length, self.order)
+        exact = self.rates([TaylorModel(p, frame) for p in self.p])
         defect = _norm(
-            (f.p * self.unit - p.derivative())(room.interval)
+            (polynomial(f, 0) * self.unit - p.derivative())(frame.interval)
             for f, p in zip(exact, self.p, strict=True)
         )
-        self.low = low = Room(length, LOW)
+        self.low = low = Frame(length, LOW)
         with flint.ctx.workprec(LOW_BITS):
             self.tube = self.near([low.cut(p) for p in self.p], TUBE)
             jacobian = self._jacobian(low)
             flow, error = _flow(jacobian, low)
-        norms = [[entry.p(low.interval) for entry in row] for row in jacobian]
+        norms = [[entry(low.interval) for entry in row] for row in jacobian]
         sums = (
             sum((abs(x) for j, x in enumerate(row) if j != i), row[i])
             for i, row in enumerate(norms)
@@ -219,29 +222,27 @@ class Checker:
 
     def _taylor(self, start: Sequence[arb], power: int) -> list[arb_poly]:
         bits, finer = self.bits + 8, max(0, -_exponent(self.length))
-        y = [PowerSeries(bits, [fixed(x, bits)], lambda n: 0) for x in start]
-        rates = self.rates(y)
-        for n in range(self.order):
-            for one, rate in zip(y, rates, strict=True):
-                slope = rate.at(n) << max(power - finer, 0) >> max(finer - power, 0)
-                one.c.append(slope // (n + 1))
+        unit = arb(2) ** (power - finer)
+        found = solution(
+            lambda y: [rate * unit for rate in self.rates(y)], [fixed(x, bits) for x in start], bits
+        )
+        polynomials = ([y[n] for n in range(self.order + 1)] for y in found)
         return [
-            arb_poly([arb(fmpz(c)) * arb(2) ** (finer * n - bits) for n, c in enumerate(one.c)])
-            for one in y
+            arb_poly([arb(fmpz(c)) * arb(2) ** (finer * n - bits) for n, c in enumerate(p)])
+            for p in polynomials
         ]
 
-    def _jacobian(self, low: Room) -> list[list[Poly]]:
+    def _jacobian(self, low: Frame) -> list[list[arb_poly]]:
         """Derivatives of the rates; those of components that stay zero have to be zero."""
-        one, zero, places = Poly(arb_poly([1]), low), Poly(arb_poly([]), low), self.free
-        state = [
-            Dual(y, [one if i == j else None for j in places]) for i, y in enumerate(self.tube)
-        ]
-        rates = self.rates(state)
-        moves = [p.length() or rate.value.p.length() for p, rate in zip(self.p, rates, strict=True)]
-        if any(length for i, length in enumerate(moves) if i not in places):
+        columns = []
+        for j in self.free:
+            state = [linear(y, int(i == j)) for i, y in enumerate(self.tube)]
+            rates = self.rates(state)
+            columns.append([polynomial(rates[i], 1) * self.unit for i in self.free])
+        still = (i for i in range(len(self.p)) if i not in self.free)
+        if any(self.p[i].length() or polynomial(rates[i], 0).length() for i in still):
             raise Refused("a component does not stay zero")
-        rows = (rates[i].by for i in places)
-        return [[zero if d is None else d * self.unit for d in row] for row in rows]
+        return [list(row) for row in zip(*columns, strict=True)]
 
 
 def _exponent(x: arb) -> int:
@@ -260,13 +261,13 @@ def _norm(numbers: Scalar) -> arb:
     return _top([arb(x).abs_upper() for x in numbers])
 
 
-def _flow(jacobian: list[list[Poly]], low: Room) -> tuple[list[list[arb_poly]], arb]:
+def _flow(jacobian: list[list[arb_poly]], low: Frame) -> tuple[list[list[arb_poly]], arb]:
     """S3: polynomials P, P(0) = 1, and a bound of the norm of J P - P'."""
     n = len(jacobian)
     a = numpy.zeros((low.degree + 1, n, n))
     for i, row in enumerate(jacobian):
         for j, entry in enumerate(row):
-            for k, c in enumerate(entry.p.coeffs()):
+            for k, c in enumerate(entry.coeffs()):
                 a[k, i, j] = float(c.mid())
     terms, length, sizes = [numpy.eye(n)], float(low.interval.upper()), [1.0]
     # two terms in turn, as even or odd ones may vanish
@@ -281,8 +282,8 @@ def _flow(jacobian: list[list[Poly]], low: Room) -> tuple[list[list[arb_poly]], 
         for j in range(n):
             total = -flow[i][j].derivative()
             for k, entry in enumerate(row):
-                if entry.p.length():
-                    total += entry.p * flow[k][j]
+                if entry.length():
+                    total += entry * flow[k][j]
             found += total(low.interval).abs_upper()
         rows.append(found.upper())
     return flow, _top(rows)
@@ -308,11 +309,10 @@ class Zeros:
         self.piece, self.sharp = checker, sharp or checker.time == 0
         tube = checker.tube
         if self.sharp:
-            room = Room(checker.length, checker.order)
-            tube = checker.near([Poly(p, room) for p in checker.p], checker.reach)
-        # the state, and with derivatives of each order along the motion
-        self.states: list[Sequence[Scalar]] = [tube]
-        self.motions = [checker.motion(tube)]
+            frame = Frame(checker.length, checker.order)
+            tube = checker.near([TaylorModel(p, frame) for p in checker.p], checker.reach)
+        moving = solution(lambda y: [rate * checker.unit for rate in checker.rates(y)], tube)
+        self.motion = checker.motion(moving)
 
     def end(self) -> arb | None:
         """When the present phase ends, if it does in this piece.
@@ -323,7 +323,7 @@ class Zeros:
         """
         checker, phase = self.piece, self.piece.phases[0]
         found = None
-        if not phase.function(self.motions[0]).p(checker.low.interval) > 0:
+        if not polynomial(phase.function(self.motion), 0)(checker.low.interval) > 0:
             found = next(self._falls(phase.function), None)
         if phase.ends == "landing":
             for time in self._falls(_pull):
@@ -357,21 +357,20 @@ class Zeros:
 
     def _of(self, function: Function, until: arb, touches: Sequence[arb]) -> list[tuple[int, arb]]:
         checker, found = self.piece, []
-        value = function(self.motions[0])
-        if not isinstance(value, Poly) or not value.p.length():
+        along = function(self.motion)
+        value, slope = polynomial(along, 0), polynomial(along, 1)
+        if not value.length() or not slope.length():
             return []  # it is the same number always
-        begin = self._past_the_start(function) if checker.time is checker.entered else arb(0)
+        begin = arb(0)
+        if checker.time is checker.entered:
+            begin = self._past_the_start(function, along)
         end = min(checker.length, ((until - checker.time) / checker.unit).upper())
-        waiting, slope = [(begin, end)] if end > begin else [], arb_poly([])
+        waiting = [(begin, end)] if end > begin else []
         while waiting:
             a, b = waiting.pop()
             where = a.union(b)
-            if not value.p(where).contains(0):
+            if not value(where).contains(0):
                 continue
-            if not slope.length():
-                slope = self._derivative(function, 1)
-                if not slope.length():
-                    return []  # constant
             if not slope(where).contains(0):
                 before, after = (self._value(function, s) for s in (a, b))
                 if before.contains(0) or after.contains(0):
@@ -381,7 +380,7 @@ class Zeros:
                     found.append((1 if after > 0 else -1, checker.time + zero * checker.unit))
                 continue
             within = any(a < (t - checker.time) / checker.unit < b for t in touches)
-            if within and not self._derivative(function, 2)(where).contains(0):
+            if within and not polynomial(along, 2)(where).contains(0):
                 continue
             if not b - a > checker.length * CLOSEST:
                 raise self._undecided
@@ -392,20 +391,17 @@ class Zeros:
             raise self._undecided
         return found
 
-    def _past_the_start(self, function: Function) -> arb:
+    def _past_the_start(self, function: Function, along: Series) -> arb:
         """Some b such that a function that vanishes at t = 0 has no zero in (0, b]; 0 of others.
 
         By Taylor's theorem its first derivative that does not vanish there would have one as well.
         """
         if not self._value(function, arb(0)).contains(0):
             return arb(0)
-        b = self.piece.length
-        if not self._derivative(function, 1).length():
-            return b  # constant
-        order = self.piece.order_at_entry(function)
+        b, order = self.piece.length, self.piece.order_at_entry(function)
         if not order:
             return arb(0)
-        derivative = self._derivative(function, order)
+        derivative = polynomial(along, order)
         while derivative(arb(0).union(b)).contains(0):
             b = (b / 2).mid()
             if not b > self.piece.length * CLOSEST:
@@ -428,66 +424,41 @@ class Zeros:
     def _value(self, function: Function, s: arb) -> arb:
         return arb(function(self.piece.motion(self.piece.at(s))))
 
-    def _derivative(self, function: Function, order: int) -> arb_poly:
-        """The derivative of this order by s."""
-        while len(self.motions) <= order:
-            state = self.states[-1]
-            rates = [f * self.piece.unit for f in self.piece.rates(state)]
-            self.states.append(_along(state, rates))
-            self.motions.append(self.piece.motion(self.states[-1]))
-        found = _peeled(function(self.motions[order]), order)
-        return found.p if isinstance(found, Poly) else arb_poly([])
-
-
-def _along(state: Sequence[Scalar], rates: Sequence[Scalar]) -> list[Dual]:
-    return [Dual(y, [f]) for y, f in zip(state, rates, strict=True)]
-
-
-def _peeled(found: Scalar, order: int) -> Scalar:
-    """The derivative of a function of a state that was taken ``_along`` so many times."""
-    for _ in range(order):
-        found = found.by[0] if isinstance(found, Dual) else None
-    return 0 if found is None else found
-
 
 class Beginning:
     """How functions of a scene begin, at t = 0 exactly."""
 
     def __init__(self, scene: Scene, form: Formulation):
-        self.form, formal = form, FormalFunctions()
-        begins = _begun(scene, InitialState.in_si(scene, Arithmetic(formal, Formal.of)), formal)
-        near = _begun(scene, InitialState.of(scene, Arithmetic(Balls, ball)), Balls)
-        self.known = ((begins.body, formal), (near.body, Balls))
-        self.states: list[list[Sequence[Scalar]]] = [
-            [begins.state(self.form), near.state(self.form)]
-        ]
+        formal = FormalFunctions()
+        starts = (
+            (formal, InitialState.in_si(scene, Arithmetic(formal, Fraction))),
+            (Balls, InitialState.of(scene, Arithmetic(Balls, ball))),
+        )
+        self.motions = [_moving(form, _begun(scene, start, fn), fn) for fn, start in starts]
 
     def order(self, function: Function) -> int:
         """To which order a function vanishes; ``Refused`` where that is undecided."""
         for order in range(VANISHING + 1):
-            formal, value = self._derivative(function, order)
-            if Formal.of(formal).above:
+            formal, value = self._coefficients(function, order)
+            if Formal.of(formal):
                 if arb(value).contains(0):
                     break
                 return order
         raise Refused(f"a sign at t = 0 is undecided, in order {order}")
 
     def sign(self, function: Function, order: int) -> int:
-        """The sign of the derivative of that order."""
-        return 1 if self._derivative(function, order)[1] > 0 else -1
+        """The sign of the coefficient of that order."""
+        return 1 if self._coefficients(function, order)[1] > 0 else -1
 
-    def _derivative(self, function: Function, order: int) -> list[Scalar]:
+    def _coefficients(self, function: Function, order: int) -> list[Scalar]:
         """In formal arithmetic, and in balls."""
-        form = self.form
-        while len(self.states) <= order:
-            self.states.append([
-                _along(state, form.rates(body, form.State(*state), fn))
-                for (body, fn), state in zip(self.known, self.states[-1], strict=True)
-            ])  # fmt: skip
-        return [
-            _peeled(function(form.motion(body, form.State(*state), fn)), order)
-            for (body, fn), state in zip(self.known, self.states[order], strict=True)
-        ]
+        return [coefficient(function(motion), order) for motion in self.motions]
+
+
+def _moving(form: Formulation, start: InitialState, fn: Functions) -> Motion:
+    """What follows from a start, as power series in the arithmetic of ``fn``."""
+    y = solution(lambda y: form.rates(start.body, form.State(*y), fn), start.state(form))
+    return form.motion(start.body, form.State(*y), fn)
 
 
 def enclose(scene: Scene, content: dict[str, Json], progress: Progress = silent) -> Enclosed:

@@ -1,262 +1,276 @@
-"""The arithmetics of the second checker, its own: integers, balls, derivatives, formal numbers."""
+"""The arithmetics of the second checker, its own: power series, Taylor models, formal numbers."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from math import isqrt
+from math import isqrt, nan
 from operator import mul
 
-from flint import arb, arb_poly, arb_series, fmpq, fmpq_mpoly_ctx
+from flint import arb, arb_poly, arb_series, fmpq, fmpq_poly
 
-from tt_precise.certify.balls import Ring, series_length
+from tt_precise.certify.balls import Balls, Ring, series_length
 from tt_precise.certify.certificate import Refused
 from tt_precise.runtime.values import Scalar
 
+NONE, ONE, ZERO = fmpq_poly([]), fmpq_poly([1]), fmpq(0)
 
-class PowerSeries(Ring):
-    """A power series with coefficients in units of 2^-bits, each computed when it is needed."""
 
-    def __init__(self, bits: int, coefficients: list[int], rule: Callable[[int], int]):
-        self.bits, self.c, self.rule = bits, coefficients, rule
+class Series(Ring):
+    """A power series; ``rule(c, n)`` gives the n-th coefficient from those before it, ``c``.
 
-    def at(self, n: int) -> int:
-        """The n-th coefficient."""
+    Coefficients are of any arithmetic. With ``bits`` they are whole numbers in units of 2^-bits.
+    """
+
+    def __init__(
+        self,
+        rule: Callable[[list[Scalar], int], Scalar],
+        first: Sequence[Scalar] = (),
+        bits: int = 0,
+    ):
+        self.rule, self.c, self.bits = rule, list(first), bits
+
+    def __getitem__(self, n: int) -> Scalar:
         while len(self.c) <= n:
-            self.c.append(self.rule(len(self.c)))
+            self.c.append(self.rule(self.c, len(self.c)))
         return self.c[n]
 
-    def _other(self, other: Scalar) -> PowerSeries:
-        if isinstance(other, PowerSeries):
-            return other
-        return PowerSeries(self.bits, [fixed(arb(other), self.bits)], lambda n: 0)
+    def _made(self, rule: Callable[[list[Scalar], int], Scalar]) -> Series:
+        return Series(rule, bits=self.bits)
 
-    def __add__(self, other: Scalar) -> PowerSeries:
-        y = self._other(other)
-        return PowerSeries(self.bits, [], lambda n: self.at(n) + y.at(n))
+    def _number(self, x: Scalar) -> Scalar:
+        return fixed(arb(x), self.bits) if self.bits else x
 
-    def __neg__(self) -> PowerSeries:
-        return PowerSeries(self.bits, [], lambda n: -self.at(n))
+    def _dot(self, a: list[Scalar], b: list[Scalar]) -> Scalar:
+        total = sum(map(mul, a, b))
+        return total >> self.bits if self.bits else total
 
-    def __mul__(self, other: Scalar) -> PowerSeries:
-        if not isinstance(other, PowerSeries):
-            factor = self._other(other).at(0)
-            return PowerSeries(self.bits, [], lambda n: self.at(n) * factor >> self.bits)
+    def _ratio(self, a: Scalar, b: Scalar) -> Scalar:
+        return (a << self.bits) // b if self.bits else a / b
 
-        def rule(n: int) -> int:
-            self.at(n), other.at(n)
-            return sum(map(mul, self.c[: n + 1], other.c[n::-1])) >> self.bits
+    def __add__(self, other: Scalar) -> Series:
+        if isinstance(other, Series):
+            return self._made(lambda c, n: self[n] + other[n])
+        constant = self._number(other)
+        return self._made(lambda c, n: self[n] if n else self[0] + constant)
 
-        return PowerSeries(self.bits, [], rule)
+    def __neg__(self) -> Series:
+        return self._made(lambda c, n: -self[n])
 
-    def __truediv__(self, other: Scalar) -> PowerSeries:
-        y = self._other(other)
-        found = PowerSeries(self.bits, [], lambda n: 0)
+    def __mul__(self, other: Scalar) -> Series:
+        if not isinstance(other, Series):
+            factor = self._number(other)
+            return self._made(lambda c, n: self._dot([self[n]], [factor]))
 
-        def rule(n: int) -> int:
-            y.at(n)
-            known = sum(map(mul, found.c[:n], y.c[n:0:-1]))
-            return ((self.at(n) << self.bits) - known) // y.at(0)
+        def rule(c: list[Scalar], n: int) -> Scalar:
+            _ = self[n], other[n]
+            return self._dot(self.c[: n + 1], other.c[n::-1])
 
-        found.rule = rule
-        return found
+        return self._made(rule)
 
-    def __rtruediv__(self, other: Scalar) -> PowerSeries:
-        return self._other(other) / self
+    def __truediv__(self, other: Scalar) -> Series:
+        if not isinstance(other, Series):
+            divisor = self._number(other)
+            return self._made(lambda c, n: self._ratio(self[n], divisor))
 
-    def sqrt(self) -> PowerSeries:
-        found = PowerSeries(self.bits, [isqrt(self.at(0) << self.bits)], lambda n: 0)
+        def rule(c: list[Scalar], n: int) -> Scalar:
+            _ = other[n]
+            return self._ratio(self[n] - self._dot(c, other.c[n:0:-1]), other[0])
 
-        def rule(n: int) -> int:
-            known = sum(map(mul, found.c[1:n], found.c[n - 1 : 0 : -1]))
-            return ((self.at(n) << self.bits) - known) // (2 * found.at(0))
+        return self._made(rule)
 
-        found.rule = rule
-        return found
+    def __rtruediv__(self, other: Scalar) -> Series:
+        return (self._made(lambda c, n: 0) + other) / self
 
+    def sqrt(self, root: Callable[[Scalar], Scalar] = Balls.sqrt) -> Series:
+        """The square root, by ``root`` of the first coefficient."""
 
-class Poly(Ring):
-    """All functions on [0, end] within polynomials with balls as coefficients."""
+        def rule(c: list[Scalar], n: int) -> Scalar:
+            if not n:
+                return isqrt(self[0] << self.bits) if self.bits else root(self[0])
+            return self._ratio(self[n] - self._dot(c[1:], c[:0:-1]), 2 * c[0])
 
-    def __init__(self, p: arb_poly, room: Room):
-        self.p, self.room = p, room
-
-    def __add__(self, other: Scalar) -> Poly:
-        return Poly(self.p + (other.p if isinstance(other, Poly) else other), self.room)
-
-    def __neg__(self) -> Poly:
-        return Poly(-self.p, self.room)
-
-    def __mul__(self, other: Scalar) -> Poly:
-        if isinstance(other, Poly):
-            return self.room.cut(self.p * other.p)
-        return Poly(self.p * other, self.room)
-
-    def __truediv__(self, other: Scalar) -> Poly:
-        return self * (_inverse(other) if isinstance(other, Poly) else 1 / arb(other))
-
-    def __rtruediv__(self, other: Scalar) -> Poly:
-        return _inverse(self) * other
-
-    def sqrt(self) -> Poly:
-        """Where |g/r^2 - 1| <= e < 1 the root is r within e, relatively."""
-        close = self.room.near(self, lambda series: series.sqrt())
-        inverse = _inverse(close)
-        return close * (1 + arb(0, _less_than_one(self * inverse * inverse - 1)))
+        return self._made(rule)
 
 
-def _inverse(g: Poly) -> Poly:
-    """1/g: r with |1 - g r| <= e < 1 is right within e/(1 - e), relatively."""
-    close = g.room.near(g, lambda series: 1 / series)
-    error = _less_than_one(1 - g * close)
-    return close * (1 + arb(0, error / (1 - error)))
+def solution(
+    rates: Callable[[list[Series]], Sequence[Scalar]], start: Sequence[Scalar], bits: int = 0
+) -> list[Series]:
+    """The power series of the solution through ``start`` of y' = ``rates``(y)."""
+    slopes: list[Series] = []
+
+    def entry(i: int, first: Scalar) -> Series:
+        def rule(c: list[Scalar], n: int) -> Scalar:
+            slope = slopes[i][n - 1]
+            return slope // n if bits else slope / n if n > 1 else slope
+
+        return Series(rule, [first], bits)
+
+    entries = [entry(i, first) for i, first in enumerate(start)]
+    nothing = Series(lambda c, n: 0, bits=bits)
+    slopes += [rate + nothing for rate in rates(entries)]
+    return entries
 
 
-def _less_than_one(f: Poly) -> arb:
-    error = f.p(f.room.interval).abs_upper()
-    if not error < 1:
-        raise Refused("a divisor, or what has a root, may be zero")
-    return error
+def linear(x: Scalar, slope: Scalar) -> Series:
+    """A power series with two terms."""
+    return Series(lambda c, n: 0, [x, slope])
 
 
-class Room:
+def coefficient(x: Scalar, n: int) -> Scalar:
+    """The n-th coefficient of a series, or of a constant."""
+    if isinstance(x, Series):
+        return x[n]
+    return 0 if n else x
+
+
+def polynomial(x: Scalar, n: int) -> arb_poly:
+    """The polynomial of the n-th coefficient, a Taylor model or a number."""
+    found = coefficient(x, n)
+    return found.p if isinstance(found, TaylorModel) else arb_poly([found])
+
+
+def fixed(x: arb, bits: int) -> int:
+    """A number in units of 2^-bits."""
+    return int((x.mid() * arb(2) ** bits).mid().floor().unique_fmpz())
+
+
+class Frame:
     """The interval [0, end] and the degree to which polynomials on it are computed."""
 
     def __init__(self, end: arb, degree: int):
         self.degree, self.interval = degree, arb(0).union(end)
         self.beyond = arb(0).union(end ** (degree + 1))
 
-    def near(self, g: Poly, function: Callable[[arb_series], arb_series]) -> Poly:
+    def near(self, g: TaylorModel, function: Callable[[arb_series], arb_series]) -> TaylorModel:
         """A polynomial, exact, near a function of one: nothing more is known of it."""
         middle = arb_poly([c.mid() for c in g.p.coeffs()])
         with series_length(self.degree + 1):
             found = function(arb_series(middle, self.degree + 1))
-        return Poly(arb_poly([c.mid() for c in found.coeffs()]), self)
+        return TaylorModel(arb_poly([c.mid() for c in found.coeffs()]), self)
 
-    def cut(self, p: arb_poly) -> Poly:
+    def cut(self, p: arb_poly) -> TaylorModel:
         """A polynomial of any length; what is cut off goes into the constant term."""
         if p.degree() > self.degree:
             tail = p.right_shift(self.degree + 1)(self.interval) * self.beyond
             p = p.truncate(self.degree + 1) + tail
-        return Poly(p, self)
+        return TaylorModel(p, self)
 
 
-class Dual(Ring):
-    """A value and its derivatives (None for zero), over any arithmetic."""
+class TaylorModel(Ring):
+    """All functions on the interval within a polynomial ``p`` with balls as coefficients."""
 
-    def __init__(self, value: Scalar, by: Sequence[Scalar]):
-        self.value, self.by = value, by
+    def __init__(self, p: arb_poly, frame: Frame):
+        self.p, self.frame = p, frame
 
-    def _map(self, value: Scalar, factor: Scalar) -> Dual:
-        return Dual(value, [None if d is None else d * factor for d in self.by])
+    def __add__(self, other: Scalar) -> TaylorModel:
+        more = other.p if isinstance(other, TaylorModel) else other
+        return TaylorModel(self.p + more, self.frame)
 
-    def __add__(self, other: Scalar) -> Dual:
-        if not isinstance(other, Dual):
-            return Dual(self.value + other, self.by)
-        pairs = zip(self.by, other.by, strict=True)
-        by = [b if a is None else a if b is None else a + b for a, b in pairs]
-        return Dual(self.value + other.value, by)
+    def __neg__(self) -> TaylorModel:
+        return TaylorModel(-self.p, self.frame)
 
-    def __neg__(self) -> Dual:
-        return self._map(-self.value, -1)
+    def __mul__(self, other: Scalar) -> TaylorModel:
+        if isinstance(other, TaylorModel):
+            return self.frame.cut(self.p * other.p)
+        return TaylorModel(self.p * other, self.frame)
 
-    def __mul__(self, other: Scalar) -> Dual:
-        if not isinstance(other, Dual):
-            return self._map(self.value * other, other)
-        left, right = self._map(0, other.value), other._map(0, self.value)
-        return Dual(self.value * other.value, (left + right).by)
+    def __truediv__(self, other: Scalar) -> TaylorModel:
+        return self * (other.inverse() if isinstance(other, TaylorModel) else 1 / arb(other))
 
-    def __truediv__(self, other: Scalar) -> Dual:
-        if isinstance(other, Dual):
-            inverse = 1 / other.value
-            return self * other._map(inverse, -1 * (inverse * inverse))
-        return Dual(self.value / other, [None if d is None else d / other for d in self.by])
+    def __rtruediv__(self, other: Scalar) -> TaylorModel:
+        return self.inverse() * other
 
-    def __rtruediv__(self, other: Scalar) -> Dual:
-        inverse = 1 / self.value
-        return self._map(inverse, -1 * (inverse * inverse)) * other
+    def inverse(self) -> TaylorModel:
+        """Where |1 - g r| <= e < 1 the inverse of g is r within e/(1 - e), relatively."""
+        close = self.frame.near(self, lambda series: 1 / series)
+        error = (1 - self * close).below_one()
+        return close * (1 + arb(0, error / (1 - error)))
 
-    def sqrt(self) -> Dual:
-        root = self.value.sqrt()
-        return self._map(root, 1 / (2 * root))
+    def sqrt(self) -> TaylorModel:
+        """Where |g/r^2 - 1| <= e < 1 the root of g is r within e, relatively."""
+        close = self.frame.near(self, lambda series: series.sqrt())
+        inverse = close.inverse()
+        return close * (1 + arb(0, (self * inverse * inverse - 1).below_one()))
 
-
-FORMAL = fmpq_mpoly_ctx.get(("t", "r", "pi"), "lex")
-ONE = FORMAL.constant(1)
+    def below_one(self) -> arb:
+        """A bound of the size; ``Refused`` unless it is less than one."""
+        error = self.p(self.frame.interval).abs_upper()
+        if not error < 1:
+            raise Refused("a divisor, or what has a root, may be zero")
+        return error
 
 
 class Formal(Ring):
-    """A number as a rational function of t = tan(theta/2), of a root r and of pi.
+    """An exact number (a + r b)/c: polynomials in t = tan(theta/2), r the root of ``square``.
 
-    What is zero as such a function is zero. (What is not may still be; balls decide.)
+    It is zero if a and b are. (What has another a or b may still be; balls decide.)
     """
 
-    def __init__(self, above: Scalar, below: Scalar = ONE):
-        common = above.gcd(below)
-        self.above, self.below = above / common, below / common
+    def __init__(self, a: fmpq_poly, b: fmpq_poly, c: fmpq_poly, square: fmpq = ZERO):
+        common = a.gcd(b).gcd(c) * c.leading_coefficient()  # a gcd leads with 1, and so will c
+        self.a, self.b, self.c, self.square = a / common, b / common, c / common, square
 
     @classmethod
     def of(cls, x: Scalar) -> Formal:
+        """A rational number, or the formal one itself."""
         if isinstance(x, Formal):
             return x
         exact = Fraction(x)
-        return cls(FORMAL.constant(fmpq(exact.numerator, exact.denominator)))
+        return cls(fmpq_poly([fmpq(exact.numerator, exact.denominator)]), NONE, ONE)
 
-    def __add__(self, other: Scalar) -> Scalar:
-        if isinstance(other, Dual):
-            return NotImplemented
+    def __bool__(self) -> bool:
+        return bool(self.a) or bool(self.b)
+
+    def __add__(self, other: Scalar) -> Formal:
         y = Formal.of(other)
-        return Formal(self.above * y.below + y.above * self.below, self.below * y.below)
+        a, b = self.a * y.c + y.a * self.c, self.b * y.c + y.b * self.c
+        return Formal(a, b, self.c * y.c, self.square or y.square)
 
     def __neg__(self) -> Formal:
-        return Formal(-self.above, self.below)
+        return Formal(-self.a, -self.b, self.c, self.square)
 
-    def __mul__(self, other: Scalar) -> Scalar:
-        if isinstance(other, Dual):
-            return NotImplemented
-        y = Formal.of(other)
-        return Formal(self.above * y.above, self.below * y.below)
+    def __mul__(self, other: Scalar) -> Formal:
+        y, square = Formal.of(other), self.square or Formal.of(other).square
+        a, b = self.a * y.a + self.b * y.b * square, self.a * y.b + self.b * y.a
+        return Formal(a, b, self.c * y.c, square)
 
-    def __truediv__(self, other: Scalar) -> Scalar:
-        if isinstance(other, Dual):
-            return NotImplemented
+    def __truediv__(self, other: Scalar) -> Formal:
         y = Formal.of(other)
-        if not y.above:
+        norm = y.a * y.a - y.b * y.b * y.square
+        if not norm:
             raise Refused("a division by zero at t = 0")
-        return Formal(self.above * y.below, self.below * y.above)
+        return self * Formal(y.a * y.c, -y.b * y.c, norm, y.square)
 
     def __rtruediv__(self, other: Scalar) -> Formal:
         return Formal.of(other) / self
 
 
 class FormalFunctions:
-    """Functions at one start: of its inclination, and the root of one number."""
+    """Functions at one start, which may contain the root of one number that is no square."""
 
-    def __init__(self) -> None:
-        t, self.root, self.pi = (Formal(x) for x in FORMAL.gens())
-        self.sine, self.cosine = 2 * t / (1 + t * t), (1 - t * t) / (1 + t * t)
-        self.radicand: Formal | None = None
+    square = ZERO
 
-    def sin(self, angle: Formal) -> Formal:
-        return self.sine
+    def sin(self, angle: Scalar) -> Formal:
+        return Formal(fmpq_poly([0, 2]), NONE, fmpq_poly([1, 0, 1]))
 
-    def cos(self, angle: Formal) -> Formal:
-        return self.cosine
+    def cos(self, angle: Scalar) -> Formal:
+        return Formal(fmpq_poly([1, 0, -1]), NONE, fmpq_poly([1, 0, 1]))
 
-    def acos(self, x: Formal) -> Formal:
-        return self.pi
+    def acos(self, x: Scalar) -> float:
+        """No number, and neither is what is made of it: only the angle itself should be."""
+        return nan
 
     def sqrt(self, x: Scalar) -> Scalar:
-        if isinstance(x, Dual):
-            root = self.sqrt(x.value)
-            return x._map(root, 1 / (2 * root))
-        if self.radicand is None:
-            self.radicand = Formal.of(x)
-        if (Formal.of(x) - self.radicand).above:
+        if isinstance(x, Series):
+            return x.sqrt(self.sqrt)
+        y = Formal.of(x)
+        if y.b or max(y.a.degree(), y.c.degree()) > 0:
+            raise Refused("the root of no rational number at t = 0")
+        square = y.a[0] / y.c[0]
+        if all(whole.is_square() for whole in (square.p, square.q)):
+            return Formal.of(Fraction(isqrt(square.p), isqrt(square.q)))
+        if self.square not in (ZERO, square):
             raise Refused("the roots of two numbers at t = 0")
-        return self.root
-
-
-def fixed(x: arb, bits: int) -> int:
-    """A number in units of 2^-bits."""
-    return int((x.mid() * arb(2) ** bits).mid().floor().unique_fmpz())
+        self.square = square
+        return Formal(NONE, ONE, ONE, square)
