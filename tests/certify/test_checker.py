@@ -377,7 +377,6 @@ def test_components_that_stay_zero_are_exact() -> None:
         refuses(stored, {**content, "pieces": [piece]})
 
 
-@pytest.mark.proofs
 def test_recorded_angles_are_checked() -> None:
     stored = beginning("track")
     content = content_of(stored, prove(stored.scene))

@@ -35,11 +35,15 @@ from tt_precise.runtime.values import Arithmetic, Functions, Scalar
 from tt_precise.scene.body import Units
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.graph import Constant, Graph, Operand, constants_of, in_order, numbers
-from tt_precise.taylor.series import SeriesFunctions
+from tt_precise.taylor.series import Series, SeriesFunctions
 
 
 class _Functions(SeriesFunctions, Balls):
     """Those of balls, and of power series over them or over Taylor models."""
+
+    def hypot(self, x: Scalar, y: Scalar) -> Scalar:  # type: ignore[override]
+        """Length of (x, y)."""
+        return self.sqrt(x * x + y * y) if isinstance(x, Series) else Balls.hypot(x, y)
 
 
 BALLS = Arithmetic(Balls, ball)
