@@ -3,7 +3,7 @@
 import json
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
@@ -12,12 +12,14 @@ import numpy
 import pandas
 import pytest
 
+import tt_precise as tt
 from tt_precise.runtime.values import InputError
-from tt_precise.runtime.workers import Pool
+from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError, local_pool
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import read_rows, run_sweep, specification, spot_check
 from tt_precise.sweeps import run as running
 from tt_precise.sweeps.columns import FIXED
+from tt_precise.sweeps.run import integrated
 from tt_precise.sweeps.specification import blocks
 from tt_precise.sweeps.spot_check import differences, drawn
 
@@ -123,6 +125,8 @@ def test_one_row_of_each_thousand_is_drawn() -> None:
     assert rows[-1] < 10_500
     assert rows == list(drawn(10_500, seed=1)) != list(drawn(10_500, seed=2))
     assert not list(drawn(100, seed=1, one_in=0))
+    with pytest.raises(InputError, match="recheck: got -1"):
+        run_sweep(SPEC, recheck=-1)
 
 
 def test_the_spot_check_finds_what_differs(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -197,3 +201,49 @@ def test_a_worker_loads_few_modules() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert int(done.stdout) <= 65
+
+
+def test_a_sweep_is_a_table() -> None:
+    rows = tt.sweep(
+        "reference", vary={"phi_dot": "-20:20:5"}, record=("climb_A",), until="0.05", recheck=0
+    )
+    assert isinstance(rows, pandas.DataFrame)
+    assert list(rows["phi_dot"]) == [-20, -10, 0, 10, 20]
+    assert rows["climb_A"].isna().all()
+    summary = rows.attrs["summary"]
+    assert summary["rows"] == 5
+    assert summary["outcomes"]["undecided"] == 5
+
+
+# ---- tables of starts that are no grid ------------------------------------------------------
+
+TWO = specification("reference", until="0.001", vary={"phi_dot": "-20:20:2"})
+TABLES = [("one", numpy.arange(2), numpy.array([[-20.0], [20.0]]))]
+
+
+@pytest.mark.parametrize(
+    ("error", "kind"),
+    [
+        (InputError("theta: got 4"), InputError),
+        (WorkerDiedError("by signal 9"), InputError),
+        (MemoryError(), InputError),
+        (OSError(28, "No space left on device"), InputError),
+        (ValueError("a bug"), RuntimeError),
+    ],
+)
+def test_a_failure_is_bad_input_or_a_bug(
+    monkeypatch: pytest.MonkeyPatch, error: Exception, kind: type[Exception]
+) -> None:
+    def perform(pool: Pool, work: Any, calls: Iterator[Call]) -> Iterator[tuple[Call, Failure]]:
+        yield next(calls), Failure(error)
+
+    monkeypatch.setattr(Pool, "perform", perform)
+    with local_pool(1) as pool, pytest.raises(kind, match=f"^sweep of one: {type(error).__name__}"):
+        integrated(pool, TWO.plan, TABLES)
+
+
+def test_rows_come_in_order() -> None:
+    with local_pool(1) as pool:
+        rows = integrated(pool, TWO.plan, TABLES)
+    assert rows["phi_dot"].to_list() == [-20.0, 20.0]
+    assert (rows["series"] == "one").all()

@@ -3,14 +3,16 @@
 import math
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy
 import pytest
 
+import tt_precise as tt
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import read_specification, specification
-from tt_precise.sweeps.specification import blocks, box_ends, grid_values
+from tt_precise.sweeps.specification import MOST_VALUES, blocks, box_ends, grid_values
 
 TOML = """
 scene = "reference"
@@ -204,3 +206,47 @@ def test_a_sweep_of_a_start_by_psi_dot_keeps_it(tmp_path: Path) -> None:
 def test_moments_in_si_are_refused_in_a_sweep_too() -> None:
     with pytest.raises(InputError, match=r"body\.I1: got .* in units of m R\^2"):
         specification("reference", vary={"I1": "2.9e-6,3e-6", "I3": "3.1e-6,3.2e-6"})
+
+
+# ---- numbers instead of text -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [-20, -10, 0.0, 10],
+        numpy.linspace(-20, 10, 4),
+        ("-20", "-10", "0", "1e1"),
+        range(-20, 11, 10),
+    ],
+)
+def test_numbers_and_text_are_the_same_sweep(values: Any) -> None:
+    texts = specification("reference", vary={"phi_dot": "-20,-10,0,10"})
+    given = specification("reference", vary={"phi_dot": values})
+    assert given.fingerprint == texts.fingerprint
+
+
+def test_a_float_stands_for_the_decimal_that_one_writes() -> None:
+    assert grid_values("phi_dot", [0.1, numpy.float64(0.2)]) == grid_values("phi_dot", "0.1,0.2")
+
+
+def test_a_box_of_numbers() -> None:
+    given = specification("reference", box={"phi_dot": (-1, 0.5)}, samples=3)
+    assert given.fingerprint == (
+        specification("reference", box={"phi_dot": "-1:0.5"}, samples=3).fingerprint
+    )
+
+
+@pytest.mark.parametrize(
+    "values", [[float("nan")], [float("inf")], [1j], [None], [], ["x"], numpy.array([[1.0]])]
+)
+def test_refuses_what_is_no_number(values: Any) -> None:
+    with pytest.raises(tt.InputError, match="phi_dot"):
+        tt.sweep("reference", vary={"phi_dot": values})
+    with pytest.raises(tt.InputError, match="phi_dot"):
+        tt.sweep("reference", box={"phi_dot": (*values, *values)}, samples=3)
+
+
+def test_refuses_more_values_than_fit() -> None:
+    with pytest.raises(tt.InputError, match=f"expected at most {MOST_VALUES}"):
+        specification("reference", vary={"omega_3": "150:155:99999999999999"})

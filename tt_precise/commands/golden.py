@@ -127,11 +127,7 @@ def list_command(folder: Path | None, as_json: bool) -> int:
     is_flag=True,
     help="Check certificates instead, with the second, independent program.",
 )
-@click.option(
-    "--workers",
-    type=click.IntRange(min=1),
-    help="Processes, one scene each; by default one for each core.",
-)
+@WORKERS
 @options.JSON
 def certify_command(
     scenes: tuple[str, ...],

@@ -26,13 +26,7 @@ STYLES = dict(
         strict=True,
     )
 )
-_UNITS = {
-    **dict.fromkeys(("theta",), "rad"),
-    **dict.fromkeys(("theta_dot", "phi_dot", "omega_3"), "rad/s"),
-    **dict.fromkeys(("nu_x", "nu_y"), "m/s"),
-    **dict.fromkeys(("I1", "I3"), "m R²"),
-    "m": "kg", "R": "m", "g": "m/s²", "mu": "s/m",
-}  # fmt: skip
+UNITS = {"m": "kg", "R": "m", "I1": "m R²", "I3": "m R²", "g": "m/s²", "mu": "s/m"}
 
 
 @styled()
@@ -135,10 +129,9 @@ def label_of(name: str) -> str:
     part = part_named(name)
     if name.startswith(("t_", "climb_")):
         unit = "s"
-    elif part is not None:
-        unit = QUANTITIES[part.quantity].unit
     else:
-        unit = _UNITS.get(name, "")
+        quantity = QUANTITIES.get(part.quantity if part else name)
+        unit = quantity.unit if quantity else UNITS.get(name, "")
     return f"{name} ({unit})" if unit not in ("", "1") else name
 
 
