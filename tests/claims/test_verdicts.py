@@ -5,10 +5,10 @@ from typing import Any
 
 import mpmath
 import pytest
+from tt_precise.runtime.check import Check
 
 from tt_precise.claims.verdicts import (
     MOST_DIGITS,
-    Check,
     Settled,
     about,
     agrees,
@@ -25,6 +25,7 @@ from tt_precise.claims.verdicts import (
     rounds_to,
     statement,
     untestable,
+    verdict_of,
     within,
 )
 
@@ -71,7 +72,7 @@ ONES = Fraction("1." + "1" * 50)
     ],
 )
 def test_a_check(check: Check, verdict: str) -> None:
-    assert check.verdict == verdict
+    assert verdict_of(check) == verdict
     assert all_of(check, "A note.").verdict == verdict
 
 

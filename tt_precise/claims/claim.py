@@ -26,7 +26,7 @@ from types import MappingProxyType
 from tt_precise.claims import paper as papers
 from tt_precise.claims.committed import JudgedCheck, JudgedClaim
 from tt_precise.claims.paper import KINDS, Paper, named
-from tt_precise.claims.verdicts import Finding, Verdict
+from tt_precise.claims.verdicts import Finding, Verdict, verdict_of
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
@@ -135,8 +135,8 @@ class Judgement:
             checks=tuple(
                 JudgedCheck(
                     name=check.name,
-                    verdict=check.verdict.value,
-                    printed=check.printed,
+                    verdict=verdict_of(check).value,
+                    printed=check.expected,
                     measured=check.measured,
                 )
                 for check in finding.checks

@@ -13,14 +13,15 @@ A claim whose words leave nothing to compute has the check ``untestable``.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from decimal import ROUND_DOWN, Context, Decimal
 from enum import StrEnum
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
 
+from tt_precise.runtime.check import Check
 from tt_precise.runtime.values import Scalar
 
 # ---- measured numbers ---------------------------------------------------------------------------
@@ -84,28 +85,18 @@ def decimal(number: Measured, digits: int) -> str:
     if not value:
         return "0"
     digits = max(1, digits)
-    power = decade(abs(value))
-    unit = Fraction(10) ** (power - digits + 1)
-    whole = round(abs(value) / unit)
-    if whole >= 10**digits:
-        power, whole = power + 1, whole // 10
-    text = str(whole)
-    sign = "-" if value < 0 else ""
-    if -4 <= power < digits and power < 16:
-        if power < 0:
-            return f"{sign}0.{'0' * (-power - 1)}{text}"
-        return f"{sign}{text[: power + 1]}.{text[power + 1 :]}".rstrip(".")
-    return f"{sign}{text[0]}.{text[1:]}".rstrip(".") + f"e{power}"
+    rounded = Context(prec=digits).divide(Decimal(value.numerator), Decimal(value.denominator))
+    power = rounded.adjusted()
+    if -4 <= power < min(digits, 16):
+        return f"{rounded:.{digits - 1 - power}f}"
+    mantissa, _, exponent = f"{rounded:.{digits - 1}e}".partition("e")
+    return f"{mantissa}e{int(exponent)}"
 
 
 def decade(value: Fraction) -> int:
     """The largest power of ten, as its exponent, that is at most ``value``."""
-    power = math.floor((math.log2(value.numerator) - math.log2(value.denominator)) * 0.30103)
-    while Fraction(10) ** power > value:
-        power -= 1
-    while Fraction(10) ** (power + 1) <= value:
-        power += 1
-    return power
+    cut = Context(prec=2, rounding=ROUND_DOWN)
+    return cut.divide(Decimal(value.numerator), Decimal(value.denominator)).adjusted()
 
 
 # ---- verdicts -----------------------------------------------------------------------------------
@@ -137,28 +128,13 @@ _MEANINGS = {
 }
 
 
-@dataclass(frozen=True)
-class Check:
-    """One comparison of what is printed with what was measured.
-
-    ``name`` is the part or the reading of the claim, empty where there is only one.
-    """
-
-    holds: bool
-    printed: str
-    measured: str
-    exactly_rounded: bool = False
-    testable: bool = True
-    name: str = ""
-
-    @property
-    def verdict(self) -> Verdict:
-        """What a claim of this one check comes to."""
-        if not self.testable:
-            return Verdict.UNTESTABLE
-        if not self.holds:
-            return Verdict.REFUTED
-        return Verdict.ROUNDED if self.exactly_rounded else Verdict.REPRODUCED
+def verdict_of(check: Check) -> Verdict:
+    """What a claim of this one check comes to."""
+    if check.verdict == "skipped":
+        return Verdict.UNTESTABLE
+    if not check.holds:
+        return Verdict.REFUTED
+    return Verdict.ROUNDED if check.sense == "rounds to" else Verdict.REPRODUCED
 
 
 class Proof(NamedTuple):
@@ -206,15 +182,13 @@ class Finding:
     @property
     def verdict(self) -> Verdict:
         """See ``Verdict``."""
-        failing = [one for one in self.checks if not one.holds]
+        holding = [check.holds for check in self.checks]
+        verdicts = list(map(verdict_of, self.checks))
         if self.form is Form.MISPRINT:
-            if failing and failing[0] is self.checks[0] and len(failing) == 1:
-                return Verdict.MISPRINT
-            return self.checks[0].verdict
-        if not failing:
-            verdicts = {one.verdict for one in self.checks}
-            return verdicts.pop() if len(verdicts) == 1 else Verdict.REPRODUCED
-        some = self.form is Form.READINGS and len(failing) < len(self.checks)
+            return Verdict.MISPRINT if holding == [False, True] else verdicts[0]
+        if all(holding):
+            return verdicts[0] if len(set(verdicts)) == 1 else Verdict.REPRODUCED
+        some = self.form is Form.READINGS and any(holding)
         return Verdict.READING if some else Verdict.REFUTED
 
     @property
@@ -226,14 +200,14 @@ class Finding:
     def printed(self) -> str:
         """What the paper says, with unit."""
         checks = self.checks if self.form is Form.ALL_OF else self.checks[:1]
-        return _joined(checks, "printed")
+        return _joined({check.name: check.expected for check in checks})
 
     @property
     def measured(self) -> str:
         """What was computed, with unit and the digits that it has."""
         first = self.checks[0]
         if self.form is not Form.MISPRINT:
-            return _joined(self.checks, "measured")
+            return _joined({check.name: check.measured for check in self.checks})
         if first.holds:
             return first.measured
         other = "corrected" if self.correction else f"as {self.proposed}"
@@ -242,8 +216,8 @@ class Finding:
     @property
     def note(self) -> str:
         """The remark, with what the checks say of parts, readings and correction in words."""
-        holding = [one.name for one in self.checks if one.holds]
-        failing = [one.name for one in self.checks if not one.holds]
+        holding = [check.name for check in self.checks if check.holds]
+        failing = [check.name for check in self.checks if not check.holds]
         if self.correction:
             return f"Should read {self.correction}. {self.remark}"
         if self.verdict is Verdict.READING:
@@ -261,7 +235,7 @@ def rounds_to(printed: str, measured: Measured, unit: str = "") -> Check:
     """Whether ``measured``, rounded to the digits of ``printed``, is ``printed``."""
     value, last = _printed(printed)
     distance = abs(fraction_of(measured) - value)
-    return Check(2 * distance <= last, _united(printed, unit), _text(measured, unit), True)
+    return _numbers(2 * distance <= last, printed, measured, unit, rounded=True)
 
 
 def about(printed: str, measured: Measured, unit: str = "") -> Check:
@@ -273,29 +247,27 @@ def about(printed: str, measured: Measured, unit: str = "") -> Check:
     value, last = _printed(printed)
     significant = _printed(printed, zeros=False)[1]
     distance = abs(fraction_of(measured) - value)
-    shown, text = _united(f"about {printed}", unit), _text(measured, unit)
-    return Check(distance <= significant, shown, text, 2 * distance <= last)
+    rounded = 2 * distance <= last
+    return _numbers(distance <= significant, f"about {printed}", measured, unit, rounded=rounded)
 
 
 def within(printed: str, measured: Measured, tolerance: str, unit: str = "") -> Check:
     """Whether ``measured`` is within an absolute ``tolerance`` that the paper itself states."""
     distance = abs(fraction_of(measured) - _printed(printed)[0])
-    shown = f"{_united(printed, unit)} within {tolerance}"
-    return Check(distance <= _printed(tolerance)[0], shown, _text(measured, unit))
+    holds, shown = distance <= _printed(tolerance)[0], f"{printed} {unit}".strip()
+    return statement(holds, f"{shown} within {tolerance}", _text(measured, unit))
 
 
 def at_most_order(printed: str, measured: Measured, unit: str = "") -> Check:
     """Whether an error "of order ``printed``" is so: less than half a decade above it."""
-    size = abs(fraction_of(measured))
-    holds = size * size <= 10 * _printed(printed)[0] ** 2
-    return Check(holds, _united(f"order {printed}", unit), _text(measured, unit))
+    holds = fraction_of(measured) ** 2 <= 10 * _printed(printed)[0] ** 2
+    return _numbers(holds, f"order {printed}", measured, unit)
 
 
 def in_range(low: str, high: str, measured: Measured, unit: str = "") -> Check:
     """Whether ``measured`` lies between two printed numbers, ends included."""
-    value = fraction_of(measured)
-    holds = _printed(low)[0] <= value <= _printed(high)[0]
-    return Check(holds, _united(f"{low} to {high}", unit), _text(measured, unit))
+    holds = _printed(low)[0] <= fraction_of(measured) <= _printed(high)[0]
+    return _numbers(holds, f"{low} to {high}", measured, unit)
 
 
 def approximate(printed: str, error: Measured, scale: Measured, what: str = "off by") -> Check:
@@ -304,25 +276,31 @@ def approximate(printed: str, error: Measured, scale: Measured, what: str = "off
     A tenth is what still leaves the leading digit; ``what`` introduces the ratio.
     """
     ratio = abs(fraction_of(error) / fraction_of(scale))
-    return Check(10 * ratio <= 1, printed, f"{what} {decimal(ratio, 3)}")
+    return statement(10 * ratio <= 1, printed, f"{what} {decimal(ratio, 3)}")
 
 
 def agrees(printed: str, value: Measured, independent: Measured, digits: int) -> Check:
     """Whether a printed formula's value has ``digits`` digits of an independent determination."""
-    agreed_value = Settled.of(value, independent, most=digits)
-    agreed = decimal(independent, min(agreed_value.digits, MOST_DIGITS))
-    measured = f"{agreed} ({agreed_value.digits} digits agree)"
-    return Check(agreed_value.digits >= digits, printed, measured)
+    agreed = Settled.of(value, independent, most=digits).digits
+    shown = decimal(independent, min(agreed, MOST_DIGITS))
+    return statement(agreed >= digits, printed, f"{shown} ({agreed} digits agree)")
 
 
 def statement(holds: bool, printed: str, measured: str) -> Check:
     """A statement that a computation found true or false; both sides in words and numbers."""
-    return Check(bool(holds), printed, measured)
+    return Check("", "pass" if holds else "fail", expected=printed, measured=measured)
 
 
 def untestable(printed: str) -> Check:
     """Words that no computation can test."""
-    return Check(True, printed, "-", testable=False)
+    return Check("", "skipped", expected=printed, measured="-")
+
+
+def _numbers(
+    holds: bool, printed: str, measured: Measured, unit: str, *, rounded: bool = False
+) -> Check:
+    check = statement(holds, f"{printed} {unit}".strip(), _text(measured, unit))
+    return replace(check, sense="rounds to") if rounded else check
 
 
 # ---- findings: what the checks come to ---------------------------------------------------------
@@ -368,8 +346,8 @@ def _finding(
     return Finding(form, named, remark + proof.sentence, proof.settled, correction)
 
 
-def _joined(checks: tuple[Check, ...], side: str) -> str:
-    given = {one.name: text for one in checks if (text := getattr(one, side))}
+def _joined(texts: Mapping[str, str]) -> str:
+    given = {name: text for name, text in texts.items() if text}
     if len(set(given.values())) <= 1:
         return next(iter(given.values()), "")
     return "; ".join(f"{name}: {text}" for name, text in given.items())
@@ -392,9 +370,5 @@ def _printed(text: str, *, zeros: bool = True) -> tuple[Fraction, Fraction]:
     return Fraction(text), last
 
 
-def _united(text: str, unit: str) -> str:
-    return f"{text} {unit}".strip()
-
-
 def _text(measured: Measured, unit: str) -> str:
-    return _united(measured_text(measured), unit)
+    return f"{measured_text(measured)} {unit}".strip()

@@ -52,16 +52,17 @@ class Arithmetic:
 
 
 Verdict = Literal["pass", "fail", "info", "skipped"]
-Sense = Literal["at most", "above", "at least"]
+Sense = Literal["at most", "above", "at least", "rounds to"]
 
 
 @dataclass(frozen=True)
 class Check:
-    """One check as it came out: of a trajectory, an engine, a case.
+    """One check as it came out: of a trajectory, an engine, an extreme case, a claim.
 
     ``value`` is the worst of all rows, ``at`` its time in s, ``note`` why it was skipped or
     what else must be known. ``curve`` holds times and values for a plot, ``parts`` what the value
     is made of (correct digits of every column), and ``history`` says how it came about over time.
+    ``expected`` and ``measured`` are both sides in words, with units and as many digits as hold.
     """
 
     name: str
@@ -74,7 +75,14 @@ class Check:
     sense: Sense = "at most"
     parts: dict[str, float] = field(default_factory=dict)
     history: str = ""
+    expected: str = ""
+    measured: str = ""
     curve: tuple[Array, Array] | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def holds(self) -> bool:
+        """Whether it did not fail."""
+        return self.verdict != "fail"
 
     def as_dict(self) -> dict[str, Json]:
         """For JSON."""

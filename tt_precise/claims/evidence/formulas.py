@@ -12,13 +12,14 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache
 
-from tt_precise.claims.verdicts import Check, decimal, statement
+from tt_precise.claims.verdicts import decimal, statement
 from tt_precise.exact.chart import EulerChart
 from tt_precise.exact.identities import prove
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, d
+from tt_precise.runtime.check import Check
 from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import NAMES, Parameters
 

@@ -13,11 +13,12 @@ from fractions import Fraction
 from functools import cache
 
 from tt_precise.claims.evidence.run import SceneLike
-from tt_precise.claims.verdicts import MOST_DIGITS, Check, Measured, Proof, decade
+from tt_precise.claims.verdicts import MOST_DIGITS, Measured, Proof, decade, verdict_of
 from tt_precise.golden import proofs
 from tt_precise.golden.proofs import Established, Interval
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.runtime.check import Check
 from tt_precise.runtime.values import InputError, Json
 from tt_precise.scene.scene import load_scene
 
@@ -140,7 +141,9 @@ def proofs_of(scene: SceneLike) -> Proved:
 
 def settles(computed: Check, check: Callable[[Fraction], Check], interval: Interval | None) -> bool:
     """Whether ``check`` gives the verdict ``computed`` at both ends of a proved interval."""
-    return interval is not None and all(check(end).verdict == computed.verdict for end in interval)
+    return interval is not None and all(
+        verdict_of(check(end)) == verdict_of(computed) for end in interval
+    )
 
 
 def enclosed(

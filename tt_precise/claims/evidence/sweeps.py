@@ -17,8 +17,8 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
-from tt_precise.claims.verdicts import Check
 from tt_precise.runtime.cache import cached_table
+from tt_precise.runtime.check import Check
 from tt_precise.runtime.values import Array, Json
 from tt_precise.scene.body import NAMES
 from tt_precise.scene.scene import Scene, load_scene

@@ -15,12 +15,13 @@ from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.motions import minima, minimum, swing
 from tt_precise.claims.evidence.run import REFERENCE, Run, rising, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import Check, Finding
+from tt_precise.claims.verdicts import Finding
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, d, effective_potential
 from tt_precise.mechanics.vectors import Vector, cross, dot, scaled
+from tt_precise.runtime.check import Check
 from tt_precise.runtime.values import Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import load_scene

@@ -13,7 +13,7 @@ from tt_precise.claims.evidence.motions import cases, growth, paper_odeint, past
 from tt_precise.claims.evidence.proved import count, proofs_of
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, exact, rough, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import Check, Finding
+from tt_precise.claims.verdicts import Finding
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.stability import INVERTED, UPRIGHT
 from tt_precise.integration import Trajectory, integrate
@@ -21,6 +21,7 @@ from tt_precise.mechanics import euler, newton, thresholds
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.runtime.check import Check
 from tt_precise.scene.scene import Scene
 
 claim = claims_of(RAUCH_RUTSTAM, "1")

@@ -32,11 +32,12 @@ from tt_precise.claims.evidence.run import (
     variant,
 )
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import Check, Finding
+from tt_precise.claims.verdicts import Finding
 from tt_precise.golden.proofs import Interval
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.inversion import NEEDED
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.runtime.check import Check
 from tt_precise.runtime.values import Array, Scalar
 from tt_precise.scene.scene import Scene
 

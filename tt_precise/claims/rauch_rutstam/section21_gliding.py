@@ -10,7 +10,8 @@ from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.section1_potential import CONDITION, CORRECT_CONDITION
-from tt_precise.claims.verdicts import Check, Finding
+from tt_precise.claims.verdicts import Finding
+from tt_precise.runtime.check import Check
 from tt_precise.scene.scene import load_scene
 
 claim = claims_of(RAUCH_RUTSTAM, "2.1")

@@ -21,11 +21,12 @@ from tt_precise.claims.evidence.run import (
     variant,
 )
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import Check, Finding
+from tt_precise.claims.verdicts import Finding
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import Vector, cross, dot
+from tt_precise.runtime.check import Check
 from tt_precise.runtime.values import Array, Scalar
 
 claim = claims_of(RAUCH_RUTSTAM, "2.1")

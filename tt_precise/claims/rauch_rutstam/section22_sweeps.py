@@ -27,10 +27,11 @@ from tt_precise.claims.evidence.sweeps import (
 )
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.section22_starts import last_turn
-from tt_precise.claims.verdicts import Check, Finding
+from tt_precise.claims.verdicts import Finding
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.quantities import E, Motion, jellett
+from tt_precise.runtime.check import Check
 from tt_precise.runtime.values import Scalar
 from tt_precise.scene.body import Parameters
 

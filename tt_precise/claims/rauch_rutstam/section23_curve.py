@@ -11,12 +11,13 @@ from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import Check, Finding
+from tt_precise.claims.verdicts import Finding
 from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.mechanics import newton
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import Vector, cross, dot
+from tt_precise.runtime.check import Check
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.body import Parameters
 

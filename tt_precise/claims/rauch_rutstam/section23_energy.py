@@ -12,10 +12,11 @@ from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.proved import digits, enclosed, proofs_of, settles
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span, exact, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import Check, Finding
+from tt_precise.claims.verdicts import Finding
 from tt_precise.golden.proofs import Interval
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics.vectors import cross, dot
+from tt_precise.runtime.check import Check
 from tt_precise.runtime.values import Scalar
 
 claim = claims_of(RAUCH_RUTSTAM, "2.3")

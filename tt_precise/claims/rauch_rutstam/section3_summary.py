@@ -34,9 +34,10 @@ from tt_precise.claims.rauch_rutstam.section22_sweeps import (
     reference_body,
     reference_lambda,
 )
-from tt_precise.claims.verdicts import Check, Finding
+from tt_precise.claims.verdicts import Finding
 from tt_precise.mechanics import euler, thresholds
 from tt_precise.mechanics.vectors import cross, dot
+from tt_precise.runtime.check import Check
 
 if TYPE_CHECKING:
     import pandas
