@@ -128,7 +128,7 @@ from tt_precise.claims.verdicts import all_of, rounds_to
 
 claim = claims_of(RAUCH_RUTSTAM, "2.3")
 
-@claim("NUM-98", quote="1.86", where="Sec. 2.3", control={"printed": "1.8"})
+@claim("NUM-98", quote="1.86", where="Sec. 2.3", counterexample={"printed": "1.8"})
 def ratio(printed="1.86"):
     """13/7."""
     return all_of(rounds_to(printed, 13 / 7), "As computed.")

@@ -33,7 +33,7 @@ from tt_precise.claims.verdicts import all_of, rounds_to
 claim = claims_of(PAPERS[-1], "4")
 
 
-@claim("NUM-01", quote="1.8571", control={"printed": "1.8"})
+@claim("NUM-01", quote="1.8571", counterexample={"printed": "1.8"})
 def ratio(printed="1.8571"):
     """13/7."""
     return all_of(rounds_to(printed, 13 / 7), "As computed.")
@@ -44,7 +44,7 @@ def entry(**changes: Any) -> Claim:
     given: dict[str, Any] = {
         "id": "NUM-20", "paper": RAUCH_RUTSTAM, "section": "2.3", "statement": "E_pot.",
         "quote": "0.005106", "where": "Sec. 2.3", "definition": "",
-        "function": lambda: all_of(untestable("so"), "Why."), "control": {"a": 1},
+        "function": lambda: all_of(untestable("so"), "Why."), "counterexample": {"a": 1},
     }  # fmt: skip
     return Claim(**given | changes)
 
@@ -65,7 +65,7 @@ def test_ids_have_one_form_and_nothing_is_left_out(change: dict[str, str], messa
 def test_nothing_is_registered_twice() -> None:
     again = claims()["NUM-20"].function
     with pytest.raises(ValueError, match="got it twice"):
-        claims_of(RAUCH_RUTSTAM, "2.3")("NUM-20", quote="0.005106", control=None)(again)
+        claims_of(RAUCH_RUTSTAM, "2.3")("NUM-20", quote="0.005106", counterexample=None)(again)
 
 
 @pytest.mark.parametrize("unknown", ["NUM-99", "", "x" * 1000, "EQ"])

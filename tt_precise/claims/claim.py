@@ -2,14 +2,14 @@
 
     claim = claims_of(RAUCH_RUTSTAM, section="2.3")
 
-    @claim("NUM-20", quote="0.005106", control={"printed": "0.005107"})
+    @claim("NUM-20", quote="0.005106", counterexample={"printed": "0.005107"})
     def potential_energy_at_8_s(printed="0.005106", run=REFERENCE):
         '''E_pot at 8 s.'''
         return all_of(rounds_to(printed, run.at("E_pot", "8"), "J"), "m g R (1 - alpha cos theta).")
 
 The docstring states the claim in our own words. The keyword arguments are what it is about (the
-printed value or formula, the run), and default to what the paper says. ``control`` replaces some
-of them by something false: the tests see the verdict change.
+printed value or formula, the run), and default to what the paper says. ``counterexample`` replaces
+some of them by something false: the tests see the verdict change.
 """
 
 from __future__ import annotations
@@ -51,11 +51,11 @@ class Claim:
         The definitions used where the paper leaves them open.
     function
         Judges it: keyword arguments (defaults: what the paper says) to a ``Finding``.
-    control
+    counterexample
         Keyword arguments that make the claim false; None for wording that nothing can test.
     slow
-        Whether judging it and its control takes a second or more; ``make slow`` tests such
-        controls.
+        Whether judging it and its counterexample takes a second or more; ``make slow`` tests such
+        counterexamples.
     """
 
     id: str
@@ -66,7 +66,7 @@ class Claim:
     where: str
     definition: str
     function: Function = field(repr=False)
-    control: Mapping[str, object] | None = field(repr=False)
+    counterexample: Mapping[str, object] | None = field(repr=False)
     slow: bool = False
 
     def __post_init__(self) -> None:
@@ -158,7 +158,7 @@ def claims_of(paper: Paper, section: str) -> Callable[..., Callable[[Function], 
         id: str,
         *,
         quote: str,
-        control: Mapping[str, object] | None,
+        counterexample: Mapping[str, object] | None,
         where: str = f"Sec. {section}",
         definition: str = "",
         statement: str = "",
@@ -169,7 +169,7 @@ def claims_of(paper: Paper, section: str) -> Callable[..., Callable[[Function], 
             if name in _registered:
                 raise ValueError(f"claim {name}: got it twice, expected each id once")
             _registered[name] = Claim(
-                name, paper, section, told, quote, where, definition, function, control, slow
+                name, paper, section, told, quote, where, definition, function, counterexample, slow
             )
             return function
 
@@ -206,8 +206,8 @@ def claim_named(id: str) -> Claim:
 def judge(id: str, **changes: object) -> Judgement:
     """Judge one claim.
 
-    ``changes`` replace arguments of the claim (a printed value, a formula, a scene). A control
-    passes a false argument and must get another verdict.
+    ``changes`` replace arguments of the claim (a printed value, a formula, a scene). A
+    counterexample passes a false argument and must get another verdict.
 
     Raises
     ------

@@ -67,9 +67,7 @@ def times_by_inclination() -> Figure:
 
 def _rows(names: tuple[str, ...], x: str) -> tuple[pandas.DataFrame, list[tuple[float, float]]]:
     """All starts by ``x``, and the spans of it in which contact is lost."""
-    import pandas
-
-    rows = pandas.concat([sweeps.series(name, contact="through") for name in names])
+    rows = sweeps.starts(names, "through")
     rows = rows.sort_values(x).drop_duplicates(x).reset_index(drop=True)
     spans: list[tuple[float, float]] = []
     values, lost = rows[x].to_numpy(), (rows["contact"] == "bilateral").to_numpy()

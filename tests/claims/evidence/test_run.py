@@ -54,7 +54,7 @@ def test_extrema_are_not_missed_between_samples() -> None:
 
 def test_double_does_not_confirm_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where nothing else takes milliseconds: the least value has the digits of double, not 20."""
-    monkeypatch.setattr("tt_precise.claims.evidence.run.rough", lambda: "double")
+    monkeypatch.setattr("tt_precise.claims.evidence.run.confirming_precision", lambda: "double")
     assert 8 < SHORT.least("g_n").digits < 18
 
 
@@ -83,8 +83,8 @@ def test_average_rate_is_the_difference_over_the_time() -> None:
 
 def test_share_below_zero_is_that_of_a_fine_grid() -> None:
     times = numpy.linspace(0, 8, 40_001)
-    rough = (REFERENCE.columns(["tau_y"], list(times))["tau_y"] < 0).mean()
-    assert REFERENCE.share_below_zero("tau_y") == pytest.approx(rough, abs=2e-4)
+    grid = (REFERENCE.columns(["tau_y"], list(times))["tau_y"] < 0).mean()
+    assert REFERENCE.share_below_zero("tau_y") == pytest.approx(grid, abs=2e-4)
 
 
 def test_closed_in_extreme_is_that_of_the_event() -> None:

@@ -24,20 +24,20 @@ def test_a_file_of_another_definition_is_not_read() -> None:
 
 
 def test_the_series_of_the_section_are_there() -> None:
-    phi_dot = sweeps.series("phi_dot", contact="unilateral")
+    phi_dot = sweeps.starts("phi_dot", "unilateral")
     assert numpy.allclose(phi_dot["phi_dot"], numpy.linspace(-200, 200, 801))
-    assert len(sweeps.series("box", contact="through")) >= 1500
-    assert len(sweeps.series("tenth", contact="through")) >= 400
+    assert len(sweeps.starts("box", "through")) >= 1500
+    assert len(sweeps.starts("tenth", "through")) >= 400
     assert sweeps.rows()["min_g_n"].notna().all()
     with pytest.raises(ValueError, match="series"):
-        sweeps.series("nothing")
+        sweeps.starts("nothing", "held")
 
 
 def test_every_start_is_there_with_and_without_contact() -> None:
     for one in sweeps.SERIES:
-        alone = sweeps.series(one.name, contact="unilateral")
-        through = sweeps.series(one.name, contact="through")
-        held = sweeps.series(one.name)
+        alone = sweeps.starts(one.name, "unilateral")
+        through = sweeps.starts(one.name, "through")
+        held = sweeps.starts(one.name, "held")
         assert list(through["index"]) == list(alone["index"]) == list(range(len(alone)))
         lost = alone["outcome"] == "contact_lost"
         assert len(held) == (~lost).sum()
@@ -47,9 +47,9 @@ def test_every_start_is_there_with_and_without_contact() -> None:
 
 
 def test_lambda_is_constant_where_it_is_said_to_be() -> None:
-    rows = sweeps.series("theta at lambda", contact="unilateral")
+    rows = sweeps.starts("theta at lambda", "unilateral")
     assert numpy.ptp(rows["lambda_ratio"]) < 1e-11
-    assert numpy.ptp(sweeps.series("theta", contact="unilateral")["lambda_ratio"]) > 0.1
+    assert numpy.ptp(sweeps.starts("theta", "unilateral")["lambda_ratio"]) > 0.1
 
 
 @pytest.mark.slow

@@ -23,7 +23,6 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion, effective_mass, 
 from tt_precise.mechanics.thresholds import lambda_thres, lambda_up, tumbling_lambda_squared
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.body import Parameters
-from tt_precise.scene.scene import load_scene
 
 REACH = 40  # in u: 1 - |z| down to 1e-34, so the context needs some 60 digits
 COARSE = 4  # eighths
@@ -32,18 +31,11 @@ SEED = 1871
 DIGITS = 50  # of the linearisation: central differences with a step of 1e-25 leave half of them
 SLICES = 400  # of cos theta between the poles, for the tumbling motions
 TOLERANCE = 1e-12
+OUTPUT_S = "0.01"  # of odeint
 HORIZON = 1000.0  # in units of sqrt(R/g), some 45 s for the toy
 
 
 # ---- the effective potential -------------------------------------------------------------------
-
-
-class Swing(NamedTuple):
-    """Motion between two walls: theta at both (rad), and the time from one to the other (s)."""
-
-    lowest: float
-    highest: float
-    time: float
 
 
 def minimum(body: Parameters, D: Scalar, lambda_: Scalar, fn: Functions) -> Scalar:
@@ -78,8 +70,8 @@ def minima(body: Parameters, D: float, lambda_: float) -> list[float]:
     return [float(angle) for angle in numpy.arccos(numpy.tanh(u[inside]))]
 
 
-def swing(body: Parameters, D: float, E_tilde: float, lambda_: float) -> Swing | None:
-    """The motion that (D, E~) would make if they stayed as they are; None at rest in the minimum.
+def swing_time(body: Parameters, D: float, E_tilde: float, lambda_: float) -> float | None:
+    """Seconds from wall to wall if (D, E~) stayed as they are; None at rest in the minimum.
 
     The time is the integral of sqrt(g/(E~ - V)) over theta, smooth in the angle that turns the
     walls' inverse square roots into constants.
@@ -100,7 +92,7 @@ def swing(body: Parameters, D: float, E_tilde: float, lambda_: float) -> Swing |
     z = numpy.cos(sum(walls) / 2 + half * numpy.sin(angle))
     depth = E_tilde - effective_potential(body, z, D, lambda_, numpy)
     slowness = numpy.sqrt(effective_mass(body, z) / depth) * half * numpy.cos(angle)
-    return Swing(walls[0], walls[1], float(slowness.sum() * math.pi / NODES))
+    return float(slowness.sum() * math.pi / NODES)
 
 
 # ---- steady motions ----------------------------------------------------------------------------
@@ -183,8 +175,7 @@ def tumbles(case: Case) -> bool:
 # ---- the past of a solution --------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Past:
+class Past(NamedTuple):
     """Where the past of a solution ends: with contact lost, or at the horizon.
 
     ``t`` in s, theta in rad, the energy there in units of the start's.
@@ -234,27 +225,16 @@ def past(scene: SceneLike = "reference", tolerance: float = TOLERANCE) -> Past:
 # ---- the paper's own computation ---------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class OdeintRun:
-    """What odeint gave: times (s), the six columns of the Euler state, and lambda (all SI)."""
-
-    times: Array
-    state: EulerState
-    jellett: Array
-
-    @property
-    def jellett_drift(self) -> float:
-        """Largest relative change of lambda at the output times."""
-        return float(abs(self.jellett / self.jellett[0] - 1).max())
-
-
 @cache
-def paper_odeint(scene: SceneLike = "reference", every: str = "0.01") -> OdeintRun:
-    """A scene integrated as the paper did, with output every ``every`` seconds."""
+def paper_odeint(scene: SceneLike = "reference") -> tuple[EulerState, float]:
+    """A scene integrated as the paper did, with output every 0.01 s.
+
+    The columns of the Euler state (SI), and the largest relative change of lambda.
+    """
     import numpy
     from scipy.integrate import odeint
 
-    loaded = load_scene(variant(scene, sample_every=every))
+    loaded = variant(scene, sample_every=OUTPUT_S)
     body = loaded.body.numbers(float)
     begin = [loaded.start.theta.radians(math, float)]
     begin += [float(getattr(loaded.start, name)) for name in EulerState._fields[1:]]
@@ -265,15 +245,14 @@ def paper_odeint(scene: SceneLike = "reference", every: str = "0.01") -> OdeintR
     if told["message"] != "Integration successful.":
         raise ArithmeticError(f"odeint gave {scene} up: {told['message']}")
     state = EulerState(*rows.T)
-    return OdeintRun(times, state, euler.jellett(body, state, numpy))
+    jellett = euler.jellett(body, state, numpy)
+    return state, float(abs(jellett / jellett[0] - 1).max())
 
 
-@cache
-def state_errors(scene: SceneLike = "reference", every: str = "0.01") -> dict[str, float]:
+def state_errors(scene: SceneLike = "reference") -> dict[str, float]:
     """Largest error of each entry of the odeint solution at its output times (SI)."""
-    own = paper_odeint(scene, every)
-    truth = Run(scene).sampled(EulerState._fields, every)
+    truth = Run(scene).sampled(EulerState._fields, OUTPUT_S)
     return {
         name: float(abs(column - truth[name].to_numpy()).max())
-        for name, column in own.state._asdict().items()
+        for name, column in paper_odeint(scene)[0]._asdict().items()
     }

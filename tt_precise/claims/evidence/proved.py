@@ -162,14 +162,11 @@ def enclosed(
 
 def digits(intervals: Iterable[Interval | None]) -> str:
     """In words: how many digits of each number are proved, such as "to 41 digits or more"."""
-    fewest = min((_digits(one) for one in intervals if one), default=0)
-    return f"to {fewest} digits or more"
-
-
-def _digits(interval: Interval) -> int:
-    radius = (interval.high - interval.low) / 2
-    size = min(abs(end) for end in interval)
-    return -decade(radius / size) - 1 if radius and size else MOST_DIGITS
+    numbers = []
+    for low, high in filter(None, intervals):
+        radius, size = (high - low) / 2, min(abs(low), abs(high))
+        numbers.append(-decade(radius / size) - 1 if radius and size else MOST_DIGITS)
+    return f"to {min(numbers, default=0)} digits or more"
 
 
 def count(events: Iterable[Event], column: str, low: Fraction, high: Fraction) -> Interval:
@@ -189,7 +186,8 @@ def reversal(scene: SceneLike, turn: str, which: str) -> list[Interval | None]:
     turns, moment = known.events(turn), known.moment("A", which)
     if not turns or moment is None:
         return [None, None]
-    before, after = _parted(turns, moment)
+    before = [turn for turn in turns if turn["t"].high < moment.low]
+    after = [turn for turn in turns if turn["t"].low > moment.high]
     if len(before) + len(after) < len(turns) or not (before and after):
         return [None, None]
     return [before[-1].get("phi_dot"), after[0].get("phi_dot")]
@@ -201,7 +199,7 @@ def precession(scene: SceneLike) -> list[Interval | None]:
     aligned, moment = known.events("Lk_equals_Lz"), known.moment("B", "t_init")
     there: list[Interval | None] = [None]
     if aligned and moment:
-        met = [event for event in aligned if _meet(event["t"], moment)]
+        met = [event for event in aligned if _overlap(event["t"], moment)]
         there = [met[0].get("phi_dot")] if len(met) == 1 else [None]
     return there + reversal(scene, "theta_max", "t_init")
 
@@ -216,7 +214,7 @@ def sign_of_precession(scene: SceneLike) -> int:
     begin, end = (known.moment("A", which) for which in ("t_init", "t_end"))
     if zeros is None or not middle or begin is None or end is None:
         return 0
-    if any(_meet(zero["t"], Interval(begin.low, end.high)) for zero in zeros):
+    if any(_overlap(zero["t"], Interval(begin.low, end.high)) for zero in zeros):
         return 0
     there, phi_dot = middle[0]["t"], middle[0]["phi_dot"]
     if not begin.high < there.low <= there.high < end.low:
@@ -224,13 +222,5 @@ def sign_of_precession(scene: SceneLike) -> int:
     return int(phi_dot.low > 0) - int(phi_dot.high < 0)
 
 
-def _parted(events: list[Event], moment: Interval) -> tuple[list[Event], list[Event]]:
-    """The events surely before and surely after a moment."""
-    return (
-        [event for event in events if event["t"].high < moment.low],
-        [event for event in events if event["t"].low > moment.high],
-    )
-
-
-def _meet(one: Interval, other: Interval) -> bool:
-    return one.low <= other.high and other.low <= one.high
+def _overlap(a: Interval, b: Interval) -> bool:
+    return a.low <= b.high and b.low <= a.high

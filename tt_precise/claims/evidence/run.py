@@ -19,9 +19,9 @@ from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.exact.thresholds import Thresholds, lambda_at_start, thresholds
 from tt_precise.integration import Trajectory, catalogue, integrate
 from tt_precise.integration.inversion import InversionTimes
-from tt_precise.integration.precision import is_available, precision_named
+from tt_precise.integration.precision import is_available
 from tt_precise.integration.setup import refused_in_doubles
-from tt_precise.runtime.values import Array, Functions, InputError, Scalar
+from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -49,12 +49,10 @@ class Span(NamedTuple):
 
     @property
     def length(self) -> float:
-        """Its length in s."""
         return self.end - self.begin
 
     @property
     def middle(self) -> float:
-        """Its middle in s."""
         return self.begin + self.length / 2
 
 
@@ -64,13 +62,12 @@ def rising(values: Sequence[float]) -> bool:
 
 
 class Turn(NamedTuple):
-    """A turning point of theta: when (s), where, and the middle and width of the band there (rad).
+    """A turning point of theta: when (s), and the middle and width of the band there (rad).
 
     The band reaches from the turning point to the straight line between the ones before and after.
     """
 
     t: float
-    theta: float
     middle: float
     width: float
 
@@ -88,8 +85,10 @@ class Run:
         return _integrated(self.scene, precision)
 
     def settled(self, value: Callable[[Trajectory], Scalar]) -> Settled:
-        """A value from the fine trajectory, with the digits that ``rough()`` confirms."""
-        return Settled.of(value(self.trajectory(FINE)), value(self.trajectory(rough())))
+        """A value from the fine trajectory, with the digits that the confirming one has too."""
+        return Settled.of(
+            *(value(self.trajectory(name)) for name in (FINE, confirming_precision()))
+        )
 
     def at(self, name: str, t: str) -> Settled:
         """A quantity or state entry by name at time ``t`` (exact, s), in SI, with its digits."""
@@ -138,10 +137,10 @@ class Run:
         """lambda of the start in kg m^3/s, that of ``thresholds``."""
         return lambda_at_start(self.loaded)
 
-    @property
+    @cached_property
     def thresholds(self) -> Thresholds:
         """lambda, the thresholds and the asymptotic values, each determined twice."""
-        return _thresholds(self.scene)
+        return thresholds(self.loaded, 50)
 
     # ---- phases and turning points -----------------------------------------------------------
 
@@ -188,7 +187,7 @@ class Run:
         for (t0, a), (t1, b), (t2, c) in zip(turns, turns[1:], turns[2:], strict=False):
             if t2 - t0 < PAUSE_S:
                 across = a + (c - a) * (t1 - t0) / (t2 - t0)
-                belts.append(Turn(t1, b, (b + across) / 2, abs(b - across)))
+                belts.append(Turn(t1, (b + across) / 2, abs(b - across)))
         return belts
 
     def nutations(self, span: Span | None = None) -> list[Span]:
@@ -203,13 +202,11 @@ class Run:
         """Times and values of a quantity's local extrema within ``span``, and at its ends."""
         import numpy
 
-        turning = _extrema(self.scene, name, "double")
-        times = turning["t"].to_numpy(dtype=float)
-        values = turning["value"].to_numpy(dtype=float)
+        times, values = (numpy.array(column, float) for column in _extrema(self.scene, name))
         if span is None:
             return times, values
         inside = (times > span.begin) & (times < span.end)
-        ends = self.columns([name], [span.begin, span.end])[name]
+        ends = self.columns([name], list(span))[name]
         return (
             numpy.concatenate(([span.begin], times[inside], [span.end])),
             numpy.concatenate((ends[:1], values[inside], ends[1:])),
@@ -252,7 +249,7 @@ class Run:
         return float((values * weights * half).sum() / (times[-1] - times[0]))
 
     def extreme(self, name: str, *, largest: bool, span: Span | None = None) -> Settled:
-        """The largest or smallest value of a quantity, with the digits that ``rough()`` confirms.
+        """The largest or smallest value of a quantity, with its digits.
 
         The event gives the time to about 1e-12 s; each run moves on to the vertex of its parabola.
         """
@@ -264,11 +261,10 @@ class Run:
 
     def least(self, name: str) -> Settled:
         """The smallest value of a quantity over the run, with the digits double confirms."""
-        finer = rough()
+        finer = confirming_precision()
         if finer == "double":  # which would confirm itself to any digit
             finer = FINE if is_available(FINE) else WHERE_MISSING
-        values = [_extrema(self.scene, name, one)["value"].min() for one in (finer, "double")]
-        return Settled.of(*values)
+        return Settled.of(*(min(_extrema(self.scene, name, each)[1]) for each in (finer, "double")))
 
     def extreme_of(
         self,
@@ -308,7 +304,7 @@ class Run:
 
     def course(self, names: tuple[str, ...], every: float = 0.001) -> pandas.DataFrame:
         """Columns over the whole run, at samples, at all their extrema, and where theta turns."""
-        return _course(self.scene, names, every)
+        return _course(self, names, every)
 
 
 def variant(scene: SceneLike = "reference", **changes: Any) -> Scene:
@@ -316,13 +312,9 @@ def variant(scene: SceneLike = "reference", **changes: Any) -> Scene:
     return load_scene(scene).varied(**changes)
 
 
-@cache
-def rough() -> str:
+def confirming_precision() -> str:
     """The widest arithmetic that still takes milliseconds: double where nothing is wider."""
-    try:
-        return precision_named("extended").name
-    except InputError:
-        return "double"
+    return "extended" if is_available("extended") else "double"
 
 
 def exact(run: Trajectory, name: str, *times: Scalar) -> list[Scalar]:
@@ -350,13 +342,13 @@ def _sampled(scene: SceneLike, names: tuple[str, ...], every: str) -> pandas.Dat
 
 
 @cache
-def _extrema(scene: SceneLike, name: str, precision: str) -> pandas.DataFrame:
-    """All local extrema of a quantity and its values at both ends: columns t, value."""
-    import pandas
-
+def _extrema(
+    scene: SceneLike, name: str, precision: str = "double"
+) -> tuple[list[Scalar], list[Scalar]]:
+    """Times and values of all local extrema of a quantity, and at both ends."""
     run = integrate(load_scene(scene), precision, events=(f"extremum:{name}",))
     times = [0, *run.events["t"], run.t_end]
-    return pandas.DataFrame({"t": times, "value": exact(run, name, *times)})
+    return times, exact(run, name, *times)
 
 
 @cache
@@ -366,16 +358,10 @@ def _zeros(scene: SceneLike, name: str) -> list[float]:
 
 
 @cache
-def _thresholds(scene: SceneLike) -> Thresholds:
-    return thresholds(load_scene(scene), 50)
-
-
-@cache
-def _course(scene: SceneLike, names: tuple[str, ...], every: float) -> pandas.DataFrame:
+def _course(run: Run, names: tuple[str, ...], every: float) -> pandas.DataFrame:
     import numpy
     import pandas
 
-    run = Run(scene)
     times = numpy.arange(run.whole.begin, run.whole.end, every)
     for name in names:
         times = numpy.union1d(times, run.extrema(name)[0])

@@ -91,22 +91,24 @@ def rows() -> pandas.DataFrame:
     return cached_table(FILE, definition(), compute)
 
 
-def series(name: str, *, contact: str = "held") -> pandas.DataFrame:
-    """The rows of one series.
+def starts(names: str | Iterable[str], contact: str) -> pandas.DataFrame:
+    """The rows of one or several series.
 
     ``contact`` "held": only those that keep contact (conclusions without the others);
     "through": all starts, those that lose contact integrated on with g_n < 0 as in the paper;
     "unilateral": all starts, ended where contact is lost.
     """
+    import pandas
+
+    wanted = (names,) if isinstance(names, str) else tuple(names)
+    if unknown := set(wanted).difference(each.name for each in SERIES):
+        raise ValueError(f"series: got {unknown}, expected {[each.name for each in SERIES]}")
     table = rows()
-    mine = table[table["series"] == name]
-    if not len(mine):
-        raise ValueError(f"series: got {name!r}, expected one of {[one.name for one in SERIES]}")
-    if contact == "unilateral":
-        return mine[mine["contact"] == "unilateral"].reset_index(drop=True)
-    held = (mine["contact"] == "unilateral") & (mine["outcome"] != "contact_lost")
-    chosen = mine[held if contact == "held" else held | (mine["contact"] == "bilateral")]
-    return chosen.sort_values("index", kind="stable").reset_index(drop=True)
+    unilateral = table["contact"] == "unilateral"
+    held = unilateral & (table["outcome"] != "contact_lost")
+    chosen = {"held": held, "through": held | ~unilateral, "unilateral": unilateral}[contact]
+    table = table[chosen].sort_values("index", kind="stable")
+    return pandas.concat([table[table["series"] == name] for name in wanted], ignore_index=True)
 
 
 def compute(workers: int | None = None) -> pandas.DataFrame:
@@ -122,7 +124,7 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
             for name, some in lost.groupby("series", sort=False)
         ]
         second = integrated(pool, replace(plan, contact="bilateral"), again)
-    order = {one.name: position for position, one in enumerate(SERIES)}
+    order = {each.name: position for position, each in enumerate(SERIES)}
     table = pandas.concat([first, second], ignore_index=True)
     table["order"] = table["series"].map(order)
     table["later"] = table["contact"] == "bilateral"
@@ -137,7 +139,7 @@ def definition() -> dict[str, Json]:
         "version": VERSION,
         **exact_values(scene),
         "until": UNTIL,
-        "series": [repr(one) for one in SERIES],
+        "series": [repr(each) for each in SERIES],
         "record": RECORD,
     }
 
@@ -162,31 +164,23 @@ def _starts() -> Iterator[tuple[str, Array, Array]]:
     scene = _scene()
     reference = [float(getattr(scene.start, name)) for name in STARTS if name != "theta"]
     reference.insert(STARTS.index("theta"), scene.start.theta.radians(math, float))
-    for one in SERIES:
-        spec = specification(scene, vary=one.vary, box=one.box, samples=one.samples, seed=22)
+    for each in SERIES:
+        spec = specification(scene, vary=each.vary, box=each.box, samples=each.samples, seed=22)
         values = numpy.concatenate([block for _, block in blocks(spec, 4096)])
         table = numpy.tile(reference, (len(values), 1))
         for position, name in enumerate(spec.names):
             table[:, STARTS.index(name)] = values[:, position]
-        if one.keep_lambda:
+        if each.keep_lambda:
             own = lambda_of_start(scene, reference[STARTS.index("theta")])
             spin = float(scene.start.omega_3)
             table[:, STARTS.index("omega_3")] = [
                 spin * own / lambda_of_start(scene, theta)
                 for theta in table[:, STARTS.index("theta")].tolist()
             ]
-        yield one.name, numpy.arange(len(table)), table
+        yield each.name, numpy.arange(len(table)), table
 
 
 # ---- what claims ask of the rows ----------------------------------------------------------------
-
-
-def starts(names: str | Iterable[str], contact: str) -> pandas.DataFrame:
-    """The rows of one or several series; see ``series``."""
-    import pandas
-
-    wanted = (names,) if isinstance(names, str) else tuple(names)
-    return pandas.concat([series(name, contact=contact) for name in wanted], ignore_index=True)
 
 
 def both_ways(

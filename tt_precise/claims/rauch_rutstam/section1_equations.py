@@ -56,7 +56,12 @@ NORMAL_FORCE = (
 )
 
 
-@claim("EQ-01", quote="a=R(alpha 3 - z)", where="Sec. 1, Fig. 1", control={"along_3": "-R*alpha"})
+@claim(
+    "EQ-01",
+    quote="a=R(alpha 3 - z)",
+    where="Sec. 1, Fig. 1",
+    counterexample={"along_3": "-R*alpha"},
+)
 def arm(along_3: str = "R*alpha", along_z: str = "-R") -> Finding:
     """The vector from the centre of mass to the contact point is a = R alpha 3 - R z."""
     q, body = f.motion(), f.chart().body
@@ -79,7 +84,7 @@ def arm(along_3: str = "R*alpha", along_z: str = "-R") -> Finding:
     "EQ-02",
     quote="omega=-phi_dot sin theta 1 + theta_dot 2 + (psi_dot+phi_dot cos theta) 3",
     definition="the body is turned by phi about z, then theta about y, then psi about 3",
-    control={"printed": ("phi_dot*sin(theta)", *OMEGA[1:])},
+    counterexample={"printed": ("phi_dot*sin(theta)", *OMEGA[1:])},
     slow=True,
 )
 def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> Finding:
@@ -98,7 +103,10 @@ def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> Finding:
 
 
 @claim(
-    "EQ-03", quote="3_dot=omega x 3=(L x 3)/I1", where="eq (1)", control={"inverse_inertia": "1/I3"}
+    "EQ-03",
+    quote="3_dot=omega x 3=(L x 3)/I1",
+    where="eq (1)",
+    counterexample={"inverse_inertia": "1/I3"},
 )
 def axis_turns(inverse_inertia: str = "1/I1") -> Finding:
     """The axis changes at the rate omega x 3 = L x 3/I1."""
@@ -114,7 +122,7 @@ def axis_turns(inverse_inertia: str = "1/I1") -> Finding:
     )
 
 
-@claim("EQ-07", quote="(s+a).z=0 and its derivative ... v_A.z=0", control={"rate_of_a": "R"})
+@claim("EQ-07", quote="(s+a).z=0 and its derivative ... v_A.z=0", counterexample={"rate_of_a": "R"})
 def contact_constraint(rate_of_a: str = "R*alpha") -> Finding:
     """The contact point stays on the table, and the derivative of that is v_A.z = 0."""
     q, body = _at_any_azimuth(), f.chart().body
@@ -144,7 +152,7 @@ def _at_any_azimuth() -> Motion:
     where="Sec. 1, Fig. 1",
     definition="a picture of the plane of CM, O, A with z up and the top leaning to the right, so "
     "that x points right and away from the viewer is z x x",
-    control={"behind": (0, -1, 0)},
+    counterexample={"behind": (0, -1, 0)},
 )
 def frames(behind: tuple[int, int, int] = (0, 1, 0)) -> Finding:
     """The frames (x, y, z) and (1, 2, 3) are right-handed, lean as in Fig. 1, and 2 points back."""
@@ -171,7 +179,7 @@ def frames(behind: tuple[int, int, int] = (0, 1, 0)) -> Finding:
     "EQ-04",
     quote="lambda=-L.a ... -L.(R alpha/I1 (L x 3))=0",
     where="Sec. 1, after eq (1)",
-    control={"lever": "R*alpha/I3"},
+    counterexample={"lever": "R*alpha/I3"},
 )
 def jellett_is_constant(lever: str = "R*alpha/I1") -> Finding:
     """-L.a is constant, because a_dot = (R alpha/I1) L x 3."""
@@ -190,7 +198,9 @@ def jellett_is_constant(lever: str = "R*alpha/I1") -> Finding:
 
 
 @claim(
-    "EQ-05", quote="E_dot=v_A.F=-mu g_n |v_A|^2", control={"loss": "-mu*g_n*(nu_x**2 + nu_y**2)/2"}
+    "EQ-05",
+    quote="E_dot=v_A.F=-mu g_n |v_A|^2",
+    counterexample={"loss": "-mu*g_n*(nu_x**2 + nu_y**2)/2"},
 )
 def energy_loss(loss: str = "-mu*g_n*(nu_x**2 + nu_y**2)") -> Finding:
     """The energy falls at the rate v_A.F = -mu g_n |v_A|^2."""
@@ -209,7 +219,7 @@ def energy_loss(loss: str = "-mu*g_n*(nu_x**2 + nu_y**2)") -> Finding:
     "EQ-14",
     quote="lambda=R I1 phi_dot sin^2 theta - I3 omega_3 (alpha - cos theta)",
     where="Sec. 1, after eq (7)",
-    control={"printed": JELLETT_WITH_R},
+    counterexample={"printed": JELLETT_WITH_R},
 )
 def jellett_in_euler_angles(
     printed: str = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))",
@@ -230,7 +240,7 @@ def jellett_in_euler_angles(
     where="Sec. 1, Fig. 4, Sec. 3",
     definition="the reference solution: the largest of all local maxima of E_dot, found as "
     "events, and E at samples every millisecond",
-    control={"quantity": "E_tilde"},
+    counterexample={"quantity": "E_tilde"},
 )
 def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Finding:
     """The total energy decreases monotonically."""
@@ -274,7 +284,7 @@ for number, (id, name, printed, wrong) in enumerate(RATES, start=2):
         statement=f"The equation for {_dotted(name)}.",
         quote=f"{_dotted(name)}=...",
         where=f"eq ({number})",
-        control={"printed": wrong},
+        counterexample={"printed": wrong},
     )(partial(_rate, name, printed=printed))
 
 
@@ -282,7 +292,7 @@ for number, (id, name, printed, wrong) in enumerate(RATES, start=2):
     "EQ-13",
     quote="g_n=...",
     where="eq (7)",
-    control={"printed": NORMAL_FORCE.replace("*mu*nu_x", "*mu*nu_y")},
+    counterexample={"printed": NORMAL_FORCE.replace("*mu*nu_x", "*mu*nu_y")},
 )
 def normal_force(printed: str = NORMAL_FORCE) -> Finding:
     """The normal force."""

@@ -12,7 +12,7 @@ from typing import Any
 from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
-from tt_precise.claims.evidence.motions import minima, minimum, swing
+from tt_precise.claims.evidence.motions import minima, minimum, swing_time
 from tt_precise.claims.evidence.run import REFERENCE, Run, rising, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Finding
@@ -76,7 +76,7 @@ BESIDE = (
     "EQ-15",
     quote="E~=... (with s_dot=-omega x a)",
     where="eq (8)",
-    control={"printed": MODIFIED_ENERGY.replace("+ 2*omega_3", "- 2*omega_3")},
+    counterexample={"printed": MODIFIED_ENERGY.replace("+ 2*omega_3", "- 2*omega_3")},
 )
 def modified_energy(printed: str = MODIFIED_ENERGY) -> Finding:
     """The energy with s_dot = -omega x a is the printed expression in Euler angles."""
@@ -88,7 +88,7 @@ def modified_energy(printed: str = MODIFIED_ENERGY) -> Finding:
     "EQ-16",
     quote="D=omega_3 sqrt(I1 I3+...)=I3 omega_3 sqrt(d(cos theta))",
     where="eq (9)",
-    control={"under_root": ROUTH_SQUARED.replace("R**2*I1", "R**2*I3")},
+    counterexample={"under_root": ROUTH_SQUARED.replace("R**2*I1", "R**2*I3")},
 )
 def routh_function(under_root: str = ROUTH_SQUARED, d_of_z: str = D_OF_Z) -> Finding:
     """The two printed forms of Routh's function agree, with d(cos theta) as printed."""
@@ -100,7 +100,7 @@ def routh_function(under_root: str = ROUTH_SQUARED, d_of_z: str = D_OF_Z) -> Fin
     )
 
 
-@claim("EQ-17", quote="d/dt lambda=0", where="eq (10)", control={"quantity": "L_z"})
+@claim("EQ-17", quote="d/dt lambda=0", where="eq (10)", counterexample={"quantity": "L_z"})
 def jellett_rate(quantity: str = "lambda") -> Finding:
     """lambda is constant along the gliding motion."""
     check = f.equal("0", f.rate_of(quantity), f"d {quantity}/dt = 0")
@@ -111,7 +111,7 @@ def jellett_rate(quantity: str = "lambda") -> Finding:
     "EQ-18",
     quote="d/dt D=gamma m/(alpha sqrt(d)) (z x a).v_A_dot",
     where="eq (11)",
-    control={"factor": ROUTH_RATE.replace("alpha", "R*alpha")},
+    counterexample={"factor": ROUTH_RATE.replace("alpha", "R*alpha")},
 )
 def routh_rate(factor: str = ROUTH_RATE) -> Finding:
     """Routh's function changes at the rate gamma m/(alpha sqrt(d)) (z x a).v_A_dot."""
@@ -122,7 +122,9 @@ def routh_rate(factor: str = ROUTH_RATE) -> Finding:
     )
 
 
-@claim("EQ-19", quote="d/dt E~=m (omega x a).v_A_dot", where="eq (12)", control={"factor": "-m"})
+@claim(
+    "EQ-19", quote="d/dt E~=m (omega x a).v_A_dot", where="eq (12)", counterexample={"factor": "-m"}
+)
 def modified_energy_rate(factor: str = "m") -> Finding:
     """E~ changes at the rate m (omega x a).v_A_dot."""
     rate = f.read(factor) * _along_acceleration(f.motion().omega_cross_a)
@@ -137,7 +139,12 @@ def _along_acceleration(vector: Vector) -> Scalar:
     return dot(vector, (rates.vx, rates.vy, 0))
 
 
-@claim("EQ-20", quote="d/dt m r_dot=-mu g_n v_A", where="eq (13)", control={"factor": "-mu*g_n*m"})
+@claim(
+    "EQ-20",
+    quote="d/dt m r_dot=-mu g_n v_A",
+    where="eq (13)",
+    counterexample={"factor": "-mu*g_n*m"},
+)
 def horizontal_momentum(factor: str = "-mu*g_n") -> Finding:
     """The horizontal momentum of the centre of mass changes by friction alone."""
     q, symbols = f.motion(), f.chart()
@@ -157,7 +164,7 @@ def horizontal_momentum(factor: str = "-mu*g_n") -> Finding:
     quote="equations of motion (2)-(6) are equivalent to the following equations",
     definition="both systems are linear in the five accelerations; they are equivalent where the "
     "determinant of the integrated form does not vanish",
-    control={"factor": f"{DETERMINANT}/theta_dot"},
+    counterexample={"factor": f"{DETERMINANT}/theta_dot"},
     slow=True,
 )
 def equivalent_form(factor: str = DETERMINANT) -> Finding:
@@ -209,7 +216,7 @@ def _determinant() -> Scalar:
     "EQ-22",
     quote="E~(t)=g(cos theta) theta_dot^2+V(cos theta,D(t),lambda)",
     where="Sec. 1, eq (17)",
-    control={"mass": EFFECTIVE_MASS.replace("+ gamma", "- gamma")},
+    counterexample={"mass": EFFECTIVE_MASS.replace("+ gamma", "- gamma")},
 )
 def main_equation(mass: str = EFFECTIVE_MASS, potential: str = POTENTIAL) -> Finding:
     """E~ = g(cos theta) theta_dot^2 + V with the printed g and V: the Main Equation."""
@@ -224,7 +231,7 @@ def main_equation(mass: str = EFFECTIVE_MASS, potential: str = POTENTIAL) -> Fin
     "EQ-23",
     quote="V(z,D(t),lambda)=...",
     where="Sec. 1, eq (18)",
-    control={"printed": POTENTIAL.replace("- sigma*lambda_", "+ sigma*lambda_")},
+    counterexample={"printed": POTENTIAL.replace("- sigma*lambda_", "+ sigma*lambda_")},
 )
 def potential(printed: str = POTENTIAL) -> Finding:
     """The effective potential with its three terms is E~ at theta_dot = 0."""
@@ -246,7 +253,7 @@ def _potential(text: str) -> Scalar:
     quote="sigma=(1-alpha)/(gamma+alpha^2-1)",
     where="Sec. 1 and Sec. 2.1",
     definition="the condition under which d(z) is the square of a polynomial",
-    control={"printed": CORRECT_CONDITION},
+    counterexample={"printed": CORRECT_CONDITION},
 )
 def rationality_condition(printed: str = CONDITION) -> Finding:
     """The printed relation of sigma, gamma and alpha makes d(z) a square."""
@@ -258,7 +265,7 @@ def rationality_condition(printed: str = CONDITION) -> Finding:
     "EQ-27",
     quote="V(z,D(t),lambda) is a rational function of cos theta",
     definition="for all lambda and D",
-    control={"printed": CORRECT_CONDITION},
+    counterexample={"printed": CORRECT_CONDITION},
 )
 def rational_potential(printed: str = CONDITION) -> Finding:
     """V is a rational function of cos theta when the printed condition holds."""
@@ -293,7 +300,7 @@ def _square(text: str, what: str = "") -> Check:
 @claim(
     "EQ-24",
     quote="lambda=R(1-alpha)L0=R(1+alpha)L1. So lim D(t)=D0=...",
-    control={"printed": {**ASYMPTOTIC, "D1": ASYMPTOTIC["D1"][1:]}},
+    counterexample={"printed": {**ASYMPTOTIC, "D1": ASYMPTOTIC["D1"][1:]}},
 )
 def asymptotic_formulas(printed: Mapping[str, str] = ASYMPTOTIC) -> Finding:
     """The formulas for lambda, D and E~ of the upright and the inverted spin."""
@@ -326,7 +333,7 @@ def _of_the_spin(name: str, text: str) -> Check:
     quote="E(t)->E1=lim V(z_min(t),D(t),lambda)",
     definition="the toy with the reference lambda, D = D1 + e |D1| for e = 1e-4 ... 1e-12; E1 is "
     "the energy of the inverted spin",
-    control={"limit": "E0"},
+    counterexample={"limit": "E0"},
 )
 def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Finding:
     """The minimum of V tends to the energy of the inverted spin as D tends to D1."""
@@ -357,7 +364,7 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Finding:
     quote="has a minimum z_min in the interval [-1,-1+eps] for D=D1+delta/(...)",
     where="Proposition 1.1 i)",
     definition=BESIDE,
-    control={"multiples": ("0.2",)},
+    counterexample={"multiples": ("0.2",)},
 )
 def minimum_beside_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> Finding:
     """For D slightly above D1 the potential has a minimum close to z = -1."""
@@ -369,7 +376,7 @@ def minimum_beside_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> 
     quote="has a minimum z_min in the interval [1-eps,1] for D=D0-delta/(...)",
     where="Proposition 1.1 ii)",
     definition=BESIDE,
-    control={"claimed": -1},
+    counterexample={"claimed": -1},
     slow=True,
 )
 def minimum_beside_the_upright_pole(
@@ -381,7 +388,7 @@ def minimum_beside_the_upright_pole(
 
 def _beside(pole: int, multiples: tuple[str, ...], claimed: int) -> Finding:
     fn = own_context(DIGITS)
-    body = Run().body(fn)
+    body = REFERENCE.body(fn)
     root = fn.sqrt(body.gamma + body.alpha**2 - 1)
     limit = thresholds.D0 if pole > 0 else thresholds.D1
     parts = {}
@@ -412,7 +419,7 @@ def _beside(pole: int, multiples: tuple[str, ...], claimed: int) -> Finding:
     definition="the toy, whose potential is rational, reference lambda; "
     f"{POTENTIAL_STEPS} values of D between D0 and D1; z = 1 and z = -1 count as reached within "
     "0.1 rad",
-    control={"until": 0.5},
+    counterexample={"until": 0.5},
 )
 def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
     """As D goes from D0 to D1 the minimum of V moves from z = 1 to z = -1."""
@@ -439,7 +446,7 @@ def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
     quote="the time of passage for theta(t) between two turning points has a uniform bound T_upp",
     definition="reference solution. T_upp at the most favourable D of each gap; the frozen motion "
     f"has the D and E~ of the solution, every {EVERY} s",
-    control={"factor": 0.1},
+    counterexample={"factor": 0.1},
 )
 def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -> Finding:
     """The time between two turning points of theta is at most T_upp."""
@@ -448,8 +455,8 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
     bounds = [factor * thresholds.T_upp(body, lambda_, D, math) for D in table["D"]]
     table = table.assign(T_upp=bounds)
     rows = table[["D", "E_tilde", "T_upp"]].itertuples(index=False)
-    swings = [(swing(body, D, E, lambda_), bound) for D, E, bound in rows]
-    largest = max(one.time / bound for one, bound in swings if one)
+    swings = [(swing_time(body, D, E, lambda_), bound) for D, E, bound in rows]
+    largest = max(time / bound for time, bound in swings if time)
     begin, end = max(pairwise(run.turns["t"].astype(float)), key=lambda gap: gap[1] - gap[0])
     gap = table[(begin <= table["t"]) & (table["t"] <= end)]
     rise, bound = float(gap["theta"].iloc[-1] - gap["theta"].iloc[0]), float(gap["T_upp"].max())
@@ -476,7 +483,7 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
     quote="If ... T_inv>10 T_upp, then theta(t) has to perform several oscillations",
     definition="reference solution, T_inv in definition A, T_upp at its largest, D = D1; an "
     "oscillation is a minimum of theta during the climb",
-    control={"run": Run(variant(theta="0.01", phi_dot="197", mu="0.05", until="40"))},
+    counterexample={"run": Run(variant(theta="0.01", phi_dot="197", mu="0.05", until="40"))},
 )
 def several_oscillations(run: Run = REFERENCE) -> Finding:
     """T_inv is more than 10 T_upp, and theta oscillates several times during the climb."""
@@ -499,7 +506,7 @@ def several_oscillations(run: Run = REFERENCE) -> Finding:
     "TH-13",
     quote="due to energy dissipation, its position theta(t) goes toward the minimum theta_min(t)",
     definition="distance: E~ above the minimum of V, on the reference solution continued to 10 s",
-    control={"end": "0.05"},
+    counterexample={"end": "0.05"},
 )
 def theta_goes_to_the_minimum(end: str = "10") -> Finding:
     """Dissipation brings theta towards the minimum of the moving potential."""

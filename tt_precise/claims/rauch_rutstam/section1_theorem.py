@@ -11,7 +11,14 @@ from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.motions import cases, growth, paper_odeint, past, tumbles
 from tt_precise.claims.evidence.proved import count, proofs_of
-from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, exact, rough, variant
+from tt_precise.claims.evidence.run import (
+    MANY,
+    REFERENCE,
+    Run,
+    confirming_precision,
+    exact,
+    variant,
+)
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Finding
 from tt_precise.exact.arithmetic import own_context, rounding_to
@@ -44,7 +51,7 @@ CONFIGURATION = ("theta", "phi", "psi", "x", "y", "height")
     where="Theorem 1.1",
     definition=BODIES + "lambda is 1.001 to 3 times max(lambda_thres, lambda_up); eigenvalues of "
     "the gliding top linearised about the upright and the inverted spin",
-    control={"multiples": BELOW},
+    counterexample={"multiples": BELOW},
 )
 def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> Finding:
     """Above both thresholds the inverted spin is stable and the upright spin is not."""
@@ -60,7 +67,7 @@ def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> Finding:
     quote="only Lyapunov stable state in the asymptotic set of nongliding solutions M",
     where="Theorem 1.1",
     definition=BODIES + "tumbling: constant theta strictly between the poles without gliding",
-    control={"multiples": BELOW},
+    counterexample={"multiples": BELOW},
 )
 def only_stable_nongliding_motion(multiples: tuple[str, str] = ABOVE) -> Finding:
     """Of all motions without gliding only the inverted spin is stable."""
@@ -110,7 +117,7 @@ def _tumbling_condition() -> Check:
     quote="When 1-alpha<1-alpha^2<gamma<1+alpha, then lambda_thres>lambda_up",
     where="Remark 1",
     definition="every coefficient of a polynomial in positive variables is positive",
-    control={"lowest": "1 - alpha"},
+    counterexample={"lowest": "1 - alpha"},
 )
 def thresholds_in_order(lowest: str = "1 - alpha**2") -> Finding:
     """For 1 - alpha^2 < gamma < 1 + alpha, lambda_thres is the larger threshold."""
@@ -140,7 +147,7 @@ def thresholds_in_order(lowest: str = "1 - alpha**2") -> Finding:
     "approaching the inverted spinning solution",
     where="Corollary 1",
     definition="M and solutions with the given lambda, here twice lambda_thres of the toy",
-    control={"candidates": (INVERTED,)},
+    counterexample={"candidates": (INVERTED,)},
 )
 def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> Finding:
     """M contains one solution only, and every solution with g_n > 0 approaches it."""
@@ -160,8 +167,8 @@ def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> Finding
 
 def _spin(side: int) -> Motion:
     """The spin k = side z with twice the toy's lambda_thres."""
-    known = Run().thresholds
-    body = Run().body(known.context)
+    known = REFERENCE.thresholds
+    body = REFERENCE.body(known.context)
     lambda_ = 2 * known.quantities["lambda_thres"].value
     spin = lambda_ / (body.R * (1 - side * body.alpha))
     zero = known.context.mpf(0)
@@ -181,7 +188,7 @@ def _stays(q: Motion) -> bool:
     quote="(L,3,v_A)=(lambda/(R(1+alpha)) z, z, 0)",
     where="Corollary 1 and, again, the end of Sec. 1",
     definition="the state must have the lambda it is named after",
-    control={"axis": -1},
+    counterexample={"axis": -1},
 )
 def inverted_state(axis: int = 1) -> Finding:
     """The inverted spinning solution as printed."""
@@ -209,7 +216,7 @@ def inverted_state(axis: int = 1) -> Finding:
     quote="does not exclude existence of solutions having negative g_n(t)<0",
     where="Remark 2",
     definition="the toy with theta = 0.1, omega_3 = 155 rad/s and the given phi_dot",
-    control={"phi_dot": "0"},
+    counterexample={"phi_dot": "0"},
 )
 def negative_normal_force(phi_dot: str = "-300") -> Finding:
     """Solutions exist on which g_n becomes negative."""
@@ -246,7 +253,7 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
     definition="inverts: theta beyond 3.1 rad within the horizon. Sufficient: toy starts with "
     "lambda above both thresholds and g_n > 0 throughout. Necessary: a body with gamma = 0.65 < "
     "1 - alpha, started at theta = 0.8 rad, phi_dot = 120, omega_3 = 47.6 rad/s",
-    control={"starts": ("60", "155")},
+    counterexample={"starts": ("60", "155")},
 )
 def conditions_for_inversion(starts: tuple[str, ...] = ("90", "120", "155", "200")) -> Finding:
     """The conditions of Theorem 1.1 are sufficient, and necessary, for inversion."""
@@ -280,7 +287,7 @@ def _inverts(run: Trajectory) -> bool:
     quote="For inverting solutions lim_{t->-inf} theta(t)=0 ... L(t)=L0 z",
     definition="the reference solution continued to negative times; it is counted as having the "
     "limit if it glides on to -45 s with theta at most twice its value at the start",
-    control={"run": Run(variant(theta="1e-9", mu="1e-6"))},
+    counterexample={"run": Run(variant(theta="1e-9", mu="1e-6"))},
     slow=True,
 )
 def limits_in_the_past(run: Run = REFERENCE) -> Finding:
@@ -306,7 +313,7 @@ def limits_in_the_past(run: Run = REFERENCE) -> Finding:
     quote="lim_{t->inf} theta(t)=pi ... L(t)=L1 z",
     definition=f"the reference solution continued to {TIMES[-1]} s; it tends to a limit if the "
     f"distance falls at least tenfold between {', '.join(TIMES)} s",
-    control={"run": Run(variant(omega_3="60"))},
+    counterexample={"run": Run(variant(omega_3="60"))},
 )
 def limits_in_the_future(run: Run = REFERENCE) -> Finding:
     """The reference solution tends to theta = pi and L = L1 z."""
@@ -328,7 +335,7 @@ def limits_in_the_future(run: Run = REFERENCE) -> Finding:
     definition="solutions of the toy with the reference lambda: phi_dot(0) = "
     f"{', '.join(PRECESSIONS)} rad/s with omega_3(0) to match, the inverting ones; forwards as in "
     "TH-15, backwards as in TH-14",
-    control={"pasts": ()},
+    counterexample={"pasts": ()},
     slow=True,
 )
 def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> Finding:
@@ -362,7 +369,7 @@ def _distances(run: Run) -> dict[str, list[float]]:
 
     Empty where the top leaves the table before.
     """
-    solution = Run(variant(run.scene, until=TIMES[-1])).trajectory(rough())
+    solution = Run(variant(run.scene, until=TIMES[-1])).trajectory(confirming_precision())
     if solution.status != "complete":
         return {}
     fn = solution.precision.context
@@ -403,7 +410,7 @@ def _with_the_same_lambda(phi_dot: str) -> Scene:
     "EQ-39",
     quote="theta_dot=mu g_n R^2 (1-alpha cos theta)^2 nu_y/lambda",
     definition="xi = I3 omega_3 - I1 phi_dot cos theta and its rate both zero",
-    control={"printed": SIMPLIFIED.replace("**2*nu_y", "*nu_y")},
+    counterexample={"printed": SIMPLIFIED.replace("**2*nu_y", "*nu_y")},
 )
 def balanced_equation(printed: str = SIMPLIFIED) -> Finding:
     """With xi = 0 throughout the motion, theta_dot is the printed expression."""
@@ -434,7 +441,7 @@ def balanced_equation(printed: str = SIMPLIFIED) -> Finding:
     quote="providing a monotonously increasing theta(t) as a solution",
     definition="theta_dot of the simplified equation with g_n and nu_y of the reference solution; "
     "climb as in definition A",
-    control={"sign": -1},
+    counterexample={"sign": -1},
 )
 def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> Finding:
     """The simplified equation makes theta increase monotonously."""
@@ -461,7 +468,7 @@ def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> Finding:
     quote="approximately satisfied in a certain neighborhood of the angle theta=pi/2",
     definition="root mean square of xi against that of |L| while |theta - pi/2| < 0.3 rad, in the "
     "reference solution",
-    control={"middle": 0.3},
+    counterexample={"middle": 0.3},
 )
 def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> Finding:
     """xi = I3 omega_3 - I1 phi_dot cos theta is close to zero near theta = pi/2."""
@@ -482,7 +489,7 @@ def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> Fin
     where="Theorem 1.1",
     definition="the spin at which an eigenvalue of the gliding top, linearised numerically about "
     "the inverted spin, crosses the imaginary axis",
-    control={"printed": THRESHOLD.replace("(1 + alpha)**2", "(1 + alpha)**3")},
+    counterexample={"printed": THRESHOLD.replace("(1 + alpha)**2", "(1 + alpha)**3")},
 )
 def threshold_of_the_toy(printed: str = THRESHOLD, run: Run = REFERENCE) -> Finding:
     """The formula for lambda_thres gives the spin at which inverted spin becomes stable."""
@@ -499,7 +506,7 @@ def threshold_of_the_toy(printed: str = THRESHOLD, run: Run = REFERENCE) -> Find
 @claim(
     "NT-02",
     quote="comes to a standstill due to loss of energy caused by spinning friction",
-    control=None,
+    counterexample=None,
 )
 def slow_spin() -> Finding:
     """A slowly spun top wobbles and stops, because of spinning friction."""
@@ -519,16 +526,15 @@ def slow_spin() -> Finding:
     "NT-04",
     quote="the Python 2.7 open source library SciPy",
     where="Sec. 1, Figs 2 and 3",
-    control=None,
+    counterexample=None,
 )
 def software() -> Finding:
     """The simulations were made with SciPy under Python 2.7."""
-    own = paper_odeint()
     return v.all_of(
         v.untestable("Python 2.7, SciPy"),
         "Which routine and which tolerances were used is not said. SciPy's odeint, the same LSODA "
         "as then, with default tolerances on eqs (2) to (7) keeps lambda to "
-        f"{v.decimal(own.jellett_drift, 2)} of its value, which fits the stated 1e-6 (NUM-03).",
+        f"{v.decimal(paper_odeint()[1], 2)} of its value, which fits the stated 1e-6 (NUM-03).",
     )
 
 
@@ -537,7 +543,7 @@ def software() -> Finding:
     quote="theta(t) oscillates (meaning that theta_dot(t) changes sign many times)",
     where="Abstract; Sec. 1; 2.1",
     definition=f"turning points of theta between 0.2 and pi - 0.2; many: at least {MANY}",
-    control={"run": Run("smoothest")},
+    counterexample={"run": Run("smoothest")},
 )
 def oscillation(run: Run = REFERENCE) -> Finding:
     """During the inversion theta oscillates: theta_dot changes sign many times."""
@@ -567,7 +573,7 @@ def oscillation(run: Run = REFERENCE) -> Finding:
     quote="dynamical system for 6 unknowns; dynamical system of 6 degrees of freedom",
     where="Sec. 1; Sec. 3",
     definition="degrees of freedom: coordinates of the configuration less contact constraints",
-    control={"printed": 7},
+    counterexample={"printed": 7},
 )
 def number_of_unknowns(printed: int = 6) -> Finding:
     """The equations are a system for 6 unknowns, or of 6 degrees of freedom."""

@@ -23,7 +23,7 @@ PERIOD = "a nutation period is the time from one maximum of theta to the next"
 @claim(
     "TH-19",
     quote="1-alpha^2<gamma<1 ... They satisfy the rationality condition",
-    control={"printed": CORRECT_CONDITION},
+    counterexample={"printed": CORRECT_CONDITION},
 )
 def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) -> Finding:
     """The toy has 1 - alpha^2 < gamma < 1 and satisfies the printed rationality condition."""
@@ -47,7 +47,7 @@ def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) 
 @claim(
     "NUM-01",
     quote="initial conditions (IC) with lambda approx 2 lambda_thres",
-    control={"run": Run(variant(omega_3="200"))},
+    counterexample={"run": Run(variant(omega_3="200"))},
 )
 def reference_lambda(printed: str = "2", run: Run = REFERENCE) -> Finding:
     """lambda of the reference start is about twice the threshold."""
@@ -64,7 +64,7 @@ def reference_lambda(printed: str = "2", run: Run = REFERENCE) -> Finding:
 @claim(
     "NT-01",
     quote="realistic values ... close to the parameter values used ... by other authors",
-    control=None,
+    counterexample=None,
 )
 def realistic_values() -> Finding:
     """The parameters are those of a typical toy, close to other authors' values."""
@@ -88,7 +88,7 @@ def realistic_values() -> Finding:
     "definition A) to nu_y before it: of the largest values of |nu_y|, of the means, and of the "
     "largest value in the climb to the first local maximum; 1-2 orders: 1 to 2; about two: 1.5 to "
     "2.5",
-    control={"orders": (3.5, 4.5), "summary": (3.5, 4.5)},
+    counterexample={"orders": (3.5, 4.5), "summary": (3.5, 4.5)},
 )
 def growth_of_nu_y(
     orders: tuple[float, float] = (1.5, 2.5),
@@ -121,7 +121,7 @@ def growth_of_nu_y(
     quote="initially nu_x is positive and has larger value than nu_y that oscillates close to 0",
     definition="initially: until nu_x first vanishes; larger: no crossing of the two before; "
     "close to 0: the mean of nu_y is below a fifth of that of nu_x and it changes sign",
-    control={"larger": "nu_y", "smaller": "nu_x"},
+    counterexample={"larger": "nu_y", "smaller": "nu_x"},
 )
 def at_first(larger: str = "nu_x", smaller: str = "nu_y", run: Run = REFERENCE) -> Finding:
     """At first nu_x is positive and above nu_y, which oscillates close to zero."""
@@ -152,7 +152,7 @@ def at_first(larger: str = "nu_x", smaller: str = "nu_y", run: Run = REFERENCE) 
     quote="the graph of nu_y(t) crosses the graph of nu_x(t) at about 3.2 s; from below",
     where="Sec. 2.1; Summary d)",
     definition="events nu_y = nu_x at which nu_y - nu_x rises, before mid-climb",
-    control={"printed": "3.5"},
+    counterexample={"printed": "3.5"},
 )
 def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> Finding:
     """nu_y crosses nu_x from below at the initiation time."""
@@ -174,7 +174,7 @@ def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> Finding:
     "QUAL-21",
     quote="from this moment the minimal of nu_y(t) are consistently higher than the minima of nu_x",
     definition=f"{PERIOD}; the least values of nu_x and nu_y in each period of the climb",
-    control={"higher": "nu_x", "lower": "nu_y"},
+    counterexample={"higher": "nu_x", "lower": "nu_y"},
 )
 def minima_in_the_climb(higher: str = "nu_y", lower: str = "nu_x", run: Run = REFERENCE) -> Finding:
     """During the climb the minima of nu_y lie above those of nu_x ("minimal": minima)."""
@@ -195,7 +195,7 @@ def minima_in_the_climb(higher: str = "nu_y", lower: str = "nu_x", run: Run = RE
     "QUAL-22",
     quote="during the climbing phase the oscillatory function nu_y(t) is positive",
     definition=f"climb: initiation to ending time, definition A; {PERIOD}",
-    control={"name": "nu_x"},
+    counterexample={"name": "nu_x"},
 )
 def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Finding:
     """nu_y is positive during the climb."""
@@ -227,7 +227,7 @@ def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Finding:
     quote="oscillations of nu_x(t) also increase and the mean value becomes slightly negative",
     definition="oscillation: largest distance between consecutive extrema; slightly: the mean over "
     "the climb is below a fifth of the largest oscillation",
-    control={"name": "nu_y"},
+    counterexample={"name": "nu_y"},
 )
 def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Finding:
     """In the climb the oscillations of nu_x grow, and their mean is slightly negative."""
@@ -249,7 +249,7 @@ def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Finding:
     quote="at about 7.86 s nu_y again crosses nu_x from above and minima of nu_y become lower",
     definition="the last event nu_y = nu_x at which nu_y - nu_x falls; least values in each "
     f"nutation after it; {PERIOD}",
-    control={"printed": "7.84"},
+    counterexample={"printed": "7.84"},
 )
 def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> Finding:
     """At the end of the climb nu_y crosses nu_x from above, and its minima lie lower then."""
@@ -294,7 +294,7 @@ def _largest_size(name: str, run: Run, span: Span) -> float:
     "NUM-02",
     quote="inverting solutions with lambda about 2 lambda",
     definition="the factor between lambda of the reference start and what stands behind the 2",
-    control={"behind": "lambda_thres"},
+    counterexample={"behind": "lambda_thres"},
 )
 def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Finding:
     """The universal behaviour belongs to solutions whose lambda is about twice something."""
@@ -317,7 +317,7 @@ def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Find
     quote="oscillates about mg = 0.2",
     where="Fig. 3, caption",
     definition="m g of the toy top, N",
-    control={"printed": "0.3"},
+    counterexample={"printed": "0.3"},
 )
 def weight(printed: str = "0.2", run: Run = REFERENCE) -> Finding:
     """The weight of the toy top is 0.2 (N)."""
@@ -331,7 +331,7 @@ def weight(printed: str = "0.2", run: Run = REFERENCE) -> Finding:
     "NUM-35",
     quote="initially started with strong spin (here psi_dot(0) = 155 rad/s)",
     definition="psi_dot = omega_3 - phi_dot cos(theta)",
-    control={"printed": "154"},
+    counterexample={"printed": "154"},
 )
 def spin_at_the_start(printed: str = "155", run: Run = REFERENCE) -> Finding:
     """The spin about the axis is 155 rad/s at the start."""
@@ -345,7 +345,7 @@ def spin_at_the_start(printed: str = "155", run: Run = REFERENCE) -> Finding:
     "SUM-01",
     quote="sychronisation, monotononous, They asks",
     where="Sec. 2.1, 2.2, Sec. 3",
-    control=None,
+    counterexample=None,
 )
 def spelling() -> Finding:
     """Wording and spelling of the text."""
@@ -362,7 +362,7 @@ def spelling() -> Finding:
     "SUM-02",
     quote="omega_3(0) approx phi_dot(0)+psi_dot(0) since ... cos theta approx 1",
     definition="for |phi_dot(0)| up to 200 rad/s, the range of section 2.2, relative to omega_3(0)",
-    control={"run": Run(variant(theta="1.2"))},
+    counterexample={"run": Run(variant(theta="1.2"))},
 )
 def spin_as_a_sum(run: Run = REFERENCE, phi_dot: str = "200") -> Finding:
     """At the start omega_3 is about phi_dot + psi_dot, because cos theta is about 1."""

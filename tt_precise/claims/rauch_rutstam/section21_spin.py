@@ -47,7 +47,7 @@ JELLETT_AT_START = "-R*I3*omega_3*(alpha - cos(theta))"
     where="Sec. 2.1, after eq. (phi_dot_equ)",
     definition=f"changes of sign of 1 - q before t_init (A); {QUOTIENT}; close to 1: |1 - q| below "
     "0.05, with the printed quotient (extremes closed in on in the dense output)",
-    control={"phase": "climb"},
+    counterexample={"phase": "climb"},
 )
 def quotient_before(phase: str = "synchronisation", run: Run = REFERENCE) -> Finding:
     """Before t_init 1 - q changes sign many times, and q is close to 1."""
@@ -77,7 +77,7 @@ def quotient_before(phase: str = "synchronisation", run: Run = REFERENCE) -> Fin
     where="Sec. 2.1, after eq. (phi_dot_equ)",
     definition=f"the last zero of phi_dot before mid-climb, and its sign from there to t_end (A); "
     f"{QUOTIENT}",
-    control={"sign": "negative"},
+    counterexample={"sign": "negative"},
 )
 def quotient_after(sign: str = "positive", printed: str = "3.2", run: Run = REFERENCE) -> Finding:
     """At t_init 1 - q becomes positive, and it stays so during the climb."""
@@ -121,7 +121,7 @@ def _printed_bracket(run: Run) -> Callable[[dict[str, Array]], Array]:
     quote="from the initial value of 155 rad/s to about -85 rad/s",
     definition="omega_3 at 8 s, the end of the graphs; the value it tends to is "
     "-lambda/(R (1 + alpha) I3), which at 8 s it has reached to six digits",
-    control={"printed": "-80"},
+    counterexample={"printed": "-80"},
 )
 def final_spin(printed: str = "-85", run: Run = REFERENCE) -> Finding:
     """omega_3 falls from 155 rad/s to about -85 rad/s."""
@@ -144,7 +144,7 @@ def final_spin(printed: str = "-85", run: Run = REFERENCE) -> Finding:
     quote="in the quotient omega_3(t) (about 154 rad/s) is close to omega_3(0) = 155 rad/s",
     where="Sec. 2.1, after eq. (phi_dot_equ)",
     definition="omega_3 at the initiation time in definitions A, B and C",
-    control={"printed": "153"},
+    counterexample={"printed": "153"},
 )
 def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> Finding:
     """At the initiation time omega_3 is about 154 rad/s."""
@@ -163,7 +163,7 @@ def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> Finding:
     definition="swings (largest minus least value, extrema as events) of phi_dot, psi_dot and "
     "omega_3 from 0.1 s before to 0.1 s after the initiation and the ending time; compensation: "
     "omega_3 swings less than a hundredth of either",
-    control={"sum_": "psi_dot"},
+    counterexample={"sum_": "psi_dot"},
 )
 def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """Near both moments the oscillations of phi_dot and psi_dot cancel in omega_3."""
@@ -187,7 +187,7 @@ def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> Finding:
     "QUAL-10",
     quote="omega_3(t) ... is (unexpectedly) an almost monotonously decreasing function",
     definition="almost: all rises between its extrema (events) together are below 1 % of its fall",
-    control={"name": "theta"},
+    counterexample={"name": "theta"},
 )
 def monotonous_spin(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """omega_3 decreases almost monotonously."""
@@ -209,7 +209,7 @@ def monotonous_spin(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     quote="the curve omega_3(t) is in the beginning and at the end almost horizontal",
     definition="mean slope over the first and the last half second, against the steepest half "
     "second of the run; almost horizontal: below 2 % of that",
-    control={"name": "nu_x"},
+    counterexample={"name": "nu_x"},
 )
 def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """omega_3 is almost constant in the beginning and at the end."""
@@ -238,7 +238,7 @@ def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     where="Sec. 2.1; 2.3",
     definition=f"angle between omega and the vertical; close to parallel: below {CLOSE_DEG} "
     "degrees at every instant (the largest angle is closed in on in the dense output)",
-    control={"axis": "3"},
+    counterexample={"axis": "3"},
 )
 def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> Finding:
     """The angular velocity stays close to vertical."""
@@ -268,7 +268,7 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> Finding:
     "QUAL-13",
     quote="the projection of omega on 3 changes sign",
     definition="zeros of omega_3 over the whole run",
-    control={"name": "L_z"},
+    counterexample={"name": "L_z"},
 )
 def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """During the climb the projection of omega on the symmetry axis changes sign."""
@@ -301,7 +301,7 @@ def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     where="Sec. 2.1, Fig. 3b",
     definition="positive local maxima of omega_3_dot (events) within 0.4 s of the initiation time, "
     "definition A",
-    control={"name": "E_dot"},
+    counterexample={"name": "E_dot"},
 )
 def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> Finding:
     """The derivative of omega_3 has positive spikes near the initiation time."""
@@ -337,7 +337,7 @@ def _swing(name: str, run: Run, span: Span) -> float:
     quote="g_n(t) ... stays positive all time during the inversion",
     where="Sec. 2.1, Fig. 3c",
     definition="the smallest of all local minima of g_n, found as events, and of both ends",
-    control={"run": Run(variant(phi_dot="-1000", until="1"))},
+    counterexample={"run": Run(variant(phi_dot="-1000", until="1"))},
 )
 def normal_force_stays_positive(run: Run = REFERENCE) -> Finding:
     """The normal force of the reference solution is positive all the time."""
@@ -359,7 +359,7 @@ def normal_force_stays_positive(run: Run = REFERENCE) -> Finding:
     "climb (definition A) is m g within 1 %, and consecutive extrema lie on both sides of m g; "
     "strongly: half the largest distance of consecutive extrema exceeds that before the climb ten "
     "times",
-    control={"about": "0.15"},
+    counterexample={"about": "0.15"},
 )
 def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Finding:
     """g_n oscillates about m g, strongly in the climb."""
@@ -391,7 +391,7 @@ def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Find
     "EQ-28",
     quote="phi_dot sin^2 theta=lambda/(R I3)+omega_3(alpha-cos theta)",
     where="Sec. 2.1, eq (21)",
-    control={"printed": CORRECT_PRECESSION},
+    counterexample={"printed": CORRECT_PRECESSION},
 )
 def precession_from_jellett(printed: str = PRECESSION) -> Finding:
     """Jellett's integral solved for phi_dot sin^2 theta."""
@@ -416,7 +416,7 @@ def precession_from_jellett(printed: str = PRECESSION) -> Finding:
     where="Sec. 2.1, eq (21)",
     definition="w0 = omega_3(0)(alpha - cos theta(0)), w = omega_3(alpha - cos theta), quotient "
     "w/w0",
-    control={"printed": "-w0*(1 - w/w0)"},
+    counterexample={"printed": "-w0*(1 - w/w0)"},
 )
 def factored_form(printed: str = "w0*(1 - w/w0)") -> Finding:
     """The last step takes w0 out of -w0 + w."""
@@ -442,7 +442,7 @@ def factored_form(printed: str = "w0*(1 - w/w0)") -> Finding:
     quote="since lambda=-R I3 omega_3(0)(alpha-cos theta(0))",
     where="Sec. 2.1, eq (21), after it",
     definition="at the reference start, phi_dot(0) = 0",
-    control={"printed": JELLETT_AT_START.replace("I3", "I1")},
+    counterexample={"printed": JELLETT_AT_START.replace("I3", "I1")},
 )
 def jellett_of_the_start(printed: str = JELLETT_AT_START) -> Finding:
     """lambda of a start with phi_dot(0) = 0."""

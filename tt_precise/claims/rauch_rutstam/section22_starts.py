@@ -59,7 +59,7 @@ for id, name, unit, printed, wrong in (
         quote=f"{name}(t) in [-{printed}, {printed}]",
         definition="least and largest value over 0..8 s: extrema found as events, values in "
         "double-double with the digits that extended arithmetic confirms",
-        control={"printed": wrong},
+        counterexample={"printed": wrong},
     )(partial(_range, name, unit, printed=printed))
 
 
@@ -67,7 +67,7 @@ for id, name, unit, printed, wrong in (
     "NUM-15",
     quote="cos(theta) = 0.995, about 1",
     definition="theta(0) = 0.1",
-    control={"printed": "0.996"},
+    counterexample={"printed": "0.996"},
 )
 def cosine(printed: str = "0.995", theta: str = "0.1") -> Finding:
     """The cosine of 0.1 rad is 0.995."""
@@ -78,7 +78,7 @@ def cosine(printed: str = "0.995", theta: str = "0.1") -> Finding:
     "NUM-16",
     quote="sin(theta) = 0.01, about 0",
     definition="theta(0) = 0.1",
-    control={"printed": "0.10"},
+    counterexample={"printed": "0.10"},
 )
 def sine(printed: str = "0.01", theta: str = "0.1") -> Finding:
     """The sine of 0.1 rad is 0.01."""
@@ -95,7 +95,7 @@ def sine(printed: str = "0.01", theta: str = "0.1") -> Finding:
     quote="affects the value of lambda as little as 1%",
     definition="the change of lambda between phi_dot(0) = 0 and 200 rad/s, relative to lambda; "
     "theta(0) = 0.1 and omega_3(0) = 155 rad/s stay as they are",
-    control={"printed": "0.1"},
+    counterexample={"printed": "0.1"},
 )
 def share_of_the_precession(printed: str = "1", phi_dot: str = "200") -> Finding:
     """A precession of 200 rad/s at the start changes lambda by as little as 1 %."""
@@ -120,7 +120,7 @@ def share_of_the_precession(printed: str = "1", phi_dot: str = "200") -> Finding
     definition="the phi_dot(0) with which the axis passes exactly through the pole at the first "
     "minimum of theta: root of sign(phi_dot) theta there, which is smooth in phi_dot(0); beyond it "
     "t_init = 0 in definitions A, B and C",
-    control={"printed": "83.2"},
+    counterexample={"printed": "83.2"},
 )
 def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> Finding:
     """The initiation time vanishes when phi_dot(0) is about 83.1 rad/s."""
@@ -143,7 +143,7 @@ def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> 
     quote="the increase of theta(t) becomes monotonous starting from theta = 0.8",
     definition=f"{SMOOTH_STARTS}, theta(0) = 0.1; the last turning point of theta below pi - "
     f"{TO_THE_POLE}; monotony begins there: within {AT_ONCE} rad",
-    control={"printed": "0.3"},
+    counterexample={"printed": "0.3"},
 )
 def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> Finding:
     """With phi_dot(0) in [195, 200] and theta(0) = 0.1, theta grows monotonously from 0.8 on."""
@@ -171,7 +171,7 @@ def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> Finding:
     definition=f"{SMOOTH_STARTS}, theta(0) = 0.01; turning points and falls of theta (from a "
     f"maximum to the next minimum) after the printed time and below pi - {TO_THE_POLE}; a graph "
     f"shows falls of {VISIBLE} rad at best",
-    control={"time": "0.9", "angle": "0.04"},
+    counterexample={"time": "0.9", "angle": "0.04"},
 )
 def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") -> Finding:
     """With theta(0) = 0.01, theta grows monotonously from 0.3 s, 0.02 rad on."""
@@ -203,7 +203,7 @@ def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") 
     quote="their ending time is about t_end = 7.77",
     definition=f"{SMOOTH_STARTS}, theta(0) = 0.01; t_end in each definition, from the least to the "
     "largest of these starts",
-    control={"printed": "7.9"},
+    counterexample={"printed": "7.9"},
 )
 def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> Finding:
     """With theta(0) = 0.01 and phi_dot(0) in [195, 200] the climb ends at about 7.77 s."""
@@ -221,7 +221,7 @@ def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> 
     "NUM-34",
     quote="their initiation time is zero",
     definition=f"{SMOOTH_STARTS}, theta(0) = 0.1 and 0.01; t_init in definitions A, B and C",
-    control={"starts": ("82.5", "83")},
+    counterexample={"starts": ("82.5", "83")},
 )
 def no_initiation(starts: tuple[str, ...] = STEPS) -> Finding:
     """With phi_dot(0) in [195, 200] the initiation time is zero."""
@@ -243,7 +243,7 @@ def no_initiation(starts: tuple[str, ...] = STEPS) -> Finding:
     definition="total variation (sum of all rises and falls between extrema found as events) of "
     "theta_dot, nu_x, nu_y and g_n over 8 s, against starts with phi_dot(0) = 0, 50, 100 and 150; "
     "exceptionally smooth: below a third of the least of theirs",
-    control={"phi_dot": "180"},
+    counterexample={"phi_dot": "180"},
     slow=True,
 )
 def exceptionally_smooth(phi_dot: str = "195") -> Finding:

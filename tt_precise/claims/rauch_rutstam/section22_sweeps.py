@@ -68,7 +68,7 @@ AMONG = (
 
 
 @claim(
-    "SWP-01", definition=T_INIT, control={"printed": "80.1"},
+    "SWP-01", definition=T_INIT, counterexample={"printed": "80.1"},
     quote="An increase of phi_dot(0) from 0 to 83.1 shortens the length of the initial "
     "synchronisation phase so that t_init goes to zero when phi_dot(0) = 83.1",
 )  # fmt: skip
@@ -96,7 +96,7 @@ def shortened_to_zero(printed: str = VANISHES) -> Finding:
 
 
 @claim(
-    "SWP-02", definition=T_INIT, control={"beyond": "70"},
+    "SWP-02", definition=T_INIT, counterexample={"beyond": "70"},
     quote="With further increase of phi_dot(0) the synchronisation phase disappears",
 )  # fmt: skip
 def gone_beyond(beyond: str = VANISHES) -> Finding:
@@ -115,7 +115,7 @@ def gone_beyond(beyond: str = VANISHES) -> Finding:
 
 
 @claim(
-    "SWP-03", control={"near": "200"},
+    "SWP-03", counterexample={"near": "200"},
     definition="Climbing time in definition A.",
     quote="With further increase of phi_dot(0) ... the climbing time is shortened",
 )  # fmt: skip
@@ -141,7 +141,7 @@ def climb_shortened(near: str = "150", far: str = "200") -> Finding:
 
 @claim(
     "SWP-04", definition=f"t_init in definition A. {HORIZON}",
-    control={"peak": "0"},
+    counterexample={"peak": "0"},
     quote="The initiation time also decreases as phi_dot(0) becomes negative",
 )  # fmt: skip
 def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Finding:
@@ -172,7 +172,7 @@ def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Finding:
 
 
 @claim(
-    "SWP-05", control={"zero": "40"},
+    "SWP-05", counterexample={"zero": "40"},
     definition='"phi_dot(0) = 0" is read as the start itself, and as within 5 rad/s of it, a '
     f"fortieth of the half range. {T_INIT}",
     quote="Remarkably the IC with phi_dot(0) = 0 have the longest synchronisation phase for the "
@@ -196,7 +196,7 @@ def longest_at_zero(zero: str = "0") -> Finding:
 
 
 @claim(
-    "SWP-07", where="Sec. 2.2, Summary", control={"series": "box"},
+    "SWP-07", where="Sec. 2.2, Summary", counterexample={"series": "box"},
     definition=f"{INVERTS} {HORIZON}",
     quote="Numerical simulations confirm that all such sample solutions invert",
 )  # fmt: skip
@@ -228,7 +228,7 @@ def inverting(rows: pandas.DataFrame, how: str = " invert") -> Check:
 
 
 @claim(
-    "SWP-15", definition=TREND, control={"upper": "0.4"},
+    "SWP-15", definition=TREND, counterexample={"upper": "0.4"},
     quote="decreasing theta(0) below 0.1 reduces oscillations, smooths out solution curves and "
     "increases the climbing time",
 )  # fmt: skip
@@ -243,7 +243,7 @@ def flatter_is_calmer(upper: str = "0.1") -> Finding:
 
 
 @claim(
-    "SWP-16", definition=TREND, control={"upper": "0.13"},
+    "SWP-16", definition=TREND, counterexample={"upper": "0.13"},
     quote="Increase of theta(0) makes amplitudes of oscillations larger and decreases the "
     "climbing time",
 )  # fmt: skip
@@ -274,7 +274,7 @@ def steeper_is_wilder(lower: str = "0.1", upper: str = "0.3") -> Finding:
 
 
 @claim(
-    "SWP-17", control={"beyond": "0.02"},
+    "SWP-17", counterexample={"beyond": "0.02"},
     definition="omega_3(0) with which the other start values at rest give the reference's lambda.",
     quote="Beyond the angle theta(0)=0.3 the term alpha - cos theta starts to play a role and "
     "omega_3(0) has to be increased to keep lambda = 2 lambda_thres",
@@ -315,7 +315,7 @@ def _trends(rows: pandas.DataFrame) -> dict[str, Check]:
 
 
 @claim(
-    "SWP-10", control={"series": "phi_dot"},
+    "SWP-10", counterexample={"series": "phi_dot"},
     definition="Definition A: starts of the box with phi_dot(0) > 83.13 rad/s, which without "
     "gliding and nodding have none, and t_init > 0.",
     quote="with adding large nonzero nu_x(0), nu_y(0) or theta_dot(0) the synchronisation phase "
@@ -340,7 +340,7 @@ def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Fin
 
 
 @claim(
-    "SWP-11", control={"limit": "6"},
+    "SWP-11", counterexample={"limit": "6"},
     definition=f"t_end - t_init in definition A, of the starts that invert. {TESTED} {HORIZON}",
     quote="the climbing time remains below 7-8 s",
 )  # fmt: skip
@@ -359,7 +359,7 @@ def climb_stays_short(limit: str = "8") -> Finding:
 
 
 @claim(
-    "SWP-12", where="Sec. 2.2, Summary", control={"series": ("theta",)},
+    "SWP-12", where="Sec. 2.2, Summary", counterexample={"series": ("theta",)},
     definition=f"{INVERTS} {TESTED} {HORIZON}",
     quote="the main qualitative features of inverting remain intact",
 )  # fmt: skip
@@ -374,7 +374,7 @@ def still_inverts(series: tuple[str, ...] = EVERY) -> Finding:
 
 
 @claim(
-    "SWP-13", control={"factor": "5"}, definition=f"{TESTED} {HORIZON}",
+    "SWP-13", counterexample={"factor": "5"}, definition=f"{TESTED} {HORIZON}",
     quote="oscillate strongly with amplitudes staying within the same maximal range variability "
     "nu_x in [-0.3,0.3], nu_y in [-0.8,0.8] and theta_dot in [-15,15]",
 )  # fmt: skip
@@ -404,7 +404,7 @@ def stays_in_the_range(factor: str = "1") -> Finding:
 
 
 @claim(
-    "SWP-14", control={"tolerance": "0.01"},
+    "SWP-14", counterexample={"tolerance": "0.01"},
     definition='"Not much": at most 10 %, as much as was perturbed. 512 starts within a tenth of '
     f"the three ranges, phi_dot(0) = 0; definition A. {HORIZON}",
     quote="Small perturbations not exceeding 10 % of the range of variability ... do not change "
@@ -433,7 +433,7 @@ def _start_of(row: pandas.Series) -> str:
 
 
 @claim(
-    "SWP-08", control={"monotonous_from": "0.2"},
+    "SWP-08", counterexample={"monotonous_from": "0.2"},
     definition="Very small: the range of nu_x and of theta_dot along the trajectory is less than "
     "half the reference's. Monotonous: no turning point of theta beyond that angle before 3 rad.",
     quote="phi_dot(0) in [195,200] ... gives rise to solutions with very small amplitude "
@@ -460,7 +460,7 @@ def very_smooth(monotonous_from: str = "0.8", theta: str = "0.1") -> Finding:
 
 
 @claim(
-    "SWP-09", control={"theta": "0.1"},
+    "SWP-09", counterexample={"theta": "0.1"},
     definition="Smoother: the ranges of nu_x, nu_y and theta_dot along the trajectory are smaller "
     "than those with theta(0) = 0.1 and the same phi_dot(0).",
     quote="Solutions with phi_dot(0) in [195,200] become even more smooth when theta(0)=0.01",
@@ -486,7 +486,7 @@ def _smooth_rows(theta: str) -> pandas.DataFrame:
 
 
 @claim(
-    "SWP-06", where="Sec. 2.2, Summary", definition=AMONG, control={"close": "0.01"},
+    "SWP-06", where="Sec. 2.2, Summary", definition=AMONG, counterexample={"close": "0.01"},
     quote="It may be related to the fact that the total energy is close to its minimal value when "
     "lambda = 2 lambda_thres is kept fixed",
 )  # fmt: skip
@@ -513,7 +513,7 @@ def longest_where_energy_is_least(close: str = CLOSE) -> Finding:
 
 
 @claim(
-    "SWP-18", control={"names": ("theta_dot", "nu_x", "nu_y", "phi_dot")},
+    "SWP-18", counterexample={"names": ("theta_dot", "nu_x", "nu_y", "phi_dot")},
     definition="Derivatives of -L.a by the start values, with symbols for all of them.",
     quote="lambda ... does not depend on theta_dot, nu_x or nu_y",
 )  # fmt: skip

@@ -54,7 +54,7 @@ CORRECT_REFERENCE = {"sizes of the terms in nu_x, nu_y": "3a", "difference E~ - 
     where="Fig. 6, caption; Sec. 2.3",
     definition="part of the time from 0 to 8 s in which each component in the frame (x, y, z) is "
     "negative, zeros between extrema found as events; almost all: 95 %; predominantly: two thirds",
-    control={"sign": "positive"},
+    counterexample={"sign": "positive"},
 )
 def torque_is_negative(sign: str = "negative", run: Run = REFERENCE) -> Finding:
     """The components of the torque are negative almost all the time."""
@@ -133,7 +133,7 @@ for id, name, quote, wrong, subject, quantity, time, unit in (
         statement=f"{subject} with the reference lambda is {PRINTED[name]} {unit}.",
         quote=quote,
         definition="lambda is that of the reference start, or exactly 2 lambda_thres",
-        control={"printed": wrong},
+        counterexample={"printed": wrong},
     )(partial(_asymptotic, name, quantity, time, unit, printed=PRINTED[name]))
 
 
@@ -143,7 +143,7 @@ for id, name, quote, wrong, subject, quantity, time, unit in (
     "(-6.667e-4, 1.734e-2)",
     where="Sec. 2.3, Fig. 7a",
     definition="(D, E~) of the reference solution at 0 and 8 s, and the limits for its lambda",
-    control={"initial": ("7.301e-4", "4.215e-2"), "final": ("-6.024e-4", "1.609e-2")},
+    counterexample={"initial": ("7.301e-4", "4.215e-2"), "final": ("-6.024e-4", "1.609e-2")},
 )
 def ends_of_the_curve(
     initial: tuple[str, str] = ("9.381e-4", "4.912e-2"),
@@ -177,7 +177,7 @@ def ends_of_the_curve(
     where="Sec. 2.3, Fig. 7b",
     definition="rises between extrema found as events, relative to the whole fall of D: the "
     "largest single one (what a graph shows), and all of them together; almost: below 1 %",
-    control={"name": "E_tilde"},
+    counterexample={"name": "E_tilde"},
 )
 def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> Finding:
     """D(t) decreases almost monotonously."""
@@ -205,7 +205,7 @@ def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> Finding:
     quote="oscillatory behaviour of E~(t) in relation to the green curve E(t)",
     where="Sec. 2.3, Fig. 7a, c",
     definition=f"changes of sign of E~ - E and local extrema of E~ (events); many: {MANY}",
-    control={"pair": ("E_pot", "E")},
+    counterexample={"pair": ("E_pot", "E")},
 )
 def oscillation_of_the_modified_energy(
     pair: tuple[str, str] = ("E_tilde", "E"), run: Run = REFERENCE
@@ -229,7 +229,7 @@ def oscillation_of_the_modified_energy(
     definition="E~ - E at every instant of the climb (definition A; zeros bracketed by the turning "
     "points of theta and of E~), and averaged over each nutation (from one maximum of theta to the "
     "next) and over the climb",
-    control={"pair": ("E", "E_tilde")},
+    counterexample={"pair": ("E", "E_tilde")},
     slow=True,
 )
 def modified_energy_is_larger(
@@ -274,7 +274,7 @@ def modified_energy_is_larger(
     quote="the difference E~ - E becomes largest in the middle of inversion when theta = pi/2",
     definition="the largest E~ - E, closed in on in the dense output; middle: the middle third of "
     "the climb (definition A); theta about pi/2: within 0.2 rad",
-    control={"angle": "1"},
+    counterexample={"angle": "1"},
 )
 def largest_difference(angle: str = "", run: Run = REFERENCE) -> Finding:
     """E~ - E is largest in the middle of the inversion, at theta about pi/2."""
@@ -301,7 +301,7 @@ def largest_difference(angle: str = "", run: Run = REFERENCE) -> Finding:
     definition="(omega x a).y-hat = R sin(theta)(omega_3 + phi_dot (alpha - cos(theta))), where "
     "y-hat points behind the plane: its sign at every instant, and averaged over each nutation "
     "(from one maximum of theta to the next) and over the climb (definition A)",
-    control={"side": -1},
+    counterexample={"side": -1},
 )
 def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Finding:
     """omega x a points to y-hat, behind the plane of Fig. 1."""
@@ -325,7 +325,7 @@ def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Finding:
     "theta = pi/2",
     definition="values at t_init and t_end (definition A), sin(theta) until theta first passes "
     "pi/2; at every instant: no rise or fall the other way",
-    control={"spin": 1},
+    counterexample={"spin": 1},
 )
 def trends_in_the_climb(spin: int = -1, run: Run = REFERENCE) -> Finding:
     """In the climb |a| grows, |omega| decreases, and sin(theta) grows until pi/2."""
@@ -362,7 +362,7 @@ def trends_in_the_climb(spin: int = -1, run: Run = REFERENCE) -> Finding:
     "positive",
     definition="2|omega x a| - nu_y in the climb (definition A): its sign at every instant, "
     "and averaged over each nutation (from one maximum of theta to the next) and over the climb",
-    control={"factor": -2},
+    counterexample={"factor": -2},
 )
 def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> Finding:
     """2|omega x a| - nu_y stays positive in the climb."""
@@ -452,7 +452,7 @@ def _length(vector: Vector) -> Array:
     where="Sec. 2.3, end",
     definition="the panel named must show, by its caption, what the sentence speaks about; labels "
     "total_plots2 b and c are panels b and c of Figure 3",
-    control={"references": CORRECT_REFERENCE},
+    counterexample={"references": CORRECT_REFERENCE},
 )
 def cross_references(references: Mapping[str, str] = REFERRED) -> Finding:
     """The last two references to figures name the panels that show what is spoken about."""
@@ -476,7 +476,7 @@ def cross_references(references: Mapping[str, str] = REFERRED) -> Finding:
     "FIG-16",
     quote="(blue), (yellow), (grey), (green), (red); light blue line",
     where="captions of Figs 2 to 7; Sec. 2.3",
-    control=None,
+    counterexample=None,
 )
 def colours() -> Finding:
     """The figures show the curves in the colours that captions and text name."""

@@ -50,7 +50,7 @@ PARTS = ("E_trans", "E_rot", "E_pot")
     "NUM-25",
     quote="initially small, about 0.34 E_pot(t=0)",
     definition=f"E_trans(0)/E_pot(0) of the reference solution: {START}",
-    control={"printed": "0.31"},
+    counterexample={"printed": "0.31"},
 )
 def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENCE) -> Finding:
     """The translational energy at the start is about 0.34 of the potential energy there."""
@@ -65,20 +65,20 @@ def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENC
     )
 
 
-@claim("NUM-20", quote="0.005106", control={"printed": "0.005107"})
+@claim("NUM-20", quote="0.005106", counterexample={"printed": "0.005107"})
 def potential_energy_at_8_s(printed: str = AT_8_S, run: Run = REFERENCE) -> Finding:
     """E_pot of the reference solution at 8 s."""
     note = "m g R (1 - alpha cos theta) at the state that double-double and extended agree on."
     return _energy(printed, "8", note, run)
 
 
-@claim("NUM-21", quote="0.002755", control={"printed": "0.002756"})
+@claim("NUM-21", quote="0.002755", counterexample={"printed": "0.002756"})
 def potential_energy_at_the_start(printed: str = AT_0_S, run: Run = REFERENCE) -> Finding:
     """E_pot of the reference solution at the start."""
     return _energy(printed, "0", "m g R (1 - alpha cos 0.1): closed form in the start values.", run)
 
 
-@claim("NUM-22", quote="0.005106/0.002755=1.8534", control={"printed": "1.8544"})
+@claim("NUM-22", quote="0.005106/0.002755=1.8534", counterexample={"printed": "1.8544"})
 def ratio_of_potential_energies(printed: str = "1.8534", run: Run = REFERENCE) -> Finding:
     """E_pot(8 s)/E_pot(0) of the reference solution."""
     check = v.rounds_to(printed, run.settled(_ratio))
@@ -91,7 +91,7 @@ def ratio_of_potential_energies(printed: str = "1.8534", run: Run = REFERENCE) -
     )
 
 
-@claim("NUM-23", quote="1.3/0.7=1.8571", control={"printed": "1.8572"})
+@claim("NUM-23", quote="1.3/0.7=1.8571", counterexample={"printed": "1.8572"})
 def theoretical_ratio(printed: str = THEORY, alpha: str = "0.3") -> Finding:
     """In theory E_pot grows by the factor (1 + alpha)/(1 - alpha)."""
     exact = (1 + Fraction(alpha)) / (1 - Fraction(alpha))
@@ -101,7 +101,7 @@ def theoretical_ratio(printed: str = THEORY, alpha: str = "0.3") -> Finding:
     )
 
 
-@claim("NUM-24", quote="differs ... only by 0.2%", control={"printed": "0.1"})
+@claim("NUM-24", quote="differs ... only by 0.2%", counterexample={"printed": "0.1"})
 def difference_of_the_ratios(printed: str = "0.2", run: Run = REFERENCE) -> Finding:
     """The ratio of potential energies at 8 s and 0 differs by 0.2 % from the theoretical one."""
 
@@ -143,7 +143,9 @@ def _ratio(run: Trajectory) -> Scalar:
     "EQ-31",
     quote="E=E_trans+E_rot+E_pot=...",
     where="Sec. 2.3, eq (22)",
-    control={"translational": TRANSLATIONAL.replace("nu_x*sin(theta) +", "nu_x*sin(theta) -")},
+    counterexample={
+        "translational": TRANSLATIONAL.replace("nu_x*sin(theta) +", "nu_x*sin(theta) -")
+    },
 )
 def energy_split(
     translational: str = TRANSLATIONAL, rotational: str = ROTATIONAL, potential: str = POTENTIAL
@@ -160,7 +162,7 @@ def energy_split(
     "EQ-32",
     quote="E_dot=... (four lines)",
     where="Sec. 2.3, eq (23)",
-    control={"lines": (CHAIN[0].replace("+ m*g", "- m*g"), *CHAIN[1:])},
+    counterexample={"lines": (CHAIN[0].replace("+ m*g", "- m*g"), *CHAIN[1:])},
     slow=True,
 )
 def chain_for_the_energy(lines: tuple[str, ...] = CHAIN) -> Finding:
@@ -179,7 +181,7 @@ def chain_for_the_energy(lines: tuple[str, ...] = CHAIN) -> Finding:
     "EQ-33",
     quote="the equality omega_dot.L=omega.L_dot valid due to axial symmetry",
     definition="for the second reading: any rigid body, three different moments of inertia",
-    control={"factor": 2},
+    counterexample={"factor": 2},
 )
 def symmetry_of_inertia(factor: int = 1) -> Finding:
     """omega_dot.L = omega.L_dot, and axial symmetry is why."""
@@ -213,7 +215,7 @@ def _holds_for_any_body(factor: int) -> bool:
 @claim(
     "EQ-34",
     quote="m g s_dot.z is the rate of energy transfer ... into E_pot",
-    control={"weight": "m*g*dot(v_A, z_hat)"},
+    counterexample={"weight": "m*g*dot(v_A, z_hat)"},
     slow=True,
 )
 def transfers(
@@ -239,7 +241,7 @@ def transfers(
 @claim(
     "EQ-35",
     quote="tau_x=..., tau_z=..., tau_y=...",
-    control={"printed": (TORQUE[0][1:], *TORQUE[1:])},
+    counterexample={"printed": (TORQUE[0][1:], *TORQUE[1:])},
 )
 def torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
     """The components of the torque a x F in the frame (x, y, z)."""
@@ -253,7 +255,7 @@ def torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
 @claim(
     "EQ-36",
     quote="E~=E-m v_A^2/2+m v_A.(omega x a)",
-    control={"printed": DIFFERENCE.replace("/2", "")},
+    counterexample={"printed": DIFFERENCE.replace("/2", "")},
 )
 def modified_energy_from_energy(printed: str = DIFFERENCE) -> Finding:
     """E~ is E - m v_A^2/2 + m v_A.(omega x a)."""
@@ -270,7 +272,7 @@ def modified_energy_from_energy(printed: str = DIFFERENCE) -> Finding:
     where="Sec. 2.3, eq (25)",
     definition="root mean square over the climb (definition A) of the reference solution, every "
     "millisecond",
-    control={"factor": 4},
+    counterexample={"factor": 4},
 )
 def estimate_of_the_difference(factor: float = 2, run: Run = REFERENCE) -> Finding:
     """E~ - E is approximately -m nu_x^2/2 + m nu_y (2 |omega x a| - nu_y)/2."""
@@ -294,7 +296,7 @@ def estimate_of_the_difference(factor: float = 2, run: Run = REFERENCE) -> Findi
     quote="2|omega x a|-nu_y=2|omega||a| sin theta-nu_y>0",
     where="Sec. 2.3, after eq (25)",
     definition="for omega parallel to z, which the paper assumes there",
-    control={"printed": "R*alpha*sin(theta)"},
+    counterexample={"printed": "R*alpha*sin(theta)"},
 )
 def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Finding:
     """|omega x a| is |omega||a| sin theta."""
@@ -323,7 +325,7 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Finding:
     "EQ-41",
     quote="negative whenever nu_y>0 ... whenever nu_x<0 or nu_x is sufficiently small",
     definition="where g_n > 0 and 0 < theta < pi",
-    control={"printed": (TORQUE[0], TORQUE[1].replace("-R*alpha", "R*alpha"), TORQUE[2])},
+    counterexample={"printed": (TORQUE[0], TORQUE[1].replace("-R*alpha", "R*alpha"), TORQUE[2])},
 )
 def signs_of_the_torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
     """tau_x, tau_z < 0 where nu_y > 0, and tau_y < 0 where nu_x is negative or small."""
@@ -360,7 +362,7 @@ def _vectors() -> Mapping[str, Scalar]:
     definition="E at 8 s from the sum of its parts there, against E(0) minus the work of friction "
     "(the integral of mu g_n v_A^2, Gauss's rule between extrema); monotonous: no event where E "
     "turns, and its rate has no zero",
-    control={"parts": ("E_trans", "E_rot")},
+    counterexample={"parts": ("E_trans", "E_rot")},
 )
 def parts_of_the_energy(parts: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> Finding:
     """The three parts add up to the energy, which decreases monotonously."""
@@ -394,7 +396,7 @@ def parts_of_the_energy(parts: tuple[str, ...] = PARTS, run: Run = REFERENCE) ->
     quote="the potential energy E_pot (light blue line) increases",
     definition="between 0 and 8 s; and at every instant, or averaged over each nutation (from one "
     "maximum of theta to the next)",
-    control={"name": "E_rot"},
+    counterexample={"name": "E_rot"},
 )
 def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Finding:
     """E_pot increases."""
@@ -420,7 +422,7 @@ def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Fin
     definition="the main graph shows 0 to E(0); the largest change of each part between "
     "consecutive extrema (events) against its course, that is the smaller of two neighbouring "
     "ones; not seen: below 1 % of the graph's height",
-    control={"name": "E_tilde"},
+    counterexample={"name": "E_tilde"},
 )
 def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> Finding:
     """The oscillations of the parts are too small to be seen in the main graph."""
@@ -441,7 +443,7 @@ def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> Finding:
     "FIG-04",
     quote="E_trans ... goes to zero as TT inverts",
     definition="E_trans at 8 s against E_trans(0); goes to zero: below 1 % of it",
-    control={"name": "E_pot"},
+    counterexample={"name": "E_pot"},
 )
 def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -> Finding:
     """E_trans tends to zero as the top inverts."""
@@ -460,7 +462,7 @@ def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -
     quote="the greatest part of the energy is contained in the rotational energy mode",
     definition="E_rot against E_pot and E_trans at every instant: least E_rot minus the largest "
     "values of both others (events); so that it is more than half of E",
-    control={"name": "E_pot"},
+    counterexample={"name": "E_pot"},
 )
 def rotational_energy_is_the_greatest(name: str = "E_rot", run: Run = REFERENCE) -> Finding:
     """Most of the energy is rotational all the time."""
@@ -485,7 +487,7 @@ def rotational_energy_is_the_greatest(name: str = "E_rot", run: Run = REFERENCE)
     where="Sec. 2.3, Fig. 5",
     definition="the smallest maximum of |v_A| and the largest of E_dot (events) within 0.2 s of "
     "t_init, definition A; close to zero: 1 % of the peaks between them",
-    control={"moment": "5.5"},
+    counterexample={"moment": "5.5"},
 )
 def vanishing_rate(moment: str = "", run: Run = REFERENCE) -> Finding:
     """Near t_init E_dot comes close to zero where nu_x and nu_y both do."""
@@ -524,7 +526,7 @@ def vanishing_rate(moment: str = "", run: Run = REFERENCE) -> Finding:
     definition="part of the time with a negative value (zeros between extrema found as events): "
     "predominantly means two thirds of the climb at least; similar shape: correlation over 0..8 s "
     "above 0.7",
-    control={"name": "E_rot_dot"},
+    counterexample={"name": "E_rot_dot"},
 )
 def shape_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERENCE) -> Finding:
     """E_trans_dot is mostly negative and shaped like E_dot."""
@@ -552,7 +554,7 @@ def shape_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERE
     quote="most of the energy lost to friction comes from the rotational and the translational "
     "components",
     definition="differences between 8 s and 0, relative to the loss of E",
-    control={"from_": ("E_trans", "E_pot")},
+    counterexample={"from_": ("E_trans", "E_pot")},
 )
 def where_the_energy_comes_from(
     from_: tuple[str, str] = ("E_rot", "E_trans"), run: Run = REFERENCE
@@ -586,7 +588,7 @@ def _correlation(name: str, run: Run) -> float:
     where="Sec. 2.3, Fig. 5",
     definition="reference solution; extrema found as events; oscillatory: more than "
     f"{MANY} extrema and, but for E_dot, which cannot change sign, {MANY + 1} changes of sign",
-    control={"run": Run(variant(until="0.05"))},
+    counterexample={"run": Run(variant(until="0.05"))},
 )
 def rates_oscillate(run: Run = REFERENCE) -> Finding:
     """E_dot, E_pot_dot and E_trans_dot oscillate."""

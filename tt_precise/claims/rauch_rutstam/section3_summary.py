@@ -52,7 +52,7 @@ STARTS = ("0", "50", "83", "100", "150", "180", "195", "200")
     quote="the dynamical equations (2)-(6)",
     where="Sec. 3; captions of Figs 2 and 7",
     definition="numbers counted in the order of the printed equations",
-    control={"last": 5},
+    counterexample={"last": 5},
 )
 def cross_reference(first: int = 2, last: int = 6) -> Finding:
     """The dynamical equations are (2) to (6)."""
@@ -78,7 +78,7 @@ def cross_reference(first: int = 2, last: int = 6) -> Finding:
     where="Summary c)",
     definition="the least phi_dot before the initiation time A (extremum event), against the "
     f"largest phi_dot at the maxima of theta before it; large: {FACTOR} times as large",
-    control={"phase": "climb"},
+    counterexample={"phase": "climb"},
 )
 def large_negative_values(phase: str = "synchronisation", run: Run = REFERENCE) -> Finding:
     """Before t_init phi_dot reaches large negative values."""
@@ -104,7 +104,7 @@ def large_negative_values(phase: str = "synchronisation", run: Run = REFERENCE) 
     "synchronisation time-interval",
     where="Summary",
     definition="t_init = 0 or not, in definition A; threshold as for NUM-18",
-    control={"printed": "84"},
+    counterexample={"printed": "84"},
 )
 def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> Finding:
     """Starts with phi_dot(0) above 83 rad/s climb at once, the others do not."""
@@ -127,7 +127,7 @@ def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> Finding
 
 
 @claim(
-    "SWP-22", where="Summary", definition=T_INIT, control={"limit": "90"},
+    "SWP-22", where="Summary", definition=T_INIT, counterexample={"limit": "90"},
     quote="solutions with phi_dot(0) <= 83 require a synchronisation time-interval before theta "
     "starts to climb",
 )  # fmt: skip
@@ -145,7 +145,7 @@ def needed_up_to(limit: str = "83") -> Finding:
 
 
 @claim(
-    "SWP-19", where="Summary", control={"tolerance": "0.01"},
+    "SWP-19", where="Summary", counterexample={"tolerance": "0.01"},
     definition="The first time after theta = pi/2 at which nu_y falls through nu_x, and its "
     f"distance from t_end in definition A, at most 0.1 s. {TESTED} {HORIZON}",
     quote="For all tested IC the climbing time-interval ends at the ending time ... the graph of "
@@ -173,7 +173,7 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> Finding:
 
 
 @claim(
-    "SWP-20", where="Summary", control={"usually": "0.1"},
+    "SWP-20", where="Summary", counterexample={"usually": "0.1"},
     definition="Range of the quantity along the trajectory, against the reference's; "
     f'"usually": for more than half of the starts, in each of nu_x, nu_y, theta_dot. {TESTED}',
     quote="amplitudes of oscillations for all dynamical variables usually increases",
@@ -199,7 +199,7 @@ def amplitudes_increase(usually: str = "0.5") -> Finding:
 
 
 @claim(
-    "SWP-21", where="Summary", definition=AMONG, control={"close": "0.01"},
+    "SWP-21", where="Summary", definition=AMONG, counterexample={"close": "0.01"},
     quote="the total energy for the reference solution is close to the minimal value of total "
     "energy among solutions having lambda = 2 lambda_thres",
 )  # fmt: skip
@@ -220,7 +220,7 @@ def energy_close_toleast_energy(close: str = CLOSE) -> Finding:
     "SUM-04",
     quote="This transfer is due to the torque that changes the components of angular velocity",
     definition="the power of the torque is omega.(a x F)",
-    control={"torque": "dot(omega, cross(F, a))"},
+    counterexample={"torque": "dot(omega, cross(F, a))"},
 )
 def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Finding:
     """The torque changes omega and transfers the energy between the three modes."""
@@ -249,7 +249,7 @@ def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Finding:
     definition=f"phi_dot(0) = {', '.join(STARTS)} rad/s, otherwise the reference start, 12 s; "
     "those that invert. Peak: largest |phi_dot| at turning points of theta within 0.3 s of the "
     "ending time (definition A), against those from the equator to 0.3 s before it",
-    control={"around": 0.001},
+    counterexample={"around": 0.001},
 )
 def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = STARTS) -> Finding:
     """phi_dot oscillates with high amplitude at the ending time of every inverting solution."""

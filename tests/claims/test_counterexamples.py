@@ -1,4 +1,4 @@
-"""Every claim has a control: made false, it comes to another verdict."""
+"""Every claim has a counterexample: made false, it comes to another verdict."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -16,14 +16,14 @@ def _every_claim() -> list[Any]:
 
 @pytest.mark.parametrize("one", _every_claim())
 def test_control_changes_the_verdict(one: str) -> None:
-    control = claims()[one].control
+    counterexample = claims()[one].counterexample
     judged = judge(one)
     assert judged.finding.note
     assert judged.finding.printed
-    if control is None:
-        assert judged.verdict == "untestable", f"{one} can be tested, so it needs a control"
+    if counterexample is None:
+        assert judged.verdict == "untestable", f"{one} can be tested, so it needs a counterexample"
     else:
-        assert judge(one, **control).verdict != judged.verdict
+        assert judge(one, **counterexample).verdict != judged.verdict
 
 
 @pytest.mark.parametrize(
