@@ -5,7 +5,6 @@ from typing import Any
 
 import mpmath
 import pytest
-from tt_precise.runtime.check import Check
 
 from tt_precise.claims.verdicts import (
     MOST_DIGITS,
@@ -28,6 +27,7 @@ from tt_precise.claims.verdicts import (
     verdict_of,
     within,
 )
+from tt_precise.runtime.values import Check
 
 TRUE, FALSE = statement(True, "so", "so"), statement(False, "so", "not so")
 ROUNDED = rounds_to("1.5", Fraction("1.46"))

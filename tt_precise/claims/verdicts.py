@@ -21,8 +21,7 @@ from enum import StrEnum
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
 
-from tt_precise.runtime.check import Check
-from tt_precise.runtime.values import Scalar
+from tt_precise.runtime.values import Check, Scalar
 
 # ---- measured numbers ---------------------------------------------------------------------------
 

@@ -19,8 +19,7 @@ from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, d
-from tt_precise.runtime.check import Check
-from tt_precise.runtime.values import Functions, Scalar
+from tt_precise.runtime.values import Check, Functions, Scalar
 from tt_precise.scene.body import NAMES, Parameters
 
 # A state without symmetry at which everything, the root in Routh's function too, is rational; in

@@ -18,8 +18,7 @@ from tt_precise.golden import proofs
 from tt_precise.golden.proofs import Established, Interval
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.runtime.check import Check
-from tt_precise.runtime.values import InputError, Json
+from tt_precise.runtime.values import Check, InputError, Json
 from tt_precise.scene.scene import load_scene
 
 Event = dict[str, Interval]

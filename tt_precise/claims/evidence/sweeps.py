@@ -18,8 +18,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from tt_precise.runtime.cache import cached_table
-from tt_precise.runtime.check import Check
-from tt_precise.runtime.values import Array, Json
+from tt_precise.runtime.values import Array, Check, Json
 from tt_precise.scene.body import NAMES
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps.run import integrated, lambda_of_start, sweep_pool

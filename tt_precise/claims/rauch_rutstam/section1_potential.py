@@ -21,8 +21,7 @@ from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, d, effective_potential
 from tt_precise.mechanics.vectors import Vector, cross, dot, scaled
-from tt_precise.runtime.check import Check
-from tt_precise.runtime.values import Scalar
+from tt_precise.runtime.values import Check, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import load_scene
 

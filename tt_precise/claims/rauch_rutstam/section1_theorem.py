@@ -28,7 +28,7 @@ from tt_precise.mechanics import euler, newton, thresholds
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.runtime.check import Check
+from tt_precise.runtime.values import Check
 from tt_precise.scene.scene import Scene
 
 claim = claims_of(RAUCH_RUTSTAM, "1")

@@ -37,8 +37,7 @@ from tt_precise.golden.proofs import Interval
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.inversion import NEEDED
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.runtime.check import Check
-from tt_precise.runtime.values import Array, Scalar
+from tt_precise.runtime.values import Array, Check, Scalar
 from tt_precise.scene.scene import Scene
 
 if TYPE_CHECKING:

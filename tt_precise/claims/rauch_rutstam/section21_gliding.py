@@ -11,7 +11,7 @@ from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.section1_potential import CONDITION, CORRECT_CONDITION
 from tt_precise.claims.verdicts import Finding
-from tt_precise.runtime.check import Check
+from tt_precise.runtime.values import Check
 from tt_precise.scene.scene import load_scene
 
 claim = claims_of(RAUCH_RUTSTAM, "2.1")

@@ -26,8 +26,7 @@ from tt_precise.integration import Trajectory
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import Vector, cross, dot
-from tt_precise.runtime.check import Check
-from tt_precise.runtime.values import Array, Scalar
+from tt_precise.runtime.values import Array, Check, Scalar
 
 claim = claims_of(RAUCH_RUTSTAM, "2.1")
 QUOTIENT = (

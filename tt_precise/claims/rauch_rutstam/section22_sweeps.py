@@ -31,8 +31,7 @@ from tt_precise.claims.verdicts import Finding
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.quantities import E, Motion, jellett
-from tt_precise.runtime.check import Check
-from tt_precise.runtime.values import Scalar
+from tt_precise.runtime.values import Check, Scalar
 from tt_precise.scene.body import Parameters
 
 if TYPE_CHECKING:

@@ -17,8 +17,7 @@ from tt_precise.mechanics import newton
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import Vector, cross, dot
-from tt_precise.runtime.check import Check
-from tt_precise.runtime.values import Array, Functions, Scalar
+from tt_precise.runtime.values import Array, Check, Functions, Scalar
 from tt_precise.scene.body import Parameters
 
 claim = claims_of(RAUCH_RUTSTAM, "2.3")

@@ -16,8 +16,7 @@ from tt_precise.claims.verdicts import Finding
 from tt_precise.golden.proofs import Interval
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.runtime.check import Check
-from tt_precise.runtime.values import Scalar
+from tt_precise.runtime.values import Check, Scalar
 
 claim = claims_of(RAUCH_RUTSTAM, "2.3")
 START = "closed form in the start values"

@@ -37,7 +37,7 @@ from tt_precise.claims.rauch_rutstam.section22_sweeps import (
 from tt_precise.claims.verdicts import Finding
 from tt_precise.mechanics import euler, thresholds
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.runtime.check import Check
+from tt_precise.runtime.values import Check
 
 if TYPE_CHECKING:
     import pandas
