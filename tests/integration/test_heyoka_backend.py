@@ -10,7 +10,7 @@ import pytest
 
 from tt_precise.integration import Trajectory, heyoka_backend, integrate
 from tt_precise.integration.equations import LARGE_TILT, SLOW_SPEED, Equations, longest_step
-from tt_precise.integration.heyoka_backend import Idle, numeric_options
+from tt_precise.integration.heyoka_backend import IntegratorPool, numeric_options
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import FORMULATIONS, SLOW, integrated
@@ -30,7 +30,7 @@ def builds(monkeypatch: pytest.MonkeyPatch) -> list[Setup]:
         built.append(setup)
         return original(setup)
 
-    monkeypatch.setattr(heyoka_backend, "_idle", Idle(build))
+    monkeypatch.setattr(heyoka_backend, "_pool", IntegratorPool(build))
     return built
 
 
@@ -104,19 +104,19 @@ def test_mu_is_exact_though_it_comes_as_a_square(reference: Scene) -> None:
 
 
 def test_integrators_are_lent_to_one_at_a_time_and_do_not_pile_up() -> None:
-    idle: Idle[str, object] = Idle(lambda key: object(), most=3)
-    with idle.lent("a") as first:
+    pool: IntegratorPool[str, object] = IntegratorPool(lambda key: object(), most=3)
+    with pool.lent("a") as first:
         pass
-    with idle.lent("a") as again, idle.lent("a") as another, idle.lent("b") as other:
+    with pool.lent("a") as again, pool.lent("a") as another, pool.lent("b") as other:
         assert again is first is not another is not other
-    assert (idle.waiting("a"), idle.waiting("b")) == (2, 1)
-    with idle.lent("b"), idle.lent("b"):
+    assert (pool.waiting("a"), pool.waiting("b")) == (2, 1)
+    with pool.lent("b"), pool.lent("b"):
         pass
-    assert idle.waiting("a") + idle.waiting("b") == 3  # one is let go
-    with pytest.raises(KeyboardInterrupt), idle.lent("b"):
+    assert pool.waiting("a") + pool.waiting("b") == 3  # one is let go
+    with pytest.raises(KeyboardInterrupt), pool.lent("b"):
         raise KeyboardInterrupt  # what was interrupted is not used again
-    assert idle.waiting("b") == 0
-    few: Idle[str, object] = Idle(lambda key: object(), kinds=2)
+    assert pool.waiting("b") == 0
+    few: IntegratorPool[str, object] = IntegratorPool(lambda key: object(), kinds=2)
     for key in "abac":
         with few.lent(key):
             pass

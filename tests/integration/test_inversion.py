@@ -9,7 +9,13 @@ import mpmath
 import pytest
 
 from tt_precise.integration import Trajectory, integrate
-from tt_precise.integration.inversion import NEEDED, Climb, Marks, Turns, from_marks
+from tt_precise.integration.inversion import (
+    NEEDED,
+    Climb,
+    InversionEvents,
+    Turns,
+    from_inversion_events,
+)
 from tt_precise.scene.scene import Scene, load_scene
 
 NONE = Climb(None, None)
@@ -24,7 +30,7 @@ def turns(rows: Sequence[tuple[float, float, float]]) -> Turns:
 
 
 # A climb with everything on either side: theta reaches pi/2 at t = 10.
-MARKS = Marks(
+MARKS = InversionEvents(
     equator=[10, 12],
     minima=turns(MINIMA),
     maxima=turns(MAXIMA),
@@ -35,7 +41,7 @@ MARKS = Marks(
 
 
 def test_the_definitions_on_a_climb_made_by_hand() -> None:
-    found = from_marks(MARKS, math.pi)
+    found = from_inversion_events(MARKS, math.pi)
     assert found.equator == 10
     # A: from b = -0.1 at 5 to b = 0.3 at 7; from b = 0.3 at 13 to b = -0.1 at 15
     assert found.A.t_init == pytest.approx(5.5, rel=1e-15)
@@ -68,7 +74,7 @@ FORWARD = [turn for turn in MINIMA if turn[2] > 0]
     ],
 )  # fmt: skip
 def test_other_climbs(changes: dict[str, Any], when: str, expected: tuple[Any, ...]) -> None:
-    found = from_marks(replace(MARKS, **changes), math.pi)
+    found = from_inversion_events(replace(MARKS, **changes), math.pi)
     assert [getattr(climb, when) for climb in (found.A, found.B, found.C)] == [
         one and pytest.approx(one, rel=1e-15) for one in expected
     ]

@@ -115,13 +115,13 @@ def test_steps_after_a_cut_one_are_as_long_as_ever() -> None:
     assert abs(with_events.state.kz - without.state.kz) < 1e-40
 
 
-def test_rounded_otherwise_moves_the_last_bits_alone() -> None:
+def test_opposite_rounding_moves_the_last_bits_alone() -> None:
     for name in ("double-double", "triple-double"):
         precision = precision_named(name)
         third = precision.context.mpf(1) / 3
-        other = precision.other_side(third)
+        other = precision.opposite_neighbour(third)
         assert 0 < abs(other - third) < precision.eps
-        assert precision.other_side(precision.context.mpf(3)) == 3
+        assert precision.opposite_neighbour(precision.context.mpf(3)) == 3
 
 
 def test_what_it_lacks_is_refused_in_one_line() -> None:

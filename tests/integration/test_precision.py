@@ -44,7 +44,7 @@ def test_a_number_is_rounded_once_on_its_way_in(
 ) -> None:
     exact = Fraction(mantissa) * Fraction(10) ** exponent
     number = precision.number(precision.exact(exact))
-    out = precision.guarded(number)
+    out = precision.with_guard_bits(number)
     assert fraction(out) == nearest(exact, precision.bits)
     assert precision.number(out) == number
     assert precision.number(precision.context.mpf(precision.text(out))) == number
@@ -54,10 +54,10 @@ def test_a_number_is_rounded_once_on_its_way_in(
 def test_control_the_last_bit_is_not_lost(precision: Precision) -> None:
     one = precision.context.mpf(1)
     above = precision.number(one + precision.eps)
-    assert precision.guarded(above) == one + precision.eps
-    assert precision.guarded(above) != one
+    assert precision.with_guard_bits(above) == one + precision.eps
+    assert precision.with_guard_bits(above) != one
     assert precision.number(one + precision.eps / 4) == precision.number(one)
-    assert precision.text(precision.guarded(above)) != precision.text(one)
+    assert precision.text(precision.with_guard_bits(above)) != precision.text(one)
 
 
 @each
@@ -65,7 +65,7 @@ def test_control_the_last_bit_is_not_lost(precision: Precision) -> None:
 def test_what_has_no_digits_stays_as_it_is(precision: Precision, special: str) -> None:
     kind = precision.fp_type
     number = kind(special, precision.bits) if precision.name == "mp" else kind(special)
-    out = precision.guarded(number)
+    out = precision.with_guard_bits(number)
     assert precision.context.isnan(out) if special == "nan" else out == float(special)
 
 
@@ -99,13 +99,13 @@ def test_extended_is_refused_where_it_is_not_wider(monkeypatch: pytest.MonkeyPat
 @pytest.mark.parametrize("text", ["1/3", "-2/7", "154.3", "1e-30", "-1e20"])
 def test_the_other_side_is_the_next_number(precision: Precision, text: str) -> None:
     exact = precision.exact(Fraction(text))
-    rounded = precision.guarded(precision.number(exact))
-    other = precision.other_side(exact)
+    rounded = precision.with_guard_bits(precision.number(exact))
+    other = precision.opposite_neighbour(exact)
     if rounded == exact:
         assert other == exact
     else:
         assert min(rounded, other) < exact < max(rounded, other)
-        assert precision.guarded(precision.number(other)) == other
+        assert precision.with_guard_bits(precision.number(other)) == other
         assert 0 < abs(other - rounded) <= precision.eps * abs(exact)
 
 

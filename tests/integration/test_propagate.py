@@ -10,7 +10,7 @@ import numpy
 import pytest
 
 from tt_precise.integration import Trajectory, heyoka_backend, integrate
-from tt_precise.integration.heyoka_backend import Idle
+from tt_precise.integration.heyoka_backend import IntegratorPool
 from tt_precise.integration.precision import KINDS
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
@@ -64,7 +64,7 @@ def test_a_run_repeats_bit_by_bit(half: Scene, precision: str) -> None:
 
 def test_compiling_again_changes_no_bit(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     first = integrate(half, "quad")
-    monkeypatch.setattr(heyoka_backend, "_idle", Idle(heyoka_backend.build))
+    monkeypatch.setattr(heyoka_backend, "_pool", IntegratorPool(heyoka_backend.build))
     assert integrate(half, "quad").state == first.state
 
 

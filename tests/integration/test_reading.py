@@ -97,7 +97,7 @@ def test_events_have_mpmaths_states(run: Trajectory) -> None:
     hits = [] if run.scene.in_pieces else run.run.segments[0].output.propagation.hits
     assert hits or run.scene.in_pieces or run.scene.name in ("upright", "contact-lost")
     for row, hit in enumerate(sorted(hits, key=lambda hit: hit.time)):
-        q = run.run.columns.motion(tuple(map(run.precision.guarded, hit.state)))
+        q = run.run.columns.motion(tuple(map(run.precision.with_guard_bits, hit.state)))
         for name in names:
             unit = run.start.units.of_dimension(QUANTITIES[name].dimension)
             assert _same(run, table[name][row], QUANTITIES[name].evaluate(q) * unit)

@@ -199,4 +199,4 @@ def test_the_road_from_a_scene_to_a_state_is_short(capsys: pytest.CaptureFixture
     assert sum(name.startswith("integration/") for name in called) <= 15
     assert len(called) <= 30
     # a viscous top on a rigid table needs neither
-    assert called.isdisjoint({"integration/hybrid.py", "integration/own_time.py"})
+    assert called.isdisjoint({"integration/hybrid.py", "integration/regularised_time.py"})

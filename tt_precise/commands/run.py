@@ -174,7 +174,7 @@ def command(
     from dataclasses import replace
 
     from tt_precise.integration import integrate
-    from tt_precise.integration.digits import MOST_SECONDS, seconds_for
+    from tt_precise.integration.api import MOST_SECONDS, seconds_for
     from tt_precise.integration.events import asked_for
     from tt_precise.runtime import tables
     from tt_precise.runtime.terminal import progress_bar

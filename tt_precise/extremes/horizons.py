@@ -97,18 +97,18 @@ def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Observ
     """Friction, run backwards, drives away from where it led to: the way back is the worse one."""
     scene, working = varied(until=until), precision_named(precision)
     start, form = InitialState.of(scene, working.arithmetic), formulation("gliding", "newton")
-    number, guarded = working.number, working.guarded
+    number, with_guard_bits = working.number, working.with_guard_bits
     first = list(map(number, start.state(form)))
     setup = Setup(formulation=form, precision=working, tolerance=tolerance)
     with integrator(setup) as made:
         made.begin(setup, start)
         _, _, _, steps, *_ = made.adaptive.propagate_until(number(start.until))
         made.adaptive.propagate_until(number(working.context.mpf(0)))
-        last = [guarded(made.adaptive.state[i]) for i in range(len(first))]
+        last = [with_guard_bits(made.adaptive.state[i]) for i in range(len(first))]
     finite(last)
-    distance = max(abs(a - guarded(b)) for a, b in zip(last, first, strict=True))
+    distance = max(abs(a - with_guard_bits(b)) for a, b in zip(last, first, strict=True))
     how = sensitivity(scene)
-    size = max(abs(guarded(x)) for x in first)
+    size = max(abs(with_guard_bits(x)) for x in first)
     allowed = how.returning * (steps / (len(how.times) - 1)) ** 0.5
     digits = max(0.0, float(working.context.log10(size / distance)))
     if allowed * working.eps > HOPELESS:

@@ -29,7 +29,12 @@ from tt_precise.golden.documents import Proof
 from tt_precise.golden.store import EVENTS, PROOF, PROOF_HASH, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import catalogue
-from tt_precise.integration.inversion import InversionTimes, Marks, Turns, from_marks
+from tt_precise.integration.inversion import (
+    InversionEvents,
+    InversionTimes,
+    Turns,
+    from_inversion_events,
+)
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime import records
@@ -424,7 +429,7 @@ def inversion(stored: Stored, record: Record) -> InversionTimes:
     events = proved_events(stored, record)
     rising = [one for one in events.get("equator", []) if one["direction"] < 0]
     if not rising:
-        return from_marks(Marks([], NO_TURNS, NO_TURNS, [], [], []), PI)
+        return from_inversion_events(InversionEvents([], NO_TURNS, NO_TURNS, [], [], []), PI)
     first = enclosed(stored, record, TRAJECTORY, 0)
     state = NewtonState(*(first[name] for name in NewtonState._fields))
     motion = Motion(stored.scene.body.numbers(Fraction), state, None)
@@ -441,7 +446,7 @@ def inversion(stored: Stored, record: Record) -> InversionTimes:
             [sign * one["phi_dot"] for one in found],
         )
 
-    marks = Marks(
+    marks = InversionEvents(
         equator=[one["t"] for one in rising],
         minima=turns("theta_min"),
         maxima=turns("theta_max"),
@@ -450,7 +455,7 @@ def inversion(stored: Stored, record: Record) -> InversionTimes:
         opposed=times("Lk_equals_minus_Lz"),
         backwards=sign * rising[0]["phi_dot"] < 0,
     )
-    return from_marks(marks, PI)
+    return from_inversion_events(marks, PI)
 
 
 def proved_events(stored: Stored, record: Record) -> dict[str, list[Event]]:

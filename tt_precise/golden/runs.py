@@ -146,7 +146,7 @@ def _text(value: Scalar) -> str:
 def events_table(trajectory: Trajectory, names: Sequence[str]) -> Table:
     """Columns name, t, direction and the state ``names[1:]`` of each event."""
     precision, found = trajectory.precision, trajectory.event_table(names[1:])
-    wide = precision.wide
+    wide = precision.mpfr
 
     def texts(name: str) -> list[str]:
         return [text or "" for text in wide.texts(wide.array(found[name]), precision.decimals)]

@@ -146,14 +146,14 @@ class Columns:
         """Named columns (SI) of ``rows``; None where a quantity is undefined."""
         if not rows:
             return {name: [] for name in names}
-        wide, alone = self.precision.wide, len(rows) == 1
-        with wide.precision():
+        mpfr, alone = self.precision.mpfr, len(rows) == 1
+        with mpfr.precision():
             # one row by itself costs less than arrays of one
-            number = (lambda column: wide.number(column[0])) if alone else wide.array
+            number = (lambda column: mpfr.number(column[0])) if alone else mpfr.array
             entries = tuple(map(number, zip(*rows, strict=True)))
-            found = self.of_arrays(names, entries, wide.number, wide)
+            found = self.of_arrays(names, entries, mpfr.number, mpfr)
             return {
-                name: list(map(wide.back, [values] if alone else values))
+                name: list(map(mpfr.back, [values] if alone else values))
                 for name, values in found.items()
             }
 
@@ -202,17 +202,17 @@ class Columns:
     def states(self, times: Sequence[Scalar], rows: Sequence[Row]) -> list[State]:
         """The ``State`` (SI) of each row, at guarded dimensionless times."""
         columns = self.of_rows(self.names, rows)
-        unit, leaving = self.start.units.time, self.leaving
+        unit, to_user = self.start.units.time, self.to_user
         return [
             State(
-                leaving(time * unit),
-                dict(zip(columns, map(leaving, row), strict=True)),
+                to_user(time * unit),
+                dict(zip(columns, map(to_user, row), strict=True)),
                 self.precision,
             )
             for time, row in zip(times, zip(*columns.values(), strict=True), strict=True)
         ]
 
-    def leaving(self, value: Scalar | None) -> Scalar | None:
+    def to_user(self, value: Scalar | None) -> Scalar | None:
         """A number as users get it: a float in double, else the guarded mpmath number."""
         return float(value) if self.precision.is_float and value is not None else value
 

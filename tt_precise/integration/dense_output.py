@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple, Protocol
 
 from tt_precise.integration.columns import Row
 from tt_precise.integration.equations import extended_rates
-from tt_precise.integration.events import Hit
+from tt_precise.integration.events import EventRecord
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.initial_state import InitialState
@@ -94,10 +94,10 @@ class SampleTimes:
         return cls(scene.sample_times, times, start)
 
 
-def in_parts(times: Sequence[Fraction], unit: Scalar, wide: Mpfr) -> Array:
+def in_parts(times: Sequence[Fraction], unit: Scalar, mpfr: Mpfr) -> Array:
     """Exact times in s as dimensionless ones, each as three doubles: axes (time, part)."""
-    with wide.precision():
-        return wide.in_parts(wide.of_fractions(times) / wide.number(unit), MOST_PARTS)
+    with mpfr.precision():
+        return mpfr.in_parts(mpfr.of_fractions(times) / mpfr.number(unit), MOST_PARTS)
 
 
 def long_double(value: Scalar) -> Scalar:
@@ -139,7 +139,7 @@ class Propagation:
     state: tuple[Scalar, ...]
     steps: int
     order: int
-    hits: tuple[Hit, ...]
+    hits: tuple[EventRecord, ...]
     touches: frozenset[str] = frozenset()
     samples: Array | None = field(default=None, compare=False, repr=False)
 
@@ -282,16 +282,18 @@ class DenseOutput(Span):
         """The row at ``end_time``."""
         if not self.end_time:
             return self.start_row
-        row = tuple(map(self.precision.guarded, self.propagation.state))
+        row = tuple(map(self.precision.with_guard_bits, self.propagation.state))
         return self._moved(row, self.end_time - self._reached)
 
     @cached_property
     def _reached(self) -> Scalar:
-        return sum(map(self.precision.guarded, (self.propagation.time, self.propagation.time_low)))
+        return sum(
+            map(self.precision.with_guard_bits, (self.propagation.time, self.propagation.time_low))
+        )
 
     def rows(self, times: Sequence[Scalar], progress: Progress | None = None) -> list[Row]:
         """Rows at guarded dimensionless ``times``, in guarded numbers."""
-        number, guarded = self.precision.number, self.precision.guarded
+        number, with_guard_bits = self.precision.number, self.precision.with_guard_bits
         rows: dict[int, Row] = {}
         inner: dict[int, ContinuousOutput] = {}
         for place, time in enumerate(times):
@@ -303,38 +305,38 @@ class DenseOutput(Span):
         def read(output: ContinuousOutput, low: Scalar, high: Scalar) -> None:
             for place, rounded in inner.items():
                 if (low is None or low < rounded) and (high is None or rounded <= high):
-                    row = tuple(map(guarded, output(rounded)))
-                    rows[place] = self._moved(row, times[place] - guarded(rounded))
+                    row = tuple(map(with_guard_bits, output(rounded)))
+                    rows[place] = self._moved(row, times[place] - with_guard_bits(rounded))
 
         if inner:
             self._read(read, progress)
         return [rows[place] for place in range(len(times))]
 
-    def wide_arrays(self, seconds: Array, progress: Progress | None = None) -> tuple[Array, ...]:
+    def mpfr_arrays(self, seconds: Array, progress: Progress | None = None) -> tuple[Array, ...]:
         """The rows of any run at ``seconds``, an array for each entry; both of wide numbers.
 
         To the same bits as ``rows``, which reads those of several doubles one by one.
         """
         import numpy
 
-        wide, parts = self.precision.wide, self.precision.doubles
+        mpfr, parts = self.precision.mpfr, self.precision.doubles
         size = len(self.setup.formulation.columns) + len(self.setup.record)
         if not len(seconds):
             return tuple(seconds for _ in range(size))
         if not (parts and self.stored):
-            inner = [self.dimensionless_time(wide.back(t)) for t in seconds]
+            inner = [self.dimensionless_time(mpfr.back(t)) for t in seconds]
             rows = self.rows(inner, progress)
-            return tuple(map(wide.array, zip(*rows, strict=True)))
+            return tuple(map(mpfr.array, zip(*rows, strict=True)))
         for time in {min(seconds), max(seconds)}:
-            self.dimensionless_time(wide.back(time))
-        times = wide.in_parts(seconds / wide.number(self.start.units.time), MOST_PARTS)
-        at_start, at_end = seconds == 0, seconds >= wide.number(self.end)
+            self.dimensionless_time(mpfr.back(time))
+        times = mpfr.in_parts(seconds / mpfr.number(self.start.units.time), MOST_PARTS)
+        at_start, at_end = seconds == 0, seconds >= mpfr.number(self.end)
         order = numpy.argsort(times[:, 0], kind="stable")
         states = numpy.empty((len(times), parts, size))
         states[order] = self.in_parts(times[order])
-        entries = tuple(wide.of_parts(states[:, :, entry]) for entry in range(size))
+        entries = tuple(mpfr.of_parts(states[:, :, entry]) for entry in range(size))
         for entry, first, last in zip(entries, self.start_row, self.end_row, strict=True):
-            entry[at_start], entry[at_end] = wide.number(first), wide.number(last)
+            entry[at_start], entry[at_end] = mpfr.number(first), mpfr.number(last)
         return entries
 
     def times(self, times: Sequence[Fraction]) -> Times:

@@ -26,7 +26,7 @@ from tt_precise.integration.columns import (
     worst_digits,
 )
 from tt_precise.integration.dense_output import ARRIVED, Times, in_parts, long_double
-from tt_precise.integration.events import Event, Hit
+from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.precision import finer
 from tt_precise.integration.reading import Reader
 from tt_precise.integration.segments import Run, Segment
@@ -48,7 +48,7 @@ def reference_runs(setup: Setup) -> list[dict[str, Any]]:
     happen to come out close to it. There a second one repeats the run, rounded the other way.
     """
     precision = setup.precision
-    again = {"events": (), "rounded_otherwise": True}
+    again = {"events": (), "opposite_rounding": True}
     if setup.tolerance >= precision.kind.coarse * precision.eps or (
         precision.doubles and setup.tolerance >= RATIO * full_tolerance(precision)
     ):
@@ -297,9 +297,9 @@ class States:
             apart = sum(self.parts[:parts] - other.parts[:parts])
             apart = apart + sum(self.parts[parts:]) - sum(other.parts[parts:])
         else:
-            wide = max((one.precision for one in both), key=lambda one: one.bits).wide
-            with wide.precision():
-                apart = self.wide - other.wide
+            mpfr = max((one.precision for one in both), key=lambda one: one.bits).mpfr
+            with mpfr.precision():
+                apart = self.mpfr - other.mpfr
         return self.floats, apart.astype(float)
 
     @cached_property
@@ -307,7 +307,7 @@ class States:
         """In float64."""
         if self.in_long_double:
             return self.long_doubles.astype(float)
-        return self.parts[0] if self.kept_in_parts else self.wide.astype(float)
+        return self.parts[0] if self.kept_in_parts else self.mpfr.astype(float)
 
     @property
     def kept_in_parts(self) -> bool:
@@ -328,16 +328,16 @@ class States:
         if samples and tuple(self._times) == samples.exact:
             moments = samples.parts
         else:
-            moments = in_parts(self._times, self._output.start.units.time, self.precision.wide)
+            moments = in_parts(self._times, self._output.start.units.time, self.precision.mpfr)
         found: Array = self._output.in_parts(moments).transpose(1, 2, 0)
         return found
 
     @cached_property
-    def wide(self) -> Array:
+    def mpfr(self) -> Array:
         """In wide numbers."""
         import numpy
 
-        return numpy.array(self._output.wide_arrays(self.precision.wide.of_fractions(self._times)))
+        return numpy.array(self._output.mpfr_arrays(self.precision.mpfr.of_fractions(self._times)))
 
 
 class Part(NamedTuple):
@@ -388,7 +388,7 @@ def event_errors(run: Run, references: Sequence[Reference]) -> dict[str, Array]:
 
 def _errors_within(
     part: Part,
-    hits: Sequence[Hit],
+    hits: Sequence[EventRecord],
     others: Sequence[tuple[Reference, Sequence[Part]]],
 ) -> tuple[Array, Array, Array]:
     """Times and errors (s) of what happens inside a part, and digits of the states there."""
@@ -446,7 +446,7 @@ def _end(part: Part) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
 
 
 def _beside(
-    part: Part, hits: Sequence[Hit], event: Event, other_part: Part, last: float
+    part: Part, hits: Sequence[EventRecord], event: Event, other_part: Part, last: float
 ) -> tuple[Array, Array]:
     """Distances in time (s), and digits of the states, of one event from those of a reference.
 
@@ -459,12 +459,16 @@ def _beside(
     hits = [hit for hit in hits if float(part.one.begin) + float(hit.time) <= last]
     if not hits or part.before != other_part.before:
         return late, digits
-    guarded, mpf = of.precision.guarded, other.precision.context.mpf
+    with_guard_bits, mpf = of.precision.with_guard_bits, other.precision.context.mpf
     shift = mpf(part.one.begin) - mpf(other_part.one.begin)
-    delay, entries = _zeros(other_part.one, [mpf(guarded(hit.time)) + shift for hit in hits], event)
+    delay, entries = _zeros(
+        other_part.one, [mpf(with_guard_bits(hit.time)) + shift for hit in hits], event
+    )
     names, inner, in_arrays = of.names, slice(0, len(hits)), _in_arrays(other_part.one)
     number = long_double if in_arrays else of.precision.context.mpf
-    own = tuple(zip(*([number(guarded(x)) for x in hit.state] for hit in hits), strict=True))
+    own = tuple(
+        zip(*([number(with_guard_bits(x)) for x in hit.state] for hit in hits), strict=True)
+    )
     values, others = (
         _columns(run, names, rows, in_arrays) for run, rows in ((of, own), (other, entries))
     )

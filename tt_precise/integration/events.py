@@ -22,7 +22,7 @@ EXTREMUM, ZERO = "extremum:", "zero:"
 MOST_EVENTS = 1_000_000  # each takes half a kB
 
 
-class Hit(NamedTuple):
+class EventRecord(NamedTuple):
     """One event as it happened: dimensionless time and state in heyoka's numbers."""
 
     name: str

@@ -30,7 +30,7 @@ from tt_precise.integration.events import (
     EVENTS,
     MOST_EVENTS,
     Event,
-    Hit,
+    EventRecord,
 )
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.segments import Run, Segment
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from types import ModuleType
 
 MOST_CUTS = 4  # of a failed propagation, back to its last good step
-LONGEST_OWN_TIME = 2.0**40  # where the state ends the propagation
+LONGEST_REGULARISED_TIME = 2.0**40  # where the state ends the propagation
 REST_SPEED = 2.0**-8  # of eps; v = 0 is less than an ulp of time away from there
 GRAZING = 2.0**-20  # in units of sqrt(g R): nothing lands as slowly as this, but it may take off
 Key = TypeVar("Key", bound=Hashable)
@@ -128,7 +128,7 @@ def propagate(
     with integrator(setup) as made:
         made.begin(setup, start)
         if setup.formulation.regularised_time and until is None:
-            horizon = number(setup.precision.context.mpf(LONGEST_OWN_TIME))
+            horizon = number(setup.precision.context.mpf(LONGEST_REGULARISED_TIME))
         rooted = setup.events or setup.formulation.model == "flight"
         first = number(setup.precision.context.mpf(FIRST_STEP)) if rooted else horizon
         goals = [first, horizon] if first < horizon else [horizon]
@@ -156,7 +156,7 @@ def propagate(
             return _propagation_of(setup, start, made, status, 0)
     partial = [name for name in setup.watched if name not in EVENTS]
     if partial and propagate(setup.but(events=()), start, until=until).status != "failed":
-        t = float(setup.precision.guarded(last_good) * start.units.time)
+        t = float(setup.precision.with_guard_bits(last_good) * start.units.time)
         raise InputError(
             f"events: got {', '.join(partial)}, of which some are undefined at t = {t:.6g} s, "
             "expected functions that are defined all the way, such as theta_max or phi_dot_zero"
@@ -216,7 +216,7 @@ def _advance(
             progress(min(1.0, float(adaptive.time) / float(goals[-1])))
         return True
 
-    guarded = precision.guarded
+    with_guard_bits = precision.with_guard_bits
     keywords: dict[str, Any] = {"max_steps": precision.kind.steps, **limits}
     if precision.in_software:
         keywords["callback"] = report
@@ -225,7 +225,7 @@ def _advance(
         if outcome != heyoka.taylor_outcome.time_limit:
             break
         outcome = heyoka.taylor_outcome.step_limit
-        advance, crawl = guarded(goal), precision.eps * guarded(goal)
+        advance, crawl = with_guard_bits(goal), precision.eps * with_guard_bits(goal)
         while outcome == heyoka.taylor_outcome.step_limit and advance >= crawl:
             before = made.adaptive.time
             if sampling is not None and goal == goals[-1] and not sampling.begun:
@@ -237,7 +237,7 @@ def _advance(
                 if dense is not None and output is not None:
                     dense.append(output)
             steps += count
-            advance = guarded(made.adaptive.time - before)
+            advance = with_guard_bits(made.adaptive.time - before)
             report(made.adaptive)
     return outcome, steps
 
@@ -308,7 +308,7 @@ class Integrator:
     adaptive: Adaptive
     terminal: tuple[str, ...]
     events: dict[str, Event]
-    hits: list[Hit] = field(default_factory=list)
+    hits: list[EventRecord] = field(default_factory=list)
     losses: list[Scalar] = field(default_factory=list)
 
     def begin(self, setup: Setup, start: InitialState) -> None:
@@ -348,8 +348,8 @@ def build(setup: Setup) -> Integrator:
     terminal = terminal_functions(form, equations.motion, equations.variables[0])
     events = setup.watched
     if form.regularised_time:
-        terminal |= _ends_in_own_time(setup, equations, heyoka.par[len(form.parameters)])
-    hits: list[Hit] = []
+        terminal |= _ends_in_regularised_time(setup, equations, heyoka.par[len(form.parameters)])
+    hits: list[EventRecord] = []
     losses: list[Scalar] = []
     noted = []
     if setup.contact == "bilateral":
@@ -390,7 +390,7 @@ def _condition(form: Formulation, name: str) -> dict[str, Any]:
     return {"callback": goes_on}
 
 
-def _ends_in_own_time(setup: Setup, equations: Equations, horizon: Any) -> dict[str, Any]:
+def _ends_in_regularised_time(setup: Setup, equations: Equations, horizon: Any) -> dict[str, Any]:
     state = dict(zip(setup.formulation.columns, equations.variables, strict=False))
     if "zeta" in state:
         pressing = 1 - equations.motion.body.damping * state["rise"]
@@ -437,7 +437,7 @@ def _events(
     setup: Setup,
     events: dict[str, Event],
     equations: Equations,
-    hits: list[Hit],
+    hits: list[EventRecord],
 ) -> list[Any]:
     """heyoka's events; a function that is constant has none."""
     found = []
@@ -449,7 +449,7 @@ def _events(
 
 
 def _event(
-    heyoka: ModuleType, event: Event, expression: Scalar, fp_type: type, hits: list[Hit]
+    heyoka: ModuleType, event: Event, expression: Scalar, fp_type: type, hits: list[EventRecord]
 ) -> Any:
     direction = heyoka_direction(event.direction)
 
@@ -463,7 +463,7 @@ def _event(
                 "for fewer kinds of them"
             )
         # the state of the integrator is at the end of the step; the event's is interpolated
-        hits.append(Hit(event.name, time, sign, tuple(adaptive.update_d_output(time))))
+        hits.append(EventRecord(event.name, time, sign, tuple(adaptive.update_d_output(time))))
 
     return heyoka.nt_event(expression, callback, direction=direction, fp_type=fp_type)
 
@@ -475,7 +475,7 @@ def _loss(heyoka: ModuleType, numerator: Scalar, fp_type: type, losses: list[Sca
     return heyoka.nt_event(numerator, callback, direction=heyoka_direction(-1), fp_type=fp_type)
 
 
-class Idle(Generic[Key, Made]):
+class IntegratorPool(Generic[Key, Made]):
     """What ``build`` makes of a key, lent out; may be used by several threads at once."""
 
     def __init__(self, build: Callable[[Key], Made], most: int = MOST, kinds: int = KINDS):
@@ -510,9 +510,9 @@ class Idle(Generic[Key, Made]):
         return len(self._waiting.get(key, ()))
 
 
-_idle = Idle(build)
+_pool = IntegratorPool(build)
 
 
 def integrator(setup: Setup) -> AbstractContextManager[Integrator]:
     """An integrator for ``setup``: an idle one of an earlier run, or one that is compiled now."""
-    return _idle.lent(setup)
+    return _pool.lent(setup)

@@ -19,8 +19,14 @@ from tt_precise.integration.dense_output import DenseOutput, SampleTimes, Stored
 from tt_precise.integration.equations import SLOW_SPEED, motion
 from tt_precise.integration.events import existing
 from tt_precise.integration.heyoka_backend import propagate, repeating
-from tt_precise.integration.onset import direction_on_the_cone, directions_from_rest, onset
-from tt_precise.integration.own_time import OnsetOutput, OwnTimeOutput, terms_for
+from tt_precise.integration.regularised_time import (
+    OnsetOutput,
+    RegularisedTimeOutput,
+    direction_on_the_cone,
+    directions_from_rest,
+    onset,
+    terms_for,
+)
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.mechanics import compliant, friction, rolling
@@ -79,7 +85,7 @@ def propagated(setup: Setup, start: InitialState) -> DenseOutput:
         return DenseOutput(setup, start, propagation, pieces, again)
     t = setup.formulation.columns.index("t")
     hits = tuple(hit._replace(time=hit.state[t]) for hit in propagation.hits)
-    return OwnTimeOutput(setup, start, replace(propagation, hits=hits), pieces, again)
+    return RegularisedTimeOutput(setup, start, replace(propagation, hits=hits), pieces, again)
 
 
 def after(output: DenseOutput, before: InitialState, *, at_rest: bool = False) -> InitialState:

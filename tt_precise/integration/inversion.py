@@ -53,7 +53,7 @@ class Turns(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Marks:
+class InversionEvents:
     """The events ``NEEDED``, each kind in order of time: numbers of any one arithmetic.
 
     ``equator`` holds only the crossings of theta = pi/2 from below; ``backwards`` says that
@@ -102,7 +102,7 @@ def from_events(
         return Turns(t[here].tolist(), theta[here].tolist(), (sign * phi_dot[here]).tolist())
 
     rises = (name == "equator") & (direction < 0)
-    marks = Marks(
+    marks = InversionEvents(
         equator=t[rises].tolist(),
         minima=turns("theta_min"),
         maxima=turns("theta_max"),
@@ -111,10 +111,10 @@ def from_events(
         opposed=times("Lk_equals_minus_Lz"),
         backwards=any(sign * one < 0 for one in phi_dot[rises][:1].tolist()),
     )
-    return from_marks(marks, pi)
+    return from_inversion_events(marks, pi)
 
 
-def from_marks(marks: Marks, pi: Scalar) -> InversionTimes:
+def from_inversion_events(marks: InversionEvents, pi: Scalar) -> InversionTimes:
     """Initiation and ending times: the three definitions themselves."""
     if not marks.equator:
         none = Climb(None, None)

@@ -25,7 +25,7 @@ from tt_precise.integration.equations import (
     motion,
     terminal_functions,
 )
-from tt_precise.integration.events import MOST_EVENTS, Hit
+from tt_precise.integration.events import MOST_EVENTS, EventRecord
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
@@ -200,7 +200,7 @@ class _Run:
         own = (event.direction for event in setup.watched.values())
         directions = (*(-1 for _ in self.terminal), *own)
         self.watch = Watch(len(self.system.graph.entries), directions, self.fn)
-        self.hits: list[Hit] = []
+        self.hits: list[EventRecord] = []
         self.left = False  # the table, in a run that goes on then
 
     def take(self, piece: StepBlock) -> _End:
@@ -218,7 +218,7 @@ class _Run:
                     "or for fewer kinds of them"
                 )
             else:
-                self.hits.append(Hit(name, zero.time, zero.direction, state))
+                self.hits.append(EventRecord(name, zero.time, zero.direction, state))
         taken = len(piece.lengths)
         if piece.good < taken or self._crawls(piece):
             steps = min(piece.good, taken - 1)

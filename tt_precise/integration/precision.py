@@ -123,7 +123,7 @@ class Precision:
         return _context(self.bits, threading.get_ident())
 
     @property
-    def wide(self) -> Mpfr:
+    def mpfr(self) -> Mpfr:
         """Arrays of numbers as precise as those of ``context``."""
         return mpfr_of(self.context)
 
@@ -158,7 +158,7 @@ class Precision:
             return lambda value: kind(context.nstr(value, digits), self.bits)
         return lambda value: kind(context.nstr(value, digits))
 
-    def other_side(self, value: Scalar) -> Scalar:
+    def opposite_neighbour(self, value: Scalar) -> Scalar:
         """The number beside a guarded one that ``number`` does not round it to, also guarded.
 
         The exact value lies between the two. A value that this precision holds stays as it is.
@@ -170,15 +170,15 @@ class Precision:
             towards = math.inf if nearest < value else -math.inf
             return self.context.mpf(math.nextafter(nearest, towards))
         if self.doubles:
-            return self._other_side_of_doubles(value)
-        rounded = self.guarded(self.number(value))
+            return self._opposite_neighbour_of_doubles(value)
+        rounded = self.with_guard_bits(self.number(value))
         if rounded == value:
             return value
         _, exponent = self.context.frexp(rounded)
         gap = self.context.ldexp(1, exponent - self.bits)
         return rounded + gap if rounded < value else rounded - gap
 
-    def _other_side_of_doubles(self, value: Scalar) -> Scalar:
+    def _opposite_neighbour_of_doubles(self, value: Scalar) -> Scalar:
         near, left = self.context.mpf(0), value
         for _ in range(self.doubles - 1):
             near, left = near + float(left), left - float(left)
@@ -187,7 +187,7 @@ class Precision:
         return value if last == left else near + math.nextafter(last, towards)
 
     @property
-    def guarded(self) -> Callable[[Scalar], Scalar]:
+    def with_guard_bits(self) -> Callable[[Scalar], Scalar]:
         """Function taking a number of heyoka's type to the equal mpmath number."""
         context, bits = self.context, self.bits
         if self.is_float:

@@ -82,11 +82,11 @@ class Reader:
         """The columns of one segment, over its own time."""
         if self.in_arrays:
             return _array_columns(one, names, times, numbers, progress)
-        wide = self.precision.wide
-        with wide.precision():
-            seconds = wide.of_fractions(times)
-            entries = one.output.wide_arrays(seconds, progress)
-            found = one.columns.of_arrays(names, entries, wide.number, wide)
+        mpfr = self.precision.mpfr
+        with mpfr.precision():
+            seconds = mpfr.of_fractions(times)
+            entries = one.output.mpfr_arrays(seconds, progress)
+            found = one.columns.of_arrays(names, entries, mpfr.number, mpfr)
             table = {"t": seconds, **found}
             return {name: self._converted(values, numbers) for name, values in table.items()}
 
@@ -100,7 +100,7 @@ class Reader:
         if self.precision.is_float:
             plain = list(map(float, times))
             return shortest_texts(plain) if numbers == "text" else plain
-        return self._converted(self.precision.wide.of_fractions(times), numbers)
+        return self._converted(self.precision.mpfr.of_fractions(times), numbers)
 
     def _converted(self, values: Array, numbers: Numbers) -> Array:
         """Wide numbers as they are asked for."""
@@ -108,13 +108,13 @@ class Reader:
 
         precision = self.precision
         if numbers == "text":
-            return precision.wide.texts(values, precision.decimals)
+            return precision.mpfr.texts(values, precision.decimals)
         if numbers == "float" or precision.is_float:
             found = values.astype(float)
             return (
                 numpy.where(numpy.isfinite(found), found, numpy.nan) + 0.0
             )  # no minus before zero
-        return numpy.array(list(map(precision.wide.back, values)), dtype=object)
+        return numpy.array(list(map(precision.mpfr.back, values)), dtype=object)
 
     def events(self) -> pandas.DataFrame:
         """The recorded events in order of time: name, t, direction and the state there."""
@@ -133,17 +133,17 @@ class Reader:
         """
         if self.run.alone:
             return self._events_of_segment(self.run.alone, names, at)
-        context, leaving = self.precision.context, self.run.columns.leaving
+        context, to_user = self.precision.context, self.run.columns.to_user
         columns: dict[str, Array] = {name: [] for name in ("name", "t", "direction", *names)}
         for one in self.run.segments:
             found = self._events_of_segment(one, names, at)
-            found["t"] = [leaving(context.mpf(t) + one.begin_s) for t in found["t"]]
+            found["t"] = [to_user(context.mpf(t) + one.begin_s) for t in found["t"]]
             for name, column in columns.items():
                 column += list(found[name])
             if one.ended and one is not self.run.segments[-1]:
                 output = one.output
                 (state,) = one.columns.states([output.end_time], [output.end_row])
-                row = {"name": one.ended, "t": leaving(one.end_s), "direction": FALLING}
+                row = {"name": one.ended, "t": to_user(one.end_s), "direction": FALLING}
                 row |= state.values
                 for name, column in columns.items():
                     column.append(row.get(name))
@@ -165,13 +165,13 @@ class Reader:
             columns |= {"t": times.astype(float), "direction": directions}
             values = of.of_arrays(names, entries, long_double)
             return columns | {name: column.astype(float) for name, column in values.items()}
-        guarded, leaving = self.precision.guarded, of.leaving
-        columns["t"] = [leaving(guarded(hit.time) * unit) for hit in hits]
+        with_guard_bits, to_user = self.precision.with_guard_bits, of.to_user
+        columns["t"] = [to_user(with_guard_bits(hit.time) * unit) for hit in hits]
         columns["direction"] = directions
         asked = [names and (at is None or hit.name in at) for hit in hits]
-        rows = [tuple(map(guarded, hit.state)) for hit in itertools.compress(hits, asked)]
+        rows = [tuple(map(with_guard_bits, hit.state)) for hit in itertools.compress(hits, asked)]
         for name, column in of.of_rows(names, rows).items():
-            found = map(leaving, column)
+            found = map(to_user, column)
             columns[name] = [next(found) if one else None for one in asked]
         return columns
 

@@ -69,9 +69,9 @@ class Beginning:
         return SampleTimes.of(scene, self.start)
 
     @cached_property
-    def rounded_otherwise(self) -> InitialState:
+    def opposite_rounding(self) -> InitialState:
         """The start with every number on the other side of the exact one."""
-        return self.start.map(self.precision.other_side)
+        return self.start.map(self.precision.opposite_neighbour)
 
 
 def integrated(
@@ -79,11 +79,11 @@ def integrated(
     setup: Setup,
     progress: Progress | None = None,
     *,
-    rounded_otherwise: bool = False,
+    opposite_rounding: bool = False,
 ) -> Run:
     """What becomes of ``scene``, integrated once as ``setup`` says.
 
-    With ``rounded_otherwise`` every number of body and start lies on the other side of the exact
+    With ``opposite_rounding`` every number of body and start lies on the other side of the exact
     one: what such a run differs by contains what their rounding does to a run.
 
     Raises
@@ -93,7 +93,7 @@ def integrated(
         can do what the set-up asks for.
     """
     begun = beginning(scene, setup.precision, setup.contact, threading.get_ident())
-    start = begun.rounded_otherwise if rounded_otherwise else begun.start
+    start = begun.opposite_rounding if opposite_rounding else begun.start
     reason = None
     for backend in backends(scene):
         reason = backend.refuses(scene, setup)

@@ -156,9 +156,9 @@ class Run(Span):
     @property
     def stretches(self) -> tuple[Stretch, ...]:
         """From one event that joins segments to the next."""
-        leaving, begin, found = self.columns.leaving, self.start.until * 0, []
+        to_user, begin, found = self.columns.to_user, self.start.until * 0, []
         for one in self.joints:
-            found.append(Stretch(one.model, leaving(begin), leaving(one.end_s), one.ended))
+            found.append(Stretch(one.model, to_user(begin), to_user(one.end_s), one.ended))
             begin = one.end_s
         last = self.segments[-1].model
-        return (*found, Stretch(last, leaving(begin), leaving(self.end), self.status))
+        return (*found, Stretch(last, to_user(begin), to_user(self.end), self.status))

@@ -69,11 +69,11 @@ class Trajectory:
 
     sensitivity: Derivatives | None = None
 
-    def __init__(self, scene: Scene, run: Run, *, rounded_otherwise: bool = False):
+    def __init__(self, scene: Scene, run: Run, *, opposite_rounding: bool = False):
         self.scene, self.run, self.setup, self.start = scene, run, run.setup, run.start
         self.status: Status = run.status
         self.steps, self.order = run.steps, run.order
-        self._rounded_otherwise = rounded_otherwise
+        self._opposite_rounding = opposite_rounding
         self._reader = Reader(run)
 
     @classmethod
@@ -83,24 +83,24 @@ class Trajectory:
         setup: Setup,
         progress: Progress | None = None,
         *,
-        rounded_otherwise: bool = False,
+        opposite_rounding: bool = False,
     ) -> Trajectory:
         """The scene integrated once, as the set-up says."""
-        run = integrated(scene, setup, progress, rounded_otherwise=rounded_otherwise)
-        return cls(scene, run, rounded_otherwise=rounded_otherwise)
+        run = integrated(scene, setup, progress, opposite_rounding=opposite_rounding)
+        return cls(scene, run, opposite_rounding=opposite_rounding)
 
-    def again(self, *, rounded_otherwise: bool = False, **changes: Any) -> Trajectory:
+    def again(self, *, opposite_rounding: bool = False, **changes: Any) -> Trajectory:
         """The same scene integrated again, with some fields of the ``Setup`` replaced.
 
-        With ``rounded_otherwise`` every number of body and start lies on the other side of the
+        With ``opposite_rounding`` every number of body and start lies on the other side of the
         exact one: what such a run differs by contains what their rounding does to a run.
         """
         setup = self.setup.but(**changes)
-        return Trajectory.of(self.scene, setup, rounded_otherwise=rounded_otherwise)
+        return Trajectory.of(self.scene, setup, opposite_rounding=opposite_rounding)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # made again where it is unpickled: heyoka's own pickles are machine code
-        make = partial(Trajectory.of, rounded_otherwise=self._rounded_otherwise)
+        make = partial(Trajectory.of, opposite_rounding=self._opposite_rounding)
         return make, (self.scene, self.setup)
 
     def __repr__(self) -> str:
@@ -132,7 +132,7 @@ class Trajectory:
     @cached_property
     def t_end(self) -> Scalar:
         """Where the solution ends, in s: a float in double, else an mpmath number."""
-        return self.run.columns.leaving(self.run.end)
+        return self.run.columns.to_user(self.run.end)
 
     @property
     def state(self) -> State:

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from tt_precise.integration.equations import moving
-from tt_precise.integration.events import Event, Hit
+from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
@@ -44,7 +44,7 @@ class AtStart(NamedTuple):
     a sign that changes there is that of rounding.
     """
 
-    hits: tuple[Hit, ...]
+    hits: tuple[EventRecord, ...]
     silent: frozenset[str]
     reach: dict[str, float]
 
@@ -87,7 +87,7 @@ def _at_start(setup: Setup, start: InitialState) -> AtStart:
     body = form.body([float(x) for x in start.parameters(form)])
     order = 6 + setup.precision.bits // 20
     close: dict[str, list[float]] = {}
-    hits: list[Hit] = []
+    hits: list[EventRecord] = []
     undefined: list[str] = []
     with numpy.errstate(all="ignore"):
         _, found = functions_along(setup, events, body, sized, SizedFunctions())
@@ -110,7 +110,7 @@ def _at_start(setup: Setup, start: InitialState) -> AtStart:
     silent = set()
     reach: dict[str, float] = {}
     if close:
-        with setup.precision.wide.precision():
+        with setup.precision.mpfr.precision():
             for name, zeros in _first_zeros(setup, start, events, close, order, reach).items():
                 if zeros is None:
                     silent.add(name)
@@ -130,22 +130,22 @@ def _first_zeros(
     close: Mapping[str, Sequence[float]],
     order: int,
     reach: dict[str, float],
-) -> dict[str, list[Hit] | None]:
+) -> dict[str, list[EventRecord] | None]:
     """Of functions that are ``close`` to zero at the start: their zeros in the first step.
 
     None where one vanishes identically. ``close`` holds the sizes of their coefficients; into
     ``reach`` goes how far those that vanish at the start are below their rounding.
     """
-    wide, form, bits = setup.precision.wide, setup.formulation, setup.precision.bits
+    mpfr, form, bits = setup.precision.mpfr, setup.formulation, setup.precision.bits
     chosen = {name: events[name] for name in close}
-    body = form.body([wide.number(x) for x in start.parameters(form)])
-    row = [wide.number(x) for x in start.first_row(form, setup.record)]
+    body = form.body([mpfr.number(x) for x in start.parameters(form)])
+    row = [mpfr.number(x) for x in start.first_row(form, setup.record)]
     # where a run goes on from an earlier piece its row has the errors of that
     level = 2.0**-bits * (2.0**-GUARD if not start.row else ROUNDINGS)
-    found: dict[str, list[Hit] | None] = {name: [] for name in close}
-    left, begin = wide.number(FIRST_STEP), wide.number(0)
+    found: dict[str, list[EventRecord] | None] = {name: [] for name in close}
+    left, begin = mpfr.number(FIRST_STEP), mpfr.number(0)
     for part in range(NEAREST):
-        entries, functions = functions_along(setup, chosen, body, row, wide)
+        entries, functions = functions_along(setup, chosen, body, row, mpfr)
         series = {}
         length = left
         for name, function in functions.items():
@@ -171,10 +171,10 @@ def _first_zeros(
             for place, direction in _places(c, length):
                 state = [sum(x * place**k for k, x in enumerate(e.upto(order))) for e in entries]
                 time, *there = (
-                    setup.precision.number(wide.back(x)) for x in (begin + place, *state)
+                    setup.precision.number(mpfr.back(x)) for x in (begin + place, *state)
                 )
-                already: list[Hit] = found[name] or []
-                found[name] = [*already, Hit(name, time, direction, tuple(there))]
+                already: list[EventRecord] = found[name] or []
+                found[name] = [*already, EventRecord(name, time, direction, tuple(there))]
         begin, left = begin + length, left - length
         if left <= 0:
             break
@@ -217,8 +217,8 @@ def _places(c: Sequence[Scalar], length: Scalar) -> list[tuple[Scalar, int]]:
 
 
 def settled(
-    hits: Sequence[Hit], setup: Setup, start: InitialState, end: Scalar
-) -> tuple[tuple[Hit, ...], frozenset[str]]:
+    hits: Sequence[EventRecord], setup: Setup, start: InitialState, end: Scalar
+) -> tuple[tuple[EventRecord, ...], frozenset[str]]:
     """The events among the ``hits`` of a run, and whose functions touch zero or never leave it.
 
     The events of the first step are added, touches are left out.
@@ -244,7 +244,7 @@ def _eps(setup: Setup) -> float:
     return max(ROUNDINGS * 2.0 ** (1 - setup.precision.bits), float(setup.tolerance))
 
 
-def _crossing(hits: Sequence[Hit], setup: Setup, start: InitialState) -> list[bool]:
+def _crossing(hits: Sequence[EventRecord], setup: Setup, start: InitialState) -> list[bool]:
     """Whether each function goes through zero there, by more than its rounding."""
     import numpy
 
@@ -290,7 +290,7 @@ def _at(number: Sized, places: Sequence[int], count: int) -> Sized:
 
 
 def _with_all_bits(
-    hits: Sequence[Hit], chosen: Mapping[str, Event], setup: Setup, start: InitialState
+    hits: Sequence[EventRecord], chosen: Mapping[str, Event], setup: Setup, start: InitialState
 ) -> list[Array]:
     """Coefficients of the one function that is chosen, at the extremum beside each hit.
 
@@ -299,11 +299,11 @@ def _with_all_bits(
     """
     import numpy
 
-    form, wide, guarded = setup.formulation, setup.precision.wide, setup.precision.guarded
-    body = form.body([wide.number(x) for x in start.parameters(form)])
-    rows = [wide.array([guarded(hit.state[i]) for hit in hits]) for i in range(len(hits[0].state))]
-    with wide.precision():
-        _, found = functions_along(setup, chosen, body, rows, wide)
+    form, mpfr, exact = setup.formulation, setup.precision.mpfr, setup.precision.with_guard_bits
+    body = form.body([mpfr.number(x) for x in start.parameters(form)])
+    rows = [mpfr.array([exact(hit.state[i]) for hit in hits]) for i in range(len(hits[0].state))]
+    with mpfr.precision():
+        _, found = functions_along(setup, chosen, body, rows, mpfr)
         ((_, function),) = found.items()
         c = [function[k] for k in range(4 + setup.precision.bits // 20)]
         x = 0 * c[0]

@@ -15,7 +15,12 @@ import numpy
 
 from tt_precise.integration.equations import longest_step
 from tt_precise.integration.events import Event
-from tt_precise.integration.inversion import InversionTimes, Marks, Turns, from_marks
+from tt_precise.integration.inversion import (
+    InversionEvents,
+    InversionTimes,
+    Turns,
+    from_inversion_events,
+)
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import ended_at_start
 from tt_precise.mechanics import thresholds
@@ -240,7 +245,10 @@ class _Integrated:
             times("equator"), turns(False), turns(True), times("phi_dot_zero"),
             times("Lk_equals_Lz"), times("Lk_equals_minus_Lz"), self._climbs_backwards(),
         )  # fmt: skip
-        return [from_marks(Marks(*row), math.pi) for row in zip(*columns, strict=True)]
+        return [
+            from_inversion_events(InversionEvents(*row), math.pi)
+            for row in zip(*columns, strict=True)
+        ]
 
     def _climbs_backwards(self) -> list[bool]:
         """Whether phi_dot, with the sign of lambda, is negative at a row's first crossing."""

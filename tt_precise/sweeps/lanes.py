@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.integration.equations import Equations, terminal_functions
-from tt_precise.integration.heyoka_backend import Idle, numeric_options
+from tt_precise.integration.heyoka_backend import IntegratorPool, numeric_options
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import Formulation, integrated
@@ -239,7 +239,7 @@ class Lanes:
 
 
 # compiled lanes for a ``Build``: idle ones of an earlier task of this process, or made now
-lanes = Idle(Lanes).lent
+lanes = IntegratorPool(Lanes).lent
 
 
 def _compiled(form: Formulation, contact: str, width: int) -> tuple[Adaptive, tuple[str, ...]]:

@@ -336,7 +336,7 @@ def odefun(problem: GoldenProblem, settings: Settings) -> Solve:
         with mpmath.workprec(precision.bits):
             tolerance = mpmath.ldexp(1, MARGIN_BITS - precision.bits)
             follow = mpmath.odefun(rates, 0, list(state), tolerance)
-            states = [follow(own(precision.guarded(t))) for t in times]
+            states = [follow(own(precision.with_guard_bits(t))) for t in times]
         return SolverResult(states, 0, evaluations)
 
     return solve

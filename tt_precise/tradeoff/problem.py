@@ -153,7 +153,7 @@ class Truth:
         return StateErrors(off[-1], max(off), _largest(drifts, context))
 
     def _number(self, value: Scalar, precision: Precision) -> Scalar:
-        number = value if hasattr(value, "_mpf_") else precision.guarded(value)
+        number = value if hasattr(value, "_mpf_") else precision.with_guard_bits(value)
         return self.precision.context.mpf(number)
 
     def _moved(self, state: NewtonState, delay: Scalar) -> NewtonState:

@@ -1,27 +1,180 @@
-"""Dense output of what is known in a time of its own, and of the first moments of gliding.
+"""Segments in a regularised time, and the first moments of gliding: read row by row.
 
-Such segments are read row by row in guarded numbers.
+How gliding begins from rest under Coulomb's law: power series in the time since.
+
+At v_A = 0 the equations are singular, and tau of ``polar`` would begin at -infinity. The solution
+that glides from there is v(t), e(t), k(t), L(t) as power series, found coefficient by coefficient:
+(v e')_k = (n.v_A_dot)_k is linear in the next coefficient of e, whose factor v_1 k - N is not zero,
+N < 0 being what turning e changes of n.v_A_dot. Where rolling reaches the cone v_1 = 0 (``cone``
+in exact.identities): v begins with t^2, and the series is asymptotic, its terms growing like
+factorials in the end; its error is then below the least of them. Where the force of rolling lies
+outside the cone from the first v_1 > 0, and the series converges.
 """
 
 from __future__ import annotations
 
 import bisect
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
+
+import numpy
 
 from tt_precise.integration.columns import Row
 from tt_precise.integration.dense_output import DenseOutput, Propagation, Times
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES, motion
-from tt_precise.integration.events import Event, Hit
-from tt_precise.integration.onset import OnsetSeries
+from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.setup import Setup
+from tt_precise.mechanics import friction, newton, rolling
 from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import Array, Scalar
+from tt_precise.runtime.values import Array, Functions, Scalar
+from tt_precise.scene.body import Parameters
+from tt_precise.taylor.series import Series
+
+DIRECTIONS = 64  # in which gliding may begin, looked at for changes of sign
+
+
+class _Registered(Series):
+    """A series that is listed in ``all``, as are those that are made of it."""
+
+    __slots__ = ("all",)
+
+    def __init__(
+        self, every: list[Series], step: Callable[[Any, int], Scalar], first: Sequence[Scalar] = ()
+    ):
+        super().__init__(step, first)
+        self.all = every
+
+    def made(self, step: Callable[[Any, int], Scalar]) -> Series:
+        self.all.append(_Registered(self.all, step))
+        return self.all[-1]
+
+
+@dataclass(frozen=True)
+class OnsetSeries:
+    """Series of k, L, v, e in the time t >= 0 since rest, valid up to ``until``.
+
+    ``coefficients`` has shape (9, terms): kx ... Lz, v, ex, ey, numbers of one arithmetic.
+    """
+
+    coefficients: numpy.ndarray
+    until: Scalar
+
+    def at(self, t: Scalar, fn: Functions) -> tuple[Scalar, ...]:
+        """kx ... Lz, v, ex, ey at the time t."""
+        powers = [t**k for k in range(self.coefficients.shape[1])]
+        return tuple(fn.fdot(row, powers) for row in self.coefficients)
+
+
+def direction_on_the_cone(
+    body: Parameters, state: NewtonState, fn: Functions
+) -> tuple[Scalar, Scalar]:
+    """The direction in which gliding begins where rolling reaches the cone: against the force."""
+    x, y, _ = rolling.constraint_force(body, state)
+    size = fn.hypot(x, y)
+    return -x / size, -y / size
+
+
+def directions_from_rest(
+    body: Parameters, state: NewtonState, fn: Functions
+) -> list[tuple[Scalar, Scalar]]:
+    """Unit directions e in which v_A can grow from zero: v_A_dot is along e, and not against it."""
+
+    def accelerations(angle: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+        """v_A_dot along and across a direction, times the denominator of g_n, and that itself."""
+        e = fn.cos(angle), fn.sin(angle)
+        pushed = state._replace(vx=e[0], vy=e[1])
+        rate = friction.along_direction(body, pushed)
+        _, size = newton.contact_terms(body, pushed)
+        x, y = size * rate.vx, size * rate.vy
+        return e[0] * x + e[1] * y, e[0] * y - e[1] * x, size
+
+    def across(angle: Scalar) -> Scalar:
+        return accelerations(angle)[1]
+
+    step = 2 * fn.pi / DIRECTIONS
+    # an offset, so that no direction of symmetry lies on a bound
+    angles = [step * (fn.mpf(i) + fn.mpf(1) / 3) for i in range(DIRECTIONS + 1)]
+    values = [across(angle) for angle in angles]
+    found = []
+    for i in range(DIRECTIONS):
+        if (values[i] > 0) != (values[i + 1] > 0):
+            angle = fn.findroot(across, (angles[i], angles[i + 1]), solver="anderson")
+            along, _, size = accelerations(angle)
+            if along > 0 and size > 0:
+                found.append((fn.cos(angle), fn.sin(angle)))
+    return found
+
+
+def onset(
+    body: Parameters,
+    state: NewtonState,
+    e: tuple[Scalar, Scalar],
+    terms: int,
+    eps: Scalar,
+    fn: Functions,
+    on_the_cone: bool,
+) -> OnsetSeries:
+    """The series of ``terms`` coefficients, and up to which time its last ones stay below eps.
+
+    ``state`` is at rest, of mpmath numbers of the context ``fn``; e is its first direction.
+    """
+    operations: list[Series] = []
+    # the next coefficients are known before they are asked for
+    entries = [_Registered(operations, lambda c, k: None, [x]) for x in (*state[:6], *e)]
+    rate = friction.along_direction(body, NewtonState(*entries))
+    ex, ey = entries[6:]
+    along = ex * rate.vx + ey * rate.vy
+    across = ex * rate.vy - ey * rate.vx
+    v = [fn.mpf(0)]
+    turning: list[Scalar] = []  # coefficients of the rate of e's angle
+
+    def turned(k: int, known: tuple[Scalar, Scalar], angle: Scalar) -> Scalar:
+        """across_k where coefficient k of e is the known part turned by an angle."""
+        for operation in operations:
+            del operation.c[k:]
+        ex.c[k:], ey.c[k:] = [known[0] - angle * e[1]], [known[1] + angle * e[0]]
+        return across[k]
+
+    slope = None
+    for k in range(terms):
+        if k:
+            # e' = w n: the part of e_k that former coefficients of w give, then the newest one's
+            x, y = (
+                sum((turning[j] * m.c[k - 1 - j] for j in range(k - 1)), fn.mpf(0)) / k
+                for m in (ey, ex)
+            )
+            known = -x, y
+            rest = turned(k, known, 0)
+            if slope is None:
+                slope = turned(k, known, 1) - rest
+            former = sum((v[j] * turning[k - j] for j in range(2, k + 1)), fn.mpf(0))
+            turning.append((rest - former) / (v[1] - slope / k))
+            turned(k, known, turning[-1] / k)
+        # on the cone v_A_dot vanishes but for rounding
+        v.append(fn.mpf(0) if not k and on_the_cone else along[k] / (k + 1))
+        for entry, part in zip(entries[:6], rate[:6], strict=True):
+            entry.c.append(part[k] / (k + 1))
+    columns = [entry.c[:terms] for entry in entries]
+    found = [*columns[:6], v[:terms], *columns[6:]]
+    return OnsetSeries(numpy.array(found, dtype=object), _valid_until(found, eps, fn))
+
+
+def _valid_until(columns: list[list[Scalar]], eps: Scalar, fn: Functions) -> Scalar:
+    """Where the last two terms of each series are eps of it; v is compared with its first term."""
+    bounds = []
+    for i, c in enumerate(columns):
+        first = next((k for k, x in enumerate(c) if x), 0) if i == 6 else 0
+        size = abs(c[first]) if i == 6 else 1
+        last = [(k, abs(c[k])) for k in (len(c) - 2, len(c) - 1) if c[k]]
+        bounds += [fn.root(eps * size / term, k - first) for k, term in last]
+    return min(bounds)
+
 
 NEWTON_STEPS = 60  # at most; from a knot of the series 3 to 10 are taken
 
@@ -36,8 +189,6 @@ class RowwiseOutput(DenseOutput):
         progress: Progress | None = None,
     ) -> tuple[Array, ...]:
         """The rows at all ``times``: an array for each entry."""
-        import numpy
-
         mpf = self.precision.context.mpf
         pairs = zip(times.rounded.tolist(), times.delay.tolist(), strict=True)
         rows = self.rows([mpf(a) + mpf(b) for a, b in pairs])
@@ -49,7 +200,7 @@ class RowwiseOutput(DenseOutput):
         )
 
 
-class OwnTimeOutput(RowwiseOutput):
+class RegularisedTimeOutput(RowwiseOutput):
     """Rows of a propagation whose state has the time t as an entry, over that time.
 
     ``propagation.time`` is its own time's; ``end_time`` and everything that is asked for is t.
@@ -61,7 +212,7 @@ class OwnTimeOutput(RowwiseOutput):
 
     @cached_property
     def _reached(self) -> Scalar:
-        return self.precision.guarded(self.propagation.state[self._t])
+        return self.precision.with_guard_bits(self.propagation.state[self._t])
 
     def rows(self, times: Sequence[Scalar], progress: Progress | None = None) -> list[Row]:
         """Rows at guarded dimensionless ``times``, in guarded numbers."""
@@ -78,25 +229,25 @@ class OwnTimeOutput(RowwiseOutput):
         """The time, the own time and the series of each step's begin."""
         outputs: list[Any] = []
         self._read(lambda output, low, high: outputs.append(output), None)
-        guarded = self.precision.guarded
+        with_guard_bits = self.precision.with_guard_bits
         return [
-            (guarded(output(own)[self._t]), own, output)
+            (with_guard_bits(output(own)[self._t]), own, output)
             for output in outputs
             for own in output.times
         ]
 
     def _row_at(self, time: Scalar) -> Row:
-        guarded, number = self.precision.guarded, self.precision.number
+        with_guard_bits, number = self.precision.with_guard_bits, self.precision.number
         knots = self._knots
         place = max(bisect.bisect_right(knots, time, key=lambda one: one[0]) - 1, 0)
         _, own, output = knots[place]
         _, later, _ = knots[min(place + 1, len(knots) - 1)]
         # Newton's method from the end of the step where t rises faster: it then comes from one side
-        ends = [guarded(own), guarded(later)]
-        inner = max(ends, key=lambda x: self._clock(tuple(map(guarded, output(number(x))))))
+        ends = [with_guard_bits(own), with_guard_bits(later)]
+        inner = max(ends, key=lambda x: self._clock(tuple(map(with_guard_bits, output(number(x))))))
         best = None
         for _ in range(NEWTON_STEPS):
-            row = tuple(map(guarded, output(number(inner))))
+            row = tuple(map(with_guard_bits, output(number(inner))))
             rest = time - row[self._t]
             if best is not None and abs(rest) >= abs(best[0]):
                 break
@@ -201,7 +352,7 @@ class OnsetOutput(RowwiseOutput):
         row = (*self._state(time), *quadratures)
         return motion(setup.formulation, setup.record, self.start.body, row, fn)
 
-    def _hits(self) -> list[Hit]:
+    def _hits(self) -> list[EventRecord]:
         fn, number = self.precision.context, self.precision.number
         times = (
             [self._until * k / PLACES for k in range(1, PLACES + 1)] if self.setup.events else []
@@ -217,7 +368,7 @@ class OnsetOutput(RowwiseOutput):
                 if (before > 0) != (after > 0) and wanted:
                     time = fn.findroot(value, (low, high), solver="anderson")
                     state = tuple(map(number, self._row(time)))
-                    found.append(Hit(name, number(time), direction, state))
+                    found.append(EventRecord(name, number(time), direction, state))
         return sorted(found, key=lambda hit: hit.time)
 
     def _value(self, event: Event, motions: Mapping[Scalar, Motion], t: Scalar) -> Scalar:
