@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cache, cached_property
 from types import SimpleNamespace
@@ -19,13 +19,13 @@ from typing import Any, NamedTuple
 
 from tt_precise.integration.columns import (
     POSE_NAMES,
-    Columns,
     Name,
     digits_of_time,
     digits_over_rows,
     worst_digits,
 )
 from tt_precise.integration.dense_output import ARRIVED, Times, in_parts, long_double
+from tt_precise.integration.equations import moving
 from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.precision import finer
 from tt_precise.integration.reading import Reader
@@ -33,6 +33,7 @@ from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, full_tolerance
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.numerals import as_fraction
+from tt_precise.taylor.series import Series, rate
 
 RATIO = 30  # of the tolerances of a run and of its reference run in the same arithmetic
 GLIDING = ("vx", "vy", "nu_x", "nu_y")
@@ -454,96 +455,66 @@ def _beside(
     """
     import numpy
 
-    of, other = part.one.columns, other_part.one.columns
     late, digits = numpy.full(len(hits), math.inf), numpy.zeros(len(hits))
     hits = [hit for hit in hits if float(part.one.begin) + float(hit.time) <= last]
     if not hits or part.before != other_part.before:
         return late, digits
-    with_guard_bits, mpf = of.precision.with_guard_bits, other.precision.context.mpf
+    of, other = part.one.columns, other_part.one.columns
+    exact, mpf, mpfr = (
+        of.precision.with_guard_bits,
+        other.precision.context.mpf,
+        other.precision.mpfr,
+    )
     shift = mpf(part.one.begin) - mpf(other_part.one.begin)
-    delay, entries = _zeros(
-        other_part.one, [mpf(with_guard_bits(hit.time)) + shift for hit in hits], event
-    )
-    names, inner, in_arrays = of.names, slice(0, len(hits)), _in_arrays(other_part.one)
-    number = long_double if in_arrays else of.precision.context.mpf
-    own = tuple(
-        zip(*([number(with_guard_bits(x)) for x in hit.state] for hit in hits), strict=True)
-    )
-    values, others = (
-        _columns(run, names, rows, in_arrays) for run, rows in ((of, own), (other, entries))
-    )
-    apart = {name: distance(values[name], others[name], other.precision.context) for name in names}
-    floating = {name: floats(values[name]) for name in names}
-    late[inner] = numpy.abs(floats(delay)) * float(of.start.units.time)
+    number: Callable[[Scalar], Scalar] = mpfr.number
+    fn: Functions = mpfr
+    if other.precision.in_long_double:
+        number, fn = long_double, numpy
+    with mpfr.precision(), numpy.errstate(all="ignore"):
+        times = [mpf(exact(hit.time)) + shift for hit in hits]
+        delay, there = _zeros(other_part.one, times, event, number, fn)
+        rows = zip(*([number(exact(x)) for x in hit.state] for hit in hits), strict=True)
+        values = of.of_arrays(of.names, tuple(map(numpy.array, rows)), number, fn)
+        others = other.of_arrays(of.names, there, number, fn)
+        apart = {name: abs(values[name] - others[name]).astype(float) for name in of.names}
+    inner, floating = slice(0, len(hits)), {name: floats(values[name]) for name in of.names}
+    late[inner] = numpy.abs(delay) * float(of.start.units.time)
     digits[inner] = digits_over_rows(floating, apart, of.start, of.precision.bits)
     return numpy.where(numpy.isfinite(late), late, math.inf), digits
 
 
-def _zeros(one: Segment, times: Sequence[Scalar], event: Event) -> tuple[Array, tuple[Array, ...]]:
-    """How much later than ``times`` a run's event function vanishes, and the states there.
+def _zeros(
+    one: Segment,
+    times: Sequence[Scalar],
+    event: Event,
+    number: Callable[[Scalar], Scalar],
+    fn: Functions,
+) -> tuple[Array, tuple[Array, ...]]:
+    """How much later than ``times`` an event's function vanishes, and the states there.
 
-    By the parabola through three points, so far apart that a slope has two thirds of its digits.
+    By one step of Newton's method along the power series from there, or from the segment's end.
     """
     import numpy
 
-    apart = 2.0 ** (-(one.columns.precision.bits // 3))
-    end = one.output.end_time
-    middle = [min(max(time, apart), end - apart) for time in times]
-    (before, early), (at, now), (behind, later) = (
-        _evaluated(one, event, [time + shift for time in middle]) for shift in (-apart, 0.0, apart)
-    )
-    kind = numpy.longdouble if _in_arrays(one) else object
-    off = numpy.array([_number(one, t - m) for t, m in zip(times, middle, strict=True)], kind)
-
-    def slope(first: Array, last: Array) -> Array:
-        return (last - first) / (2 * apart)
-
-    def curvature(first: Array, centre: Array, last: Array) -> Array:
-        return (last - 2 * centre + first) / (apart * apart)
-
-    value, rate = slope(early, later), curvature(early, now, later)
-    if not event.of_rate:
-        value, rate = now + off * (value + off * rate / 2), value + off * rate
-    with numpy.errstate(all="ignore"):
-        delay = -value / rate
-        shift = off + delay
-        rows = [
-            x + shift * (slope(w, z) + shift * curvature(w, x, z) / 2)
-            for w, x, z in zip(before, at, behind, strict=True)
-        ]
-    return delay, tuple(rows)
-
-
-def _evaluated(
-    one: Segment, event: Event, times: Sequence[Scalar]
-) -> tuple[tuple[Array, ...], Array]:
-    import numpy
-
-    of, dense_output = one.columns, one.output
-    if _in_arrays(one):
-        rounded = numpy.array([float(time) for time in times])
-        delay = numpy.array([float(t - float(t)) for t in times])
-        entries = dense_output.arrays(Times(rounded, rounded, delay), long_double)
-        return entries, event.function(of.array_motion(entries, long_double))
-    rows = dense_output.rows(times)
-    values = [event.function(of.motion(row)) for row in rows]
-    return tuple(numpy.array(rows, dtype=object).T), numpy.array(values, dtype=object)
-
-
-def _columns(
-    of: Columns, names: Sequence[str], entries: Sequence[Sequence[Scalar]], in_arrays: bool
-) -> Mapping[str, Sequence[Scalar]]:
-    import numpy
-
-    if in_arrays:
-        rows = tuple(numpy.array(entry, dtype=numpy.longdouble) for entry in entries)
-        return of.of_arrays(names, rows, long_double)
-    return of.of_rows(names, list(zip(*entries, strict=True)))
-
-
-def _in_arrays(one: Segment) -> bool:
-    return one.output.precision.in_long_double
-
-
-def _number(one: Segment, value: Scalar) -> Scalar:
-    return long_double(value) if _in_arrays(one) else value
+    setup, end = one.output.setup, one.output.end_time
+    inner = [min(time, end) for time in times]
+    if fn is numpy:
+        rounded = numpy.array([float(time) for time in inner])
+        rest = numpy.array([float(time - float(time)) for time in inner])
+        rows = one.output.arrays(Times(rounded, rounded, rest), number)
+    else:
+        rows = tuple(map(fn.array, zip(*one.output.rows(inner), strict=True)))
+    body = one.output.start.body.map(number)
+    entries, q = moving(setup.formulation, setup.record, body, rows, fn)
+    value = event.function(q)
+    if event.of_rate and isinstance(value, Series):
+        value = rate(value)
+    if not isinstance(value, Series):
+        return numpy.full(len(times), math.inf), rows
+    step = -value[0] / value[1]
+    there = tuple(x[0] + step * (x[1] + step * x[2]) for x in entries)
+    delay = step
+    if setup.formulation.regularised_time:
+        t = setup.formulation.columns.index("t")
+        delay = there[t] - rows[t]
+    return delay.astype(float) - [float(t - i) for t, i in zip(times, inner, strict=True)], there

@@ -260,18 +260,20 @@ def _crossing(hits: Sequence[EventRecord], setup: Setup, start: InitialState) ->
     events = {name: setup.watched[name] for name in places}
     sized = [Sized(x, size) for x, size in zip(rows, sizes, strict=True)]
     with numpy.errstate(all="ignore"):
+        # most zeros are far from an extremum, which plain coefficients and one size show
+        _, plain = functions_along(setup, events, body, rows, numpy)
         _, found = functions_along(setup, events, body, sized, SizedFunctions())
         for name, there in places.items():
             function, chosen = found[name], {name: events[name]}
             if not isinstance(function, Series):
                 keep[there] = False
                 continue
-            terms = [_at(_sized(function[k]), there, len(hits)) for k in range(3)]
-            deep = _depth([term.value for term in terms]) > max(eps, SUSPICIOUS) * terms[0].size
-            shallow = numpy.flatnonzero(~deep)
+            size = _at(_sized(function[0]), there, len(hits)).size
+            terms = [numpy.broadcast_to(plain[name][k], len(hits))[there] for k in range(3)]
+            shallow = numpy.flatnonzero(~(_depth(terms) > max(eps, SUSPICIOUS) * size))
             if not len(shallow):
                 continue
-            terms.append(_at(_sized(function[3]), there, len(hits)))
+            terms = [_at(_sized(function[k]), there, len(hits)) for k in range(4)]
             seen = [hits[there[i]] for i in shallow]
             c = [term.value[shallow] for term in terms]
             if precision.bits > 53:
