@@ -32,7 +32,6 @@ from tt_precise.integration.reading import Reader
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, full_tolerance
 from tt_precise.runtime.values import Array, Functions, Scalar
-from tt_precise.scene.numerals import as_fraction
 from tt_precise.taylor.series import Series, rate
 
 RATIO = 30  # of the tolerances of a run and of its reference run in the same arithmetic
@@ -66,7 +65,7 @@ class Reference(NamedTuple):
     """A run beside another: where it ends (s), and whether it ends in the same way."""
 
     reader: Reader
-    end: Fraction
+    end: float
     ends_alike: bool
 
 
@@ -194,7 +193,7 @@ class Errors:
     @property
     def _references(self) -> list[Reference]:
         return [
-            Reference(one._reader, as_fraction(one.run.end), one.status == self._run.status)
+            Reference(one._reader, float(one.run.end), one.status == self._run.status)
             for one in self.references
         ]
 
@@ -211,8 +210,8 @@ class Errors:
         arrived = self._run.status in ARRIVED
         # where the model ends before its horizon, each run has an end of its own
         inner = list(times if arrived else times[:-1])
-        end = reference.end  # two runs to one horizon differ by roundings
-        while inner and inner[-1] > end and not math.isclose(inner[-1], end, rel_tol=1e-15):
+        end = reference.end * (1 + 1e-15)  # two runs to one horizon differ by roundings
+        while inner and inner[-1] > end:
             inner.pop()
         same = own if len(inner) == len(times) else None
         found = compared(self._run._reader, reference.reader, names, inner, same)
@@ -408,7 +407,7 @@ def _errors_within(
         for (name, at), places in alike.items():
             event = part.one.output.setup.watched[name]
             there = [hits[place] for place in places]
-            late, right = _beside(part, there, event, parts[at], float(reference.end) / unit)
+            late, right = _beside(part, there, event, parts[at], reference.end / unit)
             errors[places] = numpy.maximum(errors[places], late)
             digits[places] = numpy.minimum(digits[places], right)
     return times, errors, digits

@@ -250,7 +250,9 @@ def _propagation_of(
     steps: int,
 ) -> Propagation:
     time, time_low = made.adaptive.dtime
-    hits, touches = settled(made.hits, setup, start, time)
+    hits, touches = tuple(made.hits), frozenset[str]()
+    if setup.events:
+        hits, touches = settled(hits, setup, start, time)
     return Propagation(
         status=status,
         time=time,

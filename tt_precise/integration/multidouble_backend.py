@@ -142,7 +142,9 @@ def propagate_in_doubles(
         if end.status:
             break
     assert end.status, "a run goes on until it ends"
-    hits, touches = settled(run.hits, setup, start, end.time)
+    hits, touches = tuple(run.hits), frozenset[str]()
+    if setup.events:
+        hits, touches = settled(hits, setup, start, end.time)
     return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order, hits, touches)
 
 

@@ -147,7 +147,7 @@ def _checked_record(
     names = set(scene.record if record is None else record)
     for name in sorted(names - set(RECORDABLE)):
         raise InputError(f"record: got {name!r}, expected one of: {', '.join(RECORDABLE)}")
-    if scene.start.theta.at_pole and names & {"phi", "psi"}:
+    if names & {"phi", "psi"} and scene.start.theta.at_pole:
         raise InputError("record: got phi or psi from a pole, where they are undefined")
     if coordinates == "euler" and names & {"x", "y"}:
         names.add("phi")  # the direction in which the centre of mass moves

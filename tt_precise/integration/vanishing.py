@@ -223,8 +223,6 @@ def settled(
 
     The events of the first step are added, touches are left out.
     """
-    if not setup.events:
-        return tuple(hits), frozenset()
     first = at_start(setup, start)
     early = [hit for hit in first.hits if hit.time <= end]
     later = [
