@@ -71,7 +71,8 @@ def test_divided_by_a_constant(reference: Scene, precision: str) -> None:
     def whole(q: Motion) -> Scalar:
         return q.state.kx * 7 + q.state.ky * 10
 
-    run = tt.integrate(reference.varied(until="0.6"), precision, events=[tenth, whole])
+    events = [tenth, whole, "extremum:g_n"]  # of a rate, by power series
+    run = tt.integrate(reference.varied(until="0.6"), precision, events=events)
     first, second = (run.events["t"][run.events["name"] == n] for n in ("tenth", "whole"))
     assert len(first) == len(second) > 2
     # some eps of the function, over its slope at the zero

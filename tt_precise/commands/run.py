@@ -408,7 +408,7 @@ def _told(found: dict[str, Any]) -> list[str]:
 def _require_columns(names: tuple[str, ...]) -> bool:
     """Refuse unknown columns; whether the pose is among them."""
     from tt_precise.integration.columns import POSE_COLUMNS
-    from tt_precise.integration.reading import DIGITS, ERROR
+    from tt_precise.integration.segments import DIGITS, ERROR
     from tt_precise.mechanics.formulations import STATE_DIMENSIONS
     from tt_precise.mechanics.quantities import QUANTITIES
 

@@ -95,42 +95,44 @@ class Exact:
     def __init__(self, expression: Scalar, number: Callable[[Scalar], Scalar]):
         self.expression, self.number = expression, number
 
-    def made(self, operation: Callable[..., Scalar], *operands: Scalar) -> Exact:
-        """What ``operation`` makes of the ``operands``, of which this is one."""
+    def made(self, operation: Callable[..., Scalar], *operands: Scalar) -> Any:
+        """What ``operation`` makes of the ``operands``, of which this is one; series do it alone."""
         import heyoka
 
+        if any(isinstance(one, Series) for one in operands):
+            return NotImplemented
         taken = (
             one.expression if isinstance(one, Exact) else heyoka.expression(self.number(one))
             for one in operands
         )
         return Exact(operation(*taken), self.number)
 
-    def __add__(self, other: Scalar) -> Exact:
+    def __add__(self, other: Scalar) -> Scalar:
         return self.made(operator.add, self, other)
 
     __radd__ = __add__
 
-    def __sub__(self, other: Scalar) -> Exact:
+    def __sub__(self, other: Scalar) -> Scalar:
         return self.made(operator.sub, self, other)
 
-    def __rsub__(self, other: Scalar) -> Exact:
+    def __rsub__(self, other: Scalar) -> Scalar:
         return self.made(operator.sub, other, self)
 
-    def __mul__(self, other: Scalar) -> Exact:
+    def __mul__(self, other: Scalar) -> Scalar:
         return self.made(operator.mul, self, other)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Scalar) -> Exact:
+    def __truediv__(self, other: Scalar) -> Scalar:
         return self.made(operator.truediv, self, other)
 
-    def __rtruediv__(self, other: Scalar) -> Exact:
+    def __rtruediv__(self, other: Scalar) -> Scalar:
         return self.made(operator.truediv, other, self)
 
-    def __neg__(self) -> Exact:
+    def __neg__(self) -> Scalar:
         return self.made(operator.neg, self)
 
-    def __pow__(self, power: Scalar) -> Exact:
+    def __pow__(self, power: Scalar) -> Scalar:
         return self.made(operator.pow, self, power)
 
 

@@ -28,7 +28,6 @@ from tt_precise.integration.dense_output import ARRIVED, Times, in_parts, long_d
 from tt_precise.integration.equations import moving
 from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.precision import finer
-from tt_precise.integration.reading import Reader
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, full_tolerance
 from tt_precise.runtime.values import Array, Functions, Scalar
@@ -64,7 +63,7 @@ def reference_runs(setup: Setup) -> list[dict[str, Any]]:
 class Reference(NamedTuple):
     """A run beside another: where it ends (s), and whether it ends in the same way."""
 
-    reader: Reader
+    run: Run
     end: float
     ends_alike: bool
 
@@ -161,7 +160,7 @@ class Errors:
         if own:
             found = run.run.columns.of_arrays(state, tuple(own.floats), float)
         else:
-            found = run._reader.columns(state, times, "float")
+            found = run.run.table(state, times, "float")
         values = {name: floats(column) for name, column in found.items() if name != "t"}
         errors = {name: numpy.zeros(len(times)) for name in every}
         for reference in self._references:
@@ -193,7 +192,7 @@ class Errors:
     @property
     def _references(self) -> list[Reference]:
         return [
-            Reference(one._reader, float(one.run.end), one.status == self._run.status)
+            Reference(one.run, float(one.run.end), one.status == self._run.status)
             for one in self.references
         ]
 
@@ -214,7 +213,7 @@ class Errors:
         while inner and inner[-1] > end:
             inner.pop()
         same = own if len(inner) == len(times) else None
-        found = compared(self._run._reader, reference.reader, names, inner, same)
+        found = compared(self._run.run, reference.run, names, inner, same)
         for name in names:
             apart = numpy.full(len(times), math.inf)
             apart[: len(inner)] = found[name]
@@ -226,8 +225,8 @@ class Errors:
 
 
 def compared(
-    run: Reader,
-    reference: Reader,
+    run: Run,
+    reference: Run,
     names: Sequence[Name],
     times: Sequence[Fraction],
     states: States | None = None,
@@ -239,10 +238,10 @@ def compared(
     """
     import numpy
 
-    one, other = run.run.alone, reference.run.alone
-    kinds = [(r.run.setup.formulation, r.run.setup.record) for r in (run, reference)]
+    one, other = run.alone, reference.alone
+    kinds = [(r.setup.formulation, r.setup.record) for r in (run, reference)]
     if not (one and other and kinds[0] == kinds[1]) or POSE_NAMES & {*names}:
-        own, others = (r.columns(names, times, "exact") for r in (run, reference))
+        own, others = (r.table(names, times, "exact") for r in (run, reference))
         context = reference.precision.context
         return {name: distance(own[name], others[name], context) for name in names}
     if not len(times):
@@ -369,7 +368,7 @@ def event_errors(run: Run, references: Sequence[Reference]) -> dict[str, Array]:
     import numpy
 
     unit = float(run.start.units.time)
-    others = [(reference, _parts(reference.reader.run)) for reference in references]
+    others = [(reference, _parts(reference.run)) for reference in references]
     names: list[str] = []
     columns: list[tuple[Array, Array, Array]] = []
     for part in _parts(run):

@@ -15,9 +15,8 @@ from tt_precise.integration.errors import Errors
 from tt_precise.integration.events import not_alternating
 from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.integration.precision import Precision
-from tt_precise.integration.reading import DIGITS, ERROR, Numbers, Reader
 from tt_precise.integration.run import integrated
-from tt_precise.integration.segments import Run, Stretch
+from tt_precise.integration.segments import DIGITS, ERROR, Numbers, Run, Stretch
 from tt_precise.integration.setup import Setup, full_tolerance
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.quantities import Motion, jellett
@@ -74,7 +73,6 @@ class Trajectory:
         self.status: Status = run.status
         self.steps, self.order = run.steps, run.order
         self._opposite_rounding = opposite_rounding
-        self._reader = Reader(run)
 
     @classmethod
     def of(
@@ -222,7 +220,7 @@ class Trajectory:
         if pose:
             names = (*names, POSE)
         columns = self.table(*names, times=times, numbers=numbers, progress=progress)
-        if numbers == "text" or not (numbers == "float" or self._reader.in_arrays):
+        if numbers == "text" or not (numbers == "float" or self.run.in_arrays):
             return pandas.DataFrame(columns)
         # pandas takes one array much faster than many
         return pandas.DataFrame(numpy.array(list(columns.values())).T, columns=list(columns))
@@ -263,11 +261,11 @@ class Trajectory:
             return self._with_errors(found, wanted, numbers)
         missing = [name for name in wanted if name in POSE_NAMES and name not in self.setup.record]
         if not missing:
-            return self._reader.columns(wanted, exact, numbers, progress)
+            return self.run.table(wanted, exact, numbers, progress)
         run = self.with_quadratures
         plain = [name for name in wanted if name not in missing]
-        found = self._reader.columns(plain, exact, numbers)
-        found = run._reader.columns(missing, self._alike(exact, run), numbers) | found
+        found = self.run.table(plain, exact, numbers)
+        found = run.run.table(missing, self._alike(exact, run), numbers) | found
         return {name: found[name] for name in ("t", *wanted)}
 
     def _with_errors(
@@ -357,7 +355,7 @@ class Trajectory:
 
         ``direction`` is +1 where the event's function rises through zero, -1 where it falls.
         """
-        return self._reader.events()
+        return self.run.events()
 
     def event_table(
         self, names: Sequence[str] | None = None, at: Container[str] | None = None
@@ -366,7 +364,7 @@ class Trajectory:
 
         ``at`` names events; elsewhere entries of the state may be missing.
         """
-        return self._reader.event_columns(self.run.columns.names if names is None else names, at)
+        return self.run.event_columns(self.run.columns.names if names is None else names, at)
 
     @property
     def event_counts(self) -> Counter[str]:
@@ -412,7 +410,7 @@ class Trajectory:
             if self.run.columns.has_azimuth or not integral.azimuth
             if self.formulation == "newton" or integral.name != "axis_norm"
         ]
-        return self._reader.drift(integrals, self.sample_times)
+        return self.run.drift(integrals, self.sample_times)
 
     def plot(self, *names: Any) -> Figure:
         """A matplotlib ``Figure`` over time: a panel for each of ``names``, as of ``frame``.

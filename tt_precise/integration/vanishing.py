@@ -267,8 +267,8 @@ def _crossing(hits: Sequence[EventRecord], setup: Setup, start: InitialState) ->
                 keep[there] = False
                 continue
             size = _at(_sized(function[0]), there, len(hits)).size
-            terms = [numpy.broadcast_to(plain[name][k], len(hits))[there] for k in range(3)]
-            shallow = numpy.flatnonzero(~(_depth(terms) > max(eps, SUSPICIOUS) * size))
+            quick = [numpy.broadcast_to(plain[name][k], len(hits))[there] for k in range(3)]
+            shallow = numpy.flatnonzero(~(_depth(quick) > max(eps, SUSPICIOUS) * size))
             if not len(shallow):
                 continue
             terms = [_at(_sized(function[k]), there, len(hits)) for k in range(4)]
