@@ -1,5 +1,7 @@
 """One's own functions of the motion, as columns and as events; and how numbers are shown."""
 
+from typing import Any
+
 import numpy
 import pytest
 
@@ -71,7 +73,7 @@ def test_divided_by_a_constant(reference: Scene, precision: str) -> None:
     def whole(q: Motion) -> Scalar:
         return q.state.kx * 7 + q.state.ky * 10
 
-    events = [tenth, whole, "extremum:g_n"]  # of a rate, by power series
+    events: list[Any] = [tenth, whole, "extremum:g_n"]  # of a rate, by power series
     run = tt.integrate(reference.varied(until="0.6"), precision, events=events)
     first, second = (run.events["t"][run.events["name"] == n] for n in ("tenth", "whole"))
     assert len(first) == len(second) > 2

@@ -96,7 +96,7 @@ class Exact:
         self.expression, self.number = expression, number
 
     def made(self, operation: Callable[..., Scalar], *operands: Scalar) -> Any:
-        """What ``operation`` makes of the ``operands``, of which this is one; series do it alone."""
+        """What ``operation`` makes of the ``operands``; series among them do it themselves."""
         import heyoka
 
         if any(isinstance(one, Series) for one in operands):
