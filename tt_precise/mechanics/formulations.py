@@ -39,8 +39,8 @@ class Formulation:
     ``equations(body, state, fn)`` is the time derivative of a ``State``; ``friction`` is the law
     and ``spring`` the force of an elastic table, "" where there is none. Where the equations are
     those of viscous friction, ``velocity(body, state)`` is the gliding velocity at which ``rates``
-    puts the law's coefficient in the place of mu. Where it runs in a time of its own, of which the
-    equations then are, the time t is an entry of its state and ``clock(state, fn)`` the rate of t.
+    puts the law's coefficient in the place of mu. In a regularised time, which the equations then
+    refer to, the time t is an entry of the state and ``clock(state, fn)`` the rate of t.
     """
 
     model: str
@@ -65,7 +65,7 @@ class Formulation:
 
     @property
     def regularised_time(self) -> bool:
-        """Whether it runs in a time of its own."""
+        """Whether it runs in a regularised time."""
         return self.clock is not None
 
     @property

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
 
 from tt_precise.runtime.values import Functions, InputError, Json, Scalar
-from tt_precise.scene.laws import VISCOUS, Law, law_named
+from tt_precise.scene.laws import LAWS, VISCOUS, Law, law_named
 from tt_precise.scene.numerals import within_doubles, written
 
 SPRINGS = ("linear", "hunt-crossley")
@@ -179,9 +179,10 @@ def _require_table(top: TippeTop) -> None:
     )
     _require(top.damping >= 0, "contact.damping", top.damping, f"at least 0 in {damping}")
     if not top.friction.smooth_at_rest:
+        smooth = ", ".join(law.name for law in LAWS.values() if law.smooth_at_rest)
         raise InputError(
             f"contact.law: got compliant with {top.law} friction, expected a law that is smooth at "
-            "rest (viscous, regularised, stribeck); sticking needs a rigid table"
+            f"rest ({smooth}); sticking needs a rigid table"
         )
 
 
