@@ -16,9 +16,8 @@ import pytest
 import tt_precise as tt
 from tests.check.conftest import EULER, VECTORS, Healthy
 from tt_precise.check import equations
-from tt_precise.check.columns import COLUMN_SETS
+from tt_precise.check.columns import COLUMN_SETS, CheckSetup
 from tt_precise.check.equations import EPS, EquationResidual, SummedResidual, integral
-from tt_precise.check.samples import CheckSetup
 from tt_precise.check.sources import open_source
 from tt_precise.engines.adapters import COLUMNS
 from tt_precise.engines.protocol import Friction, job

@@ -8,8 +8,7 @@ from dataclasses import replace
 
 import numpy
 
-from tt_precise.check.samples import Samples
-from tt_precise.check.sources import Block
+from tt_precise.check.columns import Block, Samples
 from tt_precise.runtime.values import Array
 
 NUDGE = 1e-4  # of the free parameter, for the slope

@@ -14,9 +14,9 @@ from numbers import Real
 
 import numpy
 
+from tt_precise.check.columns import CheckSetup, Samples
 from tt_precise.check.equations import EquationResidual, SummedResidual, lift_off
 from tt_precise.check.kinematics import ContactMomentum, FrictionPower, Kinematics, normal_force
-from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.golden.measuring import ending
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.samples import CheckSetup, Samples
+from tt_precise.check.columns import CheckSetup, Samples
 from tt_precise.golden.measuring import ending
 from tt_precise.mechanics import compliant, quantities
 from tt_precise.mechanics.conserved import INTEGRALS

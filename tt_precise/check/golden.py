@@ -23,10 +23,8 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.columns import TRACK
+from tt_precise.check.columns import TRACK, Block, CheckSetup, Samples
 from tt_precise.check.result import RunningWorst
-from tt_precise.check.samples import CheckSetup, Samples
-from tt_precise.check.sources import Block
 from tt_precise.golden import store
 from tt_precise.golden.digits import EXACT, as_decimal, correct_digits
 from tt_precise.golden.measuring import (

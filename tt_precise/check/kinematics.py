@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 
 import numpy
 
-from tt_precise.check.samples import CheckSetup, Samples
+from tt_precise.check.columns import CheckSetup, Samples
 from tt_precise.mechanics import conserved
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled

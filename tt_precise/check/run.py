@@ -15,11 +15,10 @@ from typing import Any
 import numpy
 
 from tt_precise.check.checks import CHECKS, RowCheck, checks_of, chosen_limits, finite
-from tt_precise.check.columns import choose_set, known_columns
+from tt_precise.check.columns import Block, CheckSetup, Samples, choose_set, known_columns
 from tt_precise.check.golden import GoldenDistance
 from tt_precise.check.result import Result, RunningWorst
-from tt_precise.check.samples import CheckSetup, Samples
-from tt_precise.check.sources import Block, NotFinite, RowSource, UsableRows, open_source
+from tt_precise.check.sources import NotFinite, RowSource, UsableRows, open_source
 from tt_precise.check.units import refuse_other_units
 from tt_precise.golden.store import Folder
 from tt_precise.mechanics.digits import MOST_GOLDEN

@@ -25,32 +25,9 @@ from typing import Any
 
 import numpy
 
-from tt_precise.check.columns import Reading, renamed
-from tt_precise.runtime.tables import FORMATS
+from tt_precise.check.columns import Block, Reading, renamed
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, InputError
-
-
-@dataclass(frozen=True)
-class Block:
-    """Consecutive rows: name to float64 array, and how to say where a row stands.
-
-    ``texts(row, names)`` gives the cells of a row as they were written, exact to the last digit.
-    """
-
-    values: dict[str, numpy.ndarray]
-    place: Callable[[int], str] = str
-    texts: Callable[[int, Sequence[str]], list[Any]] = lambda row, names: []
-
-    def __len__(self) -> int:
-        return len(self.values["t"])
-
-    def head(self, count: int) -> Block:
-        """The first rows."""
-        if count >= len(self):
-            return self
-        values = {name: array[:count] for name, array in self.values.items()}
-        return Block(values, self.place, self.texts)
 
 
 class RowSource:
@@ -555,9 +532,8 @@ def _npz(path: Path) -> Any:
 
 
 def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
-    read = _npz if path.suffix == ".npz" else FORMATS.get(path.suffix, FORMATS[".csv"]).read
-    if read is not None:
-        return _whole(path, read, rename)
+    if path.suffix in (".json", ".arrow", ".npz"):
+        return _whole(path, rename)
     parquet = path.suffix == ".parquet"
     try:
         # opening a pipe waits for its writer, and Parquet cannot be read from one
@@ -578,10 +554,13 @@ def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
         raise
 
 
-def _whole(path: Path, read: Callable[[Path], Any], rename: Mapping[str, str]) -> ColumnSource:
+def _whole(path: Path, rename: Mapping[str, str]) -> ColumnSource:
     """All columns of a file at once."""
+    from tt_precise.runtime.tables import FORMATS  # few need it
+
+    read = FORMATS[path.suffix].read if path.suffix in FORMATS else None
     try:
-        table = read(path)
+        table = read(path) if read else _npz(path)
         names = list(getattr(table, "column_names", table))
     except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: {_line(error)}; expected a {path.suffix} file") from None

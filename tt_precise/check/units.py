@@ -15,10 +15,16 @@ from dataclasses import replace
 
 import numpy
 
-from tt_precise.check.columns import Changed, Columns, Reading, known_sets
+from tt_precise.check.columns import (
+    Block,
+    Changed,
+    CheckSetup,
+    Columns,
+    Reading,
+    Samples,
+    known_sets,
+)
 from tt_precise.check.equations import EquationResidual
-from tt_precise.check.samples import CheckSetup, Samples
-from tt_precise.check.sources import Block
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.newton import NewtonState, axis_rate, contact_arm
 from tt_precise.mechanics.quantities import QUANTITIES
