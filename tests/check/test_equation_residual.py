@@ -15,7 +15,6 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import EULER, VECTORS, Healthy
-from tt_precise.check import equations
 from tt_precise.check.columns import COLUMN_SETS, CheckSetup
 from tt_precise.check.equations import EPS, EquationResidual, SummedResidual, integral
 from tt_precise.check.sources import open_source
@@ -170,20 +169,6 @@ def test_between_sticking_and_slipping_other_equations_are_found() -> None:
         more = {name: getattr(scene.body, name) * Fraction("1.001")}
         other = replace(scene, body=replace(scene.body, **more))
         assert tt.check.conservation(frame, other)["equations"].verdict == "fail", name
-
-
-def test_what_begins_to_glide_is_joined(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At rest and without a force at one end, gliding at the other."""
-    found = EquationResidual.__new__(EquationResidual)
-    speeds = numpy.array([0.0, 1.0, 1.0, 0.0, 0.0])
-    found._gliding = lambda state: (speeds, 0 * speeds)  # type: ignore[method-assign]
-    scene = SimpleNamespace(lifts=False, may_stick=True)
-    found.setup = SimpleNamespace(scene=scene, body=None)  # type: ignore[assignment]
-    solved = SimpleNamespace(stays=lambda steps: steps > 0)
-    monkeypatch.setattr(equations, "SolvedRows", lambda *arguments: solved)
-    samples: Any = SimpleNamespace(state=None)
-    joined = found._joined(samples, numpy.ones(4))
-    assert joined.tolist() == [True, False, True, False]
 
 
 def test_what_was_summed_so_far_goes_on_in_the_next_block() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import EULER, VECTORS, Healthy
-from tt_precise.check.units import LOOKED_AT, _percent
+from tt_precise.check.units import LOOKED_AT
 from tt_precise.golden import store
 from tt_precise.scene.scene import parse_scene
 
@@ -213,9 +213,3 @@ def test_a_null_quaternion_is_refused(healthy: Healthy, rigid_body: Healthy) -> 
     frame.loc[3, ["qw", "qx", "qy", "qz"]] = 0
     with pytest.raises(tt.InputError, match="a quaternion is 0, expected an orientation"):
         tt.check.conservation(frame, "reference")
-
-
-def test_parts_that_are_no_parts_any_more_are_put_in_words() -> None:
-    assert [_percent(part) for part in (0.031, 99.0, 100.0)] == [
-        "3.1 %", "9.9e+03 %", "far more than all",
-    ]  # fmt: skip
