@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 
 from tt_precise.engines.scoreboard import check_of
 from tt_precise.extremes.case import TOPICS, shown
-from tt_precise.report import speed as pictures
+from tt_precise.report import pictures
 from tt_precise.report.document import Block, Figure, PageTable, Section, Text
-from tt_precise.report.prose import short
-from tt_precise.report.speed import (
+from tt_precise.report.pictures import (
     growth_of_errors,
     hidden_by_conservation,
     scoreboard,
     work_and_digits,
     work_precision,
 )
+from tt_precise.report.prose import short
 from tt_precise.runtime import records
 from tt_precise.runtime.records import of_its_form
 from tt_precise.runtime.values import Json
