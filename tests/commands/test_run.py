@@ -15,6 +15,7 @@ import pytest
 
 from tt_precise import cli
 from tt_precise.integration import Trajectory, integrate
+from tt_precise.runtime.tables import FORMATS
 from tt_precise.scene.scene import load_scene
 
 VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
@@ -230,8 +231,14 @@ def test_the_file_it_writes(printed: Printed, tmp_path: Path) -> None:
     assert {name: rows[-1][name] for name in STATE} == found["state"]
 
 
+def hdf5(file: Path) -> pandas.DataFrame:
+    read = FORMATS[".h5"].read
+    assert read
+    return pandas.DataFrame(read(file))
+
+
 @pytest.mark.parametrize("precision", ["double", "quad"])
-@pytest.mark.parametrize("suffix", ["csv", "parquet", "arrow", "json"])
+@pytest.mark.parametrize("suffix", ["csv", "parquet", "arrow", "h5", "json"])
 def test_the_suffix_is_the_format(tmp_path: Path, suffix: str, precision: str) -> None:
     file, plain = tmp_path / f"mine.{suffix}", tmp_path / "plain.csv"
     argv = ["run", *SHORT, "--precision", precision, "--out"]
@@ -243,6 +250,7 @@ def test_the_suffix_is_the_format(tmp_path: Path, suffix: str, precision: str) -
         "csv": lambda: pandas.read_csv(file, dtype=str),
         "parquet": lambda: pandas.read_parquet(file),
         "arrow": lambda: pandas.read_feather(file),
+        "h5": lambda: hdf5(file)[list(expected)],
         "json": lambda: pandas.DataFrame(json.loads(file.read_text())),
     }[suffix]()
     if precision == "double":
@@ -253,8 +261,8 @@ def test_the_suffix_is_the_format(tmp_path: Path, suffix: str, precision: str) -
 def test_another_format_is_refused_before_the_work(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert cli.main(["run", *SHORT, "--out", str(tmp_path / "mine.h5")]) == 2
-    assert "'.h5'" in capsys.readouterr().err
+    assert cli.main(["run", *SHORT, "--out", str(tmp_path / "mine.xlsx")]) == 2
+    assert "'.xlsx'" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 

@@ -531,9 +531,19 @@ def _npz(path: Path) -> Any:
         return dict(file)
 
 
+def _whole_reader(suffix: str) -> Callable[[Path], Any] | None:
+    if suffix in ("", ".csv", ".gz", ".parquet"):
+        return None
+    from tt_precise.runtime.tables import FORMATS  # few need it
+
+    if suffix == ".npz":
+        return _npz
+    return FORMATS[suffix].read if suffix in FORMATS else None
+
+
 def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
-    if path.suffix in (".json", ".arrow", ".npz"):
-        return _whole(path, rename)
+    if read := _whole_reader(path.suffix):
+        return _whole(path, read, rename)
     parquet = path.suffix == ".parquet"
     try:
         # opening a pipe waits for its writer, and Parquet cannot be read from one
@@ -554,13 +564,10 @@ def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
         raise
 
 
-def _whole(path: Path, rename: Mapping[str, str]) -> ColumnSource:
+def _whole(path: Path, read: Callable[[Path], Any], rename: Mapping[str, str]) -> ColumnSource:
     """All columns of a file at once."""
-    from tt_precise.runtime.tables import FORMATS  # few need it
-
-    read = FORMATS[path.suffix].read if path.suffix in FORMATS else None
     try:
-        table = read(path) if read else _npz(path)
+        table = read(path)
         names = list(getattr(table, "column_names", table))
     except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: {_line(error)}; expected a {path.suffix} file") from None

@@ -73,7 +73,7 @@ def command(
 ) -> int:
     """Check what TRAJECTORY must conserve.
 
-    It is .csv (or gzipped), .parquet, .arrow, .json, .npz, or - for standard input.
+    It is .csv (or gzipped), .parquet, .arrow, .h5, .json, .npz, or - for standard input.
 
     Columns (SI; those in brackets if known): t and theta theta_dot phi_dot omega_3 [nu_x nu_y], or
     kx ky kz Lx Ly Lz [vx vy], or qw qx qy qz wx wy wz [vcx vcy vcz]. `tt-precise columns` says what

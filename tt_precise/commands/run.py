@@ -141,7 +141,7 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
 @click.option(
     "--out",
     type=click.Path(dir_okay=False),
-    help="Write the trajectory (SI): .csv, .json, .parquet or .arrow.",
+    help="Write the trajectory (SI): .csv, .json, .parquet, .arrow or .h5.",
 )
 @click.option(
     "--plot", type=click.Path(dir_okay=False), help="Plot the trajectory (.svg, .png or .pdf)."

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import json
+import math
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,13 +19,18 @@ class Format(NamedTuple):
     """A file format of tables.
 
     ``write`` takes a path and columns. ``read`` gives the columns, as a mapping or a pyarrow.Table;
-    None where ``check.sources`` reads the file in pieces. A format of ``text`` holds doubles as
-    their shortest text; the others hold numbers and need pyarrow.
+    None where ``check.sources`` reads the file in pieces. A format without ``package`` is text and
+    holds doubles as their shortest text; the others hold numbers.
     """
 
     write: Callable[[Path, Table], Any]
     read: Callable[[Path], Any] | None = None
-    text: bool = True
+    package: str = ""
+
+    @property
+    def text(self) -> bool:
+        """Whether doubles are written as text."""
+        return not self.package
 
 
 def as_csv(table: Table) -> str:
@@ -58,8 +65,8 @@ def format_of(path: str | Path) -> Format:
     if suffix not in FORMATS:
         known = ", ".join(filter(None, FORMATS))
         raise InputError(f"{path}: got {suffix!r}, expected a file that ends in one of: {known}")
-    if not FORMATS[suffix].text:
-        _arrow()
+    if package := FORMATS[suffix].package:
+        _needed(package)
     return FORMATS[suffix]
 
 
@@ -81,44 +88,65 @@ def _read_json(path: Path) -> Table:
 def _parquet(path: Path, table: Table) -> None:
     import pyarrow.parquet
 
-    pyarrow.parquet.write_table(_arrow().table(_lists(table)), path)
+    pyarrow.parquet.write_table(_needed("pyarrow").table(_lists(table)), path)
 
 
 def _feather(path: Path, table: Table) -> None:
     import pyarrow.feather
 
     pyarrow.feather.write_feather(
-        _arrow().table(_lists(table)), str(path), compression="uncompressed"
+        _needed("pyarrow").table(_lists(table)), str(path), compression="uncompressed"
     )
 
 
 def _read_feather(path: Path) -> Any:
-    _arrow()
+    _needed("pyarrow")
     import pyarrow.feather
 
     return pyarrow.feather.read_table(path)
+
+
+def _hdf5(path: Path, table: Table) -> None:
+    h5py = _needed("h5py")
+    with h5py.File(path, "w") as file:
+        for name, column in table.items():
+            if any(isinstance(value, str) for value in column):
+                file.create_dataset(name, data=[v or "" for v in column], dtype=h5py.string_dtype())
+            else:
+                file[name] = [math.nan if value is None else value for value in column]
+
+
+def _read_hdf5(path: Path) -> Table:
+    h5py = _needed("h5py")
+    with h5py.File(path) as file:
+        return {
+            name: column.asstr()[:] if h5py.check_string_dtype(column.dtype) else column[:]
+            for name, column in file.items()
+            if isinstance(column, h5py.Dataset) and column.ndim == 1
+        }
 
 
 def _lists(table: Table) -> dict[str, list[Any]]:
     return {name: list(column) for name, column in table.items()}
 
 
-def _arrow() -> Any:
+def _needed(package: str) -> Any:
     try:
-        import pyarrow
+        return importlib.import_module(package)
     except ImportError:
+        extra = {"pyarrow": "parquet", "h5py": "hdf5"}[package]
         raise InputError(
-            "pyarrow: not installed, expected pip install 'tt-precise[parquet]'"
+            f"{package}: not installed, expected pip install 'tt-precise[{extra}]'"
         ) from None
-    return pyarrow
 
 
 FORMATS = {
     "": Format(_csv),
     ".csv": Format(_csv),
     ".json": Format(_json, _read_json),
-    ".parquet": Format(_parquet, text=False),
-    ".arrow": Format(_feather, _read_feather, text=False),
+    ".parquet": Format(_parquet, package="pyarrow"),
+    ".arrow": Format(_feather, _read_feather, "pyarrow"),
+    ".h5": Format(_hdf5, _read_hdf5, "h5py"),
 }
 
 
