@@ -12,7 +12,10 @@ from tt_precise.claims.evidence import sweeps
 from tt_precise.claims.verdicts import Verdict
 
 MODULES = sorted(Path(rauch_rutstam.__path__[0]).glob("[!_]*.py"))
-RULES = {"all_of": 1, "theorem": 1, "readings": 1, "misprint": 2}  # which is the note
+# which is the note
+RULES = {
+    "all_of": 1, "theorem": 1, "readings": 1, "misprint": 2, "in_section_1": 3, "in_section_2_3": 3
+}  # fmt: skip
 UNITS = r"(?:s|m|rad|J|N|W|%|rad/s|m/s|rad/s\^2|degrees)"
 TYPED = re.compile(
     rf"(?<![\w.^=]) ?\d+(?:\.\d+)? {UNITS}(?![\w(/])|\b(?:all|none) of (?:these|them inv|them los)"

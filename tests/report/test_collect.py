@@ -17,9 +17,9 @@ def test_what_shares_runs_is_there(tmp_path: Path) -> None:
 
 
 def test_claims_are_grouped_by_their_evidence() -> None:
-    groups = {call.key: call.group for call in calls_for(["EQ-32", "EQ-33", "NUM-11"])}
+    groups = {call.key: call.group for call in calls_for(["EQ-33", "EQ-37", "NUM-11"])}
     name = "tt_precise.claims.rauch_rutstam."
-    assert groups["EQ-32"] == groups["EQ-33"] == f"{name}section23_energy"
+    assert groups["EQ-33"] == groups["EQ-37"] == f"{name}section23_energy"
     assert groups["NUM-11"] == f"{name}section22_starts"
 
 

@@ -176,46 +176,6 @@ def frames(behind: tuple[int, int, int] = (0, 1, 0)) -> Finding:
 
 
 @claim(
-    "EQ-04",
-    quote="lambda=-L.a ... -L.(R alpha/I1 (L x 3))=0",
-    where="Sec. 1, after eq (1)",
-    counterexample={"lever": "R*alpha/I3"},
-)
-def jellett_is_constant(lever: str = "R*alpha/I1") -> Finding:
-    """-L.a is constant, because a_dot = (R alpha/I1) L x 3."""
-    q, rates, body = f.motion(), f.vector_rates(), f.chart().body
-    a_dot = scaled(body.R * body.alpha, (rates.kx, rates.ky, rates.kz))
-    printed = scaled(f.read(lever), cross(q.state.L, q.k))
-    lambda_dot = -dot((rates.Lx, rates.Ly, rates.Lz), q.a) - dot(q.state.L, a_dot)
-    return v.theorem(
-        {
-            "a_dot": f.equal_vectors(printed, a_dot, f"a_dot = {lever} L x 3"),
-            "lambda_dot": f.equal("0", lambda_dot, "lambda_dot = 0"),
-        },
-        "L_dot.a = (a x F).a vanishes whatever force acts at A, and L.a_dot is a triple product "
-        "with L twice.",
-    )
-
-
-@claim(
-    "EQ-05",
-    quote="E_dot=v_A.F=-mu g_n |v_A|^2",
-    counterexample={"loss": "-mu*g_n*(nu_x**2 + nu_y**2)/2"},
-)
-def energy_loss(loss: str = "-mu*g_n*(nu_x**2 + nu_y**2)") -> Finding:
-    """The energy falls at the rate v_A.F = -mu g_n |v_A|^2."""
-    q = f.motion()
-    return v.theorem(
-        {
-            "E_dot": f.equal(loss, f.rate_of("E"), f"E_dot = {loss}"),
-            "v_A.F": f.equal(loss, dot(q.state.v, q.force), f"v_A.F = {loss}"),
-        },
-        "E is differentiated along the equations of motion, with the g_n of the contact "
-        "constraint; v_A has no vertical component, so the normal force does no work.",
-    )
-
-
-@claim(
     "EQ-14",
     quote="lambda=R I1 phi_dot sin^2 theta - I3 omega_3 (alpha - cos theta)",
     where="Sec. 1, after eq (7)",

@@ -15,32 +15,18 @@ from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.motions import minima, minimum, swing_time
 from tt_precise.claims.evidence.run import REFERENCE, Run, rising, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.rauch_rutstam.identities import ROUTH_RATE
 from tt_precise.claims.verdicts import Finding
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, d, effective_potential
-from tt_precise.mechanics.vectors import Vector, cross, dot, scaled
+from tt_precise.mechanics.vectors import cross
 from tt_precise.runtime.values import Check, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import load_scene
 
 claim = claims_of(RAUCH_RUTSTAM, "1")
-MODIFIED_ENERGY = (
-    "(I1*phi_dot**2*sin(theta)**2 + I1*theta_dot**2 + I3*omega_3**2)/2"
-    " + m*g*R*(1 - alpha*cos(theta))"
-    " + m*R**2/2*((alpha - cos(theta))**2*(theta_dot**2 + phi_dot**2*sin(theta)**2)"
-    " + sin(theta)**2*(theta_dot**2 + omega_3**2 + 2*omega_3*phi_dot*(alpha - cos(theta))))"
-)
-ROUTH_SQUARED = "I1*I3 + m*R**2*I3*(alpha - cos(theta))**2 + m*R**2*I1*sin(theta)**2"
-D_OF_Z = "gamma + sigma*(alpha - cos(theta))**2 + sigma*gamma*(1 - cos(theta)**2)"
-ROUTH_RATE = "gamma*m/(alpha*sqrt(d(cos(theta))))"
-EFFECTIVE_MASS = "I3/2*(sigma*((alpha - cos(theta))**2 + 1 - cos(theta)**2) + gamma)"
-POTENTIAL = (
-    "m*g*R*(1 - alpha*z)"
-    " + (lambda_*sqrt(d(z)) + R*D*(alpha - z))**2/(2*I3*R**2*gamma**2*(1 - z**2))"
-    " + (R**2*D**2 - sigma*lambda_**2)/(2*R**2*I1)"
-)
 DETERMINANT = (
     "I1**2*R*m**2*sin(theta)**2*theta_dot*(I1 + m*R**2*alpha**2*sin(theta)**2)/sqrt(d(cos(theta)))"
 )
@@ -50,7 +36,6 @@ SQUARE_NOTE = (
     "d(z) is a square exactly when its discriminant vanishes, which gives 1 - gamma where the "
     "paper prints 1 - alpha."
 )
-DIFFERENTIATED = "Differentiated along the equations of motion"
 ASYMPTOTIC = {
     "lambda of the upright spin": "R*(1 - alpha)*L0",
     "lambda of the inverted spin": "R*(1 + alpha)*L1",
@@ -69,93 +54,6 @@ BESIDE = (
     f"the toy, whose potential is rational; lambda/lambda_thres in {', '.join(MULTIPLES)}; "
     f"delta/lambda in {', '.join(DELTAS)}"
 )
-
-
-@claim(
-    "EQ-15",
-    quote="E~=... (with s_dot=-omega x a)",
-    where="eq (8)",
-    counterexample={"printed": MODIFIED_ENERGY.replace("+ 2*omega_3", "- 2*omega_3")},
-)
-def modified_energy(printed: str = MODIFIED_ENERGY) -> Finding:
-    """The energy with s_dot = -omega x a is the printed expression in Euler angles."""
-    check = f.equal(printed, f.quantity("E_tilde"))
-    return v.theorem(check, "Expanded from m (omega x a)^2/2 + omega.L/2 + m g s.z.")
-
-
-@claim(
-    "EQ-16",
-    quote="D=omega_3 sqrt(I1 I3+...)=I3 omega_3 sqrt(d(cos theta))",
-    where="eq (9)",
-    counterexample={"under_root": ROUTH_SQUARED.replace("R**2*I1", "R**2*I3")},
-)
-def routh_function(under_root: str = ROUTH_SQUARED, d_of_z: str = D_OF_Z) -> Finding:
-    """The two printed forms of Routh's function agree, with d(cos theta) as printed."""
-    other = f.chart().body.I3 ** 2 * f.read(d_of_z)
-    return v.theorem(
-        f.equal(f.read(under_root), other, f"{under_root} = I3**2*({d_of_z})"),
-        "Both forms are omega_3 times a positive root, so comparing what stands under it is "
-        "enough.",
-    )
-
-
-@claim("EQ-17", quote="d/dt lambda=0", where="eq (10)", counterexample={"quantity": "L_z"})
-def jellett_rate(quantity: str = "lambda") -> Finding:
-    """lambda is constant along the gliding motion."""
-    check = f.equal("0", f.rate_of(quantity), f"d {quantity}/dt = 0")
-    return v.theorem(check, f"{DIFFERENTIATED}.")
-
-
-@claim(
-    "EQ-18",
-    quote="d/dt D=gamma m/(alpha sqrt(d)) (z x a).v_A_dot",
-    where="eq (11)",
-    counterexample={"factor": ROUTH_RATE.replace("alpha", "R*alpha")},
-)
-def routh_rate(factor: str = ROUTH_RATE) -> Finding:
-    """Routh's function changes at the rate gamma m/(alpha sqrt(d)) (z x a).v_A_dot."""
-    rate = f.read(factor) * _along_acceleration(cross((0, 0, 1), f.motion().a))
-    return v.theorem(
-        f.equal(rate, f.rate_of("D"), f"dD/dt = {factor}*(z x a).v_A_dot"),
-        "v_A_dot is the derivative of the vector v_A, not of its components in the turning frame.",
-    )
-
-
-@claim(
-    "EQ-19", quote="d/dt E~=m (omega x a).v_A_dot", where="eq (12)", counterexample={"factor": "-m"}
-)
-def modified_energy_rate(factor: str = "m") -> Finding:
-    """E~ changes at the rate m (omega x a).v_A_dot."""
-    rate = f.read(factor) * _along_acceleration(f.motion().omega_cross_a)
-    return v.theorem(
-        f.equal(rate, f.rate_of("E_tilde"), f"dE~/dt = {factor} (omega x a).v_A_dot"),
-        f"{DIFFERENTIATED}, with g_n from the contact constraint.",
-    )
-
-
-def _along_acceleration(vector: Vector) -> Scalar:
-    rates = f.vector_rates()
-    return dot(vector, (rates.vx, rates.vy, 0))
-
-
-@claim(
-    "EQ-20",
-    quote="d/dt m r_dot=-mu g_n v_A",
-    where="eq (13)",
-    counterexample={"factor": "-mu*g_n*m"},
-)
-def horizontal_momentum(factor: str = "-mu*g_n") -> Finding:
-    """The horizontal momentum of the centre of mass changes by friction alone."""
-    q, symbols = f.motion(), f.chart()
-    phi_dot, m = symbols.state.phi_dot, symbols.body.m
-    # the frame turns with phi: the derivative of a vector has a term phi_dot z x (...)
-    along_x, along_y = q.s_dot[0], q.s_dot[1]
-    changed = m * (f.rate(along_x) - phi_dot * along_y), m * (f.rate(along_y) + phi_dot * along_x)
-    pushed = scaled(f.read(factor), q.state.v)[:2]
-    return v.theorem(
-        f.equal_vectors(pushed, changed, f"m r_ddot = {factor} v_A"),
-        "r is the horizontal part of s, so the normal force and the weight drop out.",
-    )
 
 
 @claim(
@@ -209,42 +107,6 @@ def _determinant() -> Scalar:
         row(body.m * q.s_dot[1]),
     ]
     return DomainMatrix(rows, (5, 5), field.to_domain()).det()
-
-
-@claim(
-    "EQ-22",
-    quote="E~(t)=g(cos theta) theta_dot^2+V(cos theta,D(t),lambda)",
-    where="Sec. 1, eq (17)",
-    counterexample={"mass": EFFECTIVE_MASS.replace("+ gamma", "- gamma")},
-)
-def main_equation(mass: str = EFFECTIVE_MASS, potential: str = POTENTIAL) -> Finding:
-    """E~ = g(cos theta) theta_dot^2 + V with the printed g and V: the Main Equation."""
-    printed = f.read(mass) * f.chart().state.theta_dot ** 2 + _potential(potential)
-    return v.theorem(
-        f.equal(printed, f.quantity("E_tilde"), f"E~ = {mass}*theta_dot**2 + V"),
-        "phi_dot and omega_3 are eliminated with lambda and D.",
-    )
-
-
-@claim(
-    "EQ-23",
-    quote="V(z,D(t),lambda)=...",
-    where="Sec. 1, eq (18)",
-    counterexample={"printed": POTENTIAL.replace("- sigma*lambda_", "+ sigma*lambda_")},
-)
-def potential(printed: str = POTENTIAL) -> Finding:
-    """The effective potential with its three terms is E~ at theta_dot = 0."""
-    kinetic = f.read(EFFECTIVE_MASS) * f.chart().state.theta_dot ** 2
-    rest = f.quantity("E_tilde") - kinetic
-    return v.theorem(
-        {"V": f.equal(_potential(printed), rest, f"V = {printed}")},
-        "The part of E~ without theta_dot, with phi_dot and omega_3 expressed by lambda and D.",
-    )
-
-
-def _potential(text: str) -> Scalar:
-    known = {"z": f.chart().c, "D": f.quantity("D"), "lambda_": f.quantity("lambda")}
-    return f.read(text, {**f.names(), **known})
 
 
 @claim(

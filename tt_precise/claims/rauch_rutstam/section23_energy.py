@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise
 
@@ -21,27 +21,6 @@ from tt_precise.runtime.values import Check, Scalar
 claim = claims_of(RAUCH_RUTSTAM, "2.3")
 START = "closed form in the start values"
 AT_8_S, AT_0_S, THEORY = "0.005106", "0.002755", "1.8571"
-TRANSLATIONAL = (
-    "m/2*((nu_x*cos(theta) - R*theta_dot*(alpha - cos(theta)))**2"
-    " + (nu_y - R*sin(theta)*(omega_3 + phi_dot*(alpha - cos(theta))))**2"
-    " + (nu_x*sin(theta) + R*theta_dot*sin(theta))**2)"
-)
-ROTATIONAL = "(I1*(theta_dot**2 + phi_dot**2*sin(theta)**2) + I3*omega_3**2)/2"
-POTENTIAL = "m*g*R*(1 - alpha*cos(theta))"
-CHAIN = (
-    "dot(s_dot, F) - m*g*dot(s_dot, z_hat) + dot(omega, cross(a, F)) + m*g*dot(s_dot, z_hat)",
-    "dot(v_A, F) - dot(cross(omega, a), F) - m*g*dot(s_dot, z_hat) + dot(omega, cross(a, F))"
-    " + m*g*dot(s_dot, z_hat)",
-    "dot(v_A, F_f) - dot(cross(omega, a), F) + dot(omega, cross(a, F))",
-    "dot(v_A, F_f)",
-    "-mu*g_n*dot(v_A, v_A)",
-)
-TORQUE = (
-    "-R*(1 - alpha*cos(theta))*mu*g_n*nu_y",
-    "-R*alpha*g_n*sin(theta) + R*mu*g_n*nu_x*(1 - alpha*cos(theta))",
-    "-R*alpha*mu*g_n*nu_y*sin(theta)",
-)
-DIFFERENCE = "m*dot(v_A, cross(omega, a)) - m*dot(v_A, v_A)/2"
 PARTS = ("E_trans", "E_rot", "E_pot")
 
 
@@ -139,44 +118,6 @@ def _ratio(run: Trajectory) -> Scalar:
 
 
 @claim(
-    "EQ-31",
-    quote="E=E_trans+E_rot+E_pot=...",
-    where="Sec. 2.3, eq (22)",
-    counterexample={
-        "translational": TRANSLATIONAL.replace("nu_x*sin(theta) +", "nu_x*sin(theta) -")
-    },
-)
-def energy_split(
-    translational: str = TRANSLATIONAL, rotational: str = ROTATIONAL, potential: str = POTENTIAL
-) -> Finding:
-    """The three parts of the energy in Euler angles."""
-    printed = {"E_trans": translational, "E_rot": rotational, "E_pot": potential}
-    return v.theorem(
-        {name: f.equal(text, f.quantity(name)) for name, text in printed.items()},
-        "The bracket of E_trans holds the components of s_dot = v_A - omega x a along 1, y, 3.",
-    )
-
-
-@claim(
-    "EQ-32",
-    quote="E_dot=... (four lines)",
-    where="Sec. 2.3, eq (23)",
-    counterexample={"lines": (CHAIN[0].replace("+ m*g", "- m*g"), *CHAIN[1:])},
-    slow=True,
-)
-def chain_for_the_energy(lines: tuple[str, ...] = CHAIN) -> Finding:
-    """Every step of the derivation of E_dot = -mu g_n v_A^2 is right."""
-    derived, known = f.rate_of("E"), _vectors()
-    return v.theorem(
-        {
-            f"step {n}": f.equal(f.read(line, known), derived, line)
-            for n, line in enumerate(lines, start=1)
-        },
-        "Each expression of the chain equals E differentiated along the equations of motion.",
-    )
-
-
-@claim(
     "EQ-33",
     quote="the equality omega_dot.L=omega.L_dot valid due to axial symmetry",
     definition="for the second reading: any rigid body, three different moments of inertia",
@@ -209,60 +150,6 @@ def _holds_for_any_body(factor: int) -> bool:
     L = inertia * omega
     L_dot = inertia * omega_dot + omega.cross(L)
     return bool(sympy.expand(omega_dot.dot(L) - factor * omega.dot(L_dot)) == 0)
-
-
-@claim(
-    "EQ-34",
-    quote="m g s_dot.z is the rate of energy transfer ... into E_pot",
-    counterexample={"weight": "m*g*dot(v_A, z_hat)"},
-    slow=True,
-)
-def transfers(
-    weight: str = "m*g*dot(s_dot, z_hat)", torque: str = "dot(omega, cross(a, F))"
-) -> Finding:
-    """m g s_dot.z passes from E_trans to E_pot, and omega.(a x F) between E_trans and E_rot."""
-    known = _vectors()
-    to_potential, to_rotation = f.read(weight, known), f.read(torque, known)
-    left = f.read("dot(v_A, F_f)", known) - to_potential - to_rotation
-    shown = f"dot(v_A, F_f) - {weight} - {torque}"
-    return v.theorem(
-        {
-            "E_pot gains": f.equal(to_potential, f.rate_of("E_pot"), weight),
-            "E_rot gains": f.equal(to_rotation, f.rate_of("E_rot"), torque),
-            "E_trans loses both, and what friction takes": f.equal(
-                left, f.rate_of("E_trans"), shown
-            ),
-        },
-        "E_trans changes by -m g s_dot.z - omega.(a x F) + v_A.F_f, so both terms pass through it.",
-    )
-
-
-@claim(
-    "EQ-35",
-    quote="tau_x=..., tau_z=..., tau_y=...",
-    counterexample={"printed": (TORQUE[0][1:], *TORQUE[1:])},
-)
-def torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
-    """The components of the torque a x F in the frame (x, y, z)."""
-    parts = zip("xyz", printed, f.motion().torque, strict=True)
-    return v.theorem(
-        {f"tau_{axis}": f.equal(text, value) for axis, text, value in parts},
-        "a x F with a = R(alpha 3 - z) and F = g_n(z - mu v_A).",
-    )
-
-
-@claim(
-    "EQ-36",
-    quote="E~=E-m v_A^2/2+m v_A.(omega x a)",
-    counterexample={"printed": DIFFERENCE.replace("/2", "")},
-)
-def modified_energy_from_energy(printed: str = DIFFERENCE) -> Finding:
-    """E~ is E - m v_A^2/2 + m v_A.(omega x a)."""
-    difference = f.quantity("E_tilde") - f.quantity("E")
-    return v.theorem(
-        f.equal(f.read(printed, _vectors()), difference, f"E~ - E = {printed}"),
-        "From m (v_A - omega x a)^2/2 with and without v_A.",
-    )
 
 
 @claim(
@@ -318,40 +205,6 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Finding:
         "part along omega drops out; |a| is between R(1 - alpha) and R(1 + alpha).",
         v.EXACT,
     )
-
-
-@claim(
-    "EQ-41",
-    quote="negative whenever nu_y>0 ... whenever nu_x<0 or nu_x is sufficiently small",
-    definition="where g_n > 0 and 0 < theta < pi",
-    counterexample={"printed": (TORQUE[0], TORQUE[1].replace("-R*alpha", "R*alpha"), TORQUE[2])},
-)
-def signs_of_the_torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
-    """tau_x, tau_z < 0 where nu_y > 0, and tau_y < 0 where nu_x is negative or small."""
-    known, (tau_x, tau_y, tau_z) = f.names(), map(f.read, printed)
-    bound = "alpha*sin(theta)/(mu*(1 - alpha*cos(theta)))"
-    slope = "R*mu*g_n*(1 - alpha*cos(theta))"
-    below = f.read(slope) * (f.read("nu_x") - f.read(bound))
-    return v.theorem(
-        {
-            "tau_x per nu_y": f.equal(tau_x / known["nu_y"], f.read(f"-{slope}"), printed[0]),
-            "tau_z per nu_y": f.equal(
-                tau_z / known["nu_y"], f.read("-mu*R*g_n*alpha*sin(theta)"), printed[2]
-            ),
-            "tau_y < 0 below a bound on nu_x": f.equal(tau_y, below, printed[1]),
-        },
-        f"tau_y is a positive factor times nu_x - {bound}: negative for nu_x below that positive "
-        "bound, which is what sufficiently small means.",
-    )
-
-
-def _vectors() -> Mapping[str, Scalar]:
-    q = f.motion()
-    F = q.force
-    return {
-        **f.names(), "dot": dot, "cross": cross, "s_dot": q.s_dot, "v_A": q.state.v,
-        "omega": q.omega, "a": q.a, "F": F, "F_f": (F[0], F[1], 0), "z_hat": (0, 0, 1),
-    }  # fmt: skip
 
 
 @claim(
