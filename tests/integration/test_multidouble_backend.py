@@ -87,22 +87,6 @@ def test_a_wrong_last_part_shows() -> None:
     assert worst(moved, golden("contact-lost", "trajectory"), every=12) < PRINTED - 0.5
 
 
-def test_the_same_bits_again(lost: Trajectory) -> None:
-    again = integrate("contact-lost", "triple-double", events=catalogue("gliding"))
-    assert again.state.values == lost.state.values
-    assert again.events.equals(lost.events)
-    assert again.steps == lost.steps
-
-
-def test_what_a_start_on_the_axis_keeps() -> None:
-    for name in POLES:
-        run = integrate(name, "double-double", events=["theta_min", "equator", "Lk_equals_Lz"])
-        assert run.status == "complete"
-        assert run.event_counts.total() == 0
-        assert run.drift["jellett"] < 1e-31
-        assert run.state.kx == 0
-
-
 def test_steps_after_a_cut_one_are_as_long_as_ever() -> None:
     """With events the first step is a tiny one, whose unit of time would be far too short."""
     with_events, without = (
