@@ -1,10 +1,8 @@
 """Precisions: numbers pass exactly in and out of heyoka's types."""
 
-import sys
 from fractions import Fraction
 from typing import Any
 
-import numpy
 import pytest
 
 from tt_precise.integration.precision import Precision, finer, precision_named
@@ -107,10 +105,3 @@ def test_the_other_side_is_the_next_number(precision: Precision, text: str) -> N
         assert min(rounded, other) < exact < max(rounded, other)
         assert precision.with_guard_bits(precision.number(other)) == other
         assert 0 < abs(other - rounded) <= precision.eps * abs(exact)
-
-
-def test_bits_are_those_of_the_arithmetic() -> None:
-    """IEEE 754's binary64 and binary128, x87's extended; sums of two and of three binary64."""
-    assert precision_named("double").bits == sys.float_info.mant_dig == 53
-    assert precision_named("extended").bits == numpy.finfo(numpy.longdouble).nmant + 1
-    assert precision_named("quad").bits == 113
