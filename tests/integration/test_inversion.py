@@ -122,12 +122,6 @@ def test_the_mirror_image_has_the_same_times(double: Trajectory, reference: Scen
     assert all_times(mirrored) == pytest.approx(all_times(double), rel=1e-12)
 
 
-def test_missing_events_are_integrated_for(reference: Scene, double: Trajectory) -> None:
-    plain = integrate(reference, "extended")
-    assert plain.events.empty
-    assert float(plain.inversion.equator) == pytest.approx(double.inversion.equator, rel=1e-14)
-
-
 def test_a_horizon_before_the_climb(reference: Scene, double: Trajectory) -> None:
     short = integrate(reference, until=5, events=double.setup.events)
     assert short.inversion.equator is None
