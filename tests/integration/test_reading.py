@@ -10,7 +10,6 @@ import numpy
 import pytest
 
 from tt_precise.integration import Trajectory, integrate, precision
-from tt_precise.integration.dense_output import long_double
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import load_scene
@@ -167,10 +166,3 @@ def test_a_table_is_a_frame_without_pandas(double: Trajectory) -> None:
         assert numpy.array_equal(table[name], frame[name].to_numpy())
     with pytest.raises(InputError, match="numbers: got 'many', expected one of: float"):
         double.table("theta", numbers="many")  # type: ignore[arg-type]
-
-
-def test_a_long_double_holds_64_bits() -> None:
-    with mpmath.workprec(100):
-        third = long_double(mpmath.mpf(1) / 3)
-    assert third == numpy.longdouble(1) / 3
-    assert third != numpy.longdouble(1 / 3)
