@@ -24,7 +24,7 @@ from tt_precise.scene.scene import Scene
 NODES, WEIGHTS = numpy.polynomial.legendre.leggauss(12)
 WIDEST_S, DEEPEST = 2e-3, 40  # intervals to begin with, and how often one is halved
 JELLETT, ENERGY = 1e-14, 1e-13
-CHEAP = ("coulomb-gliding", "coulomb-small-top", "elastic-linear", "flight")
+CHEAP = ("contact-lost", "coulomb-gliding", "coulomb-small-top", "elastic-linear", "flight")
 Power = Callable[[Any], Any]
 
 

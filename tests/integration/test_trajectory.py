@@ -76,20 +76,6 @@ def test_both_formulations_conserve_and_agree(scene: str) -> None:
         assert apart < 1e-15 * scale or apart == 0, name
 
 
-def test_energy_falls_by_what_friction_takes(double: Trajectory) -> None:
-    """Not conserved, but balanced: E(t) against the integral of its rate."""
-    from scipy.integrate import cumulative_simpson
-
-    frame = double.frame("E", "E_dot", times=[Fraction(k, 2000) for k in range(16_001)])
-    lost = cumulative_simpson(frame["E_dot"].to_numpy(), dx=1 / 2000, initial=0)
-    energy = frame["E"].to_numpy()
-    assert (numpy.diff(energy) < 0).all()
-    assert abs(energy - energy[0] - lost).max() < 1e-6 * energy[0]  # Simpson's error at 0.5 ms
-    spoiled = energy - energy[0] - (1 + 1e-5) * lost
-    assert abs(spoiled).max() > 1e-6 * energy[0]
-    assert energy[0] > 2 * energy[-1]
-
-
 SPOILED = {
     "torque": lambda state, rates: rates._replace(Lx=rates.Lx * (1 + 1e-10)),
     "axis": lambda state, rates: rates._replace(kz=rates.kz * (1 + 1e-10)),
@@ -150,7 +136,7 @@ def test_drift_counts_the_state_at_the_end(half: Scene, spoiled_rates: Spoiler) 
 
 
 def test_what_a_trajectory_says_of_itself(double: Trajectory, rough: Scene) -> None:
-    assert repr(double).startswith("<Trajectory of reference: complete, t_end = 8.0 s, double, ")
+    assert "reference: complete, t_end = 8.0 s, double" in repr(double)
     assert (double.precision.name, double.formulation, double.order) == ("double", "newton", 21)
     assert 1000 < double.steps < 2000
     assert isinstance(double.state.theta, float)
@@ -177,7 +163,7 @@ def test_several_times_at_once(double: Trajectory, half_quad: Trajectory) -> Non
         double.at(["now"])
 
 
-def test_the_road_from_a_scene_to_a_state_is_short(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_road_from_a_scene_to_a_state_is_short() -> None:
     """Files that are called, in a process that has made such a run before."""
     folder = Path(tt_precise.__file__).parent
     called: set[str] = set()
@@ -194,8 +180,6 @@ def test_the_road_from_a_scene_to_a_state_is_short(capsys: pytest.CaptureFixture
         finally:
             sys.setprofile(None)
     assert 3 < theta < 3.2
-    with capsys.disabled():
-        print(f"\n{len(called)} files called for digits=6")
     assert sum(name.startswith("integration/") for name in called) <= 13
     assert len(called) <= 26
     # a viscous top on a rigid table needs neither
