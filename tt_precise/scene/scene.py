@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from tt_precise.runtime.files import parse_toml, read_toml, shown
-from tt_precise.runtime.tables import as_html
 from tt_precise.runtime.values import InputError, Json
 from tt_precise.scene.body import (
     UNIT_KEYS,
@@ -230,6 +229,8 @@ class Scene:
         return replace(self, body=top, start=replace(self.start, **start))
 
     def _repr_html_(self) -> str:
+        from tt_precise.runtime.tables import as_html
+
         numbers = [
             (f"{table}.{name}", value)
             for table, entries in (
