@@ -70,21 +70,3 @@ def test_many_claims_make_a_table_that_fits(
         ["EQ-26", "misprint"],
         ["EQ-29", "misprint"],
     ]
-
-
-def test_nothing_left_by_a_filter(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("NUM-23", "--verdict", "refuted") == 0
-    assert "0 claims" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    "bad",
-    [["NUM-99"], ["--verdict", "wrong"], ["--kind", "x"], ["--workers", "0"], ["NUM-23", "é"]],
-)
-def test_bad_input_is_one_line_and_status_2(
-    bad: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["claims", *bad]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.count("\n") == 1

@@ -1,7 +1,6 @@
 """``tt-precise events``: the catalogue, and the events of a scene."""
 
 import json
-import re
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -47,14 +46,11 @@ def test_the_catalogue_as_json(capsys: pytest.CaptureFixture[str]) -> None:
 def test_the_events_of_a_scene(capsys: pytest.CaptureFixture[str], trajectory: Trajectory) -> None:
     assert cli.main(["events", "reference"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    pattern = re.compile(r" *(\d\.\d{12}) s  (\S+) +(minimum|maximum|up|down) +theta (\d\.\d{6})")
-    matches = [pattern.fullmatch(line) for line in lines[: len(trajectory.events)]]
-    found = [(float(m[1]), m[2], m[3]) for m in matches if m]
     expected = [
-        (round(float(row["t"]), 12), row["name"], change(row["name"], row["direction"]))
+        [f"{row['t']:.12f}", "s", row["name"], change(row["name"], row["direction"])]
         for row in trajectory.events.to_dict("records")
     ]
-    assert found == expected
+    assert [line.split()[:4] for line in lines[: len(expected)]] == expected
     climb = lines[len(trajectory.events) :]
     assert [line.split(":")[0].strip() for line in climb] == [
         "t_init_A", "t_end_A", "t_init_B", "t_end_B", "t_init_C", "t_end_C",
@@ -147,8 +143,3 @@ def test_events_are_asked_for_by_name(asked: str | tuple[str, ...]) -> None:
 def test_what_names_no_event_is_refused(asked: Any) -> None:
     with pytest.raises(InputError, match="expected"):
         integrate("reference", events=asked)
-
-
-def test_each_name_of_the_catalogue_is_taken_by_only(capsys: pytest.CaptureFixture[str]) -> None:
-    asked = ["events", "reference", "--until", "0.01", "--only", ",".join(["all", *EVENTS])]
-    assert cli.main(asked) == 0

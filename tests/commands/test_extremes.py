@@ -51,8 +51,3 @@ def test_json(capsys: pytest.CaptureFixture[str]) -> None:
 def test_every_case_has_a_line_with_full(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["extremes", "--quick", "--full"]) == 0
     assert "mu = 1" in capsys.readouterr().out
-
-
-def test_an_unknown_topic_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["extremes", "--topic", "weather"]) == 2
-    assert len(capsys.readouterr().err.splitlines()) == 1

@@ -57,25 +57,6 @@ def test_what_a_sweep_s_file_says_is_not_said_beside_it(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "printed"),
-    [
-        (["sweep", "nothing", "--vary", "mu=1,2"], "scene"),
-        (["sweep", "reference", "--vary", "mu"], "--vary"),
-        (["sweep", "reference", "--vary", "mu=1,2", "--csv"], "--csv"),
-        (["sweep", "plot", "nowhere", "--x", "mu", "--y", "t_init"], "no rows"),
-        (["sweep", "plot", "a", "--x", "b", "--y", "c", "--colour", "d", "--map", "e"], "--map"),
-    ],
-)
-def test_refusals_are_one_line(
-    arguments: list[str], printed: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(arguments) == 2
-    error = capsys.readouterr().err
-    assert printed in error
-    assert error.count("\n") == 1
-
-
-@pytest.mark.parametrize(
     ("again", "message"),
     [
         ({"outcome": "inverts"}, "1 other_outcome\n"),
@@ -95,10 +76,3 @@ def test_a_row_that_the_spot_check_contradicts_is_no_success(
     assert main(["sweep", "reference", *asked]) == (1 if message else 0)
     expected = f"tt-precise: THE SPOT CHECK CONTRADICTS ROWS OF THE SWEEP: {message}"
     assert capsys.readouterr().err == (expected if message else "")
-
-
-def test_the_outcomes_stand_one_a_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["sweep", "run", "--help"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    outcomes = ("inverts", "does_not_invert", "undecided", "contact_lost", "singular_contact")
-    assert all(any(line.startswith(f"    {one} ") for line in lines) for one in outcomes)
