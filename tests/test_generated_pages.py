@@ -1,9 +1,7 @@
 """Tables that the documentation makes of the package: they hold all that the commands print."""
 
-from __future__ import annotations
-
-import importlib.util
 import json
+import runpy
 from pathlib import Path
 from typing import Any
 
@@ -14,38 +12,19 @@ from tt_precise import cli
 FILE = Path(__file__).parents[1] / "docs/_ext/generated.py"
 
 
-@pytest.fixture(scope="module")
-def generated() -> Any:
+def test_every_column_and_event_stands_in_its_table(capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("docutils", reason="needs the extra docs")
-    spec = importlib.util.spec_from_file_location("generated", FILE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    generated = runpy.run_path(str(FILE))
 
+    def printed(command: str) -> Any:
+        assert cli.main([command, "--json"]) == 0
+        return json.loads(capsys.readouterr().out)
 
-def printed(capsys: pytest.CaptureFixture[str], command: str) -> Any:
-    assert cli.main([command, "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
-
-
-def test_every_column_stands_in_its_table(
-    generated: Any, capsys: pytest.CaptureFixture[str]
-) -> None:
-    sets = printed(capsys, "columns")["sets"]
-    lines = [line for line in generated.columns("") if line.startswith("| `")]
-    names = [name for columns in sets.values() for name in columns]
-    assert [line.split("`")[1] for line in lines] == names
-    optional = [one for columns in sets.values() for one in columns.values() if not one["required"]]
+    sets = printed("columns")["sets"].values()
+    lines = [line for line in generated["columns"]("") if line.startswith("| `")]
+    assert [line.split("`")[1] for line in lines] == [name for columns in sets for name in columns]
+    optional = [one for columns in sets for one in columns.values() if not one["required"]]
     assert sum("(if known)" in line for line in lines) == len(optional) > 8
-
-
-def test_every_event_stands_in_its_table(
-    generated: Any, capsys: pytest.CaptureFixture[str]
-) -> None:
-    known = printed(capsys, "events")
-    text = "\n".join(generated.events(""))
-    for name in (*known["events"], *known["joining"], *known["terminal"]):
+    known, text = printed("events"), "\n".join(generated["events"](""))
+    for name in (*known["events"], *known["joining"], *known["terminal"], "zero:NAME"):
         assert f"| `{name}`" in text, name
-    assert "| `zero:NAME`" in text

@@ -180,17 +180,6 @@ def test_a_table_format(printed: Printed, monkeypatch: pytest.MonkeyPatch) -> No
     assert '"verdict": "pass"' in printed("check", "a.tsv", "--scene", "reference", "--json")
 
 
-@pytest.mark.parametrize("suffix", [one for one in tables.FORMATS if one])
-@pytest.mark.parametrize("precision", ["double", "quad"])
-def test_check_reads_what_run_writes(printed: Printed, suffix: str, precision: str) -> None:
-    file = f"a{suffix}"
-    printed("run", "reference", *SHORT, "--precision", precision, "--out", file)
-    found = json.loads(printed("check", file, "--scene", "reference", "--json"))
-    (golden,) = (one for one in found["checks"] if one["name"] == "golden")
-    assert golden["verdict"] != "fail"
-    assert found["rows"] == 6
-
-
 def test_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[str] = []
 

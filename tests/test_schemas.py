@@ -5,7 +5,6 @@ import json
 import runpy
 import shutil
 from collections.abc import Callable, Iterator
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, get_args
 
@@ -14,8 +13,6 @@ import jsonschema
 import pytest
 
 from tt_precise import cli
-from tt_precise.certify.certificate import Accepted
-from tt_precise.commands.golden import SCHEMA as GOLDEN_SCHEMA
 from tt_precise.integration.dense_output import Status
 from tt_precise.integration.precision import KINDS
 from tt_precise.scene.scene import MODELS
@@ -128,12 +125,6 @@ def test_what_a_command_prints(name: str, printed: Callable[[str, int], Any]) ->
 def test_what_a_slow_command_prints(name: str, printed: Callable[[str, int], Any]) -> None:
     for words, status in SLOW[name]:
         validate(name, printed(words, status))
-
-
-def test_what_is_accepted() -> None:
-    accepted = {**asdict(Accepted("reference", 3, 70, 5)), "verdict": "accepted"}
-    schema = GOLDEN_SCHEMA.format("certify.check")
-    validate("golden-certify-check", {"schema": schema, "scenes": [accepted]})
 
 
 @pytest.mark.parametrize("name", STORED)
