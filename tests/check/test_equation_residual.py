@@ -136,17 +136,6 @@ def test_a_wrong_term_is_found_at_every_spacing(
         assert size / 4 < value[name] < 4 * size, name
 
 
-def test_an_interval_as_uncertain_as_the_limit_is_still_resolved(healthy: Healthy) -> None:
-    frame = healthy("reference", 401)
-    found, samples = balance(frame, "vectors")
-    setup = CheckSetup(tt.load_scene("reference"), COLUMN_SETS["vectors"], True)
-    limit = float(numpy.sort(found.bound)[-3])
-    for allowed, unresolved in ((limit, 2), (float(numpy.nextafter(limit, 0)), 3)):
-        total = SummedResidual(EquationResidual(setup, samples), "state", allowed)
-        total(samples)
-        assert (total.unresolved, total.intervals) == (unresolved, len(found.bound))
-
-
 @pytest.mark.parametrize("columns", ["vectors", "Euler"])
 def test_a_rolling_top_has_no_power_and_no_velocity_of_its_own(
     healthy: Healthy, columns: str

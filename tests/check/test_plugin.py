@@ -66,21 +66,13 @@ def test_the_fixtures_pass_and_fail(project: pytest.Pytester, workers: list[str]
 
 
 def test_the_command_line_wins(project: pytest.Pytester) -> None:
-    result = project.runpytest_inprocess(
-        "--tt-limit", "1e-2", "--tt-digits", "2", "-p", "no:cacheprovider"
-    )
-    result.assert_outcomes(passed=3, failed=1)
-    strict = project.runpytest_inprocess(
-        "--tt-limit", "jellett=1e-30", "-k", "healthy", "-p", "no:cacheprovider"
-    )
-    strict.assert_outcomes(failed=1)
-    wrong = project.runpytest_inprocess(
-        "--tt-limit", "nonsense=1", "-k", "healthy", "-p", "no:cacheprovider"
-    )
-    wrong.assert_outcomes(errors=0, failed=1)
-    no_number = project.runpytest_inprocess(
-        "--tt-limit", "jellett=small", "-k", "healthy", "-p", "no:cacheprovider"
-    )
+    def run(*words: str) -> pytest.RunResult:
+        return project.runpytest_inprocess(*words, "-p", "no:cacheprovider")
+
+    run("--tt-limit", "1e-2", "--tt-digits", "2").assert_outcomes(passed=3, failed=1)
+    for limit in ("jellett=1e-30", "nonsense=1"):
+        run("--tt-limit", limit, "-k", "healthy").assert_outcomes(failed=1)
+    no_number = run("--tt-limit", "jellett=small", "-k", "healthy")
     assert "--tt-limit: got 'jellett=small', expected NAME=VALUE" in no_number.stdout.str()
 
 
