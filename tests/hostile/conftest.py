@@ -17,10 +17,35 @@ from typing import Any
 
 import pytest
 
+from tt_precise.golden.store import home
+
 FONTS = Path.home() / ".cache" / "matplotlib"
 ENTRY = "from tt_precise.cli import entry; entry()"
 # linux/prctl.h, linux/capability.h
 PR_CAPBSET_DROP, CAP_DAC_OVERRIDE = 24, 1
+PROVED = ("upright", "rocking")  # done after some 2 and 4 s
+
+
+def arguments(writer: str, folder: Path) -> list[str]:
+    """A call of the command that writes into ``folder``."""
+    golden = str(home() / "reference" / "trajectory.csv")
+    return {
+        "run": ["run", "reference", "--out", str(folder / "a.csv")],
+        "check": ["check", golden, "--scene", "reference", "--plot", str(folder / "a.svg")],
+        "golden build": ["golden", "build", "upright", "--folder", str(folder), "--workers", "2"],
+        "golden certify": ["golden", "certify", *PROVED, "--folder", str(folder)],
+        "sweep": [
+            "sweep", "reference", "--vary", "omega_3=150:155:64", "--until", "1", "--chunk", "8",
+            "--workers", "2", "--out", str(folder / "sweep"),
+        ],
+        "sweep plot": [
+            "sweep", "plot", str(folder / "rows.csv"), "--x", "a", "--y", "b",
+            "--out", str(folder / "a.svg"),
+        ],
+        "tradeoff": ["tradeoff", "--quick", "--out", str(folder)],
+        "extremes": ["extremes", "--quick", "--out", str(folder / "a.json")],
+        "report": ["report", "--out", str(folder)],
+    }[writer]  # fmt: skip
 
 
 @dataclass(frozen=True)

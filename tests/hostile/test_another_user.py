@@ -29,6 +29,8 @@ WRITERS = (
     "golden build upright --workers 1",
     "golden certify upright",
     "run reference --until 0.1 --out {data}/a.csv",
+    "check {data}/reference/trajectory.csv --scene reference --plot {data}/a.svg",
+    "sweep reference --vary mu=0.2,0.3 --until 0.05 --workers 1 --out {data}/sweep",
     "report --out {data}/../reports",
 )
 

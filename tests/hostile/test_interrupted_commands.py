@@ -16,13 +16,13 @@ from typing import Any
 
 import pytest
 
+from tests.hostile.conftest import PROVED, arguments
 from tt_precise.golden import load
 from tt_precise.golden.proofs import read
 from tt_precise.golden.store import home
 from tt_precise.runtime.values import InputError
 
 SIGNALS = {"SIGINT": 130, "SIGTERM": 143, "SIGKILL": -9}
-PROVED = ("upright", "rocking")  # done after some 2 and 4 s
 MOMENTS, FIRST_S, LAST_S = 2, 0.5, 3.5
 SEED = 20
 OLD = "old\n"
@@ -30,28 +30,6 @@ WRITERS = (
     "run", "check", "golden build", "golden certify", "sweep", "sweep plot", "tradeoff", "extremes",
     "report",
 )  # fmt: skip
-
-
-def arguments(writer: str, folder: Path) -> list[str]:
-    """A call of the command that writes into ``folder``."""
-    golden = str(home() / "reference" / "trajectory.csv")
-    return {
-        "run": ["run", "reference", "--out", str(folder / "a.csv")],
-        "check": ["check", golden, "--scene", "reference", "--plot", str(folder / "a.svg")],
-        "golden build": ["golden", "build", "upright", "--folder", str(folder), "--workers", "2"],
-        "golden certify": ["golden", "certify", *PROVED, "--folder", str(folder)],
-        "sweep": [
-            "sweep", "reference", "--vary", "omega_3=150:155:64", "--until", "1", "--chunk", "8",
-            "--workers", "2", "--out", str(folder / "sweep"),
-        ],
-        "sweep plot": [
-            "sweep", "plot", str(folder / "rows.csv"), "--x", "a", "--y", "b",
-            "--out", str(folder / "a.svg"),
-        ],
-        "tradeoff": ["tradeoff", "--quick", "--out", str(folder)],
-        "extremes": ["extremes", "--quick", "--out", str(folder / "a.json")],
-        "report": ["report", "--out", str(folder)],
-    }[writer]  # fmt: skip
 
 
 @pytest.mark.slow

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
+from tests.hostile.conftest import arguments
 from tt_precise.golden import load
-from tt_precise.golden.store import home
 
 OLD = "old\n"
 LARGEST = 3000  # bytes that a file may have
@@ -45,20 +45,6 @@ def folder(tmp_path: Path) -> Path:
     return out
 
 
-def arguments(writer: str, folder: Path) -> list[str]:
-    """A call of the command that writes into ``folder``."""
-    golden = home() / "reference" / "trajectory.csv"
-    return {
-        "run": ["run", "reference", "--until", "1", "--out", str(folder / "a.csv")],
-        "check": ["check", str(golden), "--scene", "reference", "--plot", str(folder / "a.svg")],
-        "sweep": [
-            "sweep", "reference", "--vary", "omega_3=150:155:64", "--until", "0.5",
-            "--workers", "1", "--recheck", "0", "--out", str(folder / "sweep"),
-        ],
-        "golden build": ["golden", "build", "upright", "--workers", "1", "--folder", str(folder)],
-    }[writer]  # fmt: skip
-
-
 def files_of(most: int) -> Callable[[], None]:
     """Let files have at most so many bytes, as on a full disk; setrlimit(2)."""
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
@@ -79,46 +65,12 @@ def test_a_full_disk_leaves_the_old_files_and_no_other(
     assert list(folder.rglob(".*")) == []
 
 
-@pytest.mark.slow
-def test_with_room_on_the_disk_the_file_is_written(commands: Any, folder: Path) -> None:
-    answer = commands.outside(arguments(FAST, folder), before=files_of(10**9))
-    assert answer.status == 0, answer
-    assert (folder / "a.csv").read_text() != OLD
-
-
 @pytest.mark.parametrize("command", PRINTERS)
 def test_a_full_disk_behind_stdout_is_one_line(commands: Any, command: str) -> None:
     """What a pipeline into a file meets."""
     with open("/dev/full", "w") as sink:
         answer = commands.outside(command.split(), stdout=sink)
     assert answer.one_line, answer
-
-
-@pytest.mark.slow
-def test_an_endless_sink_is_no_full_disk(commands: Any) -> None:
-    with open("/dev/null", "w") as sink:
-        assert commands.outside(["events"], stdout=sink).status == 0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("writer", [*WRITERS, "report"])
-def test_a_folder_that_cannot_be_written_is_one_line(
-    commands: Any, tmp_path: Path, obey_permissions: Callable[[], None], writer: str
-) -> None:
-    folder = tmp_path / "closed"
-    folder.mkdir(mode=0o555)
-    report = ["report", "--out", str(folder / "deep")]
-    argv = report if writer == "report" else arguments(writer, folder)
-    answer = commands.outside(argv, before=obey_permissions)
-    assert answer.one_line, answer
-    assert list(folder.iterdir()) == []
-
-
-@pytest.mark.slow
-def test_a_folder_that_can_be_written_is_used(
-    commands: Any, folder: Path, obey_permissions: Callable[[], None]
-) -> None:
-    assert commands.outside(arguments(FAST, folder), before=obey_permissions).status == 0
 
 
 @pytest.mark.slow

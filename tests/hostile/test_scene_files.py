@@ -35,12 +35,6 @@ def test_a_hostile_toml_file_is_refused(
     assert answer.one_line, answer
 
 
-def test_a_good_toml_file_is_accepted(commands: Any, tmp_path: Path) -> None:
-    file = tmp_path / "a.toml"
-    file.write_text(load_scene("reference").text)
-    assert commands.here("events", str(file)).status == 0
-
-
 NAMES = {
     "a file above": "../../etc/passwd",
     "an endless device": "/dev/zero",
@@ -72,11 +66,6 @@ def test_a_hostile_scene_name_is_refused(commands: Any, kind: str, command: str)
     assert answer.one_line, answer
 
 
-@pytest.mark.parametrize("command", ["thresholds", "events"])
-def test_a_shipped_scene_name_is_accepted(commands: Any, command: str) -> None:
-    assert commands.here(command, "reference").status == 0
-
-
 BUILD = ["golden", "build", "--workers", "1", "--folder"]
 
 
@@ -97,14 +86,6 @@ def test_a_scene_s_name_cannot_lead_golden_data_elsewhere(
     assert answer.one_line, answer
     assert [path for path in folder.parent.glob("*") if path != folder] == []
     assert not folder.exists() or list(folder.glob("*")) == []
-
-
-@pytest.mark.slow
-def test_golden_data_of_a_harmless_name_are_built(commands: Any, tmp_path: Path) -> None:
-    folder = tmp_path / "golden" / "data"
-    answer = commands.here(*BUILD, str(folder), "--", str(scene_file(tmp_path, "fine.toml")))
-    assert answer.status == 0, answer
-    assert [path.name for path in folder.glob("[!.]*")] == ["fine"]
 
 
 def test_a_scene_of_more_samples_than_anybody_keeps_is_refused(
