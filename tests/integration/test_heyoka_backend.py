@@ -63,6 +63,8 @@ def test_a_coarser_tolerance_lowers_the_order_and_loosens_conservation(half: Sce
     fine = integrate(half)
     coarse = integrate(half, tolerance=1e-6)
     assert coarse.order < fine.order
+    by_option = Setup.of(half, "double", options={"tol": 1e-6})
+    assert Trajectory.of(half, by_option).state == coarse.state
     assert coarse.drift["jellett"] > 1000 * fine.drift["jellett"]
 
 
