@@ -33,6 +33,33 @@ def test_floats_are_the_decimals_that_one_writes() -> None:
         start(theta=0.1, omega_3=float("nan"))
 
 
+PI_40 = "3.141592653589793238462643383279502884197"  # of 40 digits, rounded down
+
+
+@pytest.mark.parametrize(
+    ("near", "offset"),
+    [
+        (PI_40, "1.6939937510582097494459230781640628620899862803482e-40"),
+        (3.141592653589793, "2.3846264338327950288419716939937510582097494459231e-16"),
+        ("179.999999 deg", "1.7453292519943295769236907684886127134428718885417e-8"),
+    ],
+)
+def test_an_inclination_just_below_pi_keeps_its_distance_from_pi(
+    near: str | float, offset: str
+) -> None:
+    theta = Inclination.parse(near)
+    assert theta.from_pi
+    assert float(abs(theta.offset / Fraction(offset) - 1)) < 1e-48
+    assert Inclination.parse(str(theta)) == theta
+    upright = Inclination.parse(f"pi - {near}") if near == PI_40 else None
+    assert upright in (None, Inclination(theta.offset))
+
+
+def test_an_inclination_just_above_pi_is_refused() -> None:
+    with pytest.raises(InputError, match="expected 0 <= theta <= pi"):
+        Inclination.parse(PI_40[:-1] + "8")
+
+
 def test_psi_dot_without_precession_is_omega_3_exactly() -> None:
     assert start(theta="0.1", psi_dot="155") == start(**PLAIN)
 

@@ -9,7 +9,15 @@ from typing import Any, NamedTuple
 
 from tt_precise.runtime.values import Functions, InputError, Json, Scalar
 from tt_precise.scene.body import TippeTop
-from tt_precise.scene.numerals import as_fraction, decimal_of, exact, read, within_doubles, written
+from tt_precise.scene.numerals import (
+    PI,
+    as_fraction,
+    decimal_of,
+    exact,
+    read,
+    within_doubles,
+    written,
+)
 
 # what some authors give instead of omega_3, and instead of nu_x and nu_y
 PSI_DOT, AT_REST = "psi_dot", "at_rest"
@@ -38,6 +46,8 @@ class Inclination(NamedTuple):
         """
         number = read(decimal_of(value), "theta", "deg")
         angle = cls(-number.plain, True) if number.of_pi == 1 else cls(number.rational)
+        if _NEARLY_PI < angle.offset < PI:
+            angle = cls(PI - angle.offset, not angle.from_pi)
         if not 0 <= angle.offset <= _NEARLY_PI:
             shown = str(value)[:60]
             degrees = not angle.from_pi and 0 <= angle.offset <= 180
