@@ -12,7 +12,13 @@ import tt_precise as tt
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import read_specification, specification
-from tt_precise.sweeps.specification import MOST_VALUES, blocks, box_ends, grid_values
+from tt_precise.sweeps.specification import (
+    MOST_SAMPLES,
+    MOST_VALUES,
+    blocks,
+    box_ends,
+    grid_values,
+)
 
 TOML = """
 scene = "reference"
@@ -42,6 +48,24 @@ def test_axis_has_both_ends_and_exact_values() -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("0,pi", [0, math.pi]),
+        ("0:pi:3", [0, math.pi / 2, math.pi]),
+        ("pi - 1e-3, 10 deg", [math.pi - 1e-3, math.pi / 18]),
+        ("0:180 deg:2", [0, math.pi]),
+    ],
+)
+def test_an_inclination_may_be_as_a_scene_writes_it(text: str, expected: list[float]) -> None:
+    spec = specification("reference", vary={"theta": text})
+    assert values_of(spec, 9)[0][:, 0].tolist() == expected
+    last = spec.plan.scene_of({"theta": expected[-1]}).start.theta
+    assert last.from_pi == (expected[-1] > 3)
+    (low, high) = specification("reference", box={"theta": "0:180 deg"}, samples=1).box["theta"]
+    assert [float(low), float(high)] == [0, math.pi]
+
+
+@pytest.mark.parametrize(
     ("vary", "box", "samples", "message"),
     [
         ({"phi": "1,2"}, {}, 0, "each once of: theta"),
@@ -50,6 +74,9 @@ def test_axis_has_both_ends_and_exact_values() -> None:
         ({"phi_dot": "1,nan"}, {}, 0, "exact number"),
         ({"alpha": "0.1,1.5"}, {}, 0, "alpha"),
         ({"theta": "0.1,4"}, {}, 0, "theta"),
+        ({"theta": "0:16/5:3"}, {}, 0, r"theta: got 3\.2, expected 0 <= theta <= pi"),
+        ({"theta": "1e400"}, {}, 0, "vary theta: got a number of 401 digits"),
+        ({"mu": "10 deg"}, {}, 0, "vary mu: got '10 deg'"),
         ({"I3": "0.4,0.8"}, {}, 0, "I3"),
         ({}, {"mu": "1:0"}, 4, "lower end first"),
         ({}, {"mu": "-1:1"}, 4, "mu"),
@@ -250,3 +277,9 @@ def test_refuses_what_is_no_number(values: Any) -> None:
 def test_refuses_more_values_than_fit() -> None:
     with pytest.raises(tt.InputError, match=f"expected at most {MOST_VALUES}"):
         specification("reference", vary={"omega_3": "150:155:99999999999999"})
+
+
+def test_refuses_more_samples_than_stay_in_memory() -> None:
+    with pytest.raises(tt.InputError) as refused:
+        specification("reference", box={"mu": "0:1"}, samples=MOST_SAMPLES + 1)
+    assert str(refused.value) == "samples: got 10000001, expected at most 10000000"

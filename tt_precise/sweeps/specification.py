@@ -26,7 +26,7 @@ from tt_precise.runtime.files import parse_toml, read_toml
 from tt_precise.runtime.records import Meta, Record
 from tt_precise.runtime.values import Array, InputError, Json
 from tt_precise.scene.body import require_si
-from tt_precise.scene.numerals import exact
+from tt_precise.scene.numerals import exact, within_doubles, written
 from tt_precise.scene.scene import Scene, Start, load_scene
 from tt_precise.sweeps.columns import check_names
 
@@ -34,6 +34,7 @@ STARTS = tuple(one.name for one in fields(Start))
 PARAMETERS = ("m", "R", "alpha", "I1", "I3", "g", "mu")  # I1 and I3 in units of m R^2
 VARIABLE = (*STARTS, "psi_dot", *PARAMETERS)
 SAMPLERS = ("sobol", "latin")
+UNITS = {"theta": "deg", **dict.fromkeys(("theta_dot", "phi_dot", "omega_3", "psi_dot"), "deg/s")}
 MOST_VALUES = 1_000_000  # of an axis
 MOST_SAMPLES = 10_000_000  # which stay in memory
 
@@ -162,7 +163,8 @@ class Specification:
         inertia = {name: ends.pop(name) for name in ("I1", "I3") if name in ends}
         for name, pair in ends.items():
             for value in pair:
-                require_si(self.scene.varied(**{name: value}).body)
+                # as a row has it; in decimals, which a refusal shows
+                require_si(self.scene.varied(**{name: float(value)}).body)
         # I3 <= 2 I1 and both positive: the corners with one low and one high are the worst
         for corner in ((0, 1), (1, 0)) if inertia else ():
             which = dict(zip(("I1", "I3"), corner, strict=True))
@@ -208,12 +210,13 @@ def grid_values(name: str, values: Values) -> tuple[Fraction, ...]:
                 f"vary {name}: got {values[:60]!r}, expected values such as 0.05,0.1,0.2 or "
                 "first:last:count such as -200:200:801"
             )
-        first, last, count = exact(parts[0], name), exact(parts[1], name), int(parts[2])
+        first, last = (_number(name, part, "vary") for part in parts[:2])
+        count = int(parts[2])
         if count > MOST_VALUES:
             raise InputError(f"vary {name}: got {count} values, expected at most {MOST_VALUES}")
         return tuple(first + (last - first) * i / (count - 1) for i in range(count))
     given = values.split(",") if isinstance(values, str) else values
-    found = tuple(_number(value, f"vary {name}") for value in given)
+    found = tuple(_number(name, value, "vary") for value in given)
     if not found:
         raise InputError(f"vary {name}: got no value, expected at least one")
     return found
@@ -224,15 +227,16 @@ def box_ends(name: str, ends: Ends) -> tuple[Fraction, Fraction]:
     parts = tuple(ends.split(":")) if isinstance(ends, str) else tuple(ends)
     if len(parts) != 2:
         raise InputError(f"box {name}: got {str(ends)[:60]!r}, expected low:high such as -15:15")
-    low, high = (_number(part, f"box {name}") for part in parts)
+    low, high = (_number(name, part, "box") for part in parts)
     if not low < high:
         raise InputError(f"box {name}: got {low}:{high}, expected the lower end first")
     return low, high
 
 
-def _number(value: Number, what: str) -> Fraction:
+def _number(name: str, value: Number, what: str) -> Fraction:
+    what = f"{what} {name}"
     if isinstance(value, str | Fraction):
-        return exact(value, what)
+        return within_doubles(written(value, what, UNITS.get(name, "")), what)
     try:
         # a float stands for the decimal that one writes, as everywhere; it is the same float64
         return Fraction(repr(float(value)) if isinstance(value, float) else operator.index(value))
