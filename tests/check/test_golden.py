@@ -169,6 +169,36 @@ def test_a_table_that_is_left_is_named() -> None:
         assert tt.check.conservation(frame, scene, digits=8, fresh=fresh, until=1.33).passed
 
 
+@pytest.mark.parametrize("scene", ["coulomb-flight", "contact-lost"])
+def test_a_run_is_compared_to_its_landing_or_lift_off(scene: str) -> None:
+    frame = tt.integrate(scene, digits=8).frame(numbers="text")
+    rows = len(frame) - 1
+    found = tt.check.conservation(frame, scene, digits=8)["golden"]
+    assert found.verdict == "pass"
+    assert "rows after the start in all" not in found.note
+    reported = tt.golden.compare(frame, scene)
+    assert (len(reported.over_time), reported.unmatched) == (rows + 1, 0)
+
+
+@pytest.mark.parametrize("sense", [-1, 1])
+def test_a_row_at_an_early_end_agrees_in_time_and_state_or_is_refused(sense: int) -> None:
+    """Where the solution ends is a result too: it has as many digits as are asked for."""
+    golden = pandas.DataFrame(tt.golden.load("coulomb-flight"))[VECTORS]
+    last = numpy.arange(len(golden)) == len(golden) - 1
+
+    def finding(later: float, wrong: float = 0.0) -> Any:
+        t, ky = golden["t"].to_numpy(), golden["ky"].to_numpy()
+        frame = golden.assign(t=t * (1 + last * sense * later), ky=ky + last * wrong)
+        return tt.check.conservation(frame, "coulomb-flight", digits=8)["golden"]
+
+    found = finding(5e-9, 1e-10)
+    assert (found.verdict, len(golden) - 1) == ("pass", int(found.note.split()[0]))
+    assert found.value == pytest.approx(10, abs=0.5)
+    for later, wrong in ((2e-8, 0.0), (1e-3, 0.0), (5e-9, 1e-7)):
+        with pytest.raises(tt.InputError, match="41 of 42 rows"):
+            finding(later, wrong)
+
+
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [

@@ -29,6 +29,7 @@ from tt_precise.golden import store
 from tt_precise.golden.digits import EXACT, as_decimal, correct_digits
 from tt_precise.golden.measuring import (
     RESOLVED,
+    SPARE_DIGITS,
     FewestDigits,
     Measured,
     TrueRows,
@@ -46,7 +47,6 @@ from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LIFTED
 
 MEANING = "correct digits of every column"
-SPARE_DIGITS = 1.0  # by which a carried or computed row must be better than what is asked
 USUAL_DIGITS = 12.0  # that a solution is computed to where none are asked for
 IN_DOUBLE = 13.0  # digits that differences of doubles can show
 

@@ -2,7 +2,9 @@
 
 A row at a golden time is compared exactly, in decimals. One between two golden times is compared
 with the nearer of them, carried to its time in double by the Taylor coefficients that the equations
-of motion give at the golden row: it is held to what that can resolve.
+of motion give at the golden row: it is held to what that can resolve. Where the solution ends
+before its horizon (lift-off, landing), the time of the end is itself a result: a row that agrees
+with the last golden row in time and state is compared with it.
 """
 
 from __future__ import annotations
@@ -35,6 +37,7 @@ LIFT_OFF = 1e-12  # relative; a last row may lie so far beyond the end of the so
 TURN = Decimal("6.283185307179586476925286766559005768394338798750211641949889185")
 OTHERWISE = 10.0  # times what a row moves by: no law makes it faster
 RESOLVED = 1e-8  # relative error that a carried row must resolve to be compared
+SPARE_DIGITS = 1.0  # by which a carried or computed row must be better than what is asked
 ORDER = 24
 # The terms left out are less than the last two, where two terms are at most this part of the two
 # before them (two, because every other one may be zero).
@@ -130,26 +133,34 @@ class TrueRows:
 
         ``values`` are their columns in double, NaN where there is no number;
         ``exactly(row, names)`` gives the numbers of one row as they were given. A row between
-        golden times is compared in the columns that can be resolved to ``resolved``. With
-        ``largest_only`` decimals are spared where an error is certainly not the largest of its
-        column: then it may be off by two roundings of the entry.
+        golden times is compared in the columns that can be resolved to ``resolved``, one at an
+        early end if it agrees to ``SPARE_DIGITS`` less. With ``largest_only`` decimals are spared
+        where an error is certainly not the largest of its column: then it may be off by two
+        roundings of the entry.
         """
         names = [name for name in values if name in self._cells]
         nearest, delays = self._nearest(t)
         here = abs(delays) <= SAME_TIME * abs(t)
-        found = Measured(
-            t,
-            {name: numpy.full(len(t), numpy.nan) for name in names},
-            {name: numpy.full(len(t), numpy.nan) for name in names},
-            here.copy(),
-            here & (nearest == 0),
-        )
+        found = _nothing_measured(t, names, here)
+        found.start[:] = here & (nearest == 0)
         at = numpy.flatnonzero(here)
         between = numpy.flatnonzero(~here & (t > 0) & (t <= self.times[-1] * (1 + LIFT_OFF)))
         with numpy.errstate(all="ignore"):  # what is no number has an infinite error
             self._measure_here(found, at, nearest, values, exactly, largest_only)
             if len(between):
                 self._measure_between(found, between, nearest, delays, values, resolved)
+            if self.times[-1] < float(self._scene.until):
+                agreeing = resolved * 10**SPARE_DIGITS
+                at_end = (nearest == len(self.times) - 1) & ~found.compared
+                at_end &= abs(delays) <= agreeing * self.times[-1]
+                at = numpy.flatnonzero(at_end)
+                ended = _nothing_measured(t, names, at_end)
+                self._measure_here(ended, at, nearest, values, exactly, largest_only)
+                at = at[ended.worst()[at] <= agreeing]
+                for name in names:
+                    found.errors[name][at] = ended.errors[name][at]
+                    found.bounds[name][at] = ended.bounds[name][at]
+                found.compared[at] = True
         return found
 
     def _measure_here(
@@ -228,6 +239,11 @@ class TrueRows:
         if number is not None:
             number = EXACT.add(true, turned_back(name, EXACT.subtract(number, true)))
         return float(relative_error(number, true, size))
+
+
+def _nothing_measured(t: numpy.ndarray, names: list[str], compared: numpy.ndarray) -> Measured:
+    errors, bounds = ({name: numpy.full(len(t), numpy.nan) for name in names} for _ in range(2))
+    return Measured(t, errors, bounds, compared.copy(), numpy.zeros(len(t), bool))
 
 
 def ending(status: str, t: float) -> str:
