@@ -110,6 +110,17 @@ def test_a_passage_of_the_pole_beside_the_start_hides_no_event() -> None:
     assert float(found) == pytest.approx(8.546113561450657e-08, rel=1e-12)
 
 
+@pytest.mark.parametrize("chosen", [{"digits": 4}, {"digits": 9}, {"precision": "double"}])
+def test_a_crossing_is_no_touch_where_L_lies_flat(chosen: dict[str, Any]) -> None:
+    """L.z is a fortieth of |L|, and the axis vertical within 1e-6."""
+    scene = load_scene("rolling").varied(
+        theta="3.329295e-07", theta_dot="8.5492", phi_dot="0", omega_3="0.2087", alpha="0.3581",
+        I1="0.9321", I3="1.0107", until="1e-6",
+    )  # fmt: skip
+    (found,) = integrate(scene, events=("Lk_equals_Lz",), **chosen).events["t"]
+    assert float(found) == pytest.approx(7.439135454e-8, rel=1e-6)
+
+
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 def test_what_almost_touches_zero_crosses_it(precision: str) -> None:
     """Two zeros a millionth of a radian deep."""

@@ -249,7 +249,8 @@ def _crossing(hits: Sequence[EventRecord], setup: Setup, start: InitialState) ->
     form, precision = setup.formulation, setup.precision
     eps = _eps(setup)
     rows = [numpy.array([float(hit.state[i]) for hit in hits]) for i in range(len(hits[0].state))]
-    sizes = _sizes(setup, start, rows)
+    elapsed = None if start.row else numpy.array([float(hit.time) for hit in hits])
+    sizes = _sizes(setup, start, rows, elapsed)
     keep = numpy.ones(len(hits), dtype=bool)
     places: dict[str, list[int]] = {}
     for i, hit in enumerate(hits):
@@ -341,11 +342,14 @@ def _passes(c: Sequence[Array], size: Sequence[Array], direction: Array, eps: fl
     return found
 
 
-def _sizes(setup: Setup, start: InitialState, rows: Sequence[Array]) -> list[Array]:
+def _sizes(
+    setup: Setup, start: InitialState, rows: Sequence[Array], elapsed: Array | None = None
+) -> list[Array]:
     """What errors of the entries are measured in, row by row, of rows in order of time.
 
     Near the vertical all horizontal entries are small together, and keep their digits until the
-    tilt has once been larger.
+    tilt has once been larger. Where L is not near the vertical the axis leaves it only in time,
+    which has ``elapsed`` since an exact start.
     """
     import numpy
 
@@ -359,15 +363,20 @@ def _sizes(setup: Setup, start: InitialState, rows: Sequence[Array]) -> list[Arr
     if "Lx" in own:
         L = norm("Lx", "Ly", "Lz")
         speed, level = L / inertia, norm("Lx", "Ly")
-        tilt = norm("kx", "ky") + level / numpy.where(L > 0, L, 1)
+        turn = level / numpy.where(L > 0, L, 1)
+        axis = norm("kx", "ky") + (
+            turn if elapsed is None else numpy.minimum(turn, elapsed * speed)
+        )
+        tilt = norm("kx", "ky") + turn
     else:
         speed = norm("theta_dot", "phi_dot", "omega_3")
         tilt = numpy.sin(own["theta"]) + own["theta_dot"] / numpy.where(speed > 0, speed, 1)
-        L = speed
-    tilt = numpy.minimum(numpy.maximum.accumulate(tilt), 1.0)
+        L, axis = speed, tilt
+    tilt, axis = (numpy.minimum(numpy.maximum.accumulate(x), 1.0) for x in (tilt, axis))
     one = numpy.ones_like(tilt)
     known = {
-        "kx": tilt, "ky": tilt, "kz": one, "Lx": L * tilt, "Ly": L * tilt, "Lz": L,
+        "kx": axis, "ky": axis, "kz": one, "Lx": L * tilt, "Ly": L * tilt,
+        "Lz": numpy.minimum(L, own.get("Lz", L) + L * axis),
         "theta": tilt, "theta_dot": speed * tilt, "omega_3": speed, "ex": one, "ey": one,
     }  # fmt: skip
     for pair in (("vx", "vy"), ("s_dot_x", "s_dot_y"), ("nu_x", "nu_y")):
