@@ -29,7 +29,7 @@ WRITERS = (
     "golden build upright --workers 1",
     "golden certify upright",
     "run reference --until 0.1 --out {data}/a.csv",
-    "check {data}/reference/trajectory.csv --scene reference --plot {data}/a.svg",
+    "check {data}/reference/trajectory.csv --scene reference --markdown {data}/a.md",
     "sweep reference --vary mu=0.2,0.3 --until 0.05 --workers 1 --out {data}/sweep",
     "report --out {data}/../reports",
 )
