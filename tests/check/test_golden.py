@@ -240,6 +240,19 @@ def test_rows_beyond_the_end_of_golden_data_are_not_vouched_for(healthy: Healthy
     assert whole.note == "800 rows compared at golden times; largest gap 0.01 s"
 
 
+def test_rows_between_golden_times_are_compared(healthy: Healthy) -> None:
+    times = [0.0, *(0.0031 + 0.0171 * i for i in range(467))]
+    columns = [name for name in healthy().columns if name != "t"]
+    frame = tt.integrate("reference").frame(*columns, times=times)
+    found = tt.check.conservation(frame, "reference", until=7.9, digits=9)["golden"]
+    assert found.verdict == "pass"
+    assert found.note.startswith("5 rows compared at golden times; 457 with the golden solution")
+    late = frame.assign(t=frame["t"] + numpy.where(frame["t"] > 3, 1e-7, 0))
+    bad = tt.check.conservation(late, "reference", until=7.9, digits=9)["golden"]
+    assert bad.verdict == "fail"
+    assert (bad.at or 0) > 3
+
+
 @pytest.mark.parametrize("digits", [9, 15, 20])
 def test_every_row_between_golden_times_is_held_to_what_it_can_be_held_to(digits: int) -> None:
     times = [f"{0.01 * i + (0.003 if i % 20 == 10 else 0):.3f}" for i in range(801)]
