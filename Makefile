@@ -112,6 +112,7 @@ schemas: $(DEV)
 docs:     ## the documentation site, into build/docs/html; works offline
 docs: $(DOCS)
 	$(BIN)/sphinx-build -W --keep-going -q -b html -d build/docs/doctrees docs build/docs/html $(ARGS)
+	@echo build/docs/html/index.html
 
 build:    ## wheel and sdist, into dist/
 build: $(DEV)
