@@ -269,6 +269,17 @@ def test_every_row_between_golden_times_is_held_to_what_it_can_be_held_to(digits
     assert tt.check.assert_matches_golden(frame, "reference", digits=digits, fresh=True).passed
 
 
+def test_random_numbers_at_other_times_do_not_pass(healthy: Healthy) -> None:
+    frame = healthy()
+    noise = numpy.random.default_rng(1).standard_normal(frame.shape)
+    rest = frame["t"] > 0
+    spoiled = frame.where(~rest, frame + noise, axis=0)
+    spoiled["t"] = frame["t"] + numpy.where(rest, 0.0037, 0)
+    for digits in (8, 15):
+        with pytest.raises((AssertionError, tt.InputError)):
+            tt.check.assert_matches_golden(spoiled[EULER], "reference", digits=digits)
+
+
 @pytest.mark.parametrize("rows", [1500, 5000])
 def test_every_row_is_computed_afresh(rows: int) -> None:
     """Each row once, whatever its place."""
