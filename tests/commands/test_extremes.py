@@ -8,15 +8,16 @@ from pathlib import Path
 import pytest
 
 from tt_precise import cli
-from tt_precise.extremes import ExtremeCase, Observation
+from tt_precise.extremes import ExtremeCase
+from tt_precise.extremes.case import noted
 
 GOOD = ExtremeCase(
-    "contact", "mu = {mu}", "mu = 1", "all [well]", "theory", Observation,
-    {"found": "1 eps", "right": True, "value": 1.0}, quick=True,
+    "contact", "mu = {mu}", "mu = 1", "all [well]", "theory", noted,
+    {"measured": "1 eps", "value": 1.0}, quick=True,
 )  # fmt: skip
 BAD = ExtremeCase(
-    "contact", "a start", "a start", "a refusal", "theory", Observation,
-    {"found": "accepted", "right": False},
+    "contact", "a start", "a start", "a refusal", "theory", noted,
+    {"measured": "accepted", "holds": False},
 )  # fmt: skip
 
 

@@ -13,48 +13,44 @@ from tt_precise.extremes.case import (
     TOPICS,
     ExtremeCase,
     NotFiniteError,
-    Observation,
     families,
     finite,
+    noted,
     same,
     together,
     within,
 )
+from tt_precise.runtime.values import Check
 
 
-def one(function: Any = Observation, **arguments: Any) -> ExtremeCase:
-    arguments = arguments or {"found": "well", "right": True}
+def one(function: Any = noted, **arguments: Any) -> ExtremeCase:
+    arguments = arguments or {"measured": "well"}
     return ExtremeCase("topic", "family", "name", "all well", "theory", function, arguments)
 
 
 def test_an_exception_is_a_failure_in_one_line() -> None:
     outcome = one(int, x="two\nlines" + "x" * 1000).outcome()
     assert outcome.verdict == "fail"
-    assert outcome.finding.found.startswith("TypeError: ")
-    failed = outcome.case.failed("two\nlines" + "x" * 1000)
-    assert failed.finding.found.startswith("two lines")
-    assert len(failed.finding.found) <= 200
+    assert outcome.found.startswith("TypeError: ")
+    failed = one().failed("two\nlines" + "x" * 1000)
+    assert failed.found.startswith("two lines")
+    assert len(failed.found) <= 200
 
 
 @pytest.mark.parametrize("number", [math.nan, math.inf])
 def test_a_number_that_is_not_finite_is_a_failure(number: float) -> None:
-    for where in ({"value": number}, {"data": {"steps": number}}):
-        assert one(found="well", right=True, **where).outcome().verdict == "fail"
-
-
-def test_findings_hold_what_json_can() -> None:
-    with pytest.raises(TypeError, match="expected a JSON scalar"):
-        Observation("well", True, data={"steps": [1]})
+    for where in ({"value": number}, {"steps": number}):
+        assert one(measured="well", **where).outcome().verdict == "fail"
 
 
 def test_within_and_same_and_together() -> None:
-    assert within(3, 3, "eps").right
-    assert not within(3.1, 3, "eps").right
-    assert not within(math.nan, 3).right
-    assert same("complete", "complete").right
-    assert same("pole", "complete").found == "pole, not complete"
+    assert within(3, 3, "eps").holds
+    assert not within(3.1, 3, "eps").holds
+    assert not within(math.nan, 3).holds
+    assert same("complete", "complete").holds
+    assert same("pole", "complete").measured == "pole, not complete"
     both = together(within(1, 2), same("a", "b"))
-    assert not both.right
+    assert not both.holds
     assert both.value == 1
     assert together(same("a", "a"), within(3, 4)).value == 3
 
@@ -76,7 +72,7 @@ def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) 
         quick=lambda k, word: k == 2,
         control={"truth": "c"},
     )
-    def echo(k: int, word: str, truth: str = "") -> Observation:
+    def echo(k: int, word: str, truth: str = "") -> Check:
         return same(truth or word, word)
 
     made = list(registry._registered.values())
@@ -86,7 +82,8 @@ def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) 
     assert [outcome.verdict for outcome in outcomes] == ["pass"] * 4
     assert made[0].outcome(**made[0].control).verdict == "fail"
     (family,) = families(outcomes)
-    assert family.wrong == []
+    ((name, _, _),) = registry.family_rows(family)
+    assert name == "k = …, … (4 cases)"
     with pytest.raises(ValueError, match="got it twice"):
         registry.case("k = 1, a", expected="e", source="s", control={})(echo)
 
@@ -99,5 +96,5 @@ def test_the_document_has_the_agreed_keys() -> None:
     printed = to_builtins(registry.Extremes.of([one().outcome()]))
     assert printed["verdict"] == "pass"
     assert {"name", "expected", "found", "verdict", "value"} <= printed["cases"][0].keys()
-    failed = registry.Extremes.of([one().outcome(), one(found="badly", right=False).outcome()])
+    failed = registry.Extremes.of([one().outcome(), one(measured="badly", holds=False).outcome()])
     assert failed.verdict == "fail"

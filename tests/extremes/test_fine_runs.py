@@ -64,6 +64,6 @@ def test_they_have_the_states_that_quad_has(which: str) -> None:
 @pytest.mark.slow
 def test_eight_seconds_and_back_in_mp() -> None:
     observed = there_and_back("8", "mp")
-    assert observed.right
+    assert observed.holds
     # in 200 bits, more than double has in all
-    assert float(observed.found.split("; ")[1].split()[0]) > 20
+    assert float(observed.measured.split("; ")[1].split()[0]) > 20

@@ -54,7 +54,7 @@ def spoiling(entry: str) -> Any:
 def test_an_entry_of_a_state(
     case: Any, arguments: tuple[str, ...], entry: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert case(*arguments).right
+    assert case(*arguments).holds
     spoiled = spoiling(entry)
     if case is geometry.start_at_a_pole:
         monkeypatch.setattr(geometry, "integrate", spoiled)
@@ -71,7 +71,7 @@ def test_an_integral_of_a_long_run(monkeypatch: pytest.MonkeyPatch) -> None:
         status = "complete"
 
     monkeypatch.setattr(horizons, "Stream", lambda *_: Stream([frame]))
-    assert horizons.long_run("frictionless", "1e3").right
+    assert horizons.long_run("frictionless", "1e3").holds
     frame.loc[1, "E"] = math.nan
     with pytest.raises(NotFiniteError):
         horizons.long_run("frictionless", "1e3")

@@ -10,19 +10,17 @@ from typing import Any
 
 import pytest
 
-from tt_precise.extremes.case import ExtremeCase, Observation, run_all
+from tt_precise.extremes.case import ExtremeCase, noted, run_all
 
 SLEEP = f"600.{os.getpid()}"  # seconds, and how to find the process among those of other runs
 
 
-def one(
-    name: str, function: Any = Observation, family: str = "family", **arguments: Any
-) -> ExtremeCase:
+def one(name: str, function: Any = noted, family: str = "family", **arguments: Any) -> ExtremeCase:
     return ExtremeCase("topic", family, name, "all well", "theory", function, arguments)
 
 
 def well(name: str, **more: Any) -> ExtremeCase:
-    return one(name, found="well", right=True, **more)
+    return one(name, measured="well", **more)
 
 
 def test_what_goes_wrong_fails_alone() -> None:
@@ -37,13 +35,13 @@ def test_what_goes_wrong_fails_alone() -> None:
     ]
     fractions: list[float] = []
     outcomes = run_all(chosen, fractions.append, workers=2)
-    assert [outcome.case.name for outcome in outcomes] == [case.name for case in chosen]
+    assert [outcome.name for outcome in outcomes] == [case.name for case in chosen]
     assert [outcome.verdict for outcome in outcomes] == [
         "pass", "fail", "pass", "fail", "pass", "fail", "pass",
     ]  # fmt: skip
-    assert "stopped after 0.2 s" in outcomes[1].finding.found
-    assert "exit status 3" in outcomes[3].finding.found
-    assert "TypeError" in outcomes[5].finding.found
+    assert "stopped after 0.2 s" in outcomes[1].found
+    assert "exit status 3" in outcomes[3].found
+    assert "TypeError" in outcomes[5].found
     assert fractions[-1] == 1
     left = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
     assert f"sleep {SLEEP}" not in left.stdout, "a case's child outlived it"

@@ -41,7 +41,9 @@ def folder(tmp_path: Path) -> Path:
         ),
         case("a start", family="a start", verdict="fail", found="accepted", value=None),
     ]  # fmt: skip
-    (tmp_path / measured.EXTREMES).write_text(json.dumps({"cases": cases}))
+    (tmp_path / measured.EXTREMES).write_text(
+        json.dumps({"schema": "tt_precise.extremes/1", "verdict": "fail", "cases": cases})
+    )
     return tmp_path
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import click
@@ -14,7 +13,7 @@ from tt_precise.runtime.terminal import console
 from tt_precise.runtime.workers import cores
 
 if TYPE_CHECKING:
-    from tt_precise.extremes import Outcome
+    from tt_precise.extremes import CaseRecord
 
 CASE_FAILED = 1
 
@@ -49,48 +48,39 @@ def command(
         require_writable(out)
     begin = time.monotonic()
     with progress_bar(f"running {len(chosen)} cases") as progress:
-        outcomes = run_all(chosen, progress, workers or min(4, cores()))
-    failed = [one for one in outcomes if one.verdict == "fail"]
-    text = encode(Extremes.of(outcomes))
+        records = run_all(chosen, progress, workers or min(4, cores()))
+    document = Extremes.of(records)
     if out is not None:
-        atomic_write(out, text)
-    if as_json:
-        click.echo(text, nl=False)
-    else:
-        _table(outcomes, full)
-        click.echo(
-            f"{len(outcomes)} cases, {len(failed)} failed; {time.monotonic() - begin:.0f} s."
-        )
+        atomic_write(out, encode(document))
+    failed = sum(record.verdict == "fail" for record in records)
+    took = f"{time.monotonic() - begin:.0f} s"
+    if not as_json:
+        _table(records, full)
+    options.emit(as_json, document, [f"{len(records)} cases, {failed} failed; {took}."])
     return CASE_FAILED if failed else 0
 
 
-def _table(outcomes: list[Outcome], full: bool) -> None:
+def _table(records: list[CaseRecord], full: bool) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from tt_precise.extremes.case import families
+    from tt_precise.extremes.case import families, family_rows
 
     screen = console()
     for topic in TOPICS:
-        here = [family for family in families(outcomes) if family.first.topic == topic]
+        here = [record for record in records if record.topic == topic]
         if not here:
             continue
         table = Table(title=topic.capitalize(), title_justify="left", box=None, pad_edge=False)
         table.add_column("", no_wrap=True, min_width=4)
         for heading, ratio in (("case", 4), ("expected", 5), ("found", 5)):
             table.add_column(heading, ratio=ratio)
-        for family in here:
-            if full or family.wrong:
-                for one in family.outcomes if full else family.wrong:
-                    table.add_row(*_row(one.verdict, one.case.name, one, one.finding.found, escape))
-            else:
-                table.add_row(*_row("pass", family.name, family.worst, family.found, escape))
+        for family in families(here):
+            rows = (
+                [(each.name, each.found, each) for each in family] if full else family_rows(family)
+            )
+            for name, found, record in rows:
+                mark = "[green]pass[/]" if record.verdict == "pass" else "[red]FAIL[/]"
+                table.add_row(mark, escape(name), escape(record.expected), escape(found))
         screen.print(table)
         screen.print()
-
-
-def _row(
-    verdict: str, name: str, one: Outcome, found: str, escape: Callable[[str], str]
-) -> tuple[str, ...]:
-    mark = "[green]pass[/]" if verdict == "pass" else "[red]FAIL[/]"
-    return mark, escape(name), escape(one.case.expected), escape(found)

@@ -3,6 +3,6 @@
 The cases of a topic are functions with ``@case`` in its module; ``case.TOPICS`` lists them.
 """
 
-from tt_precise.extremes.case import TOPICS, ExtremeCase, Observation, Outcome, cases, run_all
+from tt_precise.extremes.case import TOPICS, CaseRecord, ExtremeCase, cases, run_all
 
-__all__ = ["TOPICS", "ExtremeCase", "Observation", "Outcome", "cases", "run_all"]
+__all__ = ["TOPICS", "CaseRecord", "ExtremeCase", "cases", "run_all"]

@@ -8,7 +8,7 @@
         quick=lambda k: k % 50 == 0,
         control={"integrate": a_spoiled_one},
     )
-    def small_start(k: int, integrate=integrate) -> Observation:
+    def small_start(k: int, integrate=integrate) -> Check:
         ...
         return within(worst / eps, 100, "eps")
 
@@ -24,13 +24,13 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cache
 from itertools import product
 from typing import Annotated, Literal
 
 from tt_precise.runtime.records import UNSET, Meta, Record, Unset
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import Json, Scalar
+from tt_precise.runtime.values import Check, Scalar, Verdict
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
 # heyoka.real arrays leak memory, so a worker is replaced now and then
@@ -49,24 +49,6 @@ LIMIT_S = 60.0  # a case that takes longer counts as hanging
 
 
 @dataclass(frozen=True)
-class Observation:
-    """What a case found: in words, whether that is right, and the number that says how well.
-
-    ``data`` are further numbers (JSON scalars), for pictures.
-    """
-
-    found: str
-    right: bool
-    value: float | None = None
-    data: Mapping[str, Json] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        for number in (self.value, *self.data.values()):
-            if number is not None and type(number) not in (bool, int, float, str):
-                raise TypeError(f"got {type(number).__name__} {number}, expected a JSON scalar")
-
-
-@dataclass(frozen=True)
 class ExtremeCase:
     """One entry of the table.
 
@@ -78,7 +60,7 @@ class ExtremeCase:
         The outcome expected, and what says so: a theory, a closed form, a higher precision;
         never the code under test.
     function, arguments
-        ``function(**arguments)`` gives the ``Observation``.
+        ``function(**arguments)`` gives a ``Check``.
     control
         Arguments that make it wrong.
     quick
@@ -92,7 +74,7 @@ class ExtremeCase:
     name: str
     expected: str
     source: str
-    function: Callable[..., Observation]
+    function: Callable[..., Check]
     arguments: Mapping[str, object] = field(default_factory=dict)
     control: Mapping[str, object] = field(default_factory=dict)
     quick: bool = False
@@ -103,49 +85,32 @@ class ExtremeCase:
             if not getattr(self, attribute):
                 raise ValueError(f"case {self.name!r}: got no {attribute}, expected one")
 
-    def outcome(self, **changes: object) -> Outcome:
+    def outcome(self, **changes: object) -> CaseRecord:
         """Run it here; an exception, or a number that is not finite, is a failure of the case."""
         try:
-            finding = self.function(**{**self.arguments, **changes})
+            check = self.function(**{**self.arguments, **changes})
         except Exception as error:
             return self.failed(f"{type(error).__name__}: {error}")
-        numbers = [finding.value, *finding.data.values()]
-        if any(isinstance(x, float) and not math.isfinite(x) for x in numbers):
-            return self.failed(f"a number that is not finite: {finding.found}")
-        return Outcome(self, finding)
+        if not all(math.isfinite(x) for x in (check.value or 0.0, *check.parts.values())):
+            return self.failed(f"a number that is not finite: {check.measured}")
+        return self._record(check)
 
-    def failed(self, reason: str) -> Outcome:
-        """The outcome of a case that came to no finding; ``reason`` becomes one line."""
+    def failed(self, reason: str) -> CaseRecord:
+        """The record of a case that came to no result; ``reason`` becomes one line."""
         line = " ".join(reason.split())
-        return Outcome(self, Observation(line if len(line) <= 200 else line[:197] + "...", False))
+        return self._record(noted(line if len(line) <= 200 else line[:197] + "...", False))
 
-
-@dataclass(frozen=True)
-class Outcome:
-    """A case and what came of it."""
-
-    case: ExtremeCase
-    finding: Observation
-
-    @property
-    def verdict(self) -> str:
-        """Pass or fail."""
-        return "pass" if self.finding.right else "fail"
-
-    @property
-    def record(self) -> CaseRecord:
-        """All of it, for JSON."""
-        case, finding = self.case, self.finding
+    def _record(self, check: Check) -> CaseRecord:
         return CaseRecord(
-            topic=case.topic,
-            family=case.family,
-            name=case.name,
-            expected=case.expected,
-            source=case.source,
-            found=finding.found,
-            verdict="pass" if finding.right else "fail",
-            value=finding.value,
-            data=dict(finding.data) or UNSET,
+            topic=self.topic,
+            family=self.family,
+            name=self.name,
+            expected=self.expected,
+            source=self.source,
+            found=check.measured,
+            verdict="pass" if check.holds else "fail",
+            value=check.value,
+            data=check.parts or UNSET,
         )
 
 
@@ -160,9 +125,7 @@ class CaseRecord(Record, frozen=True, kw_only=True):
     found: Annotated[str, Meta(description="what was found")]
     verdict: Annotated[Literal["pass", "fail"], Meta(description="whether that is right")]
     value: Annotated[float | None, Meta(description="the number that says how well, if any")]
-    data: Annotated[
-        dict[str, bool | int | float | str] | Unset, Meta(description="numbers of a picture")
-    ] = UNSET
+    data: Annotated[dict[str, float] | Unset, Meta(description="numbers of a picture")] = UNSET
 
 
 class Extremes(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.extremes/1"):
@@ -172,37 +135,45 @@ class Extremes(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_pr
     cases: Annotated[tuple[CaseRecord, ...], Meta(description="one entry a case")]
 
     @classmethod
-    def of(cls, outcomes: Sequence[Outcome]) -> Extremes:
-        """The document of some outcomes."""
-        cases = tuple(outcome.record for outcome in outcomes)
-        failed = any(case.verdict == "fail" for case in cases)
-        return cls(verdict="fail" if failed else "pass", cases=cases)
+    def of(cls, cases: Iterable[CaseRecord]) -> Extremes:
+        """The document of these cases."""
+        records = tuple(cases)
+        failed = any(record.verdict == "fail" for record in records)
+        return cls(verdict="fail" if failed else "pass", cases=records)
 
 
 class NotFiniteError(ArithmeticError):
     """A NaN or an infinity where a number was expected."""
 
 
-def within(value: Scalar, limit: float, unit: str = "") -> Observation:
-    """Right if ``value`` is at most ``limit``; in words "3.2 eps (allowed: 10)"."""
+def noted(measured: str, holds: bool = True, value: float | None = None, **parts: float) -> Check:
+    """A check in words: what was ``measured``, and whether it ``holds``.
+
+    ``parts`` are further numbers, for pictures.
+    """
+    verdict: Verdict = "pass" if holds else "fail"
+    return Check("", verdict, value, measured=measured, parts=parts)
+
+
+def within(value: Scalar, limit: float, unit: str = "") -> Check:
+    """Holds if ``value`` is at most ``limit``; in words "3.2 eps (allowed: 10)"."""
     number = float(value)
     text = f"{number:.2g} {unit}".rstrip() + f" (allowed: {limit:g})"
-    return Observation(text, number <= limit, number)
+    return replace(noted(text, number <= limit, number), limit=limit)
 
 
-def same(got: object, expected: object, value: float | None = None) -> Observation:
-    """Right if ``got`` equals ``expected``, such as a status."""
+def same(got: object, expected: object, value: float | None = None) -> Check:
+    """Holds if ``got`` equals ``expected``, such as a status."""
     text = str(got) if got == expected else f"{got}, not {expected}"
-    return Observation(text, bool(got == expected), value)
+    return noted(text, bool(got == expected), value)
 
 
-def together(*findings: Observation) -> Observation:
-    """Several findings of one case: right if all are; the value is the first that there is."""
-    words = "; ".join(finding.found for finding in findings)
-    data = {name: x for finding in findings for name, x in finding.data.items()}
-    right = all(finding.right for finding in findings)
-    value = next((finding.value for finding in findings if finding.value is not None), None)
-    return Observation(words, right, value, data)
+def together(*checks: Check) -> Check:
+    """Several checks of one case: holds if all do; the value is the first that there is."""
+    words = "; ".join(check.measured for check in checks)
+    value = next((check.value for check in checks if check.value is not None), None)
+    parts = {name: number for check in checks for name, number in check.parts.items()}
+    return noted(words, all(check.holds for check in checks), value, **parts)
 
 
 def finite(values: Iterable[Scalar], what: str = "output") -> list[Scalar]:
@@ -232,7 +203,7 @@ def case(
     over: Mapping[str, Iterable[object]] | Sequence[Mapping[str, object]] = (),
     quick: bool | Callable[..., bool] = False,
     limit_s: float = LIMIT_S,
-) -> Callable[[Callable[..., Observation]], Callable[..., Observation]]:
+) -> Callable[[Callable[..., Check]], Callable[..., Check]]:
     """Register the decorated function as a case, or as one for each combination in ``over``.
 
     Parameters
@@ -243,7 +214,7 @@ def case(
         Whether it belongs to ``--quick``: for all combinations, or a function of the arguments.
     """
 
-    def register(function: Callable[..., Observation]) -> Callable[..., Observation]:
+    def register(function: Callable[..., Check]) -> Callable[..., Check]:
         topic = _topic_of.get(function.__module__.removeprefix(f"{__package__}."), "other")
         for arguments in combinations(over):
             filled = name.format(**arguments)
@@ -281,67 +252,38 @@ def _all_cases() -> tuple[ExtremeCase, ...]:
     for module in _topic_of:
         importlib.import_module(f"{__package__}.{module}")
     order = {topic: place for place, topic in enumerate(TOPICS)}
-    return tuple(sorted(_registered.values(), key=lambda one: order[one.topic]))
+    return tuple(sorted(_registered.values(), key=lambda case: order[case.topic]))
 
 
 def cases(topics: Sequence[str] = (), quick: bool = False) -> tuple[ExtremeCase, ...]:
     """The cases of ``topics`` (of all by default), in the order of the topics and modules."""
     return tuple(
-        one
-        for one in _all_cases()
-        if (not topics or one.topic in topics) and (one.quick or not quick)
+        case
+        for case in _all_cases()
+        if (not topics or case.topic in topics) and (case.quick or not quick)
     )
 
 
-@dataclass(frozen=True)
-class Family:
-    """The outcomes of the cases that one function stands for."""
-
-    outcomes: Sequence[Outcome]
-
-    @property
-    def first(self) -> ExtremeCase:
-        """The first case."""
-        return self.outcomes[0].case
-
-    @cached_property
-    def wrong(self) -> list[Outcome]:
-        """Those that failed."""
-        return [one for one in self.outcomes if one.verdict == "fail"]
-
-    @property
-    def name(self) -> str:
-        """The name of its one case, or what the names have in common: "mu = ... s/m"."""
-        one = len(self.outcomes) == 1
-        return self.first.name if one else shown(self.first.family, self.outcomes)
-
-    @property
-    def worst(self) -> Outcome:
-        """A failure if there is one, else the outcome with the largest value."""
-        return max(self.wrong or self.outcomes, key=lambda one: one.finding.value or 0.0)
-
-    @property
-    def found(self) -> str:
-        """What the worst case found, and which one that is."""
-        worst = self.worst
-        if len(self.outcomes) == 1 or worst.finding.value is None:
-            return worst.finding.found
-        known = worst.case.arguments.items()
-        which = ", ".join(f"{name} = {value}" for name, value in known if value != "")
-        return f"{worst.finding.found} [the worst: {which}]"
+def families(cases: Iterable[CaseRecord]) -> list[list[CaseRecord]]:
+    """Records grouped by family, in their order."""
+    groups: dict[tuple[str, str], list[CaseRecord]] = {}
+    for record in cases:
+        groups.setdefault((record.topic, record.family), []).append(record)
+    return list(groups.values())
 
 
-def shown(family: str, members: Sequence[object]) -> str:
-    """What the names of a family's members have in common: "mu = ... s/m (7 cases)"."""
-    return f"{re.sub('{[a-z_]+}', '…', family)} ({len(members)} cases)"
+def family_rows(members: Sequence[CaseRecord]) -> list[tuple[str, str, CaseRecord]]:
+    """The rows of a family in a table, as name, what was found, and record.
 
-
-def families(outcomes: Iterable[Outcome]) -> list[Family]:
-    """Outcomes grouped by family, in their order."""
-    groups: dict[tuple[str, str], list[Outcome]] = {}
-    for one in outcomes:
-        groups.setdefault((one.case.topic, one.case.family), []).append(one)
-    return [Family(group) for group in groups.values()]
+    A row for each failure; without any, one for the worst.
+    """
+    failed = [record for record in members if record.verdict == "fail"]
+    if failed or len(members) == 1:
+        return [(record.name, record.found, record) for record in failed or members]
+    worst = max(members, key=lambda record: record.value or 0.0)
+    name = f"{re.sub('{[a-z_]+}', '…', worst.family)} ({len(members)} cases)"
+    which = "" if worst.value is None else f" [the worst: {worst.name}]"
+    return [(name, worst.found + which, worst)]
 
 
 # ---- running -----------------------------------------------------------------------------------
@@ -349,30 +291,24 @@ def families(outcomes: Iterable[Outcome]) -> list[Family]:
 
 def run_all(
     chosen: Iterable[ExtremeCase], progress: Progress = silent, workers: int = 2
-) -> list[Outcome]:
-    """Run ``chosen`` in worker processes; outcomes in the order of the cases.
+) -> list[CaseRecord]:
+    """Run ``chosen`` in worker processes; records in the order of the cases.
 
     Processes are started afresh (a script needs the usual
     ``if __name__ == "__main__"``), and none is left behind, whatever happens.
     """
-    wanted = {one.name: one for one in chosen}
+    wanted = {case.name: case for case in chosen}
     calls = [
         # controls may be lambdas, which cannot be sent
-        Call(one.name, (replace(one, control={}),), limit_s=one.limit_s)
+        Call(case.name, (replace(case, control={}),), limit_s=case.limit_s)
         # those that may take longest first, so that no core idles at the end
-        for one in sorted(wanted.values(), key=lambda one: -one.limit_s)
+        for case in sorted(wanted.values(), key=lambda case: -case.limit_s)
     ]
-    outcomes: dict[str, Outcome] = {}
     with local_pool(workers, inline=False, recycle_after=CASES_OF_A_WORKER) as pool:
-        for call, finding in pool.perform(observed, calls, progress):
-            one = wanted[call.key]
-            if isinstance(finding, Failure):
-                outcomes[one.name] = one.failed(str(finding.error))
-            else:
-                outcomes[one.name] = Outcome(one, finding)
-    return [outcomes[name] for name in wanted]
-
-
-def observed(one: ExtremeCase) -> Observation:
-    """What a case finds, in a worker."""
-    return one.outcome().finding
+        records = {
+            call.key: wanted[call.key].failed(str(outcome.error))
+            if isinstance(outcome, Failure)
+            else outcome
+            for call, outcome in pool.perform(ExtremeCase.outcome, calls, progress)
+        }
+    return [records[name] for name in wanted]

@@ -7,7 +7,7 @@ from functools import cache
 
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes import theory
-from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.case import case, finite, noted, same, together, within
 from tt_precise.extremes.tops import (
     EPS,
     Integrate,
@@ -18,7 +18,7 @@ from tt_precise.extremes.tops import (
     varied,
 )
 from tt_precise.integration import Trajectory, integrate
-from tt_precise.runtime.values import Scalar
+from tt_precise.runtime.values import Check, Scalar
 from tt_precise.scene.scene import Scene, load_scene
 
 NARROW_S = Fraction("1e-13")
@@ -51,7 +51,7 @@ def losing(name: str) -> Scene:
     quick=lambda scene, precision: scene == "mu = 3" and precision != "quad",
     control={"integrate": integrating(I3="1e-12")},
 )
-def time_of_loss(scene: str, precision: str, integrate: Integrate = integrate) -> Observation:
+def time_of_loss(scene: str, precision: str, integrate: Integrate = integrate) -> Check:
     """The end of the model is a root, found as well as the state is known."""
     fine = triple_double(losing(scene))
     run = integrate(losing(scene), precision)
@@ -68,7 +68,7 @@ def time_of_loss(scene: str, precision: str, integrate: Integrate = integrate) -
     quick=True,
     control={"integrate": integrating(theta_dot="1e-9")},
 )
-def plane_loss(precision: str, integrate: Integrate = integrate) -> Observation:
+def plane_loss(precision: str, integrate: Integrate = integrate) -> Check:
     """A closed form of the loss: no spin, no friction, over the equator and off the table."""
     run = integrate(varied(**PLANE), precision)
     angle, time = _plane()
@@ -89,7 +89,7 @@ def plane_loss(precision: str, integrate: Integrate = integrate) -> Observation:
     quick=True,
     control={"shift": "1e-12"},
 )
-def narrow_horizon(side: str, shift: str = "0") -> Observation:
+def narrow_horizon(side: str, shift: str = "0") -> Check:
     """The model holds to the last instant, and not an instant longer."""
     sign, status = (-1, "complete") if side == "before" else (1, "contact_lost")
     lost = Fraction(str(triple_double(losing("mu = 3")).t_end))
@@ -113,7 +113,7 @@ def narrow_horizon(side: str, shift: str = "0") -> Observation:
     quick=True,
     control={"what": "no defect"},
 )
-def start_off_the_table(what: str, contact: str = "unilateral") -> Observation:
+def start_off_the_table(what: str, contact: str = "unilateral") -> Check:
     """Starts that are no motion of a top on a table."""
     return refused(lambda: integrate(varied(**_off_the_table(what)), contact=contact))
 
@@ -126,7 +126,7 @@ def start_off_the_table(what: str, contact: str = "unilateral") -> Observation:
     quick=True,
     control={"contact": "unilateral"},
 )
-def bilateral(what: str, contact: str = "bilateral") -> Observation:
+def bilateral(what: str, contact: str = "bilateral") -> Check:
     """The paper's equations beyond their meaning, on request."""
     run = integrate(varied(**_off_the_table(what)), contact=contact)
     table = run.frame("g_n", "E", numbers="exact")
@@ -180,7 +180,7 @@ def blowing_up(name: str) -> Scene:
     quick=lambda motion: motion in (NAMES[2], NAMES[6]),
     control={"integrate": integrating(I1="1e-12")},
 )
-def blow_up(motion: str, integrate: Integrate = integrate) -> Observation:
+def blow_up(motion: str, integrate: Integrate = integrate) -> Check:
     """The time of the blow-up is bracketed from below by every run."""
     scene = blowing_up(motion)
     run, fine = integrate(scene, contact="bilateral"), _fine(motion)
@@ -189,7 +189,7 @@ def blow_up(motion: str, integrate: Integrate = integrate) -> Observation:
     left = _blow_up_time(motion) - fine.t_end
     return together(
         within(abs(fn.mpf(run.t_end) - fine.t_end) / EPS, 30, "eps s from the fine run's"),
-        Observation(f"{float(left):.1e} s before the blow-up", bool(0 < left < 1e-12)),
+        noted(f"{float(left):.1e} s before the blow-up", bool(0 < left < 1e-12)),
         same(run.status, "singular_contact"),
     )
 
@@ -203,7 +203,7 @@ def blow_up(motion: str, integrate: Integrate = integrate) -> Observation:
     quick=lambda motion: motion == NAMES[2],
     control={"exponent": 1},
 )
-def square_root(motion: str, exponent: int = 2) -> Observation:
+def square_root(motion: str, exponent: int = 2) -> Check:
     """The law of the approach, over four decades of the time left."""
     fine, fn = _fine(motion), _fine(motion).precision.context
     end = _blow_up_time(motion)
@@ -221,12 +221,12 @@ def square_root(motion: str, exponent: int = 2) -> Observation:
     quick=lambda motion: motion in (NAMES[2], NAMES[6]),
     control={"contact": "bilateral"},
 )
-def lost_first(motion: str, contact: str = "unilateral") -> Observation:
+def lost_first(motion: str, contact: str = "unilateral") -> Check:
     """A table that only pushes never sees the blow-up."""
     run = integrate(blowing_up(motion), contact=contact)
     earlier = float(_blow_up_time(motion) - run.t_end)
     return together(
-        same(run.status, "contact_lost"), Observation(f"{earlier:.3f} s before", earlier > 1e-6)
+        same(run.status, "contact_lost"), noted(f"{earlier:.3f} s before", earlier > 1e-6)
     )
 
 
@@ -238,7 +238,7 @@ def lost_first(motion: str, contact: str = "unilateral") -> Observation:
     quick=lambda k: k in (3, 12),
     control={"integrate": integrating(nu_x="-1e-9")},
 )
-def both_at_once(k: int, integrate: Integrate = integrate) -> Observation:
+def both_at_once(k: int, integrate: Integrate = integrate) -> Check:
     """A force 0/0 at the start: it is 1 m g there, and small changes decide what follows."""
     scene = _at_both_zeros(k)
     run, fine = integrate(scene), triple_double(scene)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes import theory
-from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.case import case, finite, noted, same, together, within
 from tt_precise.extremes.tops import (
     EPS,
     Integrate,
@@ -26,7 +26,7 @@ from tt_precise.integration.precision import KINDS
 from tt_precise.mechanics.conversion import euler_from_vectors, vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.values import Functions, Scalar
+from tt_precise.runtime.values import Check, Functions, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -53,7 +53,7 @@ Convert = Callable[..., Scalar]
     quick=lambda pole, decades: decades in (DECADES[0], DECADES[-1]),
     control={"integrate": integrating(mu="1e-9")},
 )
-def start_beside_a_pole(pole: str, decades: str, integrate: Integrate = integrate) -> Observation:
+def start_beside_a_pole(pole: str, decades: str, integrate: Integrate = integrate) -> Check:
     """Ten decades of starts in double."""
     first, last = map(int, decades.split(" to "))
     errors = []
@@ -75,7 +75,7 @@ def start_beside_a_pole(pole: str, decades: str, integrate: Integrate = integrat
 )
 def start_beside_a_pole_in_every_precision(
     precision: str, pole: str, integrate: Integrate = integrate
-) -> Observation:
+) -> Check:
     """The farthest decade in every arithmetic."""
     scene = varied(theta=f"{pole}1e-300", until=PROBE_S)
     return within(tilt_error(integrate(scene, precision), scene), 30, "eps")
@@ -89,7 +89,7 @@ def start_beside_a_pole_in_every_precision(
     quick=True,
     control={"moved": "1e-300"},
 )
-def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Observation:
+def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Check:
     """No rounding may break the symmetry."""
     upright = pole == "0"
     theta = (moved if upright else f"pi - {moved}") if moved else pole
@@ -116,7 +116,7 @@ def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Observation:
     quick=True,
     control={"moved": "1e-3"},
 )
-def euler_start_at_a_pole(theta: str, moved: str = "") -> Observation:
+def euler_start_at_a_pole(theta: str, moved: str = "") -> Check:
     """Exactly at the poles, and where theta cannot be distinguished from pi in double."""
     return refused(lambda: integrate(varied(theta=moved or theta, until="0"), formulation="euler"))
 
@@ -129,7 +129,7 @@ def euler_start_at_a_pole(theta: str, moved: str = "") -> Observation:
     quick=lambda k: k == 16,
     control={"integrate": integrating(alpha="1e-9")},
 )
-def climb_is_delayed(k: int, integrate: Integrate = integrate) -> Observation:
+def climb_is_delayed(k: int, integrate: Integrate = integrate) -> Check:
     """Every decade of theta(0) delays the inversion by the same time."""
     start, fn = exact_start(varied(theta="1e-9"))
     growth = fn.re(theory.tilt_modes(start.body, 1, start.euler.omega_3, fn)[0])
@@ -139,7 +139,7 @@ def climb_is_delayed(k: int, integrate: Integrate = integrate) -> Observation:
         until = str(int(power * fn.log(10) / growth * start.units.time) + 5)
         run = integrate(varied(theta=f"1e-{power}", until=until), events=("equator",))
         if not len(run.events):
-            return Observation(f"no equator before {until} s ({run.status})", False)
+            return noted(f"no equator before {until} s ({run.status})", False)
         times.append(run.events["t"][0])
     # a random walk: every step moves the logarithm of the tilt by about 1 eps
     walk = float(run.precision.eps / growth * start.units.time) * run.steps**0.5
@@ -201,7 +201,7 @@ PASSING: dict[str, Any] = {
     control={"integrate": integrating(phi_dot="1e-13")},
     **PASSING,
 )
-def passing(k: int, precision: str, integrate: Integrate = integrate) -> Observation:
+def passing(k: int, precision: str, integrate: Integrate = integrate) -> Check:
     """The axis keeps an absolute accuracy of some eps, at every distance."""
     run = integrate(passage(k), precision, events=("theta_min",))
     (least,) = finite(run.events["theta"])
@@ -219,17 +219,17 @@ def passing(k: int, precision: str, integrate: Integrate = integrate) -> Observa
     quick=lambda k: k in (6, 12),
     control={"integrate": integrating(omega_3="1e-13")},
 )
-def euler_passing(k: int, integrate: Integrate = integrate) -> Observation:
+def euler_passing(k: int, integrate: Integrate = integrate) -> Check:
     """Steps against the distance, and the error behind the passage."""
     euler = integrate(passage(k), formulation="euler", record=("phi",))
     newton = quad(passage(k))
     if euler.status != "complete":
-        return Observation(f"{euler.status} at {euler.t_end} s", False)
+        return noted(f"{euler.status} at {euler.t_end} s", False)
     # the first 15 steps are those before the approach, as many as Newton's form takes in all
     a_decade = (euler.steps - 15) / k
     return together(
         within(distance(euler, newton) / euler.precision.eps, 50, "eps"),
-        Observation(f"{a_decade:.0f} steps a decade", 24 < a_decade < 38),
+        noted(f"{a_decade:.0f} steps a decade", 24 < a_decade < 38),
     )
 
 
@@ -242,7 +242,7 @@ def euler_passing(k: int, integrate: Integrate = integrate) -> Observation:
     quick=lambda k: k == 20,
     control={"k": 13},
 )
-def euler_overflowing(k: int) -> Observation:
+def euler_overflowing(k: int) -> Check:
     """Where the Euler form stops in double, which quad does not."""
     euler = integrate(passage(k), formulation="euler")
     (passed,) = integrate(passage(k), "quad", events=("theta_min",)).events["t"]
@@ -252,7 +252,7 @@ def euler_overflowing(k: int) -> Observation:
     return together(
         same(euler.status, "failed"),
         within(abs(float(passed) - euler.t_end), 1e-12, "s before the passage"),
-        Observation(f"coefficients about 1e{size:.0f}", size > LARGEST_DOUBLE),
+        noted(f"coefficients about 1e{size:.0f}", size > LARGEST_DOUBLE),
     )
 
 
@@ -264,7 +264,7 @@ def euler_overflowing(k: int) -> Observation:
     quick=lambda theta: theta == "1",
     control={"integrate": integrating(g="1e-12")},
 )
-def through_the_pole(theta: str, integrate: Integrate = integrate) -> Observation:
+def through_the_pole(theta: str, integrate: Integrate = integrate) -> Check:
     """A top that does not spin falls in a plane, through the pole and up again."""
     run = integrate(falling(theta, until=2 * _fall(theta, 0.0) - _fall(theta, 0.5)))
     angle = float(theta) / 2
@@ -281,7 +281,7 @@ def through_the_pole(theta: str, integrate: Integrate = integrate) -> Observatio
     quick=lambda theta: theta == "1",
     control={"integrate": integrating(g="1e-12")},
 )
-def into_the_pole(theta: str, integrate: Integrate = integrate) -> Observation:
+def into_the_pole(theta: str, integrate: Integrate = integrate) -> Check:
     """Where the paper's equations stop, and Newton's go on."""
     fall = _fall(theta, 0.0)
     run = integrate(falling(theta, until=2 * fall), formulation="euler")
@@ -378,7 +378,7 @@ def digits_of_the_tilt(precision: str, k: int, known: bool) -> float:
     return max(0.0, float(-FN.log10(max(trip.tilt, FN.mpf(1) / 2) * eps)))
 
 
-def every_decade(precision: str, *how: Any) -> Observation:
+def every_decade(precision: str, *how: Any) -> Check:
     """No digit may be lost in a round trip at any distance from 1 to 1e-300."""
     trips = [round_trip(precision, k, *how) for k in range(0, 301)]
     return together(
@@ -395,9 +395,7 @@ def every_decade(precision: str, *how: Any) -> Observation:
     quick=True,
     control={"back": "printed"},
 )
-def beside_the_upright_pole(
-    precision: str, back: Convert | str = euler_from_vectors
-) -> Observation:
+def beside_the_upright_pole(precision: str, back: Convert | str = euler_from_vectors) -> Check:
     """Both ways, every decade."""
     return every_decade(precision, False, False, _printed_back if isinstance(back, str) else back)
 
@@ -410,7 +408,7 @@ def beside_the_upright_pole(
     quick=True,
     control={"known": False},
 )
-def beside_the_inverted_pole(precision: str, known: bool = True) -> Observation:
+def beside_the_inverted_pole(precision: str, known: bool = True) -> Check:
     """With the sine and cosine that a scene's ``pi - 1e-300`` leads to."""
     return every_decade(precision, True, known)
 
@@ -424,14 +422,14 @@ def beside_the_inverted_pole(precision: str, known: bool = True) -> Observation:
     quick=True,
     control={"known": True},
 )
-def digits_of_theta_near_pi(precision: str, known: bool = False) -> Observation:
+def digits_of_theta_near_pi(precision: str, known: bool = False) -> Check:
     """The law by which the Euler form loses digits; it ends where no digit is left."""
     last = int(KINDS[precision].bits * 0.30103) - 1
     trips = {k: round_trip(precision, k, True, known) for k in range(1, last + 1)}
     share = max(trip.tilt * FN.mpf(10) ** -k for k, trip in trips.items())
     return together(
         within(share, 1.5, "eps 10^k"),
-        Observation("reached in part" if share > 0.3 else "never reached", bool(share > 0.3)),
+        noted("reached in part" if share > 0.3 else "never reached", bool(share > 0.3)),
         within(max(trip.rate for trip in trips.values()), 40, "eps of the rates"),
     )
 
@@ -444,7 +442,7 @@ def digits_of_theta_near_pi(precision: str, known: bool = False) -> Observation:
     quick=True,
     control={"fewer": 100.0},
 )
-def subnormal_theta(k: int, fewer: float = 1.0) -> Observation:
+def subnormal_theta(k: int, fewer: float = 1.0) -> Check:
     """No NaN and no lost digit beyond those that no number has."""
     trip = round_trip("double", k, False, False)
     spacing = FN.ldexp(1, -1074) * FN.mpf(10) ** k * FN.ldexp(1, 52)
@@ -460,7 +458,7 @@ def subnormal_theta(k: int, fewer: float = 1.0) -> Observation:
     quick=True,
     control={"pole_of_the_law": "other"},
 )
-def euler_against_newton(pole: str, pole_of_the_law: str = "") -> Observation:
+def euler_against_newton(pole: str, pole_of_the_law: str = "") -> Check:
     """Integrated in Euler form in double, against the linear theory."""
     scenes = {k: varied(theta=f"{pole}1e-{k}", until="0.1") for k in range(8, 16)}
     errors = {
@@ -473,7 +471,7 @@ def euler_against_newton(pole: str, pole_of_the_law: str = "") -> Observation:
     # each of 25 steps rounds theta again
     return together(
         within(share, 30, "eps 10^k" if lost else "eps"),
-        Observation("the law is reached in part" if visible else "the law is not reached", visible),
+        noted("the law is reached in part" if visible else "the law is not reached", visible),
     )
 
 

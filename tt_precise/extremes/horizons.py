@@ -9,8 +9,8 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
-from tt_precise.extremes.case import Observation, case, finite, same, together, within
-from tt_precise.extremes.tops import EPS, Integrate, integrating, quad, state_distance, varied
+from tt_precise.extremes.case import case, finite, noted, same, together, within
+from tt_precise.extremes.tops import EPS, Integrate, distance, integrating, quad, varied
 from tt_precise.integration import integrate
 from tt_precise.integration.heyoka_backend import integrator
 from tt_precise.integration.precision import precision_named
@@ -21,7 +21,7 @@ from tt_precise.mechanics import quantities
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.values import Functions, Scalar
+from tt_precise.runtime.values import Check, Functions, Scalar
 from tt_precise.scene.scene import load_scene
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ TURN = 6.283185307179586
     control={"period_off": Fraction(1, 10**11)},
     limit_s=240,
 )
-def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Observation:
+def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Check:
     """A million turns; the samples lie where theta has to be at rest."""
     import numpy
 
@@ -76,7 +76,7 @@ def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Ob
         within(late, 2, "eps t sqrt(steps) late"),
         within(drift, 2, "eps sqrt(steps) of drift"),
         same(stream.status, "complete"),
-        Observation(f"{turns:.2g} turns", True),
+        noted(f"{turns:.2g} turns"),
     )
 
 
@@ -93,7 +93,7 @@ def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Ob
     quick=lambda until, precision: until == "1" and precision != "mp",
     control={"tolerance": 1e-9},
 )
-def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Observation:
+def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Check:
     """Friction, run backwards, drives away from where it led to: the way back is the worse one."""
     scene, working = varied(until=until), precision_named(precision)
     start, form = InitialState.of(scene, working.arithmetic), formulation("gliding", "newton")
@@ -113,11 +113,11 @@ def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Observ
     digits = max(0.0, float(working.context.log10(size / distance)))
     if allowed * working.eps > HOPELESS:
         # what comes back all the same has not been integrated
-        return Observation(f"{digits:.1f} digits come back, where none can", digits < 1, digits)
+        return noted(f"{digits:.1f} digits come back, where none can", digits < 1, digits)
     least = max(0.0, -math.log10(float(allowed * working.eps)))
     return together(
         within(distance / size / working.eps / allowed, 1, "of what the condition allows"),
-        Observation(f"{digits:.1f} digits come back, at least {least:.1f} have to", True),
+        noted(f"{digits:.1f} digits come back, at least {least:.1f} have to"),
     )
 
 
@@ -135,14 +135,14 @@ def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Observ
     quick=lambda every, until: every != "7" and until != "0.1",
     control={"integrate": integrating(omega_3="1e-12")},
 )  # fmt: skip
-def sampling(every: str, until: str, integrate: Integrate = integrate) -> Observation:
+def sampling(every: str, until: str, integrate: Integrate = integrate) -> Check:
     """A thousand samples, some so close that their times need more digits than double has."""
     horizon, step = Fraction(until), Fraction(every)
     scene = replace(load_scene("reference"), until=horizon, sample_every=step)
     run, fine = integrate(scene), quad(scene)
     times = scene.sample_times
     chosen = {times[0], times[min(1, len(times) - 1)], times[len(times) // 2], times[-1]}
-    worst = float(max(state_distance(run.at(t), fine, fine.at(t)) for t in chosen))
+    worst = float(max(distance(run, fine, t) for t in chosen))
     # rounded once at the start and once in each step; 20 steps to 0.1 s, condition below 10
     return together(
         within(worst / EPS, 4 + 4 * run.steps, "eps"),
@@ -159,7 +159,7 @@ def sampling(every: str, until: str, integrate: Integrate = integrate) -> Observ
     quick=True,
     control={"run_of": integrating(omega_3="1e-12")},
 )
-def no_time_at_all(until: str, precision: str, run_of: Integrate = integrate) -> Observation:
+def no_time_at_all(until: str, precision: str, run_of: Integrate = integrate) -> Check:
     """Nothing divides by the length of the run."""
     scene = varied(until=until)
     run = run_of(scene, precision, events=("theta_min", "theta_max", "nu_x_zero"))
@@ -186,7 +186,7 @@ def no_time_at_all(until: str, precision: str, run_of: Integrate = integrate) ->
     quick=lambda beyond, precision: precision == "double",
     control={"until_off": Fraction(-1, 100)},
 )
-def event_at_the_end(beyond: str, precision: str, until_off: Fraction = Fraction(0)) -> Observation:
+def event_at_the_end(beyond: str, precision: str, until_off: Fraction = Fraction(0)) -> Check:
     """The top on ice starts where theta is largest, which is no event, and is back after T."""
     period, gap = swing("frictionless").period, Fraction(beyond)
     counts, times = [], []
@@ -212,7 +212,7 @@ def event_at_the_end(beyond: str, precision: str, until_off: Fraction = Fraction
     quick=lambda apart: apart == "1e-9",
     control={"sign": 1},
 )
-def zeros_close_together(apart: str, sign: int = -1) -> Observation:
+def zeros_close_together(apart: str, sign: int = -1) -> Check:
     """A double root that has just split, or just vanished."""
     base, known = load_scene("frictionless"), swing("frictionless")
     working = precision_named("quad")

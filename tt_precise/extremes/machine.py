@@ -11,13 +11,13 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
-from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.case import case, finite, noted, same, together, within
 from tt_precise.extremes.tops import EPS, distance, quad, varied
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.variational import sensitivity
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.values import Json
+from tt_precise.runtime.values import Check, Json
 from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def _allowed(until: str) -> float:
     quick=lambda flag: flag in ("opt_level 0", "compact_mode"),
     control={"wrong": {"alpha": "1e-11"}},
 )
-def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Observation:
+def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Check:
     """How much of a result in double is the compiler's."""
     scene = varied(until=HORIZON_S).perturbed(**(wrong or {}))
     run = Trajectory.of(scene, Setup.of(scene, options=FLAGS[flag]))
@@ -68,7 +68,7 @@ def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Observati
     return together(
         within(distance(run, quad(plain)) / EPS, _allowed(HORIZON_S), "eps from quad"),
         same(run.status, "complete"),
-        Observation(f"moved by {float(moved):.2g} eps", True),
+        noted(f"moved by {float(moved):.2g} eps"),
     )
 
 
@@ -83,7 +83,7 @@ def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Observati
 )
 def flags_in_wide(
     precision: str, flag: str, flags: dict[str, dict[str, float]] | None = None
-) -> Observation:
+) -> Check:
     """What makes golden data portable."""
     scene = varied(until=SHORT_S)
     options = dict((flags or WIDE)[flag])
@@ -103,7 +103,7 @@ def flags_in_wide(
     quick=True,
     control={"shared": True},
 )
-def two_threads(precision: str, shared: bool = False) -> Observation:
+def two_threads(precision: str, shared: bool = False) -> Check:
     """An integrator serves one run at a time."""
     spins = ("150", "155", "160", "165")
     scenes = [varied(omega_3=spin, until=SHORT_S) for spin in spins]
@@ -125,7 +125,7 @@ def two_threads(precision: str, shared: bool = False) -> Observation:
     control={"moved": "1e-9"},
     limit_s=240,
 )
-def lanes(lanes: int, moved: str = "0") -> Observation:
+def lanes(lanes: int, moved: str = "0") -> Check:
     """Vectors of the processor, which one lane alone (run as two) does not need."""
     from tt_precise.sweeps import run_sweep, specification
 
@@ -145,7 +145,7 @@ def lanes(lanes: int, moved: str = "0") -> Observation:
     over={"variable": VARIABLES, "count": (1, 2)},
     control={"code": ONE_RUN.replace('"2"', '"2.0000000001"')},
 )
-def library_threads(variable: str, count: int, code: str = ONE_RUN) -> Observation:
+def library_threads(variable: str, count: int, code: str = ONE_RUN) -> Check:
     """In a process of its own, because libraries look when they are loaded."""
     return same(_output_of(code, **{variable: str(count)}) == _output_of(ONE_RUN), True)
 
@@ -168,7 +168,7 @@ def _output_of(code: str, **settings: str) -> str:
     quick=lambda tilt: tilt == "1e-310",
     control={"flush": True},
 )
-def subnormal(tilt: str, flush: bool = False) -> Observation:
+def subnormal(tilt: str, flush: bool = False) -> Check:
     """Processors can be set to flush such numbers to zero; then nothing would be left."""
     size = float(tilt)
     one, other = (

@@ -11,7 +11,7 @@ from typing import Any
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.thresholds import Determination, thresholds
 from tt_precise.extremes import theory
-from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.case import case, finite, noted, same, together, within
 from tt_precise.extremes.tops import (
     EPS,
     Integrate,
@@ -19,7 +19,6 @@ from tt_precise.extremes.tops import (
     integrating,
     quad,
     refused,
-    state_distance,
     tilt_error,
     triple_double,
     varied,
@@ -28,7 +27,7 @@ from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.rolling import constraint_force
-from tt_precise.runtime.values import Scalar
+from tt_precise.runtime.values import Check, Scalar
 from tt_precise.scene.body import Units
 from tt_precise.scene.scene import Scene
 
@@ -66,7 +65,7 @@ def with_gamma(gamma: str | int | Fraction) -> dict[str, Scalar]:
     return {"I1": Fraction(gamma) * body.I3 / (body.m * body.R**2)}
 
 
-def tilt_found(scene: Scene, integrate: Integrate) -> Observation:
+def tilt_found(scene: Scene, integrate: Integrate) -> Check:
     """The tilt at the end against the linear theory."""
     run = integrate(scene)
     walk = max(1, run.steps) ** 0.5  # rounding errors add up, of about 1 eps a step
@@ -82,7 +81,7 @@ def tilt_found(scene: Scene, integrate: Integrate) -> Observation:
     quick=lambda k, pole: k in (1, 300),
     control={"integrate": integrating(omega_3="1e-9")},
 )
-def centred(k: int, pole: str, integrate: Integrate = integrate) -> Observation:
+def centred(k: int, pole: str, integrate: Integrate = integrate) -> Check:
     """The centre of mass at the centre of the sphere, but for 1e-k R."""
     return tilt_found(beside(pole, alpha=f"1e-{k}"), integrate)
 
@@ -94,7 +93,7 @@ def centred(k: int, pole: str, integrate: Integrate = integrate) -> Observation:
     quick=lambda k, pole: k in (1, 300),
     control={"integrate": integrating(omega_3="1e-9")},
 )
-def on_the_rim(k: int, pole: str, integrate: Integrate = integrate) -> Observation:
+def on_the_rim(k: int, pole: str, integrate: Integrate = integrate) -> Check:
     """The centre of mass on the surface of the sphere, but for 1e-k R."""
     return tilt_found(beside(pole, alpha=str(1 - Fraction(f"1e-{k}"))), integrate)
 
@@ -107,7 +106,7 @@ def on_the_rim(k: int, pole: str, integrate: Integrate = integrate) -> Observati
     quick=True,
     control={"integrate": integrating(mu="1e-1")},
 )
-def ball(k: int, integrate: Integrate = integrate) -> Observation:
+def ball(k: int, integrate: Integrate = integrate) -> Check:
     """The simplest limit: a closed form for a whole nonlinear motion."""
     scene = varied(
         alpha=f"1e-{k}", **with_gamma(1), nu_x="0.3", nu_y="0.4", theta="1", until=SHORT_S
@@ -130,7 +129,7 @@ def ball(k: int, integrate: Integrate = integrate) -> Observation:
     quick=lambda gamma, pole: gamma in ("1/2", "0.7", "1.3"),
     control={"integrate": integrating(I3="-1e-9")},
 )
-def inertia_ratio(gamma: str, pole: str, integrate: Integrate = integrate) -> Observation:
+def inertia_ratio(gamma: str, pole: str, integrate: Integrate = integrate) -> Check:
     """Flat as can be (1/2), both edges of Theorem 1.1, and long as a pencil."""
     return tilt_found(beside(pole, **with_gamma(gamma)), integrate)
 
@@ -146,7 +145,7 @@ def inertia_ratio(gamma: str, pole: str, integrate: Integrate = integrate) -> Ob
     quick=lambda which, side, k: k in (6, 300),
     control={"off": "1e-4"},
 )  # fmt: skip
-def threshold_at_the_edge(which: str, side: str, k: int, off: str = "0") -> Observation:
+def threshold_at_the_edge(which: str, side: str, k: int, off: str = "0") -> Check:
     """The formula of Theorem 1.1 against eigenvalues just below and just above it."""
     upright = which == "up"
     edge = 1 + (-1 if upright else 1) * varied().body.alpha
@@ -181,7 +180,7 @@ def threshold_at_the_edge(which: str, side: str, k: int, off: str = "0") -> Obse
     quick=lambda side, sign, k: k == 3 and sign == "-",
     control={"wrong_side": True},
 )
-def thresholds_at_the_edge(side: str, sign: str, k: int, wrong_side: bool = False) -> Observation:
+def thresholds_at_the_edge(side: str, sign: str, k: int, wrong_side: bool = False) -> Check:
     """What ``tt-precise thresholds`` says there."""
     inwards = (side == "inside") != wrong_side
     threshold = _threshold(sign, Fraction(f"1e-{k}") * (1 if inwards else -1))
@@ -197,10 +196,10 @@ def _threshold(sign: str, inwards: Fraction) -> Determination:
     return known.quantities["lambda_up" if sign == "-" else "lambda_thres"]
 
 
-def _none_with_a_reason(threshold: Determination) -> Observation:
+def _none_with_a_reason(threshold: Determination) -> Check:
     if threshold.value is not None:
-        return Observation(f"a threshold of {float(threshold.value):g}", False)
-    return Observation(f"none: {threshold.reason.partition(';')[0]}", bool(threshold.reason))
+        return noted(f"a threshold of {float(threshold.value):g}", False)
+    return noted(f"none: {threshold.reason.partition(';')[0]}", bool(threshold.reason))
 
 
 @case(
@@ -211,7 +210,7 @@ def _none_with_a_reason(threshold: Determination) -> Observation:
     quick=True,
     control={"off": "1e-3"},
 )
-def thresholds_on_the_edge(sign: str, off: str = "0") -> Observation:
+def thresholds_on_the_edge(sign: str, off: str = "0") -> Check:
     """The edges themselves."""
     return _none_with_a_reason(_threshold(sign, Fraction(off)))
 
@@ -225,7 +224,7 @@ def thresholds_on_the_edge(sign: str, off: str = "0") -> Observation:
     quick=True,
     control={"inside": True},
 )
-def impossible_body(name: str, value: str, inside: bool = False) -> Observation:
+def impossible_body(name: str, value: str, inside: bool = False) -> Check:
     """Edges that do not belong to the range, and the next number beyond those that do."""
     body = varied().body
     least = Fraction("1e-300")
@@ -253,7 +252,7 @@ def seconds(spin: str) -> Fraction:
     quick=lambda spin, pole: spin in ("0", "1e7"),
     control={"integrate": integrating(mu="1e-3")},
 )
-def spinning(spin: str, pole: str, integrate: Integrate = integrate) -> Observation:
+def spinning(spin: str, pole: str, integrate: Integrate = integrate) -> Check:
     """Ten turns at every speed."""
     return tilt_found(beside(pole, str(seconds(spin)), omega_3=spin), integrate)
 
@@ -266,7 +265,7 @@ def spinning(spin: str, pole: str, integrate: Integrate = integrate) -> Observat
     quick=lambda spin: spin in ("0", "1e7"),
     control={"integrate": integrating(omega_3="1e-12", I1="1e-12")},
 )
-def spinning_in_double(spin: str, integrate: Integrate = integrate) -> Observation:
+def spinning_in_double(spin: str, integrate: Integrate = integrate) -> Check:
     """Far from the pole, where nothing is linear."""
     scene = varied(theta="1", omega_3=spin, until=str(seconds(spin)))
     run = integrate(scene)
@@ -282,18 +281,15 @@ def spinning_in_double(spin: str, integrate: Integrate = integrate) -> Observati
     quick=lambda sign, k: k in (1, 6),
     control={"integrate": integrating(omega_3="0.2")},
 )
-def beside_the_threshold(sign: str, k: int, integrate: Integrate = integrate) -> Observation:
+def beside_the_threshold(sign: str, k: int, integrate: Integrate = integrate) -> Check:
     """The growth rate found in an integration, against the eigenvalue."""
     off = Fraction(f"{sign}1e-{k}")
     rate, expected, noise = _growth(off, integrate)
     return together(
         within(abs(rate - expected) / noise, 5, "roundings"),
         same("grows" if rate > 0 else "decays", "grows" if sign == "-" else "decays"),
-        Observation(
-            f"{rate:.3e}/s for {expected:.3e}/s", True,
-            data={"off": float(off), "rate": rate, "eigenvalue": expected},
-        ),
-    )  # fmt: skip
+        noted(f"{rate:.3e}/s for {expected:.3e}/s", off=float(off), rate=rate, eigenvalue=expected),
+    )
 
 
 @case(
@@ -303,7 +299,7 @@ def beside_the_threshold(sign: str, k: int, integrate: Integrate = integrate) ->
     quick=True,
     control={"integrate": integrating(omega_3="1e-9")},
 )
-def at_the_threshold(integrate: Integrate = integrate) -> Observation:
+def at_the_threshold(integrate: Integrate = integrate) -> Check:
     """Exactly at the threshold, to 60 digits of omega_3."""
     rate, _, noise = _growth(Fraction(0), integrate)
     return within(abs(rate) / noise, 5, "roundings")
@@ -360,7 +356,7 @@ def _inverted(off: Fraction) -> tuple[Scene, float]:
     quick=lambda mu, pole: mu in ("0", "1e-12", "1e3"),
     control={"integrate": integrating(alpha="1e-8")},
 )
-def tilt_with_friction(mu: str, pole: str, integrate: Integrate = integrate) -> Observation:
+def tilt_with_friction(mu: str, pole: str, integrate: Integrate = integrate) -> Check:
     """A closed form at every friction, the stiff ones too."""
     return tilt_found(beside(pole, mu=mu), integrate)
 
@@ -373,7 +369,7 @@ def tilt_with_friction(mu: str, pole: str, integrate: Integrate = integrate) -> 
     quick=lambda mu: mu == "1e-12",
     control={"integrate": integrating(alpha="1e-12")},
 )
-def friction_in_double(mu: str, integrate: Integrate = integrate) -> Observation:
+def friction_in_double(mu: str, integrate: Integrate = integrate) -> Check:
     """Steps and time against mu are for the picture; the verdict is about the state."""
     scene = varied(mu=mu, until=REFERENCE_S)
     seconds = []
@@ -386,11 +382,13 @@ def friction_in_double(mu: str, integrate: Integrate = integrate) -> Observation
     return together(
         within(apart / EPS, 30, "eps"),
         same(run.status, "complete"),
-        Observation(
-            f"{run.steps} steps to {REFERENCE_S} s", True,
-            data={"mu": float(mu), "steps": run.steps, "seconds": round(min(seconds), 5)},
+        noted(
+            f"{run.steps} steps to {REFERENCE_S} s",
+            mu=float(mu),
+            steps=run.steps,
+            seconds=round(min(seconds), 5),
         ),
-    )  # fmt: skip
+    )
 
 
 @case(
@@ -401,12 +399,12 @@ def friction_in_double(mu: str, integrate: Integrate = integrate) -> Observation
     quick=True,
     control={"frictions": ("0.1", "1")},
 )
-def stiffness(frictions: tuple[str, str] = ("2e3", "2e4")) -> Observation:
+def stiffness(frictions: tuple[str, str] = ("2e3", "2e4")) -> Check:
     """What stiffness costs an explicit Taylor method."""
     fewer, more = (integrate(varied(mu=mu, until=SHORT_S)).steps for mu in frictions)
     return together(
         within(abs(more / fewer / 10 - 1), 0.1, "off a ratio of 10"),
-        Observation(f"{fewer} and {more} steps", True),
+        noted(f"{fewer} and {more} steps"),
     )
 
 
@@ -418,7 +416,7 @@ def stiffness(frictions: tuple[str, str] = ("2e3", "2e4")) -> Observation:
     quick=lambda mu: mu in ("100", "1e3"),
     control={"integrate": integrating(mu="0.5")},
 )
-def slaved_gliding(mu: str, integrate: Integrate = integrate) -> Observation:
+def slaved_gliding(mu: str, integrate: Integrate = integrate) -> Check:
     """The gliding velocity against the constraint force of the rolling top; and the distance."""
     rolling, gliding = _rolling(), integrate(varied(mu=mu, until=SHORT_S))
     fn, units = rolling.precision.context, rolling.start.units
@@ -428,15 +426,12 @@ def slaved_gliding(mu: str, integrate: Integrate = integrate) -> Observation:
     scaled = [stiff * fn.mpf(v) / speed for v in finite((gliding.state.vx, gliding.state.vy))]
     expected = [-x / force[2] for x in force[:2]]
     off = fn.hypot(*(a - b for a, b in zip(scaled, expected, strict=True))) / fn.hypot(*expected)
-    distance = float(_from_rolling(gliding))
+    apart = float(_from_rolling(gliding))
     return together(
         # the coefficient of 1/mu, which is 1.3 in the limit
         within(off * fn.mpf(mu), 3, "/mu off, relative"),
-        Observation(
-            f"the axis is {distance:.1e} from the rolling one's", True,
-            data={"mu": float(mu), "distance": distance},
-        ),
-    )  # fmt: skip
+        noted(f"the axis is {apart:.1e} from the rolling one's", mu=float(mu), distance=apart),
+    )
 
 
 @case(
@@ -446,7 +441,7 @@ def slaved_gliding(mu: str, integrate: Integrate = integrate) -> Observation:
     quick=True,
     control={"frictions": ("0.3", "3")},
 )
-def rolling_limit(frictions: tuple[str, str] = ("1e3", "1e4")) -> Observation:
+def rolling_limit(frictions: tuple[str, str] = ("1e3", "1e4")) -> Check:
     """The exponent of the limit."""
     far, near = (_from_rolling(integrate(varied(mu=mu, until=SHORT_S))) for mu in frictions)
     return within(abs(far / near / 10 - 1), 0.02, "off a ratio of 10")
@@ -466,7 +461,7 @@ def _from_rolling(run: Trajectory) -> Scalar:
     quick=lambda mu: mu == "1e-12",
     control={"integrate": integrating(mu="1e-3")},
 )
-def nearly_frictionless(mu: str, integrate: Integrate = integrate) -> Observation:
+def nearly_frictionless(mu: str, integrate: Integrate = integrate) -> Check:
     """Linear response at the other edge of friction."""
     none, some = (triple_double(varied(mu=one, until=SHORT_S)) for one in ("0", "1e-5"))
     little = integrate(varied(mu=mu, until=SHORT_S), "triple-double")
@@ -487,7 +482,7 @@ def nearly_frictionless(mu: str, integrate: Integrate = integrate) -> Observatio
     quick=True,
     control={"mu": "1e-12"},
 )
-def frictionless(until: str, precision: str, mu: str = "0") -> Observation:
+def frictionless(until: str, precision: str, mu: str = "0") -> Check:
     """All integrals of the frictionless scene."""
     run = integrate(varied(mu=mu, until=until, sample_every="0.1"), precision)
     table = run.frame(*CONSERVED, numbers="exact")
@@ -534,7 +529,7 @@ def rescaled(mass: Fraction, length: Fraction, time: Fraction) -> Scene:
     quick=lambda parameter, power: abs(power) == 6,
     control={"integrate": integrating(I1="1e-12")},
 )
-def power_of_ten(parameter: str, power: int, integrate: Integrate = integrate) -> Observation:
+def power_of_ten(parameter: str, power: int, integrate: Integrate = integrate) -> Check:
     """Twelve decades of m, of R at constant g, and of g at constant R."""
     factor = Fraction(10) ** power
     half = Fraction(10) ** (power // 2)  # a square root; the powers are even
@@ -553,7 +548,7 @@ def power_of_ten(parameter: str, power: int, integrate: Integrate = integrate) -
     quick=True,
     control={"off": "1e-14"},
 )
-def power_of_two(powers: str, off: str = "0") -> Observation:
+def power_of_two(powers: str, off: str = "0") -> Check:
     """Scaling without any rounding."""
     mass, length, time = (Fraction(2) ** int(power[2:]) for power in powers.split(", "))
     mass, length = mass * (1 + Fraction(off)), length * (1 + Fraction(off))
@@ -567,7 +562,7 @@ def _scaled(
     """The run in other units, and its distance from the one in ours."""
     run, plain = integrate(rescaled(mass, length, time)), _plain()
     units = {"k": Fraction(1), "L": mass * length**2 / time, "v": length / time}
-    return run, float(state_distance(run.state, plain, plain.state, units))
+    return run, float(distance(run, plain, units=units))
 
 
 @cache

@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
-from tt_precise.extremes.case import Observation, case, finite, together, within
+from tt_precise.extremes.case import case, finite, noted, together, within
 from tt_precise.extremes.tops import EPS, Integrate, integrating
 from tt_precise.golden import load, scenes
 from tt_precise.integration import Trajectory, integrate
@@ -17,7 +17,7 @@ from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.values import Array, Scalar
+from tt_precise.runtime.values import Array, Check, Scalar
 from tt_precise.scene.body import Parameters, of_numbers
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -45,7 +45,7 @@ def _sensitivity(scene: str) -> Sensitivity:
     quick=lambda scene: scene in QUICK,
     control={"integrate": lambda scene: integrate(scene, tolerance=1e-12)},
 )
-def error_against_condition(scene: str, integrate: Integrate = integrate) -> Observation:
+def error_against_condition(scene: str, integrate: Integrate = integrate) -> Check:
     """The digits that double can give at each time, and those that it gives."""
     import numpy
 
@@ -59,10 +59,9 @@ def error_against_condition(scene: str, integrate: Integrate = integrate) -> Obs
     finite([*errors, *possible])
     return together(
         within(ratio.max(), 1, "of what the condition allows"),
-        Observation(
+        noted(
             f"condition up to {how.condition.max():.2g}, {how.condition[-1]:.2g} at the end; "
-            f"at the worst time {-numpy.log10(errors.max()):.1f} digits",
-            True,
+            f"at the worst time {-numpy.log10(errors.max()):.1f} digits"
         ),
     )
 
@@ -90,7 +89,7 @@ def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Array:
     quick=lambda scene: scene == "contact-lost",
     control={"spoil": 1e-9},
 )
-def lambda_carried_along(scene: str, spoil: float = 0.0) -> Observation:
+def lambda_carried_along(scene: str, spoil: float = 0.0) -> Check:
     """An independent check of the matrices, without any other integration."""
     import numpy
 
@@ -135,7 +134,7 @@ def lambda_carried_along(scene: str, spoil: float = 0.0) -> Observation:
     over={"name": tuple(VARIED)},
     control={"varied": integrating(alpha="1e-6")},
 )
-def derivative_by_differences(name: str, varied: Integrate = integrate) -> Observation:
+def derivative_by_differences(name: str, varied: Integrate = integrate) -> Check:
     """Matrices of variational equations against runs that know nothing of them."""
     import numpy
 

@@ -10,12 +10,12 @@ from typing import Any, TypeAlias
 
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import theory
-from tt_precise.extremes.case import Observation, finite
+from tt_precise.extremes.case import finite, noted
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.values import InputError, Scalar
+from tt_precise.runtime.values import Check, InputError, Scalar
 from tt_precise.scene.scene import Scene, load_scene
 
 DIGITS = 80  # of the theory; mp has 60
@@ -54,14 +54,14 @@ def triple_double(scene: Scene) -> Trajectory:
     return integrate(scene, "triple-double")
 
 
-def refused(attempt: Callable[[], object]) -> Observation:
+def refused(attempt: Callable[[], object]) -> Check:
     """Right if ``attempt`` raises ``InputError`` with one line that states an expectation."""
     try:
         got = attempt()
     except InputError as error:
         line = str(error)
-        return Observation(f"refused: {line}", "expected" in line and "\n" not in line)
-    return Observation(f"accepted: {got!r}", False)
+        return noted(f"refused: {line}", "expected" in line and "\n" not in line)
+    return noted(f"accepted: {got!r}", False)
 
 
 # ---- distances ----------------------------------------------------------------------------------
@@ -111,18 +111,18 @@ def _expected(scene: Scene) -> tuple[theory.Tilt, Scalar, Scalar]:
     return theory.tilt_at(body, side_of(scene), omega_3, t, fn), omega_3, fn
 
 
-def distance(run: Trajectory, reference: Trajectory) -> Scalar:
-    """Largest difference of k, L and v at the end, each relative to the size of its vector."""
-    return state_distance(run.state, reference, reference.state)
-
-
-def state_distance(
-    state: Any, reference: Trajectory, expected: Any, units: Mapping[str, Any] | None = None
+def distance(
+    run: Trajectory,
+    reference: Trajectory,
+    t: Any = None,
+    units: Mapping[str, Fraction] | None = None,
 ) -> Scalar:
-    """The same of two states; ``units`` are those of k, L and v in which ``state`` is given.
+    """Largest difference of k, L and v at ``t`` (or the end), relative to each vector's size.
 
-    v, which may be nearly nothing, is relative to the speed of the rim at least.
+    v, which may be nearly nothing, is relative to the speed of the rim at least. ``units`` are
+    those of k, L and v in which ``run`` is given.
     """
+    state, expected = (each.state if t is None else each.at(t) for each in (run, reference))
     fn = reference.precision.context
     rim = abs(expected.omega_3) * fn.convert(float(reference.scene.body.R))
     worst = fn.mpf(0)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tt_precise.engines.scoreboard import check_of
-from tt_precise.extremes.case import TOPICS, shown
+from tt_precise.extremes.case import TOPICS, Extremes, families, family_rows
 from tt_precise.report import pictures
 from tt_precise.report.document import Block, Figure, PageTable, Section, Text
 from tt_precise.report.pictures import (
@@ -121,25 +121,25 @@ def extremes(folder: Path) -> Section:
     file = folder / EXTREMES
     if not file.is_file():
         return _not_measured("extremes", EXTREMES_TITLE, EXTREMES_COMMAND)
-    return records.read_as(
-        file, f"what `{EXTREMES_COMMAND}` writes", lambda content: _cases(content["cases"])
-    )
-
-
-def _cases(cases: Sequence[Mapping[str, Json]]) -> Section:
-    counts = Counter(case["verdict"] for case in cases)
-    by_topic = Counter(case["topic"] for case in cases)
+    cases = records.load(file, Extremes, f"what `{EXTREMES_COMMAND}` writes").cases
+    failed = [case.name for case in cases if case.verdict == "fail"]
+    by_topic = Counter(case.topic for case in cases)
     listed = ", ".join(f"{topic} {by_topic[topic]}" for topic in TOPICS if by_topic[topic])
     blocks: list[Block] = [
         Text(
-            f"{len(cases)} cases drive everything to its edges ({listed}): {counts['pass']} came "
-            f"out as expected, {counts['fail']} did not. What is expected comes from theory or "
+            f"{len(cases)} cases drive everything to its edges ({listed}): "
+            f"{len(cases) - len(failed)} came out as expected, {len(failed)} did not. What is "
+            "expected comes from theory or "
             f"from a higher precision. Measured by `{EXTREMES_COMMAND}`, not by the run that wrote "
             "this page."
         ),
         PageTable(
             ("topic", "case", "expected", "from", "found", "verdict"),
-            [row for members in _families(cases) for row in _family_rows(members)],
+            [
+                (case.topic, name, case.expected, case.source, found, case.verdict)
+                for family in families(cases)
+                for name, found, case in family_rows(family)
+            ],
             "Families of cases have one row, which shows the worst of them; a case that failed "
             "has its own. The file has every case.",
             filters=("topic", "verdict"),
@@ -147,36 +147,10 @@ def _cases(cases: Sequence[Mapping[str, Json]]) -> Section:
             name="extremes-table",
             folded=True,
         ),
-        *pictures.all_pictures(cases),
+        *pictures.all_pictures([case.data for case in cases if case.data]),
     ]
-    results = {
-        "cases": len(cases),
-        "failed": [case["name"] for case in cases if case["verdict"] == "fail"],
-        "by_topic": dict(by_topic),
-    }
+    results = {"cases": len(cases), "failed": failed, "by_topic": dict(by_topic)}
     return Section("extremes", EXTREMES_TITLE, blocks, results)
-
-
-def _families(cases: Sequence[Mapping[str, Json]]) -> list[list[Mapping[str, Json]]]:
-    groups: dict[tuple[str, str], list[Mapping[str, Json]]] = {}
-    for case in cases:
-        groups.setdefault((case["topic"], case["family"]), []).append(case)
-    return list(groups.values())
-
-
-def _family_rows(members: list[Mapping[str, Json]]) -> list[tuple[str, ...]]:
-    failed = [case for case in members if case["verdict"] == "fail"]
-    if failed or len(members) == 1:
-        return [_case_row(case, case["name"], case["found"]) for case in failed or members]
-    worst = max(members, key=lambda case: case["value"] or 0.0)
-    found = worst["found"]
-    if worst["value"] is not None:
-        found += f" [the worst: {worst['name']}]"
-    return [_case_row(worst, shown(worst["family"], members), found)]
-
-
-def _case_row(case: Mapping[str, Json], name: str, found: str) -> tuple[str, ...]:
-    return case["topic"], name, case["expected"], case["source"], found, case["verdict"]
 
 
 ENGINES = "engines.json"

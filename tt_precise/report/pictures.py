@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from tt_precise.report import style
 from tt_precise.report.document import Figure
@@ -189,7 +189,7 @@ def _draw(panel: Axes, curve: list[Point], line: Line, **how: Any) -> None:
     )  # fmt: skip
 
 
-Case = Mapping[str, Json]
+Numbers: TypeAlias = Mapping[str, float]
 PRECISIONS = {
     "double": style.RED, "extended": style.ORANGE, "quad": style.GREEN, "mp": style.BLUE,
 }  # fmt: skip
@@ -197,13 +197,13 @@ NAMES = {"mp": "200 bits"}
 LEAST_MU = 1e-3  # s/m, in the picture
 
 
-def all_pictures(cases: Sequence[Case]) -> list[Figure]:
-    """All pictures that ``cases`` have the data for, in order."""
-    drawn = (draw(cases) for draw in PICTURES)
+def all_pictures(points: Sequence[Numbers]) -> list[Figure]:
+    """All pictures of extreme cases that their numbers, ``points``, allow, in order."""
+    drawn = (digits_beside_the_poles(), friction(points), threshold(points))
     return [figure for figure in drawn if figure is not None]
 
 
-def digits_beside_the_poles(cases: Sequence[Case]) -> Figure | None:
+def digits_beside_the_poles() -> Figure:
     """Digits of the tilt that theta keeps near pi, in every precision."""
     from tt_precise.extremes.geometry import digits_of_the_tilt
     from tt_precise.integration.precision import KINDS
@@ -233,10 +233,10 @@ def digits_beside_the_poles(cases: Sequence[Case]) -> Figure | None:
         )
 
 
-def friction(cases: Sequence[Case]) -> Figure | None:
+def friction(every: Sequence[Numbers]) -> Figure | None:
     """Steps and time against mu, and the distance from the rolling solution."""
-    work = [p for p in _data(cases, ("mu", "steps", "seconds")) if p["mu"] >= LEAST_MU]
-    limit = _data(cases, ("mu", "distance"))
+    work = [p for p in _with(every, ("mu", "steps", "seconds")) if p["mu"] >= LEAST_MU]
+    limit = _with(every, ("mu", "distance"))
     if not work or not limit:
         return None
     with style.panels([2.0, 2.0], shared_time=True) as (drawing, (top, bottom)):
@@ -275,9 +275,9 @@ def friction(cases: Sequence[Case]) -> Figure | None:
         )
 
 
-def threshold(cases: Sequence[Case]) -> Figure | None:
+def threshold(every: Sequence[Numbers]) -> Figure | None:
     """Growth rates beside the threshold against eigenvalues."""
-    points = _data(cases, ("off", "rate", "eigenvalue"))
+    points = _with(every, ("off", "rate", "eigenvalue"))
     if not points:
         return None
     with style.panels([3.0]) as (drawing, (panel,)):
@@ -306,18 +306,10 @@ def threshold(cases: Sequence[Case]) -> Figure | None:
         )
 
 
-PICTURES: tuple[Callable[[Sequence[Case]], Figure | None], ...] = (
-    digits_beside_the_poles,
-    friction,
-    threshold,
-)
-
-
-def _data(cases: Iterable[Case], names: Iterable[str]) -> list[Mapping[str, Json]]:
-    """The data of those cases that have all of ``names``, sorted by the first."""
-    wanted = tuple(names)
-    found = [case["data"] for case in cases if set(wanted) <= set(case.get("data", {}))]
-    return sorted(found, key=lambda data: data[wanted[0]])
+def _with(points: Iterable[Numbers], names: tuple[str, ...]) -> list[Numbers]:
+    """Those points that have all of ``names``, sorted by the first."""
+    complete = [point for point in points if set(names) <= set(point)]
+    return sorted(complete, key=lambda point: point[names[0]])
 
 
 MOST_DIGITS = 10.0
