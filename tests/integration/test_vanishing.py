@@ -55,15 +55,42 @@ def test_the_rounding_of_a_zero_at_the_start_is_no_event() -> None:
     assert "omega_3_zero" not in set(integrate(scene, events=("omega_3_zero",)).events["name"])
 
 
-def test_a_coarse_run_hides_no_event_of_a_later_one() -> None:
-    """The start is shared, but what is below rounding depends on the tolerance."""
-    scene = load_scene("reference").varied(
+@pytest.fixture(scope="module")
+def lying() -> Scene:
+    """L lies flat, beside the pole, and the motion is a plane one within 6e-6."""
+    return load_scene("reference").varied(
         alpha="0.7757", I1="0.8583", I3="1.2540", g="9.8", mu="15.1938", theta="2.196819e-06",
-        theta_dot="-12.8152", phi_dot="-35.8928", omega_3="0", until="1e-6",
+        theta_dot="-12.8152", phi_dot="-35.8928", omega_3="0", until="0.02",
     )  # fmt: skip
-    integrate(scene, tolerance=1e-10, events=("nu_x_zero",))
-    events = integrate(scene, events=("nu_x_zero",)).events
-    assert list(map(float, events["t"])) == pytest.approx([1.7142292e-7, 3.4284195e-7], rel=1e-3)
+
+
+# in triple-double
+LYING = {"nu_x_zero": (1.71422920e-7, 3.42841949e-7, 7.14226777e-3), "nu_y_zero": (1.04276509e-2,)}
+
+
+@pytest.mark.parametrize("digits", [1, 4, 6, 9])
+def test_a_coarse_run_loses_no_event_beside_the_start(lying: Scene, digits: int) -> None:
+    """They come where the functions are below the tolerance of their summands."""
+    times = integrate(lying, digits=digits, events=("nu_x_zero",)).events["t"]
+    assert list(map(float, times)) == pytest.approx(LYING["nu_x_zero"], rel=1e-7)
+    other = load_scene("reference").varied(
+        alpha="0.8797", I1="0.4256", I3="0.4789", g="9.8", mu="0", theta="2.643008e-07",
+        theta_dot="-7.1408", phi_dot="-24.9211", omega_3="-0.0240", nu_x="0.1484", until="0.02",
+    )  # fmt: skip
+    (found,) = integrate(other, digits=digits, events=("nu_y_zero",)).events["t"]
+    assert float(found) == pytest.approx(2.75784165e-5, rel=1e-7)
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_crossings_of_a_motion_that_is_nearly_plane_are_no_touches(
+    lying: Scene, precision: str
+) -> None:
+    integrate(lying, tolerance=1e-10, events=tuple(LYING))  # hides nothing of later runs
+    run = integrate(lying, precision, events=tuple(LYING))
+    assert not run.touches
+    for name, times in LYING.items():
+        found = run.events["t"][run.events["name"] == name].astype(float)
+        assert list(found) == pytest.approx(times, rel=1e-3)
 
 
 def test_digits_of_events_beside_zero_hold(beside_zero: Scene) -> None:

@@ -3,8 +3,9 @@
 An event is a change of sign. A function that vanishes identically has none; one that touches zero
 has none, though rounding makes two of it, or none, or one. What decides is the size of the summands
 that the function is made of: what stays below ``ROUNDINGS`` eps of it is zero. A function that
-vanishes at the start itself is divided by the power of t that it begins with, and its zeros in the
-first, tiny step are those of what is left; integrators look for zeros behind that step.
+vanishes at the start itself is divided by the power of t that it begins with; until it is larger
+than the errors of a run, and in the first, tiny step, its zeros are those of what is left.
+Integrators look for zeros behind that.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ TO_THE_EXTREMUM = 3  # Newton's steps from a zero beside it
 class AtStart(NamedTuple):
     """Events in the first step, and functions that vanish identically.
 
-    ``reach`` is the time until which a function that vanishes at the start is below its rounding:
-    a sign that changes there is that of rounding.
+    ``reach`` is the time until which a function that vanishes at the start is below the errors of
+    a run: a sign that changes there is that of errors, and the ``hits`` are those of the series.
     """
 
     hits: tuple[EventRecord, ...]
@@ -133,8 +134,8 @@ def _first_zeros(
 ) -> dict[str, list[EventRecord] | None]:
     """Of functions that are ``close`` to zero at the start: their zeros in the first step.
 
-    None where one vanishes identically. ``close`` holds the sizes of their coefficients; into
-    ``reach`` goes how far those that vanish at the start are below their rounding.
+    And up to ``reach``, into which goes how far those that vanish at the start are below the errors
+    of a run. None where one vanishes identically. ``close`` holds the sizes of their coefficients.
     """
     mpfr, form, bits = setup.precision.mpfr, setup.formulation, setup.precision.bits
     chosen = {name: events[name] for name in close}
@@ -143,13 +144,14 @@ def _first_zeros(
     # where a run goes on from an earlier piece its row has the errors of that
     level = 2.0**-bits * (2.0**-GUARD if not start.row else ROUNDINGS)
     found: dict[str, list[EventRecord] | None] = {name: [] for name in close}
-    left, begin = mpfr.number(FIRST_STEP), mpfr.number(0)
+    ends = dict.fromkeys(close, FIRST_STEP)
+    begin = mpfr.number(0)
     for part in range(NEAREST):
         entries, functions = functions_along(setup, chosen, body, row, mpfr)
         series = {}
-        length = left
+        length = math.inf
         for name, function in functions.items():
-            if found[name] is None:
+            if found[name] is None or ends[name] <= begin:
                 continue
             if not isinstance(function, Series):
                 found[name] = None
@@ -164,20 +166,22 @@ def _first_zeros(
                     below = _eps(setup) * close[name][0]
                     terms = ((k, float(abs(x))) for k, x in enumerate(c) if not zero[k])
                     reach[name] = min((below / x) ** (1 / k) for k, x in terms)
+                    ends[name] = max(FIRST_STEP, reach[name])
                 c = c[zero.index(False) :]
             series[name] = c
             length = min(length, _converges(c, bits))
+        if not series:
+            break
+        length = min(length, max(ends[name] for name in series) - begin)
         for name, c in series.items():
-            for place, direction in _places(c, length):
+            for place, direction in _places(c, min(length, ends[name] - begin)):
                 state = [sum(x * place**k for k, x in enumerate(e.upto(order))) for e in entries]
                 time, *there = (
                     setup.precision.number(mpfr.back(x)) for x in (begin + place, *state)
                 )
                 already: list[EventRecord] = found[name] or []
                 found[name] = [*already, EventRecord(name, time, direction, tuple(there))]
-        begin, left = begin + length, left - length
-        if left <= 0:
-            break
+        begin = begin + length
         row = [sum(x * length**k for k, x in enumerate(e.upto(order))) for e in entries]
     return found
 
@@ -234,7 +238,8 @@ def settled(
     keep = _crossing(later, setup, start) if later else []
     crossed = [hit for hit, kept in zip(later, keep, strict=True) if kept]
     touched = {hit.name for hit, kept in zip(later, keep, strict=True) if not kept}
-    return (*early, *crossed), first.silent | touched
+    hits = sorted((*early, *crossed), key=lambda hit: hit.time)
+    return tuple(hits), first.silent | touched
 
 
 def _eps(setup: Setup) -> float:
@@ -381,4 +386,9 @@ def _sizes(
     }  # fmt: skip
     for pair in (("vx", "vy"), ("s_dot_x", "s_dot_y"), ("nu_x", "nu_y")):
         known |= dict.fromkeys(pair, norm(*pair) + speed * tilt)
+    if "Lx" in own:
+        of = {"ky": axis, "Lx": L, "Lz": L, "vy": known["vy"], "s_dot_y": known["s_dot_y"]}
+        shares = [own[name] / numpy.where(of[name] > 0, of[name], 1) for name in of if name in own]
+        share = numpy.minimum(numpy.maximum.accumulate(numpy.max(shares, axis=0)), 1.0)
+        known |= {name: known[name] * share for name in of}
     return [known.get(name, own[name]) for name in columns]
