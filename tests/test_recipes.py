@@ -100,7 +100,8 @@ def test_a_friction_law(monkeypatch: pytest.MonkeyPatch) -> None:
 
     half = Law(
         "half", (DIMENSIONLESS_MU, EPSILON), coefficient,
-        lambda speed, mu, epsilon: mu / epsilon / 2, ("sqrt",), at_rest="mu/(2 epsilon)",
+        lambda speed, mu, epsilon: mu / epsilon / 2, force="half of it", scene="regularised-1e-2",
+        functions=("sqrt",), at_rest="mu/(2 epsilon)",
     )  # fmt: skip
     monkeypatch.setitem(laws.LAWS, "half", half)
     body = {"m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82"}

@@ -19,7 +19,7 @@ from tt_precise.check.columns import COLUMN_SETS, CheckSetup
 from tt_precise.check.equations import EPS, EquationResidual, SummedResidual, integral
 from tt_precise.check.sources import open_source
 from tt_precise.engines.adapters import COLUMNS
-from tt_precise.engines.protocol import Friction, job
+from tt_precise.engines.protocol import friction_of, job
 
 ENGINE = Path(__file__).parents[2] / "examples/engine.py"
 
@@ -97,7 +97,7 @@ def simulated(change: tuple[str, str]) -> pandas.DataFrame:
     engine: dict[str, Any] = {"__name__": "engine"}
     exec(compile(text.replace(*change), "engine.py", "exec"), engine)
     scene = tt.load_scene("reference").varied(until="0.2", sample_every="0.001")
-    asked = job(scene, Fraction(1, 2000), Friction.of(scene))
+    asked = job(scene, Fraction(1, 2000), friction_of(scene))
     start = asked["start"]
     y = start["quaternion_wxyz"] + start["angular_velocity"] + start["velocity"]
     rows = [[0.0, *y]]

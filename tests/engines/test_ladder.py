@@ -10,6 +10,7 @@ import pytest
 
 from tt_precise.engines.ladder import STEPS, VERDICTS, Rung, measured, rungs
 from tt_precise.engines.protocol import ProgramRun, States
+from tt_precise.scene.laws import LAWS, VISCOUS, Law
 
 
 @pytest.fixture(scope="module")
@@ -101,14 +102,16 @@ def test_flight_is_the_closed_form_of_the_example() -> None:
     assert there.omega[-1] == pytest.approx(there.omega[0], rel=1e-12, abs=1e-12 * rung.spin)
 
 
-@pytest.mark.parametrize("law", ["viscous", "regularised"])
-def test_an_engine_is_asked_for_its_own_law_alone(law: str) -> None:
-    asked = {rung.job(STEPS[0])["friction"]["law"] for rung in rungs(law)}
-    assert asked == {"none", law}
+@pytest.mark.parametrize("law", LAWS.values(), ids=list(LAWS))
+def test_an_engine_is_asked_for_its_own_law_alone(law: Law) -> None:
+    asked = [rung.job(STEPS[0])["friction"] for rung in rungs(law)]
+    assert {friction["law"] for friction in asked} == {"none", law.name}
+    names = {parameter.name for parameter in law.parameters}
+    assert any(friction.keys() == {"law", *names} for friction in asked)
 
 
 def test_a_viscous_engine_inverts_the_golden_top() -> None:
-    rung = next(one for one in rungs("viscous") if one.name == "inversion")
+    rung = next(one for one in rungs(VISCOUS) if one.name == "inversion")
     truth = rung.truth
     assert truth is not None
     assert rung.scene.until == 8

@@ -25,6 +25,7 @@ from benchmarks.random_scenes import gliding_scenes
 from tt_precise.engines.ladder import EVERY_LAW, climb, rungs
 from tt_precise.engines.protocol import as_text
 from tt_precise.golden.store import home
+from tt_precise.scene.laws import VISCOUS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 GOOD = ("converges", "rounding")
@@ -200,7 +201,7 @@ def test_no_healthy_engine_is_flagged_in_fifty_seeded_runs(language: str, tmp_pa
     command = program(language, NOTHING, tmp_path)
     flagged = {}
     scenes = itertools.islice(gliding_scenes(Fraction(1, 4)), SEEDED)
-    for scene, rung in zip(scenes, itertools.cycle(rungs("viscous")[i] for i in (0, 3, 4))):
+    for scene, rung in zip(scenes, itertools.cycle(rungs(VISCOUS)[i] for i in (0, 3, 4))):
         if rung.name == "ice":
             scene = scene.varied(mu="0")
         (found,) = climb(

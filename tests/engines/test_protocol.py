@@ -23,6 +23,7 @@ from tt_precise.engines.ladder import Rung, rungs
 from tt_precise.engines.protocol import Job, run
 from tt_precise.runtime.records import json_schema
 from tt_precise.runtime.values import InputError
+from tt_precise.scene.laws import REGULARISED, VISCOUS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STEP = Fraction(1, 500)
@@ -48,7 +49,7 @@ def test_the_job_is_what_the_schema_says(flight_job: dict[str, Any]) -> None:
     schema = json_schema(Job)
     jsonschema.Draft202012Validator.check_schema(schema)
     assert flight_job["schema"] == schema["title"]
-    for one in rungs("viscous") + rungs("regularised"):
+    for one in rungs(VISCOUS) + rungs(REGULARISED):
         jsonschema.validate(one.job(STEP), schema)
     spoiled: list[dict[str, Any]] = [
         {"step": "0.001"}, {"more": 1}, {"step": 0}, {"sample_times": []},

@@ -20,14 +20,18 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import Parameters, TippeTop, top_of
 from tt_precise.scene.laws import COULOMB, LAWS
+from tt_precise.scene.scene import load_scene
 
 BODY: dict[str, Any] = {
     "m": "1.7", "R": "0.6", "alpha": "0.3", "I1": "0.37", "I3": "0.41", "g": "9.82",
 }  # fmt: skip
-FURTHER = {
-    "viscous": {}, "coulomb": {}, "regularised": {"epsilon": "0.05"},
-    "stribeck": {"mu_s": "0.35", "v_s": "0.2", "epsilon": "0.05"},
-}  # fmt: skip
+
+
+def further(law: str) -> dict[str, str]:
+    """The parameters behind mu, from the scene that ships with the law."""
+    body = load_scene(LAWS[law].scene).body
+    assert body.friction is LAWS[law]
+    return dict(zip(body.friction.further, map(str, body.further), strict=True))
 
 
 def dry(law: str, **keys: str) -> TippeTop:
@@ -60,7 +64,7 @@ def test_the_force_of_coulomb_has_one_size(
 
 
 def test_dimensionless_and_si_give_the_same_force(mp: Any, rounded: Any) -> None:
-    for top in (dry(law, **FURTHER[law]) for law in LAWS):
+    for top in (dry(law, **further(law)) for law in LAWS):
         si, bare = top.numbers(rounded), top.dimensionless(mp, rounded)
         time = mp.sqrt(si.R / si.g)
         momentum = si.m * si.R**2 / time
@@ -118,7 +122,7 @@ def test_refuses_two_mu() -> None:
 @pytest.mark.parametrize("law", LAWS)
 def test_a_law_keeps_what_it_promises(law: str, mp: Any, rounded: Any) -> None:
     """The bound bounds, constant means constant, the functions suffice, and each law is one."""
-    body = dry(law, **FURTHER[law]).numbers(rounded)
+    body = dry(law, **further(law)).numbers(rounded)
     speeds = [mp.mpf(10) ** n for n in range(-8, 3)]
     found = [friction.coefficient(body, v, 0, mp) for v in speeds]
     for speed, c in zip(speeds, found, strict=True):
@@ -135,11 +139,11 @@ def test_a_law_keeps_what_it_promises(law: str, mp: Any, rounded: Any) -> None:
     slow = friction.coefficient(body, mp.mpf("1e-30"), 0, mp)
     smooth = abs(slow / rest - 1) < mp.mpf("1e-50") and rest < 100
     assert bool(smooth) == body.friction.smooth_at_rest
-    assert pickle.loads(pickle.dumps(dry(law, **FURTHER[law]))).friction is LAWS[law]
+    assert pickle.loads(pickle.dumps(dry(law, **further(law)))).friction is LAWS[law]
 
 
 def test_an_arithmetic_without_exp_is_refused_in_words() -> None:
-    body = dry("stribeck", **FURTHER["stribeck"]).numbers(float)
+    body = dry("stribeck", **further("stribeck")).numbers(float)
     assert friction.coefficient(body, 1.0, 0.0, math) > 0
     without = types.SimpleNamespace(sqrt=math.sqrt)
     with pytest.raises(InputError, match="got stribeck, expected a law without exp"):

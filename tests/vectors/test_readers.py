@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tt_precise.golden.store import home
-from tt_precise.vectors.states import JOINED, LAWS
+from tt_precise.vectors.states import JOINED, KINDS
 
 READERS = Path(__file__).parents[2] / "examples" / "readers"
 COMPILERS: dict[str, Sequence[str]] = {
@@ -62,7 +62,7 @@ def test_it_reads_all_and_agrees(reader: list[str]) -> None:
     assert (done.returncode, done.stdout[: len(expected)]) == (0, expected), done.stderr
 
 
-@pytest.mark.parametrize("law", [*LAWS, *JOINED])
+@pytest.mark.parametrize("law", [*KINDS, *JOINED])
 def test_a_wrong_force_does_not_pass(reader: list[str], copied: Path, law: str) -> None:
     states = copied / "vectors" / "states.json"
     file = json.loads(states.read_text())

@@ -42,7 +42,7 @@ def test_states_are_what_is_computed_now() -> None:
     assert (file["schema"], file["digits"]) == ("tt_precise.vectors.states/3", 34)
     laws = [case["contact"].get("force", case["friction"]["law"]) for case in valid_states()]
     many = {"coulomb": 10, "sticking": 10}  # five of either stick or slip soon
-    assert {law: laws.count(law) for law in states.LAWS} == dict.fromkeys(states.LAWS, 5) | many
+    assert {law: laws.count(law) for law in states.KINDS} == dict.fromkeys(states.KINDS, 5) | many
 
 
 def test_an_invalid_case_is_a_valid_one_with_a_mistake_that_shows() -> None:

@@ -11,9 +11,9 @@ import click
 
 from tt_precise.commands import options
 from tt_precise.runtime.values import InputError, Json
+from tt_precise.scene.laws import COULOMB, LAWS
 
 GOOD = ("rounding", "converges", "measured")
-LAW = "coulomb"
 
 
 @click.command("engines")
@@ -21,8 +21,7 @@ LAW = "coulomb"
     "--run", "program", help="Your program, with arguments; it speaks the engine protocol."
 )
 @click.option(
-    "--law", default=LAW, show_default=True,
-    type=click.Choice(["coulomb", "viscous", "regularised"]),
+    "--law", default=COULOMB.name, show_default=True, type=click.Choice([*LAWS]),
     help="Friction law of the program; the jobs with friction use it.",
 )  # fmt: skip
 @click.option(
@@ -86,7 +85,7 @@ def command(
             f"step: got {step}, expected a whole fraction of the sampling interval of 0.01 s"
         )
     steps = (largest, largest / 2, largest / 4)
-    ladder = rungs(law)
+    ladder = rungs(LAWS[law])
     known = [rung.name for rung in ladder]
     for name in (*wanted, *([] if job_of is None else [job_of])):
         if name not in known:
@@ -95,7 +94,7 @@ def command(
         (rung,) = (rung for rung in ladder if rung.name == job_of)
         click.echo(as_text(rung.job(largest)), nl=False)
         return 0
-    if program is None and (order is not None or law != LAW):
+    if program is None and (order is not None or law != COULOMB.name):
         raise InputError("--law, --order: got one of them without --run, expected --run too")
     if out:
         require_writable(out)

@@ -9,7 +9,7 @@ import click
 
 from tt_precise.commands.options import JSON, emit
 from tt_precise.runtime.values import InputError, Json
-from tt_precise.scene.laws import law_named
+from tt_precise.scene.laws import LAWS, law_named
 
 if TYPE_CHECKING:
     from tt_precise.scene.scene import Scene
@@ -32,11 +32,9 @@ I3 = "0.4"                       # moment of inertia about the axis, in units of
 g = "9.81"                       # m/s^2
 mu = "0.3"                       # s/m: friction F_f = -mu g_n v_A
 
-# Dry friction instead: take mu out of [body], and write
+# Another law of friction: take mu out of [body], and write a law with its parameters, as one of
 # [friction]
-# law = "regularised"            # or "coulomb", or "stribeck" with mu_s and v_s too
-# mu = "0.3"                     # dimensionless
-# epsilon = "0.001"              # m/s, not for "coulomb"
+{laws}
 #
 # The run ends where contact is lost. To continue in flight, or for an elastic table:
 # [contact]
@@ -61,6 +59,16 @@ events = []                      # by name; `tt-precise events` lists them
 """
 
 
+def _laws() -> str:
+    """One commented line for each friction law, with its parameters and their units."""
+    return "\n".join(
+        f'# law = "{law.name}"'.ljust(33)
+        + "# "
+        + ", ".join(f"{parameter.name} ({parameter.unit})" for parameter in law.parameters)
+        for law in LAWS.values()
+    )
+
+
 @click.group("scene")
 def command() -> None:
     """Scenes: bodies, starts and horizons, one TOML file each."""
@@ -80,7 +88,7 @@ def new(file: Path, force: bool) -> None:
     if not file.parent.is_dir():
         raise InputError(f"scene new: got {file}, expected a file in a folder that exists")
     name = file.stem.replace("\\", "\\\\").replace('"', '\\"')
-    atomic_write(file, TEMPLATE.replace("{name}", name))
+    atomic_write(file, TEMPLATE.replace("{name}", name).replace("{laws}", _laws()))
     click.echo(f"{file}: change it, then `tt-precise scene show {file}`")
 
 

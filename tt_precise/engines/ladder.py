@@ -18,10 +18,11 @@ from tt_precise import golden
 from tt_precise.check.run import conservation
 from tt_precise.engines.protocol import (
     DOUBLE,
+    NO_FRICTION,
     TIME_LIMIT_S,
-    Friction,
     ProgramRun,
     States,
+    friction_of,
     job,
     run,
 )
@@ -35,6 +36,7 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import turned
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, Check, InputError, Json
+from tt_precise.scene.laws import COULOMB, Law
 from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -74,13 +76,13 @@ class Rung:
     scene: Scene
     conserved: tuple[str, ...]
     reference: Callable[[Scene], States] | None
-    friction: Friction | None = None
+    friction: dict[str, Json] | None = None
     contact: Literal["rigid", "none"] = "rigid"
 
     @property
-    def asked(self) -> Friction:
+    def asked(self) -> dict[str, Json]:
         """The friction in the job."""
-        return self.friction or Friction.of(self.scene)
+        return self.friction or friction_of(self.scene)
 
     def job(self, step: Fraction, rows: int = 1) -> dict[str, Json]:
         """The job for one step size, with ``rows`` of output in a sampling interval."""
@@ -109,7 +111,7 @@ class Rung:
 
 def flown(scene: Scene) -> States:
     """Free flight from the scene's start, in closed form."""
-    content = job(scene, STEPS[0], Friction("none"), contact="none")
+    content = job(scene, STEPS[0], NO_FRICTION, contact="none")
     start, body = content["start"], InitialState.in_si(scene, DOUBLE).body
     begun = RigidBodyState(
         *start["quaternion_wxyz"], *start["angular_velocity"], *start["velocity"]
@@ -155,18 +157,19 @@ def standing(scene: Scene) -> States:
     )
 
 
-def rungs(law: str = "coulomb") -> tuple[Rung, ...]:
+def rungs(law: Law = COULOMB) -> tuple[Rung, ...]:
     """The ladder for an engine whose own friction is ``law``: it is asked for no other one."""
     short: dict[str, Any] = {"until": UNTIL, "record": (), "events": ()}
-    own = load_scene(GLIDING[law])
+    own = load_scene(law.scene)
     gliding, tilted = own.varied(**short), {"theta": "0.3", **short}
-    friction = Friction("coulomb", 0.3) if law == "coulomb" else Friction.of(gliding)
+    friction = friction_of(own.varied(mu="0.3"))
     small = {
         "theta": "0.1", "nu_y": "0.27", "omega_3": "180", "mu": "0.1", "until": INVERSION_UNTIL,
         "m": "0.006", "R": "0.015", "alpha": "1/5", "I1": "16/27", "I3": "14/27", "g": "9.81",
     }  # fmt: skip
-    whole = own if law == "viscous" else gliding.varied(**small)
-    found = [
+    # the reference turns over; a small, fast top does so under dry friction
+    whole = own if law.constant else gliding.varied(**small)
+    ladder = [
         Rung(
             "flight", "inertia, gyroscopic term, frames: no contact, closed form",
             load_scene("frictionless").varied(theta="0.5", theta_dot="40", **short),
@@ -191,19 +194,14 @@ def rungs(law: str = "coulomb") -> tuple[Rung, ...]:
         Rung(
             "rolling", "a contact that sticks: mu = 1, more than rolling needs",
             load_scene("rolling").varied(**tilted), ("jellett", "energy"), integrated,
-            Friction("coulomb", 1.0),
+            {"law": law.name, "mu": 1.0},
         ),
         Rung(
             "inversion", "the whole motion: does the top turn over, and when", whole,
-            ("jellett",), published if law == "viscous" else None,
+            ("jellett",), published if law.constant else None,
         ),
     ]  # fmt: skip
-    return tuple(rung for rung in found if rung.name != "rolling" or law == "coulomb")
-
-
-GLIDING = {
-    "coulomb": "coulomb-gliding", "viscous": "reference", "regularised": "regularised-1e-2",
-}  # fmt: skip
+    return tuple(rung for rung in ladder if rung.name != "rolling" or not law.smooth_at_rest)
 
 
 # ---- climbing it -----------------------------------------------------------------------------

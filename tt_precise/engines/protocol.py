@@ -29,9 +29,10 @@ from tt_precise.mechanics.conversion import axis_of
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import multiplied
-from tt_precise.runtime.records import UNSET, Record, Unset
+from tt_precise.runtime.records import Record
 from tt_precise.runtime.values import Arithmetic, Array, InputError, Json
 from tt_precise.scene.body import Parameters
+from tt_precise.scene.laws import LAWS
 from tt_precise.scene.scene import Scene
 
 DOUBLE = Arithmetic(numpy, float)
@@ -73,27 +74,27 @@ class Body(Record, frozen=True, forbid_unknown_fields=True):
     I3: Annotated[float, Meta(gt=0, description="kg m^2 about the axis of symmetry")]
 
 
-class Friction(Record, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
-    """The friction that an engine is asked for; ``law`` "none" has no coefficient."""
+def friction_of(scene: Scene) -> dict[str, Json]:
+    """The scene's own friction, as a job has it."""
+    if scene.model == "gliding" and scene.body.mu == 0:
+        return dict(NO_FRICTION)
+    law, numbers = scene.body.friction, scene.body.numbers_by_name
+    return {"law": law.name} | {one.name: float(numbers[one.name]) for one in law.parameters}
 
-    law: Annotated[
-        Literal["none", "viscous", "regularised", "coulomb"],
-        Meta(
-            description="F = -mu N v; -mu N v/sqrt(v^2 + epsilon^2); Coulomb's cone, sticking "
-            "included"
-        ),
-    ]
-    mu: Annotated[float, Meta(ge=0, description="s/m for viscous, else dimensionless")] = 0.0
-    epsilon: Annotated[float | Unset, Meta(description="m/s, only for regularised")] = UNSET
 
-    @classmethod
-    def of(cls, scene: Scene) -> Friction:
-        """The scene's own."""
-        if scene.model == "gliding" and scene.body.mu == 0:
-            return cls("none")
-        epsilon = scene.body.numbers_by_name.get("epsilon")
-        law, mu = scene.body.law, float(scene.body.mu)
-        return cls(law, mu, UNSET if epsilon is None else float(epsilon))  # type: ignore[arg-type]
+NO_FRICTION: dict[str, Json] = {"law": "none", "mu": 0.0}
+_PARAMETERS = {one.name: one.unit for law in LAWS.values() for one in law.parameters[1:]}
+FRICTION = {
+    "properties": {
+        "law": {
+            "enum": [NO_FRICTION["law"], *LAWS],
+            "description": "; ".join(f"{law.name}: {law.force}" for law in LAWS.values()),
+        },
+        "mu": {"type": "number", "minimum": 0, "description": "s/m for viscous, else 1"},
+        **{name: {"type": "number", "description": unit} for name, unit in _PARAMETERS.items()},
+    },
+    "required": ["law", "mu"],
+}
 
 
 class Start(Record, frozen=True, forbid_unknown_fields=True):
@@ -124,7 +125,7 @@ class Job(
     body: Body
     gravity: Annotated[float, Meta(gt=0, description="m/s^2, downwards")]
     contact: Annotated[Literal["rigid", "none"], Meta(description="none: no table, free flight")]
-    friction: Friction
+    friction: Annotated[dict[str, Json], Meta(extra_json_schema=FRICTION)]
     start: Start
     step: Annotated[float, Meta(gt=0, description="s, the fixed step to use")]
     sample_times: Annotated[
@@ -137,7 +138,11 @@ class Job(
 
 
 def job(
-    scene: Scene, step: Fraction, friction: Friction, *, contact: Literal["rigid", "none"] = "rigid"
+    scene: Scene,
+    step: Fraction,
+    friction: dict[str, Json],
+    *,
+    contact: Literal["rigid", "none"] = "rigid",
 ) -> dict[str, Json]:
     """The job, as plain values, to simulate ``scene`` with the fixed ``step`` (s).
 

@@ -16,6 +16,7 @@ from tt_precise._version import __version__
 from tt_precise.engines.ladder import VERDICTS, Rung, RungResult, climb, rungs
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Json
+from tt_precise.scene.laws import COULOMB, Law
 
 SCHEMA = "tt_precise.engines/1"
 ADAPTERS = Path(__file__).with_name("adapters")
@@ -32,7 +33,7 @@ class Engine:
     friction: str
     settings: str
     precision: str = "double"
-    law: str = "coulomb"
+    law: Law = COULOMB
 
     @property
     def in_node(self) -> bool:

@@ -38,7 +38,7 @@ from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted
 from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.body import Parameters
-from tt_precise.scene.laws import COULOMB, LAWS
+from tt_precise.scene.laws import COULOMB, REGULARISED
 
 SYMBOLIC = "symbolic"  # a polynomial reduction: for all parameters and states at once
 RATIONAL_POINTS = "rational points"  # exact evaluation at random points
@@ -510,7 +510,7 @@ def _dry_states(
     turning = (ring * x, ring * y, height, *(signed(draws) for _ in range(3)))
     # speed^2 + epsilon^2 is a square because cosine and sine of ``share`` are fractions
     glide = abs(share[0]) * length
-    smooth = Parameters(*values, friction=LAWS["regularised"], further=(abs(share[1]) * length,))
+    smooth = Parameters(*values, friction=REGULARISED, further=(abs(share[1]) * length,))
     return (
         (smooth, NewtonState(*(*turning, glide * vx, glide * vy)), glide),
         (

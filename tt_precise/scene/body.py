@@ -152,10 +152,12 @@ class TippeTop(Parameters):
             "m": 1, "R": 1, "g": 1, "alpha": convert(self.alpha),
             "I1": convert(self.I1 / scale), "I3": convert(self.I3 / scale),
         }  # fmt: skip
-        for name, speeds, _ in self.friction.parameters:
-            value = self.numbers_by_name[name]
-            squared = value**2 / speed_squared**speeds
-            found[name] = fn.sqrt(convert(squared)) if speeds else convert(value)
+        for parameter in self.friction.parameters:
+            value = self.numbers_by_name[parameter.name]
+            squared = value**2 / speed_squared**parameter.speeds
+            found[parameter.name] = (
+                fn.sqrt(convert(squared)) if parameter.speeds else convert(value)
+            )
         if self.spring:
             found |= self._dimensionless_table(fn, convert)
         return of_numbers(found, self.friction, self.spring, Parameters)

@@ -21,6 +21,7 @@ class Parameter(NamedTuple):
     name: str
     speeds: int  # -1 for s/m, 0 for a pure number, 1 for m/s
     positive: bool = False  # else at least 0
+    usual: tuple[str, str] | tuple[()] = ()  # a range of usual values, where test vectors draw from
 
     @property
     def unit(self) -> str:
@@ -36,13 +37,17 @@ class Law:
     a bound on c at all speeds of at least ``speed``; both take the values of ``parameters`` in
     order. ``functions`` are those that the coefficient needs of an arithmetic. The coefficient of
     a ``constant`` law does not depend on the state. A law that is not ``smooth_at_rest`` lets a
-    top stick: its motion comes in pieces. ``at_rest`` says c(0) in words.
+    top stick: its motion comes in pieces. ``force`` is the formula of the force, ``scene`` a
+    shipped scene with this law, ``at_rest`` c(0) in words. The test vectors contain every law whose
+    parameters all have a usual range.
     """
 
     name: str
     parameters: tuple[Parameter, ...]
     coefficient: Callable[..., Scalar]
     largest: Callable[..., Scalar]
+    force: str
+    scene: str
     functions: tuple[str, ...] = ()
     constant: bool = False
     smooth_at_rest: bool = True
@@ -55,7 +60,12 @@ class Law:
     @property
     def further(self) -> tuple[str, ...]:
         """Names of the parameters behind mu."""
-        return tuple(one.name for one in self.parameters[1:])
+        return tuple(parameter.name for parameter in self.parameters[1:])
+
+    @property
+    def in_vectors(self) -> bool:
+        """Whether the test vectors contain states under this law."""
+        return all(parameter.usual for parameter in self.parameters)
 
     def require(self, fn: Functions) -> None:
         """Refuse an arithmetic that lacks a function which the coefficient needs.
@@ -98,25 +108,29 @@ def _check_stribeck(mu: Fraction, mu_s: Fraction, v_s: Fraction, epsilon: Fracti
         )
 
 
-DIMENSIONLESS_MU = Parameter("mu", 0)
-EPSILON = Parameter("epsilon", 1, positive=True)
+USUAL_MU = "0.1", "0.6"
+DIMENSIONLESS_MU = Parameter("mu", 0, usual=USUAL_MU)
+EPSILON = Parameter("epsilon", 1, positive=True, usual=("0.001", "0.1"))
 _ALL = (
     Law(
-        "viscous", (Parameter("mu", -1),),
+        "viscous", (Parameter("mu", -1, usual=USUAL_MU),),
         coefficient=lambda square, fn, mu: mu,
         largest=lambda speed, mu: mu,
+        force="F_t = -mu g_n v_A", scene="reference",
         constant=True, at_rest="mu",
     ),
     Law(
         "regularised", (DIMENSIONLESS_MU, EPSILON),
         coefficient=lambda square, fn, mu, epsilon: mu / fn.sqrt(square + epsilon * epsilon),
         largest=lambda speed, mu, epsilon: mu / epsilon,
+        force="F_t = -mu g_n v_A / sqrt(v_A^2 + epsilon^2)", scene="regularised-1e-2",
         functions=("sqrt",), at_rest="mu/epsilon",
     ),
     Law(
         "coulomb", (DIMENSIONLESS_MU,),
         coefficient=lambda square, fn, mu: mu / fn.sqrt(square),
         largest=lambda speed, mu: mu / speed,
+        force="F_t = -mu g_n v_A / |v_A| while the contact glides", scene="coulomb-gliding",
         functions=("sqrt",), smooth_at_rest=False,
     ),
     Law(
@@ -124,11 +138,13 @@ _ALL = (
         (DIMENSIONLESS_MU, Parameter("mu_s", 0), Parameter("v_s", 1, positive=True), EPSILON),
         coefficient=_stribeck,
         largest=lambda speed, mu, mu_s, v_s, epsilon: mu_s / epsilon,
+        force="F_t = -(mu + (mu_s - mu) exp(-(v_A/v_s)^2)) g_n v_A / sqrt(v_A^2 + epsilon^2)",
+        scene="stribeck",
         functions=("sqrt", "exp"), at_rest="mu_s/epsilon", check=_check_stribeck,
     ),
 )  # fmt: skip
 LAWS = {law.name: law for law in _ALL}
-VISCOUS, COULOMB = LAWS["viscous"], LAWS["coulomb"]
+VISCOUS, REGULARISED, COULOMB = (LAWS[name] for name in ("viscous", "regularised", "coulomb"))
 
 
 def law_named(name: str) -> Law:

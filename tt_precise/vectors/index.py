@@ -30,9 +30,7 @@ UNITS = {
     "omega_dot": "rad/s^2", "s_ddot": "m/s^2", "v_A_dot": "m/s^2", "step_s": "s",
 }  # fmt: skip
 FORCES = {
-    "viscous": "F_t = -mu g_n v_A",
-    "regularised": "F_t = -mu g_n v_A / sqrt(v_A^2 + epsilon^2)",
-    "coulomb": "F_t = -mu g_n v_A / |v_A| while the contact glides",
+    **{name: law.force for name, law in states.GLIDING.items()},
     "sticking": "v_A = 0, by a force of which |F_t| <= mu g_n",
     "rolling": "v_A = 0, by whatever force it takes",
     "none": "free flight, F = 0",

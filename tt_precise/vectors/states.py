@@ -23,6 +23,7 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 from tt_precise.runtime.values import Functions, Json, Scalar
 from tt_precise.scene.body import SPRINGS, top_of
+from tt_precise.scene.laws import COULOMB, LAWS, REGULARISED, VISCOUS
 from tt_precise.scene.scene import Scene
 from tt_precise.vectors.terms import disagreement, terms
 
@@ -32,14 +33,17 @@ STEPS = (Fraction(1, 10_000), Fraction(1, 1000), Fraction(1, 100))  # s
 # seeds of states that stick or slip within a step: the first and fourth within the shortest, the
 # second and fifth within the middle one, the third within the longest
 JOINED = {"coulomb-sticks": (3, 9, 13, 14, 17), "sticking-slips": (2, 12, 25, 30, 36)}
-LAWS = ("viscous", "regularised", "coulomb", "rolling", "none", "sticking", *SPRINGS)
+GLIDING = {law.name: law for law in LAWS.values() if law.in_vectors}
+KINDS = (*GLIDING, "rolling", "none", "sticking", *SPRINGS)
+# the friction of each kind that has some
+FRICTION = {**GLIDING, "sticking": COULOMB, **dict.fromkeys(SPRINGS, REGULARISED)}
 STIFFNESS = {"linear": ("500", "5000"), "hunt-crossley": ("50000", "500000")}  # N/m, N/m^1.5
 DAMPING = {"linear": ("0.05", "0.5"), "hunt-crossley": ("0.2", "2")}  # N s/m, s/m
 INPUT_DIGITS, DIGITS, WORKING_DIGITS = 50, 34, 80
 AGREEMENT = 40  # digits in which two formulations have to agree
 ROUNDING = 1e-60
 VALID, INVALID = "valid", "invalid"
-MISTAKEN = ("viscous", "regularised", "coulomb", "rolling")  # laws whose first state has mistakes
+MISTAKEN = (*GLIDING, "rolling")  # kinds whose first state has mistakes
 STEP = 26  # -log10 of s; central differences over it are off by some 1e-45
 
 
@@ -102,7 +106,7 @@ def cases() -> Iterator[StateCase]:
     Where the top sticks, its force lies within the cone.
     """
     draws = random.Random(SEED)
-    for law in LAWS:
+    for law in KINDS:
         found = 0
         while found < STATES:
             case = StateCase(f"{law}-{found + 1}", law, _scene(law, draws), _half_angle(draws))
@@ -118,7 +122,7 @@ def _joined(name: str, draws: random.Random) -> StateCase:
     """A slow start that may stick, or one at rest whose force is hardly within the cone."""
     law = name.partition("-")[0]
     scene, half = _scene(law, draws), _half_angle(draws)
-    if law == "coulomb":
+    if law in GLIDING:
         slow = Fraction(1, draws.choice((100, 1000, 10_000)))
         gliding = {name: getattr(scene.start, name) * slow for name in ("nu_x", "nu_y")}
         scene = scene.varied(**{name: str(float(value)) for name, value in gliding.items()})
@@ -140,12 +144,10 @@ def _scene(law: str, draws: random.Random) -> Scene:
         "alpha": _decimal(draws, "0.1", "0.4"), "I1": _decimal(draws, "0.3", "0.6"),
         "I3": _decimal(draws, "0.3", "0.5"), "g": "9.81",
     }  # fmt: skip
-    friction = {"law": "viscous", "mu": "0"}
-    named = {"sticking": "coulomb", **dict.fromkeys(SPRINGS, "regularised")}.get(law, law)
-    if named not in ("rolling", "none"):
-        friction = {"law": named, "mu": _decimal(draws, "0.1", "0.6")}
-    if named == "regularised":
-        friction["epsilon"] = _decimal(draws, "0.001", "0.1")
+    friction = {"law": VISCOUS.name, "mu": "0"}
+    if law in FRICTION:
+        drawn = {name: _decimal(draws, *usual) for name, _, _, usual in FRICTION[law].parameters}
+        friction = {"law": FRICTION[law].name, **drawn}
     glides = {name: _decimal(draws, "-1", "1") for name in ("nu_x", "nu_y")}
     start = {
         "theta": _decimal(draws, "0.1", "3"),
@@ -271,10 +273,8 @@ def _entry(case: StateCase) -> dict[str, Json]:
         return {name: _shown(case, q.body.numbers_by_name[name], INPUT_DIGITS) for name in names}
 
     friction: dict[str, Json] = {"law": q.body.law if case.law in SPRINGS else case.law}
-    if case.law not in ("rolling", "none"):
-        friction |= numbers("mu")
-    if friction["law"] == "regularised":
-        friction |= numbers("epsilon")
+    if case.law in FRICTION:
+        friction |= numbers(*(parameter.name for parameter in FRICTION[case.law].parameters))
     contact: dict[str, Json] = {"law": "none" if case.law == "none" else "rigid"}
     state: dict[str, Json] = {
         name: _vector(case, getattr(q, name), INPUT_DIGITS) for name in ("k", "omega", "s_dot")
