@@ -68,6 +68,11 @@ def test_commands_keep_what_they_compile_in_a_small_folder_of_their_own(tmp_path
     # the library touches neither the place nor the limit
     assert said(home, run, shown, limit) == said(home, shown, limit)
     assert said(home, "os.environ['HEYOKA_CACHE_DIR'] = '/tmp'", ours, shown)[-1] == "/tmp"
+    # on a full disk nothing is kept, and everything goes on; setrlimit(2)
+    full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000))"
+    enabled = "from heyoka import llvm_state as kept; print(kept.get_diskcache_enabled())"
+    elsewhere = home.replace(str(tmp_path), str(tmp_path / "full"))
+    assert said(elsewhere, full, ours, run, enabled)[-1] == "False"
 
 
 HEEDED = """

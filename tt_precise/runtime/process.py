@@ -61,7 +61,10 @@ def import_heyoka() -> ModuleType:
             "tt-precise",
             COMPILED,
         ):
-            heyoka.llvm_state.set_diskcache_limit(COMPILED_BYTES)
+            try:
+                heyoka.llvm_state.set_diskcache_limit(COMPILED_BYTES)
+            except RuntimeError:  # a full disk, or a broken file: go on without
+                heyoka.llvm_state.set_diskcache_enabled(False)
     return heyoka
 
 
