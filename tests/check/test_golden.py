@@ -180,6 +180,26 @@ def test_a_run_is_compared_to_its_landing_or_lift_off(scene: str) -> None:
     assert (len(reported.over_time), reported.unmatched) == (rows + 1, 0)
 
 
+@pytest.mark.parametrize("digits", [8, 16])
+@pytest.mark.parametrize("name", ["coulomb-flight", "contact-lost"])
+def test_a_fresh_solution_that_ends_early_is_compared_to_its_end(name: str, digits: int) -> None:
+    """The last row may lie beyond the solution's own end by what its digits leave open."""
+    scene = replace(tt.load_scene(name), name="mine")
+    frame = tt.integrate(scene, digits=digits).frame(numbers="text")
+    rows = len(frame)
+    found = tt.check.conservation(frame, scene, digits=digits, fresh=True)["golden"]
+    assert found.verdict == "pass"
+    assert found.note.startswith(f"{rows} rows computed afresh in ")
+    assert "rows after the start in all" not in found.note
+    t, ky = float(frame["t"].iloc[-1]), float(frame["ky"].iloc[-1])
+    for change in ({"t": t * (1 + 1e-6)}, {"t": t * (1 + 0.5 * 10**-digits), "ky": ky + 1e-6}):
+        wrong = frame.copy()
+        for column, value in change.items():
+            wrong.loc[rows - 1, column] = repr(value)
+        with pytest.raises((tt.InputError, AssertionError)):
+            tt.check.assert_matches_golden(wrong, scene, digits=digits, fresh=True)
+
+
 @pytest.mark.parametrize("sense", [-1, 1])
 def test_a_row_at_an_early_end_agrees_in_time_and_state_or_is_refused(sense: int) -> None:
     """Where the solution ends is a result too: it has as many digits as are asked for."""

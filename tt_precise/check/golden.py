@@ -29,6 +29,7 @@ from tt_precise.golden import store
 from tt_precise.golden.digits import EXACT, as_decimal, correct_digits
 from tt_precise.golden.measuring import (
     RESOLVED,
+    SAME_TIME,
     SPARE_DIGITS,
     FewestDigits,
     Measured,
@@ -191,6 +192,8 @@ class GoldenDistance:
         self._fewest, self._over_time = FewestDigits(), DigitsOverTime()
         self._evidence = Evidence()
         self._open: list[OpenRows] = []
+        # rows are expected so far
+        self._last = setup.scene.until if self._true is None else self._true.times[-1]
         self._resolved = RESOLVED if asked is None else 10.0 ** -(asked + SPARE_DIGITS)
 
     def look(self, block: Block, samples: Samples) -> None:
@@ -261,11 +264,9 @@ class GoldenDistance:
                 return Check("golden", "fail", note=reason)
             raise InputError(f"digits: {lacking}; {self._advice()}")
         few = self._fewest.worst < (self._asked or 0.0)
-        scene = self._setup.scene
-        last = (
-            scene.until if self._true is None else self._true.times[-1]
-        )  # rows are expected so far
-        since, to, allowed = evidence.gap(min(until, float(last)), float(scene.sample_every))
+        since, to, allowed = evidence.gap(
+            min(until, float(self._last)), float(self._setup.scene.sample_every)
+        )
         if self._asked is not None and not (few or broken):
             if evidence.compared < evidence.rows:
                 raise InputError(
@@ -307,6 +308,8 @@ class GoldenDistance:
             beyond += int((~found.compared).sum())
             self._evidence.miss(found.t[~found.compared])
         self._evidence.compared -= beyond
+        if fresh.ended:
+            self._last = min(self._last, fresh.last)
         return f"{done} rows computed afresh in {fresh.arithmetic}", fresh.ended if beyond else ""
 
     def _advice(self) -> str:
@@ -339,23 +342,32 @@ class FreshSolution:
         last = max(self._times(rows[-1])[-1], Fraction(0))
         wanted = math.ceil((USUAL_DIGITS if asked is None else asked) + SPARE_DIGITS)
         record = tuple(name for name in TRACK if name in names)
-        scene = replace(scene, until=last, events=(), record=record)
+        self._agreeing = RESOLVED * 10**SPARE_DIGITS if asked is None else 10.0**-asked
+        # an end that the rows know a little too early is an end; their times may be doubles
+        self._further = 1 + Fraction(max(self._agreeing, SAME_TIME))
+        until = last * self._further
+        scene = replace(scene, until=until, events=(), record=record)
         self._run = run = integrate(scene, digits=wanted, progress=progress)
         self._body = scene.body.numbers(float)
         self._own = 10.0**-run.digits_throughout
         lifted = LIFTED if scene.lifts else ()
         self._names = (*NewtonState._fields, *EulerState._fields, *lifted, *record)
-        self._last = last if run.status == "complete" else as_fraction(run.t_end)
         self.arithmetic = run.precision.name
-        self.ended = ""
+        self.last, self.ended = until, ""
         if run.status != "complete":
+            self.last = as_fraction(run.t_end)
             self.ended = f"the solution {ending(run.status, float(run.t_end))}"
 
     def measured(self, rows: OpenRows) -> Measured:
-        """The distance of rows; those beyond the solution's end are not compared."""
+        """The distance of rows; those beyond the solution's end are not compared.
+
+        But for one that agrees with an early end in time and state, as in ``TrueRows``.
+        """
         times = self._times(rows)
-        within = numpy.array([0 <= t <= self._last for t in times], bool)
-        inner = [t for t in times if 0 <= t <= self._last]
+        farthest = self.last * self._further
+        within = numpy.array([0 <= t <= farthest for t in times], bool)
+        beyond = within & numpy.array([t > self.last for t in times], bool)
+        inner = [min(t, self.last) for t in times if 0 <= t <= farthest]
         frame = self._run.frame(
             *self._names, times=inner, numbers="text" if self._exact else "float"
         )
@@ -377,7 +389,12 @@ class FreshSolution:
             )
             errors[name] = found
             bounds[name] = numpy.where(numpy.isnan(found), math.nan, self._own)
-        return Measured(rows.t, errors, bounds, within, within & (rows.t == 0))
+        measured = Measured(rows.t, errors, bounds, within, within & (rows.t == 0))
+        away = beyond & (measured.worst() > self._agreeing)
+        for values in (*errors.values(), *bounds.values()):
+            values[away] = math.nan
+        within[away] = False
+        return measured
 
     def _times(self, rows: OpenRows) -> list[Fraction]:
         if not self._exact:
