@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING
 
 import click
@@ -117,11 +116,10 @@ def command(
     except InputError as error:
         refused = unusable(trajectory, scene, one_line(str(error)))
         _write(refused, junit, markdown, None)
-        if as_json:
-            click.echo(json.dumps(refused.as_dict(), indent=2))
+        options.emit(as_json, refused.as_dict(), ())
         raise
     _write(result, junit, markdown, plot)
-    click.echo(json.dumps(result.as_dict(), indent=2) if as_json else str(result))
+    options.emit(as_json, result.as_dict(), str(result).splitlines())
     return 0 if result.passed else FAILED
 
 

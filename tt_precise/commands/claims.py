@@ -57,24 +57,23 @@ def command(
     else:
         rows, run = _looked_up(ids, kind, known), known.run
     rows = [claim for claim in rows if not verdict or claim.verdict in verdict]
-    if as_json:
-        stated = run.checked if run else UNSET
-        record = committed.Claims(claims=tuple(rows), counts=_counts(rows), run=stated)
-        options.emit(as_json, record, ())
-        return 0
+    stated = run.checked if run else UNSET
+    record = committed.Claims(claims=tuple(rows), counts=_counts(rows), run=stated)
+    lines = []
     if rows and (full or len(rows) <= SHOWN_IN_FULL):
-        click.echo("\n\n".join(in_full(claim) for claim in rows))
-    else:
+        lines = [line for claim in rows for line in (*in_full(claim), "")]
+    elif not as_json:
         _table(rows)
     if run is not None:
-        click.echo(f"\nFrom {run.origin}.\n--again recomputes.")
+        lines += [f"From {run.origin}.", "--again recomputes."]
         if run.outdated:
-            click.echo("STALE: the code behind the verdicts has changed since then.")
+            lines.append("STALE: the code behind the verdicts has changed since then.")
+    options.emit(as_json, record, lines)
     return 0
 
 
-def in_full(claim: JudgedClaim) -> str:
-    """All that is known of one claim, a few lines."""
+def in_full(claim: JudgedClaim) -> list[str]:
+    """The lines that say all that is known of a claim."""
     lines = [
         f"{claim.id}  {claim.verdict}{' (proved)' if claim.proved else ''}",
         f"  claim       {claim.statement}",
@@ -89,7 +88,7 @@ def in_full(claim: JudgedClaim) -> str:
         ]
     else:
         lines.append(f"  measured    {claim.measured}")
-    return "\n".join([*lines, f"  note        {claim.note}"])
+    return [*lines, f"  note        {claim.note}"]
 
 
 def _looked_up(ids: Sequence[str], kinds: Sequence[str], known: Committed) -> list[JudgedClaim]:
@@ -138,7 +137,7 @@ def _table(rows: Sequence[JudgedClaim]) -> None:
     if rows:
         screen.print(table)
     screen.print(f"{len(rows)} claims: {counted or 'none'}.", highlight=False)
-    screen.print("`tt-precise claims ID` shows one in full.", highlight=False)
+    screen.print("`tt-precise claims ID` shows one in full.\n", highlight=False)
 
 
 def _counts(rows: Sequence[JudgedClaim]) -> dict[str, int]:
