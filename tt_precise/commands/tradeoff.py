@@ -23,9 +23,7 @@ class Measured(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff
         tuple[Machine, ...],
         Meta(description="one trajectory at the start and at the end of the run, and imports"),
     ]
-    ratios: Annotated[
-        dict[str, float | None], Meta(description="value of each finding by its name")
-    ]
+    ratios: Annotated[dict[str, float], Meta(description="value of each finding by its name")]
     findings: Annotated[tuple[Finding, ...], Meta(description="the same with definitions")]
     skipped: Annotated[tuple[str, ...], Meta(description="what was skipped, with the reason")]
 
@@ -57,7 +55,7 @@ def command(quick: bool, out: Path | None, as_json: bool) -> int:
     with progress_bar("long runs") as progress:
         spans = error_growth.QUICK if quick else error_growth.WHOLE
         long_runs = error_growth.table(spans, progress)
-    found = findings(TradeoffTables(measured.table, long_runs))
+    results = findings(TradeoffTables(measured.table, long_runs))
     if folder:
         written = {
             name: rows.to_csv(index=False, float_format="%.4g", lineterminator="\n")
@@ -68,8 +66,8 @@ def command(quick: bool, out: Path | None, as_json: bool) -> int:
         write_together({folder / name: content for name, content in written.items()})
         for name in written:
             click.echo(str(folder / name), err=True)
-    ratios = {one.name: one.value for one in found}
-    record = Measured(measured.rows, measured.machine, ratios, tuple(found), measured.skipped)
-    lines = (f"{f.name}: {f'{f.value:.3g} {f.unit}'.strip()}  ({f.definition})" for f in found)
+    ratios = {finding.name: finding.value for finding in results}
+    record = Measured(measured.rows, measured.machine, ratios, tuple(results), measured.skipped)
+    lines = (f"{f.name}: {f'{f.value:.3g} {f.unit}'.strip()}  ({f.definition})" for f in results)
     emit(as_json, record, lines)
     return 0

@@ -26,7 +26,6 @@ from tt_precise.runtime.values import Json
 from tt_precise.tradeoff.findings import (
     ACCURACIES,
     TABLE,
-    Finding,
     TradeoffTables,
     costs,
     findings,
@@ -55,7 +54,7 @@ def _tradeoff(tables: TradeoffTables) -> Section:
     rows = tables.rows
     if rows is None:
         return _not_measured("tradeoff", TRADEOFF_TITLE, TRADEOFF_COMMAND)
-    found = findings(tables)
+    results = findings(tables)
     blocks: list[Block] = [
         Text(
             f"Measured by `{TRADEOFF_COMMAND}`; not by the run that wrote this page. Every method "
@@ -67,10 +66,15 @@ def _tradeoff(tables: TradeoffTables) -> Section:
         *figures(rows, tables.long_runs),
         _costs_table(rows, "newton", "Newton form"),
         _costs_table(rows, "euler", "Euler form"),
-        _findings_table(found),
+        PageTable(
+            ("finding", "value", "definition"),
+            [(f.name, f"{short(f.value, 3)} {f.unit}".strip(), f.definition) for f in results],
+            "Computed from the tables.",
+            name="tradeoff-findings",
+        ),
     ]
-    results = {one.name: {"value": short(one.value, 3)} for one in found if one.value is not None}
-    return Section("tradeoff", TRADEOFF_TITLE, blocks, results)
+    values = {finding.name: {"value": short(finding.value, 3)} for finding in results}
+    return Section("tradeoff", TRADEOFF_TITLE, blocks, values)
 
 
 def figures(rows: pandas.DataFrame, long_runs: pandas.DataFrame | None) -> list[Figure]:
@@ -97,18 +101,6 @@ def _costs_table(rows: pandas.DataFrame, coordinates: str, title: str) -> PageTa
 
 def _milliseconds(seconds: float | None) -> str:
     return "-" if seconds is None else short(1e3 * seconds)
-
-
-def _findings_table(found: list[Finding]) -> PageTable:
-    rows = [
-        (one.name, f"{short(one.value, 3)} {one.unit}".strip(), one.definition)
-        for one in found
-        if one.value is not None
-    ]
-    return PageTable(
-        ("finding", "value", "definition"), rows, "Computed from the tables.",
-        name="tradeoff-findings",
-    )  # fmt: skip
 
 
 EXTREMES = "extremes.json"

@@ -58,26 +58,31 @@ def read(folder: Path) -> TradeoffTables:
 
 
 class Finding(Record, frozen=True):
-    """A number from the tables, with its definition; None where they do not hold it."""
+    """A number from the tables, with its definition."""
 
     name: Annotated[str, Meta(description="what it is")]
-    value: Annotated[float | None, Meta(description="its value")]
+    value: Annotated[float, Meta(description="its value")]
     definition: Annotated[str, Meta(description="how it is computed")]
     unit: Annotated[str, Meta(description="its unit")] = "times"
 
 
 def findings(tables: TradeoffTables) -> list[Finding]:
     """All that the tables hold."""
-    rows, long_runs, estimates = tables
-    found: list[Finding] = []
-    if rows is not None:
-        found += [*_peers(rows), *_variants(rows), *_digits(rows), *_machine(rows)]
-        found += _conservation(rows)
-    if long_runs is not None:
-        found += _growth(long_runs)
-    if estimates is not None:
-        found += _estimates(estimates)
-    return [one for one in found if one.value is not None]
+    computed = (
+        finding
+        for compute, table in (
+            (_peers, tables.rows),
+            (_variants, tables.rows),
+            (_digits, tables.rows),
+            (_machine, tables.rows),
+            (_conservation, tables.rows),
+            (_growth, tables.long_runs),
+            (_estimates, tables.estimates),
+        )
+        if table is not None
+        for finding in compute(table)
+    )
+    return [finding for finding in computed if not math.isnan(finding.value)]
 
 
 class Point(NamedTuple):
@@ -96,18 +101,18 @@ def front(points: Iterable[Point]) -> list[Point]:
     return best
 
 
-def cost_of(points: Iterable[Point], error: float) -> float | None:
+def cost_of(points: Iterable[Point], error: float) -> float:
     """What an accuracy costs: on the front, log cost interpolated linearly in log error.
 
-    The cheapest point if even that is better; None if no point is good enough: a curve is not
+    The cheapest point if even that is better; NaN if no point is good enough: a curve is not
     extrapolated.
     """
     import numpy
 
     best = front(points)
     if not best or best[-1].error > error:
-        return None
-    errors, costs = (numpy.log(one) for one in zip(*reversed(best), strict=True))
+        return math.nan
+    errors, costs = (numpy.log(values) for values in zip(*reversed(best), strict=True))
     return float(numpy.exp(numpy.interp(math.log(error), errors, costs)))
 
 
@@ -136,28 +141,23 @@ def costs(
     ``cost`` is a column: "seconds", or "ratio" to the bare heyoka loop.
     """
     mine = chosen(rows, precision=precision, formulation=formulation, horizon_s=WHOLE_S)
-    wanted, found = tuple(accuracies), {}
+    wanted, curves = tuple(accuracies), {}
     for method, group in mine.groupby("method", sort=False):
         prices = {accuracy: cost_of(points(group, cost), accuracy) for accuracy in wanted}
-        found[str(method)] = {a: price for a, price in prices.items() if price is not None}
-    return found
+        curves[str(method)] = {a: price for a, price in prices.items() if not math.isnan(price)}
+    return curves
 
 
 def _cheapest(
     rows: pandas.DataFrame, error: float, formulation: str = "newton", but: str = ""
-) -> tuple[float | None, str]:
+) -> tuple[float, str]:
     """What ``error`` costs the fastest method in ``rows``, and its name."""
     prices = {
         method: known[error]
         for method, known in costs(rows, formulation, "ratio", [error]).items()
         if error in known and not (but and method.startswith(but))
     }
-    fastest = min(prices, key=lambda method: prices[method], default="none")
-    return prices.get(fastest), fastest
-
-
-def _over(above: float | None, below: float | None) -> float | None:
-    return above / below if above is not None and below else None
+    return min(((price, method) for method, price in prices.items()), default=(math.nan, "none"))
 
 
 def _peers(rows: pandas.DataFrame) -> Iterator[Finding]:
@@ -169,43 +169,31 @@ def _peers(rows: pandas.DataFrame) -> Iterator[Finding]:
                 cost, which = _cheapest(peers, error, formulation, but)
                 yield Finding(
                     f"{name} at {error:.0e}, {formulation}",
-                    _over(cost, bare),
+                    cost / bare,
                     f"time of the fastest ({which}) over heyoka's, to an error of {error:.0e} at "
                     "8 s",
                 )
     scipy, _ = _cheapest(rows[rows["method"].str.startswith("SciPy DOP853")], 1e-11)
     yield Finding(
         "SciPy DOP853 at 1e-11, newton",
-        _over(scipy, _cheapest(own, 1e-11)[0]),
+        scipy / _cheapest(own, 1e-11)[0],
         "time of SciPy's DOP853 with its best right-hand side over heyoka's, to an error of 1e-11 "
         "at 8 s",
     )
     yield Finding(
         "full accuracy over 1e-6",
-        _over(_at_best(rows, BARE).ratio, _cheapest(own, 1e-6)[0]),
+        _at_best(rows, BARE)["ratio"] / _cheapest(own, 1e-6)[0],
         "heyoka's time at its best double tolerance over that to an error of 1e-6",
     )
 
 
-class _Best(NamedTuple):
-    """The fastest row of a method at its best tolerance; None where there is none."""
-
-    ratio: float | None
-    seconds: float | None
-    setup_s: float | None
-    error: float
-    method: str
-
-
-def _at_best(rows: pandas.DataFrame, *methods: str, **others: object) -> _Best:
+def _at_best(rows: pandas.DataFrame, *methods: str, **others: object) -> pandas.Series:
+    """The fastest row of a method at its best tolerance; of NaN where there is none."""
     wanted = {
         "precision": "double", "formulation": "newton", "tolerance": 0.0, "horizon_s": WHOLE_S,
     } | others  # fmt: skip
-    mine = chosen(rows[rows["method"].isin(methods)], **wanted)
-    if mine.empty:
-        return _Best(None, None, None, math.nan, "none")
-    least = mine.sort_values("ratio").iloc[0]
-    return _Best(*(least[name] for name in _Best._fields))
+    mine = chosen(rows[rows["method"].isin(methods)], **wanted).sort_values("ratio")
+    return mine.reset_index(drop=True).reindex([0]).iloc[0]
 
 
 def _variants(rows: pandas.DataFrame) -> Iterator[Finding]:
@@ -217,15 +205,15 @@ def _variants(rows: pandas.DataFrame) -> Iterator[Finding]:
             )
             yield Finding(
                 f"{variant}, {formulation}",
-                _over(above.ratio, below.ratio),
+                above["ratio"] / below["ratio"],
                 f"heyoka's time with over without ({without or 'the bare loop'}); error at the end "
-                f"{above.error:.2g}, without {below.error:.2g}",
+                f"{above['error']:.2g}, without {below['error']:.2g}",
             )
     lanes = _at_best(rows, *(f"{BARE}, {width} lanes" for width in (4, 8)))
     yield Finding(
         "SIMD",
-        _over(_at_best(rows, BARE).ratio, lanes.ratio),
-        f"trajectories per second of {lanes.method} over those of the scalar loop, one core",
+        _at_best(rows, BARE)["ratio"] / lanes["ratio"],
+        f"trajectories per second of {lanes['method']} over those of the scalar loop, one core",
     )
 
 
@@ -236,7 +224,7 @@ def _digits(rows: pandas.DataFrame) -> Iterator[Finding]:
         prices = costs(own, "newton", "seconds", [error], precision).get(BARE, {})
         yield Finding(
             f"{digits} digits in {precision}",
-            prices.get(error),
+            prices.get(error, math.nan),
             f"seconds to an error of 1e-{digits} at 8 s, interpolated on the curve",
             "s",
         )
@@ -253,29 +241,26 @@ def _digits(rows: pandas.DataFrame) -> Iterator[Finding]:
         short = {"precision": precision, "bits": bits, "horizon_s": float(SHORT)}
         plain = _at_best(rows, BARE, **short)
         parallel = _at_best(rows, f"{BARE}, parallel_mode", **short)
-        where = f"0 to {SHORT} s in {precision}, error {plain.error:.1g}"
-        yield Finding(f"{bits} bits", plain.seconds, where, "s")
-        yield Finding(f"compiling, {bits} bits", plain.setup_s, "for the run above", "s")
-        yield Finding(
-            f"parallel_mode, {bits} bits",
-            _over(parallel.seconds, plain.seconds),
-            "time with over without",
-        )
+        where = f"0 to {SHORT} s in {precision}, error {plain['error']:.1g}"
+        yield Finding(f"{bits} bits", plain["seconds"], where, "s")
+        yield Finding(f"compiling, {bits} bits", plain["setup_s"], "for the run above", "s")
+        with_over_without = parallel["seconds"] / plain["seconds"]
+        yield Finding(f"parallel_mode, {bits} bits", with_over_without, "time with over without")
     quad, real = (
-        _at_best(rows, BARE, precision=name, bits=113, horizon_s=float(SHORT)).seconds
+        _at_best(rows, BARE, precision=name, bits=113, horizon_s=float(SHORT))["seconds"]
         for name in ("quad", "mp")
     )
-    yield Finding("113 bits as mp over quad", _over(real, quad), "the same accuracy")
+    yield Finding("113 bits as mp over quad", real / quad, "the same accuracy")
 
 
-def _ladder_exponent(rows: pandas.DataFrame, column: str, low: int, high: int) -> float | None:
+def _ladder_exponent(rows: pandas.DataFrame, column: str, low: int, high: int) -> float:
     """p in column ~ digits^p over the arithmetics from ``low`` to ``high`` digits."""
     mine = chosen(rows, method=BARE, formulation="newton", horizon_s=float(SHORT), tolerance=0.0)
     digits = mine["bits"] * DIGITS_PER_BIT
     # ends that round to the number: 53 bits are 15.95 digits, 1,000 are 301
     part = mine[digits.between(low - 0.5, high + 1.5)].assign(digits=digits)
     if len(part) < 2 or part["digits"].max() <= high - 1.5:
-        return None
+        return math.nan
     return error_growth.slope(part["digits"], part[column])
 
 
@@ -283,7 +268,7 @@ def _machine(rows: pandas.DataFrame) -> Iterator[Finding]:
     fastest = rows[rows["method"] == WORKLOAD].set_index("setting")["seconds"]
     yield Finding(
         "drift of the machine",
-        _over(fastest.get("end"), fastest.get("start")),
+        fastest.get("end", math.nan) / fastest.get("start", math.nan),
         "fastest bare heyoka loop at the end over the one at the start of the measurement",
     )
 
@@ -296,12 +281,14 @@ def conservation_scatter(rows: pandas.DataFrame) -> pandas.DataFrame:
 
 def _conservation(rows: pandas.DataFrame) -> Iterator[Finding]:
     mine = conservation_scatter(rows)
+    if mine.empty:
+        return
     hidden = mine[mine["jellett_drift"] <= PRINTED].sort_values("error_on_way")[-1:]
     of_paper = mine[
         (mine["method"] == PAPER_METHOD) & (mine["formulation"] == "euler")
         & (mine["tolerance"] == 0)
     ][:1]  # fmt: skip
-    for name, row, definition in (
+    for name, rows_of_name, definition in (
         (
             "hidden by conservation", hidden,
             f"largest error of the state on the way among all settings that hold lambda to "
@@ -312,17 +299,16 @@ def _conservation(rows: pandas.DataFrame) -> Iterator[Finding]:
             "error of the state on the way with odeint's default tolerances in Euler form",
         ),
     ):  # fmt: skip
-        for _, one in row.iterrows():
-            which = f"{one['method']}, {one['setting']}, lambda held to {one['jellett_drift']:.1g}"
-            yield Finding(name, float(one["error_on_way"]), f"{definition}: {which}", "")
-    if not mine.empty:
-        ratios = mine["error_on_way"] / mine["jellett_drift"]
-        yield Finding(
-            "error over drift, median",
-            float(ratios.median()),
-            f"largest error of the state over largest drift of lambda, both on the way, over "
-            f"{len(mine)} settings of all methods; the largest is {ratios.max():.1g}",
-        )
+        for _, row in rows_of_name.iterrows():
+            which = f"{row['method']}, {row['setting']}, lambda held to {row['jellett_drift']:.1g}"
+            yield Finding(name, float(row["error_on_way"]), f"{definition}: {which}", "")
+    ratios = mine["error_on_way"] / mine["jellett_drift"]
+    yield Finding(
+        "error over drift, median",
+        float(ratios.median()),
+        f"largest error of the state over largest drift of lambda, both on the way, over "
+        f"{len(mine)} settings of all methods; the largest is {ratios.max():.1g}",
+    )
 
 
 def _growth(long_runs: pandas.DataFrame) -> Iterator[Finding]:
