@@ -5,13 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from decimal import Decimal
+from typing import TYPE_CHECKING
 
 from tt_precise import golden
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import Record
 from tt_precise.report import style
 from tt_precise.report.document import Figure, PageTable, Section, Text
+from tt_precise.report.style import Words
 from tt_precise.runtime.values import InputError, Json
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 def golden_section() -> Section:
@@ -129,7 +134,7 @@ def proved() -> Section:
         "proofs",
         "Proved digits",
         [
-            *([picture] if (picture := proved_digits(digits)) else []),
+            *([proved_digits(digits)] if digits else []),
             Text(f"{THEOREM} {METHOD}"),
             PageTable(
                 ("scene", "proof", "to t (s)", "bits", "steps", "digits proved, worst column",
@@ -255,9 +260,9 @@ def every_scene(names: Sequence[str]) -> Figure:
             panel.xaxis.set_major_locator(matplotlib.ticker.MaxNLocator(3))
         for panel in axes[len(names) :]:
             panel.set_visible(False)
-        return style.finished(
+        return Figure(
             "golden-scenes",
-            drawing,
+            svg=style.svg_text(drawing),
             caption=f"The inclination theta over time (s) in the {len(names)} golden scenes. They "
             "were chosen to cover what a simulator can meet: inversion and its threshold, contact "
             "lost, passages of a pole, no friction, rolling, dry friction. Bears on NUM-04.",
@@ -266,26 +271,22 @@ def every_scene(names: Sequence[str]) -> Figure:
         )
 
 
-def proved_digits(digits: Sequence[tuple[str, int, int]]) -> Figure | None:
-    """(scene, claimed, proved) digits as bars; None if nothing is proved."""
-    if not digits:
-        return None
-    with style.panels([0.155 * len(digits) + 0.5]) as (drawing, (panel,)):
-        places = range(len(digits))
-        panel.barh(places, [proved for _, _, proved in digits], color=style.BLUE, height=0.62)
-        for place, (_, claimed, _) in zip(places, digits, strict=True):
-            panel.plot([claimed, claimed], [place - 0.42, place + 0.42], color=style.RED,
-                       linewidth=2)  # fmt: skip
-        panel.set_yticks(list(places), [name for name, _, _ in digits], fontsize=7.5)
-        panel.invert_yaxis()
-        panel.grid(visible=False, axis="y")
-        panel.set_xlabel("significant digits, worst column")
-        return style.finished(
-            "proved-digits",
-            drawing,
-            caption=f"Digits proved (bars) and claimed (marks) in {len(digits)} golden scenes. A "
-            "rigorous enclosure of the exact solution holds every printed number to that many "
-            "digits. Bears on NUM-04 and NUM-20.",
-            alt="Horizontal bars, one for each scene: the proved digits reach or pass the mark of "
-            "the digits claimed.",
-        )
+@style.figure("proved-digits", lambda digits: [0.155 * len(digits) + 0.5])
+def proved_digits(axes: list[Axes], digits: Sequence[tuple[str, int, int]]) -> Words:
+    """(scene, claimed, proved) digits as bars."""
+    (panel,) = axes
+    places = range(len(digits))
+    panel.barh(places, [proved for _, _, proved in digits], color=style.BLUE, height=0.62)
+    for place, (_, claimed, _) in zip(places, digits, strict=True):
+        panel.plot([claimed, claimed], [place - 0.42, place + 0.42], color=style.RED, linewidth=2)
+    panel.set_yticks(list(places), [name for name, _, _ in digits], fontsize=7.5)
+    panel.invert_yaxis()
+    panel.grid(visible=False, axis="y")
+    panel.set_xlabel("significant digits, worst column")
+    return Words(
+        caption=f"Digits proved (bars) and claimed (marks) in {len(digits)} golden scenes. A "
+        "rigorous enclosure of the exact solution holds every printed number to that many "
+        "digits. Bears on NUM-04 and NUM-20.",
+        alt="Horizontal bars, one for each scene: the proved digits reach or pass the mark of "
+        "the digits claimed.",
+    )

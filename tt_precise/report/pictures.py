@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from tt_precise.report import style
 from tt_precise.report.document import Figure
+from tt_precise.report.style import Words
 from tt_precise.runtime.values import Json
 from tt_precise.tradeoff.error_growth import INTEGRALS_SHOWN
 from tt_precise.tradeoff.findings import (
@@ -56,115 +57,108 @@ ARITHMETICS = {
 }
 
 
-def work_precision(rows: pandas.DataFrame) -> Figure:
+@style.figure("work-precision", [3.6])
+def work_precision(axes: list[Axes], rows: pandas.DataFrame) -> Words:
     """Error against seconds, by method, in double."""
-    with style.panels([3.6]) as (drawing, (by_time,)):
-        _methods(by_time, rows, "seconds")
-        by_time.set_xlabel("seconds")
-        if by_time.lines:
-            by_time.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, handlelength=2.2)
-        return style.finished(
-            "work-precision",
-            drawing,
-            caption="Speed against accuracy on the reference scene, 0 to 8 s, in double. By "
-            "method, Newton form (dotted: Euler form), each with its best right-hand side, "
-            "compile time apart. The error is that of the largest entry of k, L, v at the end, "
-            "dimensionless, against golden data; of each method the settings that no other of its "
-            "settings beats. Bears on NUM-03.",
-            alt="A log-log panel of error against seconds. Every method's curve falls to the "
-            "right; heyoka's goes furthest down.",
-        )
+    (by_time,) = axes
+    _methods(by_time, rows, "seconds")
+    by_time.set_xlabel("seconds")
+    if by_time.lines:
+        by_time.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, handlelength=2.2)
+    return Words(
+        caption="Speed against accuracy on the reference scene, 0 to 8 s, in double. By "
+        "method, Newton form (dotted: Euler form), each with its best right-hand side, "
+        "compile time apart. The error is that of the largest entry of k, L, v at the end, "
+        "dimensionless, against golden data; of each method the settings that no other of its "
+        "settings beats. Bears on NUM-03.",
+        alt="A log-log panel of error against seconds. Every method's curve falls to the "
+        "right; heyoka's goes furthest down.",
+    )
 
 
-def work_and_digits(rows: pandas.DataFrame) -> Figure:
+@style.figure("work-and-digits", [3.2, 3.2], shared_time=False)
+def work_and_digits(axes: list[Axes], rows: pandas.DataFrame) -> Words:
     """Error against work in double, and against seconds for heyoka in every arithmetic."""
-    with style.panels([3.2, 3.2], shared_time=False) as (drawing, (by_work, by_digits)):
-        _methods(by_work, rows, "work")
-        by_work.set_xlabel("right-hand sides, or Taylor coefficients of each entry")
-        own = chosen(rows, method="heyoka", formulation="newton", horizon_s=WHOLE_S)
-        for name, (colour, marker) in ARITHMETICS.items():
-            curve = points(own[own["precision"] == name], "seconds")
-            _draw(by_digits, curve, Line(name, colour, marker), label=name, linestyle="-")
-        by_digits.set(xlabel="seconds", ylabel=ERROR)
-        if by_digits.lines:
-            by_digits.legend(loc="lower left")
-        return style.finished(
-            "work-and-digits",
-            drawing,
-            caption="Accuracy against work, and far beyond double. Above: the same methods by "
-            "right-hand sides, which no implementation can speed up; below: heyoka in every "
-            "arithmetic, by seconds. Bears on NUM-03.",
-            alt="Two log-log panels: above, all methods lie close together and heyoka's falls most "
-            "steeply; below, heyoka's four arithmetics continue each other down to 1e-56.",
-        )
+    (by_work, by_digits) = axes
+    _methods(by_work, rows, "work")
+    by_work.set_xlabel("right-hand sides, or Taylor coefficients of each entry")
+    own = chosen(rows, method="heyoka", formulation="newton", horizon_s=WHOLE_S)
+    for name, (colour, marker) in ARITHMETICS.items():
+        curve = points(own[own["precision"] == name], "seconds")
+        _draw(by_digits, curve, Line(name, colour, marker), label=name, linestyle="-")
+    by_digits.set(xlabel="seconds", ylabel=ERROR)
+    if by_digits.lines:
+        by_digits.legend(loc="lower left")
+    return Words(
+        caption="Accuracy against work, and far beyond double. Above: the same methods by "
+        "right-hand sides, which no implementation can speed up; below: heyoka in every "
+        "arithmetic, by seconds. Bears on NUM-03.",
+        alt="Two log-log panels: above, all methods lie close together and heyoka's falls most "
+        "steeply; below, heyoka's four arithmetics continue each other down to 1e-56.",
+    )
 
 
-def hidden_by_conservation(rows: pandas.DataFrame) -> Figure:
+@style.figure("hidden-by-conservation", [3.8])
+def hidden_by_conservation(axes: list[Axes], rows: pandas.DataFrame) -> Words:
     """The drift of lambda against the error of the state, a dot for each setting."""
     import numpy
 
     mine = conservation_scatter(rows)
-    with style.panels([3.8]) as (drawing, (panel,)):
-        for family, colour in (
-            ("SciPy", style.RED), ("diffrax", style.ORANGE), ("CyRK", style.GREEN),
-            ("SUNDIALS", style.BLACK), ("heyoka", style.BLUE),
-        ):  # fmt: skip
-            part = mine[mine["method"].str.startswith(family)]
-            panel.loglog(
-                part["jellett_drift"], part["error_on_way"], ".", color=colour, label=family
-            )
-        ends = numpy.array([1e-16, 1.0])
-        panel.loglog(ends, ends, color=style.GREY, linewidth=0.8, linestyle="--")
-        panel.annotate("error = drift", (1e-11, 1e-11), xytext=(4, -10),
-                       textcoords="offset points", color=style.GREY)  # fmt: skip
-        panel.axvline(PRINTED, color=style.BLACK, linewidth=0.8, linestyle=(0, (4, 3)))
-        panel.set_xlabel(r"largest $|\lambda(t)/\lambda(0)-1|$")
-        panel.set_ylabel("largest error of the state")
-        style.legend(panel)
-        return style.finished(
-            "hidden-by-conservation",
-            drawing,
-            caption="What conservation hides: for every method and setting in double the largest "
-            "relative drift of lambda and the largest error of k, L, v (dimensionless), both over "
-            "0 to 8 s of the reference scene. Bears on NUM-03: at the precision of order 1e-6 that "
-            "the paper reports for lambda (dashed) the state can be wrong altogether.",
-            alt="A scatter plot on logarithmic axes: all dots lie above the diagonal, most of them "
-            "by three to six decades.",
-        )
+    (panel,) = axes
+    for family, colour in (
+        ("SciPy", style.RED), ("diffrax", style.ORANGE), ("CyRK", style.GREEN),
+        ("SUNDIALS", style.BLACK), ("heyoka", style.BLUE),
+    ):  # fmt: skip
+        part = mine[mine["method"].str.startswith(family)]
+        panel.loglog(part["jellett_drift"], part["error_on_way"], ".", color=colour, label=family)
+    ends = numpy.array([1e-16, 1.0])
+    panel.loglog(ends, ends, color=style.GREY, linewidth=0.8, linestyle="--")
+    panel.annotate("error = drift", (1e-11, 1e-11), xytext=(4, -10),
+                   textcoords="offset points", color=style.GREY)  # fmt: skip
+    panel.axvline(PRINTED, color=style.BLACK, linewidth=0.8, linestyle=(0, (4, 3)))
+    panel.set_xlabel(r"largest $|\lambda(t)/\lambda(0)-1|$")
+    panel.set_ylabel("largest error of the state")
+    style.legend(panel)
+    return Words(
+        caption="What conservation hides: for every method and setting in double the largest "
+        "relative drift of lambda and the largest error of k, L, v (dimensionless), both over "
+        "0 to 8 s of the reference scene. Bears on NUM-03: at the precision of order 1e-6 that "
+        "the paper reports for lambda (dashed) the state can be wrong altogether.",
+        alt="A scatter plot on logarithmic axes: all dots lie above the diagonal, most of them "
+        "by three to six decades.",
+    )
 
 
-def growth_of_errors(rows: pandas.DataFrame) -> Figure:
+@style.figure("growth-of-errors", lambda rows: [2.6] * rows["scene"].nunique())
+def growth_of_errors(axes: list[Axes], rows: pandas.DataFrame) -> Words:
     """The errors of lambda and E over long runs, every seed, their rms, and the square root."""
     import numpy
 
     names = {"jellett": r"$\lambda$", "energy": "$E$"}
     scenes = list(dict.fromkeys(rows["scene"]))
-    with style.panels([2.6] * len(scenes)) as (drawing, axes):
-        for panel, scene in zip(axes, scenes, strict=True):
-            mine = rows[rows["scene"] == scene]
-            for integral, colour in zip(INTEGRALS_SHOWN, (style.BLUE, style.ORANGE), strict=True):
-                for _, seed in mine.groupby("seed"):
-                    panel.loglog(seed["t_s"], seed[integral].abs(), color=colour, linewidth=0.3,
-                                 alpha=0.35)  # fmt: skip
-                rms = numpy.sqrt((mine.set_index("t_s")[integral] ** 2).groupby(level=0).mean())
-                panel.loglog(rms.index, rms, color=colour, linewidth=1.6, label=names[integral])
-            times = numpy.array([mine["t_s"].min(), mine["t_s"].max()])
-            level = float(rms.iloc[0])
-            panel.loglog(times, level * numpy.sqrt(times / times[0]), "--", color=style.BLACK,
-                         label=r"$t^{1/2}$")  # fmt: skip
-            panel.set_ylim(1e-17, None)
-            panel.set_ylabel(f"relative error, {scene}")
-            style.legend(panel)
-        axes[-1].set_xlabel("t (s)")
-        return style.finished(
-            "growth-of-errors",
-            drawing,
-            caption="Long runs in double: relative errors of lambda and E of each seed (thin), "
-            "their root mean square over the seeds (thick), and Brouwer's square-root law for "
-            "rounding without bias (dashed). Bears on NUM-03.",
-            alt="Two log-log panels: the errors of many seeds grow from 1e-16 along the dashed "
-            "line of slope one half.",
-        )
+    for panel, scene in zip(axes, scenes, strict=True):
+        mine = rows[rows["scene"] == scene]
+        for integral, colour in zip(INTEGRALS_SHOWN, (style.BLUE, style.ORANGE), strict=True):
+            for _, seed in mine.groupby("seed"):
+                panel.loglog(seed["t_s"], seed[integral].abs(), color=colour, linewidth=0.3,
+                             alpha=0.35)  # fmt: skip
+            rms = numpy.sqrt((mine.set_index("t_s")[integral] ** 2).groupby(level=0).mean())
+            panel.loglog(rms.index, rms, color=colour, linewidth=1.6, label=names[integral])
+        times = numpy.array([mine["t_s"].min(), mine["t_s"].max()])
+        level = float(rms.iloc[0])
+        panel.loglog(times, level * numpy.sqrt(times / times[0]), "--", color=style.BLACK,
+                     label=r"$t^{1/2}$")  # fmt: skip
+        panel.set_ylim(1e-17, None)
+        panel.set_ylabel(f"relative error, {scene}")
+        style.legend(panel)
+    axes[-1].set_xlabel("t (s)")
+    return Words(
+        caption="Long runs in double: relative errors of lambda and E of each seed (thin), "
+        "their root mean square over the seeds (thick), and Brouwer's square-root law for "
+        "rounding without bias (dashed). Bears on NUM-03.",
+        alt="Two log-log panels: the errors of many seeds grow from 1e-16 along the dashed "
+        "line of slope one half.",
+    )
 
 
 def _methods(panel: Axes, rows: pandas.DataFrame, cost: str) -> None:
@@ -199,111 +193,107 @@ LEAST_MU = 1e-3  # s/m, in the picture
 
 def all_pictures(points: Sequence[Numbers]) -> list[Figure]:
     """All pictures of extreme cases that their numbers, ``points``, allow, in order."""
-    drawn = (digits_beside_the_poles(), friction(points), threshold(points))
-    return [figure for figure in drawn if figure is not None]
+    work = [p for p in _with(points, ("mu", "steps", "seconds")) if p["mu"] >= LEAST_MU]
+    limit = _with(points, ("mu", "distance"))
+    beside = _with(points, ("off", "rate", "eigenvalue"))
+    return [
+        digits_beside_the_poles(),
+        *([friction(work, limit)] if work and limit else []),
+        *([threshold(beside)] if beside else []),
+    ]
 
 
-def digits_beside_the_poles() -> Figure:
+@style.figure("extremes-poles", [3.0])
+def digits_beside_the_poles(axes: list[Axes]) -> Words:
     """Digits of the tilt that theta keeps near pi, in every precision."""
     from tt_precise.extremes.geometry import digits_of_the_tilt
     from tt_precise.integration.precision import KINDS
 
     decades = range(0, 71, 2)
-    with style.panels([3.0]) as (drawing, (panel,)):
-        for precision, colour in PRECISIONS.items():
-            correct = [digits_of_the_tilt(precision, k, known=False) for k in decades]
-            given = [digits_of_the_tilt(precision, k, known=True) for k in decades]
-            label = NAMES.get(precision, precision)
-            panel.plot(decades, correct, color=colour, label=label)
-            panel.plot(decades, given, color=colour, linestyle=":")
-        panel.set_xlabel(r"$k$: the axis is $10^{-k}$ rad from the inverted pole")
-        panel.set_ylabel("correct digits of the tilt")
-        panel.set_ylim(0, KINDS["mp"].bits * 0.30103 + 4)
-        panel.set_xlim(decades[0], decades[-1])
-        style.legend(panel)
-        return style.finished(
-            "extremes-poles",
-            drawing,
-            caption="From the Euler angle theta to the direction of the axis, beside the inverted "
-            "pole: numbers near pi are 2 eps apart, so each decade costs a digit (solid) until "
-            "none is left. Given as pi - 1e-k, as scenes store it, theta costs none (dotted); nor "
-            "does it beside the upright pole, at any k.",
-            alt="Digits against k: four solid lines that fall by one digit a decade from 16, 19, "
-            "34 and 60 digits to zero, and four dotted level ones.",
-        )
+    (panel,) = axes
+    for precision, colour in PRECISIONS.items():
+        correct = [digits_of_the_tilt(precision, k, known=False) for k in decades]
+        given = [digits_of_the_tilt(precision, k, known=True) for k in decades]
+        label = NAMES.get(precision, precision)
+        panel.plot(decades, correct, color=colour, label=label)
+        panel.plot(decades, given, color=colour, linestyle=":")
+    panel.set_xlabel(r"$k$: the axis is $10^{-k}$ rad from the inverted pole")
+    panel.set_ylabel("correct digits of the tilt")
+    panel.set_ylim(0, KINDS["mp"].bits * 0.30103 + 4)
+    panel.set_xlim(decades[0], decades[-1])
+    style.legend(panel)
+    return Words(
+        caption="From the Euler angle theta to the direction of the axis, beside the inverted "
+        "pole: numbers near pi are 2 eps apart, so each decade costs a digit (solid) until "
+        "none is left. Given as pi - 1e-k, as scenes store it, theta costs none (dotted); nor "
+        "does it beside the upright pole, at any k.",
+        alt="Digits against k: four solid lines that fall by one digit a decade from 16, 19, "
+        "34 and 60 digits to zero, and four dotted level ones.",
+    )
 
 
-def friction(every: Sequence[Numbers]) -> Figure | None:
+@style.figure("extremes-friction", [2.0, 2.0])
+def friction(axes: list[Axes], work: Sequence[Numbers], limit: Sequence[Numbers]) -> Words:
     """Steps and time against mu, and the distance from the rolling solution."""
-    work = [p for p in _with(every, ("mu", "steps", "seconds")) if p["mu"] >= LEAST_MU]
-    limit = _with(every, ("mu", "distance"))
-    if not work or not limit:
-        return None
-    with style.panels([2.0, 2.0], shared_time=True) as (drawing, (top, bottom)):
-        mu = [point["mu"] for point in work]
-        top.plot(mu, [p["steps"] for p in work], "o-", color=style.BLUE, markersize=4)
-        top.set_yscale("log")
-        top.set_ylabel("steps to 0.5 s", color=style.BLUE)
-        clock = top.twinx()
-        clock.plot(mu, [1e3 * p["seconds"] for p in work], "s--", color=style.ORANGE, markersize=4)
-        clock.set_yscale("log")
-        clock.set_ylabel("time (ms)", color=style.ORANGE)
-        clock.spines["right"].set_visible(True)
-        clock.grid(visible=False)
-        rough = [p["mu"] for p in limit]
-        bottom.plot(rough, [p["distance"] for p in limit], "o", color=style.BLUE, markersize=4)
-        last = limit[-1]["distance"] * limit[-1]["mu"]
-        bottom.plot(rough, [last / x for x in rough], "--", color=style.GREY, linewidth=0.9)
-        bottom.annotate(
-            r"$\propto 1/\mu$", (rough[len(rough) // 2], last / rough[len(rough) // 2]),
-            xytext=(12, 0), textcoords="offset points", color=style.GREY,
-        )  # fmt: skip
-        bottom.set_yscale("log")
-        bottom.set_ylabel("axis to rolling axis")
-        top.set_xscale("log")
-        bottom.set_xlabel(r"$\mu$ (s/m)")
-        return style.finished(
-            "extremes-friction",
-            drawing,
-            caption="The reference start with other friction, in double. Above: Taylor steps and "
-            f"time to 0.5 s; below {LEAST_MU:g} s/m, down to no friction, they stay the same. "
-            "Where gliding decays faster than anything else moves, an explicit method needs steps "
-            "in proportion to mu. Below: distance of the axis at 0.05 s from that of the rolling "
-            "top, which falls as 1/mu.",
-            alt="Two panels against mu up to 10^4: steps and time are level up to about 10 and "
-            "then grow in proportion to mu; the distance falls on a straight line of slope -1.",
-        )
+    (top, bottom) = axes
+    mu = [point["mu"] for point in work]
+    top.plot(mu, [p["steps"] for p in work], "o-", color=style.BLUE, markersize=4)
+    top.set_yscale("log")
+    top.set_ylabel("steps to 0.5 s", color=style.BLUE)
+    clock = top.twinx()
+    clock.plot(mu, [1e3 * p["seconds"] for p in work], "s--", color=style.ORANGE, markersize=4)
+    clock.set_yscale("log")
+    clock.set_ylabel("time (ms)", color=style.ORANGE)
+    clock.spines["right"].set_visible(True)
+    clock.grid(visible=False)
+    rough = [p["mu"] for p in limit]
+    bottom.plot(rough, [p["distance"] for p in limit], "o", color=style.BLUE, markersize=4)
+    last = limit[-1]["distance"] * limit[-1]["mu"]
+    bottom.plot(rough, [last / x for x in rough], "--", color=style.GREY, linewidth=0.9)
+    bottom.annotate(
+        r"$\propto 1/\mu$", (rough[len(rough) // 2], last / rough[len(rough) // 2]),
+        xytext=(12, 0), textcoords="offset points", color=style.GREY,
+    )  # fmt: skip
+    bottom.set_yscale("log")
+    bottom.set_ylabel("axis to rolling axis")
+    top.set_xscale("log")
+    bottom.set_xlabel(r"$\mu$ (s/m)")
+    return Words(
+        caption="The reference start with other friction, in double. Above: Taylor steps and "
+        f"time to 0.5 s; below {LEAST_MU:g} s/m, down to no friction, they stay the same. "
+        "Where gliding decays faster than anything else moves, an explicit method needs steps "
+        "in proportion to mu. Below: distance of the axis at 0.05 s from that of the rolling "
+        "top, which falls as 1/mu.",
+        alt="Two panels against mu up to 10^4: steps and time are level up to about 10 and "
+        "then grow in proportion to mu; the distance falls on a straight line of slope -1.",
+    )
 
 
-def threshold(every: Sequence[Numbers]) -> Figure | None:
+@style.figure("extremes-threshold", [3.0])
+def threshold(axes: list[Axes], points: Sequence[Numbers]) -> Words:
     """Growth rates beside the threshold against eigenvalues."""
-    points = _with(every, ("off", "rate", "eigenvalue"))
-    if not points:
-        return None
-    with style.panels([3.0]) as (drawing, (panel,)):
-        for sign, colour, label in (
-            (-1, style.RED, r"growth, $\lambda < \lambda_{thres}$"),
-            (1, style.BLUE, r"decay, $\lambda > \lambda_{thres}$"),
-        ):
-            side = sorted((p for p in points if p["off"] * sign > 0), key=lambda p: abs(p["off"]))
-            off = [abs(p["off"]) for p in side]
-            panel.plot(off, [abs(p["eigenvalue"]) for p in side], color=colour, linewidth=0.9)
-            marker = "v" if sign < 0 else "^"
-            panel.plot(off, [abs(p["rate"]) for p in side], marker, color=colour, label=label)
-        panel.set_xscale("log")
-        panel.set_yscale("log")
-        panel.set_xlabel(r"$|\lambda/\lambda_{thres} - 1|$")
-        panel.set_ylabel("rate of the tilt (1/s)")
-        style.legend(panel)
-        return style.finished(
-            "extremes-threshold",
-            drawing,
-            caption="The inverted spin beside its threshold: growth and decay of a tilt of 1e-200 "
-            "rad, as integrated in double over 100 s (marks), and the real part of the eigenvalue "
-            "(lines). Twelve decades of distance from lambda_thres on either side.",
-            alt="Rates against the distance from the threshold, both logarithmic: marks on "
-            "straight lines of slope 1 from 1 per second down to 1e-11 per second.",
-        )
+    (panel,) = axes
+    for sign, colour, label in (
+        (-1, style.RED, r"growth, $\lambda < \lambda_{thres}$"),
+        (1, style.BLUE, r"decay, $\lambda > \lambda_{thres}$"),
+    ):
+        side = sorted((p for p in points if p["off"] * sign > 0), key=lambda p: abs(p["off"]))
+        off = [abs(p["off"]) for p in side]
+        panel.plot(off, [abs(p["eigenvalue"]) for p in side], color=colour, linewidth=0.9)
+        marker = "v" if sign < 0 else "^"
+        panel.plot(off, [abs(p["rate"]) for p in side], marker, color=colour, label=label)
+    panel.set_xscale("log")
+    panel.set_yscale("log")
+    panel.set_xlabel(r"$|\lambda/\lambda_{thres} - 1|$")
+    panel.set_ylabel("rate of the tilt (1/s)")
+    style.legend(panel)
+    return Words(
+        caption="The inverted spin beside its threshold: growth and decay of a tilt of 1e-200 "
+        "rad, as integrated in double over 100 s (marks), and the real part of the eigenvalue "
+        "(lines). Twelve decades of distance from lambda_thres on either side.",
+        alt="Rates against the distance from the threshold, both logarithmic: marks on "
+        "straight lines of slope 1 from 1 per second down to 1e-11 per second.",
+    )
 
 
 def _with(points: Iterable[Numbers], names: tuple[str, ...]) -> list[Numbers]:
@@ -316,35 +306,34 @@ MOST_DIGITS = 10.0
 MARKS = {"refused": "–", "failed": "✗", "measured": ""}
 
 
-def scoreboard(board: dict[str, Json]) -> Figure:
+@style.figure("engines", lambda board: [0.3 * len(board["engines"]) + 0.9])
+def scoreboard(axes: list[Axes], board: dict[str, Json]) -> Words:
     """Digits at the smallest step of every engine on every test; from the file's object."""
     engines = [one["name"] for one in board["engines"]]
     rungs = [one["name"] for one in board["rungs"] if one["name"] != "inversion"]
     rows = {(row["engine"], row["rung"]): row for row in board["rows"]}
-    with style.panels([0.3 * len(engines) + 0.9]) as (drawing, (axes,)):
-        digits = [[_digits(rows.get((engine, rung))) for rung in rungs] for engine in engines]
-        axes.imshow(digits, cmap="viridis", vmin=0, vmax=MOST_DIGITS, aspect="auto")
-        for i, engine in enumerate(engines):
-            for j, rung in enumerate(rungs):
-                row = rows.get((engine, rung))
-                colour = "white" if digits[i][j] < MOST_DIGITS / 2 else "black"
-                axes.text(j, i, _label(row), ha="center", va="center", color=colour)
-        axes.set_xticks(range(len(rungs)), [name.replace(" ", "\n") for name in rungs])
-        axes.set_yticks(range(len(engines)), engines)
-        axes.set_xlabel("test; digits of the reference at the smallest step")
-        axes.grid(visible=False)
-        best = max(max(row) for row in digits)
-        return style.finished(
-            "engines",
-            drawing,
-            caption="Digits of the reference that each engine has over the whole motion at a step "
-            f"of {board['steps'][-1]:g} s; bold where smaller steps lead to the reference, in "
-            "brackets where a floor remains or no order is seen. ✗ did not get to the end, – "
-            "cannot be expressed.",
-            alt=f"A table of {len(engines)} engines and {len(rungs)} tests with digits from 0 to "
-            f"{best:.0f} as colours: most in free flight and steady spins, fewest where friction "
-            "and contact act together.",
-        )
+    (panel,) = axes
+    digits = [[_digits(rows.get((engine, rung))) for rung in rungs] for engine in engines]
+    panel.imshow(digits, cmap="viridis", vmin=0, vmax=MOST_DIGITS, aspect="auto")
+    for i, engine in enumerate(engines):
+        for j, rung in enumerate(rungs):
+            row = rows.get((engine, rung))
+            colour = "white" if digits[i][j] < MOST_DIGITS / 2 else "black"
+            panel.text(j, i, _label(row), ha="center", va="center", color=colour)
+    panel.set_xticks(range(len(rungs)), [name.replace(" ", "\n") for name in rungs])
+    panel.set_yticks(range(len(engines)), engines)
+    panel.set_xlabel("test; digits of the reference at the smallest step")
+    panel.grid(visible=False)
+    best = max(max(row) for row in digits)
+    return Words(
+        caption="Digits of the reference that each engine has over the whole motion at a step "
+        f"of {board['steps'][-1]:g} s; bold where smaller steps lead to the reference, in "
+        "brackets where a floor remains or no order is seen. ✗ did not get to the end, – "
+        "cannot be expressed.",
+        alt=f"A table of {len(engines)} engines and {len(rungs)} tests with digits from 0 to "
+        f"{best:.0f} as colours: most in free flight and steady spins, fewest where friction "
+        "and contact act together.",
+    )
 
 
 def _digits(row: dict[str, Json] | None) -> float:
@@ -373,34 +362,33 @@ KINDS = {
 }
 
 
-def faults(table: pandas.DataFrame) -> Figure:
+@style.figure("planted-faults", [3.6])
+def faults(axes: list[Axes], table: pandas.DataFrame) -> Words:
     """What lambda alone shows of each fault, against what all checks show."""
     import numpy
     import pandas
 
-    with style.panels([3.6]) as (drawing, (panel,)):
-        for kind, (colour, marker) in KINDS.items():
-            mine = table[table["kind"] == kind]
-            alone, largest = (
-                numpy.clip(pandas.to_numeric(mine[name], errors="coerce"), SMALLEST, 1e3)
-                for name in ("jellett", "largest")
-            )
-            panel.loglog(alone, largest, marker, color=colour, label=kind, markersize=4)
-        ends = numpy.array([SMALLEST, 10])
-        panel.loglog(ends, ends, color=style.GREY, linewidth=0.8, linestyle="--")
-        for line in (panel.axvline, panel.axhline):
-            line(LIMIT, color=style.BLACK, linewidth=0.8, linestyle=(0, (4, 3)))
-        panel.set_xlabel(r"what $\lambda$ alone shows")
-        panel.set_ylabel("largest of all checks")
-        panel.legend(loc="lower right")
-        return style.finished(
-            "planted-faults",
-            drawing,
-            caption="Most wrong equations conserve lambda to the last digit. Each mark is a fault "
-            "planted into the equations, the integration or the file of the reference scene; to "
-            "the right what the drift of lambda shows of it, upwards the largest of all checks. "
-            "Dashed: 1e-6, the precision that the paper reports. Bears on NUM-03.",
-            alt="A scatter plot on logarithmic axes: most crosses, the dropped terms, stand at the "
-            "left edge, at a drift of 1e-15, but high up, near 1; healthy runs stand in the lower "
-            "left corner.",
+    (panel,) = axes
+    for kind, (colour, marker) in KINDS.items():
+        mine = table[table["kind"] == kind]
+        alone, largest = (
+            numpy.clip(pandas.to_numeric(mine[name], errors="coerce"), SMALLEST, 1e3)
+            for name in ("jellett", "largest")
         )
+        panel.loglog(alone, largest, marker, color=colour, label=kind, markersize=4)
+    ends = numpy.array([SMALLEST, 10])
+    panel.loglog(ends, ends, color=style.GREY, linewidth=0.8, linestyle="--")
+    for line in (panel.axvline, panel.axhline):
+        line(LIMIT, color=style.BLACK, linewidth=0.8, linestyle=(0, (4, 3)))
+    panel.set_xlabel(r"what $\lambda$ alone shows")
+    panel.set_ylabel("largest of all checks")
+    panel.legend(loc="lower right")
+    return Words(
+        caption="Most wrong equations conserve lambda to the last digit. Each mark is a fault "
+        "planted into the equations, the integration or the file of the reference scene; to "
+        "the right what the drift of lambda shows of it, upwards the largest of all checks. "
+        "Dashed: 1e-6, the precision that the paper reports. Bears on NUM-03.",
+        alt="A scatter plot on logarithmic axes: most crosses, the dropped terms, stand at the "
+        "left edge, at a drift of 1e-15, but high up, near 1; healthy runs stand in the lower "
+        "left corner.",
+    )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from tt_precise.claims.evidence import sweeps
 from tt_precise.report import maps, style
-from tt_precise.report.document import Figure
+from tt_precise.report.style import Words
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps.picture import draw_map
 
@@ -24,45 +24,41 @@ PANELS = (
 LOST = "starts that lose contact on the way"
 
 
-def times_by_precession() -> Figure:
+@style.figure("times-by-precession", [1.9, 1.9, 1.9])
+def times_by_precession(axes: list[Axes]) -> Words:
     """t_init, t_end and climbing time against phi_dot(0), definitions A, B and C."""
     names = ("phi_dot", "phi_dot near the peak", "phi_dot near the end")
     rows, lost = _rows(names, "phi_dot")
     peak = rows.sort_values("t_init_A", na_position="first").iloc[-1]
     last = rows["phi_dot"][rows["t_init_A"] > 0].max()
-    with style.panels([1.9, 1.9, 1.9]) as (drawing, axes):
-        _draw(axes, rows, "phi_dot", lost)
-        axes[-1].set_xlabel(r"$\dot\varphi(0)$ (rad/s)")
-        return style.finished(
-            "times-by-precession",
-            drawing,
-            caption=f"{len(rows)} starts that differ from the reference start in phi_dot(0) alone. "
-            f"Bears on SWP-01 to SWP-07, NUM-18, NUM-19: t_init is largest, "
-            f"{peak['t_init_A']:.2f} s, at {peak['phi_dot']:.2f} rad/s, not at 0, and vanishes "
-            f"beyond {last:.1f} rad/s. Shaded: {LOST} (g_n reaches 0), shown as the "
-            "paper's equations go on with g_n < 0; no top does.",
-            alt="Three panels against phi_dot(0) from -200 to 200 rad/s: the initiation time has a "
-            "sharp peak just below zero and vanishes beyond 83; ending time and climbing time in "
-            "three definitions; a shaded range of negative values, where contact is lost.",
-        )
+    _draw(axes, rows, "phi_dot", lost)
+    axes[-1].set_xlabel(r"$\dot\varphi(0)$ (rad/s)")
+    return Words(
+        caption=f"{len(rows)} starts that differ from the reference start in phi_dot(0) alone. "
+        f"Bears on SWP-01 to SWP-07, NUM-18, NUM-19: t_init is largest, "
+        f"{peak['t_init_A']:.2f} s, at {peak['phi_dot']:.2f} rad/s, not at 0, and vanishes "
+        f"beyond {last:.1f} rad/s. Shaded: {LOST} (g_n reaches 0), shown as the "
+        "paper's equations go on with g_n < 0; no top does.",
+        alt="Three panels against phi_dot(0) from -200 to 200 rad/s: the initiation time has a "
+        "sharp peak just below zero and vanishes beyond 83; ending time and climbing time in "
+        "three definitions; a shaded range of negative values, where contact is lost.",
+    )
 
 
-def times_by_inclination() -> Figure:
+@style.figure("times-by-inclination", [1.9, 1.9, 1.9])
+def times_by_inclination(axes: list[Axes]) -> Words:
     """The same against theta(0)."""
     rows, lost = _rows(("theta",), "theta")
-    with style.panels([1.9, 1.9, 1.9]) as (drawing, axes):
-        _draw(axes, rows, "theta", lost)
-        axes[-1].set_xlabel(r"$\theta(0)$ (rad)")
-        return style.finished(
-            "times-by-inclination",
-            drawing,
-            caption=f"{len(rows)} starts that differ from the reference start in theta(0) alone "
-            "(omega_3(0) = 155 rad/s, so lambda falls with cos(theta)). Bears on SWP-15 to SWP-17: "
-            f"how the climbing time depends on theta(0). Shaded: {LOST}, as in the figure before. "
-            f"Gaps: no such time within {sweeps.UNTIL} s.",
-            alt="Three panels against theta(0) from 0.01 to 1 rad: initiation time, ending time "
-            "and climbing time in three definitions.",
-        )
+    _draw(axes, rows, "theta", lost)
+    axes[-1].set_xlabel(r"$\theta(0)$ (rad)")
+    return Words(
+        caption=f"{len(rows)} starts that differ from the reference start in theta(0) alone "
+        "(omega_3(0) = 155 rad/s, so lambda falls with cos(theta)). Bears on SWP-15 to SWP-17: "
+        f"how the climbing time depends on theta(0). Shaded: {LOST}, as in the figure before. "
+        f"Gaps: no such time within {sweeps.UNTIL} s.",
+        alt="Three panels against theta(0) from 0.01 to 1 rad: initiation time, ending time "
+        "and climbing time in three definitions.",
+    )
 
 
 def _rows(names: tuple[str, ...], x: str) -> tuple[pandas.DataFrame, list[tuple[float, float]]]:
@@ -114,13 +110,11 @@ LABELS = {
 STARTS = "at rest but for omega_3, on a grid"
 
 
-def outcomes_at_the_threshold() -> Figure:
+@style.figure("outcomes-at-the-threshold", [3.0])
+def outcomes_at_the_threshold(axes: list[Axes]) -> Words:
     """Which starts invert, over theta(0) and lambda/lambda_thres."""
-    rows = maps.map_rows("inclination and lambda")
-    return _figure(
-        "outcomes-at-the-threshold",
-        "inclination and lambda",
-        MAP_PANELS[:1],
+    rows = _draw_maps(axes, "inclination and lambda")
+    return Words(
         caption=f"Which of {len(rows)} starts {STARTS} have the axis below the equator after "
         f"{maps.UNTIL} s, by theta(0) and lambda/lambda_thres. Below the threshold (dashed) "
         f"{_tilted(rows)}. Bears on TH-01, NUM-01, SWP-17.",
@@ -129,13 +123,11 @@ def outcomes_at_the_threshold() -> Figure:
     )
 
 
-def map_of_inclination_and_lambda() -> Figure:
+@style.figure("map-inclination-lambda", [2.4, 2.4, 2.4])
+def map_of_inclination_and_lambda(axes: list[Axes]) -> Words:
     """Outcome, climbing time and least g_n over theta(0) and lambda/lambda_thres."""
-    rows = maps.map_rows("inclination and lambda")
-    return _figure(
-        "map-inclination-lambda",
-        "inclination and lambda",
-        MAP_PANELS,
+    rows = _draw_maps(axes, "inclination and lambda")
+    return Words(
         caption=f"{_counted(rows)} {STARTS}, theta(0) against lambda/lambda_thres, within "
         f"{maps.UNTIL} s. Bears on TH-01, NUM-01, SWP-17: lambda above lambda_thres (dashed) is "
         f"necessary for inverted spin (below it {_tilted(rows)}) but does not suffice: a top that "
@@ -145,13 +137,11 @@ def map_of_inclination_and_lambda() -> Figure:
     )
 
 
-def map_of_friction_and_spin() -> Figure:
+@style.figure("map-friction-spin", [2.4, 2.4, 2.4])
+def map_of_friction_and_spin(axes: list[Axes]) -> Words:
     """The same over mu and omega_3(0)."""
-    rows = maps.map_rows("friction and spin")
-    return _figure(
-        "map-friction-spin",
-        "friction and spin",
-        MAP_PANELS,
+    rows = _draw_maps(axes, "friction and spin")
+    return Words(
         caption=f"{_counted(rows)} {STARTS}, friction mu against omega_3(0), theta(0) = "
         f"{float(load_scene('reference').start.theta.offset):g} rad, within "
         f"{maps.UNTIL} s. Bears on TH-01, NUM-01: the threshold (dashed; below it {_tilted(rows)}) "
@@ -162,51 +152,42 @@ def map_of_friction_and_spin() -> Figure:
     )
 
 
-def map_of_precession_and_spin() -> Figure:
+@style.figure("map-precession-spin", [3.0])
+def map_of_precession_and_spin(axes: list[Axes]) -> Words:
     """Outcome over phi_dot(0) and omega_3(0)."""
-    name = "precession and spin"
-    return _figure(
-        "map-precession-spin",
-        name,
-        MAP_PANELS[:1],
-        dashed=False,  # with a phi_dot lambda is not proportional to the spin
-        caption=f"{_counted(maps.map_rows(name))} as the reference but for phi_dot(0) and "
+    # with a phi_dot lambda is not proportional to the spin
+    rows = _draw_maps(axes, "precession and spin", dashed=False)
+    return Words(
+        caption=f"{_counted(rows)} as the reference but for phi_dot(0) and "
         f"omega_3(0), within {maps.UNTIL} s. Bears on TH-01, SWP-01.",
         alt="A map with phi_dot(0) to the right and omega_3(0) upwards: starts invert in a "
         "band in the middle and lose contact above it.",
     )
 
 
-def _figure(
-    name: str,
-    of: str,
-    shown: tuple[tuple[str, str], ...],
-    *,
-    dashed: bool = True,
-    caption: str,
-    alt: str,
-) -> Figure:
-    rows = maps.map_rows(of)
-    x, y = maps.MAPS[of]
+def _draw_maps(axes: list[Axes], name: str, *, dashed: bool = True) -> pandas.DataFrame:
+    """Draw a map into each panel, with the threshold unless not ``dashed``; returns the rows."""
+    rows = maps.map_rows(name)
+    x, y = maps.MAPS[name]
     body = load_scene("reference").body
     table = rows.assign(min_g_n=rows["min_g_n"] / float(body.m * body.g))
     # lambda is proportional to the spin of a start at rest
-    threshold = 1.0 if y.name == "lambda_ratio" else _threshold_spin(rows)
-    with style.panels([2.4 if len(shown) > 1 else 3.0] * len(shown)) as (drawing, axes):
-        for panel, (column, label) in zip(axes, shown, strict=True):
-            # as pixels: three times 1,681 cells as paths are a megabyte
-            drawn = draw_map(panel, table, x.name, y.name, column, rasterized=True)
-            if drawn is not None:
-                drawing.colorbar(drawn, ax=panel, label=label)
-            else:
-                _legend_above(panel)
-            if dashed:
-                panel.axhline(threshold, color=style.BLACK, linewidth=1, linestyle="--")
-            panel.set_xlabel("")
-            panel.set_ylabel(LABELS[y.name])
-            panel.grid(visible=False)
-        axes[-1].set_xlabel(LABELS[x.name])
-        return style.finished(name, drawing, caption=caption, alt=alt)
+    spin = (rows["omega_3"] / rows["lambda_ratio"]).median()
+    threshold = 1.0 if y.name == "lambda_ratio" else float(spin)
+    for panel, (column, label) in zip(axes, MAP_PANELS, strict=False):
+        # as pixels: three times 1,681 cells as paths are a megabyte
+        drawn = draw_map(panel, table, x.name, y.name, column, rasterized=True)
+        if drawn is not None:
+            panel.figure.colorbar(drawn, ax=panel, label=label)
+        else:
+            _legend_above(panel)
+        if dashed:
+            panel.axhline(threshold, color=style.BLACK, linewidth=1, linestyle="--")
+        panel.set_xlabel("")
+        panel.set_ylabel(LABELS[y.name])
+        panel.grid(visible=False)
+    axes[-1].set_xlabel(LABELS[x.name])
+    return rows
 
 
 def _legend_above(panel: Axes) -> None:
@@ -215,10 +196,6 @@ def _legend_above(panel: Axes) -> None:
     legend.set_loc("lower left")
     legend.set_bbox_to_anchor((0, 1))
     legend.set_ncols(len(legend.get_patches()))
-
-
-def _threshold_spin(rows: pandas.DataFrame) -> float:
-    return float((rows["omega_3"] / rows["lambda_ratio"]).median())
 
 
 def _counted(rows: pandas.DataFrame) -> str:

@@ -7,9 +7,10 @@ Drawn for a column of 390 px as well as for print: 5.6 inches wide, letters of 1
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from functools import wraps
+from typing import TYPE_CHECKING, Any, Concatenate, NamedTuple, ParamSpec
 
 from tt_precise.report.document import Figure
 from tt_precise.runtime import plotting
@@ -21,9 +22,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
 __all__ = [
-    "BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "RED", "SKY", "curve", "finished",
-    "legend", "moments", "panels", "svg_text", "thinned",
+    "BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "RED", "SKY", "Words", "curve",
+    "figure", "grid", "legend", "moments", "panels", "svg_text", "thinned",
 ]  # fmt: skip
+P = ParamSpec("P")
 WIDTH = 5.6  # inches
 DECIMALS = 1  # of a point (1/72 inch): a seventh of a pixel
 LETTERS = "'DejaVu Sans', Verdana, sans-serif"  # Verdana's are as wide
@@ -51,9 +53,35 @@ def grid(rows: int, columns: int, height: float) -> Iterator[tuple[Drawing, list
         yield drawing, [one for row in axes for one in row]
 
 
-def finished(name: str, drawing: Drawing, *, caption: str, alt: str) -> Figure:
-    """The drawing as a figure of the report."""
-    return Figure(name, caption, svg_text(drawing), alt)
+class Words(NamedTuple):
+    """What a figure says, see ``Figure``."""
+
+    caption: str
+    alt: str
+
+
+def figure(
+    name: str,
+    heights: Sequence[float] | Callable[..., Sequence[float]],
+    *,
+    shared_time: bool = True,
+) -> Callable[[Callable[Concatenate[list[Axes], P], Words]], Callable[P, Figure]]:
+    """Make a ``Figure`` of a function that draws into panels and returns the words.
+
+    ``heights`` in inches, or a function of the same arguments that gives them.
+    """
+
+    def decorate(draw: Callable[Concatenate[list[Axes], P], Words]) -> Callable[P, Figure]:
+        @wraps(draw)
+        def drawn(*given: P.args, **named: P.kwargs) -> Figure:
+            inches = heights(*given, **named) if callable(heights) else heights
+            with panels(inches, shared_time=shared_time) as (drawing, axes):
+                caption, alt = draw(axes, *given, **named)
+                return Figure(name, caption, svg_text(drawing), alt)
+
+        return drawn
+
+    return decorate
 
 
 def svg_text(drawing: Drawing) -> str:
