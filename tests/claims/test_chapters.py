@@ -72,7 +72,7 @@ def test_counts_in_notes_are_those_of_the_rows(
     rows = sweeps.starts(series, contact)
     rows = rows.query(inside) if inside else rows
     expected = f"{(rows['outcome'] == outcome).sum()} of {len(rows)}"
-    assert expected in judge(id).finding.note
+    assert expected in judge(id).note
 
 
 @pytest.mark.parametrize(
@@ -87,8 +87,8 @@ def test_counts_in_notes_are_those_of_the_rows(
 def test_a_note_follows_what_is_computed(
     id: str, change: dict[str, str], old: str, new: str
 ) -> None:
-    assert old in judge(id).finding.note
-    assert new in judge(id, **change).finding.note
+    assert old in judge(id).note
+    assert new in judge(id, **change).note
 
 
 def verdicts_typed_in(source: str) -> list[str]:

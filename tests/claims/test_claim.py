@@ -3,6 +3,7 @@
 import re
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -119,7 +120,7 @@ def another_paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[N
 def test_another_paper_is_a_folder_and_an_entry(another_paper: None) -> None:
     assert list(claims())[-1] == "OTHER-NUM-01"
     other = judge("other-num-01")
-    assert (other.verdict, other.record.paper, other.record.section) == ("rounded", "Somebody", "4")
+    assert (other.verdict, other.paper, other.section) == ("rounded", "Somebody", "4")
     assert judge("OTHER-NUM-01", printed="1.8").verdict == "refuted"
 
 
@@ -136,8 +137,8 @@ def test_the_report_files_another_paper_under_its_name(another_paper: None) -> N
 # ---- judging -------------------------------------------------------------------------------------
 
 
-def test_a_judgement_as_a_record() -> None:
-    record = judge("EQ-29").record
+def test_a_judged_claim() -> None:
+    record = judge("EQ-29")
     assert (record.verdict, record.kind, record.proved) == ("misprint", "equation", True)
     assert [check.name for check in record.checks] == ["as printed", "as corrected"]
     assert record.note == f"Should read {record.correction}. {record.remark}"
@@ -172,10 +173,11 @@ def test_counts_list_every_verdict() -> None:
 
 
 def test_an_error_names_the_claim(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(_: str) -> None:
+    def fail() -> Any:
         raise ArithmeticError("no digits")
 
-    monkeypatch.setattr(claim, "judge", fail)
+    spoiled = replace(claims()["NUM-23"], function=fail)
+    monkeypatch.setattr(claim, "claim_named", lambda _: spoiled)
     with pytest.raises(ArithmeticError) as error:
         judge_all(["NUM-23"])
     assert error.value.__notes__ == ["while judging NUM-23"]

@@ -24,7 +24,7 @@ def test_every_claim_has_a_committed_verdict() -> None:
 def test_what_is_committed_is_what_is_computed(id: str) -> None:
     verdicts = committed()
     assert verdicts is not None
-    assert verdicts.by_id[id] == judge(id).record
+    assert verdicts.by_id[id] == judge(id)
 
 
 @pytest.mark.parametrize("changed", ["claims/verdicts.py", "scenes/reference.toml"])

@@ -18,8 +18,8 @@ def _every_claim() -> list[Any]:
 def test_control_changes_the_verdict(one: str) -> None:
     counterexample = claims()[one].counterexample
     judged = judge(one)
-    assert judged.finding.note
-    assert judged.finding.printed
+    assert judged.note
+    assert judged.printed
     if counterexample is None:
         assert judged.verdict == "untestable", f"{one} can be tested, so it needs a counterexample"
     else:

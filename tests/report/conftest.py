@@ -1,11 +1,11 @@
-"""Judgements and a small report to render, made without any integration."""
+"""Judged claims and a small report to render, made without any integration."""
 
 from __future__ import annotations
 
 import pytest
 
-from tt_precise.claims import Claim, Judgement
-from tt_precise.claims.committed import run_record
+from tt_precise.claims import Claim
+from tt_precise.claims.committed import JudgedClaim, run_record
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
     EXACT,
@@ -27,7 +27,7 @@ from tt_precise.report.document import (
     Report,
     Section,
     Text,
-    entries,
+    entry,
 )
 
 FACTS = {
@@ -38,34 +38,34 @@ PRINTED = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))"
 CORRECT = "R*I1*phi_dot*sin(theta)**2 - R*I3*omega_3*(alpha - cos(theta))"
 
 
-def _judgement(id: str, finding: Finding, section: str = "1") -> Judgement:
+def _judged(id: str, finding: Finding, section: str = "1") -> JudgedClaim:
     claim = Claim(
         id, RAUCH_RUTSTAM, section, f"claim {id} <b> of theta_dot", "a quote", f"Sec. {section}",
         "as in theta", lambda: finding, None,
     )  # fmt: skip
-    return Judgement(claim, finding)
+    return claim.judged(finding)
 
 
 @pytest.fixture
-def judgements() -> list[Judgement]:
+def judged() -> list[JudgedClaim]:
     """One claim of each verdict, in five sections of the paper."""
     holds = statement(True, "1", "1")
     fails = statement(False, "2", "3 | 4")
     right = statement(True, CORRECT, "equal")
     wrong = statement(False, PRINTED, "off by 0.4 of its size")
     return [
-        _judgement("EQ-01", misprint((wrong, right), CORRECT, "A factor R.", EXACT)),
-        _judgement("NUM-01", all_of(holds, "As printed."), "2.1"),
-        _judgement("NUM-02", all_of(fails, "It is 3."), "2.2"),
-        _judgement("NUM-03", all_of(rounds_to("1.5", 1.49), "Rounded."), "2.3"),
-        _judgement("NUM-04", readings({"so": holds, "or so": fails}, "Either."), "3"),
-        _judgement("NUM-05", all_of({"first": holds, "second": fails}, "Both."), "2.1"),
-        _judgement("NT-01", all_of(untestable("words"), "Words."), "2.1"),
+        _judged("EQ-01", misprint((wrong, right), CORRECT, "A factor R.", EXACT)),
+        _judged("NUM-01", all_of(holds, "As printed."), "2.1"),
+        _judged("NUM-02", all_of(fails, "It is 3."), "2.2"),
+        _judged("NUM-03", all_of(rounds_to("1.5", 1.49), "Rounded."), "2.3"),
+        _judged("NUM-04", readings({"so": holds, "or so": fails}, "Either."), "3"),
+        _judged("NUM-05", all_of({"first": holds, "second": fails}, "Both."), "2.1"),
+        _judged("NT-01", all_of(untestable("words"), "Words."), "2.1"),
     ]
 
 
 @pytest.fixture
-def small_report(judgements: list[Judgement]) -> Report:
+def small_report(judged: list[JudgedClaim]) -> Report:
     """Every kind of block once, and the real animation."""
     table = PageTable(
         ("case", "topic", "verdict", "a", "b"),
@@ -101,11 +101,15 @@ def small_report(judgements: list[Judgement]) -> Report:
         Card("y", "2", "3", ""),
     ]
     first = Overview(
-        "All of 7 claims.", entries(judgements), cards, overview.motion((3.19, 7.82)), {"a": 1}
+        "All of 7 claims.",
+        [entry(claim) for claim in judged],
+        cards,
+        overview.motion((3.19, 7.82)),
+        {"a": 1},
     )
     sections = [
-        overview.errata(judgements),
+        overview.errata(judged),
         Section("one", "One", blocks),
-        overview.all_claims(judgements, run_record(1, 1, FACTS)),
+        overview.all_claims(judged, run_record(1, 1, FACTS)),
     ]
     return Report("Title", "Opening.", first, sections, FACTS)

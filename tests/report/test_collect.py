@@ -35,7 +35,7 @@ def test_every_part_finds_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(computing, "precisions", str)
     shares: list[float] = []
     found = compute(tmp_path, shares.append)
-    assert [one.id for one in found.judgements] == [FIRST, SECOND]
+    assert [one.id for one in found.judged] == [FIRST, SECOND]
     assert [one.title for one in found.sections] == [every[title]().title for title in titles]
     assert all(isinstance(one, Section) for one in found.sections)
     assert found.precisions == ""

@@ -2,14 +2,13 @@
 
 import pytest
 
-from tt_precise.claims import Judgement
-from tt_precise.claims.committed import committed
+from tt_precise.claims.committed import JudgedClaim, committed
 from tt_precise.report.document import MARKS, Entry, entry, sections
 
 
 @pytest.fixture
-def by_id(judgements: list[Judgement]) -> dict[str, Entry]:
-    return {one.id: entry(one.record) for one in judgements}
+def by_id(judged: list[JudgedClaim]) -> dict[str, Entry]:
+    return {claim.id: entry(claim) for claim in judged}
 
 
 def test_a_misprint_shows_what_should_stand(by_id: dict[str, Entry]) -> None:

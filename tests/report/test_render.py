@@ -9,7 +9,7 @@ from urllib.parse import unquote
 
 import pytest
 
-from tt_precise.claims import Judgement
+from tt_precise.claims.committed import JudgedClaim
 from tt_precise.cli import main
 from tt_precise.report import build, render
 from tt_precise.report.collect import Computed
@@ -140,12 +140,12 @@ def test_what_is_written(small_report: Report, tmp_path: Path) -> None:
 
 
 def test_a_report_that_changes_nothing_writes_nothing(
-    judgements: list[Judgement], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    judged: list[JudgedClaim], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def run(day: str, commit: str, drift: str, seconds: float) -> dict[str, str]:
         """The files after a run of that day and commit."""
         section = Section("extremes", "E", [Text(drift)], {"cases": drift})
-        computed = Computed(judgements, [section], Headlines({}, None, {}), "all", seconds)
+        computed = Computed(judged, [section], Headlines({}, None, {}), "all", seconds)
         facts = {**FACTS, "date": day, "commit": commit}
         monkeypatch.setattr(build, "compute", lambda progress: computed)
         monkeypatch.setattr(build, "provenance", lambda *_: facts)

@@ -10,8 +10,8 @@ from pathlib import Path
 import pandas
 import pytest
 
-from tt_precise.claims import Judgement, counts, judge
-from tt_precise.claims.committed import committed, run_record
+from tt_precise.claims import counts, judge
+from tt_precise.claims.committed import JudgedClaim, committed, run_record
 from tt_precise.report import build, overview, sections
 from tt_precise.report.document import Card, Claims, PageTable, Section, Text
 from tt_precise.report.measured import jellett_alone
@@ -25,8 +25,8 @@ def _claims(section: Section) -> list[Claims]:
     return [block for block in section.blocks if isinstance(block, Claims)]
 
 
-def test_errata_hold_what_fails_and_only_that(judgements: list[Judgement]) -> None:
-    section = overview.errata(judgements)
+def test_errata_hold_what_fails_and_only_that(judged: list[JudgedClaim]) -> None:
+    section = overview.errata(judged)
     groups = {block.title: [one.id for one in block.entries] for block in _claims(section)}
     assert groups == {
         "Misprints (1)": ["EQ-01"],
@@ -38,8 +38,8 @@ def test_errata_hold_what_fails_and_only_that(judgements: list[Judgement]) -> No
     assert section.blocks[0].text.startswith("4 statements")
 
 
-def test_all_claims_stand_by_section_of_the_paper(judgements: list[Judgement]) -> None:
-    section = overview.all_claims(judgements, RUN)
+def test_all_claims_stand_by_section_of_the_paper(judged: list[JudgedClaim]) -> None:
+    section = overview.all_claims(judged, RUN)
     assert [[one.id for one in block.entries] for block in _claims(section)] == [
         ["EQ-01"], ["NUM-01", "NUM-05", "NT-01"], ["NUM-02"], ["NUM-03"], ["NUM-04"],
     ]  # fmt: skip
@@ -48,8 +48,8 @@ def test_all_claims_stand_by_section_of_the_paper(judgements: list[Judgement]) -
     assert section.results["run"]["date"] == "today"
 
 
-def test_verdicts_of_a_report_are_read_again(judgements: list[Judgement], tmp_path: Path) -> None:
-    results = overview.all_claims(judgements, RUN).results
+def test_verdicts_of_a_report_are_read_again(judged: list[JudgedClaim], tmp_path: Path) -> None:
+    results = overview.all_claims(judged, RUN).results
     file = tmp_path / "results.json"
     file.write_text(json.dumps({"claims": results}), "utf-8")
     found = committed(file)
@@ -60,13 +60,13 @@ def test_verdicts_of_a_report_are_read_again(judgements: list[Judgement], tmp_pa
         committed(file)
 
 
-def test_the_verdict_counts_readings_apart(judgements: list[Judgement]) -> None:
-    numbers = re.findall(r"\d+", verdict(counts(judgements), len(judgements)))
+def test_the_verdict_counts_readings_apart(judged: list[JudgedClaim]) -> None:
+    numbers = re.findall(r"\d+", verdict(counts(judged), len(judged)))
     assert numbers[:3] == ["7", "2", "1"]
 
 
-def test_a_card_says_whether_the_paper_agrees(judgements: list[Judgement]) -> None:
-    agrees = {one.id: overview._agrees(one.verdict) for one in judgements}
+def test_a_card_says_whether_the_paper_agrees(judged: list[JudgedClaim]) -> None:
+    agrees = {one.id: overview._agrees(one.verdict) for one in judged}
     assert [agrees[id] for id in ("NUM-01", "NUM-02", "NUM-04")] == [True, False, None]
 
 

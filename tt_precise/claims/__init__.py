@@ -1,8 +1,8 @@
 """The claims of papers, one function each, and their verdicts.
 
     >>> import tt_precise as tt
-    >>> judgement = tt.claims.judge("NUM-23")
-    >>> judgement.verdict.value, judgement.finding.printed, judgement.finding.measured
+    >>> judged = tt.claims.judge("NUM-23")
+    >>> judged.verdict, judged.printed, judged.measured
     ('rounded', '1.8571', '1.8571428571428571429')
 
 ``claims()`` lists the claims by id, ``judge_all()`` judges all. ``claims.paper`` has the papers,
@@ -18,17 +18,17 @@ from tt_precise.runtime.process import lazy_names
 if TYPE_CHECKING:
     from tt_precise.claims.claim import (
         Claim,
-        Judgement,
         claim_named,
         claims,
         counts,
         judge,
         judge_all,
     )
+    from tt_precise.claims.committed import JudgedClaim
     from tt_precise.claims.verdicts import Finding, Verdict
 
 __all__ = [
-    "Claim", "Finding", "Judgement", "Verdict", "claim_named", "claims", "counts", "judge",
+    "Claim", "Finding", "JudgedClaim", "Verdict", "claim_named", "claims", "counts", "judge",
     "judge_all",
 ]  # fmt: skip
 
@@ -36,7 +36,8 @@ __all__ = [
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "claim": ["Claim", "Judgement", "claim_named", "claims", "counts", "judge", "judge_all"],
+        "claim": ["Claim", "claim_named", "claims", "counts", "judge", "judge_all"],
+        "committed": ["JudgedClaim"],
         "verdicts": ["Finding", "Verdict"],
     },
 )

@@ -95,41 +95,21 @@ class Claim:
         """Key that sorts claims: by paper, kind and number."""
         return papers.PAPERS.index(self.paper), list(KINDS.values()).index(self.kind), self.id
 
-
-@dataclass(frozen=True)
-class Judgement:
-    """A claim and what was found for it."""
-
-    claim: Claim
-    finding: Finding
-
-    @property
-    def id(self) -> str:
-        """The claim's id."""
-        return self.claim.id
-
-    @property
-    def verdict(self) -> Verdict:
-        """The finding's verdict."""
-        return self.finding.verdict
-
-    @property
-    def record(self) -> JudgedClaim:
-        """Everything about it, for JSON documents."""
-        claim, finding = self.claim, self.finding
+    def judged(self, finding: Finding) -> JudgedClaim:
+        """The claim with what came out for it."""
         return JudgedClaim(
-            id=claim.id,
+            id=self.id,
             verdict=finding.verdict.value,
             printed=finding.printed,
             measured=finding.measured,
             note=finding.note,
-            kind=claim.kind,
-            paper=claim.paper.name,
-            section=claim.section,
-            statement=claim.statement,
-            quote=claim.quote,
-            where=claim.where,
-            definition=claim.definition,
+            kind=self.kind,
+            paper=self.paper.name,
+            section=self.section,
+            statement=self.statement,
+            quote=self.quote,
+            where=self.where,
+            definition=self.definition,
             remark=finding.remark,
             form=finding.form.value,
             checks=tuple(
@@ -203,7 +183,7 @@ def claim_named(id: str) -> Claim:
 # ---- judging -------------------------------------------------------------------------------------
 
 
-def judge(id: str, **changes: object) -> Judgement:
+def judge(id: str, **changes: object) -> JudgedClaim:
     """Judge one claim.
 
     ``changes`` replace arguments of the claim (a printed value, a formula, a scene). A
@@ -215,12 +195,16 @@ def judge(id: str, **changes: object) -> Judgement:
         There is no such claim.
     """
     claim = claim_named(id)
-    return Judgement(claim, claim.function(**changes))
+    try:
+        return claim.judged(claim.function(**changes))
+    except Exception as error:
+        error.add_note(f"while judging {claim.id}")
+        raise
 
 
 def judge_all(
     ids: Iterable[str] | None = None, progress: Progress = silent, workers: int = 1
-) -> list[Judgement]:
+) -> list[JudgedClaim]:
     """Judge claims (by default all), in the order of the list.
 
     One process judges the claims of a module, which share their evidence. With more than one of
@@ -233,47 +217,36 @@ def judge_all(
     """
     calls = calls_for(ids)
     groups = {call.group for call in calls}
-    findings: dict[str, Finding] = {}
+    judged: list[JudgedClaim] = []
     with local_pool(max(1, min(workers, len(groups)))) as pool:
-        for call, finding in pool.perform(finding_of, calls, progress):
-            if isinstance(finding, Failure):
-                raise finding.error
-            findings[call.key] = finding
-    return judgements(findings)
+        for _, result in pool.perform(judge, calls, progress):
+            if isinstance(result, Failure):
+                raise result.error
+            judged.append(result)
+    return in_order(judged)
 
 
 def calls_for(ids: Iterable[str] | None = None) -> list[Call]:
-    """The calls of ``finding_of`` for claims (all of them by default), keyed by id.
+    """The calls of ``judge`` for claims (all of them by default), keyed by id.
 
     Raises
     ------
     InputError
         There is no claim with one of the ids.
     """
-    wanted = {one.id: one for one in map(claim_named, claims() if ids is None else ids)}
-    modules = Counter(one.group for one in wanted.values())
-    calls = [Call(one.id, (one.id,), group=one.group) for one in wanted.values()]
+    wanted = {claim.id: claim for claim in map(claim_named, claims() if ids is None else ids)}
+    modules = Counter(claim.group for claim in wanted.values())
     # those of the largest modules first, so that no core is idle at the end
-    calls.sort(key=lambda call: -modules[claim_named(call.key).group])
-    return calls
+    ordered = sorted(wanted.values(), key=lambda claim: -modules[claim.group])
+    return [Call(claim.id, (claim.id,), group=claim.group) for claim in ordered]
 
 
-def judgements(findings: Mapping[str, Finding]) -> list[Judgement]:
-    """Findings by id as judgements, in the order of the list."""
-    ordered = sorted(map(claim_named, findings), key=lambda one: one.order)
-    return [Judgement(one, findings[one.id]) for one in ordered]
+def in_order(judged: Iterable[JudgedClaim]) -> list[JudgedClaim]:
+    """Judged claims in the order of the list of claims."""
+    return sorted(judged, key=lambda claim: claim_named(claim.id).order)
 
 
-def counts(judgements: Iterable[Judgement]) -> dict[str, int]:
+def counts(judged: Iterable[JudgedClaim]) -> dict[str, int]:
     """How many claims came to each verdict, all six verdicts listed."""
-    counted = Counter(one.verdict for one in judgements)
-    return {str(verdict): counted[verdict] for verdict in Verdict}
-
-
-def finding_of(id: str) -> Finding:
-    """Judge in this process; an exception leaves with the id of the claim it happened in."""
-    try:
-        return judge(id).finding
-    except Exception as error:
-        error.add_note(f"while judging {id}")
-        raise
+    counted = Counter[str](claim.verdict for claim in judged)
+    return {verdict.value: counted[verdict] for verdict in Verdict}

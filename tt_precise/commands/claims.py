@@ -115,8 +115,7 @@ def _computed(
         cost = f"took {known.run.cost}" if known else "take minutes"
         click.echo(f"computing all {len(every)} claims; they {cost}", err=True)
     with progress_bar(f"judging {len(wanted)} claims") as progress:
-        judged = judge_all([claim.id for claim in wanted], progress, workers)
-    return [judgement.record for judgement in judged]
+        return judge_all([claim.id for claim in wanted], progress, workers)
 
 
 def _table(rows: Sequence[JudgedClaim]) -> None:

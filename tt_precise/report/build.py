@@ -99,13 +99,13 @@ def _before(folder: Path) -> Results | None:
 
 def assemble(computed: Computed, facts: dict[str, str]) -> Report:
     """The report as a document; ``facts`` is its provenance."""
-    judgements = computed.judgements
+    judged = computed.judged
     sections = [
-        overview.errata(judgements),
+        overview.errata(judged),
         *computed.sections,
-        overview.all_claims(judgements, run_record(computed.seconds, WORKERS, facts)),
+        overview.all_claims(judged, run_record(computed.seconds, WORKERS, facts)),
     ]
-    first = overview.overview(judgements, computed.headlines)
+    first = overview.overview(judged, computed.headlines)
     return Report("The Tippe Top, verified", OPENING, first, sections, facts)
 
 

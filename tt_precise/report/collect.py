@@ -9,8 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from tt_precise.claims import Judgement
-from tt_precise.claims.claim import calls_for, finding_of, judgements
+from tt_precise.claims.claim import calls_for, in_order, judge
+from tt_precise.claims.committed import JudgedClaim
 from tt_precise.report import golden, measured, sections
 from tt_precise.report.document import Section
 from tt_precise.report.overview import Headlines, headlines
@@ -34,7 +34,7 @@ class Computed:
     what the reference scene was integrated in.
     """
 
-    judgements: list[Judgement]
+    judged: list[JudgedClaim]
     sections: Sequence[Section]
     headlines: Headlines
     precisions: str
@@ -59,7 +59,7 @@ def compute(folder: Path = MEASURED, progress: Progress = silent) -> Computed:
         *(_section_call(title, folder, group) for title, group in SHARING.items()),
         Call("headlines", (headlines,), group=SHARING[CONSERVATION]),
         Call("precisions", (precisions,), group=SHARING[CONSERVATION]),
-        *(Call(one.key, (finding_of, *one.arguments), group=one.group) for one in claims),
+        *(Call(one.key, (judge, *one.arguments), group=one.group) for one in claims),
         *(_section_call(title, folder, None) for title in rest),
     ]
     found, took = {}, {}
@@ -69,7 +69,7 @@ def compute(folder: Path = MEASURED, progress: Progress = silent) -> Computed:
                 raise result.error
             found[call.key], took[call.key] = result
     return Computed(
-        judgements({one.key: found[one.key] for one in claims}),
+        in_order(found[one.key] for one in claims),
         [found[title] for title in titles],
         found["headlines"],
         found["precisions"],

@@ -6,12 +6,12 @@ block stands on the page, and what is folded, is decided by ``report.render``.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from msgspec.structs import asdict
 
-from tt_precise.claims import Judgement, paper
+from tt_precise.claims import paper
 from tt_precise.claims.committed import JudgedCheck, JudgedClaim
 from tt_precise.runtime.values import Json
 
@@ -40,11 +40,6 @@ class Entry(JudgedClaim, frozen=True, kw_only=True):
     def mark(self) -> str:
         """A sign for the verdict."""
         return MARKS[self.verdict]
-
-
-def entries(judgements: Iterable[Judgement]) -> list[Entry]:
-    """Claims as entries, in the same order."""
-    return [entry(one.record) for one in judgements]
 
 
 def entry(claim: JudgedClaim) -> Entry:

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 
 from msgspec import to_builtins
 
-from tt_precise.claims import Judgement, Verdict, counts
-from tt_precise.claims.committed import Committed, JudgingRun
+from tt_precise.claims import Verdict, counts
+from tt_precise.claims.committed import Committed, JudgedClaim, JudgingRun
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.golden import store
-from tt_precise.report.document import Card, Claims, Overview, Section, Text, entries, sections
+from tt_precise.report.document import Card, Claims, Overview, Section, Text, entry, sections
 from tt_precise.report.precision import precision_runs
 from tt_precise.report.prose import full, short
 from tt_precise.runtime.values import Json
@@ -90,19 +90,19 @@ def headlines() -> Headlines:
     return Headlines(cards, motion((float(run.inversion.A.t_init), float(ended))), results)
 
 
-def overview(judgements: Sequence[Judgement], computed: Headlines) -> Overview:
+def overview(judged: Sequence[JudgedClaim], computed: Headlines) -> Overview:
     """The first screen, with the verdicts."""
     cards = dict(computed.cards)
-    for one in judgements:
-        if one.id in PRINTED and one.id in cards:
-            good = _agrees(one.verdict)
-            comment = cards[one.id].comment
-            if one.id == END:
-                comment = TRIED[good].format(len(one.finding.checks))
-            cards[one.id] = replace(cards[one.id], good=good, comment=comment)
+    for claim in judged:
+        if claim.id in PRINTED and claim.id in cards:
+            good = _agrees(claim.verdict)
+            comment = cards[claim.id].comment
+            if claim.id == END:
+                comment = TRIED[good].format(len(claim.checks))
+            cards[claim.id] = replace(cards[claim.id], good=good, comment=comment)
     return Overview(
-        verdict(counts(judgements), len(judgements)),
-        entries(judgements),
+        verdict(counts(judged), len(judged)),
+        [entry(claim) for claim in judged],
         list(cards.values()),
         computed.animation,
         computed.results,
@@ -120,15 +120,15 @@ def verdict(tally: dict[str, int], total: int) -> str:
     )
 
 
-def _agrees(found: Verdict) -> bool | None:
-    if found in (Verdict.REPRODUCED, Verdict.ROUNDED):
+def _agrees(verdict: str) -> bool | None:
+    if verdict in (Verdict.REPRODUCED, Verdict.ROUNDED):
         return True
-    return False if found in (Verdict.REFUTED, Verdict.MISPRINT) else None
+    return False if verdict in (Verdict.REFUTED, Verdict.MISPRINT) else None
 
 
-def errata(judgements: Sequence[Judgement]) -> Section:
+def errata(judged: Sequence[JudgedClaim]) -> Section:
     """What a co-author would act on: misprints, refuted claims, claims that depend on a reading."""
-    every = entries(judgements)
+    every = [entry(claim) for claim in judged]
     groups = [
         Claims(f"{title} ({len(some)})", some, errata=True, about=about,
                folded=verdict is Verdict.READING)
@@ -143,9 +143,9 @@ def errata(judgements: Sequence[Judgement]) -> Section:
     return Section("errata", "Errata", [Text(text), *groups])
 
 
-def all_claims(judgements: Sequence[Judgement], run: JudgingRun) -> Section:
+def all_claims(judged: Sequence[JudgedClaim], run: JudgingRun) -> Section:
     """Every claim with its verdict, by section of the paper; ``run`` is what computed them."""
-    tally, every = counts(judgements), entries(judgements)
+    tally, every = counts(judged), [entry(claim) for claim in judged]
     legend = "; ".join(f"{tally[str(one)]} {one}: {one.meaning}" for one in Verdict)
     proved = sum(one.proved for one in every)
     groups = [
@@ -153,7 +153,7 @@ def all_claims(judgements: Sequence[Judgement], run: JudgingRun) -> Section:
         for key, title in sections().items()
         if (some := [one for one in every if one.section == key])
     ]
-    records = Committed(claims=tuple(one.record for one in judgements), counts=tally, run=run)
+    records = Committed(claims=tuple(judged), counts=tally, run=run)
     text = f"{len(every)} claims, {proved} of them settled by a proof. {legend}."
     return Section("claims", "All claims", [Text(text), *groups], to_builtins(records))
 

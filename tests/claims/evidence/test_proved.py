@@ -23,7 +23,7 @@ from tt_precise.claims.evidence.proved import (
     sign_of_precession,
 )
 from tt_precise.claims.evidence.run import variant
-from tt_precise.claims.verdicts import Verdict, about, rounds_to
+from tt_precise.claims.verdicts import about, rounds_to
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import ENCLOSURE, PROOF, Interval
 
@@ -52,23 +52,23 @@ def spoilable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
 
 @pytest.mark.parametrize("one", ALL)
 def test_committed_proofs_prove_the_claim(one: str) -> None:
-    assert judge(one).finding.proved
+    assert judge(one).proved
 
 
 def test_a_spoiled_proof_proves_nothing(spoilable: Path) -> None:
-    assert judge("NUM-20").finding.proved
+    assert judge("NUM-20").proved
     spoil(spoilable / PROOF, '"g_n_positive": true', '"g_n_positive": false', -1)
     for one in ("NUM-20", "NUM-04"):
-        finding = judge(one).finding
+        finding = judge(one)
         assert not finding.proved
         assert f"Not proved: {PROOF}: " in finding.note
-        assert finding.verdict == Verdict.ROUNDED  # what was computed stands as before
+        assert finding.verdict == "rounded"  # what was computed stands as before
 
 
 @pytest.mark.parametrize("file", [ENCLOSURE, store.EVENTS])
 def test_other_digits_prove_nothing(spoilable: Path, file: str) -> None:
     spoil(spoilable / file, "1", "2")
-    finding = judge("NUM-20").finding
+    finding = judge("NUM-20")
     assert not finding.proved
     assert file != ENCLOSURE or f"Not proved: {ENCLOSURE}: changed" in finding.note
 
@@ -76,7 +76,7 @@ def test_other_digits_prove_nothing(spoilable: Path, file: str) -> None:
 def test_a_missing_proof_is_reported(spoilable: Path) -> None:
     (spoilable / PROOF).unlink()
     (spoilable / ENCLOSURE).unlink()
-    finding = judge("NUM-04").finding
+    finding = judge("NUM-04")
     assert not finding.proved
     assert "golden certify reference" in finding.note
 
@@ -88,7 +88,7 @@ def test_a_proof_of_something_else_does_not_settle_a_claim(spoilable: Path) -> N
     content = record.content
     content["inversion"]["B"]["t_init"]["middle"] = "3.9"
     (spoilable / PROOF).write_text(store.proof_text(content))
-    finding = judge("NUM-04").finding
+    finding = judge("NUM-04")
     assert not finding.proved
     assert "Not proved: proof.json: B, t_init " in finding.note
 
@@ -166,10 +166,10 @@ def test_counts_and_digits() -> None:
 
 def test_an_interval_that_is_too_wide_settles_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the whole proof: it is there, and leaves the claim open."""
-    assert judge("NUM-20").finding.proved  # the control
+    assert judge("NUM-20").proved  # the control
     wide = Interval(Fraction("0.001"), Fraction("0.009"))
     monkeypatch.setattr(Proved, "potential_energy", lambda *names: wide)
-    finding = judge("NUM-20").finding
+    finding = judge("NUM-20")
     assert not finding.proved
     assert " Not proved: " in finding.note
-    assert finding.verdict == Verdict.ROUNDED
+    assert finding.verdict == "rounded"
