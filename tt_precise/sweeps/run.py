@@ -28,7 +28,7 @@ from tt_precise.sweeps.specification import (
     blocks,
     specification,
 )
-from tt_precise.sweeps.store import Store, frame_of, write_chunk
+from tt_precise.sweeps.store import Store, frame_of
 from tt_precise.sweeps.summary import summary_of
 
 if TYPE_CHECKING:
@@ -156,8 +156,7 @@ def run_sweep(
     out
         A folder, or a URL that fsspec knows (``file:///...`` for a folder that all machines share).
         If it holds this sweep already, what is there is verified, and only what is missing is
-        computed. Without it the rows stay in memory. At a URL the workers write their chunks
-        themselves.
+        computed. Without it the rows stay in memory.
     workers, pool
         Processes on this machine; or any pool, such as that of a cluster.
     batch
@@ -222,15 +221,6 @@ def chunk_task(plan: Plan, version: str, values: Array, batch: int) -> dict[str,
     return compute(plan, values, batch)
 
 
-def written_chunk_task(
-    plan: Plan, version: str, values: Array, batch: int,
-    out: str, fingerprint: str, number: int, first: int,
-) -> None:  # fmt: skip
-    """A chunk whose rows the worker writes itself."""
-    columns = chunk_task(plan, version, values, batch)
-    write_chunk(out, fingerprint, number, frame_of(plan.names, first, values, columns))
-
-
 def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Json]:
     """A row again in a finer arithmetic, in a worker."""
     return spot_check.recomputed(plan.scene_of(values), plan.record)
@@ -242,20 +232,16 @@ def _compute(store: Store, pool: Pool, batch: int, progress: Progress) -> None:
 
     def calls() -> Iterator[Call]:
         for number, values in blocks(spec, store.size, frozenset(store.known)):
-            arguments: tuple[Any, ...] = (spec.plan, __version__, values, batch)
-            if store.remote:
-                arguments += (store.out, spec.fingerprint, number, number * store.size)
-            yield Call(number, arguments)
+            yield Call(number, (spec.plan, __version__, values, batch))
 
-    work = written_chunk_task if store.remote else chunk_task
-    for call, result in pool.perform(work, calls()):
+    for call, result in pool.perform(chunk_task, calls()):
         if isinstance(result, Failure):
             if isinstance(result.error, InputError):  # a full disk, for example
                 raise result.error
             store.quarantined[call.key] = result.reason
             continue
-        frame = result and frame_of(spec.names, call.key * store.size, call.arguments[2], result)
-        store.keep(call.key, frame)
+        first, values = call.key * store.size, call.arguments[2]
+        store.keep(call.key, frame_of(spec.names, first, values, result))
         progress(store.rows / spec.rows)
 
 

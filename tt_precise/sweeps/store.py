@@ -5,7 +5,7 @@ in the end. The metadata of a chunk's schema state the fingerprint of its sweep,
 SHA-256 of its columns; it gets its name when it is complete, and counts only if all of that fits.
 Anything else that lies there is computed again, so that a sweep survives being killed at any
 moment. A URL may be a shared folder (``file:///shared/sweep``) or an object store
-(``s3://bucket/sweep``, with the package s3fs): there the workers write their chunks themselves.
+(``s3://bucket/sweep``, with the package s3fs).
 """
 
 from __future__ import annotations
@@ -58,11 +58,6 @@ class Store:
         self._asked = size
 
     @property
-    def remote(self) -> bool:
-        """Whether it is at a URL, which the workers reach too."""
-        return "://" in (self.out or "")
-
-    @property
     def rows(self) -> int:
         """Rows of the known chunks."""
         return sum(map(self.rows_of, self.known))
@@ -78,7 +73,7 @@ class Store:
             yield
             return
         parquet()
-        with nullcontext() if self.remote else locked(Path(self.out), "sweep"):
+        with nullcontext() if "://" in self.out else locked(Path(self.out), "sweep"):
             self.size = self._manifest()["chunk"]
             there = names(self.out, "chunks")
             for number in range(-(-self.spec.rows // self.size)):
@@ -91,11 +86,11 @@ class Store:
                     self.damaged.append(f"chunks/{name_of(number)}")
             yield
 
-    def keep(self, number: int, frame: pandas.DataFrame | None) -> None:
-        """Take the rows of a chunk; None if its worker has written them."""
-        if frame is not None and self.out is None:
+    def keep(self, number: int, frame: pandas.DataFrame) -> None:
+        """Take the rows of a chunk."""
+        if self.out is None:
             self._frames[number] = frame
-        elif frame is not None and self.out is not None:
+        else:
             write_chunk(self.out, self.spec.fingerprint, number, frame)
         self.known.add(number)
 
