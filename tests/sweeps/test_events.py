@@ -7,8 +7,9 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.sweeps import events
-from tt_precise.sweeps.events import bernstein_of, halves, zeros
+from tt_precise.sweeps.events import zeros
 from tt_precise.sweeps.extremes import FINER, NODES, _ceiling
+from tt_precise.taylor.crossings import bernstein_of, halves
 
 TERMS = 22
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from functools import cache, reduce
-from math import comb
 from typing import NamedTuple
 
 import numpy
@@ -25,6 +24,7 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Array, InputError, Scalar
 from tt_precise.sweeps.columns import Detector
+from tt_precise.taylor.crossings import bernstein_of, isolated
 from tt_precise.taylor.series import SeriesFunctions, Truncated
 
 heyoka = import_heyoka()
@@ -267,58 +267,20 @@ def zeros(
     -------
     Which polynomial, where, whether it rises there: three arrays, in order for each of them.
     """
-    known = numpy.flatnonzero(single)
-    owner: Array = numpy.flatnonzero(~single)
-    found = [(known, numpy.zeros(len(known)), numpy.ones(len(known)), first[known] < 0)]
-    bernstein = bernstein_of(polynomials[:, owner].T)
-    bernstein[:, 0], bernstein[:, -1] = first[owner], last[owner]
-    left: Array = numpy.zeros(len(owner))
-    width = 1.0
-    for halving in range(HALVINGS + 1):
-        negative = bernstein < 0
-        changes = numpy.count_nonzero(negative[:, 1:] != negative[:, :-1], axis=1)
-        one = changes % 2 == 1 if halving == HALVINGS else changes == 1
-        found.append((owner[one], left[one], left[one] + width, negative[one, 0]))
-        several = changes > 1
-        if not several.any():
-            break
-        owner, left, (lower, upper) = owner[several], left[several], halves(bernstein[several])
-        width /= 2
-        owner, left = numpy.tile(owner, 2), numpy.concatenate((left, left + width))
-        bernstein = numpy.concatenate((lower, upper))
-    owner, left, right, rising = (numpy.concatenate(one) for one in zip(*found, strict=True))
+    known, others = numpy.flatnonzero(single), numpy.flatnonzero(~single)
+    bernstein = bernstein_of(polynomials[:, others].T)
+    bernstein[:, 0], bernstein[:, -1] = first[others], last[others]
+    which, left, right, rising = isolated(bernstein, HALVINGS)
+    owner = numpy.concatenate((known, others[which]))
+    left = numpy.concatenate((numpy.zeros(len(known)), left))
+    right = numpy.concatenate((numpy.ones(len(known)), right))
+    rising = numpy.concatenate((first[known] < 0, rising))
     order = numpy.lexsort((left, owner))
     owner, left, right, rising = (one[order] for one in (owner, left, right, rising))
     secant = first / (first - last)
     whole = (right - left == 1) & numpy.isfinite(secant[owner])
     start = numpy.where(whole, secant[owner], (left + right) / 2)
     return owner, _between(polynomials[:, owner], 2.0 * rising - 1, left, right, start), rising
-
-
-def bernstein_of(polynomials: Array) -> Array:
-    """Bernstein coefficients on [0, 1] of polynomials, a row of coefficients of 1, x, x^2 ... each.
-
-    Unlike a matrix product, sums of whole columns round a row whatever the others are.
-    """
-    found = numpy.zeros(polynomials.shape)
-    for column, row in zip(polynomials.T, _to_bernstein(polynomials.shape[1]), strict=True):
-        found += column[:, None] * row
-    return found
-
-
-@cache
-def _to_bernstein(size: int) -> Array:
-    last = size - 1
-    return numpy.array([[comb(j, i) / comb(last, i) for j in range(size)] for i in range(size)])
-
-
-def halves(bernstein: Array) -> tuple[Array, Array]:
-    """Bernstein coefficients on the lower and the upper half, of polynomials in rows."""
-    lower, upper, row = numpy.empty_like(bernstein), numpy.empty_like(bernstein), bernstein
-    for k in range(bernstein.shape[1]):
-        lower[:, k], upper[:, -1 - k] = row[:, 0], row[:, -1]
-        row = (row[:, 1:] + row[:, :-1]) * 0.5
-    return lower, upper
 
 
 def _between(polynomials: Array, *given: Array) -> Array:

@@ -39,29 +39,11 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
     """
     import numpy
 
-    which = numpy.arange(len(polynomials))
-    b = polynomials @ _to_bernstein(polynomials.shape[1]).T
-    b[:, 0] = first
-    low, width = numpy.zeros(len(b)), numpy.ones(len(b))
-    found = []
-    for _ in range(HALVINGS):
-        positive = b >= 0
-        changes = (positive[:, 1:] != positive[:, :-1]).sum(axis=1)
-        one, more = changes == 1, changes > 1
-        direction = numpy.where(positive[one, -1], 1, -1)
-        found.append((which[one], low[one], width[one], direction))
-        if not more.any():
-            break
-        left, right = _halves(b[more])
-        b = numpy.concatenate([left, right])
-        half = width[more] / 2
-        which = numpy.concatenate([which[more]] * 2)
-        low = numpy.concatenate([low[more], low[more] + half])
-        width = numpy.concatenate([half, half])
-    which, low, width, direction = map(numpy.concatenate, zip(*found, strict=True))
-    if not len(which):
-        return Crossings(which, low, direction)
-    place = _refined(polynomials[which], low, low + width, direction)
+    bernstein = bernstein_of(polynomials)
+    bernstein[:, 0] = first
+    which, low, high, rising = isolated(bernstein, HALVINGS)
+    direction = numpy.where(rising, 1, -1)
+    place = _refined(polynomials[which], low, high, direction)
     order = numpy.lexsort((place, which))
     return Crossings(which[order], place[order], direction[order])
 
@@ -94,26 +76,65 @@ def values(polynomials: Array, places: Array) -> Array:
     return found
 
 
-def _halves(b: Array) -> tuple[Array, Array]:
-    """Bernstein's coefficients between 0 and 1/2, and between 1/2 and 1; de Casteljau."""
+def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Array]:
+    """Intervals with one zero each, of polynomials given by Bernstein's coefficients on [0, 1].
+
+    Returns which polynomial, the two ends, and whether it rises there, in the order of places.
+    After so many halvings two zeros are none, and three are one.
+    """
     import numpy
 
-    left, right, row = numpy.empty_like(b), numpy.empty_like(b), b
-    for k in range(b.shape[1]):
-        left[:, k], right[:, b.shape[1] - 1 - k] = row[:, 0], row[:, -1]
-        row = (row[:, 1:] + row[:, :-1]) / 2
-    return left, right
+    which, low, width, found = numpy.arange(len(bernstein)), numpy.zeros(len(bernstein)), 1.0, []
+    for halving in range(halvings + 1):
+        negative = bernstein < 0
+        changes = numpy.count_nonzero(negative[:, 1:] != negative[:, :-1], axis=1)
+        one = changes % 2 == 1 if halving == halvings else changes == 1
+        found.append((which[one], low[one], low[one] + width, negative[one, 0]))
+        several = changes > 1
+        if not several.any():
+            break
+        which, low, (lower, upper) = which[several], low[several], halves(bernstein[several])
+        width /= 2
+        which, low = numpy.tile(which, 2), numpy.concatenate((low, low + width))
+        bernstein = numpy.concatenate((lower, upper))
+    which, low, high, rising = (numpy.concatenate(part) for part in zip(*found, strict=True))
+    order = numpy.lexsort((low, which))
+    return which[order], low[order], high[order], rising[order]
+
+
+def bernstein_of(polynomials: Array) -> Array:
+    """Bernstein's coefficients on [0, 1] of polynomials, rows of coefficients of 1, x, x^2 ...
+
+    Unlike a matrix product, sums of whole columns round a row whatever the others are.
+    """
+    import numpy
+
+    found = numpy.zeros(polynomials.shape)
+    for column, row in zip(polynomials.T, _to_bernstein(polynomials.shape[1]), strict=True):
+        found += column[:, None] * row
+    return found
 
 
 @cache
 def _to_bernstein(terms: int) -> Array:
-    """Row i has C(i, j)/C(terms - 1, j): the i-th coefficient, of those of 1, x, x^2, ..."""
+    """Row j has C(i, j)/C(terms - 1, j), the share of x^j in the i-th coefficient."""
     import numpy
 
-    n = terms - 1
+    last = terms - 1
     return numpy.array(
-        [[math.comb(i, j) / math.comb(n, j) for j in range(terms)] for i in range(terms)]
+        [[math.comb(i, j) / math.comb(last, j) for i in range(terms)] for j in range(terms)]
     )
+
+
+def halves(bernstein: Array) -> tuple[Array, Array]:
+    """Bernstein's coefficients between 0 and 1/2, and between 1/2 and 1; de Casteljau."""
+    import numpy
+
+    lower, upper, row = numpy.empty_like(bernstein), numpy.empty_like(bernstein), bernstein
+    for k in range(bernstein.shape[1]):
+        lower[:, k], upper[:, -1 - k] = row[:, 0], row[:, -1]
+        row = (row[:, 1:] + row[:, :-1]) / 2
+    return lower, upper
 
 
 class SignChange(NamedTuple):
