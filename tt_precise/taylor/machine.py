@@ -1,7 +1,7 @@
 """LLVM's compiler at run time, through llvmlite: from instructions to a function to be called.
 
 Nothing is stored on disk, as a cache of machine code would be code. Compiling the gliding top
-takes 0.04 s in double-double and 0.09 s in triple-double, optimised 0.15 s and 0.4 s.
+takes 0.15 s in double-double and 0.4 s in triple-double.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ class Machine:
     """Compiled instructions of one module, for this processor or a plainer one.
 
     ``features`` as LLVM names them, "" for no more than every 64-bit processor of its kind has.
-    ``level`` 0 compiles 4 times faster, to what runs 2.2 times slower. The instructions are exactly
-    rounded and not reordered, so the results have the same bits with all of these.
+    The instructions are exactly rounded and not reordered, so the results have the same bits with
+    all of these.
     """
 
-    def __init__(self, text: str, features: str | None = None, level: int = 2):
+    def __init__(self, text: str, features: str | None = None):
         import llvmlite.binding as llvm
 
         llvm.initialize_native_target()
@@ -40,7 +40,7 @@ class Machine:
         machine = llvm.Target.from_default_triple().create_target_machine(
             cpu="" if plain else llvm.get_host_cpu_name(),
             features=features if plain else llvm.get_host_cpu_features().flatten(),
-            opt=level,
+            opt=2,
         )
         # only the code generator optimises: the loops are vectors already, and LLVM's passes before
         # it take three times as long for 5 % (13 % in triple-double) of a step. Its vectoriser of
@@ -53,10 +53,7 @@ class Machine:
 
     def _function(self, name: str, arguments: str, result: Any) -> Callable[..., Any]:
         kind = ctypes.CFUNCTYPE(result, *(_LETTERS[letter] for letter in arguments))
-        function = kind(self._engine.get_function_address(name))
-        # a thread may be in it when its Machine is replaced
-        setattr(function, "engine", self._engine)  # noqa: B010
-        return function
+        return kind(self._engine.get_function_address(name))
 
 
 def aligned(size: int) -> Array:

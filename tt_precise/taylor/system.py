@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -13,9 +12,6 @@ from tt_precise.taylor.machine import MOST_ORDER, TIMES, Machine, aligned
 from tt_precise.taylor.numbers import split
 
 STEPS = 512  # of a piece
-# After so many steps the time has been lost that optimising takes: 5 of 9 us a step in
-# double-double and 18 of 33 us in triple-double, 0.14 and 0.4 s to compile.
-WORTH_OPTIMISING = 20_000
 # of time; where 57 powers of it are out of range, less by and by
 FIRST_UNIT, LESS, LEAST_UNIT = 2.0**-3, 2.0**-16, 2.0**-200
 SPARE = 4  # orders computed in more parts than they need in theory
@@ -64,30 +60,10 @@ class System:
     def __init__(self, parts: int, entries: int, parameters: int, define: Callable[..., Any]):
         from tt_precise.taylor.kernel import Kernel
 
-        self.parts, self.graph, self._steps = parts, Graph(entries, parameters), 0
+        self.parts, self.graph = parts, Graph(entries, parameters)
         rates, outputs = define(tuple(self.graph.entries), self.graph.parameters, self.graph)
         self.kernel = Kernel(parts, self.graph, self.graph.with_turning(rates), outputs)
-        self._lock, self._text = threading.Lock(), ""
-        self._machine: Machine | None = None
-
-    @property
-    def machine(self) -> Machine:
-        """The compiled functions, not optimised before that has paid for itself."""
-        with self._lock:
-            if self._machine is None:
-                self._text = self.kernel.text()
-                self._machine = Machine(self._text, level=0)
-            return self._machine
-
-    def _stepped(self, steps: int) -> None:
-        """Optimise after many steps: the bits stay."""
-        with self._lock:
-            before, self._steps = self._steps, self._steps + steps
-            due = before < WORTH_OPTIMISING <= self._steps
-        if due:
-            optimised = Machine(self._text)
-            with self._lock:
-                self._machine = optimised
+        self.machine = Machine(self.kernel.text())
 
     def begun(
         self, start: Sequence[Scalar], parameters: Sequence[Scalar], fn: Functions
@@ -141,7 +117,6 @@ class System:
             piece = StepBlock(
                 self, orders, data.reshape(parts, steps + 1, order + 2, -1), times, taken
             )
-            self._stepped(taken)
             if piece.good < taken and times[piece.good, 0] > LEAST_UNIT:
                 # its terms may only be too large for this unit of time
                 taken, shorter = piece.good, LESS
