@@ -15,9 +15,9 @@ from tt_precise.runtime.records import (
     encode,
     json_schema,
     load,
+    of_its_form,
     parse,
     read,
-    read_as,
 )  # fmt: skip
 from tt_precise.runtime.values import InputError
 
@@ -81,7 +81,7 @@ def test_no_file_and_another_form_are_one_line(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a\.json: No such file or directory; expected things"):
         read(file, "things")
     file.write_text('{"a": [{"b": 1}]}')
-    assert read_as(file, "things", lambda content: content["a"][0]["b"]) == 1
+    content = read(file, "things")
     for take in (
         lambda content: content["b"],
         lambda content: content["a"]["b"],
@@ -89,8 +89,9 @@ def test_no_file_and_another_form_are_one_line(tmp_path: Path) -> None:
         lambda content: content["a"].get("b"),
         lambda content: int("x"),
     ):
-        with pytest.raises(InputError, match=r"a\.json: not of its form .*expected things"):
-            read_as(file, "things", take)
+        expected = pytest.raises(InputError, match=r"a\.json: not of its form .*expected things")
+        with expected, of_its_form(file, "things"):
+            take(content)
 
 
 def test_a_record_is_written_and_read_back(tmp_path: Path) -> None:

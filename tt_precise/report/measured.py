@@ -155,7 +155,9 @@ def engines(folder: Path) -> Section:
     file = folder / ENGINES
     if not file.is_file():
         return _not_measured("engines", ENGINES_TITLE, ENGINES_COMMAND)
-    return records.read_as(file, f"what `{ENGINES_COMMAND}` writes", _board)
+    what = f"what `{ENGINES_COMMAND}` writes"
+    with of_its_form(file, what):
+        return _board(records.read(file, what))
 
 
 def _board(board: dict[str, Json]) -> Section:

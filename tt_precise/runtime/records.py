@@ -18,7 +18,7 @@ A document is a ``Record``; its tag is the name and version that stands under th
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
@@ -31,11 +31,10 @@ from tt_precise.runtime.values import InputError, Json
 
 __all__ = [
     "UNSET", "Meta", "Record", "Unset", "encode", "json_schema", "load", "means", "of_its_form",
-    "parse", "read", "read_as",
+    "parse", "read",
 ]  # fmt: skip
 
 Unset = UnsetType
-Found = TypeVar("Found")
 # errors of taking a file's content apart that has another form
 MISSHAPEN = (ValueError, KeyError, IndexError, TypeError, AttributeError)
 
@@ -154,19 +153,6 @@ def read(path: Path, what: str) -> dict[str, Json]:
     if not isinstance(content, dict):
         raise InputError(f"{shown(path)}: got no JSON object, expected {what}")
     return content
-
-
-def read_as(path: Path, what: str, take: Callable[[dict[str, Json]], Found]) -> Found:
-    """What ``take`` makes of the object in a file.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or lacks what ``take`` looks for.
-    """
-    content = read(path, what)
-    with of_its_form(path, what):
-        return take(content)
 
 
 @contextmanager

@@ -186,7 +186,9 @@ def _entry(
     # a table names no schema
     schema = f"tt_precise.{kind}/1"
     if file.suffix == ".json":
-        schema = records.read_as(file, "a file of the reference data", lambda one: one["schema"])
+        what = "a file of the reference data"
+        with records.of_its_form(file, what):
+            schema = records.read(file, what)["schema"]
     sha256 = hashlib.sha256(file.read_bytes()).hexdigest()
     path = file.relative_to(folder).as_posix()
     return Listed(path, sha256, LICENCE, kind, content, scene, schema, digits)
