@@ -63,14 +63,14 @@ def contact_force(body: Any, state: LiftedState, g_n: Scalar, fn: Functions) -> 
 def rates(body: Any, state: LiftedState, fn: Functions) -> LiftedState:
     """Time derivative in contact; Hunt and Crossley's is not smooth at height 0."""
     g_n = normal_force(body, state, fn)
-    return flight.rates(body, state, contact_force(body, state, g_n, fn))
+    return flight.rates(body, state, fn, contact_force(body, state, g_n, fn))
 
 
 def linear_euler_rates(body: Any, state: LiftedEulerState, fn: Functions) -> LiftedEulerState:
     """The same in Euler angles."""
     g_n = linear_force(body, state.height, state.rise)
     viscous = friction.viscous_at(body, state.nu_x, state.nu_y, fn)
-    return flight.euler_rates(viscous, state, g_n, fn)
+    return flight.euler_rates(viscous, state, fn, g_n)
 
 
 def height(zeta: Scalar) -> Scalar:
@@ -88,7 +88,7 @@ def hunt_crossley_rates(body: Any, state: DeepState, fn: Functions) -> DeepState
     zeta = state.zeta
     here = LiftedState(*state[:8], height(zeta), state.rise)
     g_n = hunt_crossley_force(body, zeta, state.rise)
-    rate = flight.rates(body, here, contact_force(body, here, g_n, fn))
+    rate = flight.rates(body, here, fn, contact_force(body, here, g_n, fn))
     moving = (zeta * one for one in rate[:8])
     return DeepState(*(*moving, -state.rise / 2, zeta * rate.rise, zeta))
 
@@ -99,7 +99,7 @@ def hunt_crossley_euler_rates(body: Any, state: DeepEulerState, fn: Functions) -
     here = LiftedEulerState(*state[:6], height(zeta), state.rise)
     g_n = hunt_crossley_force(body, zeta, state.rise)
     viscous = friction.viscous_at(body, state.nu_x, state.nu_y, fn)
-    rate = flight.euler_rates(viscous, here, g_n, fn)
+    rate = flight.euler_rates(viscous, here, fn, g_n)
     moving = (zeta * one for one in rate[:6])
     return DeepEulerState(*(*moving, -state.rise / 2, zeta * rate.rise, zeta))
 

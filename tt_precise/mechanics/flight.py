@@ -51,8 +51,10 @@ class LiftedEulerState(
     __slots__ = ()
 
 
-def rates(body: Parameters, state: LiftedState, force: Vector) -> LiftedState:
-    """Time derivative of the state under any force at the lowest point; eq (1)."""
+def rates(
+    body: Parameters, state: LiftedState, fn: Functions = None, force: Vector = (0, 0, 0)
+) -> LiftedState:
+    """Time derivative of the state, in flight or under a force at the lowest point; eq (1)."""
     turning = NewtonState(*state[:8])
     torque = cross(newton.contact_arm(body, state.k), force)
     x, y, z = newton.contact_acceleration(body, turning, force)
@@ -60,9 +62,9 @@ def rates(body: Parameters, state: LiftedState, force: Vector) -> LiftedState:
 
 
 def euler_rates(
-    body: Parameters, state: LiftedEulerState, g_n: Scalar, fn: Functions
+    body: Parameters, state: LiftedEulerState, fn: Functions, g_n: Scalar = 0
 ) -> LiftedEulerState:
-    """The same under g_n (z - mu v_A), with any g_n; eqs (2) to (6).
+    """The same, in flight or under g_n (z - mu v_A) with any g_n; eqs (2) to (6).
 
     The centre of mass is at R (1 - alpha cos theta) above the lowest point.
     """
@@ -75,24 +77,12 @@ def euler_rates(
 
 def free_rates(body: Parameters, state: NewtonState, fn: Functions = None) -> NewtonState:
     """Time derivative in flight of what a gliding top has."""
-    return NewtonState(*rates(body, LiftedState(*state, 0, 0), (0, 0, 0))[:8])
+    return NewtonState(*rates(body, LiftedState(*state, 0, 0), fn)[:8])
 
 
 def free_euler_rates(body: Parameters, state: EulerState, fn: Functions) -> EulerState:
     """Time derivative in flight of what a gliding top has."""
     return euler.rates(body, state, fn, 0)
-
-
-def flight_rates(body: Parameters, state: LiftedState, fn: Functions = None) -> LiftedState:
-    """Time derivative in flight."""
-    return rates(body, state, (0, 0, 0))
-
-
-def flight_euler_rates(
-    body: Parameters, state: LiftedEulerState, fn: Functions
-) -> LiftedEulerState:
-    """Time derivative in flight."""
-    return euler_rates(body, state, 0, fn)
 
 
 def orientation(

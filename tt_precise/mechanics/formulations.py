@@ -169,8 +169,8 @@ FORMULATIONS = {
         "rolling", "euler", RollingEulerState, rolling.euler_rates, friction=COULOMB
     ),
     # in the air, with the height, and on an elastic table
-    (RAISED, "newton"): Formulation("flight", "newton", LiftedState, flight.flight_rates),
-    (RAISED, "euler"): Formulation("flight", "euler", LiftedEulerState, flight.flight_euler_rates),
+    (RAISED, "newton"): Formulation("flight", "newton", LiftedState, flight.rates),
+    (RAISED, "euler"): Formulation("flight", "euler", LiftedEulerState, flight.euler_rates),
     ("linear", "newton"): Formulation(
         "linear", "newton", LiftedState, compliant.rates, spring="linear"
     ),
