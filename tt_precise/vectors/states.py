@@ -20,7 +20,7 @@ from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
+from tt_precise.mechanics.vectors import Quaternion, Vector, added, cross, dot, scaled
 from tt_precise.runtime.values import Functions, Json, Scalar
 from tt_precise.scene.body import SPRINGS, top_of
 from tt_precise.scene.laws import COULOMB, LAWS, REGULARISED, VISCOUS
@@ -42,6 +42,7 @@ DAMPING = {"linear": ("0.05", "0.5"), "hunt-crossley": ("0.2", "2")}  # N s/m, s
 INPUT_DIGITS, DIGITS, WORKING_DIGITS = 50, 34, 80
 AGREEMENT = 40  # digits in which two formulations have to agree
 ROUNDING = 1e-60
+PLUS = Fraction(101, 100)  # 1 % more
 VALID, INVALID = "valid", "invalid"
 MISTAKEN = (*GLIDING, "rolling")  # kinds whose first state has mistakes
 STEP = 26  # -log10 of s; central differences over it are off by some 1e-45
@@ -183,42 +184,28 @@ def _pressed(case: StateCase) -> bool:
     return bool(sticks and q.force[2] > q.body.m * q.body.g / 10)
 
 
-def _inertia(name: str) -> Callable[[StateCase], Motion]:
-    def off(case: StateCase) -> Motion:
-        body = case.motion.body
-        more = getattr(body, name) * case.number(Fraction(101, 100))
-        return _seen(case, body=replace(body, **{name: more}))
-
-    return off
-
-
-def _friction_reversed(case: StateCase) -> Motion:
-    return _seen(case, body=replace(case.motion.body, mu=-case.motion.body.mu))
-
-
-def _centred_mass(case: StateCase) -> Motion:
-    return _seen(case, body=replace(case.motion.body, alpha=case.number(Fraction(0))))
-
-
-def _omega_in_body_frame(case: StateCase) -> Motion:
-    w, x, y, z = case.pose_of(case.motion)[:4]
-    return _seen(case, omega=flight.turned((w, -x, -y, -z), case.motion.omega))
-
-
-def _quaternion_inverse(case: StateCase) -> Motion:
-    w, x, y, z = case.pose_of(case.motion)[:4]
-    return _seen(case, k=flight.turned((w, -x, -y, -z), (0, 0, 1)))
-
-
 # What engines get wrong: the terms of the same state with one mistake, by the flag that names it.
 MISTAKES: dict[str, Callable[[StateCase], Motion]] = {
-    "I1 plus 1 %": _inertia("I1"),
-    "I3 plus 1 %": _inertia("I3"),
-    "friction reversed": _friction_reversed,
-    "centre of mass at the centre of the sphere": _centred_mass,
-    "omega in the body frame": _omega_in_body_frame,
-    "quaternion inverse": _quaternion_inverse,
+    "I1 plus 1 %": lambda case: _with_body(case, I1=case.start.body.I1 * case.number(PLUS)),
+    "I3 plus 1 %": lambda case: _with_body(case, I3=case.start.body.I3 * case.number(PLUS)),
+    "friction reversed": lambda case: _with_body(case, mu=-case.start.body.mu),
+    "centre of mass at the centre of the sphere": lambda case: _with_body(
+        case, alpha=case.number(Fraction(0))
+    ),
+    "omega in the body frame": lambda case: _seen(
+        case, omega=flight.turned(_inverse_of(case), case.motion.omega)
+    ),
+    "quaternion inverse": lambda case: _seen(case, k=flight.turned(_inverse_of(case), (0, 0, 1))),
 }
+
+
+def _with_body(case: StateCase, **changed: Scalar) -> Motion:
+    return _seen(case, body=replace(case.motion.body, **changed))
+
+
+def _inverse_of(case: StateCase) -> Quaternion:
+    w, x, y, z = case.pose_of(case.motion)[:4]
+    return (w, -x, -y, -z)
 
 
 def _seen(
