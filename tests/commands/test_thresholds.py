@@ -63,10 +63,10 @@ def test_a_threshold_that_does_not_exist_is_no_failure(
 def test_one_that_only_one_way_finds_is_a_failure(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from tt_precise.exact import thresholds as exact
+    from tt_precise.exact.stability import MarginalMomentum
 
-    nothing = exact.MarginalMomentum(False, reason="spoiled")
-    monkeypatch.setattr(exact, "marginal_spin", lambda *_, **__: nothing)
+    nothing = MarginalMomentum(False, reason="spoiled")
+    monkeypatch.setattr("tt_precise.exact.thresholds.marginal_spin", lambda *_, **__: nothing)
     found = printed(capsys, "reference", "--digits", "10", status=1)["quantities"]
     assert found["lambda_thres"]["independent"] is None
     assert found["lambda_thres"]["digits_agreed"] == 0

@@ -79,15 +79,11 @@ class Rung:
     friction: dict[str, Json] | None = None
     contact: Literal["rigid", "none"] = "rigid"
 
-    @property
-    def asked(self) -> dict[str, Json]:
-        """The friction in the job."""
-        return self.friction or friction_of(self.scene)
-
     def job(self, step: Fraction, rows: int = 1) -> dict[str, Json]:
         """The job for one step size, with ``rows`` of output in a sampling interval."""
         scene = self.scene.varied(sample_every=str(self.scene.sample_every / rows))
-        return job(scene, step, self.asked, contact=self.contact)
+        friction = self.friction or friction_of(self.scene)
+        return job(scene, step, friction, contact=self.contact)
 
     def rows(self, step: Fraction) -> int:
         """Most rows in a sampling interval, up to ``ROWS``, that lie at multiples of ``step``."""

@@ -229,31 +229,49 @@ def run(
 ) -> ProgramRun:
     """Give ``job`` to the program, wait at most ``time_limit`` seconds, and read its rows.
 
-    ``stop`` ends it early.
+    ``stop`` ends it early. It and its children have ended afterwards.
 
     Raises
     ------
     InputError
         There is no such program, or it cannot be started.
     """
-    try:
-        done = ended(command, as_text(job), time_limit, stop)
-    except OSError as error:
-        raise InputError(
-            f"engines: got {command[0]!r}, which does not start ({error.strerror}); expected a "
-            "program of the engine protocol"
-        ) from None
-    if done.cut_short:
-        return ProgramRun("stopped", done.cut_short)
-    last = _last_line(done.err)
-    if done.status == REFUSED:
+    with (
+        tempfile.TemporaryFile() as source,
+        tempfile.TemporaryFile() as out,
+        tempfile.TemporaryFile() as err,
+    ):
+        source.write(as_text(job).encode())
+        source.seek(0)
+        try:
+            process = subprocess.Popen(
+                list(command), stdin=source, stdout=out, stderr=err, start_new_session=True
+            )
+        except OSError as error:
+            raise InputError(
+                f"engines: got {command[0]!r}, which does not start ({error.strerror}); expected a "
+                "program of the engine protocol"
+            ) from None
+        try:
+            cut_short = _waited(process.pid, time_limit, (out, err), stop)
+        finally:
+            # not waited for yet, so that its number is still that of the group
+            os.killpg(process.pid, signal.SIGKILL)
+            status = process.wait()
+        out.seek(0)
+        err.seek(max(0, err.seek(0, os.SEEK_END) - LAST_BYTES))
+        written = out.read(MOST_BYTES).decode(errors="replace")
+        last = _last_line(err.read(LAST_BYTES).decode(errors="replace"))
+    if cut_short:
+        return ProgramRun("stopped", cut_short)
+    if status == REFUSED:
         return ProgramRun("refused", last)
-    if done.status:
-        return ProgramRun("failed", f"exit status {done.status}: {last}")
-    called = NAMED.search(done.out)
+    if status:
+        return ProgramRun("failed", f"exit status {status}: {last}")
+    called = NAMED.search(written)
     name = called.group(1).strip()[:60] if called else ""
     try:
-        found = _read(done.out, job)
+        found = _read(written, job)
     except ValueError as error:
         found = ProgramRun("unreadable", str(error))
     return replace(found, name=name)
@@ -342,49 +360,6 @@ def _last_line(text: str) -> str:
     return lines[-1][:200] if lines else "nothing on standard error"
 
 
-# ---- processes -------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Ended:
-    """What is left of a program.
-
-    ``cut_short``: why it had to be ended, "" if it did so itself. ``status``: its exit status, or
-    minus the signal. ``out``: standard output; ``err``: the last part of standard error.
-    """
-
-    cut_short: str
-    status: int
-    out: str
-    err: str
-
-
-def ended(
-    command: Sequence[str], given: str, time_limit: float, stop: threading.Event | None = None
-) -> Ended:
-    """Give ``given`` on standard input, wait, and end what is left of it and its children.
-
-    ``stop`` ends it early. Raises OSError if it cannot be started.
-    """
-    with (
-        tempfile.TemporaryFile() as source,
-        tempfile.TemporaryFile() as out,
-        tempfile.TemporaryFile() as err,
-    ):
-        source.write(given.encode())
-        source.seek(0)
-        process = subprocess.Popen(
-            list(command), stdin=source, stdout=out, stderr=err, start_new_session=True
-        )
-        try:
-            cut_short = _waited(process.pid, time_limit, (out, err), stop)
-        finally:
-            # not waited for yet, so that its number is still that of the group
-            os.killpg(process.pid, signal.SIGKILL)
-            status = process.wait()
-        return Ended(cut_short, status, _text(out, 0), _text(err, LAST_BYTES))
-
-
 def _waited(
     pid: int, time_limit: float, files: Sequence[IO[bytes]], stop: threading.Event | None
 ) -> str:
@@ -399,9 +374,3 @@ def _waited(
         time.sleep(pause)
         pause = min(2 * pause, LONGEST_S)
     return ""
-
-
-def _text(file: IO[bytes], last: int) -> str:
-    """The content, or its last part; no more than what is allowed."""
-    file.seek(-min(last, file.seek(0, os.SEEK_END)) if last else 0, os.SEEK_END if last else 0)
-    return file.read(MOST_BYTES).decode(errors="replace")

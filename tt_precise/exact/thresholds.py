@@ -22,7 +22,7 @@ from tt_precise.exact.arithmetic import (
     own_context,
     rounding_to,
 )
-from tt_precise.exact.stability import INVERTED, UPRIGHT, MarginalMomentum, fineness, marginal_spin
+from tt_precise.exact.stability import INVERTED, UPRIGHT, fineness, marginal_spin
 from tt_precise.mechanics import euler, friction, newton
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.mechanics.conversion import vectors_from_euler
@@ -32,7 +32,7 @@ from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.values import Functions, Json, Scalar
-from tt_precise.scene.scene import Scene, Start, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 GUARD_DIGITS = 15  # some ten roundings in each formula, and the fineness of the body on top
 MOST_GUARD = 5000
@@ -108,12 +108,13 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
         "gamma": work.gamma(),
         "sigma": work.sigma(),
     }
-    verdict: InversionVerdict = inversion(
+    numerator, denominator = contact_terms(scene.model, work.top, work.motion.state, work.fn)
+    verdict = inversion(
         scene,
         lambda_.value,
         quantities["lambda_thres"].value,
         quantities["lambda_up"].value,
-        work.on_table_at_start(),
+        bool(numerator > 0 and denominator > 0),
         work.fn.mpf(10) ** -digits,
     )
     return Thresholds(digits, work.fn, quantities, verdict.inverts, verdict.reason)
@@ -134,12 +135,6 @@ class _Work:
         self.fn = own_context(digits + GUARD_DIGITS + min(guard, MOST_GUARD))
         start = InitialState.in_si(scene, arithmetic_of(self.fn))
         self.top, self.euler, self.motion = start.body, start.euler, start.motion(self.fn)
-
-    def on_table_at_start(self) -> bool:
-        numerator, denominator = contact_terms(
-            self.scene.model, self.top, self.motion.state, self.fn
-        )
-        return bool(numerator > 0 and denominator > 0)
 
     def lambda_(self) -> Determination:
         return self.determined(
@@ -176,7 +171,10 @@ class _Work:
             f"about the {spin} spin crosses the imaginary axis, with "
             + (" and again with ".join(used) or "no friction found workable")
         )
-        independents = [self.lambda_of_spin(crossing, side) for crossing in used.values()]
+        unit = self.lambda_of_unit_spin(side)
+        independents = [
+            crossing.spin * unit if crossing.exists else None for crossing in used.values()
+        ]
         reasons = [] if exists else [f"the formula needs {needs}"]
         reasons += [
             f"eigenvalues with {name}: {crossing.reason}"
@@ -198,9 +196,6 @@ class _Work:
         if not body.friction.smooth_at_rest:
             return "an auxiliary mu = 1 s/m, as Coulomb's law has none at v_A = 0", Fraction(1)
         return f"the scene's own {body.friction.at_rest}", friction.largest_coefficient(body, 0)
-
-    def lambda_of_spin(self, crossing: MarginalMomentum, side: int) -> Scalar:
-        return crossing.spin * self.lambda_of_unit_spin(side) if crossing.exists else None
 
     def lambda_of_unit_spin(self, side: int) -> Scalar:
         return QUANTITIES["lambda"].evaluate(self.spinning(side, 1))
@@ -284,8 +279,9 @@ def inversion(
         )
     if scene.body.spring:
         return InversionVerdict(None, "Theorem 1.1 is about a rigid table")
-    if _steady(scene.start):
-        if scene.start.theta.from_pi:
+    start = scene.start
+    if start.theta.at_pole and not any((start.theta_dot, start.nu_x, start.nu_y)):
+        if start.theta.from_pi:
             return InversionVerdict(
                 None, "starts as the inverted spin, a steady motion: nothing to invert"
             )
@@ -323,8 +319,3 @@ def inversion(
         True, "1 - alpha < gamma < 1 + alpha and |lambda| > max(lambda_thres, lambda_up): "
         "Theorem 1.1, for solutions that keep g_n > 0"
     )  # fmt: skip
-
-
-def _steady(start: Start) -> bool:
-    moving = (start.theta_dot, start.nu_x, start.nu_y)
-    return start.theta.at_pole and not any(moving)
