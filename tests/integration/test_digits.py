@@ -9,11 +9,20 @@ from typing import Any
 import pytest
 
 import tt_precise as tt
-from tt_precise.integration import Trajectory, api, integrate
-from tt_precise.integration.api import HEYOKAS, LADDER, SPARE, Rung, integrate_to_digits
+from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.columns import digits_over_rows
 from tt_precise.integration.errors import distance, floats
 from tt_precise.integration.precision import KINDS
+from tt_precise.integration.trajectory import (
+    HEYOKAS,
+    LADDER,
+    LOST,
+    MOST_SECONDS,
+    SPARE,
+    Rung,
+    integrate_to_digits,
+    seconds_for,
+)
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene, shipped
 
@@ -40,7 +49,7 @@ def climbed(wanted: int, runs: Runs) -> list[Rung]:
 
 
 def test_the_first_rung_that_mostly_suffices_is_tried_first() -> None:
-    assert [climbed(n, Runs())[0].digits >= n + api.LOST for n in range(1, 60)]
+    assert [climbed(n, Runs())[0].digits >= n + LOST for n in range(1, 60)]
     assert climbed(6, Runs()) == [LADDER[0]]
     assert climbed(34, Runs())[0].precision == "triple-double"
     assert climbed(60, Runs())[0].precision == "mp"
@@ -81,8 +90,8 @@ def test_digits_that_would_take_days_are_refused_with_the_largest_that_is_practi
         integrate("reference", digits=1000)
     most = int(str(refused.value).partition("at most ")[2].partition(",")[0])
     scene = load_scene("reference")
-    assert api.seconds_for(most, scene) <= api.MOST_SECONDS < api.seconds_for(1000, scene)
-    assert api.seconds_for(40, scene) == 0  # no mp
+    assert seconds_for(most, scene) <= MOST_SECONDS < seconds_for(1000, scene)
+    assert seconds_for(40, scene) == 0  # no mp
 
 
 @pytest.mark.parametrize(

@@ -169,7 +169,7 @@ def test_what_vanishes_identically_is_no_event(precision: str) -> None:
 
 def test_without_what_settles_them_there_are_such_events(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "tt_precise.integration.heyoka_backend.settled", lambda hits, *_: (tuple(hits), frozenset())
+        "tt_precise.integration.vanishing.settled", lambda hits, *_: (tuple(hits), frozenset())
     )
     assert len(integrate("rolling", until="1", events=("phi_dot_zero",)).events) > 20
     early = integrate("reference", until="0.1", events=ALL).events

@@ -42,7 +42,8 @@ def command(
         return _catalogue(as_json)
     from tt_precise.commands.run import event_rows
     from tt_precise.integration import integrate
-    from tt_precise.integration.events import TERMINAL, asked_for
+    from tt_precise.integration.events import TERMINAL
+    from tt_precise.integration.setup import asked_for
     from tt_precise.runtime.terminal import progress_bar
     from tt_precise.scene.numerals import exact
     from tt_precise.scene.scene import load_scene

@@ -174,9 +174,8 @@ def command(
     from dataclasses import replace
 
     from tt_precise.integration import integrate
-    from tt_precise.integration.api import MOST_SECONDS, seconds_for
-    from tt_precise.integration.events import asked_for
-    from tt_precise.runtime import tables
+    from tt_precise.integration.setup import asked_for
+    from tt_precise.integration.trajectory import MOST_SECONDS, seconds_for
     from tt_precise.runtime.terminal import progress_bar
     from tt_precise.scene.numerals import exact
     from tt_precise.scene.scene import RECORDABLE, load_scene
@@ -202,6 +201,8 @@ def command(
         movie_writer(Path(animate))
         _require_writable(Path(animate), "--animate")
     if out is not None:
+        from tt_precise.runtime import tables
+
         tables.format_of(out)
         _require_writable(Path(out), "--out")
     elif wanted:
@@ -408,7 +409,7 @@ def _told(found: dict[str, Any]) -> list[str]:
 def _require_columns(names: tuple[str, ...]) -> bool:
     """Refuse unknown columns; whether the pose is among them."""
     from tt_precise.integration.columns import POSE_COLUMNS
-    from tt_precise.integration.segments import DIGITS, ERROR
+    from tt_precise.integration.run import DIGITS, ERROR
     from tt_precise.mechanics.formulations import STATE_DIMENSIONS
     from tt_precise.mechanics.quantities import QUANTITIES
 

@@ -7,19 +7,17 @@ from typing import TYPE_CHECKING
 from tt_precise.runtime.process import lazy_names
 
 if TYPE_CHECKING:
-    from tt_precise.integration.api import integrate
     from tt_precise.integration.columns import State
     from tt_precise.integration.events import EVENTS, TERMINAL, catalogue
-    from tt_precise.integration.trajectory import Trajectory
+    from tt_precise.integration.trajectory import Trajectory, integrate
 
 __all__ = ["EVENTS", "TERMINAL", "State", "Trajectory", "catalogue", "integrate"]
 
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "api": ["integrate"],
         "columns": ["State"],
         "events": ["EVENTS", "TERMINAL", "catalogue"],
-        "trajectory": ["Trajectory"],
+        "trajectory": ["Trajectory", "integrate"],
     },
 )

@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Literal, NamedTuple, Protocol
 
-from tt_precise.integration.columns import Row
+from tt_precise.integration.columns import Columns, Row
 from tt_precise.integration.equations import extended_rates
 from tt_precise.integration.events import EventRecord
 from tt_precise.integration.precision import Precision
@@ -470,3 +470,37 @@ def moved_arrays(
         moved = [x + rate * delay for x, rate in zip(entries, rates, strict=True)]
     # at a pole the rates of phi and psi are undefined; there the entry stands as it is
     return tuple(numpy.where(numpy.isfinite(m), m, x) for m, x in zip(moved, entries, strict=True))
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch under one set of equations, from ``begin`` (dimensionless, guarded) on.
+
+    ``ended`` is the event that joins it to the next segment; "" where only the equations change,
+    and of the last one.
+    """
+
+    begin: Scalar
+    output: DenseOutput
+    ended: str = ""
+
+    @cached_property
+    def columns(self) -> Columns:
+        """Columns of the segment's own rows."""
+        return Columns(self.output.setup, self.output.start)
+
+    @property
+    def begin_s(self) -> Scalar:
+        """Where it begins, in s."""
+        return self.begin * self.output.start.units.time
+
+    @property
+    def end_s(self) -> Scalar:
+        """Where it ends, in s."""
+        return self.begin_s + self.output.end
+
+    @property
+    def model(self) -> str:
+        """One of gliding, rolling, flight, and contact with an elastic table."""
+        form = self.output.setup.formulation
+        return "contact" if form.model == form.spring else form.model

@@ -24,11 +24,11 @@ from tt_precise.integration.columns import (
     digits_over_rows,
     worst_digits,
 )
-from tt_precise.integration.dense_output import ARRIVED, Times, in_parts, long_double
+from tt_precise.integration.dense_output import ARRIVED, Segment, Times, in_parts, long_double
 from tt_precise.integration.equations import moving
 from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.precision import finer
-from tt_precise.integration.segments import Run, Segment
+from tt_precise.integration.run import Run
 from tt_precise.integration.setup import Setup, full_tolerance
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.taylor.series import Series, rate

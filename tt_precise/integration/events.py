@@ -20,6 +20,9 @@ from tt_precise.scene.laws import VISCOUS, Law
 EXTREMUM, ZERO = "extremum:", "zero:"
 
 MOST_EVENTS = 1_000_000  # each takes half a kB
+# Events may be zero at the start itself (theta_dot(0) = 0), and a multiple root there can hide the
+# other roots of its Taylor step; so with events the first step is a tiny one.
+FIRST_STEP = 2.0**-20
 
 
 class EventRecord(NamedTuple):
@@ -167,36 +170,6 @@ def catalogue(model: str) -> tuple[str, ...]:
 
 Asked = str | Event
 """An event of the catalogue by name, or one's own."""
-Events = str | Callable[[Motion], Scalar] | Iterable[Asked | Callable[[Motion], Scalar]]
-
-
-def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
-    """What ``events`` asks for: names, by commas or in an iterable, "all" of a model, functions.
-
-    A function of the motion has an event, of its own name, wherever it changes sign.
-
-    Raises
-    ------
-    InputError
-        It is something else.
-    """
-    if isinstance(events, str):
-        names = [one.strip() for one in events.split(",") if one.strip()]
-        if "all" in names:
-            return tuple(dict.fromkeys([*catalogue(model), *(set(names) - {"all"})]))
-        events = names
-    found: list[Asked] = []
-    for one in events if isinstance(events, Iterable) else [events]:
-        if isinstance(one, (str, Event)):
-            found.append(one)
-        elif callable(one):
-            found.append(Event(one.__name__, one, "one's own"))
-        else:
-            raise InputError(
-                f"events: got {one!r:.60}, expected names, such as theta_max or all, or functions "
-                "of the motion"
-            )
-    return tuple(dict.fromkeys(found))
 
 
 def change(name: str, direction: int) -> str:

@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from tt_precise.integration.dense_output import (
@@ -16,6 +17,7 @@ from tt_precise.integration.dense_output import (
     Pieces,
     Propagation,
     SampleTimes,
+    Segment,
     Status,
     StoredPieces,
 )
@@ -28,14 +30,13 @@ from tt_precise.integration.equations import (
 )
 from tt_precise.integration.events import (
     EVENTS,
+    FIRST_STEP,
     MOST_EVENTS,
     Event,
     EventRecord,
 )
 from tt_precise.integration.precision import Precision
-from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table
-from tt_precise.integration.vanishing import FIRST_STEP, settled
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.process import import_heyoka
@@ -69,7 +70,7 @@ def run(
     start: InitialState,
     samples: SampleTimes | None,
     progress: Progress | None,
-) -> Run:
+) -> list[Segment]:
     """What becomes of ``start``, in one segment."""
     if setup.precision.is_float:
         taken = None if samples is None else samples.doubles.rounded[1:]
@@ -82,7 +83,7 @@ def run(
         pieces, samples = stored.pieces, None
     again = repeating(setup, start, propagation)
     output = DenseOutput(setup, start, propagation, pieces, again, samples)
-    return Run(setup, start, [Segment(start.until * 0, output)])
+    return [Segment(start.until * 0, output)]
 
 
 def repeating(
@@ -120,8 +121,6 @@ def propagate(
     InputError
         More than ``MOST_EVENTS`` events happened, or the function of one became undefined.
     """
-    heyoka = import_heyoka()
-
     form = setup.formulation
     number, zero = setup.precision.number, setup.precision.context.mpf(0)
     horizon = number(start.until) if until is None else until
@@ -149,7 +148,7 @@ def propagate(
             found = _propagation_of(setup, start, made, status, steps)
             return found if sampling is None else replace(found, samples=sampling.states)
         last_good = made.adaptive.time
-        if outcome == heyoka.taylor_outcome.err_nf_state:
+        if outcome == outcomes().err_nf_state:
             last_good = _time_before_failure(setup, start, made, horizon)
         if last_good == number(zero):
             made.begin(setup, start)
@@ -209,7 +208,7 @@ def _advance(
     progress is reported and Ctrl-C gets through. The outcome is ``step_limit`` where a whole piece
     covered less than eps of the horizon (mu = 1e300): the rest would take 1/eps more of them.
     """
-    heyoka = import_heyoka()
+    kinds = outcomes()
 
     def report(adaptive: Adaptive) -> bool:
         if progress and goals[-1]:
@@ -220,13 +219,13 @@ def _advance(
     keywords: dict[str, Any] = {"max_steps": precision.kind.steps, **limits}
     if precision.in_software:
         keywords["callback"] = report
-    steps, outcome = 0, heyoka.taylor_outcome.time_limit
+    steps, outcome = 0, kinds.time_limit
     for goal in goals:
-        if outcome != heyoka.taylor_outcome.time_limit:
+        if outcome != kinds.time_limit:
             break
-        outcome = heyoka.taylor_outcome.step_limit
+        outcome = kinds.step_limit
         advance, crawl = with_guard_bits(goal), precision.eps * with_guard_bits(goal)
-        while outcome == heyoka.taylor_outcome.step_limit and advance >= crawl:
+        while outcome == kinds.step_limit and advance >= crawl:
             before = made.adaptive.time
             if sampling is not None and goal == goals[-1] and not sampling.begun:
                 outcome, count = sampling.advance(made.adaptive, **keywords)
@@ -252,6 +251,8 @@ def _propagation_of(
     time, time_low = made.adaptive.dtime
     hits, touches = tuple(made.hits), frozenset[str]()
     if setup.events:
+        from tt_precise.integration.vanishing import settled
+
         hits, touches = settled(hits, setup, start, time)
     return Propagation(
         status=status,
@@ -287,13 +288,17 @@ def _values(adaptive: Adaptive) -> tuple[Scalar, ...]:
     return tuple(adaptive.state[i] for i in range(len(adaptive.state)))
 
 
+@cache
+def outcomes() -> Any:
+    """heyoka's ways to end a propagation."""
+    return import_heyoka().taylor_outcome
+
+
 def status_of(outcome: Any, terminal: tuple[str, ...]) -> Status:
     """The status of a propagation that heyoka ended with ``outcome``."""
-    heyoka = import_heyoka()
-
-    if outcome == heyoka.taylor_outcome.time_limit:
+    if outcome == outcomes().time_limit:
         return "complete"
-    if outcome == heyoka.taylor_outcome.err_nf_state:
+    if outcome == outcomes().err_nf_state:
         return "failed"
     index = -1 - int(outcome)
     ended: Any = terminal[index] if 0 <= index < len(terminal) else "failed"

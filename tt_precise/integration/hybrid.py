@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from tt_precise.integration.dense_output import DenseOutput, SampleTimes, StoredPieces
+from tt_precise.integration.dense_output import DenseOutput, SampleTimes, Segment, StoredPieces
 from tt_precise.integration.equations import SLOW_SPEED, motion
 from tt_precise.integration.events import existing
 from tt_precise.integration.heyoka_backend import propagate, repeating
@@ -27,7 +27,6 @@ from tt_precise.integration.regularised_time import (
     onset,
     terms_for,
 )
-from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.mechanics import compliant, friction, rolling
 from tt_precise.mechanics.formulations import (
@@ -62,7 +61,7 @@ def run(
     start: InitialState,
     samples: SampleTimes | None,
     progress: Progress | None,
-) -> Run:
+) -> list[Segment]:
     """What becomes of ``start``, segment by segment."""
     if scene.model == "flight":
         found = flying(setup, start)
@@ -72,7 +71,7 @@ def run(
         found = sticking_and_slipping(scene.name, setup, start, progress)
     else:
         found = [Segment(start.until * 0, propagated(setup, start))]
-    return Run(setup, start, flying_on(found, setup, start) if scene.flies else found)
+    return flying_on(found, setup, start) if scene.flies else found
 
 
 def propagated(setup: Setup, start: InitialState) -> DenseOutput:

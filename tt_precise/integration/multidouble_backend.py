@@ -16,6 +16,7 @@ from tt_precise.integration.dense_output import (
     Pieces,
     Propagation,
     SampleTimes,
+    Segment,
     Status,
     StoredPieces,
 )
@@ -25,11 +26,9 @@ from tt_precise.integration.equations import (
     motion,
     terminal_functions,
 )
-from tt_precise.integration.events import MOST_EVENTS, EventRecord
+from tt_precise.integration.events import FIRST_STEP, MOST_EVENTS, EventRecord
 from tt_precise.integration.precision import Precision
-from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
-from tt_precise.integration.vanishing import FIRST_STEP, settled
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
@@ -144,6 +143,8 @@ def propagate_in_doubles(
     assert end.status, "a run goes on until it ends"
     hits, touches = tuple(run.hits), frozenset[str]()
     if setup.events:
+        from tt_precise.integration.vanishing import settled
+
         hits, touches = settled(hits, setup, start, end.time)
     return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order, hits, touches)
 
@@ -170,7 +171,7 @@ def run(
     start: InitialState,
     samples: SampleTimes | None,
     progress: Progress | None,
-) -> Run:
+) -> list[Segment]:
     """What becomes of ``start``, in one segment whose series are stored."""
     stored = StoredPieces(setup)
     propagation = propagate_in_doubles(setup, start, dense=stored, progress=progress)
@@ -179,7 +180,7 @@ def run(
         return propagate_in_doubles(setup, start, dense=pieces, progress=progress)
 
     output = DenseOutput(setup, start, propagation, stored.pieces, again, samples)
-    return Run(setup, start, [Segment(start.until * 0, output)])
+    return [Segment(start.until * 0, output)]
 
 
 class _End(NamedTuple):

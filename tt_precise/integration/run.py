@@ -1,22 +1,354 @@
-"""``integrated``: a scene integrated once, as a set-up says, by the first backend that can."""
+"""``integrated``: a scene integrated once, by the first backend that can, into a ``Run``.
+
+A ``Run`` says what became of a start, as a list of segments, mostly of one. Where friction sticks
+and slips, the top flies and lands, or gliding begins from rest, another one begins under its own
+equations; each time belongs to one of them, the earlier one at a bound. All rows of a segment are
+read at once. What has to be finer than doubles is computed in NumPy's long double for a run in
+double; the other precisions are read as arrays of numbers with guard bits (``mpfr``).
+"""
 
 from __future__ import annotations
 
+import bisect
+import itertools
 import threading
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Container, Iterable, Iterator, Sequence
+from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import Protocol
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
-from tt_precise.integration.dense_output import SampleTimes
+from tt_precise.integration.columns import Columns, Name, Row, State
+from tt_precise.integration.dense_output import (
+    ARRIVED,
+    SampleTimes,
+    Segment,
+    Span,
+    Status,
+    long_double,
+)
 from tt_precise.integration.precision import Precision
-from tt_precise.integration.segments import Run
 from tt_precise.integration.setup import Setup, require_contact
+from tt_precise.mechanics.conserved import Integral, drift
 from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import InputError
+from tt_precise.runtime.values import Array, InputError, Scalar
+from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LiftedStart
+
+if TYPE_CHECKING:
+    import pandas
+
+Numbers = Literal["float", "exact", "text"]
+ERROR, DIGITS = "error:", "digits"  # names of columns of errors, the first before another's
+FALLING = -1  # the speed where the top sticks, the margin to the cone where it slips
+
+
+class Stretch(NamedTuple):
+    """A stretch of one model as users see it: times in s, and how it ended.
+
+    ``status`` is one of ``events.JOINING`` where another stretch follows, else the trajectory's.
+    """
+
+    model: str
+    begin: Scalar
+    end: Scalar
+    status: str
+
+
+class Run(Span):
+    """A start and the segments of what became of it, over the time of them all."""
+
+    def __init__(self, setup: Setup, start: InitialState, segments: Sequence[Segment]):
+        self.setup, self.start, self.segments = setup, start, tuple(segments)
+        self.precision, self.columns = setup.precision, Columns(setup, start)
+
+    @property
+    def alone(self) -> Segment | None:
+        """The only segment of a run whose own equations hold throughout, else None."""
+        one = self.segments[0]
+        return one if len(self.segments) == 1 and one.output.setup == self.setup else None
+
+    @property
+    def status(self) -> Status:
+        """How it ended."""
+        return self.segments[-1].output.status
+
+    @property
+    def steps(self) -> int:
+        """Taylor steps taken."""
+        return sum(one.output.propagation.steps for one in self.segments)
+
+    @property
+    def order(self) -> int:
+        """The order of the last of them."""
+        return self.segments[-1].output.propagation.order
+
+    @property
+    def joints(self) -> list[Segment]:
+        """The segments that an event joins to the next."""
+        return [one for one in self.segments[:-1] if one.ended]
+
+    @property
+    def event_counts(self) -> Counter[str]:
+        """How often each event was recorded, those that join segments among them."""
+        hits = (hit for one in self.segments for hit in one.output.propagation.hits)
+        return Counter([hit.name for hit in hits] + [one.ended for one in self.joints])
+
+    @property
+    def touches(self) -> tuple[str, ...]:
+        """Events asked for whose functions touch zero, or stay there, without crossing it."""
+        touched = {name for one in self.segments for name in one.output.propagation.touches}
+        return tuple(name for name in self.setup.events if name in touched)
+
+    @cached_property
+    def end_time(self) -> Scalar:
+        """Dimensionless end of the solution: the exact horizon where it was reached."""
+        last = self.segments[-1]
+        if self.alone:
+            return last.output.end_time
+        return self.start.until if self.status == "complete" else last.begin + last.output.end_time
+
+    def place(self, time: Scalar) -> int:
+        """The number of the segment that a dimensionless time belongs to."""
+        begins = [one.begin for one in self.segments]
+        return max(bisect.bisect_left(begins, time) - 1, 0)
+
+    def rows(self, times: Sequence[Scalar]) -> list[tuple[Segment, Row]]:
+        """Rows at guarded dimensionless ``times``, and the segments that they are of."""
+        if self.alone:
+            return [(self.alone, row) for row in self.alone.output.rows(times)]
+        found = []
+        for time in times:
+            one = self.segments[self.place(time)]
+            output = one.output
+            if one is self.segments[-1] and time == self.end_time:
+                found.append((one, output.end_row))
+            else:
+                found.append((one, output.rows([min(time - one.begin, output.end_time)])[0]))
+        return found
+
+    def states(self, times: Sequence[Scalar]) -> list[State]:
+        """The states (SI) at guarded dimensionless ``times``."""
+        rows = self.rows(times)
+        if self.alone:
+            return self.columns.states(times, [row for _, row in rows])
+        return [
+            one.columns.states([time], [row])[0]
+            for time, (one, row) in zip(times, rows, strict=True)
+        ]
+
+    def motions(self, times: Sequence[Scalar]) -> list[Motion]:
+        """What quantities are computed from at guarded dimensionless ``times``."""
+        return [one.columns.motion(row) for one, row in self.rows(times)]
+
+    @property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """From one event that joins segments to the next."""
+        to_user, begin, found = self.columns.to_user, self.start.until * 0, []
+        for one in self.joints:
+            found.append(Stretch(one.model, to_user(begin), to_user(one.end_s), one.ended))
+            begin = one.end_s
+        last = self.segments[-1].model
+        return (*found, Stretch(last, to_user(begin), to_user(self.end), self.status))
+
+    @property
+    def in_arrays(self) -> bool:
+        """Whether all rows are read at once in arrays of doubles."""
+        return self.precision.is_float and self.precision.in_long_double
+
+    def table(
+        self,
+        names: Sequence[Name],
+        times: Sequence[Fraction],
+        numbers: Numbers,
+        progress: Progress | None = None,
+    ) -> dict[Any, Array]:
+        """``t`` and the named columns at exact ``times`` in s.
+
+        Numbers of double are a float64 array with NaN where a value is undefined; wider ones, and
+        text, are a list or an array of objects with None there.
+        """
+        if self.alone:
+            return self._of_segment(self.alone, names, times, numbers, progress)
+        import numpy
+
+        parts, order = [], []
+        for one, places in self._groups(times):
+            local = [_local(one, times[i]) for i in places]
+            parts.append(self._of_segment(one, names, local, numbers))
+            order += places
+        back = numpy.argsort(order).tolist()
+        found: dict[Any, Any] = {}
+        for name in ("t", *names):
+            values = [x for part in parts for x in part[name]] if parts else []
+            found[name] = [values[i] for i in back]
+        found["t"] = self._seconds(times, numbers)
+        if numbers == "text":
+            return found
+        double = numbers == "float" or self.precision.is_float
+        return {n: numpy.array(c, dtype=float if double else object) for n, c in found.items()}
+
+    def _of_segment(
+        self,
+        one: Segment,
+        names: Sequence[Name],
+        times: Sequence[Fraction],
+        numbers: Numbers,
+        progress: Progress | None = None,
+    ) -> dict[Any, Array]:
+        """The columns of one segment, over its own time."""
+        if self.in_arrays:
+            return _array_columns(one, names, times, numbers, progress)
+        mpfr = self.precision.mpfr
+        with mpfr.precision():
+            seconds = mpfr.of_fractions(times)
+            entries = one.output.mpfr_arrays(seconds, progress)
+            found = one.columns.of_arrays(names, entries, mpfr.number, mpfr)
+            table = {"t": seconds, **found}
+            return {name: self._converted(values, numbers) for name, values in table.items()}
+
+    def _groups(self, times: Sequence[Fraction]) -> Iterable[tuple[Segment, list[int]]]:
+        groups: dict[int, list[int]] = {}
+        for i, time in enumerate(times):
+            groups.setdefault(self.place(self.dimensionless_time(time)), []).append(i)
+        return [(self.segments[place], groups[place]) for place in sorted(groups)]
+
+    def _seconds(self, times: Sequence[Fraction], numbers: Numbers) -> Array:
+        if self.precision.is_float:
+            plain = list(map(float, times))
+            return shortest_texts(plain) if numbers == "text" else plain
+        return self._converted(self.precision.mpfr.of_fractions(times), numbers)
+
+    def _converted(self, values: Array, numbers: Numbers) -> Array:
+        """Wide numbers as they are asked for."""
+        import numpy
+
+        precision = self.precision
+        if numbers == "text":
+            return precision.mpfr.texts(values, precision.decimals)
+        if numbers == "float" or precision.is_float:
+            found = values.astype(float)
+            return (
+                numpy.where(numpy.isfinite(found), found, numpy.nan) + 0.0
+            )  # no minus before zero
+        return numpy.array(list(map(precision.mpfr.back, values)), dtype=object)
+
+    def events(self) -> pandas.DataFrame:
+        """The recorded events in order of time: name, t, direction and the state there."""
+        import pandas
+
+        columns = self.event_columns(self.columns.names)
+        return pandas.DataFrame(columns if columns["name"] else [], columns=list(columns))
+
+    def event_columns(
+        self, names: Sequence[str], at: Container[str] | None = None
+    ) -> dict[str, Array]:
+        """The same as columns, without pandas, with those quantities that are named.
+
+        In wide arithmetics, where they take their time, only ``at`` the events of these names, if
+        any are given; they are missing elsewhere.
+        """
+        if self.alone:
+            return self._events_of_segment(self.alone, names, at)
+        context, to_user = self.precision.context, self.columns.to_user
+        columns: dict[str, Array] = {name: [] for name in ("name", "t", "direction", *names)}
+        for one in self.segments:
+            found = self._events_of_segment(one, names, at)
+            found["t"] = [to_user(context.mpf(t) + one.begin_s) for t in found["t"]]
+            for name, column in columns.items():
+                column += list(found[name])
+            if one.ended and one is not self.segments[-1]:
+                output = one.output
+                (state,) = one.columns.states([output.end_time], [output.end_row])
+                row = {"name": one.ended, "t": to_user(one.end_s), "direction": FALLING}
+                row |= state.values
+                for name, column in columns.items():
+                    column.append(row.get(name))
+        return columns
+
+    def _events_of_segment(
+        self, one: Segment, names: Sequence[str], at: Container[str] | None
+    ) -> dict[str, Array]:
+        import numpy
+
+        of, unit = one.columns, one.output.start.units.time
+        hits = sorted(one.output.propagation.hits, key=lambda hit: hit.time)
+        directions = numpy.array([hit.direction for hit in hits])
+        columns: dict[str, Array] = {"name": [hit.name for hit in hits]}
+        if self.in_arrays and hits:
+            entries = tuple(numpy.array([hit.state for hit in hits], numpy.longdouble).T)
+            times = numpy.array([hit.time for hit in hits], numpy.longdouble)
+            times *= long_double(unit)
+            columns |= {"t": times.astype(float), "direction": directions}
+            values = of.of_arrays(names, entries, long_double)
+            return columns | {name: column.astype(float) for name, column in values.items()}
+        with_guard_bits, to_user = self.precision.with_guard_bits, of.to_user
+        columns["t"] = [to_user(with_guard_bits(hit.time) * unit) for hit in hits]
+        columns["direction"] = directions
+        asked = [names and (at is None or hit.name in at) for hit in hits]
+        rows = [tuple(map(with_guard_bits, hit.state)) for hit in itertools.compress(hits, asked)]
+        for name, column in of.of_rows(names, rows).items():
+            found = map(to_user, column)
+            columns[name] = [next(found) if one else None for one in asked]
+        return columns
+
+    def drift(
+        self, integrals: Iterable[Integral], times: Sequence[Fraction]
+    ) -> dict[str, Sequence[Scalar]]:
+        """Relative change of each integral since the start, at ``times``, the last being the end.
+
+        In double a float64 array for each, otherwise a list of mpmath numbers.
+        """
+        if not (self.in_arrays and self.alone):
+            zero = self.start.until * 0
+            inner = [zero, *map(self.dimensionless_time, times[:-1]), self.end_time]
+            motions = self.motions(inner)
+            return {integral.name: drift(integral, motions)[1:] for integral in integrals}
+        import numpy
+
+        of, output = self.alone.columns, self.alone.output
+        entries = output.arrays(output.times(times), long_double)
+        if self.status not in ARRIVED:
+            for entry, value in zip(entries, output.end_row, strict=True):
+                entry[-1] = long_double(value)
+        start = tuple(map(long_double, output.start_row))
+        motions = [of.array_motion(rows, long_double) for rows in (start, entries)]
+        ones = numpy.ones(len(times))  # an integral may be one number for all rows
+        return {
+            integral.name: (drift(integral, motions)[1] * ones).astype(float)
+            for integral in integrals
+        }
+
+
+def _local(one: Segment, time: Fraction) -> Fraction:
+    """A time since the segment's begin; never behind its end by a rounding."""
+    return min(max(time - as_fraction(one.begin_s), Fraction(0)), as_fraction(one.output.end))
+
+
+def _array_columns(
+    one: Segment,
+    names: Sequence[Name],
+    exact: Sequence[Fraction],
+    numbers: Numbers,
+    progress: Progress | None,
+) -> dict[Any, Array]:
+    """Columns of a run in double: text is the shortest that recovers the number."""
+    import numpy
+
+    number = long_double if numbers == "text" else float
+    times = one.output.times(exact)
+    entries = one.output.arrays(times, number, progress)
+    table = {"t": times.seconds, **one.columns.of_arrays(names, entries, number)}
+    found = numpy.array(list(table.values()), dtype=float)
+    found[~numpy.isfinite(found)] = numpy.nan
+    table = dict(zip(table, found, strict=True))
+    if numbers != "text":
+        return table
+    return {name: shortest_texts(values) for name, values in table.items()}
+
 
 MOST_SAMPLES = 20_000  # states that are kept of a run at its sample times
 
@@ -34,7 +366,7 @@ class Backend(Protocol):
         start: InitialState,
         samples: SampleTimes | None,
         progress: Progress | None,
-    ) -> Run:
+    ) -> list[Segment]:
         """What becomes of ``start``; ``samples`` are times at which it will be read, if any."""
 
 
@@ -50,28 +382,6 @@ def backends(scene: Scene) -> Iterator[Backend]:
     from tt_precise.integration import multidouble_backend
 
     yield multidouble_backend
-
-
-@dataclass(frozen=True)
-class Beginning:
-    """The start of a scene in one precision; what follows from it is computed once."""
-
-    start: InitialState
-    precision: Precision
-    scene: Scene
-
-    @cached_property
-    def samples(self) -> SampleTimes | None:
-        """The scene's sample times, where the states there are worth keeping."""
-        scene = self.scene
-        if not 0 < scene.until <= MOST_SAMPLES * scene.sample_every:
-            return None
-        return SampleTimes.of(scene, self.start)
-
-    @cached_property
-    def opposite_rounding(self) -> InitialState:
-        """The start with every number on the other side of the exact one."""
-        return self.start.map(self.precision.opposite_neighbour)
 
 
 def integrated(
@@ -92,20 +402,32 @@ def integrated(
         The top is not on the table at t = 0, more events happened than are taken, or no backend
         can do what the set-up asks for.
     """
-    begun = beginning(scene, setup.precision, setup.contact, threading.get_ident())
-    start = begun.opposite_rounding if opposite_rounding else begun.start
+    thread = threading.get_ident()
+    start = beginning(scene, setup.precision, setup.contact, opposite_rounding, thread)
     reason = None
     for backend in backends(scene):
         reason = backend.refuses(scene, setup)
         if reason is None:
-            return backend.run(scene, setup, start, begun.samples, progress)
+            samples = start.once(SampleTimes, lambda: _samples(scene, start))
+            return Run(setup, start, backend.run(scene, setup, start, samples, progress))
     raise InputError(reason or f"{scene.name}: got no backend")
 
 
 @lru_cache(maxsize=64)
-def beginning(scene: Scene, precision: Precision, contact: str, thread: int) -> Beginning:
+def beginning(
+    scene: Scene, precision: Precision, contact: str, opposite_rounding: bool, thread: int
+) -> InitialState:
     """The start of a scene, once for each thread: each has its own context of mpmath."""
+    if opposite_rounding:
+        nearest = beginning(scene, precision, contact, False, thread)
+        return nearest.map(precision.opposite_neighbour)
     start = InitialState.of(scene, precision.arithmetic)
     if not isinstance(scene.start, LiftedStart):
         require_contact(scene.name, start, precision.context, contact)
-    return Beginning(start, precision, scene)
+    return start
+
+
+def _samples(scene: Scene, start: InitialState) -> SampleTimes | None:
+    """The scene's sample times, where the states there are worth keeping."""
+    few = 0 < scene.until <= MOST_SAMPLES * scene.sample_every
+    return SampleTimes.of(scene, start) if few else None

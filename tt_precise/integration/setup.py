@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from tt_precise.integration.events import Asked, Event, Events, asked_for, event_named
+from tt_precise.integration.events import Asked, Event, catalogue, event_named
 from tt_precise.integration.precision import Precision, precision_named
 from tt_precise.mechanics.formulations import (
     Formulation,
@@ -15,12 +15,14 @@ from tt_precise.mechanics.formulations import (
     integrated,
 )
 from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.values import Functions, InputError, Scalar
 from tt_precise.scene.scene import RECORDABLE, Scene
 from tt_precise.taylor.graph import Graph
 
 NoContact = Literal["singular_contact", "contact_lost"]
 CONTACTS = ("unilateral", "bilateral")
+Events = str | Callable[[Motion], Scalar] | Iterable[Asked | Callable[[Motion], Scalar]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,6 +111,35 @@ class Setup:
     def but(self, **changes: Any) -> Setup:
         """The same setup with some of its fields replaced."""
         return replace(self, **changes)
+
+
+def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
+    """What ``events`` asks for: names, by commas or in an iterable, "all" of a model, functions.
+
+    A function of the motion has an event, of its own name, wherever it changes sign.
+
+    Raises
+    ------
+    InputError
+        It is something else.
+    """
+    if isinstance(events, str):
+        names = [one.strip() for one in events.split(",") if one.strip()]
+        if "all" in names:
+            return tuple(dict.fromkeys([*catalogue(model), *(set(names) - {"all"})]))
+        events = names
+    found: list[Asked] = []
+    for one in events if isinstance(events, Iterable) else [events]:
+        if isinstance(one, (str, Event)):
+            found.append(one)
+        elif callable(one):
+            found.append(Event(one.__name__, one, "one's own"))
+        else:
+            raise InputError(
+                f"events: got {one!r:.60}, expected names, such as theta_max or all, or functions "
+                "of the motion"
+            )
+    return tuple(dict.fromkeys(found))
 
 
 def full_tolerance(precision: Precision) -> Scalar:

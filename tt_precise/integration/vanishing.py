@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from tt_precise.integration.equations import moving
-from tt_precise.integration.events import Event, EventRecord
+from tt_precise.integration.events import FIRST_STEP, Event, EventRecord
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
@@ -27,9 +27,6 @@ from tt_precise.taylor.series import (
     rate,
 )
 
-# Events may be zero at the start itself (theta_dot(0) = 0), and a multiple root there can hide the
-# other roots of its Taylor step; so with events the first step is a tiny one.
-FIRST_STEP = 2.0**-20
 ROUNDINGS = 10  # eps of its summands, below which a function is zero
 GUARD = 40  # bits behind those of the run, within which guarded numbers agree
 SUSPICIOUS = 1e-10  # of its summands: a lobe this shallow is looked at with all bits

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from tt_precise.integration.columns import Name
-from tt_precise.integration.segments import DIGITS, ERROR
+from tt_precise.integration.run import DIGITS, ERROR
 from tt_precise.runtime import plotting
 from tt_precise.runtime.files import replacing
 from tt_precise.runtime.tables import as_html
