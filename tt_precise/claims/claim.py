@@ -72,7 +72,7 @@ class Claim:
     def __post_init__(self) -> None:
         if not re.fullmatch(rf"{self.paper.prefix}({'|'.join(KINDS)})-[0-9]{{2}}", self.id):
             raise ValueError(f"claim id: got {self.id!r}, expected such as 'NUM-20'")
-        if self.section not in [one.key for one in self.paper.sections]:
+        if self.section not in [section.key for section in self.paper.sections]:
             raise ValueError(
                 f"claim {self.id}: got section {self.section!r}, which the paper lacks"
             )

@@ -71,7 +71,7 @@ class Paper:
 
     def section(self, key: str) -> Section:
         """The section with this number."""
-        return next(one for one in self.sections if one.key == key)
+        return next(section for section in self.sections if section.key == key)
 
 
 RAUCH_RUTSTAM = Paper(

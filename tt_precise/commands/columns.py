@@ -43,7 +43,9 @@ def command(as_json: bool) -> int:
     lines = ["A trajectory has one of these sets of columns; others are ignored."]
     for name, columns in sets.items():
         lines += ["", name]
-        lines += [f"  {key:<10} {one['unit']:<9} {meaning(one)}" for key, one in columns.items()]
+        lines += [
+            f"  {key:<10} {column['unit']:<9} {meaning(column)}" for key, column in columns.items()
+        ]
     lines.append("")
     for sentence in CONVENTIONS:
         lines += click.wrap_text(sentence, 88, "- ", "  ").splitlines()
@@ -59,11 +61,11 @@ def column_sets() -> dict[str, dict[str, dict[str, Json]]]:
     return {
         name: {
             column: {
-                **described(column)._asdict(), "required": column in ("t", *found.required),
+                **described(column)._asdict(), "required": column in ("t", *columns.required),
             }
-            for column in ("t", *found.names, *found.height)
+            for column in ("t", *columns.names, *columns.height)
         }
-        for name, found in COLUMN_SETS.items()
+        for name, columns in COLUMN_SETS.items()
     }  # fmt: skip
 
 

@@ -118,7 +118,7 @@ def command(
             atomic_write(out, json.dumps(content, indent=1) + "\n")
         _show(content, as_json)
         looked_at = [result for result in results if result.verdict != "refused"]
-        return 0 if looked_at and all(one.verdict in GOOD for one in looked_at) else 1
+        return 0 if looked_at and all(result.verdict in GOOD for result in looked_at) else 1
     by_name = {engine.name.lower(): engine for engine in ENGINES}
     for name in names:
         if name.lower() not in by_name:

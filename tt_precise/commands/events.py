@@ -37,7 +37,7 @@ def command(
     value of the quantity at its extremum.
     """
     if scene is None:
-        if any(one is not None for one in (precision, digits, until, only)):
+        if any(option is not None for option in (precision, digits, until, only)):
             raise InputError("events: got an option for a scene, expected the SCENE too")
         return _catalogue(as_json)
     from tt_precise.commands.run import event_rows
@@ -99,7 +99,7 @@ def _lines(run: Trajectory) -> list[str]:
         for name in run.setup.watched
         if name.startswith(EXTREMUM)
     }
-    columns = dict.fromkeys(["theta", *(one.name for one in quantities.values())])
+    columns = dict.fromkeys(["theta", *(quantity.name for quantity in quantities.values())])
     events = run.event_table(list(columns))
     lines = []
     for row in (dict(zip(events, row, strict=True)) for row in zip(*events.values(), strict=True)):

@@ -79,8 +79,8 @@ def _table(records: list[CaseRecord], full: bool) -> None:
             rows = (
                 [(each.name, each.found, each) for each in family] if full else family_rows(family)
             )
-            for name, found, record in rows:
+            for name, result, record in rows:
                 mark = "[green]pass[/]" if record.verdict == "pass" else "[red]FAIL[/]"
-                table.add_row(mark, escape(name), escape(record.expected), escape(found))
+                table.add_row(mark, escape(name), escape(record.expected), escape(result))
         screen.print(table)
         screen.print()

@@ -57,15 +57,15 @@ def build_command(
         built = build(
             scenes or None, folder=folder, replace=replace, workers=workers, progress=progress
         )
-    seconds = sum(one.seconds for one in built)
+    seconds = sum(scene.seconds for scene in built)
     lines = [
-        *(line for one in built for line in _built_lines(one)),
-        *(f"in {place}" for place in dict.fromkeys(one.folder for one in built if one.good)),
+        *(line for scene in built for line in _built_lines(scene)),
+        *(f"in {place}" for place in dict.fromkeys(scene.folder for scene in built if scene.good)),
         f"{seconds:.0f} s of CPU time, {time.monotonic() - began:.0f} s",
     ]
-    entries = [{**vars(one), "bits": list(one.bits or [])} for one in built]
+    entries = [{**vars(scene), "bits": list(scene.bits or [])} for scene in built]
     options.emit(as_json, {"schema": SCHEMA.format("build"), "scenes": entries}, lines)
-    return 0 if all(one.good for one in built) else CHECK_FAILED
+    return 0 if all(scene.good for scene in built) else CHECK_FAILED
 
 
 @command.command("verify", short_help="Verify hashes, proofs and digits.")
@@ -84,11 +84,13 @@ def verify_command(
     from tt_precise.runtime.terminal import progress_bar
 
     with progress_bar("verifying golden data") as progress:
-        found = verify(scenes or None, folder=folder, workers=workers, progress=progress)
-    entries = [{**vars(one), "verdict": one.verdict} for one in found]
+        verifications = verify(scenes or None, folder=folder, workers=workers, progress=progress)
+    entries = [{**vars(scene), "verdict": scene.verdict} for scene in verifications]
     content = {"schema": SCHEMA.format("verify"), "scenes": entries}
-    options.emit(as_json, content, (line for one in found for line in _verified_lines(one)))
-    return 0 if all(one.verdict == "pass" for one in found) else CHECK_FAILED
+    options.emit(
+        as_json, content, (line for scene in verifications for line in _verified_lines(scene))
+    )
+    return 0 if all(scene.verdict == "pass" for scene in verifications) else CHECK_FAILED
 
 
 @command.command("list", short_help="List the scenes that have golden data.")
@@ -106,9 +108,9 @@ def list_command(folder: Path | None, as_json: bool) -> int:
         entries.append({**_listed(stored), "proof": proofs.summary(stored, folder)})
     missing = [name for name in shipped() if name not in present]
     lines = [
-        f"{one['scene']:<22}{one['digits']:>3} digits, {_proved(one['proof']):<17}"
-        f"{one['rows']:>5} rows {one['events']:>5} events  {one['status']:<13}{one['title']}"
-        for one in entries
+        f"{row['scene']:<22}{row['digits']:>3} digits, {_proved(row['proof']):<17}"
+        f"{row['rows']:>5} rows {row['events']:>5} events  {row['status']:<13}{row['title']}"
+        for row in entries
     ]
     lines += [f"without golden data: {', '.join(missing)}"] if missing else []
     listed = {"schema": SCHEMA.format("list"), "scenes": entries, "missing": missing}
@@ -169,7 +171,7 @@ def certify_command(
         return _check(scenes, folder, bits, as_json)
     for name in scenes:  # fail early
         require_writable(require(name, folder).path / PROOF)
-    found, nothing = [], []
+    proved, nothing = [], []
     workers = workers or cores()
     calls = [Call(name, (name, folder, bits, certificate)) for name in scenes]
     with (
@@ -183,12 +185,14 @@ def certify_command(
                 nothing.append(call.key)
                 click.echo(f"{call.key}: {result}", err=True)
                 continue
-            found.append(result)
+            proved.append(result)
             if not as_json:  # each when it is done: a proof takes minutes
                 click.echo(result.summary)
-    entries = [{**one.content, "complete": one.complete, "digits": one.digits} for one in found]
+    entries = [
+        {**proof.content, "complete": proof.complete, "digits": proof.digits} for proof in proved
+    ]
     options.emit(as_json, {"schema": SCHEMA.format("certify"), "scenes": entries}, ())
-    return 0 if all(one.complete for one in found) and not nothing else CHECK_FAILED
+    return 0 if all(proof.complete for proof in proved) and not nothing else CHECK_FAILED
 
 
 @command.command("vectors", short_help="Verify test vectors and the index.")
@@ -253,25 +257,25 @@ def _proved(proof: dict[str, Json] | None) -> str:
     return f"{proof['digits']} proved{until}"
 
 
-def _built_lines(one: Built) -> list[str]:
-    line = f"{one.scene:<22}{one.outcome:<17}"
-    if one.digits is not None:
-        line += f"{one.digits:>3} digits"
-    if one.bits is not None and one.agreement is not None:
-        line += f", agreement {one.agreement:.1f} at {one.bits[0]} and {one.bits[1]} bits"
-    line += f"  {one.seconds:6.0f} s of CPU time"
-    return [line, f"    {one.note}"] if one.note else [line]
+def _built_lines(built: Built) -> list[str]:
+    line = f"{built.scene:<22}{built.outcome:<17}"
+    if built.digits is not None:
+        line += f"{built.digits:>3} digits"
+    if built.bits is not None and built.agreement is not None:
+        line += f", agreement {built.agreement:.1f} at {built.bits[0]} and {built.bits[1]} bits"
+    line += f"  {built.seconds:6.0f} s of CPU time"
+    return [line, f"    {built.note}"] if built.note else [line]
 
 
-def _verified_lines(one: Verification) -> list[str]:
-    line = f"{one.scene:<22}{one.verdict}  {one.digits_claimed} digits claimed"
-    if one.digits_proved is not None:
-        line += f", {one.digits_proved} proved"
-    if one.digits_found is not None:
-        line += f", {one.digits_found:.1f} found again in {one.fresh}"
-    if one.double_digits is not None:
-        line += f", {one.double_digits:.1f} in double"
-    return [line, *(f"    {problem}" for problem in one.problems)]
+def _verified_lines(verified: Verification) -> list[str]:
+    line = f"{verified.scene:<22}{verified.verdict}  {verified.digits_claimed} digits claimed"
+    if verified.digits_proved is not None:
+        line += f", {verified.digits_proved} proved"
+    if verified.digits_found is not None:
+        line += f", {verified.digits_found:.1f} found again in {verified.fresh}"
+    if verified.double_digits is not None:
+        line += f", {verified.double_digits:.1f} in double"
+    return [line, *(f"    {problem}" for problem in verified.problems)]
 
 
 def _check(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: bool) -> int:
@@ -296,14 +300,14 @@ def _check(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: boo
                         stored, prove(stored.scene, bits, progress=progress)
                     )
             with progress_bar(f"checking {name}") as progress:
-                found = check(stored, content, progress)
+                checked_proof = check(stored, content, progress)
         except (certificate.Refused, NotProved) as why:
             results.append({"scene": name, "verdict": "refused", "reason": str(why)})
             line = f"{name}: refused: {why}"
         else:
-            results.append({**asdict(found), "verdict": "accepted"})
-            line = found.summary
+            results.append({**asdict(checked_proof), "verdict": "accepted"})
+            line = checked_proof.summary
         if not as_json:
             click.echo(line)
     options.emit(as_json, {"schema": SCHEMA.format("certify.check"), "scenes": results}, ())
-    return 0 if all(one["verdict"] == "accepted" for one in results) else CHECK_FAILED
+    return 0 if all(result["verdict"] == "accepted" for result in results) else CHECK_FAILED

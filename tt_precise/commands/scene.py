@@ -98,12 +98,15 @@ def list_command(as_json: bool) -> None:
     """List the shipped scenes."""
     from tt_precise.scene.scene import load_scene, shipped
 
-    found = [load_scene(name) for name in shipped()]
-    content = [{"name": one.name, "model": one.model, "title": one.title} for one in found]
+    scenes = [load_scene(name) for name in shipped()]
+    content = [{"name": scene.name, "model": scene.model, "title": scene.title} for scene in scenes]
     emit(
         as_json,
         {"schema": "tt_precise.scene.list/1", "scenes": content},
-        (f"{one.name:<22} {one.model:<8} {float(one.until):>6g} s  {one.title}" for one in found),
+        (
+            f"{scene.name:<22} {scene.model:<8} {float(scene.until):>6g} s  {scene.title}"
+            for scene in scenes
+        ),
     )
 
 
@@ -127,8 +130,8 @@ def summary(scene: Scene) -> dict[str, Json]:
 
     from tt_precise.exact.thresholds import thresholds
 
-    found = thresholds(scene, DIGITS)
-    values = {name: one.value for name, one in found.quantities.items()}
+    known = thresholds(scene, DIGITS)
+    values = {name: quantity.value for name, quantity in known.quantities.items()}
 
     def over(name: str) -> float | None:
         below = values.get(name)
@@ -156,8 +159,8 @@ def summary(scene: Scene) -> dict[str, Json]:
         "gamma": float(body.gamma),
         "lambda": float(values["lambda"]),
         "lambda_over": ratios,
-        "inverts": found.inverts,
-        "inverts_reason": found.inverts_reason,
+        "inverts": known.inverts,
+        "inverts_reason": known.inverts_reason,
         "static_balance": balance(scene),
         "warnings": warnings(scene, ratios),
     }
@@ -180,36 +183,36 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
     from tt_precise.mechanics.initial_state import InitialState
     from tt_precise.scene.start import LiftedStart
 
-    found = []
+    unusual = []
     body, start = scene.body, scene.start
     unit = body.m * body.R**2
     if max(body.I1, body.I3) > unit:
-        found.append("a moment of inertia is above m R^2, impossible for mass inside the sphere")
+        unusual.append("a moment of inertia is above m R^2, impossible for mass inside the sphere")
     if scene.model == "flight":
-        return found
+        return unusual
     if not 1 - body.alpha < body.gamma < 1 + body.alpha:
-        found.append(
+        unusual.append(
             f"gamma = {float(body.gamma):.4g} lies outside 1 - alpha to 1 + alpha "
             f"({float(1 - body.alpha):.4g} to {float(1 + body.alpha):.4g}): no spin inverts it"
         )
     elif any(ratio is not None and abs(abs(ratio) - 1) < 0.05 for ratio in ratios.values()):
-        found.append("lambda is within 5 % of a threshold: the motion may take very long")
+        unusual.append("lambda is within 5 % of a threshold: the motion may take very long")
     if start.theta.at_pole:
-        found.append(
+        unusual.append(
             "the axis is vertical: Euler angles are undefined, and an exact top stays vertical"
         )
     if scene.model != "rolling" and body.mu == 0:
-        found.append("no friction: nothing drives the top to the inverted spin")
+        unusual.append("no friction: nothing drives the top to the inverted spin")
     if isinstance(start, LiftedStart):
-        return found  # there need be no contact
+        return unusual  # there need be no contact
     double = precision_named("double")
     motion = InitialState.of(scene, double.arithmetic).motion(double.context)
     force = motion.force[2]
     if force <= 0:
-        found.append(f"g_n = {float(force):.3g} m g at t = 0: the top is not on the table")
+        unusual.append(f"g_n = {float(force):.3g} m g at t = 0: the top is not on the table")
     elif force < 0.3:
-        found.append(f"g_n is only {float(force):.3g} m g at t = 0: contact may be lost soon")
-    return found
+        unusual.append(f"g_n is only {float(force):.3g} m g at t = 0: contact may be lost soon")
+    return unusual
 
 
 def lines(content: dict[str, Json]) -> list[str]:
@@ -244,22 +247,22 @@ def _forces(content: dict[str, Json], body: dict[str, str]) -> str:
     if content["model"] == "rolling":
         return "with the force that keeps it rolling"
     friction = content["friction"]
-    found = "without friction"
+    forces = "without friction"
     if friction != "none":
         units = {
-            one.name: "" if one.unit == "1" else f" {one.unit}"
-            for one in law_named(friction).parameters
+            parameter.name: "" if parameter.unit == "1" else f" {parameter.unit}"
+            for parameter in law_named(friction).parameters
         }
         listed = (f"{name} {body[name]}{unit}" for name, unit in units.items())
-        found = f"{friction} friction {', '.join(listed)}"
+        forces = f"{friction} friction {', '.join(listed)}"
     if "spring" in body:
         power = "" if body["spring"] == "linear" else "^(3/2)"
         damping = "N s/m" if body["spring"] == "linear" else "s/m"
-        found += (
+        forces += (
             f", an elastic table ({body['spring']}, stiffness {body['stiffness']} N/m{power}, "
             f"damping {body['damping']} {damping})"
         )
-    return found + (", flying where contact is lost" if content["flies"] else "")
+    return forces + (", flying where contact is lost" if content["flies"] else "")
 
 
 def _short(value: str) -> str:

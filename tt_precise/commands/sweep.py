@@ -194,38 +194,38 @@ def lines(summary: dict[str, Json]) -> list[str]:
         ),
     ]
     for name in ("t_init_A", "t_end_A", "min_g_n", "jellett_drift"):
-        found = summary["columns"].get(name)
-        if found and found["min"] is not None:
-            shown.append(f"  {name:>13}: {found['min']:.6g} to {found['max']:.6g}")
+        column = summary["columns"].get(name)
+        if column and column["min"] is not None:
+            shown.append(f"  {name:>13}: {column['min']:.6g} to {column['max']:.6g}")
     recheck = summary["recheck"]
     if recheck["rows"]:
         shown.append(f"  {recheck['rows']} rows again in double-double; largest differences:")
         shown += [
-            f"  {name:>13}: {found['value']:.2g} (row {found['index']})"
-            for name, found in recheck["largest_difference"].items()
+            f"  {name:>13}: {largest['value']:.2g} (row {largest['index']})"
+            for name, largest in recheck["largest_difference"].items()
         ]
-    shown += [f"  ANOTHER OUTCOME IN FINER ARITHMETIC: {one}" for one in recheck["other_outcome"]]
-    shown += [f"  ONLY IN ONE OF THE TWO: {one}" for one in recheck["only_in_one"]]
+    shown += [f"  ANOTHER OUTCOME IN FINER ARITHMETIC: {row}" for row in recheck["other_outcome"]]
+    shown += [f"  ONLY IN ONE OF THE TWO: {row}" for row in recheck["only_in_one"]]
     shown += [
         f"  ROW {index} FAILED IN FINER ARITHMETIC: {error}"
         for index, error in recheck["errors"].items()
     ]
     shown += [
-        f"  MISSING: rows {one['first']} to {one['first'] + one['rows'] - 1}: {one['error']}"
-        for one in summary["quarantined"]
+        f"  MISSING: rows {row['first']} to {row['first'] + row['rows'] - 1}: {row['error']}"
+        for row in summary["quarantined"]
     ]
     return shown
 
 
 def pairs(given: tuple[str, ...], option: str) -> dict[str, str]:
     """NAME=TEXT pairs by name."""
-    found: dict[str, str] = {}
-    for one in given:
-        name, equals, text = one.partition("=")
-        if not equals or name in found:
-            raise InputError(f"{option}: got {one[:60]!r}, expected NAME=... , each name once")
-        found[name] = text
-    return found
+    texts: dict[str, str] = {}
+    for pair in given:
+        name, equals, text = pair.partition("=")
+        if not equals or name in texts:
+            raise InputError(f"{option}: got {pair[:60]!r}, expected NAME=... , each name once")
+        texts[name] = text
+    return texts
 
 
 def _refuse_what_the_file_says(scene: str) -> None:

@@ -31,33 +31,33 @@ def command(scene: str, digits: int, as_json: bool) -> int:
 
     loaded = load_scene(scene)
     with progress_bar(f"{loaded.name}: {digits} digits"):
-        found = thresholds(loaded, digits)
-    emit(as_json, {"schema": SCHEMA, "scene": loaded.name, **found.as_dict()}, lines(found))
-    return 0 if agree(found) else DISAGREE
+        known = thresholds(loaded, digits)
+    emit(as_json, {"schema": SCHEMA, "scene": loaded.name, **known.as_dict()}, lines(known))
+    return 0 if agree(known) else DISAGREE
 
 
-def agree(found: Thresholds) -> bool:
+def agree(known: Thresholds) -> bool:
     """Whether both determinations of every quantity agree in all digits, or in its absence."""
-    agreed = [one.digits_agreed for one in found.quantities.values()]
-    return all(digits is None or digits >= found.digits for digits in agreed)
+    agreed = [quantity.digits_agreed for quantity in known.quantities.values()]
+    return all(digits is None or digits >= known.digits for digits in agreed)
 
 
-def lines(found: Thresholds) -> list[str]:
+def lines(known: Thresholds) -> list[str]:
     """Return the text: value, unit and number of agreeing digits; then whether it inverts."""
-    texts = found.as_dict()["quantities"]
+    texts = known.as_dict()["quantities"]
     shown = [
-        f"{name:>12}  {texts[name]['value'] or 'does not exist':<{found.digits + 9}} "
-        f"{one.unit:<10}  {_agreement(one, found.digits)}"
-        for name, one in found.quantities.items()
+        f"{name:>12}  {texts[name]['value'] or 'does not exist':<{known.digits + 9}} "
+        f"{quantity.unit:<10}  {_agreement(quantity, known.digits)}"
+        for name, quantity in known.quantities.items()
     ]
-    inverts = {True: "yes", False: "no", None: "undecided"}[found.inverts]
-    return [*shown, f"{'inverts':>12}  {inverts}: {found.inverts_reason}"]
+    inverts = {True: "yes", False: "no", None: "undecided"}[known.inverts]
+    return [*shown, f"{'inverts':>12}  {inverts}: {known.inverts_reason}"]
 
 
-def _agreement(one: Determination, asked: int) -> str:
-    if one.digits_agreed is None:
-        return f"determined twice: {one.reason}"
-    shown = f"{one.digits_agreed} digits agree"
-    if one.digits_agreed < asked:
+def _agreement(quantity: Determination, asked: int) -> str:
+    if quantity.digits_agreed is None:
+        return f"determined twice: {quantity.reason}"
+    shown = f"{quantity.digits_agreed} digits agree"
+    if quantity.digits_agreed < asked:
         shown = f"ONLY {shown}"
-    return f"{shown}: {one.reason}" if one.reason else shown
+    return f"{shown}: {quantity.reason}" if quantity.reason else shown

@@ -89,9 +89,10 @@ def flags_in_wide(
     options = dict((flags or WIDE)[flag])
     tolerance = options.pop("tol", 0.0)
     setup = Setup.of(scene, precision, options=options, tolerance=tolerance)
-    one, other = integrate(scene, precision), Trajectory.of(scene, setup)
+    plain, compiled = integrate(scene, precision), Trajectory.of(scene, setup)
     return together(
-        same(other.state.as_text() == one.state.as_text(), True), same(other.steps, one.steps)
+        same(compiled.state.as_text() == plain.state.as_text(), True),
+        same(compiled.steps, plain.steps),
     )
 
 
@@ -171,20 +172,20 @@ def _output_of(code: str, **settings: str) -> str:
 def subnormal(tilt: str, flush: bool = False) -> Check:
     """Processors can be set to flush such numbers to zero; then nothing would be left."""
     size = float(tilt)
-    one, other = (
+    run, usual = (
         integrate(load_scene("inverted").varied(theta=f"pi - {text}", until=SHORT_S))
         for text in (tilt, "1e-20")
     )
     scale = 1e-20 / size
-    tilt_at_end = [0.0 if flush else getattr(one.state, name) for name in ("kx", "ky")]
-    wanted = [getattr(other.state, name) for name in ("kx", "ky")]
+    tilt_at_end = [0.0 if flush else getattr(run.state, name) for name in ("kx", "ky")]
+    wanted = [getattr(usual.state, name) for name in ("kx", "ky")]
     distance = math.hypot(*(x * scale - y for x, y in zip(tilt_at_end, wanted, strict=True)))
     # each of some 20 steps rounds some hundred Taylor coefficients to the spacing
     spacing = max(EPS, 2.0**-1074 / size)
     relative = distance / math.hypot(*wanted)
-    finite([*tilt_at_end, *NewtonState(*(one.state.values[n] for n in NewtonState._fields))])
+    finite([*tilt_at_end, *NewtonState(*(run.state.values[n] for n in NewtonState._fields))])
     return together(
         within(relative / spacing, 1000, "spacings"),
-        same(one.status, "complete"),
+        same(run.status, "complete"),
         same(relative < 0.5, True),
     )

@@ -463,12 +463,12 @@ def _from_rolling(run: Trajectory) -> Scalar:
 )
 def nearly_frictionless(mu: str, integrate: Integrate = integrate) -> Check:
     """Linear response at the other edge of friction."""
-    none, some = (triple_double(varied(mu=one, until=SHORT_S)) for one in ("0", "1e-5"))
+    none, some = (triple_double(varied(mu=text, until=SHORT_S)) for text in ("0", "1e-5"))
     little = integrate(varied(mu=mu, until=SHORT_S), "triple-double")
     fn = none.precision.context
     per_mu = [
-        (fn.mpf(run.state.Lx) - none.state.Lx) / fn.mpf(one)
-        for one, run in (("1e-5", some), (mu, little))
+        (fn.mpf(run.state.Lx) - none.state.Lx) / fn.mpf(text)
+        for text, run in (("1e-5", some), (mu, little))
     ]
     # the quadratic term, about mu itself, and 46 digits less those of mu
     return within(abs(per_mu[1] / per_mu[0] - 1), 1e-4, "off the slope")
@@ -533,8 +533,8 @@ def power_of_ten(parameter: str, power: int, integrate: Integrate = integrate) -
     """Twelve decades of m, of R at constant g, and of g at constant R."""
     factor = Fraction(10) ** power
     half = Fraction(10) ** (power // 2)  # a square root; the powers are even
-    one = Fraction(1)
-    scales = {"m": (factor, one, one), "R": (one, factor, half), "g": (one, one, 1 / half)}
+    unit = Fraction(1)
+    scales = {"m": (factor, unit, unit), "R": (unit, factor, half), "g": (unit, unit, 1 / half)}
     run, apart = _scaled(integrate, *scales[parameter])
     # decimal numbers round in another way: a few eps, times what 0.2 s make of them
     return together(within(apart / EPS, 100, "eps"), same(run.status, "complete"))

@@ -59,21 +59,21 @@ def compute(folder: Path = MEASURED, progress: Progress = silent) -> Computed:
         *(_section_call(title, folder, group) for title, group in SHARING.items()),
         Call("headlines", (headlines,), group=SHARING[CONSERVATION]),
         Call("precisions", (precisions,), group=SHARING[CONSERVATION]),
-        *(Call(one.key, (judge, *one.arguments), group=one.group) for one in claims),
+        *(Call(call.key, (judge, *call.arguments), group=call.group) for call in claims),
         *(_section_call(title, folder, None) for title in rest),
     ]
-    found, took = {}, {}
+    results, took = {}, {}
     with local_pool(WORKERS, inline=False) as pool:
         for call, result in pool.perform(_timed, calls, progress):
             if isinstance(result, Failure):
                 raise result.error
-            found[call.key], took[call.key] = result
+            results[call.key], took[call.key] = result
     return Computed(
-        in_order(found[one.key] for one in claims),
-        [found[title] for title in titles],
-        found["headlines"],
-        found["precisions"],
-        sum(took[one.key] for one in claims) / WORKERS,
+        in_order(results[call.key] for call in claims),
+        [results[title] for title in titles],
+        results["headlines"],
+        results["precisions"],
+        sum(took[call.key] for call in claims) / WORKERS,
     )
 
 
@@ -89,7 +89,7 @@ def sections_in(folder: Path) -> dict[str, Callable[[], Section]]:
         measured.TRADEOFF_TITLE: partial(measured.tradeoff, folder),
         "Extremes": partial(measured.extremes, folder),
         measured.ENGINES_TITLE: partial(measured.engines, folder),
-        **{one.title: partial(one.section, folder) for one in measured.ALL},
+        **{table.title: partial(table.section, folder) for table in measured.ALL},
     }
 
 

@@ -47,7 +47,7 @@ def entry(claim: JudgedClaim) -> Entry:
     several = claim.form != "misprint" or claim.correction
     lines = tuple(line for line in claim.checks if line.name and several)
     printed, found = _essential(claim, lines)
-    prefixes = {one.name: one.prefix for one in paper.PAPERS}
+    prefixes = {known.name: known.prefix for known in paper.PAPERS}
     own = {"section": prefixes[claim.paper] + claim.section, "note": claim.remark}
     return Entry(**asdict(claim) | own | {"printed": printed, "found": found, "lines": lines})
 
@@ -56,9 +56,9 @@ def sections() -> dict[str, str]:
     """Titles of the papers' sections by key, which are the groups on the page."""
     several = len(paper.PAPERS) > 1
     return {
-        one.prefix + section.key: f"{one.name}, {section.title}" if several else section.title
-        for one in paper.PAPERS
-        for section in one.sections
+        known.prefix + section.key: f"{known.name}, {section.title}" if several else section.title
+        for known in paper.PAPERS
+        for section in known.sections
     }
 
 
@@ -66,9 +66,9 @@ def _essential(claim: JudgedClaim, lines: Sequence[JudgedCheck]) -> tuple[str, s
     if claim.correction:
         return claim.printed, claim.correction
     if claim.verdict == "reading":
-        holding = [one.name for one in lines if one.verdict != "refuted"]
+        holding = [line.name for line in lines if line.verdict != "refuted"]
         return claim.printed, "holds read as: " + "; ".join(holding)
-    failing = [one for one in lines if one.verdict == "refuted"]
+    failing = [line for line in lines if line.verdict == "refuted"]
     if claim.verdict == "refuted" and failing:
         first = failing[0]
         more = f" ({first.name})" if len(lines) > 1 else ""

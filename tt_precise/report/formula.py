@@ -68,8 +68,8 @@ def parts_of_symbol(word: str) -> tuple[str, tuple[str, ...], str]:
     if word == "3_dot":
         return AXIS, ("dot",), ""
     base, *rest = word.rstrip("_").split("_")
-    accents = [one for one in rest if one in _ACCENTS]
-    indices = [one for one in rest if one not in _ACCENTS]
+    accents = [part for part in rest if part in _ACCENTS]
+    indices = [part for part in rest if part not in _ACCENTS]
     if "~" in base:
         base, digits = base.split("~")
         accents.insert(0, "tilde")

@@ -26,10 +26,10 @@ def golden_section() -> Section:
         manifest = golden.load(name).manifest
         columns = manifest["files"]["trajectory.csv"]["columns"]
         agreed = [
-            float(found)
+            float(digits)
             for column in columns.values()
-            for found in column["agreement"].values()
-            if not isinstance(found, str)
+            for digits in column["agreement"].values()
+            if not isinstance(digits, str)
         ]
         rows.append(
             (
@@ -205,7 +205,7 @@ def _times(scene: str, inversion: dict[str, Json]) -> list[tuple[str, ...]]:
     return rows
 
 
-def _ends(scene: str, found: dict[str, Json]) -> list[tuple[str, ...]]:
+def _ends(scene: str, forever: dict[str, Json]) -> list[tuple[str, ...]]:
     """What is proved for ever; nothing where the solution tends to no vertical spin."""
     return [
         (
@@ -216,7 +216,7 @@ def _ends(scene: str, found: dict[str, Json]) -> list[tuple[str, ...]]:
             f"g_n > {Decimal(block['g_n_at_least_mg']):f} m g",
             *(f"{Decimal(block['limits'][name]['middle']):.12g}" for name in ("D", "E")),
         )
-        for block in (found.get(name) for name in ("held", "at_the_end"))
+        for block in (forever.get(name) for name in ("held", "at_the_end"))
         if block
     ]
 

@@ -128,9 +128,9 @@ def extremes(folder: Path) -> Section:
         PageTable(
             ("topic", "case", "expected", "from", "found", "verdict"),
             [
-                (case.topic, name, case.expected, case.source, found, case.verdict)
+                (case.topic, name, case.expected, case.source, result, case.verdict)
                 for family in families(cases)
-                for name, found, case in family_rows(family)
+                for name, result, case in family_rows(family)
             ],
             "Families of cases have one row, which shows the worst of them; a case that failed "
             "has its own. The file has every case.",
@@ -162,7 +162,7 @@ def engines(folder: Path) -> Section:
 
 def _board(board: dict[str, Json]) -> Section:
     versions = ", ".join(
-        f"{one['name']} {one['version'] or 'not installed'}" for one in board["engines"]
+        f"{engine['name']} {engine['version'] or 'not installed'}" for engine in board["engines"]
     )
     names = dict.fromkeys(name for row in board["rows"] for name in row.get("checks", ()))
     blocks: list[Block] = [
@@ -192,10 +192,10 @@ def _board(board: dict[str, Json]) -> Section:
             ("engine", "version", "arithmetic", "its friction", "settings"),
             [
                 tuple(
-                    one[key] or "not installed"
+                    engine[key] or "not installed"
                     for key in ("name", "version", "precision", "friction", "settings")
                 )
-                for one in board["engines"]
+                for engine in board["engines"]
             ],
             caption="What each engine can express, and how it was set up, after its documentation.",
             name="engines-settings",

@@ -133,7 +133,7 @@ def errata(judged: Sequence[JudgedClaim]) -> Section:
         Claims(f"{title} ({len(some)})", some, errata=True, about=about,
                folded=verdict is Verdict.READING)
         for verdict, (title, about) in ERRATA.items()
-        if (some := [one for one in every if one.verdict == verdict])
+        if (some := [claim for claim in every if claim.verdict == verdict])
     ]  # fmt: skip
     text = (
         f"{sum(len(group.entries) for group in groups)} statements of the paper that do not hold "
@@ -146,12 +146,12 @@ def errata(judged: Sequence[JudgedClaim]) -> Section:
 def all_claims(judged: Sequence[JudgedClaim], run: JudgingRun) -> Section:
     """Every claim with its verdict, by section of the paper; ``run`` is what computed them."""
     tally, every = counts(judged), [entry(claim) for claim in judged]
-    legend = "; ".join(f"{tally[str(one)]} {one}: {one.meaning}" for one in Verdict)
-    proved = sum(one.proved for one in every)
+    legend = "; ".join(f"{tally[str(verdict)]} {verdict}: {verdict.meaning}" for verdict in Verdict)
+    proved = sum(claim.proved for claim in every)
     groups = [
         Claims(title, some)
         for key, title in sections().items()
-        if (some := [one for one in every if one.section == key])
+        if (some := [claim for claim in every if claim.section == key])
     ]
     records = Committed(claims=tuple(judged), counts=tally, run=run)
     text = f"{len(every)} claims, {proved} of them settled by a proof. {legend}."

@@ -309,8 +309,8 @@ MARKS = {"refused": "–", "failed": "✗", "measured": ""}
 @style.figure("engines", lambda board: [0.3 * len(board["engines"]) + 0.9])
 def scoreboard(axes: list[Axes], board: dict[str, Json]) -> Words:
     """Digits at the smallest step of every engine on every test; from the file's object."""
-    engines = [one["name"] for one in board["engines"]]
-    rungs = [one["name"] for one in board["rungs"] if one["name"] != "inversion"]
+    engines = [engine["name"] for engine in board["engines"]]
+    rungs = [rung["name"] for rung in board["rungs"] if rung["name"] != "inversion"]
     rows = {(row["engine"], row["rung"]): row for row in board["rows"]}
     (panel,) = axes
     digits = [[_digits(rows.get((engine, rung))) for rung in rungs] for engine in engines]

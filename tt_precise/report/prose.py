@@ -58,7 +58,7 @@ def formula_html(text: str, digits: int | None = DIGITS) -> str:
 
 def formula_markdown(text: str, digits: int | None = DIGITS) -> str:
     """The same in Markdown."""
-    return _pieces(text, lambda one: f"${formula.latex(one)}$",
+    return _pieces(text, lambda text: f"${formula.latex(text)}$",
                    partial(markdown, digits=digits), "; ")  # fmt: skip
 
 
@@ -90,25 +90,25 @@ def shortened(number: str, digits: int) -> str:
 def _pieces(
     text: str, setter: Callable[[str], str], words: Callable[[str], str], between: str
 ) -> str:
-    found, formulas = [], 0
+    written_pieces, formulas = [], 0
     for piece in text.split("; "):
         name, colon, rest = piece.rpartition(": ")
         try:
             written = setter(rest)
             formulas += 1
         except NoFormulaError:
-            found.append(words(piece))
+            written_pieces.append(words(piece))
             continue
-        found.append(words(name + colon) + written if name else written)
-    return (between if formulas else "; ").join(found)
+        written_pieces.append(words(name + colon) + written if name else written)
+    return (between if formulas else "; ").join(written_pieces)
 
 
 def _replaced(text: str, token: Callable[[re.Match[str]], str], other: Callable[[str], str]) -> str:
-    found, position = [], 0
+    pieces, position = [], 0
     for match in _TOKEN.finditer(text):
-        found += [other(text[position : match.start()]), token(match)]
+        pieces += [other(text[position : match.start()]), token(match)]
         position = match.end()
-    return "".join([*found, other(text[position:])])
+    return "".join([*pieces, other(text[position:])])
 
 
 def _as_html(match: re.Match[str], digits: int | None) -> str:

@@ -72,7 +72,7 @@ def markdown(report: Report) -> str:
         "cell": lambda text: _cell(prose.markdown(text)),
         "formula": lambda text: _cell(prose.formula_markdown(text)),
         "pair": lambda entry: [
-            _cell(one) for one in _pair(entry, prose.pair_markdown, prose.formula_markdown)
+            _cell(text) for text in _pair(entry, prose.pair_markdown, prose.formula_markdown)
         ],
     }
     text = environment.get_template("report.md.j2").render(
@@ -117,17 +117,17 @@ def laid_out(section: Section) -> dict[str, Json]:
     figures = [block for block in section.blocks if isinstance(block, Figure)]
     tables = [block for block in section.blocks if isinstance(block, PageTable)]
     claims = [block for block in section.blocks if isinstance(block, Claims)]
-    beside = [one for one in tables if figures and _fits_beside(one)][:1]
+    beside = [table for table in tables if figures and _fits_beside(table)][:1]
     listed = [entry for block in claims for entry in block.entries]
     verdicts, kinds = (
-        [(value, value) for value in dict.fromkeys(getattr(one, name) for one in listed)]
+        [(value, value) for value in dict.fromkeys(getattr(entry, name) for entry in listed)]
         for name in ("verdict", "kind")
     )
     return {
         "picture": figures[0] if figures else None,
         "texts": [_parted(block) for block in section.blocks if isinstance(block, Text)],
         "beside": beside,
-        "tables": [one for one in tables if one not in beside],
+        "tables": [table for table in tables if table not in beside],
         "pictures": figures[1:],
         "claims": claims,
         "choices": [

@@ -136,15 +136,15 @@ SHOWN = 20
 
 def threshold_values() -> Section:
     """lambda, lambda_thres, lambda_up and the asymptotic values of the reference scene."""
-    found = thresholds(load_scene(SCENE), DIGITS)
+    known = thresholds(load_scene(SCENE), DIGITS)
     rows = [
         (
             name,
-            "-" if one.value is None else full(one.value, SHOWN),
-            one.unit,
-            str(one.digits_agreed),
+            "-" if quantity.value is None else full(quantity.value, SHOWN),
+            quantity.unit,
+            str(quantity.digits_agreed),
         )
-        for name, one in found.quantities.items()
+        for name, quantity in known.quantities.items()
     ]
     return Section(
         "thresholds",
@@ -158,10 +158,10 @@ def threshold_values() -> Section:
             PageTable(("quantity", "value", "unit", "digits agreed"), rows),
             PageTable(
                 ("quantity", "how"),
-                [(name, one.how) for name, one in found.quantities.items()],
+                [(name, quantity.how) for name, quantity in known.quantities.items()],
                 "How each was determined.",
                 folded=True,
             ),
         ],
-        found.as_dict(),
+        known.as_dict(),
     )

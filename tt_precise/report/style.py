@@ -50,7 +50,7 @@ def grid(rows: int, columns: int, height: float) -> Iterator[tuple[Drawing, list
     with plotting.styled():
         drawing = plotting.new_figure(WIDTH, rows * height + 0.2)
         axes = drawing.subplots(rows, columns, sharey=True, squeeze=False)
-        yield drawing, [one for row in axes for one in row]
+        yield drawing, [panel for row in axes for panel in row]
 
 
 class Words(NamedTuple):
@@ -97,10 +97,10 @@ def svg_text(drawing: Drawing) -> str:
     return text.replace("</style>", f"text{{font-family: {LETTERS}}}</style>", 1)
 
 
-def _short(found: re.Match[str]) -> str:
+def _short(match: re.Match[str]) -> str:
     text = re.sub(
         r"-?\d+\.\d+", lambda number: f"{float(number[0]):.{DECIMALS}f}".rstrip("0").rstrip("."),
-        found[0],
+        match[0],
     )  # fmt: skip
     return re.sub(r"(?:L \S+ \S+ ){2,}", lambda lines: "L " + lines[0].replace("L ", ""), text)
 
@@ -121,8 +121,8 @@ def curve(
 def moments(axes: Sequence[Axes], marks: Mapping[str, float]) -> None:
     """Mark moments by thin dashed lines through all panels, named above the first."""
     for label, t in marks.items():
-        for one in axes:
-            one.axvline(t, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
+        for panel in axes:
+            panel.axvline(t, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
         axes[0].annotate(
             label,
             (t, 1),

@@ -53,7 +53,7 @@ def table(spans: tuple[LongRuns, ...], progress: Progress = silent) -> pandas.Da
     work = sum(span.seeds * span.until_s for _, span in runs)
     done = 0.0
     for name, span in runs:
-        first = sum(one.seeds for one in spans[: spans.index(span)])
+        first = sum(earlier.seeds for earlier in spans[: spans.index(span)])
         for seed in range(first, first + span.seeds, LANES):
             rows += _lanes(load_scene(name), range(seed, seed + LANES), span.until_s)
             done += LANES * span.until_s
@@ -87,7 +87,7 @@ def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Json]]:
     precision = precision_named("double")
     form = integrated(scene.model, "newton", scene.body.friction)
     starts = [InitialState.of(seeded(scene, seed), precision.arithmetic) for seed in seeds]
-    state = numpy.array([list(map(float, one.state(form))) for one in starts]).T
+    state = numpy.array([list(map(float, start.state(form))) for start in starts]).T
     values = {name: float(getattr(starts[0].body, name)) for name in form.parameters}
     batch = bare_batch(
         Setup(formulation=form, precision=precision),
@@ -100,8 +100,8 @@ def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Json]]:
     rows = []
     for t in log_spaced(until_s):
         batch.propagate_until([t / unit] * len(seeds))
-        found = integrals(form, values, batch.state)
-        errors = {name: (found[name] - first[name]) / abs(first[name]) for name in found}
+        values_now = integrals(form, values, batch.state)
+        errors = {name: (values_now[name] - first[name]) / abs(first[name]) for name in values_now}
         rows += [
             {"scene": scene.name, "seed": seed, "t_s": t}
             | {name: float(error[lane]) for name, error in errors.items()}

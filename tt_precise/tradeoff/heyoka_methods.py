@@ -165,14 +165,18 @@ def user(request: str, problem: GoldenProblem, settings: Settings) -> Solve:
         asked["formulation"] = problem.coordinates
 
     def solve(times: Sequence[Scalar]) -> SolverResult:
-        found = integrate(scene, **asked)
-        context = found.precision.context
+        trajectory = integrate(scene, **asked)
+        context = trajectory.precision.context
         state = [
-            context.mpf(found.state.values[name]) / units.of_dimension(STATE_DIMENSIONS[name])
+            context.mpf(trajectory.state.values[name]) / units.of_dimension(STATE_DIMENSIONS[name])
             for name in names
         ]
         return SolverResult(
-            [state], found.steps, found.steps * found.order, found.order, published=True
+            [state],
+            trajectory.steps,
+            trajectory.steps * trajectory.order,
+            trajectory.order,
+            published=True,
         )
 
     return solve

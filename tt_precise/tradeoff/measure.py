@@ -156,16 +156,16 @@ def _digits(bits: tuple[int, ...]) -> Iterator[Trial]:
     truth = bits[-1] + 40
     for name in ("double", "extended", "quad"):
         yield Trial("heyoka", 0.0, name, until=SHORT, truth_bits=truth)
-    for one in bits:
-        yield Trial("heyoka", 0.0, "mp", one, until=SHORT, truth_bits=truth)
-    for one in bits[3::3]:
-        yield Trial("heyoka, parallel_mode", 0.0, "mp", one, until=SHORT, truth_bits=truth)
+    for width in bits:
+        yield Trial("heyoka", 0.0, "mp", width, until=SHORT, truth_bits=truth)
+    for width in bits[3::3]:
+        yield Trial("heyoka, parallel_mode", 0.0, "mp", width, until=SHORT, truth_bits=truth)
 
 
 def _odefun(bits: tuple[int, ...]) -> Iterator[Trial]:
     for method in ("heyoka", "mpmath odefun"):
-        for one in bits:
-            yield Trial(method, 0.0, "mp", one, until=SHORTEST, truth_bits=bits[-1] + 40)
+        for width in bits:
+            yield Trial(method, 0.0, "mp", width, until=SHORTEST, truth_bits=bits[-1] + 40)
 
 
 def _other_scenes() -> Iterator[Trial]:
@@ -264,14 +264,14 @@ class CompiledTrial:
         """The error at the end, and the largest error and drift that are known of the way."""
         truth, precision, end = self.problem.truth, self.trial.arithmetic, self.ended
         given = None if end.published else self.times[len(self.times) - len(end.states) :]
-        found = truth.errors(end.states, precision, given)
-        way, drift = found.error_on_way, found.jellett_drift
+        at_end = truth.errors(end.states, precision, given)
+        way, drift = at_end.error_on_way, at_end.jellett_drift
         if self.grid is not None and len(self.grid.states) > 1:
             on_grid = truth.errors(self.grid.states, precision, self.times)
             way, drift = max(way, on_grid.error_on_way), max(drift, on_grid.jellett_drift)
         elif len(end.states) == 1:
             way = None
-        return StateErrors(found.error, way, drift)
+        return StateErrors(at_end.error, way, drift)
 
 
 def prepare(trial: Trial) -> CompiledTrial:
@@ -388,7 +388,7 @@ def measure(groups: Iterable[Group], notify: Notify, progress: Progress = silent
             began, share = time.monotonic(), len(group.trials) / total
             ready = list(_prepared(group.trials, skip))
             times = interleaved(
-                [one.run for one in ready],
+                [trial.run for trial in ready],
                 baseline,
                 rounds=group.rounds,
                 budget_s=group.budget_s,
@@ -431,11 +431,11 @@ def _compiled_anew() -> Iterator[Callable[[], None]]:
         state.set_diskcache_enabled(enabled)
 
 
-def _row(one: CompiledTrial, times: Timings) -> Row:
-    trial, end, errors = one.trial, one.ended, one.errors()
+def _row(compiled: CompiledTrial, times: Timings) -> Row:
+    trial, end, errors = compiled.trial, compiled.ended, compiled.errors()
     return Row(
         scene=trial.scene,
-        horizon_s=float(one.problem.until),
+        horizon_s=float(compiled.problem.until),
         method=trial.method,
         setting=_setting(trial),
         precision=trial.precision,
@@ -449,7 +449,7 @@ def _row(one: CompiledTrial, times: Timings) -> Row:
         seconds_median=times.median / end.lanes,
         ratio=times.ratio / end.lanes,
         rounds=len(times.seconds),
-        setup_s=one.setup_s,
+        setup_s=compiled.setup_s,
         steps=end.steps or None,
         work=end.work or None,
         order=end.order,
@@ -471,7 +471,7 @@ def _workload(baseline: Action, when: str) -> Machine:
 
 def _imports() -> Iterator[Machine]:
     """Seconds to start Python and import a package, in a process of its own; and without one."""
-    for name in ("", *(one for one in IMPORTED if find_spec(one.partition(".")[0]))):
+    for name in ("", *(name for name in IMPORTED if find_spec(name.partition(".")[0]))):
         command = [sys.executable, "-c", f"import {name}" if name else ""]
         seconds = timed(partial(subprocess.run, command, check=True))
         yield Machine(IMPORT, name or "nothing", seconds, seconds, 1)

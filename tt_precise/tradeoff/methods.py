@@ -153,7 +153,7 @@ def solve_ivp(method: Any, compiled: bool, problem: GoldenProblem, settings: Set
     start, tolerance = problem.state(settings.precision), settings.tolerance
 
     def solve(times: Sequence[Scalar]) -> SolverResult:
-        found = scipy.integrate.solve_ivp(
+        solution = scipy.integrate.solve_ivp(
             function,
             (0.0, times[-1]),
             start,
@@ -162,11 +162,13 @@ def solve_ivp(method: Any, compiled: bool, problem: GoldenProblem, settings: Set
             rtol=max(tolerance, LEAST),
             atol=tolerance,
         )
-        if found.status != 0:
-            raise ArithmeticError(f"{method}: {found.message}")
+        if solution.status != 0:
+            raise ArithmeticError(f"{method}: {solution.message}")
         # it does not report its steps; every accepted and rejected one costs the same evaluations
         stages = {"RK45": 6, "DOP853": 11}.get(method)
-        return SolverResult(list(found.y.T), found.nfev // stages if stages else 0, found.nfev)
+        return SolverResult(
+            list(solution.y.T), solution.nfev // stages if stages else 0, solution.nfev
+        )
 
     return solve
 
@@ -220,17 +222,17 @@ def cyrk(method: str, problem: GoldenProblem, settings: Settings) -> Solve:
 
     def solve(times: Sequence[Scalar]) -> SolverResult:
         wanted = numpy.array(times)
-        found = CyRK.nbsolve2_ivp(
+        solution = CyRK.nbsolve2_ivp(
             address, (0.0, float(wanted[-1])), start, method, wanted, False, parameters,
             tolerance, tolerance,
         )  # fmt: skip
         try:
-            if not found.success:
-                raise ArithmeticError(f"CyRK {method}: {found.message}")
-            steps = int(found.steps_taken)
-            return SolverResult(list(found.y.T.copy()), steps, steps * stages)
+            if not solution.success:
+                raise ArithmeticError(f"CyRK {method}: {solution.message}")
+            steps = int(solution.steps_taken)
+            return SolverResult(list(solution.y.T.copy()), steps, steps * stages)
         finally:
-            found.free()
+            solution.free()
 
     solve([1e-3])
     return solve
@@ -253,11 +255,11 @@ def cvode(method: str, problem: GoldenProblem, settings: Settings) -> Solve:
     )
 
     def solve(times: Sequence[Scalar]) -> SolverResult:
-        found = solver.solve(numpy.array([0.0, *times]), numpy.array(start))
-        if not found.success:
-            raise ArithmeticError(f"CVODE: {found.message}")
-        states = numpy.asarray(found.y)[1 if len(times) > 1 else -1 :]
-        return SolverResult(list(states), 0, int(found.nfev))
+        solution = solver.solve(numpy.array([0.0, *times]), numpy.array(start))
+        if not solution.success:
+            raise ArithmeticError(f"CVODE: {solution.message}")
+        states = numpy.asarray(solution.y)[1 if len(times) > 1 else -1 :]
+        return SolverResult(list(states), 0, int(solution.nfev))
 
     solve([1e-3])
     return solve
@@ -302,13 +304,13 @@ def _diffrax_jitted(solver: str, form: Formulation, between: bool) -> Callable[.
 
     @jax.jit
     def solve(start: Array, times: Array, tolerance: Array, parameters: Array) -> Array:
-        found = diffrax.diffeqsolve(
+        solution = diffrax.diffeqsolve(
             diffrax.ODETerm(rates), method, 0.0, times[-1], None, start, parameters,
             saveat=diffrax.SaveAt(ts=times) if between else diffrax.SaveAt(t1=True),
             stepsize_controller=diffrax.PIDController(rtol=tolerance, atol=tolerance),
             max_steps=MOST_STEPS,
         )  # fmt: skip
-        return found.ys, found.stats["num_steps"], found.stats["num_steps"] * stages
+        return solution.ys, solution.stats["num_steps"], solution.stats["num_steps"] * stages
 
     return solve
 

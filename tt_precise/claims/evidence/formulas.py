@@ -108,7 +108,9 @@ def equal(printed: Scalar, truth: Scalar, shown: str = "") -> Check:
 
 def equal_vectors(printed: Sequence[Scalar], truth: Sequence[Scalar], shown: str) -> Check:
     """The same for vectors: the first entry that differs, if any, decides."""
-    checks = [equal(one, other, shown) for one, other in zip(printed, truth, strict=True)]
+    checks = [
+        equal(entry, true_entry, shown) for entry, true_entry in zip(printed, truth, strict=True)
+    ]
     return next((check for check in checks if not check.holds), checks[0])
 
 
@@ -124,8 +126,8 @@ def at_point(element: Scalar) -> Fraction:
     """The exact value of an element at ``POINT``."""
     symbols = chart()
     element, rational = symbols.field(element), symbols.field.domain
-    exact = [Fraction(POINT[str(one)]) for one in symbols.field.symbols]
-    values = [rational(one.numerator, one.denominator) for one in exact]
+    exact = [Fraction(POINT[str(symbol)]) for symbol in symbols.field.symbols]
+    values = [rational(value.numerator, value.denominator) for value in exact]
     value = element.numer(*values) / element.denom(*values)
     return Fraction(int(rational.numer(value)), int(rational.denom(value)))
 

@@ -155,7 +155,7 @@ def growth(case: Case, side: int) -> int:
     gravity = (lambda_ / (rounding_to(fn)(case.multiple) * largest_threshold(body, fn))) ** 2
     step, error = fn.mpf(10) ** (-DIGITS // 2), fn.mpf(10) ** (10 - DIGITS)
     matrix = linearised(case.body(fn, gravity), side, step, fn)
-    return max(one.sign() for one in eigenvalues(matrix, error, fn))
+    return max(eigenvalue.sign() for eigenvalue in eigenvalues(matrix, error, fn))
 
 
 def largest_threshold(body: Parameters, fn: Functions) -> Scalar:

@@ -86,9 +86,11 @@ def identity(
 
 def _judged(parts: Parts, remark: str, printed: tuple[str, ...]) -> Finding:
     def check(left: str, right: str, shown: str) -> Check:
-        one, other = (f.read(side.format(*printed), _words()) for side in (left, right))
-        compared = f.equal_vectors if isinstance(other, tuple) else f.equal
-        return compared(one, other, shown.format(*printed))
+        printed_side, derived_side = (
+            f.read(side.format(*printed), _words()) for side in (left, right)
+        )
+        compared = f.equal_vectors if isinstance(derived_side, tuple) else f.equal
+        return compared(printed_side, derived_side, shown.format(*printed))
 
     return v.theorem({name: check(*part) for name, *part in parts}, remark)
 

@@ -148,8 +148,8 @@ def _square(text: str, what: str = "") -> Check:
     body: Any = SimpleNamespace(alpha=alpha, gamma=gamma, sigma=sigma)
     discriminant = sympy.discriminant(d(body, z), z)
     toy = load_scene("reference").body
-    at_toy = discriminant.subs({one: sympy.Rational(str(getattr(toy, str(one))))
-                                for one in (alpha, gamma)})  # fmt: skip
+    at_toy = discriminant.subs({symbol: sympy.Rational(str(getattr(toy, str(symbol))))
+                                for symbol in (alpha, gamma)})  # fmt: skip
     value = v.decimal(Fraction(str(at_toy)), 4)
     return v.statement(
         sympy.simplify(discriminant) == 0,
@@ -211,7 +211,7 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Finding:
     check = v.statement(
         all(10**3 * later < earlier for earlier, later in pairwise(off)),
         "lim V(z_min, D, lambda) = E1",
-        "V(z_min)/E1 - 1 = " + ", ".join(v.decimal(one, 2) for one in off),
+        "V(z_min)/E1 - 1 = " + ", ".join(v.decimal(difference, 2) for difference in off),
     )
     return v.all_of(
         {"V(z_min)": check},
@@ -288,8 +288,8 @@ def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
     begin, end = thresholds.D0(body, lambda_, math), thresholds.D1(body, lambda_, math)
     shares = [until * (1e-4 + (1 - 2e-4) * i / POTENTIAL_STEPS) for i in range(POTENTIAL_STEPS + 1)]
     wells = [minima(body, begin + (end - begin) * share, lambda_) for share in shares]
-    alone = all(len(one) == 1 for one in wells)
-    path = [one[0] for one in wells]
+    alone = all(len(well) == 1 for well in wells)
+    path = [well[0] for well in wells]
     return v.all_of(
         v.statement(
             alone and rising(path) and path[0] < 0.1 and path[-1] > math.pi - 0.1,

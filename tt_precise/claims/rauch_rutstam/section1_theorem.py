@@ -390,7 +390,7 @@ def _distances(run: Run) -> dict[str, list[float]]:
 
 def _falling(away: list[float]) -> Check:
     holds = all(10 * later < earlier for earlier, later in pairwise(away))
-    shown = ", ".join(v.decimal(one, 2) for one in away)
+    shown = ", ".join(v.decimal(distance, 2) for distance in away)
     return v.statement(holds, "tends to its limit", f"distances {shown}")
 
 

@@ -101,7 +101,9 @@ def initiation_time(printed: str = START, run: Run = REFERENCE) -> Finding:
 def ending_time(printed: str = END, run: Run = REFERENCE) -> Finding:
     """The climb ends at about 7.87 s."""
     times = _in_all_definitions("t_end", run)
-    highest = run.settled(lambda one: rows_of(one, "theta_max").sort_values("theta")["t"].iloc[-1])
+    highest = run.settled(
+        lambda solution: rows_of(solution, "theta_max").sort_values("theta")["t"].iloc[-1]
+    )
     times[TOP] = highest, _highest(run)
     off = min(abs(v.fraction_of(time) - Fraction(printed)) for time, _ in times.values())
     return _about(
@@ -167,10 +169,10 @@ def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERE
     parts, known, proved, intervals = {}, proofs_of(run.scene), True, []
     for name, reading in DEFINITIONS.items():
         shown, holds = [], True
-        for one, which in zip(printed, ENDS, strict=True):
+        for text, which in zip(printed, ENDS, strict=True):
             time, interval = run.moment(name, which), known.moment(name, which)
-            check = v.about(one, time)
-            proved &= settles(check, partial(v.about, one), interval)
+            check = v.about(text, time)
+            proved &= settles(check, partial(v.about, text), interval)
             holds &= check.holds
             intervals.append(interval)
             shown.append(str(time))

@@ -254,7 +254,7 @@ def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Finding:
 def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> Finding:
     """At the end of the climb nu_y crosses nu_x from above, and its minima lie lower then."""
     falling = _crossings(run, rising=False, early=False)
-    last = run.settled(lambda one: one.events.query(LAST_FALLING)["t"].iloc[-1])
+    last = run.settled(lambda solution: solution.events.query(LAST_FALLING)["t"].iloc[-1])
     longer = Run(variant(run.scene, until=LATER))
     spans = longer.nutations(Span(falling[-1], float(LATER)))
     lower = _count_above("nu_x", "nu_y", spans, longer)
@@ -301,8 +301,8 @@ def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Find
     known = run.thresholds.quantities
     ours = known["lambda"]
     factors = {
-        name: v.Settled.of(ours.value / one.value, ours.independent / one.independent)
-        for name, one in known.items()
+        name: v.Settled.of(ours.value / threshold.value, ours.independent / threshold.independent)
+        for name, threshold in known.items()
         if name in ("lambda", "lambda_thres")
     }
     return v.misprint(

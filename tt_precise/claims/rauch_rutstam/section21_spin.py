@@ -272,7 +272,7 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> Finding:
 def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """During the climb the projection of omega on the symmetry axis changes sign."""
     zeros_in_double, known = run.zeros(name), proofs_of(run.scene)
-    first = run.settled(lambda one: rows_of(one, "omega_3_zero")["t"].iloc[0])
+    first = run.settled(lambda solution: rows_of(solution, "omega_3_zero")["t"].iloc[0])
     at = f", at {v.decimal(first.value, 16)} s" if zeros_in_double else ""
     check = v.statement(
         len(zeros_in_double) == 1 and run.climb.has(zeros_in_double[0]),

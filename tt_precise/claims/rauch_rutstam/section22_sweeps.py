@@ -79,8 +79,8 @@ def shortened_to_zero(printed: str = VANISHES) -> Finding:
     lost = lost_between("0", str(fine["phi_dot"].max()))
     rising = coarse[coarse["phi_dot"].between(0, float(printed))]
     checks = {}
-    for one in ABC:
-        column = f"t_init_{one}"
+    for definition in ABC:
+        column = f"t_init_{definition}"
         down, steps = trend(rising[column])
         checks[f"{column} falls"] = v.statement(down, "falls", f"in {steps} of 0.5 rad/s")
         zero = fine["phi_dot"][fine[column] == 0].min()
@@ -102,10 +102,10 @@ def gone_beyond(beyond: str = VANISHES) -> Finding:
     """Beyond phi_dot(0) = 83.1 rad/s the climb is under way from the start."""
     rows = starts(("phi_dot", "phi_dot near the end"), "held")
     rows = rows[rows["phi_dot"] > float(beyond)]
-    none = {one: int((rows[f"t_init_{one}"] == 0).sum()) for one in ABC}
+    none = {definition: int((rows[f"t_init_{definition}"] == 0).sum()) for definition in ABC}
     parts = {
-        f"definition {one}": (0 < count == len(rows), f"{count} of {len(rows)} starts")
-        for one, count in none.items()
+        f"definition {definition}": (0 < count == len(rows), f"{count} of {len(rows)} starts")
+        for definition, count in none.items()
     }
     return v.readings(
         v.statements("no synchronisation", parts),
@@ -123,7 +123,9 @@ def climb_shortened(near: str = "150", far: str = "200") -> Finding:
     rows = starts("phi_dot", "held")
     rows = rows[rows["phi_dot"] > float(VANISHES)]
     least = rows.sort_values("climb_A").iloc[0]
-    quickest = {one: rows.sort_values(f"climb_{one}").iloc[0]["phi_dot"] for one in ABC}
+    quickest = {
+        definition: rows.sort_values(f"climb_{definition}").iloc[0]["phi_dot"] for definition in ABC
+    }
 
     def check(end: str) -> Check:
         some = rows[rows["phi_dot"] <= float(end)]["climb_A"]
@@ -181,12 +183,12 @@ def longest_at_zero(zero: str = "0") -> Finding:
     """The longest initiation time of the range belongs to phi_dot(0) of about 0."""
     rows = starts(("phi_dot", "phi_dot near the peak"), "through")
     parts = {}
-    for one in ABC:
-        peak = greatest(rows, f"t_init_{one}")
-        shown = f"{number(peak[f't_init_{one}'])} s at {number(peak['phi_dot'])} rad/s"
+    for definition in ABC:
+        peak = greatest(rows, f"t_init_{definition}")
+        shown = f"{number(peak[f't_init_{definition}'])} s at {number(peak['phi_dot'])} rad/s"
         distance = abs(peak["phi_dot"] - float(zero))
-        parts[f"near zero, {one}"] = distance <= 5, shown
-        parts[f"at zero itself, {one}"] = distance == 0, shown
+        parts[f"near zero, {definition}"] = distance <= 5, shown
+        parts[f"at zero itself, {definition}"] = distance == 0, shown
     return v.readings(
         v.statements("at about 0", parts),
         "The peak is sharp and lies next to zero, where t_init_A is "

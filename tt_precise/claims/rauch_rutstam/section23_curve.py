@@ -63,8 +63,8 @@ def torque_is_negative(sign: str = "negative", run: Run = REFERENCE) -> Finding:
         shares = {name: 1 - share for name, share in shares.items()}
 
     shown, in_climb = (
-        ", ".join(f"{name} {100 * share:.2f} %" for name, share in one.items())
-        for one in (shares, climb)
+        ", ".join(f"{name} {100 * share:.2f} %" for name, share in part.items())
+        for part in (shares, climb)
     )
     least, measured = min(shares.values()), f"{sign} for {shown} of the time"
     return v.readings(
@@ -88,10 +88,10 @@ def _asymptotic(
     guess = values["lambda"].value
     double = _formula(name, body, fn)(2 * values["lambda_thres"].value)
     implied = {
-        one: _lambda_of(_formula(one, body, fn), fn.mpf(value), guess, fn)
-        for one, value in {**PRINTED, name: printed}.items()
+        each: _lambda_of(_formula(each, body, fn), fn.mpf(value), guess, fn)
+        for each, value in {**PRINTED, name: printed}.items()
     }
-    every = ", ".join(v.decimal(implied[one], 3) for one in PRINTED)
+    every = ", ".join(v.decimal(implied[each], 3) for each in PRINTED)
     return v.readings(
         {
             "lambda of the reference start": v.rounds_to(printed, values[name].value, unit),
@@ -160,8 +160,8 @@ def ends_of_the_curve(
         shown = "({}, {}) to ({}, {})".format(*(check.measured for check in checks))
         parts[reading] = all(check.holds for check in checks), shown
     off = [
-        100 * float(abs(one.value / limit - 1))
-        for one, limit in zip(own[:2], limits[:2], strict=True)
+        100 * float(abs(number.value / limit - 1))
+        for number, limit in zip(own[:2], limits[:2], strict=True)
     ]
     return v.readings(
         v.statements("({}, {}) to ({}, {})".format(*printed), parts),
@@ -240,7 +240,7 @@ def modified_energy_is_larger(
     edges = [climb.begin, *changes, climb.end]
     middles = [(a + b) / 2 for a, b in pairwise(edges)]
     values = _difference(pair, middles, run)
-    below = sum(b - a for (a, b), one in zip(pairwise(edges), values, strict=True) if one < 0)
+    below = sum(b - a for (a, b), value in zip(pairwise(edges), values, strict=True) if value < 0)
     depth, height = (
         run.extreme_of(lambda c: c[pair[0]] - c[pair[1]], EXCESS, largest=largest, span=climb)
         for largest in (False, True)
@@ -457,7 +457,9 @@ def cross_references(references: Mapping[str, str] = REFERRED) -> Finding:
     """The last two references to figures name the panels that show what is spoken about."""
 
     def says(named: Mapping[str, str]) -> Check:
-        shown = (f"Fig. {one} shows {', '.join(sorted(PANELS[one]))}" for one in named.values())
+        shown = (
+            f"Fig. {panel} shows {', '.join(sorted(PANELS[panel]))}" for panel in named.values()
+        )
         return v.statement(
             all(NEEDED[what] <= PANELS[panel] for what, panel in named.items()),
             "; ".join(f"{what}: Fig. {panel}" for what, panel in named.items()),

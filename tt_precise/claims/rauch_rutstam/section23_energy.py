@@ -32,7 +32,9 @@ PARTS = ("E_trans", "E_rot", "E_pot")
 )
 def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENCE) -> Finding:
     """The translational energy at the start is about 0.34 of the potential energy there."""
-    ratio = run.settled(lambda one: exact(one, "E_trans", "0")[0] / exact(one, "E_pot", "0")[0])
+    ratio = run.settled(
+        lambda solution: exact(solution, "E_trans", "0")[0] / exact(solution, "E_pot", "0")[0]
+    )
     return v.readings(
         {
             "about, within a unit of the last digit": v.about(printed, ratio),
@@ -254,7 +256,7 @@ def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Fin
     """E_pot increases."""
     first, last = run.columns([name], list(run.whole))[name]
     _, fall = run.rises_and_falls(name)
-    averages = [run.mean(name, one) for one in run.nutations(run.climb)]
+    averages = [run.mean(name, span) for span in run.nutations(run.climb)]
     falling = sum(b < a for a, b in pairwise(averages))
     parts = {
         "from start to end": (
@@ -320,7 +322,7 @@ def rotational_energy_is_the_greatest(name: str = "E_rot", run: Run = REFERENCE)
     """Most of the energy is rotational all the time."""
     least = run.extreme(name, largest=False)
     largest = {part: run.extreme(part, largest=True) for part in PARTS if part != name}
-    shown = ", ".join(f"{part} {one} J" for part, one in largest.items())
+    shown = ", ".join(f"{part} {value} J" for part, value in largest.items())
     lost = 1 - float(least) / run.value(name, 0.0)
     return v.all_of(
         v.statement(
@@ -383,7 +385,7 @@ def vanishing_rate(moment: str = "", run: Run = REFERENCE) -> Finding:
 def shape_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERENCE) -> Finding:
     """E_trans_dot is mostly negative and shaped like E_dot."""
     climb = run.climb
-    shares = [run.share_below_zero(name, one) for one in (run.whole, climb)]
+    shares = [run.share_below_zero(name, span) for span in (run.whole, climb)]
     alike = _correlation(name, run)
     return v.all_of(
         {

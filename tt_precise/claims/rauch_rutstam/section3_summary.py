@@ -136,7 +136,7 @@ def needed_up_to(limit: str = "83") -> Finding:
 
     def check(rows: pandas.DataFrame) -> Check:
         some = rows[rows["phi_dot"] <= float(limit)]
-        waiting = int(some[[f"t_init_{one}" for one in ABC]].gt(0).all(axis=1).sum())
+        waiting = int(some[[f"t_init_{definition}" for definition in ABC]].gt(0).all(axis=1).sum())
         return v.statement(
             0 < waiting == len(some), "t_init > 0", f"{waiting} of {len(some)} starts"
         )
