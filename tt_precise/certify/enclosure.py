@@ -105,6 +105,7 @@ def _lent(problem: Problem, bits: int) -> Adaptive:
             fp_type=heyoka.real,
             prec=bits,
             compact_mode=True,
+            opt_level=0,  # MPFR's functions do the work
         )
     return _compiled[key]
 

@@ -416,7 +416,7 @@ def _ends_in_regularised_time(setup: Setup, equations: Equations, horizon: Any) 
 def numeric_options(setup: Setup) -> dict[str, Any]:
     """Keyword arguments of ``heyoka.taylor_adaptive`` that fix tolerance and compilation."""
     number = setup.precision.number
-    # compact_mode compiles wide types in under a second instead of 26 s, and runs as fast; double
+    # compact_mode compiles wide types in half a second instead of 26 s, and runs as fast; double
     # then takes twice as long, but the slopes of some quantities compile for minutes without
     slopes = any(name not in EVENTS for name in setup.events)
     # and what is integrated for short
@@ -426,6 +426,9 @@ def numeric_options(setup: Setup) -> dict[str, Any]:
     options: dict[str, Any] = {
         "compact_mode": bool(brief) or slopes or not setup.precision.is_float
     }
+    if not setup.precision.is_float:
+        # the same bits, compiled in a seventh of the time; what a library computes runs as fast
+        options["opt_level"] = 0
     tolerance = setup.precision.context.mpf(setup.tolerance) or full_tolerance(setup.precision)
     options["tol"] = number(tolerance)
     return options | dict(setup.options)
