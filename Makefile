@@ -20,6 +20,8 @@ DOCS := $(VENV)/.stamp-docs
 # Python's own variable against bytecode files: the tests start a hundred processes, which would all
 # compile the package anew
 unexport PYTHONDONTWRITEBYTECODE
+# what heyoka compiles for the site and for the tests, which share most of it
+docs: export HEYOKA_CACHE_DIR = $(CURDIR)/build/compiled
 
 .DEFAULT_GOAL := help
 .PHONY: help venv report test slow golden peers clients browser proofs fuzz costs mutants \

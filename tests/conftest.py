@@ -8,10 +8,9 @@ from typing import Any
 
 from tt_precise.scene.body import TippeTop
 
-# compiled equations of the tests, theirs and of the commands that they start
-os.environ["HEYOKA_CACHE_DIR"] = str(
-    Path(__file__).parents[1] / "build" / "tt-precise" / "compiled"
-)
+# Compiled equations of the tests, and of the commands that they start. Another name than the
+# package's own, whose 256 MB the tests exceed.
+os.environ["HEYOKA_CACHE_DIR"] = str(Path(__file__).parents[1] / "build" / "compiled")
 
 # What a shell starts in the background ignores Ctrl-C, and hands that on to every process it
 # starts; those of the tests are to be interrupted.
