@@ -290,7 +290,7 @@ def test_every_row_between_golden_times_is_held_to_what_it_can_be_held_to(digits
 
 
 def test_random_numbers_at_other_times_do_not_pass(healthy: Healthy) -> None:
-    frame = healthy()
+    frame = healthy()[:101]
     noise = numpy.random.default_rng(1).standard_normal(frame.shape)
     rest = frame["t"] > 0
     spoiled = frame.where(~rest, frame + noise, axis=0)

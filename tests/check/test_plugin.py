@@ -6,7 +6,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pandas
 import pytest
+
+import tt_precise as tt
 
 pytest_plugins = ("pytester",)
 
@@ -46,6 +49,8 @@ def project(pytester: pytest.Pytester) -> pytest.Pytester:
     assert ",".join(lines[0]) == names
     own = pytester.path / "run.csv"
     own.write_text("\n".join(",".join(line) for line in lines))
+    # what is imported within pytester is forgotten, and imported again by each run
+    tt.check.conservation(pandas.read_csv(own, nrows=9), "reference", limits=None)
     pytester.makepyfile(test_them=TESTS.replace("{path!r}", repr(str(own))))
     return pytester
 

@@ -193,7 +193,7 @@ def test_no_sampling_makes_a_healthy_trajectory_suspicious(
 
 
 def test_a_wrong_simulator_is_checked_not_refused(healthy: Healthy) -> None:
-    frame = healthy("reference", 1601)[VECTORS]
+    frame = healthy("reference", 401)[VECTORS]
     for name in ("Lz", "vx", "kz"):
         assert not tt.check.conservation(scaled(frame, 1.05, name), "reference").passed
 
