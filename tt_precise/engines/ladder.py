@@ -292,28 +292,28 @@ def measured(
     promised: float | None = None,
 ) -> RungResult:
     """What runs at halved steps, as ``climb`` takes them, say about an engine of this order."""
-    engine = next((one.name for one in runs if one.name), engine)
+    engine = next((run.name for run in runs if run.name), engine)
     for step, one in zip(steps, runs, strict=True):
         if one.status != "done":
             verdict = "refused" if one.status == "refused" else "failed"
             where = "" if verdict == "refused" else f"step {float(step):g} s: {one.status}: "
             return RungResult(engine, rung.name, verdict, f"{where}{one.message}")
-    written = [one.states for one in runs if one.states is not None]
+    written = [run.states for run in runs if run.states is not None]
     rows = (len(written[0].k) - 1) // (len(rung.scene.sample_times) - 1)
-    states = [one.every(rows) for one in written]
+    states = [motion.every(rows) for motion in written]
     known: dict[str, Json] = {
         "steps": tuple(map(float, steps)),
         "drift": {
-            name: tuple(DRIFTS[name](rung, one) for one in states) for name in rung.conserved
+            name: tuple(DRIFTS[name](rung, state) for state in states) for name in rung.conserved
         },
-        "equator": tuple(_equator(rung, one) for one in states),
+        "equator": tuple(_equator(rung, state) for state in states),
         "checks": _checks(rung, runs),
     }
     order, resolved = _order(states, rung)
     known |= {"order": order, "resolved": resolved}
     if rung.truth is None:
         return RungResult(engine, rung.name, "measured", **known)
-    errors = tuple(_difference(one, rung.truth, rung) for one in states)
+    errors = tuple(_difference(state, rung.truth, rung) for state in states)
     course = states[-1].distance(rung.truth, rung.spin, float(rung.start.body.R))
     known |= {
         "errors": errors,
@@ -342,10 +342,10 @@ def measured(
 
 def _checks(rung: Rung, runs: Sequence[ProgramRun]) -> dict[str, Json]:
     """The findings ``EVERY_LAW`` at the smallest step, and their values at all steps."""
-    if rung.contact == "none" or not all(one.columns for one in runs):
+    if rung.contact == "none" or not all(run.columns for run in runs):
         return {}
     try:
-        results = [conservation(one.columns, rung.scene, friction="other") for one in runs]
+        results = [conservation(run.columns, rung.scene, friction="other") for run in runs]
     except InputError as error:  # rows that seem to have other units
         unread = Check("", "skipped", note=str(error))
         return {name: _told(unread, []) for name in EVERY_LAW}

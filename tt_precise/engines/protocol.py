@@ -79,7 +79,9 @@ def friction_of(scene: Scene) -> dict[str, Json]:
     if scene.model == "gliding" and scene.body.mu == 0:
         return dict(NO_FRICTION)
     law, numbers = scene.body.friction, scene.body.numbers_by_name
-    return {"law": law.name} | {one.name: float(numbers[one.name]) for one in law.parameters}
+    return {"law": law.name} | {
+        parameter.name: float(numbers[parameter.name]) for parameter in law.parameters
+    }
 
 
 NO_FRICTION: dict[str, Json] = {"law": "none", "mu": 0.0}
@@ -271,10 +273,10 @@ def run(
     called = NAMED.search(written)
     name = called.group(1).strip()[:60] if called else ""
     try:
-        found = _read(written, job)
+        result = _read(written, job)
     except ValueError as error:
-        found = ProgramRun("unreadable", str(error))
-    return replace(found, name=name)
+        result = ProgramRun("unreadable", str(error))
+    return replace(result, name=name)
 
 
 def _read(text: str, job: dict[str, Json]) -> ProgramRun:

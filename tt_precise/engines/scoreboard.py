@@ -194,9 +194,9 @@ def line(row: dict[str, Json]) -> str:
 
 def check_of(row: dict[str, Json], name: str) -> str:
     """What a row says of a check for every friction law: verdict, values of all steps, why."""
-    found = row.get("checks", {}).get(name)
-    if found is None:
+    check = row.get("checks", {}).get(name)
+    if check is None:
         return ""
-    values = ", ".join("-" if value is None else f"{value:.1e}" for value in found["values"])
-    why = f" ({found['note']})" if found["verdict"] != "pass" else ""
-    return f"{found['verdict']} {values}{why}"
+    values = ", ".join("-" if value is None else f"{value:.1e}" for value in check["values"])
+    why = f" ({check['note']})" if check["verdict"] != "pass" else ""
+    return f"{check['verdict']} {values}{why}"

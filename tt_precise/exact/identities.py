@@ -458,13 +458,13 @@ def _polar(draws: random.Random) -> Iterable[Scalar]:
     _, (body, state, speed) = _dry_states(draws)
     e = (state.vx / speed, state.vy / speed)
     plain = newton.rates(friction.viscous_at(body, state.vx, state.vy, Roots), state)
-    found = friction.polar_rates(body, PolarState(*state[:6], speed, *e, Fraction(0)), Exponential)
-    yield from (one - speed * other for one, other in zip(found[:6], plain[:6], strict=True))
-    for part, turning, rate in zip(e, found[7:9], plain[6:], strict=True):
+    polar = friction.polar_rates(body, PolarState(*state[:6], speed, *e, Fraction(0)), Exponential)
+    yield from (one - speed * other for one, other in zip(polar[:6], plain[:6], strict=True))
+    for part, turning, rate in zip(e, polar[7:9], plain[6:], strict=True):
         # v' = v (ln v)'
-        yield speed * found.log_v * part + speed * turning - speed * rate
-    yield found.ex * e[0] + found.ey * e[1]
-    yield found.t - speed
+        yield speed * polar.log_v * part + speed * turning - speed * rate
+    yield polar.ex * e[0] + polar.ey * e[1]
+    yield polar.t - speed
 
 
 @identity("rolling meets gliding at the cone", "(1), v_A = 0", RATIONAL_POINTS)

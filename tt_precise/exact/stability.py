@@ -127,13 +127,13 @@ def eigenvalues(matrix: list[list[Scalar]], error: Scalar, fn: Functions) -> lis
     determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
     roots = fn.polyroots([1, -trace, minors, -determinant], maxsteps=500, extraprec=fn.prec)
     norm = max(abs(entry) for row in matrix for entry in row)
-    found = []
+    pairs = []
     for one, other, third in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         # First-order perturbation: at a root the polynomial errs by less than 100 norm^3 error.
         slope = abs((roots[one] - roots[other]) * (roots[one] - roots[third]))
         off = 100 * norm**3 * error / slope if slope else fn.inf
-        found.append(Eigenvalue(roots[one], off))
-    return sorted(found, key=lambda eigenvalue: eigenvalue.value.real, reverse=True)
+        pairs.append(Eigenvalue(roots[one], off))
+    return sorted(pairs, key=lambda eigenvalue: eigenvalue.value.real, reverse=True)
 
 
 def _search(

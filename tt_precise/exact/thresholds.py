@@ -74,9 +74,9 @@ class Thresholds:
         return {
             "digits": self.digits,
             "quantities": {
-                name: vars(found)
-                | {"value": text(found.value), "independent": text(found.independent)}
-                for name, found in self.quantities.items()
+                name: vars(entry)
+                | {"value": text(entry.value), "independent": text(entry.independent)}
+                for name, entry in self.quantities.items()
             },
             "inverts": self.inverts,
             "inverts_reason": self.inverts_reason,
@@ -158,13 +158,13 @@ class _Work:
             formula = formulas.lambda_up
         value = formula(self.top, self.fn) if exists else None
         named, own = self.friction_at_rest()
-        found = {
+        crossings = {
             named: marginal_spin(body, side, self.digits, self.fn, own),
             "a drag comparable with the top's inertia": marginal_spin(
                 body, side, self.digits, self.fn
             ),
         }
-        used = {name: crossing for name, crossing in found.items() if crossing.exists is not None}
+        used = {name: spin for name, spin in crossings.items() if spin.exists is not None}
         how = (
             f"value: Theorem 1.1; independent: R (1 {'+' if side == INVERTED else '-'} alpha) "
             f"times the spin L at which an eigenvalue of the gliding top linearised numerically "
@@ -178,7 +178,7 @@ class _Work:
         reasons = [] if exists else [f"the formula needs {needs}"]
         reasons += [
             f"eigenvalues with {name}: {crossing.reason}"
-            for name, crossing in found.items()
+            for name, crossing in crossings.items()
             if crossing.reason
         ]
         worst = min(

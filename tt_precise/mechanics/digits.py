@@ -57,32 +57,32 @@ def sizes(body: Parameters, columns: Mapping[str, Scalar], fn: Functions) -> dic
     spinning = larger(omega, rate)
     moving = larger(_length(q.s_dot, fn) + omega * _length(q.a, fn), fn.sqrt(body.g * body.R))
     turning = larger(_length(q.state.L, fn), body.I1 * rate)
-    found: dict[str, Scalar] = {}
+    sizes_by_name: dict[str, Scalar] = {}
     for name, value in columns.items():
         if value is None:
             continue
         dimension = _dimension(name)
         if name in ABOUT_THE_VERTICAL:
-            found[name] = larger(abs(value), larger(omega / _tilt(q), spinning))
+            sizes_by_name[name] = larger(abs(value), larger(omega / _tilt(q), spinning))
         elif name in ALONG_THE_TILT:
-            found[name] = larger(slip / _tilt(q), moving)
+            sizes_by_name[name] = larger(slip / _tilt(q), moving)
         elif name == "theta_dot":  # the part of k_dot in the direction of the tilt
-            found[name] = larger(_length(cross(q.omega, q.k), fn) / _tilt(q), spinning)
+            sizes_by_name[name] = larger(_length(cross(q.omega, q.k), fn) / _tilt(q), spinning)
         elif dimension == ANGLE:
-            found[name] = 1 + 0 * omega
+            sizes_by_name[name] = 1 + 0 * omega
         elif dimension == RATE:
-            found[name] = larger(abs(value), spinning)
+            sizes_by_name[name] = larger(abs(value), spinning)
         elif dimension == SPEED:
-            found[name] = moving
+            sizes_by_name[name] = moving
         elif dimension == ANGULAR_MOMENTUM:
-            found[name] = turning
+            sizes_by_name[name] = turning
         elif dimension == LENGTH:
-            found[name] = larger(_distance(name, columns, fn), body.R)
+            sizes_by_name[name] = larger(_distance(name, columns, fn), body.R)
         elif dimension == ENERGY:
-            found[name] = larger(E(q), body.m * body.g * body.R)
+            sizes_by_name[name] = larger(E(q), body.m * body.g * body.R)
         else:
-            found[name] = abs(value)
-    return found
+            sizes_by_name[name] = abs(value)
+    return sizes_by_name
 
 
 def larger(a: Scalar, b: Scalar) -> Scalar:

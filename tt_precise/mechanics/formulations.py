@@ -71,11 +71,11 @@ class Formulation:
     @property
     def parameters(self) -> tuple[str, ...]:
         """Which parameters of a dimensionless body its equations contain."""
-        found: tuple[str, ...] = ("alpha", "I1", "I3")
+        names: tuple[str, ...] = ("alpha", "I1", "I3")
         rolls = self.model == "rolling" and self.friction.smooth_at_rest
         if self.model != "flight" and not rolls:
-            found += tuple(one.name for one in self.friction.parameters)
-        return (*found, "stiffness", "damping") if self.spring else found
+            names += tuple(parameter.name for parameter in self.friction.parameters)
+        return (*names, "stiffness", "damping") if self.spring else names
 
     def body(self, values: Sequence[Scalar]) -> Parameters:
         """The dimensionless body whose ``parameters`` have these values."""
@@ -230,8 +230,8 @@ def formulation(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation
         )
     if model not in MODELS:
         raise InputError(f"model: got {model!r}, expected one of: {', '.join(MODELS)}")
-    found = FORMULATIONS[model, coordinates]
-    return replace(found, friction=law) if model == "gliding" else found
+    known = FORMULATIONS[model, coordinates]
+    return replace(known, friction=law) if model == "gliding" else known
 
 
 def contact_terms(

@@ -104,9 +104,9 @@ def cached_table(
     It is looked for in ``reports/`` of the checkout, then in the user's cache.
     """
     mark = fingerprint(definition)
-    found = _found(file, mark)
-    if found is not None:
-        return found
+    known = _found(file, mark)
+    if known is not None:
+        return known
     content = packed(compute(), mark)
     for folder in _folders():
         with contextlib.suppress(InputError):  # read-only or full

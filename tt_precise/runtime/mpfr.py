@@ -47,8 +47,8 @@ class Mpfr:
 
     def precision(self) -> AbstractContextManager[Any]:
         """Within it sums, products and functions are rounded to this precision."""
-        found: AbstractContextManager[Any] = self._gmpy2.context(precision=self.bits)
-        return found
+        context: AbstractContextManager[Any] = self._gmpy2.context(precision=self.bits)
+        return context
 
     def number(self, value: Scalar) -> Scalar:
         """The number of mpmath's, which may have more bits, or of Python's; NaN for None."""
@@ -63,10 +63,10 @@ class Mpfr:
             return self._gmpy2.mpfr(float(value))  # zero, an infinity, or NaN
         if length > self.bits:
             with self._gmpy2.context(precision=length):
-                found = self._gmpy2.mpfr(mantissa) * self._gmpy2.exp2(exponent)
-                return -found if sign else found
-        found = self._gmpy2.mpfr(mantissa) * self._gmpy2.exp2(exponent)
-        return -found if sign else found
+                number = self._gmpy2.mpfr(mantissa) * self._gmpy2.exp2(exponent)
+                return -number if sign else number
+        number = self._gmpy2.mpfr(mantissa) * self._gmpy2.exp2(exponent)
+        return -number if sign else number
 
     def back(self, value: Scalar) -> Scalar | None:
         """The number as mpmath's; None where it is none."""
@@ -94,23 +94,23 @@ class Mpfr:
         """Exact sums of doubles: of axes (number, part) an array of numbers."""
         rows = parts.tolist()
         with self._gmpy2.context(precision=self.bits) as rounded:
-            found = list(map(self._gmpy2.fsum, rows))
+            sums = list(map(self._gmpy2.fsum, rows))
         if rounded.inexact:  # bits far behind the others; mpmath takes them into the next operation
             with self._gmpy2.context(precision=EXACT_BITS):
                 exact = map(self._gmpy2.fsum, rows)
-                found = [x if x == y else y for x, y in zip(found, exact, strict=True)]
-        return _array(found)
+                sums = [x if x == y else y for x, y in zip(sums, exact, strict=True)]
+        return _array(sums)
 
     def in_parts(self, values: Array, parts: int) -> Array:
         """Each as so many doubles, the nearest to what those before leave: axes (number, part)."""
         import numpy
 
-        found = []
+        doubles = []
         with self.precision():
             for _ in range(parts):
-                found.append(values.astype(float))
-                values = values - found[-1]
-        return numpy.stack(found, axis=1)
+                doubles.append(values.astype(float))
+                values = values - doubles[-1]
+        return numpy.stack(doubles, axis=1)
 
     def texts(self, values: Iterable[Scalar], digits: int) -> list[str | None]:
         """Decimals with so many digits, as ``mpmath.nstr`` prints them with exponents.
@@ -170,9 +170,9 @@ def _elementwise(name: str, arguments: int) -> Callable[..., Scalar]:
 def _array(values: Sequence[Scalar]) -> Array:
     import numpy
 
-    found = numpy.empty(len(values), dtype=object)
-    found[:] = values
-    return found
+    array = numpy.empty(len(values), dtype=object)
+    array[:] = values
+    return array
 
 
 def _text(value: Scalar, digits: int) -> str:
@@ -186,10 +186,10 @@ def _text(value: Scalar, digits: int) -> str:
     decimals = int(places / BITS_A_DIGIT + 0.5)
     shift = int(exponent) + places
     fixed = mantissa << shift if shift >= 0 else mantissa >> -shift
-    found = str(fixed * _power_of_ten(decimals) >> places)
-    power = len(found) - decimals - 1
-    kept = found[:digits]
-    if found[digits : digits + 1] >= "5":
+    decimal = str(fixed * _power_of_ten(decimals) >> places)
+    power = len(decimal) - decimals - 1
+    kept = decimal[:digits]
+    if decimal[digits : digits + 1] >= "5":
         kept = str(int(kept) + 1)
         if len(kept) > digits:
             kept, power = kept[:digits], power + 1

@@ -140,8 +140,8 @@ def _numbered(svg: str) -> str:
 
     matplotlib makes those of clip paths and markers from numbers whose last bits may change.
     """
-    names = {found[0][4:-1]: f"{found[1]}{n}" for n, found in enumerate(_HASHED.finditer(svg), 1)}
+    names = {match[0][4:-1]: f"{match[1]}{n}" for n, match in enumerate(_HASHED.finditer(svg), 1)}
     if not names:
         return svg
     known = re.compile("|".join(sorted(names, key=len, reverse=True)))
-    return known.sub(lambda found: names[found[0]], svg)
+    return known.sub(lambda match: names[match[0]], svg)

@@ -95,8 +95,8 @@ def lazy_names(
 
     def find(name: str) -> Any:
         if name in home_of:
-            found = getattr(importlib.import_module(f"{package}.{home_of[name]}"), name)
-            return vars(sys.modules[package]).setdefault(name, found)  # this is asked once
+            value = getattr(importlib.import_module(f"{package}.{home_of[name]}"), name)
+            return vars(sys.modules[package]).setdefault(name, value)  # this is asked once
         if name in modules:
             return importlib.import_module(f"{package}.{name}")
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
@@ -136,14 +136,14 @@ def heeded() -> Iterator[None]:
     that the parent has set to be ignored (nohup) stays ignored.
     """
     wanted = [one for one in RAISED if signal.getsignal(one) is not signal.SIG_IGN]
-    for one in wanted:
-        signal.signal(one, _leave)
+    for name in wanted:
+        signal.signal(name, _leave)
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
-        for one in wanted:
-            signal.signal(one, signal.SIG_DFL)
+        for name in wanted:
+            signal.signal(name, signal.SIG_DFL)
 
 
 def end_within(seconds: float, status: int) -> None:

@@ -108,9 +108,9 @@ def record_of(content: Json, kind: type[Document], origin: str, what: str) -> Do
 
 def json_schema(kind: type[Record]) -> dict[str, Json]:
     """The JSON Schema of a document: title, description, then its keys."""
-    found = msgspec_json.schema(kind)
-    definitions = found["$defs"]
-    own = definitions.pop(found["$ref"].rpartition("/")[2])
+    schema = msgspec_json.schema(kind)
+    definitions = schema["$defs"]
+    own = definitions.pop(schema["$ref"].rpartition("/")[2])
     title = str(kind.__struct_config__.tag or kind.__name__)
     if "schema" in own["properties"]:
         own["properties"]["schema"]["description"] = "name and version of this format"
@@ -173,12 +173,12 @@ def _plain(value: Json) -> Json:
 
 
 def _object(pairs: list[tuple[str, Json]]) -> dict[str, Json]:
-    found = dict(pairs)
-    if len(found) != len(pairs):
+    content = dict(pairs)
+    if len(content) != len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in names if names.count(name) > 1)
         raise ValueError(f"{twice!r} stands twice")
-    return found
+    return content
 
 
 def _no_number(name: str) -> Json:

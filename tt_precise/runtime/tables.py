@@ -79,10 +79,10 @@ def _json(path: Path, table: Table) -> None:
 
 
 def _read_json(path: Path) -> Table:
-    found = json.loads(path.read_text("utf-8"))
-    if not isinstance(found, dict):
+    content = json.loads(path.read_text("utf-8"))
+    if not isinstance(content, dict):
         raise ValueError("no object of columns")
-    return found
+    return content
 
 
 def _parquet(path: Path, table: Table) -> None:

@@ -92,8 +92,8 @@ class _Sanitizing:
         return self.plain.fileno()
 
 
-def _escaped(found: re.Match[str]) -> str:
-    return f"\\u{ord(found[0]):04x}"
+def _escaped(match: re.Match[str]) -> str:
+    return f"\\u{ord(match[0]):04x}"
 
 
 # ---- progress -----------------------------------------------------------------------------

@@ -88,7 +88,7 @@ class Check:
         """For JSON."""
         # JSON has no infinity: an infinite worst value is given by its note
         value = None if self.value is None or not math.isfinite(self.value) else self.value
-        found: dict[str, Json] = {
+        entry: dict[str, Json] = {
             "name": self.name,
             "verdict": self.verdict,
             "value": value,
@@ -99,8 +99,8 @@ class Check:
             "meaning": self.meaning,
         }
         if self.parts:
-            found |= {"digits": self.parts, "digits_over_time": self.history}
-        return found
+            entry |= {"digits": self.parts, "digits_over_time": self.history}
+        return entry
 
     def sentence(self) -> str:
         """One line: check, value, limit, time."""

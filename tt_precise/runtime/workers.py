@@ -243,12 +243,12 @@ class Pool:
     def _results(self, future: Future[Any], task: tuple[Call, ...]) -> list[Any]:
         """Results and failures of the task's calls."""
         try:
-            found = future.result()
+            results = future.result()
         except (BrokenExecutor, CancelledError) as error:
             raise _unusable(error) from None
         except Exception as error:  # whatever went wrong there, the others go on
             return [Failure(self._told(error))] * len(task)
-        return found if isinstance(self.executor, Processes) else [found]
+        return results if isinstance(self.executor, Processes) else [results]
 
     def _told(self, error: Exception) -> Exception:
         """In our words what pebble says of a task whose process ended, or was ended."""

@@ -45,11 +45,11 @@ class Parameters:
     @property
     def numbers_by_name(self) -> dict[str, Scalar]:
         """Every number that there is, under the key that it has in a scene file."""
-        found = {name: getattr(self, name) for name in NAMES}
-        found |= zip(self.friction.further, self.further, strict=True)
+        numbers = {name: getattr(self, name) for name in NAMES}
+        numbers |= zip(self.friction.further, self.further, strict=True)
         if self.spring:
-            found |= {"stiffness": self.stiffness, "damping": self.damping}
-        return found
+            numbers |= {"stiffness": self.stiffness, "damping": self.damping}
+        return numbers
 
     def map(self, convert: Callable[[Scalar], Scalar]) -> Parameters:
         """These parameters with every number of them converted."""
@@ -148,19 +148,19 @@ class TippeTop(Parameters):
     def dimensionless(self, fn: Functions, convert: Callable[[Fraction], Scalar]) -> Parameters:
         """The same top with m = R = g = 1; speeds are in units of sqrt(g R)."""
         scale, speed_squared = self.m * self.R**2, self.g * self.R
-        found = {
+        numbers = {
             "m": 1, "R": 1, "g": 1, "alpha": convert(self.alpha),
             "I1": convert(self.I1 / scale), "I3": convert(self.I3 / scale),
         }  # fmt: skip
         for parameter in self.friction.parameters:
             value = self.numbers_by_name[parameter.name]
             squared = value**2 / speed_squared**parameter.speeds
-            found[parameter.name] = (
+            numbers[parameter.name] = (
                 fn.sqrt(convert(squared)) if parameter.speeds else convert(value)
             )
         if self.spring:
-            found |= self._dimensionless_table(fn, convert)
-        return of_numbers(found, self.friction, self.spring, Parameters)
+            numbers |= self._dimensionless_table(fn, convert)
+        return of_numbers(numbers, self.friction, self.spring, Parameters)
 
     def _dimensionless_table(
         self, fn: Functions, convert: Callable[[Fraction], Scalar]
@@ -260,9 +260,9 @@ def top_of(
 
 def _friction_of(given: Mapping[str, Json]) -> tuple[Law, dict[str, Fraction]]:
     law = law_named(given["law"]) if isinstance(given.get("law"), str) else law_named("")
-    names = [one.name for one in law.parameters]
+    names = [parameter.name for parameter in law.parameters]
     require_keys(given, {"law", *names}, set(), "friction.")
-    return law, {one: written(given[one], f"friction.{one}") for one in names}
+    return law, {name: written(given[name], f"friction.{name}") for name in names}
 
 
 def _contact_of(given: Mapping[str, Json]) -> tuple[dict[str, Any], bool]:

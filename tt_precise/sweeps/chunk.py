@@ -61,12 +61,16 @@ def _computed(plan: Plan, values: Array, batch: int) -> _Integrated:
     moving = numpy.array([row for row, result in enumerate(ended) if result is None], dtype=int)
     with lanes(build) as integrator:
         order = integrator.order
-        found = integrator.integrate([_lane_start(form, starts[row], order) for row in moving])
-    for row, result in zip(moving, found.results, strict=True):
+        lane_results = integrator.integrate(
+            [_lane_start(form, starts[row], order) for row in moving]
+        )
+    for row, result in zip(moving, lane_results.results, strict=True):
         ended[row] = result
-    events = found.events._replace(row=moving[found.events.row])
+    events = lane_results.events._replace(row=moving[lane_results.events.row])
     results = [result for result in ended if result is not None]
-    peaks = {part: (moving[owner], states) for part, (owner, states) in found.extremes.items()}
+    peaks = {
+        part: (moving[owner], states) for part, (owner, states) in lane_results.extremes.items()
+    }
     return _Integrated(plan, form, build, starts, results, events, peaks)
 
 
@@ -107,28 +111,28 @@ class _Integrated:
         self.rows = len(starts)
         self.owner, self.times, self.states = events.row, events.time, events.state
         self.kind = 2 * events.detector + (events.direction > 0)
-        self._drop_starts([one.event for one in build.detectors])
+        self._drop_starts([detector.event for detector in build.detectors])
 
     def columns(self) -> dict[str, Array]:
         """All columns of the rows, in SI."""
         times = self._inversion_times()
-        unit = numpy.array([one.units.time for one in self.starts])
-        found: dict[str, Array] = {"outcome": self._outcomes(times)}
+        unit = numpy.array([start.units.time for start in self.starts])
+        columns: dict[str, Array] = {"outcome": self._outcomes(times)}
         for when in ("t_init", "t_end"):
             for which in DEFINITIONS:
                 one = [getattr(getattr(climb, which), when) for climb in times]
-                found[f"{when}_{which}"] = numpy.array(one, dtype=float) * unit
-        lost = [one.status == "contact_lost" and one.time > 0 for one in self.results]
-        found["min_g_n"] = numpy.where(lost, 0.0, self._part("min", "g_n"))
-        found["jellett_drift"] = self._drift()
-        found["steps"] = numpy.array([one.steps for one in self.results], dtype=numpy.int64)
-        found["t_stop"] = numpy.array([one.time for one in self.results]) * unit
+                columns[f"{when}_{which}"] = numpy.array(one, dtype=float) * unit
+        lost = [result.status == "contact_lost" and result.time > 0 for result in self.results]
+        columns["min_g_n"] = numpy.where(lost, 0.0, self._part("min", "g_n"))
+        columns["jellett_drift"] = self._drift()
+        columns["steps"] = numpy.array([result.steps for result in self.results], dtype=numpy.int64)
+        columns["t_stop"] = numpy.array([result.time for result in self.results]) * unit
         for name in self.plan.record:
-            found[name] = self._asked(name, found, times, unit)
-        return found
+            columns[name] = self._asked(name, columns, times, unit)
+        return columns
 
     def _asked(
-        self, name: str, found: Mapping[str, Array], times: Sequence[InversionTimes], unit: Array
+        self, name: str, columns: Mapping[str, Array], times: Sequence[InversionTimes], unit: Array
     ) -> Array:
         part = part_named(name)
         if part is not None:
@@ -142,17 +146,17 @@ class _Integrated:
             climbs = numpy.array([climb.equator for climb in times], dtype=float)
             return self._nearest(climbs, after=name.endswith("end")) * unit
         which = name.removeprefix("climb_")
-        return found[f"t_end_{which}"] - found[f"t_init_{which}"]
+        return columns[f"t_end_{which}"] - columns[f"t_init_{which}"]
 
     def _nearest(self, climbs: Array, *, after: bool) -> Array:
         """Time of the crossing of nu_y and nu_x that is next to the climb on one side."""
         chosen = self._events("nu_crossing", rising=not after)
         owner, times = self.owner[chosen], self.times[chosen]
         beyond = times > climbs[owner] if after else times < climbs[owner]
-        found = numpy.full(self.rows, numpy.nan)
+        nearest = numpy.full(self.rows, numpy.nan)
         nearer = numpy.fmin if after else numpy.fmax
-        nearer.at(found, owner[beyond], times[beyond])
-        return found
+        nearer.at(nearest, owner[beyond], times[beyond])
+        return nearest
 
     def _outcomes(self, times: Sequence[InversionTimes]) -> list[str]:
         q = self._end_motion
@@ -174,18 +178,18 @@ class _Integrated:
     @cached_property
     def _bodies(self) -> dict[str, Array]:
         return {
-            name: numpy.array([float(getattr(one.body, name)) for one in self.starts])
+            name: numpy.array([float(getattr(start.body, name)) for start in self.starts])
             for name in NAMES
         }
 
     @cached_property
     def _start_motion(self) -> Motion:
-        states = numpy.array([one.state(self.form) for one in self.starts])
+        states = numpy.array([start.state(self.form) for start in self.starts])
         return self._motion(states, numpy.arange(self.rows))
 
     @cached_property
     def _end_motion(self) -> Motion:
-        states = numpy.array([one.state for one in self.results])
+        states = numpy.array([result.state for result in self.results])
         return self._motion(states, numpy.arange(self.rows))
 
     def _events(self, name: str, rising: bool | None = None) -> Array:
@@ -207,25 +211,25 @@ class _Integrated:
         start = wanted.evaluate(self._start_motion) * ones
         end = wanted.evaluate(self._end_motion) * ones
         if part in ("start", "end"):
-            found = start if part == "start" else end
+            extreme = start if part == "start" else end
         else:
             owner, q = self._turning_points
             if quantity != "theta":
                 owner, states = self.peaks[Part(part, quantity)]
                 q = self._motion(states, owner)
             smaller = numpy.fmin if part == "min" else numpy.fmax
-            found = smaller(start, end)
-            smaller.at(found, owner, wanted.evaluate(q) * numpy.ones(len(owner)))
+            extreme = smaller(start, end)
+            smaller.at(extreme, owner, wanted.evaluate(q) * numpy.ones(len(owner)))
         unit = numpy.array([float(one.units.of_dimension(wanted.dimension)) for one in self.starts])
-        return found * unit
+        return extreme * unit
 
     def _drift(self) -> Array:
         start, end = jellett(self._start_motion), jellett(self._end_motion)
         owner, q = self._turning_points
-        found: Array = numpy.abs(end - start) / numpy.abs(start)
+        drift: Array = numpy.abs(end - start) / numpy.abs(start)
         change = numpy.abs(jellett(q) - start[owner]) / numpy.abs(start[owner])
-        numpy.fmax.at(found, owner, change)
-        return found
+        numpy.fmax.at(drift, owner, change)
+        return drift
 
     def _inversion_times(self) -> list[InversionTimes]:
         owner, q = self._turning_points

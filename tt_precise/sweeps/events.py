@@ -134,11 +134,11 @@ class Zeros:
             else:
                 wanted = self._chosen(number, steps, step, lane, sure, rising=ends[0] < 0)
             chosen = step[wanted], lane[wanted], ends[:, wanted], sure[wanted]
-            found = self._zeros(number, steps, *chosen)
+            events = self._zeros(number, steps, *chosen)
             if number == 0:
-                numpy.minimum.at(self.climb, found.row, found.time)
-            self._found.append(found)
-            self._room -= len(found.row)
+                numpy.minimum.at(self.climb, events.row, events.time)
+            self._found.append(events)
+            self._room -= len(events.row)
         if self._room < 0:
             raise InputError(
                 f"until: got a time in which {len(self.climb) - 1} rows have more than "
@@ -222,10 +222,10 @@ class Zeros:
             return self._events(number, row, direction, time)
         which, row, direction = which[wanted], row[wanted], direction[wanted]
         time, since = time[wanted], since[wanted]
-        found = self._events(number, row, direction, time)
+        events = self._events(number, row, direction, time)
         series = steps.columns(step[which], lane[which], *range(6))  # axis and momentum
-        found.state[:, :6] = states_in(series, since)
-        return found
+        events.state[:, :6] = states_in(series, since)
+        return events
 
     def _events(self, number: int, row: Array, direction: Array, time: Array) -> Events:
         state = numpy.full((len(row), len(self._form.columns)), numpy.nan)
@@ -289,13 +289,13 @@ def _between(polynomials: Array, *given: Array) -> Array:
     nearer = _nearer(len(polynomials))
     place, at = numpy.empty(inputs.shape[1]), numpy.arange(inputs.shape[1])
     for _ in range(ITERATIONS):
-        found = nearer(numpy.ascontiguousarray(inputs), **ALONE)
-        place[at] = found[2]
-        moving = ~(numpy.abs(found[3]) <= SETTLED)
+        closer = nearer(numpy.ascontiguousarray(inputs), **ALONE)
+        place[at] = closer[2]
+        moving = ~(numpy.abs(closer[3]) <= SETTLED)
         if not moving.any():
             break
         at, inputs = at[moving], inputs[:, moving]
-        inputs[-3:] = found[:3, moving]
+        inputs[-3:] = closer[:3, moving]
     return place
 
 
@@ -307,8 +307,8 @@ def states_in(series: Array, *since: Array) -> Array:
     """
     entries, terms, count = series.shape
     inputs = numpy.concatenate((series.reshape(entries * terms, count), since))
-    found = _states(entries, terms, len(since))(numpy.ascontiguousarray(inputs), **ALONE)
-    states = found.reshape(len(since), entries, count).swapaxes(1, 2)
+    flat = _states(entries, terms, len(since))(numpy.ascontiguousarray(inputs), **ALONE)
+    states = flat.reshape(len(since), entries, count).swapaxes(1, 2)
     return states[0] if len(since) == 1 else states
 
 
@@ -331,7 +331,7 @@ def _states(entries: int, terms: int, times: int) -> Callable[..., Array]:
     series = [variables(f"c{entry}_", terms) for entry in range(entries)]
     since = [heyoka.make_vars(f"since{n}") for n in range(times)]
     return heyoka.cfunc(
-        [horner(one, at) for at in since for one in series],
+        [horner(coefficients, at) for at in since for coefficients in series],
         vars=[*itertools.chain(*series), *since],
     )
 
@@ -371,12 +371,12 @@ def _values(form: Formulation, detectors: tuple[Detector, ...]) -> Callable[...,
     its rounding errors are some eps of that.
     """
     equations = Equations.of(form)
-    functions = [event_expression(one.event, equations) for one in detectors]
+    functions = [event_expression(detector.event, equations) for detector in detectors]
     sizes = [
-        sum(_size(heyoka.diff(one, entry) * entry) for entry in equations.variables)
-        for one in functions
+        sum(_size(heyoka.diff(function, entry) * entry) for entry in equations.variables)
+        for function in functions
     ]
-    rates = [along(one, equations) for one in functions]
+    rates = [along(function, equations) for function in functions]
     return heyoka.cfunc([*functions, *rates, *sizes], vars=list(equations.variables))
 
 
@@ -386,14 +386,14 @@ def _sign() -> Callable[..., Array]:
     inputs = first, slope, size, last, last_slope, last_size, width = variables("x", 7)
     bernstein = [first, first + slope * width / 3.0, last - last_slope * width / 3.0, last]
     negative = heyoka.lt(first, 0.0)
-    upright = [heyoka.select(negative, -one, one) for one in bernstein]
+    upright = [heyoka.select(negative, -coefficient, coefficient) for coefficient in bernstein]
     least = -reduce(_larger, [-one for one in upright])
     largest = reduce(_larger, map(_size, bernstein))
     terms = _larger(size, last_size)
     never = heyoka.logical_and(
         [heyoka.gt(least, MARGIN * largest), heyoka.gt(least, FLOOR * terms)]
     )
-    signs = [heyoka.lt(one, 0.0) for one in bernstein]
+    signs = [heyoka.lt(coefficient, 0.0) for coefficient in bernstein]
     single = heyoka.logical_and(
         [
             heyoka.eq(sum(heyoka.neq(*pair) for pair in itertools.pairwise(signs)), 1.0),

@@ -82,7 +82,7 @@ class Extreme:
         self._held.append(
             _Held(row[may], ceiling[may], steps.begin[step, lane], width[may], series)
         )
-        if sum(len(one.row) for one in self._held) > MOST_HELD:
+        if sum(len(steps.row) for steps in self._held) > MOST_HELD:
             self._close_in()
 
     def states(self) -> tuple[Array, Array]:
@@ -95,7 +95,7 @@ class Extreme:
         """Find the extreme values of the steps that are held, and forget the steps."""
         if not self._held:
             return
-        parts = [one.only(one.ceiling >= self._best[one.row]) for one in self._held]
+        parts = [steps.only(steps.ceiling >= self._best[steps.row]) for steps in self._held]
         held = _Held(*(numpy.concatenate(one, axis=-1) for one in zip(*parts, strict=True)))
         self._held = []
         series = held.series[list(self._entries)] if self._entries else held.series
@@ -146,8 +146,8 @@ class Extreme:
         states = states_in(series, *since)
         body = self._form.body(self._bodies[:, row])
         q = self._form.motion(body, self._form.State(*numpy.moveaxis(states, -1, 0)), numpy)
-        found: Array = self._sign * self._quantity.evaluate(q) * numpy.ones(since.shape)
-        return found
+        sampled: Array = self._sign * self._quantity.evaluate(q) * numpy.ones(since.shape)
+        return sampled
 
 
 def _ceiling(values: Array) -> tuple[Array, Array]:

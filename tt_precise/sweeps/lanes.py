@@ -87,7 +87,7 @@ class Lanes:
         form = integrated(build.model, "newton")
         self._batch, self._terminal = _compiled(form, build.contact, width)
         # in an empty lane a top at rest has no time left: it takes steps of length 0
-        upright = tuple(float(one == "kz") for one in form.columns)
+        upright = tuple(float(column == "kz") for column in form.columns)
         self._rest = LaneStart(upright, (0.5,) * len(form.parameters), 0.0)
         self._zeros = Zeros(form, build.detectors)
         self._extremes = [Extreme(form, part) for part in build.extremes]
@@ -109,10 +109,10 @@ class Lanes:
         """Integrate from all starts."""
         ends: dict[int, tuple[str, float, Array]] = {}
         waiting = iter(range(len(starts)))
-        bodies = numpy.array([one.parameters for one in starts])
+        bodies = numpy.array([start.parameters for start in starts])
         bodies = bodies.reshape(len(starts), len(self._batch.pars)).T.copy()
-        for one in self._readers:
-            one.open(bodies)
+        for reader in self._readers:
+            reader.open(bodies)
         self._taken = numpy.zeros(len(starts) + 1, dtype=int)  # the last one: by empty lanes
         self._steps = 0
         self._times[0] = 0.0
@@ -139,7 +139,7 @@ class Lanes:
         return LaneResults(
             [LaneResult(*ends[row], int(self._taken[row])) for row in range(len(starts))],
             self._zeros.events(),
-            {one.part: one.states() for one in self._extremes},
+            {extreme.part: extreme.states() for extreme in self._extremes},
         )
 
     def _load(self, lane: int, number: int, starts: Sequence[LaneStart]) -> None:
@@ -231,8 +231,8 @@ class Lanes:
             numpy.concatenate([states for _, _, states in last], axis=1),
         )
         self._taken += numpy.bincount(steps.row[steps.taken], minlength=len(self._taken))
-        for one in self._readers:
-            one.read(steps)
+        for reader in self._readers:
+            reader.read(steps)
         times[0] = times[count]
         self._closed.clear()
         self._steps = 0

@@ -216,10 +216,10 @@ def grid_values(name: str, values: Values) -> tuple[Fraction, ...]:
             raise InputError(f"vary {name}: got {count} values, expected at most {MOST_VALUES}")
         return tuple(first + (last - first) * i / (count - 1) for i in range(count))
     given = values.split(",") if isinstance(values, str) else values
-    found = tuple(_number(name, value, "vary") for value in given)
-    if not found:
+    numbers = tuple(_number(name, value, "vary") for value in given)
+    if not numbers:
         raise InputError(f"vary {name}: got no value, expected at least one")
-    return found
+    return numbers
 
 
 def box_ends(name: str, ends: Ends) -> tuple[Fraction, Fraction]:
@@ -272,9 +272,10 @@ def read_specification(path: str | Path) -> Specification:
     path = Path(path)
     text = read_toml(path, "a TOML file of a sweep")
     try:
-        found = convert(parse_toml(text), _File)
-        near = str(path.parent / found.scene) if found.scene.endswith(".toml") else found.scene
-        given = asdict(found) | asdict(found.sampling) | {"scene": near}
+        content = convert(parse_toml(text), _File)
+        given = asdict(content) | asdict(content.sampling)
+        if content.scene.endswith(".toml"):
+            given["scene"] = str(path.parent / content.scene)
         del given["sampling"]
         return specification(**given)
     except (InputError, ValidationError) as error:

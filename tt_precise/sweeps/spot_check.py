@@ -51,12 +51,12 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
         return {"outcome": ended, "t_stop": 0.0}
     run = _integrated(scene, events)
     times = run.inversion
-    found: dict[str, Json] = {}
+    results: dict[str, Json] = {}
     for which in DEFINITIONS:
         climb = getattr(times, which)
-        found[f"t_init_{which}"], found[f"t_end_{which}"] = climb.t_init, climb.t_end
-        found[f"climb_{which}"] = climb.duration
-    found |= {"t_stop": run.t_end, "t_equator": times.equator}
+        results[f"t_init_{which}"], results[f"t_end_{which}"] = climb.t_init, climb.t_end
+        results[f"climb_{which}"] = climb.duration
+    results |= {"t_stop": run.t_end, "t_equator": times.equator}
     for part in parts(record):
         frame = run.frame(part.quantity, times=[0, run.t_end], numbers="exact")
         ends = frame[part.quantity].tolist()
@@ -65,8 +65,8 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
             inner = run.event_table((part.quantity,), at=turning_events(part.quantity))
             known = [value for value in (*ends, *inner[part.quantity]) if value is not None]
             chosen |= {"min": min(known), "max": max(known)}
-        found[f"{part.part}_{part.quantity}"] = chosen[part.part]
-    found["outcome"] = run.status
+        results[f"{part.part}_{part.quantity}"] = chosen[part.part]
+    results["outcome"] = run.status
     if run.status == "complete":
         theta, energy, lambda_ = (
             run.frame(name, times=[run.t_end])[name].to_numpy(dtype=float)
@@ -74,11 +74,11 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
         )
         crossed = numpy.array([times.equator is not None])
         body = scene.body.map(float)
-        (found["outcome"],) = outcomes(body, numpy.cos(theta), lambda_, energy, crossed)
+        (results["outcome"],) = outcomes(body, numpy.cos(theta), lambda_, energy, crossed)
     wanted = {"outcome", *TIMES, "min_g_n", "t_stop", *record}
     return {
         name: value if isinstance(value, str) or value is None else float(value)
-        for name, value in found.items()
+        for name, value in results.items()
         if name in wanted
     }
 
@@ -95,14 +95,14 @@ def _integrated(scene: Scene, events: tuple[str, ...]) -> Trajectory:
 
 def differences(row: Mapping[Any, Json], again: Mapping[str, Json]) -> dict[str, float]:
     """Absolute difference of each column that both have; infinite where only one has a value."""
-    found = {}
+    by_name = {}
     for name, fine in again.items():
         if name == "outcome":
             continue
         rough = row[name]
         missing = rough is None or math.isnan(rough)
         if missing or fine is None:
-            found[name] = 0.0 if missing and fine is None else math.inf
+            by_name[name] = 0.0 if missing and fine is None else math.inf
         else:
-            found[name] = abs(rough - fine)
-    return found
+            by_name[name] = abs(rough - fine)
+    return by_name

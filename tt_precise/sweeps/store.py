@@ -123,23 +123,24 @@ class Store:
         if content is None:
             if names(self.out):
                 raise InputError(f"{self.out}: not empty, expected a new folder or that of a sweep")
-            manifest = {**wanted, "chunk": self.size, "specification": self.spec.description()}
-            write(self.out, MANIFEST, (json.dumps(manifest, indent=2) + "\n").encode())
-            return manifest
-        found = _parsed(content)
-        if found is None or not isinstance(found.get("chunk"), int):
+            new = {**wanted, "chunk": self.size, "specification": self.spec.description()}
+            write(self.out, MANIFEST, (json.dumps(new, indent=2) + "\n").encode())
+            return new
+        manifest = _parsed(content)
+        if manifest is None or not isinstance(manifest.get("chunk"), int):
             raise InputError(f"{self.out}: {MANIFEST} is damaged; use another folder")
         for key, value in wanted.items():
-            if found.get(key) != value:
+            if manifest.get(key) != value:
                 raise InputError(
-                    f"{self.out}: has another sweep ({key} {str(found.get(key))[:80]}, not "
+                    f"{self.out}: has another sweep ({key} {str(manifest.get(key))[:80]}, not "
                     f"{value}); expected the same specification and version, or another folder"
                 )
-        if found["chunk"] < 1 or self._asked not in (None, found["chunk"]):
+        if manifest["chunk"] < 1 or self._asked not in (None, manifest["chunk"]):
             raise InputError(
-                f"chunk: got {self._asked}, expected {found['chunk']} as in the files of {self.out}"
+                f"chunk: got {self._asked}, expected {manifest['chunk']} as in the files of "
+                f"{self.out}"
             )
-        return found
+        return manifest
 
 
 def default_chunk(rows: int) -> int:
@@ -167,11 +168,11 @@ def read_rows(path: str | Path) -> pandas.DataFrame:
 
     out, file = str(path), Path(path)
     if "://" in out or file.is_dir():
-        found = _parsed(read(out, MANIFEST)) or {}
-        if not {"fingerprint", "rows", "chunk"} <= found.keys():
+        manifest = _parsed(read(out, MANIFEST)) or {}
+        if not {"fingerprint", "rows", "chunk"} <= manifest.keys():
             raise InputError(f"{out}: no rows there, {EXPECTED}")
-        chunks = range(-(-found["rows"] // found["chunk"]))
-        frames = [read_chunk(out, found["fingerprint"], number) for number in chunks]
+        chunks = range(-(-manifest["rows"] // manifest["chunk"]))
+        frames = [read_chunk(out, manifest["fingerprint"], number) for number in chunks]
         return pandas.concat(frames, ignore_index=True)
     if not file.is_file():
         raise InputError(f"{out}: no rows there, {EXPECTED}")
@@ -324,10 +325,10 @@ def names(out: str, folder: str = "") -> set[str]:
     files, root = _place(out)
     files.invalidate_cache()
     try:
-        found = files.ls(f"{root}/{folder}".rstrip("/"), detail=False)
+        paths = files.ls(f"{root}/{folder}".rstrip("/"), detail=False)
     except (FileNotFoundError, NotADirectoryError):
         return set()
-    return {one.rpartition("/")[2] for one in found} - {""}
+    return {one.rpartition("/")[2] for one in paths} - {""}
 
 
 def _place(out: str) -> tuple[Any, str]:
@@ -345,7 +346,7 @@ def _place(out: str) -> tuple[Any, str]:
 
 def _parsed(content: bytes | None) -> dict[str, Json] | None:
     try:
-        found = records.parse(content or b"")
+        parsed = records.parse(content or b"")
     except ValueError:
         return None
-    return found if isinstance(found, dict) else None
+    return parsed if isinstance(parsed, dict) else None

@@ -70,10 +70,10 @@ def _refined(polynomials: Array, low: Array, high: Array, direction: Array) -> A
 
 def values(polynomials: Array, places: Array) -> Array:
     """Each polynomial at its place; Horner."""
-    found = polynomials[:, -1]
+    value = polynomials[:, -1]
     for k in range(polynomials.shape[1] - 2, -1, -1):
-        found = found * places + polynomials[:, k]
-    return found
+        value = value * places + polynomials[:, k]
+    return value
 
 
 def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Array]:
@@ -84,12 +84,13 @@ def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Arra
     """
     import numpy
 
-    which, low, width, found = numpy.arange(len(bernstein)), numpy.zeros(len(bernstein)), 1.0, []
+    which, low = numpy.arange(len(bernstein)), numpy.zeros(len(bernstein))
+    width, intervals = 1.0, []
     for halving in range(halvings + 1):
         negative = bernstein < 0
         changes = numpy.count_nonzero(negative[:, 1:] != negative[:, :-1], axis=1)
         one = changes % 2 == 1 if halving == halvings else changes == 1
-        found.append((which[one], low[one], low[one] + width, negative[one, 0]))
+        intervals.append((which[one], low[one], low[one] + width, negative[one, 0]))
         several = changes > 1
         if not several.any():
             break
@@ -97,7 +98,7 @@ def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Arra
         width /= 2
         which, low = numpy.tile(which, 2), numpy.concatenate((low, low + width))
         bernstein = numpy.concatenate((lower, upper))
-    which, low, high, rising = (numpy.concatenate(part) for part in zip(*found, strict=True))
+    which, low, high, rising = (numpy.concatenate(part) for part in zip(*intervals, strict=True))
     order = numpy.lexsort((low, which))
     return which[order], low[order], high[order], rising[order]
 
@@ -109,10 +110,10 @@ def bernstein_of(polynomials: Array) -> Array:
     """
     import numpy
 
-    found = numpy.zeros(polynomials.shape)
+    bernstein = numpy.zeros(polynomials.shape)
     for column, row in zip(polynomials.T, _to_bernstein(polynomials.shape[1]), strict=True):
-        found += column[:, None] * row
-    return found
+        bernstein += column[:, None] * row
+    return bernstein
 
 
 @cache
@@ -176,10 +177,10 @@ class Watch:
             first[:, :1] = self._ends(before, numpy.array([len(before.lengths) - 1]))
         function, step = numpy.indices(first.shape).reshape(2, -1)
         polynomials = (series * powers).reshape(len(step), -1)
-        found = crossings(polynomials, first.reshape(-1))
-        allowed = numpy.array(self._directions)[function[found.which]]
-        wanted = (allowed == 0) | (allowed == found.direction)
-        which, place, direction = (part[wanted] for part in found)
+        changes = crossings(polynomials, first.reshape(-1))
+        allowed = numpy.array(self._directions)[function[changes.which]]
+        wanted = (allowed == 0) | (allowed == changes.direction)
+        which, place, direction = (part[wanted] for part in changes)
         function, step = function[which], step[which]
         if not len(step):
             return []

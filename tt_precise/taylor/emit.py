@@ -40,11 +40,11 @@ EXPONENT_BIAS, MANTISSA_BITS = 1023, 52
 
 def nearest(value: Fraction, parts: int) -> list[float]:
     """An exact number as so many doubles, each the nearest to what those before leave."""
-    found: list[float] = []
+    doubles: list[float] = []
     for _ in range(parts):
-        found.append(float(value))
-        value -= Fraction(found[-1])
-    return found
+        doubles.append(float(value))
+        value -= Fraction(doubles[-1])
+    return doubles
 
 
 class Emitter:
@@ -110,11 +110,11 @@ class Emitter:
     def call(self, name: str, *args: Value) -> Value:
         """LLVM's own function of that name: fma, sqrt, pow, fabs, maxnum, minnum."""
         full = f"llvm.{name}.{'v4f64' if args[0].type == VECTOR else 'f64'}"
-        found = self.module.globals.get(full)
-        if found is None:
+        function = self.module.globals.get(full)
+        if function is None:
             kind = ir.FunctionType(args[0].type, [a.type for a in args])
-            found = ir.Function(self.module, kind, full)
-        return self.b.call(found, args)
+            function = ir.Function(self.module, kind, full)
+        return self.b.call(function, args)
 
     @contextmanager
     def loop(
@@ -241,20 +241,20 @@ class SeveralDoubles:
 
     def quotient(self, a: Number, b: Number) -> Number:
         """a/b: that of the first parts, corrected as often as there are parts."""
-        found = self.widened((self.e.b.fdiv(a[0], b[0]),))
+        quotient = self.widened((self.e.b.fdiv(a[0], b[0]),))
         for _ in range(self.parts):
-            left = self.total(a, self.negative(self.product(found, b)))
-            found = self.total(found, self.widened((self.e.b.fdiv(left[0], b[0]),)))
-        return found
+            left = self.total(a, self.negative(self.product(quotient, b)))
+            quotient = self.total(quotient, self.widened((self.e.b.fdiv(left[0], b[0]),)))
+        return quotient
 
     def root(self, a: Number) -> Number:
         """The positive root, likewise."""
-        found = self.widened((self.e.call("sqrt", a[0]),))
+        root = self.widened((self.e.call("sqrt", a[0]),))
         for _ in range(self.parts):
-            left = self.total(a, self.negative(self.product(found, found)))
-            more = self.e.b.fdiv(left[0], self.e.b.fadd(found[0], found[0]))
-            found = self.total(found, self.widened((more,)))
-        return found
+            left = self.total(a, self.negative(self.product(root, root)))
+            more = self.e.b.fdiv(left[0], self.e.b.fadd(root[0], root[0]))
+            root = self.total(root, self.widened((more,)))
+        return root
 
     def constant(self, value: Fraction) -> Number:
         return tuple(map(self.e.d, nearest(value, self.parts)))
@@ -270,12 +270,12 @@ class SeveralDoubles:
         k = self.widened((f.fsub(shifted, d(SHIFT)),))
         rest = self.total(a, self.negative(self.product(k, self.constant(LN_2))))
         small = tuple(f.fmul(part, d(2.0**-HALVINGS)) for part in rest)
-        found = self.constant(Fraction(1, factorial(TERMS)))
+        series = self.constant(Fraction(1, factorial(TERMS)))
         for n in range(TERMS - 1, 0, -1):
-            found = self.products(self.constant(Fraction(1, factorial(n))), (found, small))
-        found = self.product(found, small)
+            series = self.products(self.constant(Fraction(1, factorial(n))), (series, small))
+        series = self.product(series, small)
         for _ in range(HALVINGS):  # (1 + x)^2 - 1 = 2 x + x^2
-            found = self.products(self.total(found, found), (found, found))
+            series = self.products(self.total(series, series), (series, series))
         biased = f.add(f.bitcast(shifted, INTEGER), self.e.i(EXPONENT_BIAS))
         power = f.bitcast(f.shl(biased, self.e.i(MANTISSA_BITS)), DOUBLE)
-        return tuple(f.fmul(part, power) for part in self.total(self.one, found))
+        return tuple(f.fmul(part, power) for part in self.total(self.one, series))

@@ -126,15 +126,15 @@ class Graph:
 
     def series(self, kind: str, *args: Any) -> Traced:
         """The series of this kind, made once."""
-        found: Traced = self._once(Traced, kind, args)
-        return found
+        node: Traced = self._once(Traced, kind, args)
+        return node
 
     def number(self, value: Scalar) -> Constant:
         """A plain number as a constant."""
-        found: Constant = (
+        constant: Constant = (
             value if isinstance(value, Constant) else self._once(Constant, "number", (value,))
         )
-        return found
+        return constant
 
     def named(self, value: Scalar) -> Traced | Constant:
         """A series as it is, anything else as a constant."""
@@ -247,18 +247,18 @@ class Graph:
     def with_turning(self, rates: Sequence[Scalar]) -> list[Scalar]:
         """``rates`` of the first entries, and behind them those of sines and cosines."""
         of_entry = dict(zip(self.entries, rates, strict=False))
-        found = list(rates)
+        extended = list(rates)
         for angle, (sine, cosine) in self.turning.items():
             _, terms = linear(angle)
             rate = sum(factor * of_entry[entry] for factor, entry in terms)
-            found += [cosine * rate, -(sine * rate)]
-        return found
+            extended += [cosine * rate, -(sine * rate)]
+        return extended
 
     def with_turned(
         self, start: Sequence[Scalar], parameters: Sequence[Scalar], fn: Functions
     ) -> list[Scalar]:
         """A ``start`` of the first entries with sines and cosines behind it."""
-        found = list(start)
+        extended = list(start)
         for angle in self.turning:
             offset, terms = linear(angle)
             known: dict[Any, Any] = {}
@@ -267,8 +267,8 @@ class Graph:
                 return one.value(parameters, fn, known) if isinstance(one, Constant) else one
 
             value = number(offset) + sum(number(c) * start[entry.args[0]] for c, entry in terms)
-            found += [fn.sin(value), fn.cos(value)]
-        return found
+            extended += [fn.sin(value), fn.cos(value)]
+        return extended
 
 
 class ArcTangentError(InputError):
@@ -283,8 +283,8 @@ def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Traced]:
     ArcTangentError
         One of them is an angle.
     """
-    found: set[Traced] = set()
-    left = [one for one in wanted if isinstance(one, Traced)]
+    reached: set[Traced] = set()
+    left = [name for name in wanted if isinstance(name, Traced)]
     while left:
         one = left.pop()
         if one.kind == "angle":
@@ -292,23 +292,23 @@ def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Traced]:
                 "event: got an event of theta in double-double or triple-double, expected one that "
                 "needs no arc tangent, such as theta_min and theta_max, or precision quad or mp"
             )
-        if one not in found:
-            found.add(one)
+        if one not in reached:
+            reached.add(one)
             left += one.operands
-    return sorted(found, key=graph.place)
+    return sorted(reached, key=graph.place)
 
 
 def constants_of(series: Sequence[Traced]) -> list[Constant]:
     """The constants among their arguments."""
-    found: dict[Constant, None] = {}
-    for one in series:
-        if one.kind == "sum":
-            for factor in (one.args[0], *(factor for factor, _ in one.args[1])):
+    constants: dict[Constant, None] = {}
+    for coefficients in series:
+        if coefficients.kind == "sum":
+            for factor in (coefficients.args[0], *(factor for factor, _ in coefficients.args[1])):
                 if isinstance(factor, Constant):
-                    found[factor] = None
+                    constants[factor] = None
         else:
-            found.update({a: None for a in one.args if isinstance(a, Constant)})
-    return list(found)
+            constants.update({a: None for a in coefficients.args if isinstance(a, Constant)})
+    return list(constants)
 
 
 def numbers(
@@ -316,4 +316,4 @@ def numbers(
 ) -> Mapping[Constant, Scalar]:
     """Each constant's value for these parameters."""
     known: dict[Any, Any] = {}
-    return {one: one.value(parameters, fn, known) for one in constants}
+    return {constant: constant.value(parameters, fn, known) for constant in constants}

@@ -94,21 +94,21 @@ class Kernel:
         """One step, whose series begin at ``planes``, at ``tau``: the first columns, by vectors."""
         at = tuple(map(e.spread, tau))
         groups = range(0, columns, LANES)
-        found: list[Number] = [(ir.Constant(VECTOR, None),) for _ in groups]
+        sums: list[Number] = [(ir.Constant(VECTOR, None),) for _ in groups]
         for parts in range(1, self.parts + 1):
             ops = SeveralDoubles(e, parts)
             above = e.order(orders, parts)
             below = e.order(orders, parts + 1) if parts < self.parts else e.i(0)
             count = e.b.add(e.b.sub(above, below), e.i(1))
-            begun = [value for number in found for value in ops.widened(number)]
+            begun = [value for number in sums for value in ops.widened(number)]
             with e.loop(e.i(1), count, begun) as (j, values):
                 row = e.index(e.b.sub(above, j), self.columns)
                 for k, first in enumerate(groups):
                     place, mine = e.b.add(row, e.i(first)), slice(parts * k, parts * (k + 1))
                     term = tuple(e.load(part, place, VECTOR) for part in planes[:parts])
                     values[mine] = ops.products(term, (tuple(values[mine]), at[:parts]))
-            found = [tuple(values[parts * k :][:parts]) for k in range(len(groups))]
-        return found
+            sums = [tuple(values[parts * k :][:parts]) for k in range(len(groups))]
+        return sums
 
     def _rows(self, module: ir.Module) -> None:
         """rows(data, plane, orders, times, steps, moments, count, into): many, each in its step.
@@ -251,20 +251,20 @@ class _RunWriter:
             for k, group in enumerate(groups):
                 term = e.load(self.block[0], e.b.add(row, e.i(group)), VECTOR)
                 sums[k] = e.b.fmul(e.b.fadd(sums[k], e.call("fabs", term)), wide)
-        found: Value = ir.Constant(ir.IntType(1), 0)
+        vanishes: Value = ir.Constant(ir.IntType(1), 0)
         for i in range(first, first + len(kernel.outputs)):
             lane = ir.Constant(ir.IntType(32), i % LANES)
             rest = e.b.extract_element(sums[i // LANES - first // LANES], lane)
             size = e.call("fabs", e.load(self.block[0], i))
             small = e.b.fcmp_ordered("<", e.b.fadd(rest, rest), size)
-            found = e.b.or_(found, e.b.not_(small))
-        return e.b.uitofp(found, DOUBLE)
+            vanishes = e.b.or_(vanishes, e.b.not_(small))
+        return e.b.uitofp(vanishes, DOUBLE)
 
     def _largest(self, pointer: Value, count: int) -> Value:
         e = self.e
-        with e.loop(e.i(0), e.i(count), [e.d(0.0)]) as (i, found):
-            found[0] = e.call("maxnum", found[0], e.call("fabs", e.load(pointer, i)))
-        return found[0]
+        with e.loop(e.i(0), e.i(count), [e.d(0.0)]) as (i, largest):
+            largest[0] = e.call("maxnum", largest[0], e.call("fabs", e.load(pointer, i)))
+        return largest[0]
 
     def _sums(self, n: Value, parts: int) -> None:
         """For every lane, the sum of a_j b_(n-j) for j = 1 to n - 1."""
@@ -347,15 +347,15 @@ class _RunWriter:
 
     def _sum(self, node: Traced, value: dict[Traced, Number]) -> Number:
         offset, terms = node.args
-        found = []
+        summands = []
         for factor, series in terms:
             if isinstance(factor, Constant):
-                found.append(self.ops.times(self._constant(factor), value[series]))
+                summands.append(self.ops.times(self._constant(factor), value[series]))
             else:
-                found.append(value[series] if factor == 1 else self.ops.negative(value[series]))
+                summands.append(value[series] if factor == 1 else self.ops.negative(value[series]))
         if self.first and isinstance(offset, Constant):
-            found.append(self._constant(offset))
-        first, *rest = found
+            summands.append(self._constant(offset))
+        first, *rest = summands
         for number in rest:
             first = self.ops.plus(first, number)
         return first
@@ -382,9 +382,9 @@ class _RunWriter:
     def _root(self, node: Traced, value: dict[Traced, Number]) -> Number:
         ops, a, lane = self.ops, value[node.args[0]], self.kernel.lane[node]
         if self.first:
-            found = ops.root(a)
-            self._write(ops.quotient(ops.one, ops.total(found, found)), self.inverses, lane)
-            return found
+            root = ops.root(a)
+            self._write(ops.quotient(ops.one, ops.total(root, root)), self.inverses, lane)
+            return root
         rest = ops.total(a, ops.negative(self._read(self.sums, lane)))
         return ops.product(rest, self._read(self.inverses, lane))
 

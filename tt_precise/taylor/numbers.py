@@ -14,12 +14,12 @@ MOST_PARTS = 3
 
 def split(value: Scalar, parts: int) -> tuple[float, ...]:
     """An mpmath number as so many doubles, each the nearest to what those before leave."""
-    left, found = value._mpf_, []
+    left, doubles = value._mpf_, []
     for _ in range(parts):
         part = to_float(left, rnd="n")
-        found.append(part)
+        doubles.append(part)
         left = mpf_sub(left, from_float(part)) if math.isfinite(part) else fzero
-    return tuple(found)
+    return tuple(doubles)
 
 
 def moments(times: Iterable[Scalar]) -> Array:
@@ -31,10 +31,10 @@ def moments(times: Iterable[Scalar]) -> Array:
 
 def number(parts: Sequence[float], fn: Functions) -> Scalar:
     """The mpmath number of its parts."""
-    found = from_float(parts[0])
+    total = from_float(parts[0])
     for part in parts[1:]:
-        found = mpf_add(found, from_float(part))
-    return fn.make_mpf(found)
+        total = mpf_add(total, from_float(part))
+    return fn.make_mpf(total)
 
 
 def numbers_of(row: Array, fn: Functions) -> tuple[Scalar, ...]:
@@ -59,7 +59,7 @@ def added(terms: Sequence[Array], parts: int) -> Array:
     """Arrays of doubles added up in parts: axes (entry, part); Ogita, Rump and Oishi's sums."""
     import numpy
 
-    left, found = list(terms), []
+    left, sums = list(terms), []
     for _ in range(parts):
         for _ in range(parts):
             for i in range(1, len(left)):
@@ -67,6 +67,6 @@ def added(terms: Sequence[Array], parts: int) -> Array:
                 s = a + b
                 t = s - a
                 left[i - 1], left[i] = (a - (s - t)) + (b - t), s
-        found.append(left[-1])
+        sums.append(left[-1])
         left[-1] = numpy.zeros_like(left[-1])
-    return numpy.stack(found, axis=1)
+    return numpy.stack(sums, axis=1)

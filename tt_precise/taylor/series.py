@@ -73,10 +73,10 @@ class Series:
     __rmul__ = __mul__
 
     def __pow__(self, power: int) -> Series:
-        found = self
+        product = self
         for _ in range(power - 1):
-            found = found * self
-        return found
+            product = product * self
+        return product
 
     def __truediv__(self, other: Scalar) -> Series:
         if not isinstance(other, Series):
@@ -104,8 +104,8 @@ class Truncated(Series):
     @property
     def rate(self) -> Array:
         """Coefficients of the rate, one fewer."""
-        found: Array = self.c[1:] * numpy.arange(1, len(self.c))[:, None]
-        return found
+        slopes: Array = self.c[1:] * numpy.arange(1, len(self.c))[:, None]
+        return slopes
 
     def __add__(self, other: Scalar) -> Series:
         if isinstance(other, Truncated):
@@ -246,12 +246,12 @@ def coefficients(
 
     ``start`` holds an array for each entry; ``rates`` hold for every row alike.
     """
-    found = numpy.empty((len(start), terms + 1, len(start[0])))
-    for first in range(0, found.shape[2], ROWS):
+    table = numpy.empty((len(start), terms + 1, len(start[0])))
+    for first in range(0, table.shape[2], ROWS):
         rows = slice(first, first + ROWS)
-        for c, series in zip(found, solution(rates, [x[rows] for x in start]), strict=True):
+        for c, series in zip(table, solution(rates, [x[rows] for x in start]), strict=True):
             c[:, rows] = series.upto(terms)
-    return found
+    return table
 
 
 class Sized:
@@ -292,8 +292,8 @@ class Sized:
 
     def __truediv__(self, other: Scalar) -> Sized:
         if isinstance(other, Sized):
-            found = self.value / other.value
-            return Sized(found, (self.size + abs(found) * other.size) / abs(other.value))
+            quotient = self.value / other.value
+            return Sized(quotient, (self.size + abs(quotient) * other.size) / abs(other.value))
         return Sized(self.value / other, self.size / abs(other))
 
     def __rtruediv__(self, other: Scalar) -> Sized:

@@ -74,10 +74,10 @@ class System:
         """
         import numpy
 
-        found = numbers(self.kernel.constants, parameters, fn)
+        constants = numbers(self.kernel.constants, parameters, fn)
         row = self.graph.with_turned(start, parameters, fn)
         return numpy.array([split(x, self.parts) for x in row]).T, numpy.array(
-            [split(found[one], self.parts) for one in self.kernel.constants]
+            [split(constants[constant], self.parts) for constant in self.kernel.constants]
         )
 
     def pieces(
@@ -164,8 +164,8 @@ class StepBlock:
 
     def row(self, step: int) -> Array:
         """The entries where a step begins: axes (part, entry)."""
-        found: Array = self.data[:, step, 0, : len(self.system.graph.entries)].copy()
-        return found
+        entries: Array = self.data[:, step, 0, : len(self.system.graph.entries)].copy()
+        return entries
 
     def at(self, times: Array) -> Array:
         """All columns at these times, given in three parts: axes (time, part, column)."""

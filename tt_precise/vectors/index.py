@@ -114,8 +114,8 @@ def stale(folder: Path) -> Iterator[str]:
 
 def _files(folder: Path) -> set[str]:
     """All that is not hidden."""
-    found = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
-    return {path.as_posix() for path in found if not any(part[0] == "." for part in path.parts)}
+    files = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
+    return {path.as_posix() for path in files if not any(part[0] == "." for part in path.parts)}
 
 
 def vector_texts(progress: Progress = silent) -> dict[str, str]:

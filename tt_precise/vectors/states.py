@@ -108,11 +108,11 @@ def cases() -> Iterator[StateCase]:
     """
     draws = random.Random(SEED)
     for law in KINDS:
-        found = 0
-        while found < STATES:
-            case = StateCase(f"{law}-{found + 1}", law, _scene(law, draws), _half_angle(draws))
+        count = 0
+        while count < STATES:
+            case = StateCase(f"{law}-{count + 1}", law, _scene(law, draws), _half_angle(draws))
             if law == "none" or _pressed(case):
-                found += 1
+                count += 1
                 yield case
     for law, seeds in JOINED.items():
         for number, seed in enumerate(seeds, start=1):
@@ -244,12 +244,12 @@ def _entries(case: StateCase) -> Iterator[dict[str, Json]]:
         yield {**entry, **name, "result": INVALID, "flags": [case.law, flag], "expected": wrong}
 
 
-def _texts(case: StateCase, found: dict[str, Scalar | Vector]) -> dict[str, Json]:
+def _texts(case: StateCase, values: dict[str, Scalar | Vector]) -> dict[str, Json]:
     return {
         name: _vector(case, value, DIGITS)
         if isinstance(value, tuple)
         else _shown(case, value, DIGITS)
-        for name, value in found.items()
+        for name, value in values.items()
     }
 
 
@@ -289,11 +289,11 @@ def expected(case: StateCase) -> dict[str, Scalar | Vector]:
     ArithmeticError
         Newton's and Euler's equations do not agree.
     """
-    fn, found = case.context, terms(case.motion)
-    worst = disagreement(case.motion, found, case.start.euler, fn.mpf(10) ** -STEP)
+    fn, known = case.context, terms(case.motion)
+    worst = disagreement(case.motion, known, case.start.euler, fn.mpf(10) ** -STEP)
     if not worst <= fn.mpf(10) ** -AGREEMENT:
         raise ArithmeticError(f"{case.name}: two formulations differ by {fn.nstr(worst, 3)}")
-    return found
+    return known
 
 
 def _shown(case: StateCase, value: Scalar, digits: int) -> str:

@@ -34,11 +34,11 @@ def step_file(progress: Progress = silent) -> list[dict[str, Json]]:
         printed.
     """
     chosen = list(cases())
-    found: list[dict[str, Json]] = []
+    entries: list[dict[str, Json]] = []
     for done, case in enumerate(chosen):
-        found.extend(_entries(case))
+        entries.extend(_entries(case))
         progress((done + 1) / len(chosen))
-    return found
+    return entries
 
 
 def _entries(case: StateCase) -> Iterator[dict[str, Json]]:
@@ -92,8 +92,8 @@ def _integrated(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str,
             _require_agreement(case, fine, other)
         q = Motion(case.start.body, kind(*(fine[name] for name in names)), fn, scene.model)
         posed = case.pose_of(q, fine["phi"], fine["psi"])
-        found = {"k": q.k, "omega": q.omega, "s_dot": q.s_dot}
-        yield posed[:4], found | ({"height": fine["height"]} if scene.lifts else {})
+        vectors = {"k": q.k, "omega": q.omega, "s_dot": q.s_dot}
+        yield posed[:4], vectors | ({"height": fine["height"]} if scene.lifts else {})
 
 
 def _require_joint(case: StateCase, run: Trajectory) -> None:

@@ -37,9 +37,9 @@ def terms(q: Motion) -> dict[str, Scalar | Vector]:
 
 
 def disagreement(
-    q: Motion, found: Mapping[str, Scalar | Vector], here: EulerState, step: Scalar
+    q: Motion, by_newton: Mapping[str, Scalar | Vector], here: EulerState, step: Scalar
 ) -> Scalar:
-    """The largest relative difference of a rate in Euler angles from what ``found`` makes of it.
+    """The largest relative difference of a rate in Euler angles from that of ``by_newton``.
 
     ``here`` are the angles of ``q``. The rates of the vectors become those of angles by central
     differences over ``step``. NaN if one of them is.
@@ -50,7 +50,7 @@ def disagreement(
     state = form.State(*(known[name] for name in form.columns))
     clock = form.clock(state, fn) if form.clock else 1
     rates = dict(zip(form.columns, form.rates(q.body, state, fn), strict=True))
-    by_vectors = (*found["k_dot"], *found["L_dot"], *found["v_A_dot"][:2])
+    by_vectors = (*by_newton["k_dot"], *by_newton["L_dot"], *by_newton["v_A_dot"][:2])
     ahead, behind = (
         euler_from_vectors(
             q.body,
@@ -61,7 +61,7 @@ def disagreement(
     )
     slopes = {name: (getattr(ahead, name) - getattr(behind, name)) / (2 * step) for name in known
               if name in EulerState._fields}  # fmt: skip
-    slopes["rise"] = found["v_A_dot"][2]
+    slopes["rise"] = by_newton["v_A_dot"][2]
     turning = fn.sqrt(dot(q.omega, q.omega))
     differences = []
     for name, slope in slopes.items():
