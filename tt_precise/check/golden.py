@@ -73,7 +73,7 @@ class Evidence:
         self.rows += int((t != 0).sum())
         self.compared += int((compared & after).sum())
         self.miss(t[~compared & (t != 0)])
-        self._t.append(t)
+        self._t.append(t.copy())  # a view would keep its whole block
 
     def miss(self, t: numpy.ndarray) -> None:
         """Name the first of these rows, which could not be compared."""
