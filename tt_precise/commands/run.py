@@ -11,6 +11,7 @@ from tt_precise.commands import options
 from tt_precise.mechanics.digits import RULE
 from tt_precise.runtime.files import require_apart, require_writable
 from tt_precise.runtime.records import Meta, Record
+from tt_precise.runtime.tables import FORMATS
 from tt_precise.runtime.values import InputError, Json, Scalar
 
 if TYPE_CHECKING:
@@ -141,7 +142,7 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
 @click.option(
     "--out",
     type=click.Path(dir_okay=False),
-    help="Write the trajectory (SI): .csv, .json, .parquet, .arrow or .h5.",
+    help=f"Write the trajectory (SI), as one of: {', '.join(filter(None, FORMATS))}.",
 )
 @click.option(
     "--plot", type=click.Path(dir_okay=False), help="Plot the trajectory (.svg, .png or .pdf)."

@@ -21,7 +21,7 @@ class Parameter(NamedTuple):
     name: str
     speeds: int  # -1 for s/m, 0 for a pure number, 1 for m/s
     positive: bool = False  # else at least 0
-    usual: tuple[str, str] | tuple[()] = ()  # a range of usual values, where test vectors draw from
+    usual: tuple[str, str] | tuple[()] = ()  # the range in which test vectors draw
 
     @property
     def unit(self) -> str:
@@ -38,8 +38,8 @@ class Law:
     order. ``functions`` are those that the coefficient needs of an arithmetic. The coefficient of
     a ``constant`` law does not depend on the state. A law that is not ``smooth_at_rest`` lets a
     top stick: its motion comes in pieces. ``force`` is the formula of the force, ``scene`` a
-    shipped scene with this law, ``at_rest`` c(0) in words. The test vectors contain every law whose
-    parameters all have a usual range.
+    shipped scene with this law, ``at_rest`` c(0) in words. Test vectors contain a law that is
+    ``in_vectors``, with parameters in their usual range.
     """
 
     name: str
@@ -51,6 +51,7 @@ class Law:
     functions: tuple[str, ...] = ()
     constant: bool = False
     smooth_at_rest: bool = True
+    in_vectors: bool = False
     at_rest: str = ""
     check: Callable[..., None] = lambda *values: None
 
@@ -61,11 +62,6 @@ class Law:
     def further(self) -> tuple[str, ...]:
         """Names of the parameters behind mu."""
         return tuple(parameter.name for parameter in self.parameters[1:])
-
-    @property
-    def in_vectors(self) -> bool:
-        """Whether the test vectors contain states under this law."""
-        return all(parameter.usual for parameter in self.parameters)
 
     def require(self, fn: Functions) -> None:
         """Refuse an arithmetic that lacks a function which the coefficient needs.
@@ -117,21 +113,21 @@ _ALL = (
         coefficient=lambda square, fn, mu: mu,
         largest=lambda speed, mu: mu,
         force="F_t = -mu g_n v_A", scene="reference",
-        constant=True, at_rest="mu",
+        constant=True, at_rest="mu", in_vectors=True,
     ),
     Law(
         "regularised", (DIMENSIONLESS_MU, EPSILON),
         coefficient=lambda square, fn, mu, epsilon: mu / fn.sqrt(square + epsilon * epsilon),
         largest=lambda speed, mu, epsilon: mu / epsilon,
         force="F_t = -mu g_n v_A / sqrt(v_A^2 + epsilon^2)", scene="regularised-1e-2",
-        functions=("sqrt",), at_rest="mu/epsilon",
+        functions=("sqrt",), at_rest="mu/epsilon", in_vectors=True,
     ),
     Law(
         "coulomb", (DIMENSIONLESS_MU,),
         coefficient=lambda square, fn, mu: mu / fn.sqrt(square),
         largest=lambda speed, mu: mu / speed,
         force="F_t = -mu g_n v_A / |v_A| while the contact glides", scene="coulomb-gliding",
-        functions=("sqrt",), smooth_at_rest=False,
+        functions=("sqrt",), smooth_at_rest=False, in_vectors=True,
     ),
     Law(
         "stribeck",
