@@ -48,7 +48,7 @@ FAILED = 1
 @click.option(
     "--folder",
     type=click.Path(file_okay=False),
-    help="Where golden data lie; by default in the package, one's own in ./golden.",
+    help="Folder of golden data; by default the package's, and ./golden.",
 )
 @options.JSON
 @click.option("--junit", type=click.Path(dir_okay=False), help="Write JUnit XML.")
@@ -76,7 +76,7 @@ def command(
 
     Columns (SI; those in brackets if known): t and theta theta_dot phi_dot omega_3 [nu_x nu_y], or
     kx ky kz Lx Ly Lz [vx vy], or qw qx qy qz wx wy wz [vcx vcy vcz]. `tt-precise columns` says what
-    each is, in which frame. x, y, z, phi and psi are checked too where they are there. Exit status
+    each is, in which frame. x, y, z, phi and psi are checked too if the file has them. Exit status
     1 if a check failed.
 
     Checks: time, finite, jellett, energy, energy_balance, equations, kinematics, contact_momentum,
