@@ -534,7 +534,7 @@ def software() -> Finding:
         v.untestable("Python 2.7, SciPy"),
         "Which routine and which tolerances were used is not said. SciPy's odeint, the same LSODA "
         "as then, with default tolerances on eqs (2) to (7) keeps lambda to "
-        f"{v.decimal(paper_odeint()[1], 2)} of its value, which fits the stated 1e-6 (NUM-03).",
+        f"{v.decimal(paper_odeint()[1], 1)} of its value, which fits the stated 1e-6 (NUM-03).",
     )
 
 

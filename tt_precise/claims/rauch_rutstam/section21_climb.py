@@ -562,7 +562,8 @@ def _restarted(run: Run, definition: str, before: Fraction) -> Scene:
 def jellett_drift(printed: str = "1e-6", run: Run = REFERENCE) -> Finding:
     """The computed solution keeps Jellett's integral to about 1e-6 of its value."""
     off = state_errors(run.scene)
-    checks = {"odeint": v.at_most_order(printed, paper_odeint(run.scene)[1])}
+    # one digit of odeint's drift is the same on every machine
+    checks = {"odeint": v.at_most_order(printed, v.Settled(paper_odeint(run.scene)[1], 1))}
     for precision in ("double", FINE):
         solution = run.trajectory(precision)
         checks[solution.precision.name] = v.at_most_order(printed, solution.drift["jellett"])
@@ -571,5 +572,5 @@ def jellett_drift(printed: str = "1e-6", run: Run = REFERENCE) -> Finding:
         "1e-6 in lambda does not bound the error of the state: in odeint's run theta was off by up "
         f"to {v.decimal(off['theta'], 1)} rad, theta_dot by {v.decimal(off['theta_dot'], 1)} "
         f"rad/s, omega_3 by {v.decimal(off['omega_3'], 1)} rad/s, and phi_dot at one output time "
-        f"by {v.decimal(off['phi_dot'], 1)} rad/s.",
+        f"by more than {v.decimal(Fraction(10) ** v.decade(Fraction(off['phi_dot'])), 1)} rad/s.",
     )
