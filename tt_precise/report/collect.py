@@ -89,7 +89,7 @@ def sections_in(folder: Path) -> dict[str, Callable[[], Section]]:
         measured.TRADEOFF_TITLE: partial(measured.tradeoff, folder),
         "Extremes": partial(measured.extremes, folder),
         measured.ENGINES_TITLE: partial(measured.engines, folder),
-        **{table.title: partial(table.section, folder) for table in measured.ALL},
+        measured.FAULTS_TITLE: partial(measured.faults, folder),
     }
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -226,44 +224,38 @@ def _engine_row(row: dict[str, Json]) -> tuple[str, ...]:
     )
 
 
-@dataclass(frozen=True)
-class MeasuredFile:
-    """A CSV file in the report's folder, what it shows, and the command that makes it."""
-
-    key: str
-    title: str
-    text: str
-    command: str
-    reading: Callable[[pandas.DataFrame], str] | None = None  # what the table says, in a sentence
-    picture: Callable[[pandas.DataFrame], Figure] | None = None
-
-    def section(self, folder: Path) -> Section:
-        """The table, or the command that would make it."""
-        file = folder / f"{self.key}.csv"
-        if not file.is_file():
-            return _not_measured(self.key, self.title, self.command)
-        with of_its_form(file, f"what `{self.command}` writes"):
-            return Section(self.key, self.title, [Text(self.text), *self._shown(file)])
-
-    def _shown(self, file: Path) -> list[Block]:
-        import pandas
-
-        table = pandas.read_csv(file, dtype=str, keep_default_na=False)
-        blocks: list[Block] = []
-        rows = [tuple(row) for row in table.itertuples(index=False)]
-        header = tuple(name.replace("_", " ") for name in table.columns)
-        if self.picture:
-            blocks.append(self.picture(table))
-        if self.reading:
-            blocks.append(Text(self.reading(table), emphasis=True))
-        blocks.append(Text(f"Measured by `{self.command}`; not by the run that wrote this page."))
-        blocks.append(
-            PageTable(header, rows, "All that was measured.", name=f"{self.key}-table", folded=True)
-        )
-        return blocks
-
-
+FAULTS = "faults.csv"
+FAULTS_COMMAND = "python -m benchmarks.planted_faults"
+FAULTS_TITLE = "What the checks catch"
 LIMIT = 1e-6  # what the paper states for lambda
+
+
+def faults(folder: Path) -> Section:
+    """What the checks show of planted faults, or the command that would measure it."""
+    import pandas
+
+    file = folder / FAULTS
+    if not file.is_file():
+        return _not_measured("faults", FAULTS_TITLE, FAULTS_COMMAND)
+    with of_its_form(file, f"what `{FAULTS_COMMAND}` writes"):
+        table = pandas.read_csv(file, dtype=str, keep_default_na=False)
+        blocks: list[Block] = [
+            Text(
+                "Faults planted into the reference scene's equations, its integration and its "
+                "files, each run through the conservation checks; healthy trajectories beside them."
+            ),
+            pictures.faults(table),
+            Text(jellett_alone(table), emphasis=True),
+            Text(f"Measured by `{FAULTS_COMMAND}`; not by the run that wrote this page."),
+            PageTable(
+                tuple(name.replace("_", " ") for name in table.columns),
+                [tuple(row) for row in table.itertuples(index=False)],
+                "All that was measured.",
+                name="faults-table",
+                folded=True,
+            ),
+        ]
+        return Section("faults", FAULTS_TITLE, blocks)
 
 
 def jellett_alone(table: pandas.DataFrame) -> str:
@@ -276,16 +268,3 @@ def jellett_alone(table: pandas.DataFrame) -> str:
         f"at a time, lambda alone shows {by_jellett} at {LIMIT:.0e}; all checks together show "
         f"{caught}."
     )
-
-
-ALL = (
-    MeasuredFile(
-        "faults",
-        "What the checks catch",
-        "Faults planted into the reference scene's equations, its integration and its files, each "
-        "run through the conservation checks; healthy trajectories beside them.",
-        "python -m benchmarks.planted_faults",
-        jellett_alone,
-        pictures.faults,
-    ),
-)
