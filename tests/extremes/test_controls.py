@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tt_precise.extremes import TOPICS, ExtremeCase, cases
+from tt_precise.extremes.horizons import there_and_back
 
 AT_LEAST = 120  # cases
 
@@ -57,3 +58,12 @@ def test_a_control_of_each_topic_fails(family: str) -> None:
 @pytest.mark.parametrize("family", [name for name in FAMILIES if name not in SAMPLE])
 def test_every_control_fails(family: str) -> None:
     test_a_control_of_each_topic_fails(family)
+
+
+@pytest.mark.slow
+def test_eight_seconds_and_back_in_mp() -> None:
+    """It takes minutes, too long for a case of the command."""
+    check = there_and_back("8", "mp")
+    assert check.holds
+    # in 200 bits, more than double has in all
+    assert float(check.measured.split("; ")[1].split()[0]) > 20

@@ -85,7 +85,7 @@ def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Ch
     expected="the start again, to sqrt(2 sum over the steps of (condition back to 0 x eps)^2), or "
     "nothing of it where that is above 1000",
     source="variational equations; one rounding error of eps a step",
-    # 8 s in mp take minutes: tests/extremes/test_fine_runs.py
+    # 8 s in mp take minutes: tests/extremes/test_controls.py
     over=[
         *({"until": "1", "precision": precision} for precision in PRECISIONS),
         *({"until": "8", "precision": precision} for precision in PRECISIONS[:-1]),
