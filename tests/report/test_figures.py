@@ -9,7 +9,7 @@ from tt_precise.claims import claims
 from tt_precise.report import solution as paper
 from tt_precise.report import starts as many_starts
 from tt_precise.report.document import Figure
-from tt_precise.report.sections import all_figures
+from tt_precise.report.sections import FIGURES, figures_of
 
 LARGEST = 300_000  # characters of SVG
 EXPECTED = {
@@ -73,6 +73,6 @@ def test_the_spike_is_drawn() -> None:
 
 @pytest.mark.slow
 def test_all_figures() -> None:
-    figures = all_figures()
+    figures = [figure for section in FIGURES for figure in figures_of(section)]
     assert {figure.name for figure in figures} == EXPECTED
     assert [problem for figure in figures for problem in problems(figure)] == []

@@ -72,11 +72,6 @@ def exact_start(scene: Scene) -> tuple[InitialState, Scalar]:
     return InitialState.of(scene, precision_named("mp", 300).arithmetic), own_context(DIGITS)
 
 
-def side_of(scene: Scene) -> int:
-    """1 if the start is near the upright pole, -1 if it is near the inverted one."""
-    return -1 if scene.start.theta.from_pi else 1
-
-
 def tilt_error(trajectory: Trajectory, wanted: Scene) -> float:
     """Error of the final tilt in eps, relative, against the linear theory of the scene ``wanted``.
 
@@ -108,7 +103,8 @@ def _expected(scene: Scene) -> tuple[theory.Tilt, Scalar, Scalar]:
     start, fn = exact_start(scene)
     omega_3, t = fn.convert(start.euler.omega_3), fn.convert(start.until)
     body = start.body.map(fn.convert)
-    return theory.tilt_at(body, side_of(scene), omega_3, t, fn), omega_3, fn
+    side = -1 if scene.start.theta.from_pi else 1
+    return theory.tilt_at(body, side, omega_3, t, fn), omega_3, fn
 
 
 def distance(

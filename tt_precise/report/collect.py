@@ -51,16 +51,15 @@ def compute(folder: Path = MEASURED, progress: Progress = silent) -> Computed:
     with the share of claims and sections that are done.
     """
     claims = calls_for()
-    titles = list(sections_in(folder))
-    rest = [title for title in titles if title not in SHARING]
+    makers = sections_in(folder)
     # what shares runs with claims comes before them, and what shares nothing last: either process
     # can take it, so that both end at the same time
     calls = [
-        *(_section_call(title, folder, group) for title, group in SHARING.items()),
+        *(Call(title, (makers[title],), group=group) for title, group in SHARING.items()),
         Call("headlines", (headlines,), group=SHARING[CONSERVATION]),
         Call("precisions", (precisions,), group=SHARING[CONSERVATION]),
         *(Call(call.key, (judge, *call.arguments), group=call.group) for call in claims),
-        *(_section_call(title, folder, None) for title in rest),
+        *(Call(title, (make,)) for title, make in makers.items() if title not in SHARING),
     ]
     results, took = {}, {}
     with local_pool(WORKERS, inline=False) as pool:
@@ -70,7 +69,7 @@ def compute(folder: Path = MEASURED, progress: Progress = silent) -> Computed:
             results[call.key], took[call.key] = result
     return Computed(
         in_order(results[call.key] for call in claims),
-        [results[title] for title in titles],
+        [results[title] for title in makers],
         results["headlines"],
         results["precisions"],
         sum(took[call.key] for call in claims) / WORKERS,
@@ -91,14 +90,6 @@ def sections_in(folder: Path) -> dict[str, Callable[[], Section]]:
         measured.ENGINES_TITLE: partial(measured.engines, folder),
         measured.FAULTS_TITLE: partial(measured.faults, folder),
     }
-
-
-def _section_call(title: str, folder: Path, group: str | None) -> Call:
-    return Call(title, (_section, title, folder), group=group)
-
-
-def _section(title: str, folder: Path) -> Section:
-    return sections_in(folder)[title]()
 
 
 def _timed(work: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:

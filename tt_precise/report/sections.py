@@ -32,11 +32,6 @@ def figures_of(section: str) -> list[Figure]:
     return [draw() for draw in FIGURES[section]]
 
 
-def all_figures() -> list[Figure]:
-    """The figures of all sections."""
-    return [figure for section in FIGURES for figure in figures_of(section)]
-
-
 def reference() -> Section:
     """The reference solution in pictures."""
     return Section(

@@ -179,8 +179,10 @@ def _draw_maps(axes: list[Axes], name: str, *, dashed: bool = True) -> pandas.Da
         drawn = draw_map(panel, table, x.name, y.name, column, rasterized=True)
         if drawn is not None:
             panel.figure.colorbar(drawn, ax=panel, label=label)
-        else:
-            _legend_above(panel)
+        elif legend := panel.get_legend():
+            legend.set_loc("lower left")
+            legend.set_bbox_to_anchor((0, 1))
+            legend.set_ncols(len(legend.get_patches()))
         if dashed:
             panel.axhline(threshold, color=style.BLACK, linewidth=1, linestyle="--")
         panel.set_xlabel("")
@@ -188,14 +190,6 @@ def _draw_maps(axes: list[Axes], name: str, *, dashed: bool = True) -> pandas.Da
         panel.grid(visible=False)
     axes[-1].set_xlabel(LABELS[x.name])
     return rows
-
-
-def _legend_above(panel: Axes) -> None:
-    legend = panel.get_legend()
-    assert legend is not None
-    legend.set_loc("lower left")
-    legend.set_bbox_to_anchor((0, 1))
-    legend.set_ncols(len(legend.get_patches()))
 
 
 def _counted(rows: pandas.DataFrame) -> str:

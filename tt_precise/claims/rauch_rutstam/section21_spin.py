@@ -166,10 +166,14 @@ def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> Finding:
 )
 def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """Near both moments the oscillations of phi_dot and psi_dot cancel in omega_3."""
+    import numpy
+
     parts = {}
     for when, t in zip(("initiation", "ending"), run.climb, strict=True):
         span = Span(t - 0.1, min(t + 0.1, run.whole.end))
-        phi, psi, both = (_swing(name, run, span) for name in ("phi_dot", "psi_dot", sum_))
+        phi, psi, both = (
+            float(numpy.ptp(run.extrema(name, span)[1])) for name in ("phi_dot", "psi_dot", sum_)
+        )
         parts[when] = (
             100 * both < min(phi, psi),
             f"phi_dot swings by {v.decimal(phi, 3)}, psi_dot by {v.decimal(psi, 3)}, "
@@ -324,11 +328,6 @@ def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> Finding:
 def _spin_at(definition: str, run: Trajectory) -> Scalar:
     t = getattr(run.inversion, definition).t_init
     return exact(run, "omega_3", t)[0]
-
-
-def _swing(name: str, run: Run, span: Span) -> float:
-    values = run.extrema(name, span)[1]
-    return float(values.max() - values.min())
 
 
 @claim(
