@@ -8,7 +8,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy
-import pandas
 import pytest
 
 from tt_precise.extremes import geometry, horizons, sensitivity
@@ -65,14 +64,11 @@ def test_an_entry_of_a_state(
 
 def test_an_integral_of_a_long_run(monkeypatch: pytest.MonkeyPatch) -> None:
     names = ("theta_dot", *horizons.LONG["frictionless"])
-    frame = pandas.DataFrame({"t": [0.0, 1.0], **{name: [1e-30, 1e-30] for name in names}})
-
-    class Stream(list[pandas.DataFrame]):
-        status = "complete"
-
-    monkeypatch.setattr(horizons, "Stream", lambda *_: Stream([frame]))
+    columns = {name: numpy.array([1e-30, 1e-30]) for name in names}
+    found = "complete", numpy.array([0.0, 1.0]), columns
+    monkeypatch.setattr(horizons, "_sampled", lambda *_: found)
     assert horizons.long_run("frictionless", "1e3").holds
-    frame.loc[1, "E"] = math.nan
+    columns["E"][1] = math.nan
     with pytest.raises(NotFiniteError):
         horizons.long_run("frictionless", "1e3")
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import resource
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -88,34 +86,3 @@ def test_of_builds_of_one_scene_at_once_one_does_it(
     assert sorted(process.returncode for process in running) == [0, 2][:builds]
     assert [len(error.strip().splitlines()) for error in errors if error] == [1][: builds - 1]
     assert len(load("upright", folder=folder)) > 100
-
-
-MEMORY = """
-import pandas, resource, sys
-from dataclasses import replace
-from fractions import Fraction
-from tt_precise.integration.streaming import Stream
-from tt_precise.scene.scene import load_scene
-rows, peaks = 0, []
-for samples in (10**5, int(sys.argv[1])):
-    scene = replace(load_scene("reference"), sample_every=Fraction(8, samples))
-    stream = Stream(scene, "theta", "g_n")
-    rows = {counted}
-    peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
-print(rows, peaks[1] - peaks[0])
-"""
-STREAMED, COLLECTED = "sum(map(len, stream))", "len(pandas.concat(list(stream)))"
-GROWTH_KB = 20_000
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("counted", "bounded"), [(STREAMED, True), (COLLECTED, False)])
-def test_ten_million_samples_stream_in_bounded_memory(counted: str, bounded: bool) -> None:
-    """A block of 16,384 rows is in memory; 20 MB where one column of all would take 80."""
-    done = subprocess.run(
-        [sys.executable, "-c", MEMORY.format(counted=counted), str(10**7)],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    rows, growth = map(int, done.stdout.split())
-    assert rows == 10**7 + 1
-    assert (growth <= GROWTH_KB) == bounded

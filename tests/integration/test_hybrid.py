@@ -178,16 +178,13 @@ def test_scene_files_that_are_refused(name: str, before: str, after: str, messag
 
 
 def test_what_cannot_take_these_scenes_says_so(flies: Scene) -> None:
-    from tt_precise.integration.streaming import Stream
     from tt_precise.integration.variational import sensitivity
     from tt_precise.sweeps.specification import Specification
 
     for lifting in (flies, load_scene("flight")):
-        for refused in (Specification, Stream, sensitivity):
+        for refused in (Specification, sensitivity):
             with pytest.raises(InputError, match=f"{lifting.name}: got a scene"):
                 refused(lifting)
-    with pytest.raises(InputError, match="got Coulomb's friction, expected another law"):
-        Stream(scene())
     for pulled, said in ((flies, "for a scene with flight"), (scene(), "with Coulomb's friction")):
         with pytest.raises(InputError, match=f"got contact bilateral {said}"):
             tt.integrate(pulled, contact="bilateral")

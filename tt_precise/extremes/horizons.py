@@ -7,25 +7,22 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING
 
 from tt_precise.extremes.case import case, finite, noted, same, together, within
 from tt_precise.extremes.tops import EPS, Integrate, distance, integrating, quad, varied
 from tt_precise.integration import integrate
-from tt_precise.integration.heyoka_backend import integrator
+from tt_precise.integration.columns import Columns
+from tt_precise.integration.dense_output import SampleTimes, moved_arrays
+from tt_precise.integration.heyoka_backend import integrator, status_of
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.streaming import Stream
 from tt_precise.integration.variational import sensitivity
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.values import Check, Functions, Scalar
-from tt_precise.scene.scene import load_scene
-
-if TYPE_CHECKING:
-    import pandas
+from tt_precise.runtime.values import Array, Check, Functions, Scalar
+from tt_precise.scene.scene import Scene, load_scene
 
 STEP = "1e-3"  # rad; the potentials of the scenes have one valley, far wider
 # of the start's size: rounding errors that grow beyond it leave nothing of the start
@@ -54,30 +51,36 @@ def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Ch
     known = swing(scene)
     periods = int(Fraction(seconds) / known.period) // 100
     every = periods * known.period * (1 + period_off)
-    stream = Stream(
+    status, t, columns = _sampled(
         replace(load_scene(scene), until=100 * every, sample_every=every),
-        "theta_dot", *LONG[scene],
-    )  # fmt: skip
-    late = drift = 0.0
-    first: pandas.Series | None = None
-    for frame in stream:
-        first = frame.iloc[0] if first is None else first
-        times = frame["t"].to_numpy()
-        walk = EPS * numpy.sqrt(numpy.maximum(1, STEPS_EACH_S * times))
-        delay = numpy.abs(frame["theta_dot"].to_numpy() / known.acceleration)
-        finite([*delay])
-        late = max(late, float((delay / (walk * numpy.maximum(times, 1e-3))).max()))
-        for name in LONG[scene]:
-            change = numpy.abs(frame[name].to_numpy() / first[name] - 1)
-            finite([*change], name)
-            drift = max(drift, float((change / walk).max()))
+        ("theta_dot", *LONG[scene]),
+    )
+    finite([value for column in columns.values() for value in column])
+    walk = EPS * numpy.sqrt(numpy.maximum(1, STEPS_EACH_S * t))
+    delay = numpy.abs(columns["theta_dot"] / known.acceleration)
+    late = float((delay / (walk * numpy.maximum(t, 1e-3))).max())
+    changes = [numpy.abs(columns[name] / columns[name][0] - 1) / walk for name in LONG[scene]]
+    drift = float(numpy.max(changes))
     turns = float(100 * every) * 155 / TURN  # omega_3 of both scenes
     return together(
         within(late, 2, "eps t sqrt(steps) late"),
         within(drift, 2, "eps sqrt(steps) of drift"),
-        same(stream.status, "complete"),
+        same(status, "complete"),
         noted(f"{turns:.2g} turns"),
     )
+
+
+def _sampled(scene: Scene, names: tuple[str, ...]) -> tuple[str, Array, dict[str, Array]]:
+    """Status, and times (s) and columns at the samples, of a run whose steps are not stored."""
+    setup = Setup.of(scene, events=(), record=())
+    start = InitialState.of(scene, setup.precision.arithmetic)
+    times = SampleTimes.of(scene, start).doubles
+    with integrator(setup) as made:
+        made.begin(setup, start)
+        outcome, *_, rows = made.adaptive.propagate_grid(times.rounded)
+        status = status_of(outcome, made.terminal)
+    entries = moved_arrays(setup, start.body.map(float), tuple(rows.T), times.delay)
+    return status, times.seconds, Columns(setup, start).of_arrays(names, entries)
 
 
 @case(
