@@ -144,6 +144,10 @@ class Propagation:
     samples: Array | None = field(default=None, compare=False, repr=False)
 
 
+Repeat = Callable[..., Propagation]
+"""A propagation once more, with the keywords ``dense`` and ``progress`` of ``propagate``."""
+
+
 class StoredPieces:
     """The pieces of a propagation, unless they become too large to be stored."""
 
@@ -232,7 +236,7 @@ class DenseOutput(Span):
         start: InitialState,
         propagation: Propagation,
         pieces: tuple[ContinuousOutput, ...] | None = None,
-        again: Callable[[Pieces, Progress | None], Propagation] | None = None,
+        again: Repeat | None = None,
         samples: SampleTimes | None = None,
     ):
         self.setup, self.start, self.propagation = setup, start, propagation
@@ -423,7 +427,7 @@ class DenseOutput(Span):
 
     def _again(self, pieces: Pieces, progress: Progress | None) -> None:
         assert self._propagate, "a propagation without its series can be repeated"
-        again = self._propagate(pieces, progress)
+        again = self._propagate(dense=pieces, progress=progress)
         if again.state != self.propagation.state:
             raise RuntimeError("the same integration gave another result when it was repeated")
 

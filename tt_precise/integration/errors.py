@@ -60,14 +60,6 @@ def reference_runs(setup: Setup) -> list[dict[str, Any]]:
     return [{"events": (), "tolerance": 0.0, "precision": finer(precision)}]
 
 
-class Reference(NamedTuple):
-    """A run beside another: where it ends (s), and whether it ends in the same way."""
-
-    run: Run
-    end: float
-    ends_alike: bool
-
-
 def floats(values: Array | Sequence[Scalar]) -> Array:
     """Numbers of any kind as a float64 array, with NaN where one is undefined."""
     import numpy
@@ -163,8 +155,8 @@ class Errors:
             found = run.run.table(state, times, "float")
         values = {name: floats(column) for name, column in found.items() if name != "t"}
         errors = {name: numpy.zeros(len(times)) for name in every}
-        for reference in self._references:
-            for name, apart in self._distances(reference, every, times, own).items():
+        for reference in self.references:
+            for name, apart in self._distances(reference.run, every, times, own).items():
                 errors[name] = numpy.fmax(errors[name], apart)
         known = {name: errors[name] for name in state}
         digits = digits_over_rows(values, known, run.start, run.precision.bits)
@@ -173,7 +165,7 @@ class Errors:
 
     def events(self) -> dict[str, Array]:
         """Of the recorded events, in order of time: name, t, error (s), and "digits"."""
-        return event_errors(self._run.run, self._references)
+        return event_errors(self._run.run, [one.run for one in self.references])
 
     @cached_property
     def digits_throughout(self) -> float:
@@ -189,16 +181,9 @@ class Errors:
             found.append(digits_of_time(numpy.float64(error), float(run.t_end), unit))
         return float(min(found))
 
-    @property
-    def _references(self) -> list[Reference]:
-        return [
-            Reference(one.run, float(one.run.end), one.status == self._run.status)
-            for one in self.references
-        ]
-
     def _distances(
         self,
-        reference: Reference,
+        reference: Run,
         names: Sequence[Name],
         times: Sequence[Fraction],
         own: States | None,
@@ -209,15 +194,15 @@ class Errors:
         arrived = self._run.status in ARRIVED
         # where the model ends before its horizon, each run has an end of its own
         inner = list(times if arrived else times[:-1])
-        end = reference.end * (1 + 1e-15)  # two runs to one horizon differ by roundings
+        end = float(reference.end) * (1 + 1e-15)  # two runs to one horizon differ by roundings
         while inner and inner[-1] > end:
             inner.pop()
         same = own if len(inner) == len(times) else None
-        found = compared(self._run.run, reference.run, names, inner, same)
+        found = compared(self._run.run, reference, names, inner, same)
         for name in names:
             apart = numpy.full(len(times), math.inf)
             apart[: len(inner)] = found[name]
-            if reference.ends_alike:
+            if reference.status == self._run.status:
                 rest = math.nan if arrived else self.at_end.get(str(name), math.nan)
                 apart[len(inner) :] = float(rest)
             found[name] = apart
@@ -340,24 +325,20 @@ class States:
 
 
 class Part(NamedTuple):
-    """A segment, the events that joined those before it, and the one that ends it, if any."""
+    """A segment, and the events that joined those before it."""
 
     one: Segment
     before: tuple[str, ...]
-    ended: str
 
 
 def _parts(run: Run) -> list[Part]:
-    found: list[Part] = []
-    before: tuple[str, ...] = ()
-    for one in run.segments:
-        ended = "" if one is run.segments[-1] else one.ended
-        found.append(Part(one, before, ended))
-        before += (ended,) if ended else ()
-    return found
+    ends = [one.ended for one in run.segments]
+    return [
+        Part(one, tuple(filter(None, ends[:number]))) for number, one in enumerate(run.segments)
+    ]
 
 
-def event_errors(run: Run, references: Sequence[Reference]) -> dict[str, Array]:
+def event_errors(run: Run, references: Sequence[Run]) -> dict[str, Array]:
     """Of each event, in order of time: name, t, its error (s), and "digits".
 
     These are the significant ones of the worst entry of the state there, and of the time beside
@@ -368,15 +349,15 @@ def event_errors(run: Run, references: Sequence[Reference]) -> dict[str, Array]:
     import numpy
 
     unit = float(run.start.units.time)
-    others = [(reference, _parts(reference.run)) for reference in references]
+    others = [(float(reference.end) / unit, _parts(reference)) for reference in references]
     names: list[str] = []
     columns: list[tuple[Array, Array, Array]] = []
     for part in _parts(run):
         hits = sorted(part.one.output.propagation.hits, key=lambda hit: hit.time)
         names += [hit.name for hit in hits]
         columns.append(_errors_within(part, hits, others))
-        if part.ended:
-            names.append(part.ended)
+        if part.one.ended:
+            names.append(part.one.ended)
             columns.append(_errors_of_joint(part, [parts for _, parts in others]))
     times, errors, digits = (numpy.concatenate(column) for column in zip(*columns, strict=True))
     most = run.precision.bits * math.log10(2)
@@ -388,16 +369,19 @@ def event_errors(run: Run, references: Sequence[Reference]) -> dict[str, Array]:
 def _errors_within(
     part: Part,
     hits: Sequence[EventRecord],
-    others: Sequence[tuple[Reference, Sequence[Part]]],
+    others: Sequence[tuple[float, Sequence[Part]]],
 ) -> tuple[Array, Array, Array]:
-    """Times and errors (s) of what happens inside a part, and digits of the states there."""
+    """Times and errors (s) of what happens inside a part, and digits of the states there.
+
+    ``others`` are the ends (dimensionless) and the parts of reference runs.
+    """
     import numpy
 
     of = part.one.columns
     unit = float(of.start.units.time)
     times = numpy.array([float(part.one.begin) + float(hit.time) for hit in hits]) * unit
     errors, digits = numpy.zeros(len(hits)), numpy.full(len(hits), math.inf)
-    for reference, parts in others:
+    for last, parts in others:
         alike: dict[tuple[str, int], list[int]] = {}
         begins = [float(one.one.begin) * unit for one in parts]
         for place, hit in enumerate(hits):
@@ -406,7 +390,7 @@ def _errors_within(
         for (name, at), places in alike.items():
             event = part.one.output.setup.watched[name]
             there = [hits[place] for place in places]
-            late, right = _beside(part, there, event, parts[at], reference.end / unit)
+            late, right = _beside(part, there, event, parts[at], last)
             errors[places] = numpy.maximum(errors[places], late)
             digits[places] = numpy.minimum(digits[places], right)
     return times, errors, digits
@@ -420,7 +404,7 @@ def _errors_of_joint(part: Part, others: Sequence[Sequence[Part]]) -> tuple[Arra
     time, state = _end(part)
     error, digits = 0.0, math.inf
     for parts in others:
-        same = [p for p in parts if (p.before, p.ended) == (part.before, part.ended)]
+        same = [p for p in parts if (p.before, p.one.ended) == (part.before, part.one.ended)]
         if not same:
             error, digits = math.inf, 0.0
             continue
@@ -439,7 +423,7 @@ def _end(part: Part) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
     of, output = part.one.columns, part.one.output
     time = (part.one.begin + output.end_time) * of.start.units.time
     state = of.of_rows(of.names, [output.end_row])
-    if part.ended == "stick":  # at rest; what is left of v_A says how small a speed counts as none
+    if part.one.ended == "stick":  # at rest; the v_A left says how small a speed counts as none
         state |= {name: [time * 0] for name in GLIDING if name in state}
     return time, state
 

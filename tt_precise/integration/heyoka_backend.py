@@ -9,13 +9,14 @@ import threading
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from tt_precise.integration.dense_output import (
     DenseOutput,
     Pieces,
     Propagation,
+    Repeat,
     SampleTimes,
     Segment,
     Status,
@@ -86,16 +87,10 @@ def run(
     return [Segment(start.until * 0, output)]
 
 
-def repeating(
-    setup: Setup, start: InitialState, first: Propagation
-) -> Callable[[Pieces, Progress | None], Propagation]:
+def repeating(setup: Setup, start: InitialState, first: Propagation) -> Repeat:
     """The same propagation once more, for the dense outputs of its pieces."""
     until = first.time if first.status == "failed" else None
-
-    def again(pieces: Pieces, progress: Progress | None) -> Propagation:
-        return propagate(setup, start, until=until, dense=pieces, progress=progress)
-
-    return again
+    return partial(propagate, setup, start, until=until)
 
 
 def propagate(

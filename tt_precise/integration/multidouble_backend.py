@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 from tt_precise.integration.dense_output import (
@@ -176,9 +176,7 @@ def run(
     stored = StoredPieces(setup)
     propagation = propagate_in_doubles(setup, start, dense=stored, progress=progress)
 
-    def again(pieces: Pieces, progress: Progress | None) -> Propagation:
-        return propagate_in_doubles(setup, start, dense=pieces, progress=progress)
-
+    again = partial(propagate_in_doubles, setup, start)
     output = DenseOutput(setup, start, propagation, stored.pieces, again, samples)
     return [Segment(start.until * 0, output)]
 

@@ -89,7 +89,7 @@ class Run(Span):
     @property
     def joints(self) -> list[Segment]:
         """The segments that an event joins to the next."""
-        return [one for one in self.segments[:-1] if one.ended]
+        return [one for one in self.segments if one.ended]
 
     @property
     def event_counts(self) -> Counter[str]:
@@ -260,7 +260,7 @@ class Run(Span):
             found["t"] = [to_user(context.mpf(t) + one.begin_s) for t in found["t"]]
             for name, column in columns.items():
                 column += list(found[name])
-            if one.ended and one is not self.segments[-1]:
+            if one.ended:
                 output = one.output
                 (state,) = one.columns.states([output.end_time], [output.end_row])
                 row = {"name": one.ended, "t": to_user(one.end_s), "direction": FALLING}
