@@ -95,7 +95,7 @@ class State:
 
     def _text(self, value: Scalar) -> Json:
         if hasattr(value, "__len__"):
-            return [self._text(one) for one in value]
+            return [self._text(entry) for entry in value]
         if value is None or value != value:
             return None
         return self.precision.text(self.precision.context.mpf(value))
@@ -151,10 +151,10 @@ class Columns:
             # one row by itself costs less than arrays of one
             number = (lambda column: mpfr.number(column[0])) if alone else mpfr.array
             entries = tuple(map(number, zip(*rows, strict=True)))
-            found = self.of_arrays(names, entries, mpfr.number, mpfr)
+            columns = self.of_arrays(names, entries, mpfr.number, mpfr)
             return {
                 name: list(map(mpfr.back, [values] if alone else values))
-                for name, values in found.items()
+                for name, values in columns.items()
             }
 
     def of_arrays(
@@ -226,7 +226,7 @@ class Columns:
         if name in VECTOR_COLUMNS:
             return getattr(q.state, name)
         if name in POSE_NAMES:
-            lacking = [one for one in QUADRATURES if one not in self.record]
+            lacking = [quadrature for quadrature in QUADRATURES if quadrature not in self.record]
             if lacking:
                 raise InputError(
                     f"column: got {name} of a run without {', '.join(lacking)}, expected them "
@@ -246,17 +246,17 @@ class Columns:
 
 def expanded(names: Iterable[Any]) -> tuple[Name, ...]:
     """What a table is asked for, flat, functions as quantities, the pose as its own columns."""
-    found: list[Name] = []
+    wanted: list[Name] = []
     for name in names:
         if callable(name):
-            found.append(Quantity.of(name))
+            wanted.append(Quantity.of(name))
         elif isinstance(name, (str, Quantity)):
-            found += POSE_COLUMNS.get(name, (name,)) if isinstance(name, str) else (name,)
+            wanted += POSE_COLUMNS.get(name, (name,)) if isinstance(name, str) else (name,)
         elif isinstance(name, Iterable):
-            found += expanded(name)
+            wanted += expanded(name)
         else:
             raise InputError(f"column: got {name!r:.60}, expected names or functions of the motion")
-    return tuple(dict.fromkeys(found))
+    return tuple(dict.fromkeys(wanted))
 
 
 def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:
@@ -311,12 +311,12 @@ def worst_digits(state: State, errors: Mapping[str, Scalar], start: InitialState
         for name, value in state.values.items()
     }
     beside = sizes(start.body.map(context.mpf), own, context)
-    found = [
+    digits = [
         float(-context.log10(errors[name] / (unit[name] * size)))
         for name, size in beside.items()
         if errors.get(name)
     ]
-    return max(0.0, min([*found, float(state.precision.bits * context.log10(2))]))
+    return max(0.0, min([*digits, float(state.precision.bits * context.log10(2))]))
 
 
 def digits_of_time(error: Array, time: Array, unit: float) -> Array:

@@ -46,11 +46,11 @@ def extended_rates(
     rates = list(form.rates(body, form.State(*state[:size]), fn))
     if record:
         q = motion(form, record, body, state, fn)
-        found = [QUANTITIES[QUADRATURES[name]].evaluate(q) / QUADRATURE_SCALE for name in record]
+        recorded = [QUANTITIES[QUADRATURES[name]].evaluate(q) / QUADRATURE_SCALE for name in record]
         if form.clock:
             clock = form.clock(form.State(*state[:size]), fn)
-            found = [clock * rate for rate in found]
-        rates += found
+            recorded = [clock * rate for rate in recorded]
+        rates += recorded
     return rates
 
 
@@ -99,11 +99,13 @@ class Exact:
         """What ``operation`` makes of the ``operands``; series among them do it themselves."""
         import heyoka
 
-        if any(isinstance(one, Series) for one in operands):
+        if any(isinstance(operand, Series) for operand in operands):
             return NotImplemented
         taken = (
-            one.expression if isinstance(one, Exact) else heyoka.expression(self.number(one))
-            for one in operands
+            operand.expression
+            if isinstance(operand, Exact)
+            else heyoka.expression(self.number(operand))
+            for operand in operands
         )
         return Exact(operation(*taken), self.number)
 
@@ -145,7 +147,7 @@ class HeyokaFunctions:
         function = getattr(heyoka, name)
 
         def applied(*arguments: Scalar) -> Scalar:
-            exact = [one for one in arguments if isinstance(one, Exact)]
+            exact = [argument for argument in arguments if isinstance(argument, Exact)]
             return exact[0].made(function, *arguments) if exact else function(*arguments)
 
         return applied
@@ -187,8 +189,8 @@ class Equations:
         def number(value: Scalar) -> Scalar:
             return precision.number(precision.exact(as_fraction(value)))
 
-        variables = tuple(Exact(one, number) for one in self.variables)
-        body = self.motion.body.map(lambda one: Exact(one, number))
+        variables = tuple(Exact(expression, number) for expression in self.variables)
+        body = self.motion.body.map(lambda expression: Exact(expression, number))
         q = motion(self.form, self.record, body, variables, self.motion.fn)
         return replace(self, variables=variables, motion=q)
 
@@ -206,25 +208,25 @@ class Equations:
 def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str, Scalar]:
     """Functions that are positive where the model holds; it ends where one falls to zero."""
     if form.model == "flight":
-        found = {"landing": q.state.height}
+        functions = {"landing": q.state.height}
         if form.spring:
-            found["sinking"] = compliant.reach(q.body, q.state.height, q.state.rise)
+            functions["sinking"] = compliant.reach(q.body, q.state.height, q.state.rise)
     elif form.spring:
-        found = {} if form.regularised_time else {"separation": q.force[2]}
+        functions = {} if form.regularised_time else {"separation": q.force[2]}
     elif form.model == "rolling":
-        found = {"contact_lost": q.force[2]}
+        functions = {"contact_lost": q.force[2]}
     else:
         numerator, denominator = newton.contact_terms(q.viscous, q.state)
         margin = SINGULAR_DENOMINATOR * q.body.I1
-        found = {"contact_lost": numerator, "singular_contact": denominator - margin}
+        functions = {"contact_lost": numerator, "singular_contact": denominator - margin}
     if form.model == "rolling" and not form.friction.smooth_at_rest:
-        found["slip"] = friction.cone_margin(q.body, q.state)
+        functions["slip"] = friction.cone_margin(q.body, q.state)
     elif not (form.friction.smooth_at_rest or form.regularised_time):
         square = q.state.vx * q.state.vx + q.state.vy * q.state.vy
-        found["slow"] = square - SLOW_SPEED * SLOW_SPEED
+        functions["slow"] = square - SLOW_SPEED * SLOW_SPEED
     if form.coordinates == "euler":
-        found["pole"] = q.fn.sin(theta)
-    return found
+        functions["pole"] = q.fn.sin(theta)
+    return functions
 
 
 def along(expression: Scalar, equations: Equations) -> Scalar:

@@ -73,7 +73,8 @@ def distance(values: Array, others: Array, fn: Functions) -> Array:
     """Absolute distances of two columns, as a float64 array with NaN where one is undefined."""
     import numpy
 
-    if all(getattr(one, "dtype", None) in (float, numpy.longdouble) for one in (values, others)):
+    kinds = [getattr(column, "dtype", None) for column in (values, others)]
+    if all(kind in (float, numpy.longdouble) for kind in kinds):
         with numpy.errstate(invalid="ignore"):
             apart: Array = numpy.abs(values - others).astype(float)
         return numpy.where(numpy.isfinite(apart), apart, math.nan)
@@ -119,8 +120,8 @@ class Errors:
             same, better = reference.status == self._run.status, reference.values_at_end
             for name, value in own.items():
                 if value is not None and better[name] is not None:
-                    found = abs(fn.mpf(value) - fn.mpf(better[name])) if same else fn.inf
-                    estimate[name] = max(found, estimate.get(name, found))
+                    apart = abs(fn.mpf(value) - fn.mpf(better[name])) if same else fn.inf
+                    estimate[name] = max(apart, estimate.get(name, apart))
         return estimate
 
     @property
@@ -128,8 +129,8 @@ class Errors:
         """Of the state, and of "t" where the end was found; empty until references are made."""
         if "references" not in self.__dict__:
             return {}
-        found = self._run.status not in ARRIVED
-        return self.at_end | ({"t": self.at_end["t_end"]} if found else {})
+        of_its_own = self._run.status not in ARRIVED
+        return self.at_end | ({"t": self.at_end["t_end"]} if of_its_own else {})
 
     @property
     def digits_at_end(self) -> float:
@@ -150,10 +151,10 @@ class Errors:
         alone = run.run.alone
         own = States(alone, times) if alone else None
         if own:
-            found = run.run.columns.of_arrays(state, tuple(own.floats), float)
+            columns = run.run.columns.of_arrays(state, tuple(own.floats), float)
         else:
-            found = run.run.table(state, times, "float")
-        values = {name: floats(column) for name, column in found.items() if name != "t"}
+            columns = run.run.table(state, times, "float")
+        values = {name: floats(column) for name, column in columns.items() if name != "t"}
         errors = {name: numpy.zeros(len(times)) for name in every}
         for reference in self.references:
             for name, apart in self._distances(reference.run, every, times, own).items():
@@ -165,7 +166,7 @@ class Errors:
 
     def events(self) -> dict[str, Array]:
         """Of the recorded events, in order of time: name, t, error (s), and "digits"."""
-        return event_errors(self._run.run, [one.run for one in self.references])
+        return event_errors(self._run.run, [trajectory.run for trajectory in self.references])
 
     @cached_property
     def digits_throughout(self) -> float:
@@ -173,13 +174,13 @@ class Errors:
         import numpy
 
         run = self._run
-        found = [*self.over_time()["digits"]]
+        digits = [*self.over_time()["digits"]]
         if run.event_counts:
-            found += [*self.events()["digits"]]
+            digits += [*self.events()["digits"]]
         if run.status not in ARRIVED:
             error, unit = float(self.at_end["t_end"]), float(run.start.units.time)
-            found.append(digits_of_time(numpy.float64(error), float(run.t_end), unit))
-        return float(min(found))
+            digits.append(digits_of_time(numpy.float64(error), float(run.t_end), unit))
+        return float(min(digits))
 
     def _distances(
         self,
@@ -198,15 +199,15 @@ class Errors:
         while inner and inner[-1] > end:
             inner.pop()
         same = own if len(inner) == len(times) else None
-        found = compared(self._run.run, reference, names, inner, same)
+        distances = compared(self._run.run, reference, names, inner, same)
         for name in names:
             apart = numpy.full(len(times), math.inf)
-            apart[: len(inner)] = found[name]
+            apart[: len(inner)] = distances[name]
             if reference.status == self._run.status:
                 rest = math.nan if arrived else self.at_end.get(str(name), math.nan)
                 apart[len(inner) :] = float(rest)
-            found[name] = apart
-        return found
+            distances[name] = apart
+        return distances
 
 
 def compared(
@@ -223,22 +224,22 @@ def compared(
     """
     import numpy
 
-    one, other = run.alone, reference.alone
+    segment, other = run.alone, reference.alone
     kinds = [(r.setup.formulation, r.setup.record) for r in (run, reference)]
-    if not (one and other and kinds[0] == kinds[1]) or POSE_NAMES & {*names}:
+    if not (segment and other and kinds[0] == kinds[1]) or POSE_NAMES & {*names}:
         own, others = (r.table(names, times, "exact") for r in (run, reference))
         context = reference.precision.context
         return {name: distance(own[name], others[name], context) for name in names}
     if not len(times):
         return {name: numpy.zeros(0) for name in names}
-    values, apart = (states or States(one, times)).beside(States(other, times))
+    values, apart = (states or States(segment, times)).beside(States(other, times))
     entries = numpy.empty(values.shape, dtype=complex)
     entries.real, entries.imag = values, SMALL * apart
     with numpy.errstate(all="ignore"):
-        found = one.columns.of_arrays(names, tuple(entries), float, deviations())
-        errors = {name: numpy.abs(numpy.imag(one)) / SMALL for name, one in found.items()}
+        carried = segment.columns.of_arrays(names, tuple(entries), float, deviations())
+        errors = {name: numpy.abs(numpy.imag(column)) / SMALL for name, column in carried.items()}
     return {
-        name: numpy.where(numpy.isfinite(numpy.real(found[name])), error, math.nan)
+        name: numpy.where(numpy.isfinite(numpy.real(carried[name])), error, math.nan)
         for name, error in errors.items()
     }
 
@@ -265,23 +266,25 @@ def deviations() -> Functions:
 class States:
     """The states of a run under one set of equations at some times: axes (entry, time)."""
 
-    def __init__(self, one: Segment, times: Sequence[Fraction]):
-        self._output, self._times = one.output, times
-        self.precision = one.output.precision
+    def __init__(self, segment: Segment, times: Sequence[Fraction]):
+        self._output, self._times = segment.output, times
+        self.precision = segment.output.precision
         self.in_long_double = self.precision.in_long_double
 
     def beside(self, other: States) -> tuple[Array, Array]:
         """The states, and what they exactly differ by from others at the same times: float64."""
         both = self, other
-        if all(one.in_long_double for one in both):
+        if all(states.in_long_double for states in both):
             apart = self.long_doubles - other.long_doubles
-        elif all(one.kept_in_parts for one in both):
+        elif all(states.kept_in_parts for states in both):
             parts = min(len(self.parts), len(other.parts))
             # the first parts are close to each other, so their differences are exact
             apart = sum(self.parts[:parts] - other.parts[:parts])
             apart = apart + sum(self.parts[parts:]) - sum(other.parts[parts:])
         else:
-            mpfr = max((one.precision for one in both), key=lambda one: one.bits).mpfr
+            mpfr = max(
+                (states.precision for states in both), key=lambda precision: precision.bits
+            ).mpfr
             with mpfr.precision():
                 apart = self.mpfr - other.mpfr
         return self.floats, apart.astype(float)
@@ -313,8 +316,8 @@ class States:
             moments = samples.parts
         else:
             moments = in_parts(self._times, self._output.start.units.time, self.precision.mpfr)
-        found: Array = self._output.in_parts(moments).transpose(1, 2, 0)
-        return found
+        states: Array = self._output.in_parts(moments).transpose(1, 2, 0)
+        return states
 
     @cached_property
     def mpfr(self) -> Array:
@@ -327,14 +330,15 @@ class States:
 class Part(NamedTuple):
     """A segment, and the events that joined those before it."""
 
-    one: Segment
+    segment: Segment
     before: tuple[str, ...]
 
 
 def _parts(run: Run) -> list[Part]:
-    ends = [one.ended for one in run.segments]
+    ends = [segment.ended for segment in run.segments]
     return [
-        Part(one, tuple(filter(None, ends[:number]))) for number, one in enumerate(run.segments)
+        Part(segment, tuple(filter(None, ends[:place])))
+        for place, segment in enumerate(run.segments)
     ]
 
 
@@ -353,11 +357,11 @@ def event_errors(run: Run, references: Sequence[Run]) -> dict[str, Array]:
     names: list[str] = []
     columns: list[tuple[Array, Array, Array]] = []
     for part in _parts(run):
-        hits = sorted(part.one.output.propagation.hits, key=lambda hit: hit.time)
+        hits = sorted(part.segment.output.propagation.hits, key=lambda hit: hit.time)
         names += [hit.name for hit in hits]
         columns.append(_errors_within(part, hits, others))
-        if part.one.ended:
-            names.append(part.one.ended)
+        if part.segment.ended:
+            names.append(part.segment.ended)
             columns.append(_errors_of_joint(part, [parts for _, parts in others]))
     times, errors, digits = (numpy.concatenate(column) for column in zip(*columns, strict=True))
     most = run.precision.bits * math.log10(2)
@@ -377,18 +381,18 @@ def _errors_within(
     """
     import numpy
 
-    of = part.one.columns
+    of = part.segment.columns
     unit = float(of.start.units.time)
-    times = numpy.array([float(part.one.begin) + float(hit.time) for hit in hits]) * unit
+    times = numpy.array([float(part.segment.begin) + float(hit.time) for hit in hits]) * unit
     errors, digits = numpy.zeros(len(hits)), numpy.full(len(hits), math.inf)
     for last, parts in others:
         alike: dict[tuple[str, int], list[int]] = {}
-        begins = [float(one.one.begin) * unit for one in parts]
+        begins = [float(other.segment.begin) * unit for other in parts]
         for place, hit in enumerate(hits):
             at = max(bisect.bisect_left(begins, times[place]) - 1, 0)
             alike.setdefault((hit.name, at), []).append(place)
         for (name, at), places in alike.items():
-            event = part.one.output.setup.watched[name]
+            event = part.segment.output.setup.watched[name]
             there = [hits[place] for place in places]
             late, right = _beside(part, there, event, parts[at], last)
             errors[places] = numpy.maximum(errors[places], late)
@@ -400,11 +404,13 @@ def _errors_of_joint(part: Part, others: Sequence[Sequence[Part]]) -> tuple[Arra
     """Time and error (s) of the event that ends a part, and digits of the state there."""
     import numpy
 
-    of = part.one.columns
+    of = part.segment.columns
     time, state = _end(part)
     error, digits = 0.0, math.inf
     for parts in others:
-        same = [p for p in parts if (p.before, p.one.ended) == (part.before, part.one.ended)]
+        same = [
+            p for p in parts if (p.before, p.segment.ended) == (part.before, part.segment.ended)
+        ]
         if not same:
             error, digits = math.inf, 0.0
             continue
@@ -413,17 +419,17 @@ def _errors_of_joint(part: Part, others: Sequence[Sequence[Part]]) -> tuple[Arra
         context = of.precision.context
         apart = {name: distance(state[name], other_state[name], context) for name in state}
         values = {name: floats(column) for name, column in state.items()}
-        found = digits_over_rows(values, apart, of.start, of.precision.bits)
-        digits = min(digits, float(found[0]))
+        right = digits_over_rows(values, apart, of.start, of.precision.bits)
+        digits = min(digits, float(right[0]))
     return numpy.array([float(time)]), numpy.array([error]), numpy.array([digits])
 
 
 def _end(part: Part) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
     """The time (s) at which a part ends, and the columns of the state there."""
-    of, output = part.one.columns, part.one.output
-    time = (part.one.begin + output.end_time) * of.start.units.time
+    of, output = part.segment.columns, part.segment.output
+    time = (part.segment.begin + output.end_time) * of.start.units.time
     state = of.of_rows(of.names, [output.end_row])
-    if part.one.ended == "stick":  # at rest; the v_A left says how small a speed counts as none
+    if part.segment.ended == "stick":  # at rest; the v_A left says how small a speed counts as none
         state |= {name: [time * 0] for name in GLIDING if name in state}
     return time, state
 
@@ -438,23 +444,23 @@ def _beside(
     import numpy
 
     late, digits = numpy.full(len(hits), math.inf), numpy.zeros(len(hits))
-    hits = [hit for hit in hits if float(part.one.begin) + float(hit.time) <= last]
+    hits = [hit for hit in hits if float(part.segment.begin) + float(hit.time) <= last]
     if not hits or part.before != other_part.before:
         return late, digits
-    of, other = part.one.columns, other_part.one.columns
+    of, other = part.segment.columns, other_part.segment.columns
     exact, mpf, mpfr = (
         of.precision.with_guard_bits,
         other.precision.context.mpf,
         other.precision.mpfr,
     )
-    shift = mpf(part.one.begin) - mpf(other_part.one.begin)
+    shift = mpf(part.segment.begin) - mpf(other_part.segment.begin)
     number: Callable[[Scalar], Scalar] = mpfr.number
     fn: Functions = mpfr
     if other.precision.in_long_double:
         number, fn = long_double, numpy
     with mpfr.precision(), numpy.errstate(all="ignore"):
         times = [mpf(exact(hit.time)) + shift for hit in hits]
-        delay, there = _zeros(other_part.one, times, event, number, fn)
+        delay, there = _zeros(other_part.segment, times, event, number, fn)
         rows = zip(*([number(exact(x)) for x in hit.state] for hit in hits), strict=True)
         values = of.of_arrays(of.names, tuple(map(numpy.array, rows)), number, fn)
         others = other.of_arrays(of.names, there, number, fn)
@@ -466,7 +472,7 @@ def _beside(
 
 
 def _zeros(
-    one: Segment,
+    segment: Segment,
     times: Sequence[Scalar],
     event: Event,
     number: Callable[[Scalar], Scalar],
@@ -478,15 +484,15 @@ def _zeros(
     """
     import numpy
 
-    setup, end = one.output.setup, one.output.end_time
+    setup, end = segment.output.setup, segment.output.end_time
     inner = [min(time, end) for time in times]
     if fn is numpy:
         rounded = numpy.array([float(time) for time in inner])
         rest = numpy.array([float(time - float(time)) for time in inner])
-        rows = one.output.arrays(Times(rounded, rounded, rest), number)
+        rows = segment.output.arrays(Times(rounded, rounded, rest), number)
     else:
-        rows = tuple(map(fn.array, zip(*one.output.rows(inner), strict=True)))
-    body = one.output.start.body.map(number)
+        rows = tuple(map(fn.array, zip(*segment.output.rows(inner), strict=True)))
+    body = segment.output.start.body.map(number)
     entries, q = moving(setup.formulation, setup.record, body, rows, fn)
     value = event.function(q)
     if event.of_rate and isinstance(value, Series):

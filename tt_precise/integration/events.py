@@ -222,15 +222,17 @@ def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:
     )
 
 
-def not_alternating(found: Iterable[tuple[str, int]], recorded: Iterable[str]) -> tuple[str, ...]:
-    """Events, of those ``found`` (name and direction, in order), that rise or fall twice in a row.
+def not_alternating(
+    happened: Iterable[tuple[str, int]], recorded: Iterable[str]
+) -> tuple[str, ...]:
+    """Events that rise or fall twice in a row, of what ``happened`` (name, direction, in order).
 
     Minima and maxima of theta alternate with each other, where both are ``recorded``.
     """
     turning = "turning points"
     directions: dict[tuple[str, int], list[int]] = {}
     joined = 0
-    for name, direction in found:
+    for name, direction in happened:
         kind = turning if name in ("theta_min", "theta_max") else name
         joined += name in JOINING
         # what gliding after a rest begins with does not follow on what was before

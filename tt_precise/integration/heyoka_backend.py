@@ -140,8 +140,10 @@ def propagate(
         ):
             status = "contact_ignored"
         if status != "failed":
-            found = _propagation_of(setup, start, made, status, steps)
-            return found if sampling is None else replace(found, samples=sampling.states)
+            propagation = _propagation_of(setup, start, made, status, steps)
+            if sampling is None:
+                return propagation
+            return replace(propagation, samples=sampling.states)
         last_good = made.adaptive.time
         if outcome == outcomes().err_nf_state:
             last_good = _time_before_failure(setup, start, made, horizon)
@@ -445,12 +447,12 @@ def _events(
     hits: list[EventRecord],
 ) -> list[Any]:
     """heyoka's events; a function that is constant has none."""
-    found = []
+    nt_events = []
     for event in events.values():
         expression = event_expression(event, equations, setup.precision)
         if isinstance(expression, heyoka.expression) and heyoka.get_variables([expression]):
-            found.append(_event(heyoka, event, expression, setup.precision.fp_type, hits))
-    return found
+            nt_events.append(_event(heyoka, event, expression, setup.precision.fp_type, hits))
+    return nt_events
 
 
 def _event(

@@ -64,14 +64,14 @@ def run(
 ) -> list[Segment]:
     """What becomes of ``start``, segment by segment."""
     if scene.model == "flight":
-        found = flying(setup, start)
+        segments = flying(setup, start)
     elif scene.body.spring:
-        found = bouncing(scene.name, setup, start, progress)
+        segments = bouncing(scene.name, setup, start, progress)
     elif scene.may_stick:
-        found = sticking_and_slipping(scene.name, setup, start, progress)
+        segments = sticking_and_slipping(scene.name, setup, start, progress)
     else:
-        found = [Segment(start.until * 0, propagated(setup, start))]
-    return flying_on(found, setup, start) if scene.flies else found
+        segments = [Segment(start.until * 0, propagated(setup, start))]
+    return flying_on(segments, setup, start) if scene.flies else segments
 
 
 def propagated(setup: Setup, start: InitialState) -> DenseOutput:
@@ -142,18 +142,18 @@ def sticking_and_slipping(
     InputError
         More pieces than ``MOST_SEGMENTS``, or gliding can begin in no direction, or in several.
     """
-    found: list[Segment] = []
+    segments: list[Segment] = []
     begin = start.until * 0
     for output in _outputs(name, setup, start, progress):
-        if len(found) == MOST_SEGMENTS:
+        if len(segments) == MOST_SEGMENTS:
             raise InputError(
                 f"{name}: got more than {MOST_SEGMENTS} changes between gliding and rolling, "
                 "expected fewer: ask for a shorter time"
             )
         status = output.propagation.status
-        found.append(Segment(begin, output, status if status in ("stick", "slip") else ""))
+        segments.append(Segment(begin, output, status if status in ("stick", "slip") else ""))
         begin = begin + output.end_time
-    return found
+    return segments
 
 
 def _outputs(
@@ -254,7 +254,7 @@ def bouncing(
     """
     fn, contact = setup.precision.context, setup.formulation
     here = replace(start.pressed_in(fn), row=tuple(fn.mpf(0) for _ in setup.record))
-    found: list[Segment] = []
+    segments: list[Segment] = []
     begin, flies = start.until * 0, _flies(here)
     while True:
         form = raised(contact.coordinates, contact.model) if flies else contact
@@ -262,10 +262,10 @@ def bouncing(
         output = propagated(setup.but(formulation=form, events=events), entering(here, form, fn))
         status = output.propagation.status
         joint = {"release": "separation", "sinking": "landing"}.get(status, status)
-        found.append(Segment(begin, output, joint if joint in ("separation", "landing") else ""))
+        segments.append(Segment(begin, output, joint if joint in ("separation", "landing") else ""))
         if joint not in ("separation", "landing"):
-            return found
-        if len(found) == MOST_SEGMENTS:
+            return segments
+        if len(segments) == MOST_SEGMENTS:
             raise InputError(
                 f"{name}: got more than {MOST_SEGMENTS} changes of contact, expected fewer: ask "
                 "for a shorter time"

@@ -94,8 +94,7 @@ def from_events(
     sign = -1 if mirrored else 1
 
     def times(wanted: str) -> list[Scalar]:
-        found: list[Scalar] = t[name == wanted].tolist()
-        return found
+        return list(t[name == wanted].tolist())
 
     def turns(wanted: str) -> Turns:
         here = name == wanted
@@ -109,7 +108,7 @@ def from_events(
         phi_dot_zero=times("phi_dot_zero"),
         aligned=times("Lk_equals_Lz"),
         opposed=times("Lk_equals_minus_Lz"),
-        backwards=any(sign * one < 0 for one in phi_dot[rises][:1].tolist()),
+        backwards=any(sign * rate < 0 for rate in phi_dot[rises][:1].tolist()),
     )
     return from_inversion_events(marks, pi)
 

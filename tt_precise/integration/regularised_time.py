@@ -101,14 +101,14 @@ def directions_from_rest(
     # an offset, so that no direction of symmetry lies on a bound
     angles = [step * (fn.mpf(i) + fn.mpf(1) / 3) for i in range(DIRECTIONS + 1)]
     values = [across(angle) for angle in angles]
-    found = []
+    directions = []
     for i in range(DIRECTIONS):
         if (values[i] > 0) != (values[i + 1] > 0):
             angle = fn.findroot(across, (angles[i], angles[i + 1]), solver="anderson")
             along, _, size = accelerations(angle)
             if along > 0 and size > 0:
-                found.append((fn.cos(angle), fn.sin(angle)))
-    return found
+                directions.append((fn.cos(angle), fn.sin(angle)))
+    return directions
 
 
 def onset(
@@ -161,8 +161,8 @@ def onset(
         for entry, part in zip(entries[:6], rate[:6], strict=True):
             entry.c.append(part[k] / (k + 1))
     columns = [entry.c[:terms] for entry in entries]
-    found = [*columns[:6], v[:terms], *columns[6:]]
-    return OnsetSeries(numpy.array(found, dtype=object), _valid_until(found, eps, fn))
+    coefficients = [*columns[:6], v[:terms], *columns[6:]]
+    return OnsetSeries(numpy.array(coefficients, dtype=object), _valid_until(coefficients, eps, fn))
 
 
 def _valid_until(columns: list[list[Scalar]], eps: Scalar, fn: Functions) -> Scalar:
@@ -216,13 +216,13 @@ class RegularisedTimeOutput(RowwiseOutput):
 
     def rows(self, times: Sequence[Scalar], progress: Progress | None = None) -> list[Row]:
         """Rows at guarded dimensionless ``times``, in guarded numbers."""
-        found = []
+        rows = []
         for time in times:
             if not time or time >= self._reached:
-                found.append(self.end_row if time else self.start_row)
+                rows.append(self.end_row if time else self.start_row)
             else:
-                found.append(self._row_at(time))
-        return found
+                rows.append(self._row_at(time))
+        return rows
 
     @cached_property
     def _knots(self) -> list[tuple[Scalar, Any, Any]]:
@@ -239,7 +239,7 @@ class RegularisedTimeOutput(RowwiseOutput):
     def _row_at(self, time: Scalar) -> Row:
         with_guard_bits, number = self.precision.with_guard_bits, self.precision.number
         knots = self._knots
-        place = max(bisect.bisect_right(knots, time, key=lambda one: one[0]) - 1, 0)
+        place = max(bisect.bisect_right(knots, time, key=lambda knot: knot[0]) - 1, 0)
         _, own, output = knots[place]
         _, later, _ = knots[min(place + 1, len(knots) - 1)]
         # Newton's method from the end of the step where t rises faster: it then comes from one side
@@ -358,7 +358,7 @@ class OnsetOutput(RowwiseOutput):
             [self._until * k / PLACES for k in range(1, PLACES + 1)] if self.setup.events else []
         )
         motions = dict(zip(times, map(self._motion, times), strict=True))
-        found = []
+        hits = []
         for name, event in self.setup.watched.items():
             value = partial(self._value, event, motions)
             values = [value(t) for t in times]
@@ -368,8 +368,8 @@ class OnsetOutput(RowwiseOutput):
                 if (before > 0) != (after > 0) and wanted:
                     time = fn.findroot(value, (low, high), solver="anderson")
                     state = tuple(map(number, self._row(time)))
-                    found.append(EventRecord(name, number(time), direction, state))
-        return sorted(found, key=lambda hit: hit.time)
+                    hits.append(EventRecord(name, number(time), direction, state))
+        return sorted(hits, key=lambda hit: hit.time)
 
     def _value(self, event: Event, motions: Mapping[Scalar, Motion], t: Scalar) -> Scalar:
         if event.of_rate:

@@ -68,8 +68,8 @@ class Run(Span):
     @property
     def alone(self) -> Segment | None:
         """The only segment of a run whose own equations hold throughout, else None."""
-        one = self.segments[0]
-        return one if len(self.segments) == 1 and one.output.setup == self.setup else None
+        first = self.segments[0]
+        return first if len(self.segments) == 1 and first.output.setup == self.setup else None
 
     @property
     def status(self) -> Status:
@@ -79,7 +79,7 @@ class Run(Span):
     @property
     def steps(self) -> int:
         """Taylor steps taken."""
-        return sum(one.output.propagation.steps for one in self.segments)
+        return sum(segment.output.propagation.steps for segment in self.segments)
 
     @property
     def order(self) -> int:
@@ -89,18 +89,18 @@ class Run(Span):
     @property
     def joints(self) -> list[Segment]:
         """The segments that an event joins to the next."""
-        return [one for one in self.segments if one.ended]
+        return [segment for segment in self.segments if segment.ended]
 
     @property
     def event_counts(self) -> Counter[str]:
         """How often each event was recorded, those that join segments among them."""
-        hits = (hit for one in self.segments for hit in one.output.propagation.hits)
-        return Counter([hit.name for hit in hits] + [one.ended for one in self.joints])
+        hits = (hit for segment in self.segments for hit in segment.output.propagation.hits)
+        return Counter([hit.name for hit in hits] + [segment.ended for segment in self.joints])
 
     @property
     def touches(self) -> tuple[str, ...]:
         """Events asked for whose functions touch zero, or stay there, without crossing it."""
-        touched = {name for one in self.segments for name in one.output.propagation.touches}
+        touched = {name for segment in self.segments for name in segment.output.propagation.touches}
         return tuple(name for name in self.setup.events if name in touched)
 
     @cached_property
@@ -113,22 +113,22 @@ class Run(Span):
 
     def place(self, time: Scalar) -> int:
         """The number of the segment that a dimensionless time belongs to."""
-        begins = [one.begin for one in self.segments]
+        begins = [segment.begin for segment in self.segments]
         return max(bisect.bisect_left(begins, time) - 1, 0)
 
     def rows(self, times: Sequence[Scalar]) -> list[tuple[Segment, Row]]:
         """Rows at guarded dimensionless ``times``, and the segments that they are of."""
         if self.alone:
             return [(self.alone, row) for row in self.alone.output.rows(times)]
-        found = []
+        rows = []
         for time in times:
-            one = self.segments[self.place(time)]
-            output = one.output
-            if one is self.segments[-1] and time == self.end_time:
-                found.append((one, output.end_row))
+            segment = self.segments[self.place(time)]
+            output = segment.output
+            if segment is self.segments[-1] and time == self.end_time:
+                rows.append((segment, output.end_row))
             else:
-                found.append((one, output.rows([min(time - one.begin, output.end_time)])[0]))
-        return found
+                rows.append((segment, output.rows([min(time - segment.begin, output.end_time)])[0]))
+        return rows
 
     def states(self, times: Sequence[Scalar]) -> list[State]:
         """The states (SI) at guarded dimensionless ``times``."""
@@ -136,23 +136,24 @@ class Run(Span):
         if self.alone:
             return self.columns.states(times, [row for _, row in rows])
         return [
-            one.columns.states([time], [row])[0]
-            for time, (one, row) in zip(times, rows, strict=True)
+            segment.columns.states([time], [row])[0]
+            for time, (segment, row) in zip(times, rows, strict=True)
         ]
 
     def motions(self, times: Sequence[Scalar]) -> list[Motion]:
         """What quantities are computed from at guarded dimensionless ``times``."""
-        return [one.columns.motion(row) for one, row in self.rows(times)]
+        return [segment.columns.motion(row) for segment, row in self.rows(times)]
 
     @property
     def stretches(self) -> tuple[Stretch, ...]:
         """From one event that joins segments to the next."""
-        to_user, begin, found = self.columns.to_user, self.start.until * 0, []
-        for one in self.joints:
-            found.append(Stretch(one.model, to_user(begin), to_user(one.end_s), one.ended))
-            begin = one.end_s
+        to_user, begin, stretches = self.columns.to_user, self.start.until * 0, []
+        for segment in self.joints:
+            end = segment.end_s
+            stretches.append(Stretch(segment.model, to_user(begin), to_user(end), segment.ended))
+            begin = end
         last = self.segments[-1].model
-        return (*found, Stretch(last, to_user(begin), to_user(self.end), self.status))
+        return (*stretches, Stretch(last, to_user(begin), to_user(self.end), self.status))
 
     @property
     def in_arrays(self) -> bool:
@@ -176,24 +177,24 @@ class Run(Span):
         import numpy
 
         parts, order = [], []
-        for one, places in self._groups(times):
-            local = [_local(one, times[i]) for i in places]
-            parts.append(self._of_segment(one, names, local, numbers))
+        for segment, places in self._groups(times):
+            local = [_local(segment, times[i]) for i in places]
+            parts.append(self._of_segment(segment, names, local, numbers))
             order += places
         back = numpy.argsort(order).tolist()
-        found: dict[Any, Any] = {}
+        columns: dict[Any, Any] = {}
         for name in ("t", *names):
             values = [x for part in parts for x in part[name]] if parts else []
-            found[name] = [values[i] for i in back]
-        found["t"] = self._seconds(times, numbers)
+            columns[name] = [values[i] for i in back]
+        columns["t"] = self._seconds(times, numbers)
         if numbers == "text":
-            return found
+            return columns
         double = numbers == "float" or self.precision.is_float
-        return {n: numpy.array(c, dtype=float if double else object) for n, c in found.items()}
+        return {n: numpy.array(c, dtype=float if double else object) for n, c in columns.items()}
 
     def _of_segment(
         self,
-        one: Segment,
+        segment: Segment,
         names: Sequence[Name],
         times: Sequence[Fraction],
         numbers: Numbers,
@@ -201,13 +202,13 @@ class Run(Span):
     ) -> dict[Any, Array]:
         """The columns of one segment, over its own time."""
         if self.in_arrays:
-            return _array_columns(one, names, times, numbers, progress)
+            return _array_columns(segment, names, times, numbers, progress)
         mpfr = self.precision.mpfr
         with mpfr.precision():
             seconds = mpfr.of_fractions(times)
-            entries = one.output.mpfr_arrays(seconds, progress)
-            found = one.columns.of_arrays(names, entries, mpfr.number, mpfr)
-            table = {"t": seconds, **found}
+            entries = segment.output.mpfr_arrays(seconds, progress)
+            columns = segment.columns.of_arrays(names, entries, mpfr.number, mpfr)
+            table = {"t": seconds, **columns}
             return {name: self._converted(values, numbers) for name, values in table.items()}
 
     def _groups(self, times: Sequence[Fraction]) -> Iterable[tuple[Segment, list[int]]]:
@@ -230,9 +231,9 @@ class Run(Span):
         if numbers == "text":
             return precision.mpfr.texts(values, precision.decimals)
         if numbers == "float" or precision.is_float:
-            found = values.astype(float)
+            floats = values.astype(float)
             return (
-                numpy.where(numpy.isfinite(found), found, numpy.nan) + 0.0
+                numpy.where(numpy.isfinite(floats), floats, numpy.nan) + 0.0
             )  # no minus before zero
         return numpy.array(list(map(precision.mpfr.back, values)), dtype=object)
 
@@ -255,27 +256,27 @@ class Run(Span):
             return self._events_of_segment(self.alone, names, at)
         context, to_user = self.precision.context, self.columns.to_user
         columns: dict[str, Array] = {name: [] for name in ("name", "t", "direction", *names)}
-        for one in self.segments:
-            found = self._events_of_segment(one, names, at)
-            found["t"] = [to_user(context.mpf(t) + one.begin_s) for t in found["t"]]
+        for segment in self.segments:
+            happened = self._events_of_segment(segment, names, at)
+            happened["t"] = [to_user(context.mpf(t) + segment.begin_s) for t in happened["t"]]
             for name, column in columns.items():
-                column += list(found[name])
-            if one.ended:
-                output = one.output
-                (state,) = one.columns.states([output.end_time], [output.end_row])
-                row = {"name": one.ended, "t": to_user(one.end_s), "direction": FALLING}
+                column += list(happened[name])
+            if segment.ended:
+                output = segment.output
+                (state,) = segment.columns.states([output.end_time], [output.end_row])
+                row = {"name": segment.ended, "t": to_user(segment.end_s), "direction": FALLING}
                 row |= state.values
                 for name, column in columns.items():
                     column.append(row.get(name))
         return columns
 
     def _events_of_segment(
-        self, one: Segment, names: Sequence[str], at: Container[str] | None
+        self, segment: Segment, names: Sequence[str], at: Container[str] | None
     ) -> dict[str, Array]:
         import numpy
 
-        of, unit = one.columns, one.output.start.units.time
-        hits = sorted(one.output.propagation.hits, key=lambda hit: hit.time)
+        of, unit = segment.columns, segment.output.start.units.time
+        hits = sorted(segment.output.propagation.hits, key=lambda hit: hit.time)
         directions = numpy.array([hit.direction for hit in hits])
         columns: dict[str, Array] = {"name": [hit.name for hit in hits]}
         if self.in_arrays and hits:
@@ -291,8 +292,8 @@ class Run(Span):
         asked = [names and (at is None or hit.name in at) for hit in hits]
         rows = [tuple(map(with_guard_bits, hit.state)) for hit in itertools.compress(hits, asked)]
         for name, column in of.of_rows(names, rows).items():
-            found = map(to_user, column)
-            columns[name] = [next(found) if one else None for one in asked]
+            shown = map(to_user, column)
+            columns[name] = [next(shown) if wanted else None for wanted in asked]
         return columns
 
     def drift(
@@ -323,13 +324,14 @@ class Run(Span):
         }
 
 
-def _local(one: Segment, time: Fraction) -> Fraction:
+def _local(segment: Segment, time: Fraction) -> Fraction:
     """A time since the segment's begin; never behind its end by a rounding."""
-    return min(max(time - as_fraction(one.begin_s), Fraction(0)), as_fraction(one.output.end))
+    since = max(time - as_fraction(segment.begin_s), Fraction(0))
+    return min(since, as_fraction(segment.output.end))
 
 
 def _array_columns(
-    one: Segment,
+    segment: Segment,
     names: Sequence[Name],
     exact: Sequence[Fraction],
     numbers: Numbers,
@@ -339,12 +341,12 @@ def _array_columns(
     import numpy
 
     number = long_double if numbers == "text" else float
-    times = one.output.times(exact)
-    entries = one.output.arrays(times, number, progress)
-    table = {"t": times.seconds, **one.columns.of_arrays(names, entries, number)}
-    found = numpy.array(list(table.values()), dtype=float)
-    found[~numpy.isfinite(found)] = numpy.nan
-    table = dict(zip(table, found, strict=True))
+    times = segment.output.times(exact)
+    entries = segment.output.arrays(times, number, progress)
+    table = {"t": times.seconds, **segment.columns.of_arrays(names, entries, number)}
+    stacked = numpy.array(list(table.values()), dtype=float)
+    stacked[~numpy.isfinite(stacked)] = numpy.nan
+    table = dict(zip(table, stacked, strict=True))
     if numbers != "text":
         return table
     return {name: shortest_texts(values) for name, values in table.items()}

@@ -105,8 +105,8 @@ class Setup:
     def watched(self) -> dict[str, Event]:
         """The events by name."""
         form = self.formulation
-        found = (event_named(name, form.model, form.friction) for name in self.events)
-        return {event.name: event for event in found}
+        events = (event_named(name, form.model, form.friction) for name in self.events)
+        return {event.name: event for event in events}
 
     def but(self, **changes: Any) -> Setup:
         """The same setup with some of its fields replaced."""
@@ -124,22 +124,22 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
         It is something else.
     """
     if isinstance(events, str):
-        names = [one.strip() for one in events.split(",") if one.strip()]
+        names = [name.strip() for name in events.split(",") if name.strip()]
         if "all" in names:
             return tuple(dict.fromkeys([*catalogue(model), *(set(names) - {"all"})]))
         events = names
-    found: list[Asked] = []
-    for one in events if isinstance(events, Iterable) else [events]:
-        if isinstance(one, (str, Event)):
-            found.append(one)
-        elif callable(one):
-            found.append(Event(one.__name__, one, "one's own"))
+    asked: list[Asked] = []
+    for event in events if isinstance(events, Iterable) else [events]:
+        if isinstance(event, (str, Event)):
+            asked.append(event)
+        elif callable(event):
+            asked.append(Event(event.__name__, event, "one's own"))
         else:
             raise InputError(
-                f"events: got {one!r:.60}, expected names, such as theta_max or all, or functions "
-                "of the motion"
+                f"events: got {event!r:.60}, expected names, such as theta_max or all, or "
+                "functions of the motion"
             )
-    return tuple(dict.fromkeys(found))
+    return tuple(dict.fromkeys(asked))
 
 
 def full_tolerance(precision: Precision) -> Scalar:

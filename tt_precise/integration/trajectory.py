@@ -174,7 +174,7 @@ class Trajectory:
             ``t`` lies outside [0, t_end]: a solution is never extrapolated.
         """
         several = hasattr(t, "__len__") and not isinstance(t, str)
-        times = [self.run.dimensionless_time(one) for one in (t if several else [t])]
+        times = [self.run.dimensionless_time(time) for time in (t if several else [t])]
         states = self.run.states(times)
         return State.joined(states, self.precision) if several else states[0]
 
@@ -249,8 +249,8 @@ class Trajectory:
                 f"numbers: got {numbers!r}, expected one of: {', '.join(get_args(Numbers))}"
             )
         wanted = expanded(names or self.run.columns.names)
-        found = self._columns(wanted, times, numbers, progress)
-        return {getattr(name, "name", name): column for name, column in found.items()}
+        columns = self._columns(wanted, times, numbers, progress)
+        return {getattr(name, "name", name): column for name, column in columns.items()}
 
     def _columns(
         self,
@@ -264,30 +264,30 @@ class Trajectory:
             if times is not None:
                 raise InputError("times: got some beside estimated errors, expected the samples'")
             plain = [name for name in wanted if not is_estimate(name)]
-            found = self._columns(plain or ["theta"], None, numbers, progress)
-            return self._with_errors(found, wanted, numbers)
+            columns = self._columns(plain or ["theta"], None, numbers, progress)
+            return self._with_errors(columns, wanted, numbers)
         missing = [name for name in wanted if name in POSE_NAMES and name not in self.setup.record]
         if not missing:
             return self.run.table(wanted, exact, numbers, progress)
         run = self.with_quadratures
         plain = [name for name in wanted if name not in missing]
-        found = self.run.table(plain, exact, numbers)
-        found = run.run.table(missing, self._alike(exact, run), numbers) | found
-        return {name: found[name] for name in ("t", *wanted)}
+        columns = self.run.table(plain, exact, numbers)
+        columns = run.run.table(missing, self._alike(exact, run), numbers) | columns
+        return {name: columns[name] for name in ("t", *wanted)}
 
     def _with_errors(
         self, table: dict[Any, Array], wanted: Sequence[Name], numbers: Numbers
     ) -> dict[Any, Array]:
         estimates = {name: str(name).removeprefix(ERROR) for name in wanted if is_estimate(name)}
         errors = self.errors.over_time([name for name in estimates.values() if name != DIGITS])
-        found: dict[Any, Array] = {"t": table["t"]}
+        columns: dict[Any, Array] = {"t": table["t"]}
         for name in wanted:
             if name in estimates:
                 values = errors[estimates[name]]
-                found[name] = shortest_texts(values) if numbers == "text" else values
+                columns[name] = shortest_texts(values) if numbers == "text" else values
             else:
-                found[name] = table[name]
-        return found
+                columns[name] = table[name]
+        return columns
 
     @cached_property
     def errors(self) -> Errors:
@@ -319,8 +319,9 @@ class Trajectory:
         import pandas
 
         errors = Errors(self, beside) if beside else self.errors
-        found = errors.over_time(expanded(names) or self.run.columns.names)
-        return pandas.DataFrame({getattr(name, "name", name): one for name, one in found.items()})
+        columns = errors.over_time(expanded(names) or self.run.columns.names)
+        named = {getattr(name, "name", name): column for name, column in columns.items()}
+        return pandas.DataFrame(named)
 
     def event_errors(self, *, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
         """Estimated errors of the recorded ``events``: columns name, t, error (s), and "digits".
@@ -336,7 +337,7 @@ class Trajectory:
         """``times`` in another run of the scene, whose end stands for that of this one."""
         if self.status in ARRIVED:
             return tuple(times)
-        end, other = (as_fraction(one.run.end) for one in (self, run))
+        end, other = (as_fraction(trajectory.run.end) for trajectory in (self, run))
         return tuple(other if t >= end else t for t in times)
 
     @cached_property
@@ -393,8 +394,8 @@ class Trajectory:
         heyoka can miss two roots in one step; then the directions still alternate, but a missed
         single root breaks the pattern. Minima and maxima of theta are looked at together.
         """
-        found = zip(self.events["name"], self.events["direction"], strict=True)
-        return not_alternating(found, self.setup.watched)
+        happened = zip(self.events["name"], self.events["direction"], strict=True)
+        return not_alternating(happened, self.setup.watched)
 
     @cached_property
     def drift(self) -> dict[str, Scalar]:

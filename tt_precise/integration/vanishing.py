@@ -52,14 +52,14 @@ def functions_along(
 ) -> tuple[tuple[Series, ...], dict[str, Scalar]]:
     """The series of the state that begins at ``row``, and of each event's function along it."""
     entries, q = moving(setup.formulation, setup.record, body, row, fn)
-    found = {}
+    functions = {}
     for name, event in events.items():
         value = event.function(q)
         if event.of_rate:
-            found[name] = rate(value) if isinstance(value, Series) else 0
+            functions[name] = rate(value) if isinstance(value, Series) else 0
         else:
-            found[name] = value
-    return entries, found
+            functions[name] = value
+    return entries, functions
 
 
 def at_start(setup: Setup, start: InitialState) -> AtStart:
@@ -88,8 +88,8 @@ def _at_start(setup: Setup, start: InitialState) -> AtStart:
     hits: list[EventRecord] = []
     undefined: list[str] = []
     with numpy.errstate(all="ignore"):
-        _, found = functions_along(setup, events, body, sized, SizedFunctions())
-        for name, function in found.items():
+        _, functions = functions_along(setup, events, body, sized, SizedFunctions())
+        for name, function in functions.items():
             if not isinstance(function, Series):
                 close[name] = [0.0] * (order + 1)
                 continue
@@ -140,7 +140,7 @@ def _first_zeros(
     row = [mpfr.number(x) for x in start.first_row(form, setup.record)]
     # where a run goes on from an earlier piece its row has the errors of that
     level = 2.0**-bits * (2.0**-GUARD if not start.row else ROUNDINGS)
-    found: dict[str, list[EventRecord] | None] = {name: [] for name in close}
+    zeros: dict[str, list[EventRecord] | None] = {name: [] for name in close}
     ends = dict.fromkeys(close, FIRST_STEP)
     begin = mpfr.number(0)
     for part in range(NEAREST):
@@ -148,16 +148,16 @@ def _first_zeros(
         series = {}
         length = math.inf
         for name, function in functions.items():
-            if found[name] is None or ends[name] <= begin:
+            if zeros[name] is None or ends[name] <= begin:
                 continue
             if not isinstance(function, Series):
-                found[name] = None
+                zeros[name] = None
                 continue
             c = function.upto(order)[: order + 1]
             if not part:
                 zero = [abs(x) <= level * s for x, s in zip(c, close[name], strict=True)]
                 if all(zero):
-                    found[name] = None
+                    zeros[name] = None
                     continue
                 if zero[0]:
                     below = _eps(setup) * close[name][0]
@@ -176,11 +176,11 @@ def _first_zeros(
                 time, *there = (
                     setup.precision.number(mpfr.back(x)) for x in (begin + place, *state)
                 )
-                already: list[EventRecord] = found[name] or []
-                found[name] = [*already, EventRecord(name, time, direction, tuple(there))]
+                already: list[EventRecord] = zeros[name] or []
+                zeros[name] = [*already, EventRecord(name, time, direction, tuple(there))]
         begin = begin + length
         row = [sum(x * length**k for k, x in enumerate(e.upto(order))) for e in entries]
-    return found
+    return zeros
 
 
 def _converges(c: Sequence[Scalar], bits: int) -> Scalar:
@@ -201,9 +201,9 @@ def _places(c: Sequence[Scalar], length: Scalar) -> list[tuple[Scalar, int]]:
     if not largest:
         return []
     rough = numpy.array([[float(x / largest) for x in scaled]])
-    found = crossings(rough, rough[:, 0].copy())
+    changes = crossings(rough, rough[:, 0].copy())
     places = []
-    for place, direction in zip(found.place.tolist(), found.direction.tolist(), strict=True):
+    for place, direction in zip(changes.place.tolist(), changes.direction.tolist(), strict=True):
         x = length * place
         for _ in range(NEWTONS):
             value = sum(a * x**k for k, a in enumerate(c))
@@ -263,9 +263,9 @@ def _crossing(hits: Sequence[EventRecord], setup: Setup, start: InitialState) ->
     with numpy.errstate(all="ignore"):
         # most zeros are far from an extremum, which plain coefficients and one size show
         _, plain = functions_along(setup, events, body, rows, numpy)
-        _, found = functions_along(setup, events, body, sized, SizedFunctions())
+        _, functions = functions_along(setup, events, body, sized, SizedFunctions())
         for name, there in places.items():
-            function, chosen = found[name], {name: events[name]}
+            function, chosen = functions[name], {name: events[name]}
             if not isinstance(function, Series):
                 keep[there] = False
                 continue
@@ -288,7 +288,7 @@ def _crossing(hits: Sequence[EventRecord], setup: Setup, start: InitialState) ->
 def _at(number: Sized, places: Sequence[int], count: int) -> Sized:
     import numpy
 
-    value, size = (numpy.broadcast_to(one, count)[places] for one in (number.value, number.size))
+    value, size = (numpy.broadcast_to(part, count)[places] for part in (number.value, number.size))
     return Sized(value, size)
 
 
@@ -306,8 +306,8 @@ def _with_all_bits(
     body = form.body([mpfr.number(x) for x in start.parameters(form)])
     rows = [mpfr.array([exact(hit.state[i]) for hit in hits]) for i in range(len(hits[0].state))]
     with mpfr.precision():
-        _, found = functions_along(setup, chosen, body, rows, mpfr)
-        ((_, function),) = found.items()
+        _, functions = functions_along(setup, chosen, body, rows, mpfr)
+        ((_, function),) = functions.items()
         c = [function[k] for k in range(4 + setup.precision.bits // 20)]
         x = 0 * c[0]
         with numpy.errstate(all="ignore"):
@@ -318,10 +318,10 @@ def _with_all_bits(
 
 def _derivative(c: Sequence[Array], k: int, x: Array) -> Array:
     """The derivative number ``k`` of polynomials, over k!."""
-    found = 0 * x
+    value = 0 * x
     for n in range(len(c) - 1, k - 1, -1):
-        found = found * x + math.comb(n, k) * c[n]
-    return found
+        value = value * x + math.comb(n, k) * c[n]
+    return value
 
 
 def _depth(c: Sequence[Array]) -> Array:
@@ -340,8 +340,8 @@ def _passes(c: Sequence[Array], size: Sequence[Array], direction: Array, eps: fl
     far = 2 * numpy.sqrt(eps * size[0] / abs(c[2]))
     bent = abs(c[3]) * far > abs(c[2]) / 2
     noise = numpy.all([abs(c[k]) <= eps * size[k] for k in (1, 2, 3)], axis=0)
-    found: Array = (deep | (bent & (numpy.sign(c[3]) == direction))) & ~noise
-    return found
+    passes: Array = (deep | (bent & (numpy.sign(c[3]) == direction))) & ~noise
+    return passes
 
 
 def _sizes(
@@ -375,11 +375,11 @@ def _sizes(
         tilt = numpy.sin(own["theta"]) + own["theta_dot"] / numpy.where(speed > 0, speed, 1)
         L, axis = speed, tilt
     tilt, axis = (numpy.minimum(numpy.maximum.accumulate(x), 1.0) for x in (tilt, axis))
-    one = numpy.ones_like(tilt)
+    unit = numpy.ones_like(tilt)
     known = {
-        "kx": axis, "ky": axis, "kz": one, "Lx": L * tilt, "Ly": L * tilt,
+        "kx": axis, "ky": axis, "kz": unit, "Lx": L * tilt, "Ly": L * tilt,
         "Lz": numpy.minimum(L, own.get("Lz", L) + L * axis),
-        "theta": tilt, "theta_dot": speed * tilt, "omega_3": speed, "ex": one, "ey": one,
+        "theta": tilt, "theta_dot": speed * tilt, "omega_3": speed, "ex": unit, "ey": unit,
     }  # fmt: skip
     for pair in (("vx", "vy"), ("s_dot_x", "s_dot_y"), ("nu_x", "nu_y")):
         known |= dict.fromkeys(pair, norm(*pair) + speed * tilt)

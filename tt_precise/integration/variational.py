@@ -67,20 +67,20 @@ class Sensitivity:
         """d x(t)/d x(0), shape (n, size, size)."""
         import numpy
 
-        found = [numpy.eye(len(self.columns))]
+        products = [numpy.eye(len(self.columns))]
         for step in self.transitions:
-            found.append(step @ found[-1])
-        return numpy.array(found)
+            products.append(step @ products[-1])
+        return numpy.array(products)
 
     @cached_property
     def by_parameters(self) -> Array:
         """d x(t)/d p at the same start, shape (n, size, len(parameters))."""
         import numpy
 
-        found = [numpy.zeros((len(self.columns), len(self.parameters)))]
+        sums = [numpy.zeros((len(self.columns), len(self.parameters)))]
         for step, push in zip(self.transitions, self.pushes, strict=True):
-            found.append(step @ found[-1] + push)
-        return numpy.array(found)
+            sums.append(step @ sums[-1] + push)
+        return numpy.array(sums)
 
     @cached_property
     def condition(self) -> Array:
@@ -107,14 +107,14 @@ class Sensitivity:
 
         size = len(self.columns)
         since = numpy.empty((len(self.times), size, size))  # d x(t)/d x(s), by s
-        found = numpy.empty(len(self.times))
+        walk = numpy.empty(len(self.times))
         for now in range(len(self.times)):
             if now:
                 since[:now] = self.transitions[now - 1] @ since[:now]
             since[now] = numpy.eye(size)
             growth = numpy.abs(since[: now + 1]).sum(axis=2).max(axis=1)
-            found[now] = numpy.sqrt(numpy.sum((growth * self.sizes[: now + 1]) ** 2))
-        return found / self.sizes
+            walk[now] = numpy.sqrt(numpy.sum((growth * self.sizes[: now + 1]) ** 2))
+        return walk / self.sizes
 
     @cached_property
     def returning(self) -> float:
@@ -175,9 +175,9 @@ def sensitivity(
     for t in moments[1:]:
         integrator.state[:] = [*states[-1], *unit.ravel()]
         integrator.propagate_until(t / float(start.units.time))
-        found = integrator.state.copy()
-        states.append(found[:size])
-        derivatives.append(found[size:].reshape(size, size + count))
+        extended = integrator.state.copy()
+        states.append(extended[:size])
+        derivatives.append(extended[size:].reshape(size, size + count))
     together = numpy.array(derivatives).reshape(-1, size, size + count)
     return Sensitivity(
         columns=form.columns,
@@ -205,8 +205,8 @@ def _integrator(heyoka: ModuleType, form: Formulation, tolerance: float) -> Adap
     made = heyoka.taylor_adaptive(
         system, [0.0] * len(equations.variables), compact_mode=True, tol=tolerance
     )
-    names = [str(one) for one in made.vargs]
-    if names != [str(one) for one in wanted]:
+    names = [str(variable) for variable in made.vargs]
+    if names != [str(variable) for variable in wanted]:
         raise RuntimeError(f"heyoka orders the derivatives as {names}")
     return made
 
@@ -243,10 +243,10 @@ class Derivatives:
         at = at[at < len(fine.times)]
         table = {"t": fine.times[at]}
         for number, name in enumerate(self.names):
-            found, others = (self._at(how, number, at, columns) for how in (fine, coarse))
+            slopes, others = (self._at(how, number, at, columns) for how in (fine, coarse))
             for column in columns:
-                table[f"d {column}/d {name}"] = found[column]
-                table[f"error:d {column}/d {name}"] = abs(found[column] - others[column])
+                table[f"d {column}/d {name}"] = slopes[column]
+                table[f"error:d {column}/d {name}"] = abs(slopes[column] - others[column])
         return pandas.DataFrame(table)
 
     @cached_property
@@ -257,9 +257,9 @@ class Derivatives:
         times = self._times_of_climb(self._events)
         table = {"t": {name: float(t) for name, t in times.items()}}
         for number, name in enumerate(self.names):
-            found, others = (self._climb_by(how, number) for how in self._paths)
-            table[f"d/d {name}"] = found
-            table[f"error:d/d {name}"] = {one: abs(found[one] - others[one]) for one in found}
+            slopes, others = (self._climb_by(how, number) for how in self._paths)
+            table[f"d/d {name}"] = slopes
+            table[f"error:d/d {name}"] = {time: abs(slopes[time] - others[time]) for time in slopes}
         return pandas.DataFrame(table)
 
     def spread(self, sigmas: Mapping[str, float], *columns: str) -> pandas.DataFrame:
@@ -278,9 +278,9 @@ class Derivatives:
         columns = columns or COLUMNS
         end = self.frame(*columns).iloc[-1]
         values = self.run.frame([*columns], times=[end["t"]]).iloc[-1]
-        values = {one: values[one] for one in columns} | self.climb["t"].to_dict()
+        values = {quantity: values[quantity] for quantity in columns} | self.climb["t"].to_dict()
         slopes = {
-            name: {one: end[f"d {one}/d {name}"] for one in columns}
+            name: {quantity: end[f"d {quantity}/d {name}"] for quantity in columns}
             | self.climb[f"d/d {name}"].to_dict()
             for name in sigmas
         }
@@ -315,13 +315,13 @@ class Derivatives:
         stretched = (delay - how.times[at] * by_units.time / units.time) / units.time
         q = self._moving(how, number, at, stretched)
         carried = Units(*(a + 1j * SMALL * b for a, b in zip(units, by_units, strict=True)))
-        found = {}
+        slopes = {}
         for name in columns:
             vector = name in VECTOR_COLUMNS
             dimension = STATE_DIMENSIONS[name] if vector else QUANTITIES[name].dimension
             value = getattr(q.state, name) if vector else QUANTITIES[name].evaluate(q)
-            found[name] = (value * carried.of_dimension(dimension)).imag / SMALL
-        return found
+            slopes[name] = (value * carried.of_dimension(dimension)).imag / SMALL
+        return slopes
 
     def _units(self, number: int) -> tuple[Units, Units]:
         units = Units(*map(float, self.run.start.units))
@@ -373,9 +373,9 @@ class Derivatives:
     def _times_of_climb(self, events: Mapping[str, Array]) -> dict[str, Scalar]:
         context = self.run.start.units.time.context
         mirrored = bool(jellett(self.run.start.motion(context)) < 0)
-        found = from_events(events, context.pi, mirrored=mirrored)
-        known = {"equator": found.equator}
-        for name, climb in (("A", found.A), ("B", found.B), ("C", found.C)):
+        climbs = from_events(events, context.pi, mirrored=mirrored)
+        known = {"equator": climbs.equator}
+        for name, climb in (("A", climbs.A), ("B", climbs.B), ("C", climbs.C)):
             known |= {f"{name}.t_init": climb.t_init, f"{name}.t_end": climb.t_end}
         return {name: t for name, t in known.items() if t is not None}
 

@@ -82,7 +82,7 @@ def _panel(
 ) -> None:
     from tt_precise.mechanics.quantities import described
 
-    names = [str(getattr(one, "name", one)) for one in columns]
+    names = [str(getattr(column, "name", column)) for column in columns]
     for name in names:
         at = plotting.thinned(samples["t"].to_numpy(), samples[name].to_numpy())
         axes.plot(samples["t"].to_numpy()[at], samples[name].to_numpy()[at], label=_label(name))
