@@ -236,6 +236,8 @@ def test_no_command_shows_the_help_and_fails(capsys: pytest.CaptureFixture[str])
     out, err = capsys.readouterr()
     assert out == ""
     assert err.startswith("Usage: tt-precise")
+    assert cli.main(["--version"]) == 0
+    assert capsys.readouterr().out.split()[-1] == tt_precise.__version__
 
 
 def test_the_package_runs_as_the_command() -> None:
@@ -268,11 +270,6 @@ def test_what_is_read_is_not_written_over(
     assert f"{option}: got " in message
     assert "which is read; expected another file" in message
     assert (Path(scene).read_bytes(), mine.read_bytes()) == before
-
-
-def test_version(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["--version"]) == 0
-    assert capsys.readouterr().out.split()[-1] == tt_precise.__version__
 
 
 @pytest.mark.parametrize("precision", ["double", "quad"])

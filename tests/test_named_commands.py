@@ -4,8 +4,11 @@ In messages and docstrings of the package, in tutorials' cells, in examples, in 
 like, and in the tests that take too long to be run each time.
 """
 
+import json
 import re
 import shlex
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,8 +17,11 @@ import pytest
 
 from tests.test_documentation import check_words
 from tests.test_schemas import OUTPUTS, SLOW
+from tt_precise import cli
+from tt_precise.integration import integrate
 
 ROOT = Path(__file__).parents[1]
+CI = ROOT / "examples/ci"
 TUTORIALS = sorted((ROOT / "docs/tutorials").glob("*.md"))
 TEXTS = [
     *(ROOT / name for name in ("CONTRIBUTING.md", "SECURITY.md", "reference_data/README.md")),
@@ -57,3 +63,31 @@ def test_a_command_that_does_not_exist_is_noticed(text: str) -> None:
 def test_commands_of_the_schemas_exist(name: str) -> None:
     for words, _ in {**OUTPUTS, **SLOW}[name]:
         check_words(shlex.join(["tt-precise", *words.split(), "--json"]))
+
+
+@pytest.mark.parametrize("name", ["workflow.yml", "pre-commit-config.yaml"])
+def test_commands_of_the_examples_exist(name: str) -> None:
+    words = re.findall(r"tt-precise check [^'|>\n]+", (CI / name).read_text("utf-8"))
+    assert words
+    for command in words:
+        check_words(command)
+
+
+def test_an_annotation_for_each_check_that_failed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frame = integrate("reference", until="0.1").frame()
+    frame.to_csv(tmp_path / "right.csv", index=False)
+    frame["Lx"] *= 1.01
+    frame.to_csv(tmp_path / "wrong.csv", index=False)
+    for name, status in (("right", 0), ("wrong", 1)):
+        argv = ["check", str(tmp_path / f"{name}.csv"), "--scene", "reference", "--json"]
+        assert cli.main(argv) == status
+        printed = capsys.readouterr().out
+        (tmp_path / "check.json").write_text(printed, "utf-8")
+        failed = [one["name"] for one in json.loads(printed)["checks"] if one["verdict"] == "fail"]
+        annotations = [sys.executable, str(CI / "annotations.py"), str(tmp_path / "check.json")]
+        lines = subprocess.run(annotations, capture_output=True, text=True, check=True).stdout
+        titles = [line.split("::")[1].split()[1] for line in lines.splitlines()]
+        assert titles == [f"title={one}" for one in failed]
+        assert bool(failed) == (name == "wrong")

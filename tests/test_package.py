@@ -1,5 +1,7 @@
 """The package: cheap to import, with the names that other scripts rely on."""
 
+import doctest
+import importlib
 import inspect
 import subprocess
 import sys
@@ -76,6 +78,13 @@ def test_all_names_are_listed_and_there(package: str) -> None:
     if package == "tt_precise.certify":
         pytest.importorskip("flint", reason="needs the extra certify")
     subprocess.run([sys.executable, "-c", LISTED, package], check=True)
+
+
+@pytest.mark.parametrize("name", [name for name in PACKAGES if "certify" not in name])
+def test_examples_of_its_docstrings_are_true(name: str) -> None:
+    result = doctest.testmod(importlib.import_module(name))
+    assert result.attempted >= 3
+    assert result.failed == 0
 
 
 def test_the_package_is_typed() -> None:

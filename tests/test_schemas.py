@@ -185,23 +185,41 @@ def test_every_schema_is_in_the_documentation() -> None:
     assert [name for name in names if f"{{generated}} schema {name}\n" not in page] == []
 
 
-@pytest.mark.parametrize(
-    "spoil",
-    [
-        lambda value: value.pop("verdict"),
-        lambda value: value.update(rows="801"),
-        lambda value: value.update(verdict="passed"),
-        lambda value: value["checks"][0].pop("limit"),
-        lambda value: value["checks"][0].update(value="1e-9"),
-        lambda value: value["checks"][0].update(new_key=1),
-        lambda value: value.update(schema="tt_precise.check/0"),
-    ],
+SPOILT: tuple[Callable[[Any], Any], ...] = (
+    lambda value: value.pop("verdict"),
+    lambda value: value.update(rows="801"),
+    lambda value: value.update(verdict="passed"),
+    lambda value: value["checks"][0].pop("limit"),
+    lambda value: value["checks"][0].update(value="1e-9"),
+    lambda value: value["checks"][0].update(new_key=1),
+    lambda value: value.update(schema="tt_precise.check/0"),
 )
-def test_another_object_is_refused(
-    spoil: Callable[[Any], Any], printed: Callable[[str, int], Any]
-) -> None:
+
+
+def test_another_object_is_refused(printed: Callable[[str, int], Any]) -> None:
     value = printed("check {mine} --scene reference", 0)
     validate("check", value)
-    spoil(value)
-    with pytest.raises(jsonschema.ValidationError):
-        validate("check", value)
+    for spoil in SPOILT:
+        other = copy.deepcopy(value)
+        spoil(other)
+        with pytest.raises(jsonschema.ValidationError):
+            validate("check", other)
+
+
+def test_every_column_and_event_stands_in_its_table(capsys: pytest.CaptureFixture[str]) -> None:
+    """Of the documentation, which makes its tables of the package."""
+    pytest.importorskip("docutils", reason="needs the extra docs")
+    generated = runpy.run_path(str(ROOT / "docs/_ext/generated.py"))
+
+    def printed(command: str) -> Any:
+        assert cli.main([command, "--json"]) == 0
+        return json.loads(capsys.readouterr().out)
+
+    sets = printed("columns")["sets"].values()
+    lines = [line for line in generated["columns"]("") if line.startswith("| `")]
+    assert [line.split("`")[1] for line in lines] == [name for columns in sets for name in columns]
+    optional = [one for columns in sets for one in columns.values() if not one["required"]]
+    assert sum("(if known)" in line for line in lines) == len(optional) > 8
+    known, table = printed("events"), "\n".join(generated["events"](""))
+    for name in (*known["events"], *known["joining"], *known["terminal"], "zero:NAME"):
+        assert f"| `{name}`" in table, name

@@ -4,6 +4,7 @@ Every import counts, those inside functions and those for type checking too.
 """
 
 import ast
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -55,6 +56,7 @@ def imported(name: str, file: Path, known: dict[str, Path]) -> set[str]:
     return {one for one in found if one in known and one != name}
 
 
+@cache
 def arrows() -> dict[str, set[str]]:
     known = modules(PACKAGE)
     return {name: imported(name, file, known) for name, file in known.items()}

@@ -122,9 +122,10 @@ def test_the_climb_is_that_of_the_trajectory(printed: Printed) -> None:
 
 
 def test_a_climb_that_has_not_ended_and_none(printed: Printed) -> None:
-    found = printed("regularised-1e-2")
+    found = printed("regularised-1e-2", "--precision", "extended")
     assert (found["inverted"], found["climb"]["C"]["t_end"]) == (True, None)
-    never = printed("inverted", "--until", "0.1")  # below from the start: it climbs nowhere
+    # below from the start: it climbs nowhere
+    never = printed("inverted", "--until", "0.1", "--precision", "extended")
     assert (never["inverted"], never["climb"]) == (False, None)
 
 
@@ -168,7 +169,7 @@ def test_a_run_that_ends_early_cannot_look_complete(
 def test_a_run_without_a_table_that_holds_cannot_look_complete(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    argv = ["run", "contact-lost", "--until", "1.4"]
+    argv = ["run", "contact-lost", "--until", "1.4", "--precision", "extended"]
     assert cli.main(argv) == 1
     assert "contact_lost at t = 1.33" in capsys.readouterr().out
     assert cli.main([*argv, "--contact", "bilateral"]) == 1

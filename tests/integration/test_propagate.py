@@ -280,6 +280,6 @@ def test_a_tolerance_of_quad_is_beyond_double(half: Scene) -> None:
 
 def test_too_many_events_are_refused(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(heyoka_backend, "MOST_EVENTS", 10)
-    assert len(integrate(half, events=("equator",)).events) == 0
+    assert len(integrate(half, "extended", events=("equator",)).events) == 0
     with pytest.raises(InputError, match="events: got more than 10, expected fewer: ask for a"):
-        integrate(half, events=("theta_min", "theta_max", "phi_dot_zero"))
+        integrate(half, "extended", events=("theta_min", "theta_max", "phi_dot_zero"))

@@ -45,6 +45,7 @@ def test_axis_has_both_ends_and_exact_values() -> None:
     assert len(values) == 801
     assert [*values[:2], values[-1]] == [-200, Fraction(-399, 2), 200]
     assert grid_values("theta", "0.05,1/3") == (Fraction(1, 20), Fraction(1, 3))
+    assert box_ends("mu", "1/3:0.5") == (Fraction(1, 3), Fraction(1, 2))
 
 
 @pytest.mark.parametrize(
@@ -106,14 +107,8 @@ def test_grid_runs_the_last_axis_fastest() -> None:
 @pytest.mark.parametrize("sampler", ["sobol", "latin"])
 @pytest.mark.parametrize("vary", [{}, {"theta": "0.1,0.2"}])
 def test_rows_do_not_depend_on_blocks(sampler: str, vary: dict[str, str]) -> None:
-    spec = specification(
-        "reference",
-        vary=vary,
-        box={"mu": "0:1", "nu_x": "-1:1"},
-        samples=50,
-        sampler=sampler,
-        seed=3,
-    )
+    box = {"mu": "0:1", "nu_x": "-1:1"}
+    spec = specification("reference", vary=vary, box=box, samples=50, sampler=sampler, seed=3)
     whole = numpy.concatenate(list(values_of(spec, 1000).values()))
     assert whole.shape == (spec.rows, len(spec.names))
     for size in (1, 7, 16):
@@ -198,10 +193,6 @@ def test_refuses_toml(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert str(path) in str(refused.value)
 
 
-def test_interval_is_exact() -> None:
-    assert box_ends("mu", "1/3:0.5") == (Fraction(1, 3), Fraction(1, 2))
-
-
 def test_psi_dot_is_swept_like_any_start_value() -> None:
     from tt_precise.sweeps.chunk import compute
 
@@ -255,9 +246,6 @@ def test_numbers_and_text_are_the_same_sweep(values: Any) -> None:
 
 def test_a_float_stands_for_the_decimal_that_one_writes() -> None:
     assert grid_values("phi_dot", [0.1, numpy.float64(0.2)]) == grid_values("phi_dot", "0.1,0.2")
-
-
-def test_a_box_of_numbers() -> None:
     given = specification("reference", box={"phi_dot": (-1, 0.5)}, samples=3)
     assert given.fingerprint == (
         specification("reference", box={"phi_dot": "-1:0.5"}, samples=3).fingerprint
