@@ -16,47 +16,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "tt_precise.scene/1"
 DIGITS = 20
-TEMPLATE = """\
-title = "{name}"
-source = ""                      # where the numbers come from
-model = "gliding"                # or "rolling": the contact point never glides
-
-# Numbers are decimals or fractions in quotes, so that they stay exact in every precision.
-[body]                           # SI
-m = "0.015"                      # kg, mass
-R = "0.015"                      # m, radius of the sphere
-alpha = "0.2"                    # centre of mass below the centre of the sphere, in units of R
-I1 = "0.38"                      # moment of inertia across the axis, in units of m R^2
-I3 = "0.4"                       # moment of inertia about the axis, in units of m R^2
-# or keys with units: m_g, R_mm, centre_mm (for alpha), I1_kg_m2, I3_kg_m2
-g = "9.81"                       # m/s^2
-mu = "0.3"                       # s/m: friction F_f = -mu g_n v_A
-
-# Another law of friction: take mu out of [body], and write a law with its parameters, as one of
-# [friction]
-{laws}
-#
-# The run ends where contact is lost. To continue in flight, or for an elastic table:
-# [contact]
-# lost = "fly"                   # with law = "rigid", which is the default
-# law = "compliant"
-# force = "linear"               # or "hunt-crossley"
-# stiffness = "1000"             # N/m, or N/m^(3/2)
-# damping = "0.2"                # N s/m, or s/m
-
-[start]                          # rad, rad/s, m/s; missing entries are 0
-theta = "0.1"                    # inclination of the axis, 0 (upright) to pi
-theta_dot = "0"
-phi_dot = "0"                    # precession
-omega_3 = "200"                  # spin about the axis; or psi_dot = omega_3 - phi_dot cos theta
-at_rest = "contact point"        # or "centre of mass"; or nu_x and nu_y (m/s) themselves
-
-[run]
-until = "4"                      # s
-sample_every = "0.01"            # s
-record = []                      # further columns: any of "phi", "psi", "x", "y"
-events = []                      # by name; `tt-precise events` lists them
-"""
+TEMPLATE = Path(__file__).with_suffix(".toml")  # of a new scene
 
 
 def _laws() -> str:
@@ -88,7 +48,8 @@ def new(file: Path, force: bool) -> None:
     if not file.parent.is_dir():
         raise InputError(f"scene new: got {file}, expected a file in a folder that exists")
     name = file.stem.replace("\\", "\\\\").replace('"', '\\"')
-    atomic_write(file, TEMPLATE.replace("{name}", name).replace("{laws}", _laws()))
+    text = TEMPLATE.read_text("utf-8").replace("{name}", name).replace("{laws}", _laws())
+    atomic_write(file, text)
     click.echo(f"{file}: change it, then `tt-precise scene show {file}`")
 
 
