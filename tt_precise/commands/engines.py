@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from tt_precise.commands import options
-from tt_precise.runtime.values import InputError, Json
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.laws import COULOMB, LAWS
 
 GOOD = ("rounding", "converges", "measured")
@@ -70,7 +70,7 @@ def command(
     from tt_precise.engines.ladder import climb, rungs
     from tt_precise.engines.protocol import Job, as_text
     from tt_precise.engines.scoreboard import ENGINES
-    from tt_precise.runtime.files import atomic_write, require_writable
+    from tt_precise.runtime.files import require_writable
     from tt_precise.runtime.records import json_schema
     from tt_precise.runtime.terminal import progress_bar
     from tt_precise.runtime.workers import cores
@@ -114,9 +114,7 @@ def command(
                 )
             )  # fmt: skip
         content = scoreboard.as_dict((), ladder, steps, results)
-        if out:
-            atomic_write(out, json.dumps(content, indent=1) + "\n")
-        _show(content, as_json)
+        options.emit(as_json, content, map(scoreboard.line, content["rows"]), out)
         looked_at = [result for result in results if result.verdict != "refused"]
         return 0 if looked_at and all(result.verdict in GOOD for result in looked_at) else 1
     by_name = {engine.name.lower(): engine for engine in ENGINES}
@@ -133,9 +131,7 @@ def command(
         )  # fmt: skip
     if not content["rows"]:
         raise InputError("engines: none is installed, so there is no measurement; see above")
-    if out:
-        atomic_write(out, json.dumps(content, indent=1) + "\n")
-    _show(content, as_json)
+    options.emit(as_json, content, map(scoreboard.line, content["rows"]), out)
     return 0
 
 
@@ -144,9 +140,3 @@ def _words(program: str) -> list[str]:
         return shlex.split(program)
     except ValueError as error:  # a quotation without end
         raise InputError(f"run: got {program[:60]!r} ({error}), expected a program") from None
-
-
-def _show(content: dict[str, Json], as_json: bool) -> None:
-    from tt_precise.engines.scoreboard import line
-
-    options.emit(as_json, content, map(line, content["rows"]))

@@ -39,8 +39,7 @@ def command(
     """
     from tt_precise.extremes import cases, run_all
     from tt_precise.extremes.case import Extremes
-    from tt_precise.runtime.files import atomic_write, require_writable
-    from tt_precise.runtime.records import encode
+    from tt_precise.runtime.files import require_writable
     from tt_precise.runtime.terminal import progress_bar
 
     chosen = cases(topic, quick)
@@ -50,13 +49,11 @@ def command(
     with progress_bar(f"running {len(chosen)} cases") as progress:
         records = run_all(chosen, progress, workers or min(4, cores()))
     document = Extremes.of(records)
-    if out is not None:
-        atomic_write(out, encode(document))
     failed = sum(record.verdict == "fail" for record in records)
     took = f"{time.monotonic() - begin:.0f} s"
     if not as_json:
         _table(records, full)
-    options.emit(as_json, document, [f"{len(records)} cases, {failed} failed; {took}."])
+    options.emit(as_json, document, [f"{len(records)} cases, {failed} failed; {took}."], out)
     return CASE_FAILED if failed else 0
 
 

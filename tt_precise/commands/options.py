@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
@@ -20,11 +21,17 @@ PRECISION = click.option(
 )
 
 
-def emit(as_json: bool, content: Json, lines: Iterable[str]) -> None:
-    """Print ``content`` (a ``Record``, or plain values) as one JSON object; or else the lines."""
+def emit(as_json: bool, content: Json, lines: Iterable[str], out: str | Path | None = None) -> None:
+    """Print ``content`` (a ``Record``, or plain values) as one JSON object; or else the lines.
+
+    With ``out`` the JSON object is written to that file too.
+    """
+    from tt_precise.runtime.files import atomic_write
     from tt_precise.runtime.records import encode
     from tt_precise.runtime.terminal import say
 
+    if out is not None:
+        atomic_write(out, encode(content))
     if as_json:
         click.echo(encode(content), nl=False)
     else:
