@@ -31,7 +31,7 @@ from tt_precise.integration import integrate
 from tt_precise.mechanics import flight, quantities
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.newton import NewtonState, angular_momentum
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import turned
 from tt_precise.runtime.terminal import Progress, silent
@@ -396,14 +396,13 @@ def _equator(rung: Rung, states: States) -> float | None:
 
 
 def _momentum(rung: Rung, states: States) -> Array:
-    body = rung.start.body
-    along = (states.omega * states.k).sum(axis=1, keepdims=True)
-    return body.I1 * states.omega + (body.I3 - body.I1) * along * states.k
+    """L at each row, axes (row, component)."""
+    L = angular_momentum(rung.start.body, tuple(states.k.T), tuple(states.omega.T))
+    return numpy.stack(L, axis=1)
 
 
 def _motion(rung: Rung, states: States) -> Motion:
-    L = _momentum(rung, states)
-    vectors = NewtonState(*(*states.k.T, *L.T, 0.0, 0.0))
+    vectors = NewtonState(*(*states.k.T, *_momentum(rung, states).T, 0.0, 0.0))
     return Motion(rung.start.body, vectors, numpy, s_dot=lambda: tuple(states.s_dot.T))
 
 
@@ -416,8 +415,8 @@ DRIFTS: dict[str, Callable[[Rung, States], float]] = {
     "energy": lambda rung, states: _relative(quantities.E(_motion(rung, states))),
     "rotational_energy": lambda rung, states: _relative(quantities.E_rot(_motion(rung, states))),
     "angular_momentum": lambda rung, states: float(
-        numpy.linalg.norm(_momentum(rung, states) - _momentum(rung, states)[0], axis=1).max()
-        / numpy.linalg.norm(_momentum(rung, states)[0])
+        numpy.linalg.norm((L := _momentum(rung, states)) - L[0], axis=1).max()
+        / numpy.linalg.norm(L[0])
     ),
 }
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections import namedtuple
 
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.newton import NewtonState, contact_arm
+from tt_precise.mechanics.newton import NewtonState, angular_momentum, contact_arm
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import Parameters
@@ -98,9 +98,8 @@ def vectors_from_rigid_body(body: Parameters, state: RigidBodyState) -> tuple[Ne
     """
     k = axis_of(*state[:4])
     omega = (state.wx, state.wy, state.wz)
-    L = added(scaled(body.I1, omega), scaled((body.I3 - body.I1) * dot(omega, k), k))
     v = added((state.vcx, state.vcy, state.vcz), cross(omega, contact_arm(body, k)))
-    return NewtonState(*k, *L, v[0], v[1]), v[2]
+    return NewtonState(*k, *angular_momentum(body, k, omega), v[0], v[1]), v[2]
 
 
 def _is_zero(value: Scalar) -> bool:

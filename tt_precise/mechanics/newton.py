@@ -68,6 +68,11 @@ def angular_velocity(body: Parameters, state: NewtonState) -> Vector:
     return inverse_inertia(body, state.k, state.L)
 
 
+def angular_momentum(body: Parameters, k: Vector, omega: Vector) -> Vector:
+    """L = I1 omega + (I3 - I1)(omega.k) k; section 1."""
+    return added(scaled(body.I1, omega), scaled((body.I3 - body.I1) * dot(omega, k), k))
+
+
 def axis_rate(body: Parameters, state: NewtonState) -> Vector:
     """k_dot = L x k/I1; eq (1)."""
     return scaled(1 / body.I1, cross(state.L, state.k))

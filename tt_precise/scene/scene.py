@@ -231,27 +231,14 @@ class Scene:
     def _repr_html_(self) -> str:
         from tt_precise.runtime.tables import as_html
 
-        numbers = [
-            (f"{table}.{name}", value)
-            for table, entries in (
-                ("body", self.body.numbers_by_name),
-                ("start", _entries(self.start)),
-            )
-            for name, value in entries.items()
-        ]
-        return as_html(
-            f"Scene {self.name}",
-            [
-                ("title", self.title),
-                ("source", self.source),
-                ("model", self.model),
-                *numbers,
-                ("until", f"{self.until} s"),
-                ("sample_every", f"{self.sample_every} s"),
-                ("record", ", ".join(self.record) or "nothing more"),
-                ("events", ", ".join(self.events) or "none"),
-            ],
-        )
+        entries: dict[str, Any] = {
+            name: getattr(self, name) for name in ("title", "source", "model")
+        }
+        for table, values in (("body", self.body.numbers_by_name), ("start", _entries(self.start))):
+            entries |= {f"{table}.{name}": value for name, value in values.items()}
+        entries |= {name: f"{getattr(self, name)} s" for name in ("until", "sample_every")}
+        entries |= {name: ", ".join(getattr(self, name)) or "none" for name in ("record", "events")}
+        return as_html(f"Scene {self.name}", entries.items())
 
     @property
     def lifts(self) -> bool:

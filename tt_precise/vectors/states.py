@@ -20,7 +20,7 @@ from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import Quaternion, Vector, added, cross, dot, scaled
+from tt_precise.mechanics.vectors import Quaternion, Vector, added, cross
 from tt_precise.runtime.values import Functions, Json, Scalar
 from tt_precise.scene.body import SPRINGS, top_of
 from tt_precise.scene.laws import COULOMB, LAWS, REGULARISED, VISCOUS
@@ -214,8 +214,8 @@ def _seen(
     """The case's motion to somebody with another body, axis or angular velocity."""
     q = case.motion
     body, k, w = body or q.body, k or q.k, omega or q.omega
-    L = added(scaled(body.I1, w), scaled((body.I3 - body.I1) * dot(w, k), k))
     v = added(q.s_dot, cross(w, newton.contact_arm(body, k)))
+    L = newton.angular_momentum(body, k, w)
     return Motion(body, NewtonState(*k, *L, *v[:2]), q.fn, q.model)
 
 
