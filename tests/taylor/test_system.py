@@ -13,8 +13,7 @@ import pytest
 
 from tt_precise.taylor.crossings import Watch
 from tt_precise.taylor.machine import MOST_ORDER, Machine
-from tt_precise.taylor.numbers import moments, numbers_of
-from tt_precise.taylor.system import StepBlock, System, order_of, orders_of
+from tt_precise.taylor.system import StepBlock, System, moments, numbers_of, order_of, orders_of
 
 FN = mpmath.MPContext()
 FN.prec = 260

@@ -20,13 +20,14 @@ from tt_precise.integration.events import EventRecord
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.runtime.mpfr import Mpfr
+from tt_precise.runtime.mpfr import Mpfr, mpfr_of
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, ContinuousOutput, InputError, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.numerals import as_fraction, to_mpmath
 from tt_precise.scene.scene import Scene
-from tt_precise.taylor.numbers import MOST_PARTS, moments, multiples
+from tt_precise.taylor.machine import MOST_PARTS
+from tt_precise.taylor.system import moments
 
 Status = Literal[
     "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole", "failed",
@@ -81,8 +82,7 @@ class SampleTimes:
         import numpy
 
         until = self.start.until
-        step = to_mpmath(self.exact[1], until.context) / self.start.units.time
-        inner = multiples(step, numpy.arange(len(self.exact) - 1))
+        inner = in_parts(self.exact[:-1], self.start.units.time, mpfr_of(until.context))
         return numpy.concatenate([inner, moments([until])])
 
     @classmethod

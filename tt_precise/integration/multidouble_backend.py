@@ -34,8 +34,7 @@ from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.crossings import SignChange, Watch
-from tt_precise.taylor.numbers import moments, number, numbers_of
-from tt_precise.taylor.system import StepBlock, System, order_of
+from tt_precise.taylor.system import StepBlock, System, moments, number, numbers_of, order_of
 
 
 class _Compiled(NamedTuple):

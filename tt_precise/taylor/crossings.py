@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from tt_precise.runtime.mpfr import mpfr_of
 from tt_precise.runtime.values import Array, Functions, Scalar
-from tt_precise.taylor.numbers import MOST_PARTS
+from tt_precise.taylor.machine import MOST_PARTS
 
 if TYPE_CHECKING:
     from tt_precise.taylor.system import StepBlock

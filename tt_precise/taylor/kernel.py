@@ -27,8 +27,7 @@ from tt_precise.taylor.emit import (
     nearest,
 )
 from tt_precise.taylor.graph import Constant, Graph, Traced, constants_of, in_order
-from tt_precise.taylor.machine import MOST_ORDER, ROWS, RUN, TIMES
-from tt_precise.taylor.numbers import MOST_PARTS
+from tt_precise.taylor.machine import MOST_ORDER, MOST_PARTS, ROWS, RUN, TIMES
 
 TOGETHER = {3: 1, 2: 2, 1: 4}  # vectors of products added up in one loop, by parts of a number
 LONGEST = 8.0  # step in its unit; its powers stay in range where nothing else bounds it

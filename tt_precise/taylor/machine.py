@@ -14,6 +14,7 @@ from tt_precise.runtime.values import Array
 
 # arguments of the two functions of a kernel, as ``emit.Emitter`` has them
 RUN, ROWS = "piinpdddpp", "pinpnpip"
+MOST_PARTS = 3  # of a number
 MOST_ORDER = 99  # of a step, for which a kernel has reciprocals
 TIMES = 6  # numbers of a step that they keep beside its series, see ``kernel``
 _LETTERS = {

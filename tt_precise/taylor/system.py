@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
+
+from mpmath.libmp import from_float, fzero, mpf_add, mpf_sub, to_float
 
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.taylor.graph import Graph, numbers
-from tt_precise.taylor.machine import MOST_ORDER, TIMES, Machine, aligned
-from tt_precise.taylor.numbers import split
+from tt_precise.taylor.machine import MOST_ORDER, MOST_PARTS, TIMES, Machine, aligned
 
 STEPS = 512  # of a piece
 # of time; where 57 powers of it are out of range, less by and by
@@ -186,3 +187,36 @@ class StepBlock:
             into.ctypes.data,
         )  # fmt: skip
         return into[:, :, : self._used]
+
+
+# ---- numbers of several doubles, in and out of mpmath ------------------------------------------
+
+
+def split(value: Scalar, parts: int) -> tuple[float, ...]:
+    """An mpmath number as so many doubles, each the nearest to what those before leave."""
+    left, doubles = value._mpf_, []
+    for _ in range(parts):
+        part = to_float(left, rnd="n")
+        doubles.append(part)
+        left = mpf_sub(left, from_float(part)) if math.isfinite(part) else fzero
+    return tuple(doubles)
+
+
+def moments(times: Iterable[Scalar]) -> Array:
+    """Times as ``StepBlock`` takes them: axes (time, part), whatever has fewer parts."""
+    import numpy
+
+    return numpy.array([split(time, MOST_PARTS) for time in times])
+
+
+def number(parts: Sequence[float], fn: Functions) -> Scalar:
+    """The mpmath number of its parts."""
+    total = from_float(parts[0])
+    for part in parts[1:]:
+        total = mpf_add(total, from_float(part))
+    return fn.make_mpf(total)
+
+
+def numbers_of(row: Array, fn: Functions) -> tuple[Scalar, ...]:
+    """Those of a row (part, column)."""
+    return tuple(number(parts, fn) for parts in row.T.tolist())
