@@ -35,7 +35,7 @@ def arguments(writer: str, folder: Path) -> list[str]:
         "golden build": ["golden", "build", "upright", "--folder", str(folder), "--workers", "2"],
         "golden certify": ["golden", "certify", *PROVED, "--folder", str(folder)],
         "sweep": [
-            "sweep", "reference", "--vary", "omega_3=150:155:64", "--until", "1", "--chunk", "8",
+            "sweep", "reference", "--vary", "omega_3=150:155:64", "--until", "1",
             "--workers", "2", "--out", str(folder / "sweep"),
         ],
         "sweep plot": [
