@@ -192,7 +192,7 @@ class Finding:
 
     @property
     def correction(self) -> str:
-        """What should stand in the paper; empty if the claim is no misprint."""
+        """What should stand in the paper; empty if it is not a misprint."""
         return self.proposed if self.verdict is Verdict.MISPRINT else ""
 
     @property

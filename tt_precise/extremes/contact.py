@@ -114,7 +114,7 @@ def narrow_horizon(side: str, shift: str = "0") -> Check:
     control={"what": "no defect"},
 )
 def start_off_the_table(what: str, contact: str = "unilateral") -> Check:
-    """Starts that are no motion of a top on a table."""
+    """Starts from which a top does not move on a table."""
     return refused(lambda: integrate(varied(**_off_the_table(what)), contact=contact))
 
 
@@ -148,7 +148,7 @@ def _off_the_table(what: str) -> dict[str, str]:
     alpha, R, g = fn.mpf("0.3"), fn.mpf("0.02"), fn.mpf("9.82")
     # g_n = 0 with phi_dot = 0: 1 + alpha (R/g) cos theta theta_dot^2 = 0
     rate = fn.sqrt(-g / (R * alpha * fn.cos(2)))
-    # one unit of the 40th digit beyond: exactly zero is no decimal
+    # one unit of the 40th digit beyond: exactly zero is not a decimal
     rate *= 1 + fn.mpf("1e-40") if what == "g_n = 0" else 2
     return {
         "theta": "2", "theta_dot": fn.nstr(rate, 55), "omega_3": "0", "mu": "0", "until": "0.02",

@@ -190,7 +190,7 @@ def no_time_at_all(until: str, precision: str, run_of: Integrate = integrate) ->
     control={"until_off": Fraction(-1, 100)},
 )
 def event_at_the_end(beyond: str, precision: str, until_off: Fraction = Fraction(0)) -> Check:
-    """The top on ice starts where theta is largest, which is no event, and is back after T."""
+    """The top on ice starts where theta is largest, which is not an event, and is back after T."""
     period, gap = swing("frictionless").period, Fraction(beyond)
     counts, times = [], []
     for end in (period - gap, period + gap + until_off):

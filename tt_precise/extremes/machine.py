@@ -115,8 +115,8 @@ def two_threads(precision: str, shared: bool = False) -> Check:
 
     alone = [state(scene) for scene in scenes]
     with ThreadPoolExecutor(2) as pool:
-        beside = list(pool.map(state, [scenes[0]] * 4 if shared else scenes))
-    return same(beside == alone, True)
+        in_threads = list(pool.map(state, [scenes[0]] * 4 if shared else scenes))
+    return same(in_threads == alone, True)
 
 
 @case(

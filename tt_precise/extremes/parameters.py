@@ -53,7 +53,7 @@ SCALED_S = Fraction("0.2")
 POWERS = (-6, -4, -2, 2, 4, 6)
 
 
-def beside(pole: str, until: str = SHORT_S, **changes: Scalar) -> Scene:
+def near(pole: str, until: str = SHORT_S, **changes: Scalar) -> Scene:
     """A start 1e-20 rad from a pole."""
     theta = "1e-20" if pole == "upright" else "pi - 1e-20"
     return varied(theta=theta, until=until, **changes)
@@ -83,7 +83,7 @@ def tilt_found(scene: Scene, integrate: Integrate) -> Check:
 )
 def centred(k: int, pole: str, integrate: Integrate = integrate) -> Check:
     """The centre of mass at the centre of the sphere, but for 1e-k R."""
-    return tilt_found(beside(pole, alpha=f"1e-{k}"), integrate)
+    return tilt_found(near(pole, alpha=f"1e-{k}"), integrate)
 
 
 @case(
@@ -95,7 +95,7 @@ def centred(k: int, pole: str, integrate: Integrate = integrate) -> Check:
 )
 def on_the_rim(k: int, pole: str, integrate: Integrate = integrate) -> Check:
     """The centre of mass on the surface of the sphere, but for 1e-k R."""
-    return tilt_found(beside(pole, alpha=str(1 - Fraction(f"1e-{k}"))), integrate)
+    return tilt_found(near(pole, alpha=str(1 - Fraction(f"1e-{k}"))), integrate)
 
 
 @case(
@@ -131,7 +131,7 @@ def ball(k: int, integrate: Integrate = integrate) -> Check:
 )
 def inertia_ratio(gamma: str, pole: str, integrate: Integrate = integrate) -> Check:
     """Flat as can be (1/2), both edges of Theorem 1.1, and long as a pencil."""
-    return tilt_found(beside(pole, **with_gamma(gamma)), integrate)
+    return tilt_found(near(pole, **with_gamma(gamma)), integrate)
 
 
 @case(
@@ -254,7 +254,7 @@ def seconds(spin: str) -> Fraction:
 )
 def spinning(spin: str, pole: str, integrate: Integrate = integrate) -> Check:
     """Ten turns at every speed."""
-    return tilt_found(beside(pole, str(seconds(spin)), omega_3=spin), integrate)
+    return tilt_found(near(pole, str(seconds(spin)), omega_3=spin), integrate)
 
 
 @case(
@@ -323,7 +323,7 @@ def _growth(off: Fraction, integrate: Integrate) -> tuple[float, float, float]:
 
 @cache
 def _inverted(off: Fraction) -> tuple[Scene, float]:
-    """A start in the slowest mode beside inverted spin with lambda = (1 + ``off``) lambda_thres.
+    """A start in the slowest mode near inverted spin with lambda = (1 + ``off``) lambda_thres.
 
     And the mode's rate per second. theta_dot and phi_dot are those of the mode, so are nu_x and
     nu_y; the other modes are left out.
@@ -358,7 +358,7 @@ def _inverted(off: Fraction) -> tuple[Scene, float]:
 )
 def tilt_with_friction(mu: str, pole: str, integrate: Integrate = integrate) -> Check:
     """A closed form at every friction, the stiff ones too."""
-    return tilt_found(beside(pole, mu=mu), integrate)
+    return tilt_found(near(pole, mu=mu), integrate)
 
 
 @case(

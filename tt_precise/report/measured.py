@@ -168,7 +168,7 @@ def _board(board: dict[str, Json]) -> Section:
             f"{len(board['engines'])} physics engines simulate a Tippe Top, test by test, each at "
             f"{len(board['steps'])} step sizes. The digits are those of the distance from the "
             "reference at the smallest step; order, constant and floor describe the distance at "
-            "the step h as C h^p + floor. What follows from them is no chosen limit: an engine "
+            "the step h as C h^p + floor. The verdict uses no chosen limit: an engine "
             "converges if what its own extrapolation leaves is no more than its step error."
         ),
         Text(f"Measured by `{ENGINES_COMMAND}`: {versions}; not by the run that wrote this page."),
@@ -242,7 +242,7 @@ def faults(folder: Path) -> Section:
         blocks: list[Block] = [
             Text(
                 "Faults planted into the reference scene's equations, its integration and its "
-                "files, each run through the conservation checks; healthy trajectories beside them."
+                "files, each run through the conservation checks, as healthy trajectories are."
             ),
             pictures.faults(table),
             Text(jellett_alone(table), emphasis=True),

@@ -195,11 +195,11 @@ def all_pictures(points: Sequence[Numbers]) -> list[Figure]:
     """All pictures of extreme cases that their numbers, ``points``, allow, in order."""
     work = [p for p in _with(points, ("mu", "steps", "seconds")) if p["mu"] >= LEAST_MU]
     limit = _with(points, ("mu", "distance"))
-    beside = _with(points, ("off", "rate", "eigenvalue"))
+    near = _with(points, ("off", "rate", "eigenvalue"))
     return [
         digits_beside_the_poles(),
         *([friction(work, limit)] if work and limit else []),
-        *([threshold(beside)] if beside else []),
+        *([threshold(near)] if near else []),
     ]
 
 
@@ -223,10 +223,10 @@ def digits_beside_the_poles(axes: list[Axes]) -> Words:
     panel.set_xlim(decades[0], decades[-1])
     style.legend(panel)
     return Words(
-        caption="From the Euler angle theta to the direction of the axis, beside the inverted "
+        caption="From the Euler angle theta to the direction of the axis, near the inverted "
         "pole: numbers near pi are 2 eps apart, so each decade costs a digit (solid) until "
         "none is left. Given as pi - 1e-k, as scenes store it, theta costs none (dotted); nor "
-        "does it beside the upright pole, at any k.",
+        "does it near the upright pole, at any k.",
         alt="Digits against k: four solid lines that fall by one digit a decade from 16, 19, "
         "34 and 60 digits to zero, and four dotted level ones.",
     )
@@ -271,7 +271,7 @@ def friction(axes: list[Axes], work: Sequence[Numbers], limit: Sequence[Numbers]
 
 @style.figure("extremes-threshold", [3.0])
 def threshold(axes: list[Axes], points: Sequence[Numbers]) -> Words:
-    """Growth rates beside the threshold against eigenvalues."""
+    """Growth rates near the threshold against eigenvalues."""
     (panel,) = axes
     for sign, colour, label in (
         (-1, style.RED, r"growth, $\lambda < \lambda_{thres}$"),
@@ -288,7 +288,7 @@ def threshold(axes: list[Axes], points: Sequence[Numbers]) -> Words:
     panel.set_ylabel("rate of the tilt (1/s)")
     style.legend(panel)
     return Words(
-        caption="The inverted spin beside its threshold: growth and decay of a tilt of 1e-200 "
+        caption="The inverted spin near its threshold: growth and decay of a tilt of 1e-200 "
         "rad, as integrated in double over 100 s (marks), and the real part of the eigenvalue "
         "(lines). Twelve decades of distance from lambda_thres on either side.",
         alt="Rates against the distance from the threshold, both logarithmic: marks on "

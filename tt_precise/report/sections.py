@@ -44,7 +44,7 @@ def reference() -> Section:
                 "not sampled. Moments of initiation and end are marked in definition A."
             ),
             Text(
-                "The climb is no smooth rise: theta swings forth and back within a band that "
+                "The climb is not smooth: theta swings forth and back within a band that "
                 "moves from the upright to the inverted pole, and phi_dot has spikes where the "
                 "axis passes a pole closely."
             ),
@@ -65,8 +65,8 @@ def other_starts() -> Section:
                 "would have it; the claims are judged both ways."
             ),
             Text(
-                "The initiation time has a sharp peak beside the reference start, which "
-                "therefore is no typical one."
+                "The initiation time has a sharp peak next to the reference start, which is "
+                "therefore not typical."
             ),
         ],
     )

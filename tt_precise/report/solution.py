@@ -303,7 +303,7 @@ def figure_7(axes: list[Axes]) -> Words:
     over_time(axes[1:])
     axes[2].set_xlabel(TIME)
     return Words(
-        caption="Figure 7 redrawn: the curve (D, E~), D(t), and E~(t) beside E(t). Bears on "
+        caption="Figure 7 redrawn: the curve (D, E~), D(t), and E~(t) with E(t). Bears on "
         "FIG-10 to FIG-13 and NUM-26 to NUM-30: the boundary values printed in section 2.3 "
         "(crosses) belong neither to this curve nor to its limits (dots); E~ exceeds E most "
         "in the middle of the climb, but not at every instant.",
@@ -400,7 +400,7 @@ def axis_at_the_pole(axes: list[Axes]) -> Words:
         "changes sign; each loop after it goes round the pole, and phi_dot stays positive. "
         f"The nearest distance, {least:.0f} µrad, is a matter of chance, and so is the height "
         "of the spike of phi_dot. Bears on QUAL-03, QUAL-04, QUAL-17, QUAL-18, NUM-04.",
-        alt="A spiral of growing loops beside the origin. Their nearest points move towards "
+        alt="A spiral of growing loops next to the origin. Their nearest points move towards "
         "the pole and over it: red dots before the passage, with the pole outside the loops, "
         "green dots after it, with the pole inside. An inset magnifies the passage.",
     )

@@ -202,7 +202,7 @@ class Timings:
 
     @property
     def ratio(self) -> float:
-        """The median of the ratios to the baseline beside each: a slow minute slows both."""
+        """The median of the ratios to the baseline before each: a slow minute slows both."""
         return median(map(operator.truediv, self.seconds, self.baselines))
 
 
@@ -239,7 +239,7 @@ class CompiledTrial:
     """A trial, its compiled solver, and what its last runs gave.
 
     ``setup_s`` is what importing and compiling took. ``grid`` is a run with samples on the way,
-    which is not timed; in the wide arithmetics samples cost nothing beside the steps, and the
+    which is not timed; in the wide arithmetics samples cost nothing next to the steps, and the
     timed run itself takes them.
     """
 

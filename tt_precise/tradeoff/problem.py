@@ -129,7 +129,7 @@ class Truth:
         """The errors of states at the last ``len(rows)`` of the problem's times.
 
         ``times`` are the dimensionless numbers that the method was given: the truth is moved to
-        them, so that their rounding, worth 1e-13 at 8 s in double, is no error of the method.
+        them, so that their rounding, worth 1e-13 at 8 s in double, is not an error of the method.
         None stands for the exact times, and states as users get them. An Euler state leaves the
         azimuth open; there it is that of the truth.
         """
@@ -164,7 +164,7 @@ class Truth:
 
 
 def _largest(errors: Sequence[Scalar], context: Functions) -> Scalar:
-    """The largest; infinite if one is no number, which ``max`` would pass over."""
+    """The largest; infinite if one is NaN, which ``max`` ignores."""
     return context.inf if any(map(context.isnan, errors)) else max(errors)
 
 

@@ -32,7 +32,7 @@ SceneLike = str | Scene
 FINE, WHERE_MISSING = "double-double", "quad"
 CLOSER = 16  # points that each closing-in compares
 GAUSS = 6  # nodes in each piece; a nutation of 37 ms has 16 pieces
-PAUSE_S = 0.2  # twice the longest nutation; a longer gap between turning points is no nutation
+PAUSE_S = 0.2  # twice the longest nutation; a longer gap between turning points is not a nutation
 MANY = 10  # "many times"
 DEFINITIONS = {"A": "A, signed perigee", "B": "B, algebraic", "C": "C, literal"}
 

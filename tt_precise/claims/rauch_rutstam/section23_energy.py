@@ -195,7 +195,7 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Finding:
     correct = "R*alpha*sin(theta)"
 
     def squared(text: str) -> Check:
-        # |a| is a root that is no rational function of the symbols: |a|^2 stands for it twice
+        # |a| is a root, not a rational function of the symbols: |a|^2 stands for it twice
         factor = f.read(text.replace("absolute_a*", ""))
         times = dot(q.a, q.a) if "absolute_a" in text else 1
         shown = f"|omega x a| = |omega|*{text.replace('absolute_a', '|a|')}"
