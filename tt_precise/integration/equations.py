@@ -23,7 +23,7 @@ from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.numerals import as_fraction
-from tt_precise.taylor.series import Series, SeriesFunctions, solution
+from tt_precise.taylor.series import Series, SeriesFunctions, rate, solution
 
 QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
 QUADRATURE_SCALE = 1024
@@ -84,6 +84,14 @@ def moving(
 
     entries = solution(rates, row)
     return entries, motion(form, record, body, entries, functions)
+
+
+def event_value(event: Event, q: Motion) -> Scalar:
+    """An event's function of the power series ``q``: a series, or a number where it is constant."""
+    value = event.function(q)
+    if event.of_rate:
+        return rate(value) if isinstance(value, Series) else 0
+    return value
 
 
 class Exact:

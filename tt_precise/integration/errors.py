@@ -25,13 +25,13 @@ from tt_precise.integration.columns import (
     worst_digits,
 )
 from tt_precise.integration.dense_output import ARRIVED, Segment, Times, in_parts, long_double
-from tt_precise.integration.equations import moving
+from tt_precise.integration.equations import event_value, moving
 from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.precision import finer
 from tt_precise.integration.run import Run
 from tt_precise.integration.setup import Setup, full_tolerance
 from tt_precise.runtime.values import Array, Functions, Scalar
-from tt_precise.taylor.series import Series, rate
+from tt_precise.taylor.series import Series
 
 RATIO = 30  # of the tolerances of a run and of its reference run in the same arithmetic
 GLIDING = ("vx", "vy", "nu_x", "nu_y")
@@ -494,9 +494,7 @@ def _zeros(
         rows = tuple(map(fn.array, zip(*segment.output.rows(inner), strict=True)))
     body = segment.output.start.body.map(number)
     entries, q = moving(setup.formulation, setup.record, body, rows, fn)
-    value = event.function(q)
-    if event.of_rate and isinstance(value, Series):
-        value = rate(value)
+    value = event_value(event, q)
     if not isinstance(value, Series):
         return numpy.full(len(times), math.inf), rows
     step = -value[0] / value[1]

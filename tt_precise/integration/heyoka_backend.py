@@ -130,8 +130,9 @@ def propagate(
             start.body, start.vectors, made.adaptive.order, setup.precision, setup.formulation
         )
         limits = {} if longest is None else {"max_delta_t": number(longest)}
-        sampling = None if samples is None else _Sampling(samples)
-        outcome, steps = _advance(made, goals, dense, sampling, progress, setup.precision, limits)
+        outcome, steps, taken = _advance(
+            made, goals, dense, samples, progress, setup.precision, limits
+        )
         status = status_of(outcome, made.terminal)
         if (
             status == "complete"
@@ -141,9 +142,7 @@ def propagate(
             status = "contact_ignored"
         if status != "failed":
             propagation = _propagation_of(setup, start, made, status, steps)
-            if sampling is None:
-                return propagation
-            return replace(propagation, samples=sampling.states)
+            return replace(propagation, samples=taken)
         last_good = made.adaptive.time
         if outcome == outcomes().err_nf_state:
             last_good = _time_before_failure(setup, start, made, horizon)
@@ -165,47 +164,24 @@ def propagate(
     return replace(propagation, status="failed")
 
 
-class _Sampling:
-    """The states of a run in double at rising ``times``, read from its steps as they are taken.
-
-    Where the first bounded piece of the way does not reach the last of them there are none:
-    heyoka would begin the next piece's grid a rounding beside where the last step ended.
-    """
-
-    def __init__(self, times: Array):
-        self._times = times
-        self.begun = False
-        self.states: Array | None = None  # shape (times, entries)
-
-    def advance(self, adaptive: Adaptive, **keywords: Any) -> tuple[Any, int]:
-        """Propagate to the last of the times, or as far as it goes; outcome and steps."""
-        import numpy
-
-        self.begun = True
-        outcome, _, _, steps, _, states = adaptive.propagate_grid(
-            numpy.append(adaptive.time, self._times), **keywords
-        )
-        if len(states) > len(self._times):
-            self.states = states[1:]
-        return outcome, steps
-
-
 def _advance(
     made: Integrator,
     goals: list[Scalar],
     dense: Pieces | None,
-    sampling: _Sampling | None,
+    samples: Array | None,
     progress: Progress | None,
     precision: Precision,
     limits: dict[str, Any],
-) -> tuple[Any, int]:
-    """Outcome and steps of a propagation from goal to goal, in bounded pieces.
+) -> tuple[Any, int, Array | None]:
+    """Outcome, steps and states at ``samples`` of a propagation from goal to goal, by pieces.
 
     Between the pieces, and between the steps of wide arithmetics, Python runs: that is where
     progress is reported and Ctrl-C gets through. The outcome is ``step_limit`` where a whole piece
     covered less than eps of the horizon (mu = 1e300): the rest would take 1/eps more of them.
+    There are states, axes (time, entry), where the first piece behind the tiny one reaches the last
+    sample: heyoka would begin another grid a rounding beside where the last step ended.
     """
-    kinds = outcomes()
+    kinds, taken = outcomes(), None
 
     def report(adaptive: Adaptive) -> bool:
         if progress and goals[-1]:
@@ -224,8 +200,12 @@ def _advance(
         advance, crawl = with_guard_bits(goal), precision.eps * with_guard_bits(goal)
         while outcome == kinds.step_limit and advance >= crawl:
             before = made.adaptive.time
-            if sampling is not None and goal == goals[-1] and not sampling.begun:
-                outcome, count = sampling.advance(made.adaptive, **keywords)
+            if samples is not None and goal == goals[-1]:
+                outcome, _, _, count, _, states = made.adaptive.propagate_grid(
+                    [before, *samples], **keywords
+                )
+                taken = states[1:] if len(states) > len(samples) else None
+                samples = None
             else:
                 outcome, _, _, count, output, _ = made.adaptive.propagate_until(
                     goal, c_output=dense is not None, **keywords
@@ -235,7 +215,7 @@ def _advance(
             steps += count
             advance = with_guard_bits(made.adaptive.time - before)
             report(made.adaptive)
-    return outcome, steps
+    return outcome, steps, taken
 
 
 def _propagation_of(

@@ -14,7 +14,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from tt_precise.integration.equations import moving
+from tt_precise.integration.equations import event_value, moving
 from tt_precise.integration.events import FIRST_STEP, Event, EventRecord
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.initial_state import InitialState
@@ -24,7 +24,6 @@ from tt_precise.taylor.series import (
     Series,
     Sized,
     SizedFunctions,
-    rate,
 )
 
 ROUNDINGS = 10  # eps of its summands, below which a function is zero
@@ -52,14 +51,7 @@ def functions_along(
 ) -> tuple[tuple[Series, ...], dict[str, Scalar]]:
     """The series of the state that begins at ``row``, and of each event's function along it."""
     entries, q = moving(setup.formulation, setup.record, body, row, fn)
-    functions = {}
-    for name, event in events.items():
-        value = event.function(q)
-        if event.of_rate:
-            functions[name] = rate(value) if isinstance(value, Series) else 0
-        else:
-            functions[name] = value
-    return entries, functions
+    return entries, {name: event_value(event, q) for name, event in events.items()}
 
 
 def at_start(setup: Setup, start: InitialState) -> AtStart:
@@ -70,11 +62,6 @@ def at_start(setup: Setup, start: InitialState) -> AtStart:
     InputError
         One of them is undefined at the start.
     """
-    key = ("events at the start", setup)
-    return start.once(key, lambda: _at_start(setup, start))
-
-
-def _at_start(setup: Setup, start: InitialState) -> AtStart:
     import numpy
 
     form = setup.formulation
@@ -224,7 +211,7 @@ def settled(
 
     The events of the first step are added, touches are left out.
     """
-    first = at_start(setup, start)
+    first = start.once(("events at the start", setup), lambda: at_start(setup, start))
     early = [hit for hit in first.hits if hit.time <= end]
     later = [
         hit
