@@ -7,14 +7,12 @@ what is not varied is the scene's. So a row can be made again from its own line 
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
-import operator
 from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
+from numbers import Integral
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,6 +20,7 @@ from msgspec import ValidationError, convert
 from msgspec.structs import asdict
 
 from tt_precise.integration.setup import CONTACTS
+from tt_precise.runtime.cache import fingerprint
 from tt_precise.runtime.files import parse_toml, read_toml
 from tt_precise.runtime.records import Meta, Record
 from tt_precise.runtime.values import Array, InputError, Json
@@ -149,8 +148,7 @@ class Specification:
     @cached_property
     def fingerprint(self) -> str:
         """SHA-256 of the description: two sweeps with the same one have the same rows."""
-        text = json.dumps(self.description(), sort_keys=True)
-        return hashlib.sha256(text.encode("utf-8")).hexdigest()
+        return fingerprint(self.description())
 
     @cached_property
     def plan(self) -> Plan:
@@ -233,15 +231,10 @@ def box_ends(name: str, ends: Ends) -> tuple[Fraction, Fraction]:
     return low, high
 
 
-def _number(name: str, value: Number, what: str) -> Fraction:
+def _number(name: str, value: Any, what: str) -> Fraction:
     what = f"{what} {name}"
-    if isinstance(value, str | Fraction):
-        return within_doubles(written(value, what, UNITS.get(name, "")), what)
-    try:
-        # a float stands for the decimal that one writes, as everywhere; it is the same float64
-        return Fraction(repr(float(value)) if isinstance(value, float) else operator.index(value))
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{what}: got {str(value)[:60]!r}, expected finite numbers") from None
+    given = int(value) if isinstance(value, Integral) else value  # NumPy's integers too
+    return within_doubles(written(given, what, UNITS.get(name, "")), what)
 
 
 # ---- a sweep as a file -----------------------------------------------------------------------
