@@ -7,7 +7,7 @@ in rising order until the interval is resolved. The differences are added up fro
 that the sampling interval does not matter: what is measured is
 |x(t) - x(0) - integral of rates|, in units of the size of x at the start.
 
-What the highest order leaves open is followed from row to row (``shooting``), and the solution's
+What the highest order leaves open is followed from row to row (``follow``), and the solution's
 end compared with the next row; the first interval is followed back from its end, too. Where rows
 lie too far apart even for that, the interval is left out and counted. From the sum of the others,
 the error bounds of the quadrature and the rounding are subtracted: a value that remains is the
