@@ -23,8 +23,16 @@ import numpy
 from flint import arb, arb_mat, arb_poly, fmpz
 
 from tt_precise.certify.balls import Balls, ball
-from tt_precise.certify.certificate import MOST_POWER, Refused, bounded, exactly
+from tt_precise.certify.certificate import (
+    MOST_BITS,
+    MOST_ORDER,
+    MOST_POWER,
+    Refused,
+    bounded,
+    exactly,
+)
 from tt_precise.certify.checker_arithmetic import (
+    Dual,
     Formal,
     FormalFunctions,
     Frame,
@@ -32,7 +40,6 @@ from tt_precise.certify.checker_arithmetic import (
     TaylorModel,
     coefficient,
     fixed,
-    linear,
     polynomial,
     solution,
 )
@@ -53,7 +60,6 @@ from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Arithmetic, Functions, InputError, Json, Scalar
 from tt_precise.scene.scene import Scene
 
-MOST_BITS, MOST_ORDER = 10_000, 10_000
 GUARD = 40  # bits of the balls beyond those of the pieces
 LOW, LOW_BITS = 10, 80  # degree and bits of the polynomials that bound derivatives
 TERMS = 80  # of the flow's polynomial at most; strong damping makes them large at first
@@ -234,15 +240,15 @@ class Checker:
 
     def _jacobian(self, low: Frame) -> list[list[arb_poly]]:
         """Derivatives of the rates; those of components that stay zero have to be zero."""
-        columns = []
-        for j in self.free:
-            state = [linear(y, int(i == j)) for i, y in enumerate(self.tube)]
-            rates = self.rates(state)
-            columns.append([polynomial(rates[i], 1) * self.unit for i in self.free])
+        state = [Dual(y, {i: 1} if i in self.free else {}) for i, y in enumerate(self.tube)]
+        rates = [Dual(0, {}) + rate for rate in self.rates(state)]
         still = (i for i in range(len(self.p)) if i not in self.free)
-        if any(self.p[i].length() or polynomial(rates[i], 0).length() for i in still):
+        if any(self.p[i].length() or polynomial(rates[i].value, 0).length() for i in still):
             raise Refused("a component does not stay zero")
-        return [list(row) for row in zip(*columns, strict=True)]
+        return [
+            [polynomial(rates[i].slopes.get(j, 0), 0) * self.unit for j in self.free]
+            for i in self.free
+        ]
 
 
 def _exponent(x: arb) -> int:

@@ -60,7 +60,9 @@ class Series(Ring):
     def __mul__(self, other: Scalar) -> Series:
         if not isinstance(other, Series):
             factor = self._number(other)
-            return self._made(lambda c, n: self._dot([self[n]], [factor]))
+            if self.bits:
+                return self._made(lambda c, n: self[n] * factor >> self.bits)
+            return self._made(lambda c, n: self[n] * factor)
 
         def rule(c: list[Scalar], n: int) -> Scalar:
             _ = self[n], other[n]
@@ -110,11 +112,6 @@ def solution(
     nothing = Series(lambda c, n: 0, bits=bits)
     slopes += [rate + nothing for rate in rates(entries)]
     return entries
-
-
-def linear(x: Scalar, slope: Scalar) -> Series:
-    """A power series with two terms."""
-    return Series(lambda c, n: 0, [x, slope])
 
 
 def coefficient(x: Scalar, n: int) -> Scalar:
@@ -199,6 +196,49 @@ class TaylorModel(Ring):
         if not error < 1:
             raise Refused("a divisor, or what has a root, may be zero")
         return error
+
+
+class Dual(Ring):
+    """A value with those of its derivatives, by entries of a state, that are not simply zero."""
+
+    def __init__(self, value: Scalar, slopes: dict[int, Scalar]):
+        self.value, self.slopes = value, slopes
+
+    def _scaled(self, value: Scalar, factor: Scalar) -> Dual:
+        return Dual(value, {j: slope * factor for j, slope in self.slopes.items()})
+
+    def __add__(self, other: Scalar) -> Dual:
+        if not isinstance(other, Dual):
+            return Dual(self.value + other, self.slopes)
+        slopes = dict(self.slopes)
+        for j, slope in other.slopes.items():
+            slopes[j] = slopes[j] + slope if j in slopes else slope
+        return Dual(self.value + other.value, slopes)
+
+    def __neg__(self) -> Dual:
+        return self._scaled(-self.value, -1)
+
+    def __mul__(self, other: Scalar) -> Dual:
+        if not isinstance(other, Dual):
+            return self._scaled(self.value * other, other)
+        value = self.value * other.value
+        return self._scaled(value, other.value) + other._scaled(0, self.value)
+
+    def __truediv__(self, other: Scalar) -> Dual:
+        return self * (other.inverse() if isinstance(other, Dual) else 1 / arb(other))
+
+    def __rtruediv__(self, other: Scalar) -> Dual:
+        return self.inverse() * other
+
+    def inverse(self) -> Dual:
+        """1/x."""
+        found = 1 / self.value
+        return self._scaled(found, -(found * found))
+
+    def sqrt(self) -> Dual:
+        """The square root."""
+        found = self.value.sqrt()
+        return self._scaled(found, 1 / (found * 2))
 
 
 class Formal(Ring):
