@@ -98,6 +98,23 @@ def test_extrema_of_other_quantities() -> None:
     assert 1.9 < rows["lambda_ratio"][0] < 2.1
 
 
+def test_a_peak_between_samples_beside_the_pole_is_found() -> None:
+    # the axis passes the pole at 0.5229 s: all samples of the step lie on the shoulders of the peak
+    start = {
+        "theta_dot": "-4.44430617852", "phi_dot": "-197.175915291",
+        "nu_x": "0.108429116962", "nu_y": "-0.0257519235174",
+    }  # fmt: skip
+    spec = specification("reference", until="0.6", vary=start, record=("min_nu_x",))
+    (least,) = compute(spec.plan, values_of(spec), 8)["min_nu_x"]
+    run = tt.integrate(
+        spec.plan.scene_of({name: float(value) for name, value in start.items()}),
+        events=("extremum:nu_x",),
+    )
+    fine = run.frame("nu_x", times=run.events["t"])["nu_x"].min()
+    assert fine < -0.1642
+    assert least == pytest.approx(fine, rel=0, abs=1e-9)
+
+
 def test_rows_do_not_depend_on_order_or_company(
     mixed: tuple[Specification, numpy.ndarray, dict[str, Any]],
 ) -> None:

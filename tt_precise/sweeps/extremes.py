@@ -9,6 +9,7 @@ force, which every row has, is read off the polynomial of k.z alone.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
@@ -29,6 +30,7 @@ FINER = numpy.linspace(0, 1, 9)
 MARGIN = 1 / 8  # of the spread of the values: what lies between them may be so much larger
 RESOLVED = 2.0**-6  # of the spread: by so much a parabola through every other value is off
 ROUNDING = 2.0**-45  # of the value, which is no spread
+TURN = 0.5  # rad; where the axis' azimuth turns more between places, a peak may lie between them
 CLOSE = 2.0**-27  # of a step: a parabola loses 2^-54 of its height so near to its peak
 MOST_HELD = 20_000  # steps; each takes 1.5 kB
 
@@ -72,8 +74,9 @@ class Extreme:
     def read(self, steps: Steps) -> None:
         """Look for it in some steps."""
         row, width = steps.row.ravel(), steps.width.ravel()
-        values = self._sampled(row, steps.all_series(*self._entries), width * self._nodes[:, None])
-        ceiling, largest = _ceiling(values)
+        series = steps.all_series(*self._entries)
+        values, turns = self._sampled(row, series, width * self._nodes[:, None])
+        ceiling, largest = _ceiling(values, turns)
         taken = numpy.flatnonzero(steps.taken)
         numpy.fmax.at(self._best, row[taken], largest[taken])
         may = taken[ceiling[taken] >= self._best[row[taken]]]
@@ -106,8 +109,8 @@ class Extreme:
         while len(owner):
             at = low + size * self._nodes[:, None]
             row = held.row[owner]
-            values = self._sampled(row, series[:, :, owner], held.width[owner] * at)
-            ceiling, largest = _ceiling(values)
+            values, turns = self._sampled(row, series[:, :, owner], held.width[owner] * at)
+            ceiling, largest = _ceiling(values, turns)
             best = values.argmax(axis=0)
             order = numpy.lexsort((-at[best, numpy.arange(len(owner))], largest))
             order = order[largest[order] > highest[owner[order]]]  # the last one stays
@@ -137,21 +140,33 @@ class Extreme:
         self._highest[row], self._when[row] = highest[first], when[first]
         self._states[row] = states_in(held.series[:, :, first], place[first] * held.width[first])
 
-    def _sampled(self, row: Array, series: Array, since: Array) -> Array:
-        """The quantity, upside down for a smallest value, at times after the start of steps."""
+    def _sampled(self, row: Array, series: Array, since: Array) -> tuple[Array, Array]:
+        """The quantity, upside down for a smallest value, at times after the start of steps.
+
+        Also whether the azimuth of the axis turns by more than ``TURN`` between two of the times.
+        """
+        turns = numpy.zeros(since.shape[1], dtype=bool)
         if self._force:
             inputs = numpy.concatenate((series[0, 2:], since))
             curvature = _curvature(len(series[0]) - 2, len(since))
-            return curvature(numpy.ascontiguousarray(inputs), **ALONE)
+            return curvature(numpy.ascontiguousarray(inputs), **ALONE), turns
         states = states_in(series, *since)
         body = self._form.body(self._bodies[:, row])
-        q = self._form.motion(body, self._form.State(*numpy.moveaxis(states, -1, 0)), numpy)
-        sampled: Array = self._sign * self._quantity.evaluate(q) * numpy.ones(since.shape)
-        return sampled
+        state = self._form.State(*numpy.moveaxis(states, -1, 0))
+        q = self._form.motion(body, state, numpy)
+        values: Array = self._sign * self._quantity.evaluate(q) * numpy.ones(since.shape)
+        if not self._quantity.pole:
+            across = state.kx[:-1] * state.ky[1:] - state.ky[:-1] * state.kx[1:]
+            along = state.kx[:-1] * state.kx[1:] + state.ky[:-1] * state.ky[1:]
+            turns = (numpy.abs(across) > math.tan(TURN) * along).any(axis=0)
+        return values, turns
 
 
-def _ceiling(values: Array) -> tuple[Array, Array]:
-    """What a quantity stays below between its values at nodes, and the largest of these."""
+def _ceiling(values: Array, turns: Array) -> tuple[Array, Array]:
+    """What a quantity stays below between its values at nodes, and the largest of these.
+
+    Infinite where the values, or ``turns`` of the axis, do not resolve it.
+    """
     largest, smallest = values.max(axis=0), values.min(axis=0)
     spread = largest - smallest
     ceiling = largest + MARGIN * spread
@@ -161,7 +176,7 @@ def _ceiling(values: Array) -> tuple[Array, Array]:
         first = (5 * even[0] + 15 * even[1] - 5 * even[2] + even[3]) / 16
         last = (5 * even[4] + 15 * even[3] - 5 * even[2] + even[1]) / 16
         off = numpy.abs(numpy.stack((first, *middle, last)) - odd).max(axis=0)
-        rough = off > RESOLVED * spread + ROUNDING * numpy.abs(largest)
+        rough = turns | (off > RESOLVED * spread + ROUNDING * numpy.abs(largest))
         ceiling = numpy.where(rough, numpy.inf, ceiling)
     return ceiling, largest
 
