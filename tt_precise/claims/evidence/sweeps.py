@@ -36,7 +36,7 @@ RECORD = (
     "end_theta", "start_E", "lambda_ratio",
 )  # fmt: skip
 FILE = "sweeps-section-2.2.csv.gz"
-VERSION = 2  # of everything above that the fingerprint does not see
+VERSION = 3  # of everything above that the fingerprint does not see
 CONTACTS = {
     "held": "without the starts that lose contact",
     "through": "with them, integrated on with g_n < 0 as in the paper",
