@@ -162,7 +162,7 @@ class Extreme:
         return values, turns
 
 
-def _ceiling(values: Array, turns: Array) -> tuple[Array, Array]:
+def _ceiling(values: Array, turns: Array | bool = False) -> tuple[Array, Array]:
     """What a quantity stays below between its values at nodes, and the largest of these.
 
     Infinite where the values, or ``turns`` of the axis, do not resolve it.
