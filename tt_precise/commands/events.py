@@ -40,7 +40,7 @@ def command(
         if any(option is not None for option in (precision, digits, until, only)):
             raise InputError("events: got an option for a scene, expected the SCENE too")
         return _catalogue(as_json)
-    from tt_precise.commands.run import event_rows
+    from tt_precise.commands.run import TOUCHES, event_rows
     from tt_precise.integration import integrate
     from tt_precise.integration.events import TERMINAL
     from tt_precise.integration.setup import asked_for
@@ -75,9 +75,7 @@ def command(
         or None,
     }
     shown = _lines(run)
-    shown += [
-        f"{name}: its function touches zero or stays there, does not cross" for name in run.touches
-    ]
+    shown += [f"{name}: its function {TOUCHES}" for name in run.touches]
     shown += [f"{key:>9}: {_seconds(time)}" for key, time in climb.items()]
     if run.status != "complete":
         meaning = TERMINAL.get(run.status, "the integration ended early")

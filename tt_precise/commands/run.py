@@ -21,6 +21,7 @@ UNFINISHED = 1
 LONG_S = 60.0  # a run with --digits that takes longer says so first
 LEAVES = ("contact_lost", "lift_off", "separation")  # how a stretch on the table ends in the air
 MOST_STRETCHES = 8  # that are told in a line
+TOUCHES = "touches zero, stays there, or crosses it by less than the accuracy of the run"
 DOES = {"gliding": "glides", "rolling": "rolls", "flight": "flies", "contact": "in contact"}
 
 State = dict[str, str | None]
@@ -115,9 +116,7 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
         Meta(description="largest relative drift of everything that is conserved, decimals"),
     ]
     events: Annotated[tuple[EventRecord, ...], Meta(description="recorded events in order of time")]
-    touches: Annotated[
-        tuple[str, ...], Meta(description="events whose functions touch zero and do not cross")
-    ]
+    touches: Annotated[tuple[str, ...], Meta(description=f"events whose function {TOUCHES}")]
 
 
 @click.command("run", epilog=f"Digits: {RULE}")
@@ -367,10 +366,7 @@ def lines(trajectory: Trajectory, found: dict[str, Any]) -> list[str]:
         *(f"  drift of {name}: {short(value)}" for name, value in trajectory.drift.items()),
     ]
     shown += [f"  {count} x {name}" for name, count in trajectory.event_counts.most_common()]
-    shown += [
-        f"  {name}: its function touches zero or stays there, does not cross"
-        for name in trajectory.touches
-    ]
+    shown += [f"  {name}: its function {TOUCHES}" for name in trajectory.touches]
     if trajectory.status == "contact_ignored":
         shown.append("  CONTACT IGNORED: g_n < 0 on the way, where no table holds the top")
     elif trajectory.status != "complete":

@@ -381,9 +381,10 @@ class Trajectory:
 
     @property
     def touches(self) -> tuple[str, ...]:
-        """Events asked for whose functions were seen to touch zero, or stay there, not cross it.
+        """Events asked for whose function, somewhere, touches zero or stays there.
 
-        That is no event; the same function may cross zero elsewhere.
+        Or crosses it by less than the tolerance of its summands, which more digits can tell apart.
+        No event is recorded there; the same function may cross zero elsewhere.
         """
         return self.run.touches
 
