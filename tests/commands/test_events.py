@@ -94,7 +94,9 @@ def test_a_touch_is_said_once(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(command) == 0
     said = capsys.readouterr().out
     assert said.count("phi_dot_zero") == 1
-    assert "phi_dot_zero: its function touches zero, stays there, or crosses it by less than" in said
+    assert (
+        "phi_dot_zero: its function touches zero, stays there, or crosses it by less than" in said
+    )
     assert cli.main([*command, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["touches"] == ["phi_dot_zero"]
     assert cli.main(["run", "rolling", "--until", "1", "--events", "phi_dot_zero", "--json"]) == 0
