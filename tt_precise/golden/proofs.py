@@ -16,7 +16,7 @@ balls are those of the exact solution only a proof can decide.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 from decimal import Context, Decimal
 from fractions import Fraction
@@ -390,14 +390,19 @@ def excludes(text: str, ball: str, scale: Decimal) -> bool:
     return abs(middle - number % 10**KEPT * 10**BEYOND) > 10**BEYOND // 2 + radius
 
 
-def enclosed(stored: Stored, record: Record, file: str, row: int) -> dict[str, Interval]:
-    """The exact numbers of a row of golden data, by column; without those that are undefined."""
+def enclosed(
+    stored: Stored, record: Record, file: str, row: int, names: Container[str] | None = None
+) -> dict[str, Interval]:
+    """The exact numbers of a row of golden data, by column; without those that are undefined.
+
+    Those of the columns ``names`` only, where they are given.
+    """
     balls, texts = record.balls(file), stored.table(file)
     printed = dict(zip(texts.columns, texts.rows[row], strict=True))
     return {
         name: Interval.of_ball(printed[name], ball, stored.scales[name])
         for name, ball in zip(balls.columns, balls.rows[row], strict=True)
-        if ball
+        if ball and (names is None or name in names)
     }
 
 
@@ -426,7 +431,7 @@ def _times(stored: Stored, record: Record) -> Iterator[str]:
 
 def inversion(stored: Stored, record: Record) -> InversionTimes:
     """The times of the climb, from the enclosed events."""
-    events = proved_events(stored, record)
+    events = proved_events(stored, record, ("t", "theta", "phi_dot"))
     rising = [one for one in events.get("equator", []) if one["direction"] < 0]
     if not rising:
         return from_inversion_events(InversionEvents([], NO_TURNS, NO_TURNS, [], [], []), PI)
@@ -458,11 +463,13 @@ def inversion(stored: Stored, record: Record) -> InversionTimes:
     return from_inversion_events(marks, PI)
 
 
-def proved_events(stored: Stored, record: Record) -> dict[str, list[Event]]:
-    """The enclosed events by name, in order of time."""
+def proved_events(
+    stored: Stored, record: Record, names: Container[str] | None = None
+) -> dict[str, list[Event]]:
+    """The enclosed events by name, in order of time, with all columns or those of ``names``."""
     found: dict[str, list[Event]] = {}
     for position, row in enumerate(stored.events.rows):
-        event = enclosed(stored, record, EVENTS, position)
+        event = enclosed(stored, record, EVENTS, position, names)
         event["direction"] = Interval.of(int(row[2]))
         found.setdefault(row[0], []).append(event)
     return found

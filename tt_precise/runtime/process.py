@@ -21,7 +21,7 @@ from typing import Any
 
 THREADS = "OPENBLAS_NUM_THREADS"
 COMPILED, COMPILED_PLACE = "compiled", "HEYOKA_CACHE_DIR"
-COMPILED_BYTES = 256 * 2**20
+COMPILED_BYTES = 64 * 2**20
 _lock = threading.Lock()
 _ours = False
 

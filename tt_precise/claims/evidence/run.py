@@ -202,7 +202,8 @@ class Run:
         """Times and values of a quantity's local extrema within ``span``, and at its ends."""
         import numpy
 
-        times, values = (numpy.array(column, float) for column in _extrema(self.scene, name))
+        found = _extrema(self.scene, (name,))[name]
+        times, values = (numpy.array(column, float) for column in found)
         if span is None:
             return times, values
         inside = (times > span.begin) & (times < span.end)
@@ -264,7 +265,8 @@ class Run:
         finer = confirming_precision()
         if finer == "double":  # which would confirm itself to any digit
             finer = FINE if is_available(FINE) else WHERE_MISSING
-        return Settled.of(*(min(_extrema(self.scene, name, each)[1]) for each in (finer, "double")))
+        extrema = (_extrema(self.scene, (name,), each)[name] for each in (finer, "double"))
+        return Settled.of(*(min(values) for _, values in extrema))
 
     def extreme_of(
         self,
@@ -343,12 +345,13 @@ def _sampled(scene: SceneLike, names: tuple[str, ...], every: str) -> pandas.Dat
 
 @cache
 def _extrema(
-    scene: SceneLike, name: str, precision: str = "double"
-) -> tuple[list[Scalar], list[Scalar]]:
-    """Times and values of all local extrema of a quantity, and at both ends."""
-    run = integrate(load_scene(scene), precision, events=(f"extremum:{name}",))
-    times = [0, *run.events["t"], run.t_end]
-    return times, exact(run, name, *times)
+    scene: SceneLike, names: tuple[str, ...], precision: str = "double"
+) -> dict[str, tuple[list[Scalar], list[Scalar]]]:
+    """Times and values of all local extrema of each quantity, and at both ends, from one run."""
+    events = {name: f"extremum:{name}" for name in names}
+    run = integrate(load_scene(scene), precision, events=tuple(events.values()))
+    times = {name: [0, *rows_of(run, event)["t"], run.t_end] for name, event in events.items()}
+    return {name: (times[name], exact(run, name, *times[name])) for name in names}
 
 
 @cache
@@ -363,8 +366,8 @@ def _course(run: Run, names: tuple[str, ...], every: float) -> pandas.DataFrame:
     import pandas
 
     times = numpy.arange(run.whole.begin, run.whole.end, every)
-    for name in names:
-        times = numpy.union1d(times, run.extrema(name)[0])
+    for turns, _ in _extrema(run.scene, names).values():
+        times = numpy.union1d(times, numpy.array(turns, float))
     times = numpy.union1d(times, [*run.turns["t"].astype(float), run.whole.end])
     return pandas.DataFrame(run.columns(names, list(times)))
 
