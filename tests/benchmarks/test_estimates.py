@@ -11,7 +11,7 @@ SAMPLE = (0, 3, 6, 14)  # gliding, rolling, one that leaves the table; 5 to 12 d
 def test_digits_are_delivered_and_estimated(seed: int) -> None:
     found = estimates.row(estimates.sample(seed))
     assert found["right"] >= found["wanted"]
-    assert abs(found["estimated"] - found["right"]) < estimates.OPTIMISM
+    assert found["right"] - 1 <= found["estimated"] <= found["right"] + estimates.OPTIMISM
 
 
 def test_cases_are_seeded() -> None:
@@ -41,4 +41,3 @@ def test_a_thousand_cases() -> None:
     assert (ran["right"] >= ran["wanted"]).all()
     excess = ran["estimated"] - ran["right"]
     assert excess.max() <= estimates.OPTIMISM
-    assert (abs(excess) <= estimates.NEAR).mean() >= 0.99

@@ -38,7 +38,7 @@ PRINTED = 1e-6  # the paper's "precision of order 1e-6" of lambda; section 2.1
 PAPER_METHOD = "SciPy odeint, Python"
 BROUWER = 0.5
 DIGITS_PER_BIT = 0.30103
-OPTIMISM = 0.5  # digits that an estimate may be above the truth
+OPTIMISM = 0.3  # digits that an estimate may be above the truth
 
 
 class TradeoffTables(NamedTuple):
