@@ -180,7 +180,7 @@ class GoldenDistance:
         self._setup, self._asked, self._fresh = setup, asked, fresh
         self._true, self._absent, self._ended = _golden_rows(setup, folder)
         known = {*NewtonState._fields, *EulerState._fields}
-        known |= {*LIFTED} if setup.scene.lifts else set()
+        known |= {*LIFTED} if setup.height_given else set()
         known |= {*TRACK} if fresh else {*TRACK} & {*(self._true.names if self._true else ())}
         known -= {"vx", "vy", "nu_x", "nu_y"} if setup.rolling else set()
         self._written = [name for name in present if name in known]
