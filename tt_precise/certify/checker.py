@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import flint
 import numpy
-from flint import arb, arb_mat, arb_poly, fmpz
+from flint import arb, arb_mat, arb_poly, fmpq, fmpz
 
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.certificate import (
@@ -36,6 +36,7 @@ from tt_precise.certify.checker_arithmetic import (
     Formal,
     FormalFunctions,
     Frame,
+    Rates,
     Series,
     TaylorModel,
     coefficient,
@@ -128,6 +129,10 @@ class Checker:
         """Go on from here in the first of the ``phases``."""
         phase, self.finish, self.end = self.phases[0], time, state
         self.form, self.entered = phase.form, time
+        record, body = self.scene.record, self.start.body
+        self.rates = Rates(
+            lambda y: extended_rates(phase.form, record, body, tuple(y), Balls), len(state)
+        )
         if phase.ends != "landing" and not phase.function(self.motion(state)) > 0:
             raise Refused(f"the motion is not proved to begin before {phase.ends}")
         self.free = self._moving(state)
@@ -153,11 +158,6 @@ class Checker:
         if function is not _pull:
             raise Refused(f"a sign at t = {float(self.entered):.6g} is undecided")
         return 1
-
-    def rates(self, state: Sequence[Scalar]) -> list[Scalar]:
-        """The right-hand side, with the quadratures that the scene records."""
-        record = self.scene.record
-        return extended_rates(self.form, record, self.start.body, tuple(state), Balls)
 
     def motion(self, state: Sequence[Scalar]) -> Motion:
         """What events and quantities are functions of."""
@@ -234,7 +234,7 @@ class Checker:
         )
         polynomials = ([y[n] for n in range(self.order + 1)] for y in found)
         return [
-            arb_poly([arb(fmpz(c)) * arb(2) ** (finer * n - bits) for n, c in enumerate(p)])
+            arb_poly([arb(fmpz(int(c))) * arb(2) ** (finer * n - bits) for n, c in enumerate(p)])
             for p in polynomials
         ]
 
@@ -435,9 +435,9 @@ class Beginning:
     """How functions of a scene begin, at t = 0 exactly."""
 
     def __init__(self, scene: Scene, form: Formulation):
-        formal = FormalFunctions()
+        formal, rational = FormalFunctions(), lambda x: fmpq(x.numerator, x.denominator)
         starts = (
-            (formal, InitialState.in_si(scene, Arithmetic(formal, Fraction))),
+            (formal, InitialState.in_si(scene, Arithmetic(formal, rational))),
             (Balls, InitialState.of(scene, Arithmetic(Balls, ball))),
         )
         self.motions = [_moving(form, _begun(scene, start, fn), fn) for fn, start in starts]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from fractions import Fraction
-from math import isqrt, nan
-from operator import mul
+from operator import add, mul, neg
 
 from flint import arb, arb_poly, arb_series, fmpq, fmpq_poly
+from gmpy2 import isqrt, mpz
 
 from tt_precise.certify.balls import Balls, Ring, series_length
 from tt_precise.certify.certificate import Refused
@@ -16,7 +15,76 @@ from tt_precise.runtime.values import Scalar
 NONE, ONE, ZERO = fmpq_poly([]), fmpq_poly([1]), fmpq(0)
 
 
-class Series(Ring):
+def inverse(x: Scalar) -> Scalar:
+    """1/x, exact of whole and rational numbers."""
+    return x.inverse() if hasattr(x, "inverse") else fmpq(1) / x
+
+
+class Field(Ring):
+    """What follows from a reciprocal, too."""
+
+    def __truediv__(self: Scalar, other: Scalar) -> Scalar:
+        return self * inverse(other)
+
+    def __rtruediv__(self: Scalar, other: Scalar) -> Scalar:
+        return inverse(self) * other
+
+
+class Operation(Field):
+    """What is made of entries of a state, each operation once; ``known`` has all, in order."""
+
+    def __init__(self, known: dict[Scalar, Operation], *made: Scalar):
+        self.known, self.made = known, made
+
+    def _result(self, *made: Scalar) -> Operation:
+        key = tuple(x.repr() if isinstance(x, arb) else x for x in made)
+        return self.known.setdefault(key, Operation(self.known, *made))
+
+    def __add__(self, other: Scalar) -> Operation:
+        return self._result(add, self, other)
+
+    def __neg__(self) -> Operation:
+        return self._result(neg, self)
+
+    def __mul__(self, other: Scalar) -> Operation:
+        return self._result(mul, self, other)
+
+    def inverse(self) -> Operation:
+        """1/x."""
+        return self._result(inverse, self)
+
+    def sqrt(self) -> Operation:
+        """The square root."""
+        return self._result(Balls.sqrt, self)
+
+
+class Rates:
+    """A function of ``size`` entries of a state, as the operations that it needs."""
+
+    def __init__(self, function: Callable[[Sequence[Scalar]], Sequence[Scalar]], size: int):
+        known: dict[Scalar, Operation] = {}
+        self.entries = [Operation(known) for _ in range(size)]
+        self.results = function(self.entries)
+        needed = {id(x) for x in self.results}
+        for node in reversed(known.values()):
+            if id(node) in needed:
+                needed |= {id(x) for x in node.made}
+        self.operations = [node for node in known.values() if id(node) in needed]
+
+    def __call__(self, state: Sequence[Scalar]) -> list[Scalar]:
+        """Its values in the arithmetic of a state."""
+        values = dict(zip(self.entries, state, strict=True))
+
+        def value(x: Scalar) -> Scalar:
+            return values[x] if isinstance(x, Operation) else x
+
+        for node in self.operations:
+            operation, *operands = node.made
+            values[node] = operation(*map(value, operands))
+        return [value(x) for x in self.results]
+
+
+class Series(Field):
     """A power series; ``rule(c, n)`` gives the n-th coefficient from those before it, ``c``.
 
     Coefficients are of any arithmetic. With ``bits`` they are whole numbers in units of 2^-bits.
@@ -41,9 +109,11 @@ class Series(Ring):
     def _number(self, x: Scalar) -> Scalar:
         return fixed(arb(x), self.bits) if self.bits else x
 
+    def _product(self, x: Scalar) -> Scalar:
+        return x >> self.bits if self.bits else x
+
     def _dot(self, a: list[Scalar], b: list[Scalar]) -> Scalar:
-        total = sum(map(mul, a, b))
-        return total >> self.bits if self.bits else total
+        return self._product(sum(map(mul, a, b)))
 
     def _ratio(self, a: Scalar, b: Scalar) -> Scalar:
         return (a << self.bits) // b if self.bits else a / b
@@ -60,9 +130,7 @@ class Series(Ring):
     def __mul__(self, other: Scalar) -> Series:
         if not isinstance(other, Series):
             factor = self._number(other)
-            if self.bits:
-                return self._made(lambda c, n: self[n] * factor >> self.bits)
-            return self._made(lambda c, n: self[n] * factor)
+            return self._made(lambda c, n: self._product(self[n] * factor))
 
         def rule(c: list[Scalar], n: int) -> Scalar:
             _ = self[n], other[n]
@@ -70,19 +138,16 @@ class Series(Ring):
 
         return self._made(rule)
 
-    def __truediv__(self, other: Scalar) -> Series:
-        if not isinstance(other, Series):
-            divisor = self._number(other)
-            return self._made(lambda c, n: self._ratio(self[n], divisor))
+    def inverse(self) -> Series:
+        """1/x."""
 
         def rule(c: list[Scalar], n: int) -> Scalar:
-            _ = other[n]
-            return self._ratio(self[n] - self._dot(c, other.c[n:0:-1]), other[0])
+            if not n:
+                return self._ratio(1 << self.bits, self[0])
+            _ = self[n]
+            return -self._product(self._dot(c, self.c[n:0:-1]) * c[0])
 
         return self._made(rule)
-
-    def __rtruediv__(self, other: Scalar) -> Series:
-        return (self._made(lambda c, n: 0) + other) / self
 
     def sqrt(self, root: Callable[[Scalar], Scalar] = Balls.sqrt) -> Series:
         """The square root, by ``root`` of the first coefficient."""
@@ -127,9 +192,9 @@ def polynomial(x: Scalar, n: int) -> arb_poly:
     return found.p if isinstance(found, TaylorModel) else arb_poly([found])
 
 
-def fixed(x: arb, bits: int) -> int:
+def fixed(x: arb, bits: int) -> mpz:
     """A number in units of 2^-bits."""
-    return int((x.mid() * arb(2) ** bits).mid().floor().unique_fmpz())
+    return mpz(int((x.mid() * arb(2) ** bits).mid().floor().unique_fmpz()))
 
 
 class Frame:
@@ -154,7 +219,7 @@ class Frame:
         return TaylorModel(p, self)
 
 
-class TaylorModel(Ring):
+class TaylorModel(Field):
     """All functions on the interval within a polynomial ``p`` with balls as coefficients."""
 
     def __init__(self, p: arb_poly, frame: Frame):
@@ -171,12 +236,6 @@ class TaylorModel(Ring):
         if isinstance(other, TaylorModel):
             return self.frame.cut(self.p * other.p)
         return TaylorModel(self.p * other, self.frame)
-
-    def __truediv__(self, other: Scalar) -> TaylorModel:
-        return self * (other.inverse() if isinstance(other, TaylorModel) else 1 / arb(other))
-
-    def __rtruediv__(self, other: Scalar) -> TaylorModel:
-        return self.inverse() * other
 
     def inverse(self) -> TaylorModel:
         """Where |1 - g r| <= e < 1 the inverse of g is r within e/(1 - e), relatively."""
@@ -198,7 +257,7 @@ class TaylorModel(Ring):
         return error
 
 
-class Dual(Ring):
+class Dual(Field):
     """A value with those of its derivatives, by entries of a state, that are not simply zero."""
 
     def __init__(self, value: Scalar, slopes: dict[int, Scalar]):
@@ -224,24 +283,18 @@ class Dual(Ring):
         value = self.value * other.value
         return self._scaled(value, other.value) + other._scaled(0, self.value)
 
-    def __truediv__(self, other: Scalar) -> Dual:
-        return self * (other.inverse() if isinstance(other, Dual) else 1 / arb(other))
-
-    def __rtruediv__(self, other: Scalar) -> Dual:
-        return self.inverse() * other
-
     def inverse(self) -> Dual:
         """1/x."""
-        found = 1 / self.value
+        found = inverse(self.value)
         return self._scaled(found, -(found * found))
 
     def sqrt(self) -> Dual:
         """The square root."""
         found = self.value.sqrt()
-        return self._scaled(found, 1 / (found * 2))
+        return self._scaled(found, inverse(found * 2))
 
 
-class Formal(Ring):
+class Formal(Field):
     """An exact number (a + r b)/c: polynomials in t = tan(theta/2), r the root of ``square``.
 
     It is zero if a and b are. (What has another a or b may still be; balls decide.)
@@ -254,10 +307,7 @@ class Formal(Ring):
     @classmethod
     def of(cls, x: Scalar) -> Formal:
         """A rational number, or the formal one itself."""
-        if isinstance(x, Formal):
-            return x
-        exact = Fraction(x)
-        return cls(fmpq_poly([fmpq(exact.numerator, exact.denominator)]), NONE, ONE)
+        return x if isinstance(x, Formal) else cls(fmpq_poly([x]), NONE, ONE)
 
     def __bool__(self) -> bool:
         return bool(self.a) or bool(self.b)
@@ -275,15 +325,12 @@ class Formal(Ring):
         a, b = self.a * y.a + self.b * y.b * square, self.a * y.b + self.b * y.a
         return Formal(a, b, self.c * y.c, square)
 
-    def __truediv__(self, other: Scalar) -> Formal:
-        y = Formal.of(other)
-        norm = y.a * y.a - y.b * y.b * y.square
+    def inverse(self) -> Formal:
+        """1/x."""
+        norm = self.a * self.a - self.b * self.b * self.square
         if not norm:
             raise Refused("a division by zero at t = 0")
-        return self * Formal(y.a * y.c, -y.b * y.c, norm, y.square)
-
-    def __rtruediv__(self, other: Scalar) -> Formal:
-        return Formal.of(other) / self
+        return Formal(self.a * self.c, -self.b * self.c, norm, self.square)
 
 
 class FormalFunctions:
@@ -297,9 +344,9 @@ class FormalFunctions:
     def cos(self, angle: Scalar) -> Formal:
         return Formal(fmpq_poly([1, 0, -1]), NONE, fmpq_poly([1, 0, 1]))
 
-    def acos(self, x: Scalar) -> float:
+    def acos(self, x: Scalar) -> arb:
         """No number, and neither is what is made of it: only the angle itself should be."""
-        return nan
+        return arb.nan()
 
     def sqrt(self, x: Scalar) -> Scalar:
         if isinstance(x, Series):
@@ -309,7 +356,7 @@ class FormalFunctions:
             raise Refused("the root of no rational number at t = 0")
         square = y.a[0] / y.c[0]
         if all(whole.is_square() for whole in (square.p, square.q)):
-            return Formal.of(Fraction(isqrt(square.p), isqrt(square.q)))
+            return Formal.of(fmpq(square.p.isqrt(), square.q.isqrt()))
         if self.square not in (ZERO, square):
             raise Refused("the roots of two numbers at t = 0")
         self.square = square
