@@ -66,6 +66,7 @@ test: $(DEV)
 slow:     ## tests marked slow: long evidence
 golden:   ## tests marked golden: rebuild the golden data
 fuzz:     ## tests marked fuzz: long fuzzing
+fuzz: PYTEST += -o faulthandler_timeout=0
 slow golden fuzz: $(DEV)
 	$(PYTEST) -n $(JOBS) -m $@ $(ARGS)
 
