@@ -82,10 +82,10 @@ def test_a_check(check: Check, verdict: str) -> None:
         (all_of, (TRUE, TRUE), "reproduced", ""),
         (all_of, (ROUNDED, ROUNDED), "rounded", ""),
         (all_of, (ROUNDED, TRUE), "reproduced", ""),
-        (all_of, (TRUE, FALSE), "refuted", " What fails: b."),
+        (all_of, (TRUE, FALSE), "refuted", " Failing: b."),
         (readings, (TRUE, TRUE), "reproduced", ""),
         (readings, (FALSE, FALSE), "refuted", ""),
-        (readings, (TRUE, FALSE), "reading", " Holds read as: a. Not as: b."),
+        (readings, (TRUE, FALSE), "reading", " Holds if read as: a. Fails as: b."),
     ],
 )
 def test_a_rule(rule: Any, checks: tuple[Check, Check], verdict: str, note: str) -> None:

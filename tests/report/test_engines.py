@@ -66,4 +66,4 @@ def test_a_file_measured_before_these_checks_has_no_columns_for_them(
         del row["checks"]
     (tmp_path / "engines.json").write_text(json.dumps(board))
     table = next(one for one in measured.engines(tmp_path).blocks if isinstance(one, PageTable))
-    assert table.header[-1] == "largest drift of what is conserved"
+    assert table.header[-1] == "largest drift of conserved quantities"

@@ -106,7 +106,7 @@ def test_a_section_leads_with_its_picture(small_report: Report) -> None:
     page = render.laid_out(small_report.sections[1])
     assert page["picture"].name == "circle"
     assert [figure.name for figure in page["pictures"]] == ["ring"]
-    assert [table.caption for table in page["beside"]] == ["A short one."]
+    assert [table.caption for table in page["side_tables"]] == ["A short one."]
     assert [table.name for table in page["tables"]] == ["cases-table"]
 
 

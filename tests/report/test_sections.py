@@ -31,7 +31,7 @@ def test_errata_hold_what_fails_and_only_that(judged: list[JudgedClaim]) -> None
     assert groups == {
         "Misprints (1)": ["EQ-01"],
         "Refuted (2)": ["NUM-02", "NUM-05"],
-        "Claims that depend on how they are read (1)": ["NUM-04"],
+        "Claims that depend on the reading (1)": ["NUM-04"],
     }
     assert all(block.errata for block in _claims(section))
     assert isinstance(section.blocks[0], Text)

@@ -1,4 +1,4 @@
-"""What a claim is, the registry that a decorator fills, and judging one claim or all of them.
+"""Claims, their registry, and judging one claim or all claims.
 
     claim = claims_of(RAUCH_RUTSTAM, section="2.3")
 
@@ -7,9 +7,9 @@
         '''E_pot at 8 s.'''
         return all_of(rounds_to(printed, run.at("E_pot", "8"), "J"), "m g R (1 - alpha cos theta).")
 
-The docstring states the claim in our own words. The keyword arguments are what it is about (the
-printed value or formula, the run), and default to what the paper says. ``counterexample`` replaces
-some of them by something false: the tests see the verdict change.
+The docstring states the claim. The keyword arguments are the printed value or formula and the run;
+their defaults are the paper's. ``counterexample`` replaces some of them by false values; a test
+checks that the verdict changes.
 """
 
 from __future__ import annotations
@@ -42,20 +42,20 @@ class Claim:
     id
         Such as "NUM-20", after the paper's prefix; it names the ``kind``.
     section
-        The number of the section that it stands in.
+        The number of the section.
     statement
-        What is claimed, in our own words: the function's docstring.
+        The claim in words: the docstring of the function.
     quote, where
         A short quote, and its place in the paper.
     definition
         The definitions used where the paper leaves them open.
     function
-        Judges it: keyword arguments (defaults: what the paper says) to a ``Finding``.
+        Judges the claim: takes keyword arguments (defaults from the paper), returns a ``Finding``.
     counterexample
-        Keyword arguments that make the claim false; None for wording that nothing can test.
+        Keyword arguments that make the claim false; None if the wording cannot be tested.
     slow
-        Whether judging it and its counterexample takes a second or more; ``make slow`` tests such
-        counterexamples.
+        Whether judging the claim and its counterexample takes a second or more; ``make slow`` tests
+        these counterexamples.
     """
 
     id: str
@@ -87,8 +87,8 @@ class Claim:
 
     @property
     def group(self) -> str:
-        """The module it stands in; claims of one group share their evidence."""
-        return getattr(self.function, "func", self.function).__module__  # of a partial, too
+        """The module of the claim; claims of one group share their evidence."""
+        return getattr(self.function, "func", self.function).__module__  # also for a partial
 
     @property
     def order(self) -> tuple[int, int, str]:
@@ -96,7 +96,7 @@ class Claim:
         return papers.PAPERS.index(self.paper), list(KINDS.values()).index(self.kind), self.id
 
     def judged(self, finding: Finding) -> JudgedClaim:
-        """The claim with what came out for it."""
+        """The claim with its verdict."""
         return JudgedClaim(
             id=self.id,
             verdict=finding.verdict.value,
@@ -132,7 +132,7 @@ _registered: dict[str, Claim] = {}
 
 
 def claims_of(paper: Paper, section: str) -> Callable[..., Callable[[Function], Function]]:
-    """The decorator for claims that stand in a section, at ``where`` ("Sec. 2.1" by default)."""
+    """The decorator for the claims of a section, at ``where`` ("Sec. 2.1" by default)."""
 
     def claim(
         id: str,
@@ -236,7 +236,7 @@ def calls_for(ids: Iterable[str] | None = None) -> list[Call]:
     """
     wanted = {claim.id: claim for claim in map(claim_named, claims() if ids is None else ids)}
     modules = Counter(claim.group for claim in wanted.values())
-    # those of the largest modules first, so that no core is idle at the end
+    # the largest modules first, so that no core is idle at the end
     ordered = sorted(wanted.values(), key=lambda claim: -modules[claim.group])
     return [Call(claim.id, (claim.id,), group=claim.group) for claim in ordered]
 
@@ -247,6 +247,6 @@ def in_order(judged: Iterable[JudgedClaim]) -> list[JudgedClaim]:
 
 
 def counts(judged: Iterable[JudgedClaim]) -> dict[str, int]:
-    """How many claims came to each verdict, all six verdicts listed."""
+    """The number of claims with each of the six verdicts."""
     counted = Counter[str](claim.verdict for claim in judged)
     return {verdict.value: counted[verdict] for verdict in Verdict}

@@ -1,7 +1,7 @@
-"""Verdicts as JSON documents, and those that a report has computed and that ship with the package.
+"""Verdicts as JSON documents, and the committed verdicts of the last report.
 
-Committed verdicts are read, not computed again. They count as those of the present code while the
-hash of its sources is the one that the report stored with them.
+Committed verdicts are read, not recomputed. They are valid for the present code while the hash of
+its sources equals the hash that the report stored.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tt_precise.runtime.records import UNSET, Meta, Record, Unset, read, record_
 
 PACKAGE = Path(__file__).parents[1]
 FILE = "results.json"  # in reports/
-# whatever a verdict may rest on; the rows of section 2.2 have a fingerprint of their own
+# everything on which a verdict may depend; the rows of section 2.2 have their own fingerprint
 CODE = (
     *SOURCES, "runtime/records.py", "claims", "exact", "golden", "sweeps",
 )  # fmt: skip
@@ -27,10 +27,10 @@ WHAT = "verdicts, as `tt-precise report` writes them; compute them by --again"
 
 Verdicts = Annotated[
     Literal["reproduced", "rounded", "reading", "refuted", "misprint", "untestable"],
-    Meta(description="what it comes to"),
+    Meta(description="the verdict"),
 ]
-Printed = Annotated[str, Meta(description="what the paper prints")]
-Measured = Annotated[str, Meta(description="what was found, with the digits it has")]
+Printed = Annotated[str, Meta(description="the paper's text")]
+Measured = Annotated[str, Meta(description="the computed result with its correct digits")]
 
 
 class JudgedCheck(Record, frozen=True, kw_only=True):
@@ -49,27 +49,27 @@ class JudgedClaim(Record, frozen=True, kw_only=True):
     verdict: Verdicts
     printed: Printed
     measured: Measured
-    note: Annotated[str, Meta(description="what a referee should know, in words")]
+    note: Annotated[str, Meta(description="explanation of the verdict")]
     kind: Annotated[str, Meta(description="equation, number, sweep, ...")]
     paper: Annotated[str, Meta(description="the paper's name")]
-    section: Annotated[str, Meta(description="number of the section it stands in")]
+    section: Annotated[str, Meta(description="number of the section")]
     statement: Annotated[str, Meta(description="the claim in words")]
     quote: Annotated[str, Meta(description="the paper's words")]
     where: Annotated[str, Meta(description="place in the paper")]
     definition: Annotated[
-        str, Meta(description="what was computed, where the paper leaves it open")
+        str, Meta(description="the quantity computed, where the paper leaves it open")
     ]
-    remark: Annotated[str, Meta(description="the note without what checks and correction say")]
+    remark: Annotated[str, Meta(description="the note without the checks and the correction")]
     form: Annotated[
         Literal["all of", "readings", "misprint"],
         Meta(description="whether all checks have to hold, are readings, or printed and corrected"),
     ]
-    checks: Annotated[tuple[JudgedCheck, ...], Meta(description="what the verdict rests on")]
+    checks: Annotated[tuple[JudgedCheck, ...], Meta(description="the checks behind the verdict")]
     proved: Annotated[
-        bool, Meta(description="whether an exact proof or rigorous enclosure stands behind it")
+        bool, Meta(description="whether the verdict rests on a proof or a rigorous enclosure")
     ]
     correction: Annotated[
-        str, Meta(description="the formula or number that holds, of a misprint; empty otherwise")
+        str, Meta(description="the correct formula or number of a misprint; empty otherwise")
     ]
 
 
@@ -82,22 +82,22 @@ class JudgingRun(Record, frozen=True, kw_only=True):
     seconds: Annotated[int, Meta(description="how long it took")]
     workers: Annotated[int, Meta(description="processes that shared the work")]
     sources: Annotated[str, Meta(description="SHA-256 of the code and scenes behind the verdicts")]
-    stale: Annotated[bool | Unset, Meta(description="whether that code has changed since")] = UNSET
+    stale: Annotated[bool | Unset, Meta(description="whether this code has changed since")] = UNSET
 
     @property
     def origin(self) -> str:
-        """Which run it was, in words."""
-        engine = ", ".join(self.versions.split(", ")[:2])  # the others stand in --json
+        """The run in words."""
+        engine = ", ".join(self.versions.split(", ")[:2])  # --json has the others
         return f"the run of {self.date} (commit {self.commit}, {engine})"
 
     @property
     def cost(self) -> str:
-        """What it costs to compute all of them, in words."""
+        """The cost of computing all verdicts, in words."""
         return f"{self.seconds} s with {self.workers} workers in {self.origin}"
 
     @property
     def outdated(self) -> bool:
-        """Whether code that a verdict may rest on has changed since."""
+        """Whether the code behind the verdicts has changed since."""
         return self.sources != sources()
 
     @property
@@ -106,7 +106,7 @@ class JudgingRun(Record, frozen=True, kw_only=True):
         return replace(self, stale=self.outdated)
 
 
-Claimed = Annotated[tuple[JudgedClaim, ...], Meta(description="one entry a claim")]
+Claimed = Annotated[tuple[JudgedClaim, ...], Meta(description="the claims")]
 Counts = Annotated[dict[str, int], Meta(description="how many of each verdict")]
 
 
@@ -116,12 +116,12 @@ class Claims(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_prec
     claims: Claimed
     counts: Counts
     run: Annotated[
-        JudgingRun | Unset, Meta(description="the run they come from, if they are committed ones")
+        JudgingRun | Unset, Meta(description="the run that computed committed verdicts")
     ] = UNSET
 
 
 class Committed(Record, frozen=True, kw_only=True):
-    """The verdicts of one run of the report, as they stand in ``results.json``."""
+    """The verdicts of one run of the report, as in ``results.json``."""
 
     claims: Claimed
     counts: Counts
@@ -134,7 +134,7 @@ class Committed(Record, frozen=True, kw_only=True):
 
 
 def committed(file: Path | None = None) -> Committed | None:
-    """The verdicts in ``file``, by default those that ship; None where there are none.
+    """The verdicts in ``file``, by default the shipped file; None if it does not exist.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def committed(file: Path | None = None) -> Committed | None:
 
 
 def run_record(seconds: float, workers: int, provenance: Mapping[str, str]) -> JudgingRun:
-    """The run that is just writing its verdicts."""
+    """The record of the present run."""
     return JudgingRun(
         date=provenance["date"],
         commit=provenance["commit"],
@@ -161,6 +161,6 @@ def run_record(seconds: float, workers: int, provenance: Mapping[str, str]) -> J
 
 @cache
 def sources() -> str:
-    """SHA-256 of the code and the scenes that a verdict may rest on."""
+    """SHA-256 of the code and the scenes behind the verdicts."""
     scenes = sorted(f"scenes/{path.name}" for path in (PACKAGE / "scenes").glob("*.toml"))
     return source_hash(*CODE, *scenes)

@@ -1,7 +1,7 @@
 """The papers whose statements are judged: sections, equations, figures, citation, headline numbers.
 
-A paper is one entry of ``PAPERS`` and one folder of this package, a module for each chapter, which
-begins with ``claim = claims_of(PAPER, section)``. Another paper is another entry and folder.
+A paper is one entry of ``PAPERS`` and one folder of this package with a module for each chapter. A
+module begins with ``claim = claims_of(PAPER, section)``.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from tt_precise.runtime.values import InputError
 
 T = TypeVar("T")
 
-# of claims, by the letters that their ids have
+# kinds of claims by the letters of their ids
 KINDS = {
     "EQ": "equation",
     "TH": "theorem",
@@ -44,15 +44,15 @@ class Paper:
     Attributes
     ----------
     name
-        In the report and in JSON.
+        The name in the report and in JSON.
     package
         The Python package that holds its claims.
     prefix
-        What the ids of its claims begin with; no two papers have the same.
+        The beginning of the ids of its claims, different for each paper.
     headlines
-        Printed numbers that the first screen of the report shows, by claim.
+        Printed numbers on the first screen of the report, by claim.
     equations
-        The labels of its equations in its source, in the order in which they are numbered.
+        The labels of its equations in the paper's source, in the order of their numbers.
     """
 
     name: str
@@ -95,7 +95,7 @@ PAPERS = (RAUCH_RUTSTAM,)
 
 
 def named(id: str, known: Mapping[str, T]) -> T:
-    """What ``known`` has under a claim's id (in any case).
+    """The value of ``known`` for a claim's id (in any case).
 
     Raises
     ------

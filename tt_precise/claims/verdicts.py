@@ -1,14 +1,14 @@
-"""Measured numbers with the digits they have, and the rules that turn them into verdicts.
+"""Measured numbers with their correct digits, and the rules for verdicts.
 
-A value is computed twice, in two arithmetics that err independently, and has the digits in which
-they agree. A *check* compares what the paper says with what was computed. A *finding* is what the
-checks of a claim come to; no claim names its own verdict:
+A value is computed twice, in two arithmetics with independent errors, and has the digits on which
+both agree. A *check* compares a statement of the paper with a computed result. A *finding* combines
+the checks of a claim; no claim names its own verdict:
 
-- ``all_of(checks)``: every one has to hold; rounded, reproduced or refuted;
-- ``readings(checks)``: the same if all readings agree; "reading" if some hold and some do not;
-- ``misprint(checks)``: misprint if the printed form fails and the corrected one holds.
+- ``all_of(checks)``: all checks must hold; rounded, reproduced or refuted;
+- ``readings(checks)``: the same if all readings agree; "reading" if some hold and some fail;
+- ``misprint(checks)``: misprint if the printed form fails and the corrected form holds.
 
-A claim whose words leave nothing to compute has the check ``untestable``.
+A claim without anything to compute has the check ``untestable``.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from tt_precise.runtime.values import Check, Scalar
 # ---- measured numbers ---------------------------------------------------------------------------
 
 MOST_DIGITS = 20  # printed; the fine runs have more
-DEFAULT_DIGITS = 12  # printed of a bare number, for which nobody states an error
+DEFAULT_DIGITS = 12  # printed for a number without a stated error
 
 
 @dataclass(frozen=True)
 class Settled:
-    """A value, and how many of its significant digits were seen twice."""
+    """A value, and the number of significant digits on which two computations agree."""
 
     value: Scalar
     digits: int
@@ -57,7 +57,7 @@ Measured: TypeAlias = Any  # a Settled, an mpmath number, a float, an int or a F
 
 
 def fraction_of(number: Measured) -> Fraction:
-    """The exact value of a number of any arithmetic; comparisons need no precision then."""
+    """The exact value of a number of any arithmetic, so that comparisons are exact."""
     if isinstance(number, Settled):
         return fraction_of(number.value)
     if hasattr(number, "_mpf_"):
@@ -70,7 +70,7 @@ def fraction_of(number: Measured) -> Fraction:
 
 
 def measured_text(number: Measured) -> str:
-    """A number in decimals: settled and exact ones with all their digits, others with twelve."""
+    """A number in decimals: settled and exact numbers with all digits, others with twelve."""
     if isinstance(number, Settled | int):
         return str(number)
     if isinstance(number, Fraction):
@@ -102,7 +102,7 @@ def decade(value: Fraction) -> int:
 
 
 class Verdict(StrEnum):
-    """What a claim comes to."""
+    """The verdict on a claim."""
 
     REPRODUCED = "reproduced"
     ROUNDED = "rounded"
@@ -113,22 +113,22 @@ class Verdict(StrEnum):
 
     @property
     def meaning(self) -> str:
-        """What the verdict says, for a legend."""
+        """The meaning of the verdict, for a legend."""
         return _MEANINGS[self]
 
 
 _MEANINGS = {
     Verdict.REPRODUCED: "holds within the stated accuracy",
     Verdict.ROUNDED: "equal after rounding to the printed digits",
-    Verdict.READING: "holds under one reading and not under another; the note states them",
+    Verdict.READING: "holds under one reading and fails under another; the note states both",
     Verdict.REFUTED: "does not hold",
     Verdict.MISPRINT: "fails as printed, holds as corrected in the note",
-    Verdict.UNTESTABLE: "nothing to compute; the note says why",
+    Verdict.UNTESTABLE: "cannot be computed; the note says why",
 }
 
 
 def verdict_of(check: Check) -> Verdict:
-    """What a claim of this one check comes to."""
+    """The verdict on a claim with only this check."""
     if check.verdict == "skipped":
         return Verdict.UNTESTABLE
     if not check.holds:
@@ -137,7 +137,7 @@ def verdict_of(check: Check) -> Verdict:
 
 
 class Proof(NamedTuple):
-    """Whether a verdict is proved, and the sentence of the note that says so."""
+    """Whether a verdict is proved, and the sentence about it in the note."""
 
     settled: bool
     sentence: str = ""
@@ -157,19 +157,19 @@ class Form(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """What came out for one claim. Made by the rules of this module only.
+    """The result for a claim, made only by the functions of this module.
 
     Attributes
     ----------
     form, checks
-        The checks, and how they make the verdict; of a misprint, as printed and as corrected.
+        The checks and how they make the verdict; for a misprint the printed and the corrected form.
     remark
-        One or two sentences that a referee would accept.
+        One or two sentences of explanation.
     proved
         Whether the verdict rests on a proof (SymPy, or rigorous enclosures), not on evaluation
         at points.
     proposed
-        What should stand in the paper, if the claim is a misprint.
+        The correction, for a misprint.
     """
 
     form: Form
@@ -192,18 +192,18 @@ class Finding:
 
     @property
     def correction(self) -> str:
-        """What should stand in the paper; empty if it is not a misprint."""
+        """The correction; empty unless the claim is a misprint."""
         return self.proposed if self.verdict is Verdict.MISPRINT else ""
 
     @property
     def printed(self) -> str:
-        """What the paper says, with unit."""
+        """The paper's statement, with unit."""
         checks = self.checks if self.form is Form.ALL_OF else self.checks[:1]
         return _joined({check.name: check.expected for check in checks})
 
     @property
     def measured(self) -> str:
-        """What was computed, with unit and the digits that it has."""
+        """The computed result, with unit and its correct digits."""
         first = self.checks[0]
         if self.form is not Form.MISPRINT:
             return _joined({check.name: check.measured for check in self.checks})
@@ -214,20 +214,20 @@ class Finding:
 
     @property
     def note(self) -> str:
-        """The remark, with what the checks say of parts, readings and correction in words."""
+        """The remark, with the correction or the readings and parts that hold and fail."""
         holding = [check.name for check in self.checks if check.holds]
         failing = [check.name for check in self.checks if not check.holds]
         if self.correction:
             return f"Should read {self.correction}. {self.remark}"
         if self.verdict is Verdict.READING:
-            read_as = f"Holds read as: {'; '.join(holding)}. Not as: {'; '.join(failing)}."
+            read_as = f"Holds if read as: {'; '.join(holding)}. Fails as: {'; '.join(failing)}."
             return f"{self.remark} {read_as}"
         if self.form is Form.ALL_OF and holding and failing:
-            return f"{self.remark} What fails: {'; '.join(failing)}."
+            return f"{self.remark} Failing: {'; '.join(failing)}."
         return self.remark
 
 
-# ---- checks: the comparison of one printed thing with one computed thing -----------------------
+# ---- checks: a printed statement compared with a computed result -------------------------------
 
 
 def rounds_to(printed: str, measured: Measured, unit: str = "") -> Check:
@@ -240,7 +240,7 @@ def rounds_to(printed: str, measured: Measured, unit: str = "") -> Check:
 def about(printed: str, measured: Measured, unit: str = "") -> Check:
     """Whether "about ``printed``" fits: within one unit of its last significant digit.
 
-    The zeros that end a whole number are not significant: about 80 means 70 to 90. What even
+    The zeros that end a whole number are not significant: about 80 means 70 to 90. A number that
     rounds to ``printed`` counts as rounded.
     """
     value, last = _printed(printed)
@@ -251,14 +251,14 @@ def about(printed: str, measured: Measured, unit: str = "") -> Check:
 
 
 def within(printed: str, measured: Measured, tolerance: str, unit: str = "") -> Check:
-    """Whether ``measured`` is within an absolute ``tolerance`` that the paper itself states."""
+    """Whether ``measured`` is within an absolute ``tolerance`` that the paper states."""
     distance = abs(fraction_of(measured) - _printed(printed)[0])
     holds, shown = distance <= _printed(tolerance)[0], f"{printed} {unit}".strip()
     return statement(holds, f"{shown} within {tolerance}", _text(measured, unit))
 
 
 def at_most_order(printed: str, measured: Measured, unit: str = "") -> Check:
-    """Whether an error "of order ``printed``" is so: less than half a decade above it."""
+    """Whether an error fits "of order ``printed``": less than half a decade above it."""
     holds = fraction_of(measured) ** 2 <= 10 * _printed(printed)[0] ** 2
     return _numbers(holds, f"order {printed}", measured, unit)
 
@@ -272,26 +272,26 @@ def in_range(low: str, high: str, measured: Measured, unit: str = "") -> Check:
 def approximate(printed: str, error: Measured, scale: Measured, what: str = "off by") -> Check:
     """Whether "approximately", without a number, fits: the error is at most a tenth of the scale.
 
-    A tenth is what still leaves the leading digit; ``what`` introduces the ratio.
+    A tenth still leaves the leading digit; ``what`` introduces the ratio.
     """
     ratio = abs(fraction_of(error) / fraction_of(scale))
     return statement(10 * ratio <= 1, printed, f"{what} {decimal(ratio, 3)}")
 
 
 def agrees(printed: str, value: Measured, independent: Measured, digits: int) -> Check:
-    """Whether a printed formula's value has ``digits`` digits of an independent determination."""
+    """Whether a printed formula's value agrees with an independent value to ``digits`` digits."""
     agreed = Settled.of(value, independent, most=digits).digits
     shown = decimal(independent, min(agreed, MOST_DIGITS))
     return statement(agreed >= digits, printed, f"{shown} ({agreed} digits agree)")
 
 
 def statement(holds: bool, printed: str, measured: str) -> Check:
-    """A statement that a computation found true or false; both sides in words and numbers."""
+    """A statement that a computation confirms or refutes; both sides in words and numbers."""
     return Check("", "pass" if holds else "fail", expected=printed, measured=measured)
 
 
 def untestable(printed: str) -> Check:
-    """Words that no computation can test."""
+    """A statement that no computation can test."""
     return Check("", "skipped", expected=printed, measured="-")
 
 
@@ -302,13 +302,13 @@ def _numbers(
     return replace(check, sense="rounds to") if rounded else check
 
 
-# ---- findings: what the checks come to ---------------------------------------------------------
+# ---- findings: the checks of a claim together --------------------------------------------------
 
-Checks: TypeAlias = Check | Mapping[str, Check]  # one, or the parts or readings by name
+Checks: TypeAlias = Check | Mapping[str, Check]  # a check, or the parts or readings by name
 
 
 def statements(printed: str, parts: Mapping[str, tuple[bool, str]]) -> dict[str, Check]:
-    """Several statements with the same printed words: whether each holds, and what was measured."""
+    """Several statements with the same printed words: whether each holds, and the result."""
     return {name: statement(holds, printed, measured) for name, (holds, measured) in parts.items()}
 
 
@@ -330,7 +330,7 @@ def readings(checks: Mapping[str, Check], remark: str, proof: Proof = NO_PROOF) 
 def misprint(
     checks: Iterable[Check], correction: str, remark: str, proof: Proof = NO_PROOF
 ) -> Finding:
-    """A claim checked as printed and as corrected: ``correction`` is what should stand there."""
+    """A claim checked as printed and as corrected by ``correction``."""
     named = dict(zip(("as printed", "as corrected"), checks, strict=True))
     return _finding(Form.MISPRINT, named, remark, proof, correction)
 

@@ -1,4 +1,4 @@
-"""What a report is made of: sections of text, tables, figures and claims, in no markup yet.
+"""The content of a report without markup: sections of text, tables, figures and claims.
 
 Sections say it once; the HTML and the Markdown are two renderings of the same blocks. Where a
 block stands on the page, and what is folded, is decided by ``report.render``.
@@ -27,13 +27,13 @@ class Entry(JudgedClaim, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    printed, found
-        The essential in one line: what the paper has, and what it should have or what was found.
+    printed, result
+        The paper's text, and its correction or the computed result; one line each.
     lines
-        Parts or readings; empty where there is one thing only.
+        Parts or readings; empty if there is only one.
     """
 
-    found: str
+    result: str
     lines: tuple[JudgedCheck, ...]
 
     @property
@@ -46,10 +46,10 @@ def entry(claim: JudgedClaim) -> Entry:
     """The entry of a claim."""
     several = claim.form != "misprint" or claim.correction
     lines = tuple(line for line in claim.checks if line.name and several)
-    printed, found = _essential(claim, lines)
+    printed, result = _essential(claim, lines)
     prefixes = {known.name: known.prefix for known in paper.PAPERS}
     own = {"section": prefixes[claim.paper] + claim.section, "note": claim.remark}
-    return Entry(**asdict(claim) | own | {"printed": printed, "found": found, "lines": lines})
+    return Entry(**asdict(claim) | own | {"printed": printed, "result": result, "lines": lines})
 
 
 def sections() -> dict[str, str]:
@@ -67,7 +67,7 @@ def _essential(claim: JudgedClaim, lines: Sequence[JudgedCheck]) -> tuple[str, s
         return claim.printed, claim.correction
     if claim.verdict == "reading":
         holding = [line.name for line in lines if line.verdict != "refuted"]
-        return claim.printed, "holds read as: " + "; ".join(holding)
+        return claim.printed, "holds if read as: " + "; ".join(holding)
     failing = [line for line in lines if line.verdict == "refuted"]
     if claim.verdict == "refuted" and failing:
         first = failing[0]
@@ -91,9 +91,9 @@ class Text:
 class PageTable:
     """A table of texts.
 
-    ``filters`` names the columns whose values can be chosen from on the page; with any, the table
-    is searchable too. ``verdict`` names the column whose value colours the row's mark. ``folded``
-    says whether the page shows it only on request; by default that depends on its length.
+    ``filters`` names the columns by which the page can filter the rows; such a table is searchable
+    too. ``verdict`` names the column that colours the row's mark. ``folded``: shown only on
+    request; by default this depends on the length.
     """
 
     header: Sequence[str]
@@ -115,8 +115,8 @@ class PageTable:
 class Figure:
     """A picture as SVG text.
 
-    The first sentence of ``caption`` says what it shows, the others what it bears on; ``alt`` says
-    in words what is to be seen.
+    The first sentence of ``caption`` is the title, the others are details. ``alt`` describes the
+    picture.
     """
 
     name: str
@@ -128,9 +128,9 @@ class Figure:
 
 @dataclass(frozen=True)
 class Claims:
-    """Claims of the paper under a ``title``; ``errata`` shows what should stand instead.
+    """Claims of the paper under a ``title``; ``errata`` shows the corrections.
 
-    ``folded`` ones the page shows on request only.
+    ``folded``: shown only on request.
     """
 
     title: str
@@ -156,9 +156,9 @@ class Section:
 
 @dataclass(frozen=True)
 class Card:
-    """A number that a person sees first: its label, its value, the paper's, and what is to say.
+    """A number on the first screen: its label, its value, the paper's value, and a comment.
 
-    ``good`` says whether the paper's agrees; None where it is neither.
+    ``good``: whether the paper's value agrees; None if undecided.
     """
 
     label: str
@@ -172,7 +172,7 @@ class Card:
 class Overview:
     """The first screen: the verdict in a sentence, all claims at a glance, three numbers.
 
-    ``animation`` holds the top's motion, see ``report.overview``; None if there is none.
+    ``animation`` holds the motion of the top, see ``report.overview``; None without golden data.
     """
 
     verdict: str

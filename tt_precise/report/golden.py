@@ -49,9 +49,9 @@ def golden_section() -> Section:
         [
             every_scene(golden.scenes()),
             Text(
-                "Trajectories of which every printed digit is claimed: two precisions and, where "
-                "both exist, both formulations agree on at least that many digits in every entry. "
-                "`tt-precise golden verify` checks the files and computes them afresh."
+                "Every printed digit of these trajectories is claimed: two precisions and, where "
+                "both exist, both formulations agree on at least these digits in every entry. "
+                "`tt-precise golden verify` checks the files and recomputes them."
             ),
             PageTable(
                 ("scene", "title", "ends", "t_end (s)", "rows", "digits claimed",
@@ -69,29 +69,27 @@ THEOREM = (
     "Let p be polynomials, exact as numbers, that solve the equations on a step up to a defect d, "
     "and let a bound the logarithmic norm of the equations' derivative on a tube around p. Then "
     "every exact solution that starts within e of p(0) exists on the whole step, is unique, and "
-    "stays within (e + d S) exp(a S) of p, S being the step's length, as long as that is less than "
-    "the tube's width."
+    "stays within (e + d S) exp(a S) of p, if this is less than the width of the tube; S is the "
+    "length of the step."
 )
 METHOD = (
-    "Each hypothesis is verified in ball arithmetic (python-flint), rounding included, for the "
-    "scene's exact parameters and start, step after step (`tt-precise golden certify`; the whole "
-    "theorem and its proof stand in the docstring of tt_precise.certify). What does not verify is "
-    "not claimed. `tt-precise golden verify` holds every printed number against its enclosure: "
-    "rows against `enclosure.csv`, events against `events-enclosure.csv`. All "
-    "of it is about times from 0 to the time named; events are the zeros of their functions after "
-    "t = 0."
+    "`tt-precise golden certify` verifies each hypothesis step by step in ball arithmetic "
+    "(python-flint), rounding included, for the scene's exact parameters and start. The docstring "
+    "of tt_precise.certify has the whole theorem and its proof. Nothing is claimed that is not "
+    "verified. `tt-precise golden verify` compares every printed number with its enclosure: rows "
+    "with `enclosure.csv`, events with `events-enclosure.csv`. The statements hold from t = 0 to "
+    "the stated time; events are the zeros of their functions after t = 0."
 )
 FOREVER = (
-    "For ever: where the axis has come near enough to the vertical the energy, which falls, cannot "
-    "rise to what it would take to lean farther again, with this lambda. All that the motion may "
-    "still come to is a bounded set of states, on which contact is proved to be kept; in it "
-    "nothing but the vertical spin goes on without gliding. So contact is never lost, theta tends "
-    "to pi (or 0), v_A to 0, and D and E (and the modified energy, with E) to their values at that "
-    "spin: the first line of a scene has the earliest sample of which that is proved, the second "
-    "the last. Theorem and proof stand in the docstring of tt_precise.certify.energy_well. Scenes "
-    "without a line lose "
-    "contact, have no friction, spin upright or inverted from the start, or are slower than the "
-    "threshold and tend to a tumbling motion."
+    "For ever: once the axis is close enough to the vertical, the decreasing energy no longer "
+    "allows a larger tilt with this lambda. The motion stays in a bounded set of states in which "
+    "contact is proved to be kept and only the vertical spin does not glide. Therefore contact is "
+    "never lost, theta tends to pi (or 0), v_A to 0, and D, E and the modified energy to their "
+    "values at that spin. For each scene the first line has the earliest sample for which this is "
+    "proved, the second line the last sample. The docstring of tt_precise.certify.energy_well has "
+    "the theorem and its proof. Scenes without a line lose contact, have no friction, spin upright "
+    "or inverted from the start, or spin more slowly than the threshold and tend to a tumbling "
+    "motion."
 )
 SHOWN = 25  # digits of a time; those of the proof itself are more
 
@@ -145,10 +143,10 @@ def proved() -> Section:
                 folded=True,
             ),
             Text(
-                "Initiation and ending times where there is a climb, each proved to exist and to "
-                "be what the definition says; none where the horizon is proved to come before. "
-                "A: signed perigee, B: L.k = L.z and L.k = -L.z, C: change of sign of "
-                "phi_dot."
+                "Initiation and ending times of the scenes with a climb. Each time is proved to "
+                "exist and to satisfy the definition; \"none\" means that the horizon is proved to "
+                "come first. A: signed perigee, B: L.k = L.z and L.k = -L.z, C: change of sign "
+                "of phi_dot."
             ),
             PageTable(("scene", "definition", "t_init (s)", "t_end (s)", "digits proved"), times,
                   "Proved times of initiation and end.", name="times-table", folded=True),
@@ -166,7 +164,7 @@ def proved() -> Section:
 
 
 def _judged(name: str) -> tuple[str, Record | None]:
-    """What the proof of a scene comes to in words, and the proof if it counts."""
+    """The state of a scene's proof in words, and the proof if it is valid."""
     try:
         record = proofs.read(name)
         if record is None:
@@ -206,7 +204,7 @@ def _times(scene: str, inversion: dict[str, Json]) -> list[tuple[str, ...]]:
 
 
 def _ends(scene: str, forever: dict[str, Json]) -> list[tuple[str, ...]]:
-    """What is proved for ever; nothing where the solution tends to no vertical spin."""
+    """What is proved for ever; empty unless the solution tends to a vertical spin."""
     return [
         (
             scene,
@@ -264,8 +262,9 @@ def every_scene(names: Sequence[str]) -> Figure:
             "golden-scenes",
             svg=style.svg_text(drawing),
             caption=f"The inclination theta over time (s) in the {len(names)} golden scenes. They "
-            "were chosen to cover what a simulator can meet: inversion and its threshold, contact "
-            "lost, passages of a pole, no friction, rolling, dry friction. Bears on NUM-04.",
+            "cover the cases that a simulator can meet: inversion and its threshold, loss of "
+            "contact, passages of a pole, no friction, rolling, dry friction. Related claim: "
+            "NUM-04.",
             alt="Small graphs of theta between 0 and pi over time, one for each golden scene: some "
             "rise to pi, some stay near 0, some oscillate in between, some end early.",
         )
@@ -285,8 +284,8 @@ def proved_digits(axes: list[Axes], digits: Sequence[tuple[str, int, int]]) -> W
     panel.set_xlabel("significant digits, worst column")
     return Words(
         caption=f"Digits proved (bars) and claimed (marks) in {len(digits)} golden scenes. A "
-        "rigorous enclosure of the exact solution holds every printed number to that many "
-        "digits. Bears on NUM-04 and NUM-20.",
+        "rigorous enclosure of the exact solution proves this many digits of every printed "
+        "number. Related claims: NUM-04 and NUM-20.",
         alt="Horizontal bars, one for each scene: the proved digits reach or pass the mark of "
         "the digits claimed.",
     )

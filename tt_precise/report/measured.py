@@ -1,4 +1,4 @@
-"""Tables that commands of their own measured and left in reports/measured."""
+"""Tables in reports/measured, which other commands have measured."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _not_measured(key: str, title: str, command: str) -> Section:
 
 
 def tradeoff(folder: Path) -> Section:
-    """What the tables in ``folder`` say, or the command that would make them."""
+    """The findings of the tables in ``folder``, or the command that makes the tables."""
     with of_its_form(folder / TABLE, f"what `{TRADEOFF_COMMAND}` writes, as its other tables"):
         return _tradeoff(read(folder))
 
@@ -55,11 +55,11 @@ def _tradeoff(tables: TradeoffTables) -> Section:
     results = findings(tables)
     blocks: list[Block] = [
         Text(
-            f"Measured by `{TRADEOFF_COMMAND}`; not by the run that wrote this page. Every method "
-            "integrates the same equations from the same dimensionless numbers, and is compared "
-            "with golden data; "
-            f"all settings stand in `{TABLE}`. Times are measured in turn, the fastest of "
-            "several; ratios are medians of ratios to a bare heyoka loop timed just before."
+            f"Measured by `{TRADEOFF_COMMAND}`, not by the run that wrote this page. Every method "
+            "integrates the same equations from the same dimensionless numbers and is compared "
+            f"with golden data. `{TABLE}` has all settings. The methods are timed in turn; each "
+            "time is the fastest of several. Ratios are medians of ratios to a bare heyoka loop "
+            "timed just before."
         ),
         *figures(rows, tables.long_runs),
         _costs_table(rows, "newton", "Newton form"),
@@ -91,8 +91,8 @@ def _costs_table(rows: pandas.DataFrame, coordinates: str, title: str) -> PageTa
             for method, prices in wanted
             if prices
         ],
-        f"{title}, double: what an error at 8 s costs, interpolated on the curve of the method; "
-        "- where it does not get there.",
+        f"{title}, double: time for a given error at 8 s, interpolated on the curve of the method; "
+        "- if the method does not reach it.",
         name=f"tradeoff-{coordinates}",
     )
 
@@ -117,21 +117,20 @@ def extremes(folder: Path) -> Section:
     listed = ", ".join(f"{topic} {by_topic[topic]}" for topic in TOPICS if by_topic[topic])
     blocks: list[Block] = [
         Text(
-            f"{len(cases)} cases drive everything to its edges ({listed}): "
-            f"{len(cases) - len(failed)} came out as expected, {len(failed)} did not. What is "
-            "expected comes from theory or "
-            f"from a higher precision. Measured by `{EXTREMES_COMMAND}`, not by the run that wrote "
-            "this page."
+            f"{len(cases)} extreme cases ({listed}): {len(cases) - len(failed)} have the expected "
+            f"outcome, {len(failed)} do not. The expected outcome comes from theory or from a "
+            f"higher precision. Measured by `{EXTREMES_COMMAND}`, not by the run that wrote this "
+            "page."
         ),
         PageTable(
-            ("topic", "case", "expected", "from", "found", "verdict"),
+            ("topic", "case", "expected", "from", "observed", "verdict"),
             [
                 (case.topic, name, case.expected, case.source, result, case.verdict)
                 for family in families(cases)
                 for name, result, case in family_rows(family)
             ],
-            "Families of cases have one row, which shows the worst of them; a case that failed "
-            "has its own. The file has every case.",
+            "A family of cases has one row, which shows its worst case; a failed case has its own "
+            "row. The file has every case.",
             filters=("topic", "verdict"),
             verdict="verdict",
             name="extremes-table",
@@ -165,25 +164,25 @@ def _board(board: dict[str, Json]) -> Section:
     names = dict.fromkeys(name for row in board["rows"] for name in row.get("checks", ()))
     blocks: list[Block] = [
         Text(
-            f"{len(board['engines'])} physics engines simulate a Tippe Top, test by test, each at "
-            f"{len(board['steps'])} step sizes. The digits are those of the distance from the "
-            "reference at the smallest step; order, constant and floor describe the distance at "
-            "the step h as C h^p + floor. The verdict uses no chosen limit: an engine "
-            "converges if what its own extrapolation leaves is no more than its step error."
+            f"{len(board['engines'])} physics engines simulate a Tippe Top in several tests, each "
+            f"at {len(board['steps'])} step sizes. The distance from the reference at the step h "
+            "is described as C h^p + floor; the digits are those at the smallest step. The "
+            "verdict uses no chosen limit: an engine converges if the distance of its "
+            "extrapolation from the reference is at most its step error."
         ),
-        Text(f"Measured by `{ENGINES_COMMAND}`: {versions}; not by the run that wrote this page."),
+        Text(f"Measured by `{ENGINES_COMMAND}`, not by the run that wrote this page: {versions}."),
         scoreboard(board),
         PageTable(
-            ("engine", "test", "what it says", "digits at these steps", "order", "floor",
-             "largest drift of what is conserved", *names),
+            ("engine", "test", "outcome", "digits at these steps", "order", "floor",
+             "largest drift of conserved quantities", *names),
             [
                 (*_engine_row(row), *(check_of(row, name) for name in names))
                 for row in board["rows"]
             ],
-            "Every test of every engine. No friction law excuses what fails in kinematics and "
-            "contact_momentum: what falls with the step is an error of the method, what stays is "
-            "one of the model.",
-            filters=("engine", "test", "what it says"),
+            "Every test of every engine. kinematics and contact_momentum hold under every friction "
+            "law: a failure that decreases with the step is an error of the method, a failure that "
+            "stays is an error of the model.",
+            filters=("engine", "test", "outcome"),
             name="engines-table",
         ),
         PageTable(
@@ -195,7 +194,7 @@ def _board(board: dict[str, Json]) -> Section:
                 )
                 for engine in board["engines"]
             ],
-            caption="What each engine can express, and how it was set up, after its documentation.",
+            caption="The friction that each engine offers, and its settings.",
             name="engines-settings",
         ),
     ]  # fmt: skip
@@ -227,11 +226,11 @@ def _engine_row(row: dict[str, Json]) -> tuple[str, ...]:
 FAULTS = "faults.csv"
 FAULTS_COMMAND = "python -m benchmarks.planted_faults"
 FAULTS_TITLE = "What the checks catch"
-LIMIT = 1e-6  # what the paper states for lambda
+LIMIT = 1e-6  # the paper's precision of lambda
 
 
 def faults(folder: Path) -> Section:
-    """What the checks show of planted faults, or the command that would measure it."""
+    """The planted faults that the checks detect, or the command that measures them."""
     import pandas
 
     file = folder / FAULTS
@@ -241,12 +240,13 @@ def faults(folder: Path) -> Section:
         table = pandas.read_csv(file, dtype=str, keep_default_na=False)
         blocks: list[Block] = [
             Text(
-                "Faults planted into the reference scene's equations, its integration and its "
-                "files, each run through the conservation checks, as healthy trajectories are."
+                "Faults are planted into the equations, the integration and the files of the "
+                "reference scene. Each faulty trajectory goes through the conservation checks, and "
+                "so do healthy trajectories."
             ),
             pictures.faults(table),
             Text(jellett_alone(table), emphasis=True),
-            Text(f"Measured by `{FAULTS_COMMAND}`; not by the run that wrote this page."),
+            Text(f"Measured by `{FAULTS_COMMAND}`, not by the run that wrote this page."),
             PageTable(
                 tuple(name.replace("_", " ") for name in table.columns),
                 [tuple(row) for row in table.itertuples(index=False)],
@@ -259,12 +259,12 @@ def faults(folder: Path) -> Section:
 
 
 def jellett_alone(table: pandas.DataFrame) -> str:
-    """How many of the dropped terms lambda alone would show at the paper's limit."""
+    """How many of the dropped terms lambda alone shows at the paper's limit."""
     dropped = table[table["kind"] == "dropped term"]
     by_jellett = sum(float(drift or "nan") > LIMIT for drift in dropped["jellett"])
     caught = int((dropped[f"at_{LIMIT:.0e}"] == "True").sum())
     return (
-        f"Conservation is not correctness: of {len(dropped)} terms of the equations, dropped one "
-        f"at a time, lambda alone shows {by_jellett} at {LIMIT:.0e}; all checks together show "
-        f"{caught}."
+        f"Conservation is not correctness: {len(dropped)} terms of the equations are dropped one "
+        f"at a time. At {LIMIT:.0e} lambda alone detects {by_jellett} of these faults, all checks "
+        f"together detect {caught}."
     )

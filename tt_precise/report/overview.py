@@ -1,8 +1,8 @@
-"""What the page says of the paper: its first screen, the errata, and all claims.
+"""The page's first screen, the errata, and all claims.
 
-The first screen has the verdict in a sentence, three numbers and the top's motion: axis, spin and
-contact track of the golden scene ``track``, which is the reference solution with the body's three
-angles and the path of its centre of mass.
+The first screen has the verdict in a sentence, three numbers and the motion of the top: axis, spin
+and contact track of the golden scene ``track``. This is the reference solution with the body's
+three angles and the path of its centre of mass.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from tt_precise.runtime.values import Json
 
 PAPER_DRIFT = 1e-6
 DIGITS = 8
-PRINTED = RAUCH_RUTSTAM.headlines  # the paper's numbers next to ours
+PRINTED = RAUCH_RUTSTAM.headlines  # the paper's numbers, to compare
 END, RATIO = "NUM-05", "NUM-22"
 TRIED = {
     False: "of the {} definitions tried, none gives the paper's time",
@@ -34,22 +34,22 @@ TRIED = {
 ERRATA = {
     Verdict.MISPRINT: (
         "Misprints",
-        "What is printed does not hold; what stands right of the arrow does, and differs by what "
-        "is marked.",
+        "The printed formula or number (left of the arrow) does not hold. The correction (right of "
+        "the arrow) does; the differences are marked.",
     ),
-    Verdict.REFUTED: ("Refuted", "Right of the arrow: what was found instead."),
+    Verdict.REFUTED: ("Refuted", "Left of the arrow: the claim. Right: the computed result."),
     Verdict.READING: (
-        "Claims that depend on how they are read",
-        "They hold under one reading of the paper's words and not under another.",
+        "Claims that depend on the reading",
+        "These claims hold under one reading of the paper's words and fail under another.",
     ),
 }
 
 
 @dataclass(frozen=True)
 class Headlines:
-    """What the first screen shows besides the verdicts, computed where the runs are.
+    """The content of the first screen, without the verdicts.
 
-    ``cards`` by the claim they belong to, without what it says of them.
+    ``cards`` are listed by their claim; the claim's comment is added later.
     """
 
     cards: dict[str, Card]
@@ -58,7 +58,7 @@ class Headlines:
 
 
 def headlines() -> Headlines:
-    """The answers that a person takes away, each computed by this run."""
+    """The three numbers and the motion, computed by this run."""
     runs = {run.label: run for run in precision_runs()}
     drifts = {label: max(run.drift["jellett"]) for label, run in runs.items()}
     finest = list(runs)[-1]
@@ -113,10 +113,9 @@ def verdict(tally: dict[str, int], total: int) -> str:
     """The verdict on the paper in one sentence."""
     holding = tally["reproduced"] + tally["rounded"]
     return (
-        f"Of {total} statements that can be checked one by one, {holding} + {tally['reading']} "
-        f"hold ({tally['reading']} of them only in one reading of their words), "
+        f"Of {total} statements, {holding} hold, {tally['reading']} hold only under one reading, "
         f"{tally['misprint']} are misprints with a correction that holds, {tally['refuted']} are "
-        f"refuted, and {tally['untestable']} leave nothing to compute."
+        f"refuted, and {tally['untestable']} cannot be tested."
     )
 
 
@@ -127,7 +126,7 @@ def _agrees(verdict: str) -> bool | None:
 
 
 def errata(judged: Sequence[JudgedClaim]) -> Section:
-    """What a co-author would act on: misprints, refuted claims, claims that depend on a reading."""
+    """Misprints, refuted claims, and claims that depend on the reading."""
     every = [entry(claim) for claim in judged]
     groups = [
         Claims(f"{title} ({len(some)})", some, errata=True, about=about,
@@ -136,15 +135,15 @@ def errata(judged: Sequence[JudgedClaim]) -> Section:
         if (some := [claim for claim in every if claim.verdict == verdict])
     ]  # fmt: skip
     text = (
-        f"{sum(len(group.entries) for group in groups)} statements of the paper that do not hold "
-        "as they stand, one line each; a click shows the reason, the definition used, and every "
+        f"{sum(len(group.entries) for group in groups)} statements of the paper do not hold as "
+        "printed. Each has one line; a click shows the reason, the definition used, and every "
         "reading that was tried."
     )
     return Section("errata", "Errata", [Text(text), *groups])
 
 
 def all_claims(judged: Sequence[JudgedClaim], run: JudgingRun) -> Section:
-    """Every claim with its verdict, by section of the paper; ``run`` is what computed them."""
+    """Every claim with its verdict, by section of the paper; ``run`` computed the verdicts."""
     tally, every = counts(judged), [entry(claim) for claim in judged]
     legend = "; ".join(f"{tally[str(verdict)]} {verdict}: {verdict.meaning}" for verdict in Verdict)
     proved = sum(claim.proved for claim in every)
@@ -166,10 +165,10 @@ GRAPH = (34.0, 300.0, 474.0, 74.0)
 
 
 def motion(climb: tuple[float, float]) -> dict[str, Json] | None:
-    """What the page needs: ``every`` (s), the five courses, and the geometry of map and graph.
+    """The data of the animation: ``every`` (s), five courses, the geometry of map and graph.
 
-    ``climb`` holds its begin and end in s, which the caption names. theta, phi and psi are in rad,
-    x and y those of the contact point in radii of the top. None without the golden data.
+    ``climb`` is the begin and end of the climb in s, for the caption. theta, phi and psi are in
+    rad; x and y of the contact point in radii of the top. None without the golden data.
     """
     if TRACK not in store.scenes():
         return None

@@ -1,4 +1,4 @@
-"""Figures of tables that commands of their own measured: speed, extremes, engines, faults."""
+"""Figures of the measured tables: speed, extremes, engines, faults."""
 
 from __future__ import annotations
 
@@ -66,13 +66,13 @@ def work_precision(axes: list[Axes], rows: pandas.DataFrame) -> Words:
     if by_time.lines:
         by_time.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, handlelength=2.2)
     return Words(
-        caption="Speed against accuracy on the reference scene, 0 to 8 s, in double. By "
-        "method, Newton form (dotted: Euler form), each with its best right-hand side, "
-        "compile time apart. The error is that of the largest entry of k, L, v at the end, "
-        "dimensionless, against golden data; of each method the settings that no other of its "
-        "settings beats. Bears on NUM-03.",
+        caption="Speed against accuracy on the reference scene, 0 to 8 s, in double: Newton form "
+        "(dotted: Euler form), each method with its best right-hand side, without compile time. "
+        "The error is the largest of the entries of k, L, v at the end, dimensionless, compared "
+        "with golden data. Only settings that no other setting of the method beats are shown. "
+        "Related claim: NUM-03.",
         alt="A log-log panel of error against seconds. Every method's curve falls to the "
-        "right; heyoka's goes furthest down.",
+        "right; heyoka's reaches the smallest error.",
     )
 
 
@@ -90,9 +90,9 @@ def work_and_digits(axes: list[Axes], rows: pandas.DataFrame) -> Words:
     if by_digits.lines:
         by_digits.legend(loc="lower left")
     return Words(
-        caption="Accuracy against work, and far beyond double. Above: the same methods by "
-        "right-hand sides, which no implementation can speed up; below: heyoka in every "
-        "arithmetic, by seconds. Bears on NUM-03.",
+        caption="Accuracy against work, and far beyond double. Above: the same methods by the "
+        "number of right-hand sides, which does not depend on the implementation. Below: heyoka in "
+        "every arithmetic, by seconds. Related claim: NUM-03.",
         alt="Two log-log panels: above, all methods lie close together and heyoka's falls most "
         "steeply; below, heyoka's four arithmetics continue each other down to 1e-56.",
     )
@@ -120,10 +120,10 @@ def hidden_by_conservation(axes: list[Axes], rows: pandas.DataFrame) -> Words:
     panel.set_ylabel("largest error of the state")
     style.legend(panel)
     return Words(
-        caption="What conservation hides: for every method and setting in double the largest "
-        "relative drift of lambda and the largest error of k, L, v (dimensionless), both over "
-        "0 to 8 s of the reference scene. Bears on NUM-03: at the precision of order 1e-6 that "
-        "the paper reports for lambda (dashed) the state can be wrong altogether.",
+        caption="Errors that conservation hides: for every method and setting in double the "
+        "largest relative drift of lambda and the largest error of k, L, v (dimensionless), both "
+        "over 0 to 8 s of the reference scene. At the precision of order 1e-6 that the paper "
+        "reports for lambda (dashed) the state can be completely wrong. Related claim: NUM-03.",
         alt="A scatter plot on logarithmic axes: all dots lie above the diagonal, most of them "
         "by three to six decades.",
     )
@@ -155,7 +155,7 @@ def growth_of_errors(axes: list[Axes], rows: pandas.DataFrame) -> Words:
     return Words(
         caption="Long runs in double: relative errors of lambda and E of each seed (thin), "
         "their root mean square over the seeds (thick), and Brouwer's square-root law for "
-        "rounding without bias (dashed). Bears on NUM-03.",
+        "unbiased rounding (dashed). Related claim: NUM-03.",
         alt="Two log-log panels: the errors of many seeds grow from 1e-16 along the dashed "
         "line of slope one half.",
     )
@@ -223,12 +223,12 @@ def digits_beside_the_poles(axes: list[Axes]) -> Words:
     panel.set_xlim(decades[0], decades[-1])
     style.legend(panel)
     return Words(
-        caption="From the Euler angle theta to the direction of the axis, near the inverted "
-        "pole: numbers near pi are 2 eps apart, so each decade costs a digit (solid) until "
-        "none is left. Given as pi - 1e-k, as scenes store it, theta costs none (dotted); nor "
-        "does it near the upright pole, at any k.",
-        alt="Digits against k: four solid lines that fall by one digit a decade from 16, 19, "
-        "34 and 60 digits to zero, and four dotted level ones.",
+        caption="Digits of the tilt near the inverted pole, computed from the Euler angle theta. "
+        "Numbers near pi are 2 eps apart, so each decade costs a digit (solid). If theta is given "
+        "as pi - 1e-k, as in scenes, no digit is lost (dotted). Near the upright pole no digit is "
+        "lost at any k.",
+        alt="Digits against k: four solid lines that fall by one digit per decade from 16, 19, "
+        "34 and 60 digits to zero, and four level dotted lines.",
     )
 
 
@@ -261,9 +261,9 @@ def friction(axes: list[Axes], work: Sequence[Numbers], limit: Sequence[Numbers]
     return Words(
         caption="The reference start with other friction, in double. Above: Taylor steps and "
         f"time to 0.5 s; below {LEAST_MU:g} s/m, down to no friction, they stay the same. "
-        "Where gliding decays faster than anything else moves, an explicit method needs steps "
-        "in proportion to mu. Below: distance of the axis at 0.05 s from that of the rolling "
-        "top, which falls as 1/mu.",
+        "If gliding decays faster than all other motion, the number of steps of an explicit method "
+        "is proportional to mu. Below: distance between the axis at 0.05 s and the axis of the "
+        "rolling top, which falls as 1/mu.",
         alt="Two panels against mu up to 10^4: steps and time are level up to about 10 and "
         "then grow in proportion to mu; the distance falls on a straight line of slope -1.",
     )
@@ -289,8 +289,8 @@ def threshold(axes: list[Axes], points: Sequence[Numbers]) -> Words:
     style.legend(panel)
     return Words(
         caption="The inverted spin near its threshold: growth and decay of a tilt of 1e-200 "
-        "rad, as integrated in double over 100 s (marks), and the real part of the eigenvalue "
-        "(lines). Twelve decades of distance from lambda_thres on either side.",
+        "rad, integrated in double over 100 s (marks), and the real part of the eigenvalue "
+        "(lines), over twelve decades of distance from lambda_thres on either side.",
         alt="Rates against the distance from the threshold, both logarithmic: marks on "
         "straight lines of slope 1 from 1 per second down to 1e-11 per second.",
     )
@@ -326,10 +326,10 @@ def scoreboard(axes: list[Axes], board: dict[str, Json]) -> Words:
     panel.grid(visible=False)
     best = max(max(row) for row in digits)
     return Words(
-        caption="Digits of the reference that each engine has over the whole motion at a step "
-        f"of {board['steps'][-1]:g} s; bold where smaller steps lead to the reference, in "
-        "brackets where a floor remains or no order is seen. ✗ did not get to the end, – "
-        "cannot be expressed.",
+        caption="Correct digits of each engine over the whole motion at a step of "
+        f"{board['steps'][-1]:g} s. Bold: smaller steps converge to the reference. In brackets: a "
+        "floor remains or no order is seen. ✗: the run did not reach the end. –: the engine does "
+        "not have this test's friction or contact.",
         alt=f"A table of {len(engines)} engines and {len(rungs)} tests with digits from 0 to "
         f"{best:.0f} as colours: most in free flight and steady spins, fewest where friction "
         "and contact act together.",
@@ -349,7 +349,7 @@ def _label(row: dict[str, Json] | None) -> str:
     return f"$\\mathbf{{{shown}}}$" if row["verdict"] in ("converges", "rounding") else f"({shown})"
 
 
-LIMIT = 1e-6  # what the paper states for lambda
+LIMIT = 1e-6  # the paper's precision of lambda
 SMALLEST = 1e-16
 KINDS = {
     "healthy": (style.GREEN, "o"),
@@ -364,7 +364,7 @@ KINDS = {
 
 @style.figure("planted-faults", [3.6])
 def faults(axes: list[Axes], table: pandas.DataFrame) -> Words:
-    """What lambda alone shows of each fault, against what all checks show."""
+    """The drift of lambda for each fault, against the largest deviation in all checks."""
     import numpy
     import pandas
 
@@ -380,15 +380,15 @@ def faults(axes: list[Axes], table: pandas.DataFrame) -> Words:
     panel.loglog(ends, ends, color=style.GREY, linewidth=0.8, linestyle="--")
     for line in (panel.axvline, panel.axhline):
         line(LIMIT, color=style.BLACK, linewidth=0.8, linestyle=(0, (4, 3)))
-    panel.set_xlabel(r"what $\lambda$ alone shows")
-    panel.set_ylabel("largest of all checks")
+    panel.set_xlabel(r"drift of $\lambda$")
+    panel.set_ylabel("largest deviation in all checks")
     panel.legend(loc="lower right")
     return Words(
         caption="Most wrong equations conserve lambda to the last digit. Each mark is a fault "
-        "planted into the equations, the integration or the file of the reference scene; to "
-        "the right what the drift of lambda shows of it, upwards the largest of all checks. "
-        "Dashed: 1e-6, the precision that the paper reports. Bears on NUM-03.",
-        alt="A scatter plot on logarithmic axes: most crosses, the dropped terms, stand at the "
-        "left edge, at a drift of 1e-15, but high up, near 1; healthy runs stand in the lower "
+        "planted into the equations, the integration or the file of the reference scene. "
+        "Horizontal: the drift of lambda. Vertical: the largest deviation in all checks. Dashed: "
+        "1e-6, the precision that the paper reports. Related claim: NUM-03.",
+        alt="A scatter plot on logarithmic axes: most crosses, the dropped terms, are at the left "
+        "edge, at a drift of 1e-15, but near 1 on the vertical axis; healthy runs are in the lower "
         "left corner.",
     )

@@ -109,15 +109,15 @@ def _environment(*, escaped: bool) -> Environment:
 
 
 def laid_out(section: Section) -> dict[str, Json]:
-    """The blocks of a section by place: picture, texts, beside, tables, pictures, claims.
+    """The blocks of a section by place: picture, texts, side tables, tables, pictures, claims.
 
-    ``texts`` are pairs: what is shown, and what of it is folded. ``choices`` are the filters of the
+    ``texts`` are pairs: the shown part and the folded part. ``choices`` are the filters of the
     section's claims.
     """
     figures = [block for block in section.blocks if isinstance(block, Figure)]
     tables = [block for block in section.blocks if isinstance(block, PageTable)]
     claims = [block for block in section.blocks if isinstance(block, Claims)]
-    beside = [table for table in tables if figures and _fits_beside(table)][:1]
+    side_tables = [table for table in tables if figures and _fits_at_the_side(table)][:1]
     listed = [entry for block in claims for entry in block.entries]
     verdicts, kinds = (
         [(value, value) for value in dict.fromkeys(getattr(entry, name) for entry in listed)]
@@ -126,8 +126,8 @@ def laid_out(section: Section) -> dict[str, Json]:
     return {
         "picture": figures[0] if figures else None,
         "texts": [_parted(block) for block in section.blocks if isinstance(block, Text)],
-        "beside": beside,
-        "tables": [table for table in tables if table not in beside],
+        "side_tables": side_tables,
+        "tables": [table for table in tables if table not in side_tables],
         "pictures": figures[1:],
         "claims": claims,
         "choices": [
@@ -142,7 +142,7 @@ def folds(table: PageTable) -> bool:
 
 
 def choices(table: PageTable) -> Choices:
-    """The values that a table's rows can be chosen by."""
+    """The values by which the page filters the rows of a table."""
     columns = {name: table.header.index(name) for name in table.filters}
     return [
         (name, [(value, value) for value in dict.fromkeys(row[at] for row in table.rows)])
@@ -170,7 +170,7 @@ def _parted(text: Text) -> tuple[Text, str]:
     return Text(shown + "." if others else shown), ". ".join(others)
 
 
-def _fits_beside(table: PageTable) -> bool:
+def _fits_at_the_side(table: PageTable) -> bool:
     return (
         not table.folded and len(table.rows) <= BESIDE_ROWS and len(table.header) <= BESIDE_COLUMNS
     )
@@ -188,14 +188,14 @@ def _pair(
     from markupsafe import Markup
 
     if entry.correction:
-        written = pair(entry.printed, entry.found)
+        written = pair(entry.printed, entry.result)
     else:
-        written = single(entry.printed), single(entry.found)
+        written = single(entry.printed), single(entry.result)
     return tuple(map(Markup, written))
 
 
 def _image(figure: Figure) -> Markup:
-    """The figure as the address of an image that the page itself holds."""
+    """The figure as a data address."""
     from markupsafe import Markup
 
     svg = quote(figure.svg[figure.svg.index("<svg") :].replace('"', "'"), safe=_AS_THEY_ARE)
@@ -215,8 +215,8 @@ def _tally(entries: Iterable[Entry]) -> list[tuple[str, int]]:
 
 
 def _words(entry: Entry) -> str:
-    """What a search for words looks at besides what the page shows: symbols by their names."""
-    texts = (entry.kind, entry.statement, entry.printed, entry.found)
+    """Further words that the search of the page finds: symbols by their names."""
+    texts = (entry.kind, entry.statement, entry.printed, entry.result)
     return " ".join(" ".join(texts).lower().split())
 
 

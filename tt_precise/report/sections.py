@@ -1,4 +1,4 @@
-"""The reference scene: its pictures, conservation, thresholds; and what other starts do."""
+"""The reference scene: pictures, conservation, thresholds; and other starts."""
 
 from __future__ import annotations
 
@@ -40,33 +40,33 @@ def reference() -> Section:
         [
             *figures_of("figures"),
             Text(
-                "All pictures hold every extremum of what they show: those are found as events, "
-                "not sampled. Moments of initiation and end are marked in definition A."
+                "The curves contain every extremum, because extrema are computed as events, not "
+                "sampled. Dashed lines mark the initiation and ending times by definition A."
             ),
             Text(
-                "The climb is not smooth: theta swings forth and back within a band that "
-                "moves from the upright to the inverted pole, and phi_dot has spikes where the "
-                "axis passes a pole closely."
+                "The climb is not smooth: theta oscillates within a band that moves from the "
+                "upright to the inverted pole, and phi_dot has spikes where the axis passes close "
+                "to a pole."
             ),
         ],
     )
 
 
 def other_starts() -> Section:
-    """What other starts do: sweeps of section 2.2, and three maps."""
+    """Other starts: sweeps of section 2.2, and three maps."""
     return Section(
         "starts",
         "Other starts",
         [
             *figures_of("starts"),
             Text(
-                "Section 2.2 varies the reference start. Each start is integrated twice where "
-                "contact is lost: up to that moment, and on with g_n < 0 as the paper's equations "
-                "would have it; the claims are judged both ways."
+                "Section 2.2 varies the reference start. A start that loses contact is integrated "
+                "twice: until that moment, and beyond it with g_n < 0, as the paper's equations "
+                "allow. The claims are judged both ways."
             ),
             Text(
-                "The initiation time has a sharp peak next to the reference start, which is "
-                "therefore not typical."
+                "The initiation time has a sharp peak near the reference start, so the reference "
+                "start is not typical."
             ),
         ],
     )
@@ -102,9 +102,9 @@ def conservation() -> Section:
             "largest |k.k - 1|", "error of the state at 8 s",
         ),
         rows,
-        "Reference scene, 0 to 8 s, Newton form; drifts relative, largest over "
-        f"{len(trajectory.sample_times)} samples; "
-        "error: largest of k, L, v in units of 1, m R sqrt(gR), sqrt(gR) against the finest run.",
+        "Reference scene, 0 to 8 s, Newton form. Drifts are relative, the largest over "
+        f"{len(trajectory.sample_times)} samples. The error is the largest of k, L, v in units of "
+        "1, m R sqrt(gR), sqrt(gR), relative to the finest run.",
     )  # fmt: skip
     return Section(
         "conservation",
@@ -113,12 +113,12 @@ def conservation() -> Section:
             *figures_of("conservation"),
             Text(
                 "The paper reports lambda constant with a precision of order 1e-6. The equations "
-                "conserve it exactly; what is left below is the rounding of each arithmetic."
+                "conserve it exactly; the drifts below are the rounding of each arithmetic."
             ),
             table,
             Text(
-                "A small drift is not a small error: claim NUM-03 integrates the paper's own way "
-                "and shows how far its state is off while lambda holds to 1e-6."
+                "A small drift does not mean a small error: claim NUM-03 integrates with the "
+                "paper's method and shows the error of the state while lambda holds to 1e-6."
             ),
         ],
         results,
@@ -147,14 +147,15 @@ def threshold_values() -> Section:
         [
             *figures_of("thresholds"),
             Text(
-                f"Each value is computed from the paper's formula to {DIGITS} digits and "
-                "determined again without it; the column says on how many digits both agree."
+                f"Each value is computed from the paper's formula to {DIGITS} digits, and again "
+                "without this formula. The last column has the number of digits on which both "
+                "agree."
             ),
             PageTable(("quantity", "value", "unit", "digits agreed"), rows),
             PageTable(
                 ("quantity", "how"),
                 [(name, quantity.how) for name, quantity in known.quantities.items()],
-                "How each was determined.",
+                "How each value was determined.",
                 folded=True,
             ),
         ],

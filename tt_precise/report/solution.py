@@ -1,4 +1,4 @@
-"""Figures 2 to 8 of the paper, redrawn from runs that have every extremum in them."""
+"""Figures 2 to 8 of the paper, redrawn from runs with every extremum."""
 
 from __future__ import annotations
 
@@ -64,12 +64,12 @@ def figure_2(axes: list[Axes]) -> Words:
     over_time(axes)
     peak = rate["phi_dot"].max()
     return Words(
-        caption="Figure 2 redrawn: the reference solution with all extrema in it. Linear up to "
-        "100 rad/s, logarithmic beyond: a sampled graph cuts off the spike of "
-        f"{peak:,.0f} rad/s at the initiation time, whose height is ill conditioned. Bears on "
-        "QUAL-01 to QUAL-05, QUAL-08, QUAL-26, NUM-08 and NUM-13: theta oscillates about a "
-        "logistic curve, and phi_dot reverses from - to + at the first moment but from + to - "
-        "at the second.",
+        caption="Figure 2 redrawn: the reference solution with all extrema. The last panel is "
+        "linear up to 100 rad/s and logarithmic beyond. A sampled graph cuts off the spike of "
+        f"{peak:,.0f} rad/s at the initiation time; its height is ill conditioned. theta "
+        "oscillates about a logistic curve, and phi_dot reverses from - to + at the initiation "
+        "time but from + to - at the ending time. Related claims: QUAL-01 to QUAL-05, QUAL-08, "
+        "QUAL-26, NUM-08 and NUM-13.",
         alt="Three panels over 0 to 8 s: theta rises from near 0 to pi in an S shape with "
         "small oscillations; theta_dot oscillates, widest before theta passes pi/2; phi_dot "
         "and psi_dot mirror each other with large spikes at the two dashed moments.",
@@ -101,12 +101,12 @@ def figure_3(axes: list[Axes]) -> Words:
     style.moments(axes, climb_marks())
     over_time(axes)
     return Words(
-        caption="Figure 3 redrawn, all extrema in it (the derivative of the spin logarithmic "
-        "beyond 0.5). Bears on NUM-11, NUM-12, NUM-14, NUM-36, QUAL-10 to QUAL-16 and QUAL-19 "
-        f"to QUAL-24: nu_y reaches {glide['nu_y'].max():.4f} m/s, beyond the range of 0.8 that "
-        "section 2.2 gives; it crosses nu_x many times around the initiation time, not "
-        f"once, and is negative at times until {negative:.2f} s; the derivative of the spin is "
-        f"positive there; the normal force stays above {force['g_n'].min():.4f} N.",
+        caption="Figure 3 redrawn with all extrema; the derivative of the spin is logarithmic "
+        f"beyond 0.5. nu_y reaches {glide['nu_y'].max():.4f} m/s, beyond the range of 0.8 that "
+        "section 2.2 gives. Around the initiation time it crosses nu_x many times, not once. Until "
+        f"{negative:.2f} s it is negative at times, and the derivative of the spin is positive "
+        f"there. The normal force stays above {force['g_n'].min():.4f} N. Related claims: NUM-11, "
+        "NUM-12, NUM-14, NUM-36, QUAL-10 to QUAL-16 and QUAL-19 to QUAL-24.",
         alt="Four panels over 0 to 8 s: nu_x and nu_y oscillate, nu_y rises in the climb; "
         "omega_3 falls from positive to negative; its derivative has small positive spikes "
         "around the first moment; g_n oscillates about m g, most in the middle of the climb.",
@@ -145,9 +145,9 @@ def figure_4(axes: list[Axes]) -> Words:
     axes[0].set_xlabel("")
     axes[2].set_xlabel(f"{TIME}, magnified")
     return Words(
-        caption="Figure 4 redrawn, with a magnification of the shaded interval. Bears on "
-        "FIG-01 to FIG-05, NUM-20 to NUM-25: the parts add up, E falls monotonously, most of "
-        "it is rotational all the time, and E_pot rises only on the average over a nutation.",
+        caption="Figure 4 redrawn, with a magnification of the shaded interval. The parts add up "
+        "to E; E falls monotonically and is mostly rotational at all times; E_pot rises only on "
+        "average over a nutation. Related claims: FIG-01 to FIG-05, NUM-20 to NUM-25.",
         alt="Energy against time: E and E_rot fall in an S shape to less than half, E_pot "
         "nearly doubles, E_trans falls to zero. Two small panels magnify the oscillation of "
         "E_pot and E_trans in the shaded interval.",
@@ -173,9 +173,9 @@ def figure_5(axes: list[Axes]) -> Words:
     over_time(axes)
     return Words(
         caption="Figure 5 redrawn (first two panels), and the rate of the rotational energy, "
-        "which the paper does not show (last panel). Bears on FIG-06 to FIG-08: the rate of "
-        "E_trans is as often positive as negative in the climb, and not similar in shape to "
-        "the rate of E; the rate of E_rot is.",
+        "which the paper does not show (last panel). During the climb the rate of E_trans is as "
+        "often positive as negative, and its shape differs from that of the rate of E. The rate "
+        "of E_rot has a similar shape. Related claims: FIG-06 to FIG-08.",
         alt="Rates of energy against time: the rate of E is negative, with a deep trough in "
         "the climb; those of E_trans and E_pot oscillate about zero there; in the last "
         "panel that of E_rot follows that of E.",
@@ -225,18 +225,18 @@ def deforming_potential(axes: list[Axes]) -> Words:
     style.moments([motion], climb_marks())
     over_time([motion])
     return Words(
-        caption="The Main Equation at work. Above: the effective potential V(cos theta, D(t), "
-        "lambda) at six maxima of theta (solid) and at the minimum after each (dashed), and "
-        "E~ there as a filled and an open dot. Below: theta(t), and the minimum "
-        f"of V, which wanders from pole to pole as D falls. Between {beyond[0]:.2f} and "
-        f"{beyond[-1]:.2f} s even the minima of theta lie "
-        "beyond that of V: there theta turns back with no wall before it, because D and E~ "
-        "change within each nutation. Bears on the Proposition, on the picture "
-        "of a particle reflected between the walls of V, and on QUAL-01, FIG-10 to FIG-13.",
+        caption="The Main Equation during the climb. Above: the effective potential V(cos theta, "
+        "D(t), lambda) at six maxima of theta (solid) and at the minimum after each (dashed). Dots "
+        "show E~ at the maximum (filled) and at the minimum (open). Below: theta(t), and the "
+        "minimum of V, which moves from pole to pole as D falls. Between "
+        f"{beyond[0]:.2f} and {beyond[-1]:.2f} s even the minima of theta lie beyond the minimum "
+        "of V: theta turns back without a wall of V, because D and E~ change within each nutation. "
+        "Related claims: the Proposition, the picture of a particle reflected between the walls of "
+        "V, QUAL-01, FIG-10 to FIG-13.",
         alt="Above, six pairs of potential wells in the plane of theta and energy, moving from "
         "small theta and high energy to theta near pi and low energy, each with a filled "
-        "dot on its right wall and an open one further down. Below, theta against time with "
-        "the minima of V as red dots, first amid its oscillation, later beneath it.",
+        "dot on its right wall and an open dot further down. Below, theta against time with the "
+        "minima of V as red dots, first within its oscillation, later below it.",
     )
 
 
@@ -266,8 +266,8 @@ def figure_6(axes: list[Axes]) -> Words:
     style.moments(axes, climb_marks())
     over_time(axes)
     return Words(
-        caption="Figure 6 redrawn. Bears on FIG-09: the components along x, y and z are "
-        f"negative for {shares} of the time.",
+        caption="Figure 6 redrawn. The components along x, y and z are negative for "
+        f"{shares} of the time. Related claim: FIG-09.",
         alt="Three panels over 0 to 8 s: tau_x, tau_y and tau_z oscillate below zero in the "
         "climb; before it tau_x and tau_z oscillate about zero.",
     )
@@ -282,7 +282,7 @@ def figure_7(axes: list[Axes]) -> Words:
     data = course("D", "E_tilde", "E")
     known = REFERENCE.thresholds.quantities
     limits = [tuple(float(known[name + end].value) for name in "DE") for end in "01"]
-    # the curve turns back and forth, so it is not thinned but drawn as it is
+    # the curve turns back and forth, so it must not be thinned
     axes[0].plot(MILLI * data["D"], MILLI * data["E_tilde"], color=style.BLUE, linewidth=0.6)
     for points, mark, label in ((limits, "o", "limits for its λ"), (PRINTED, "X", "printed")):
         axes[0].plot(
@@ -303,10 +303,10 @@ def figure_7(axes: list[Axes]) -> Words:
     over_time(axes[1:])
     axes[2].set_xlabel(TIME)
     return Words(
-        caption="Figure 7 redrawn: the curve (D, E~), D(t), and E~(t) with E(t). Bears on "
-        "FIG-10 to FIG-13 and NUM-26 to NUM-30: the boundary values printed in section 2.3 "
-        "(crosses) belong neither to this curve nor to its limits (dots); E~ exceeds E most "
-        "in the middle of the climb, but not at every instant.",
+        caption="Figure 7 redrawn: the curve (D, E~), D(t), and E~(t) with E(t). The boundary "
+        "values printed in section 2.3 (crosses) lie neither on this curve nor at its limits "
+        "(dots). E~ exceeds E most in the middle of the climb, but not at every instant. Related "
+        "claims: FIG-10 to FIG-13 and NUM-26 to NUM-30.",
         alt="Above, the curve of E~ against D runs from upper right to lower left with loops; "
         "two black dots lie at its ends, two red crosses away from it. Below, D falls from "
         "positive to negative, and E~ oscillates about and above E.",
@@ -343,8 +343,8 @@ def figure_8(axes: list[Axes]) -> Words:
     over_time(axes)
     return Words(
         caption="Figure 8 redrawn: phi_dot(0) = 195 rad/s, everything else as in the reference "
-        "start. Bears on FIG-15 and NUM-31 to NUM-34: the solution is smooth until the end of "
-        "the climb, where phi_dot reverses as in the reference solution.",
+        "start. The solution is smooth until the end of the climb, where phi_dot reverses as in "
+        "the reference solution. Related claims: FIG-15 and NUM-31 to NUM-34.",
         alt="Five panels over 0 to 8 s: theta rises smoothly from near 0 to pi; "
         "theta_dot, nu_x, nu_y and g_n change slowly with tiny ripples; phi_dot falls from 195 "
         "and has spikes at the end of the climb.",
@@ -394,15 +394,15 @@ def axis_at_the_pole(axes: list[Axes]) -> Words:
     inset.tick_params(labelsize=7)
     least = 1e6 * float(numpy.hypot(close["kx"], close["ky"]).min())
     return Words(
-        caption="What the initiation is: the path of the symmetry axis over the unit sphere, "
-        f"seen from above, from {BEFORE} s before to {AFTER} s after it passes the pole at "
-        f"{passage:.4f} s. Each loop before that leaves the pole outside, so that phi_dot "
-        "changes sign; each loop after it goes round the pole, and phi_dot stays positive. "
-        f"The nearest distance, {least:.0f} µrad, is a matter of chance, and so is the height "
-        "of the spike of phi_dot. Bears on QUAL-03, QUAL-04, QUAL-17, QUAL-18, NUM-04.",
-        alt="A spiral of growing loops next to the origin. Their nearest points move towards "
-        "the pole and over it: red dots before the passage, with the pole outside the loops, "
-        "green dots after it, with the pole inside. An inset magnifies the passage.",
+        caption="The initiation: the path of the symmetry axis on the unit sphere, seen from "
+        f"above, from {BEFORE} s before to {AFTER} s after it passes the pole at {passage:.4f} s. "
+        "Each loop before the passage leaves the pole outside, so phi_dot changes sign; each loop "
+        "after it encloses the pole, so phi_dot stays positive. The smallest distance, "
+        f"{least:.0f} µrad, depends sensitively on the start, and so does the height of the spike "
+        "of phi_dot. Related claims: QUAL-03, QUAL-04, QUAL-17, QUAL-18, NUM-04.",
+        alt="A spiral of growing loops near the origin. Their nearest points move towards the "
+        "pole and past it: red dots before the passage, with the pole outside the loops, green "
+        "dots after it, with the pole inside. An inset magnifies the passage.",
     )
 
 
@@ -423,7 +423,7 @@ def jellett_drift(axes: list[Axes]) -> Words:
     for run, colour in zip(precision_runs(), DRIFT_COLOURS, strict=False):
         drift = run.drift["jellett"]
         worst[run.label] = max(drift)
-        # log10 before the float: a fine drift may underflow, and one of zero has no logarithm
+        # log10 before the float: a fine drift may underflow, and zero has no logarithm
         sizes = numpy.array(
             [float(run.trajectory.precision.context.log10(x)) if x else numpy.nan
              for x in drift]
@@ -438,8 +438,8 @@ def jellett_drift(axes: list[Axes]) -> Words:
     shown = ", ".join(f"{float(value):.0e} in {label}" for label, value in worst.items())
     return Words(
         caption="The reference solution in every precision: relative drift of Jellett's "
-        f"integral, at most {shown}. Bears on NUM-03; the dashed line is the precision of "
-        "order 1e-6 that the paper reports.",
+        f"integral, at most {shown}. The dashed line is the precision of order 1e-6 that the "
+        "paper reports. Related claim: NUM-03.",
         alt="Drift of lambda against time on a logarithmic axis: a band for each precision, "
-        "decades below the one before, all far below the dashed line at 1e-6.",
+        "decades below the previous band, all far below the dashed line at 1e-6.",
     )

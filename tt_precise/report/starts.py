@@ -21,7 +21,7 @@ PANELS = (
     ("t_end", r"$t_{\theta\approx\pi}$ (s)"),
     ("climb", r"$T_{inv}$ (s)"),
 )
-LOST = "starts that lose contact on the way"
+LOST = "starts that lose contact"
 
 
 @style.figure("times-by-precession", [1.9, 1.9, 1.9])
@@ -34,13 +34,13 @@ def times_by_precession(axes: list[Axes]) -> Words:
     _draw(axes, rows, "phi_dot", lost)
     axes[-1].set_xlabel(r"$\dot\varphi(0)$ (rad/s)")
     return Words(
-        caption=f"{len(rows)} starts that differ from the reference start in phi_dot(0) alone. "
-        f"Bears on SWP-01 to SWP-07, NUM-18, NUM-19: t_init is largest, "
-        f"{peak['t_init_A']:.2f} s, at {peak['phi_dot']:.2f} rad/s, not at 0, and vanishes "
-        f"beyond {last:.1f} rad/s. Shaded: {LOST} (g_n reaches 0), shown as the "
-        "paper's equations go on with g_n < 0; no top does.",
+        caption=f"{len(rows)} starts that differ from the reference start only in phi_dot(0). "
+        f"t_init is largest, {peak['t_init_A']:.2f} s, at {peak['phi_dot']:.2f} rad/s, not at 0, "
+        f"and vanishes beyond {last:.1f} rad/s. Shaded: {LOST} (g_n reaches 0); the curves "
+        "continue the paper's equations with g_n < 0, which no real top follows. Related claims: "
+        "SWP-01 to SWP-07, NUM-18, NUM-19.",
         alt="Three panels against phi_dot(0) from -200 to 200 rad/s: the initiation time has a "
-        "sharp peak just below zero and vanishes beyond 83; ending time and climbing time in "
+        "sharp peak just below zero and vanishes beyond 83; ending time and climbing time by "
         "three definitions; a shaded range of negative values, where contact is lost.",
     )
 
@@ -52,12 +52,12 @@ def times_by_inclination(axes: list[Axes]) -> Words:
     _draw(axes, rows, "theta", lost)
     axes[-1].set_xlabel(r"$\theta(0)$ (rad)")
     return Words(
-        caption=f"{len(rows)} starts that differ from the reference start in theta(0) alone "
-        "(omega_3(0) = 155 rad/s, so lambda falls with cos(theta)). Bears on SWP-15 to SWP-17: "
-        f"how the climbing time depends on theta(0). Shaded: {LOST}, as in the figure before. "
-        f"Gaps: no such time within {sweeps.UNTIL} s.",
+        caption=f"{len(rows)} starts that differ from the reference start only in theta(0) "
+        "(omega_3(0) = 155 rad/s, so lambda falls with cos(theta)). "
+        f"Shaded: {LOST}, as in the previous figure. "
+        f"Gaps: no such time within {sweeps.UNTIL} s. Related claims: SWP-15 to SWP-17.",
         alt="Three panels against theta(0) from 0.01 to 1 rad: initiation time, ending time "
-        "and climbing time in three definitions.",
+        "and climbing time by three definitions.",
     )
 
 
@@ -107,7 +107,7 @@ LABELS = {
     "omega_3": r"$\omega_3(0)$ (rad/s)",
     "phi_dot": r"$\dot\varphi(0)$ (rad/s)",
 }
-STARTS = "at rest but for omega_3, on a grid"
+STARTS = "at rest except for omega_3, on a grid"
 
 
 @style.figure("outcomes-at-the-threshold", [3.0])
@@ -117,7 +117,7 @@ def outcomes_at_the_threshold(axes: list[Axes]) -> Words:
     return Words(
         caption=f"Which of {len(rows)} starts {STARTS} have the axis below the equator after "
         f"{maps.UNTIL} s, by theta(0) and lambda/lambda_thres. Below the threshold (dashed) "
-        f"{_tilted(rows)}. Bears on TH-01, NUM-01, SWP-17.",
+        f"{_tilted(rows)}. Related claims: TH-01, NUM-01, SWP-17.",
         alt="A map with theta(0) to the right and lambda/lambda_thres upwards: the outcome of "
         "each start, and the threshold as a dashed line.",
     )
@@ -129,9 +129,9 @@ def map_of_inclination_and_lambda(axes: list[Axes]) -> Words:
     rows = _draw_maps(axes, "inclination and lambda")
     return Words(
         caption=f"{_counted(rows)} {STARTS}, theta(0) against lambda/lambda_thres, within "
-        f"{maps.UNTIL} s. Bears on TH-01, NUM-01, SWP-17: lambda above lambda_thres (dashed) is "
-        f"necessary for inverted spin (below it {_tilted(rows)}) but does not suffice: a top that "
-        "is tilted too far or spins too fast loses contact (g_n reaches 0).",
+        f"{maps.UNTIL} s. lambda above lambda_thres (dashed) is necessary for inverted spin "
+        f"(below it {_tilted(rows)}) but not sufficient: a top that is tilted too far or spins too "
+        "fast loses contact (g_n reaches 0). Related claims: TH-01, NUM-01, SWP-17.",
         alt="Three maps with theta(0) to the right and lambda/lambda_thres upwards: the outcome, "
         "the climbing time of the starts that invert, and the least normal force.",
     )
@@ -144,9 +144,9 @@ def map_of_friction_and_spin(axes: list[Axes]) -> Words:
     return Words(
         caption=f"{_counted(rows)} {STARTS}, friction mu against omega_3(0), theta(0) = "
         f"{float(load_scene('reference').start.theta.offset):g} rad, within "
-        f"{maps.UNTIL} s. Bears on TH-01, NUM-01: the threshold (dashed; below it {_tilted(rows)}) "
-        "does not depend on mu, but how long the climb takes does; a top that spins too "
-        "fast loses contact (g_n reaches 0).",
+        f"{maps.UNTIL} s. The threshold (dashed; below it {_tilted(rows)}) does not depend on mu, "
+        "but the duration of the climb does. A top that spins too fast loses contact (g_n reaches "
+        "0). Related claims: TH-01, NUM-01.",
         alt="Three maps with mu to the right and omega_3(0) upwards: the outcome, the climbing "
         "time of the starts that invert, and the least normal force.",
     )
@@ -158,8 +158,8 @@ def map_of_precession_and_spin(axes: list[Axes]) -> Words:
     # with a phi_dot lambda is not proportional to the spin
     rows = _draw_maps(axes, "precession and spin", dashed=False)
     return Words(
-        caption=f"{_counted(rows)} as the reference but for phi_dot(0) and "
-        f"omega_3(0), within {maps.UNTIL} s. Bears on TH-01, SWP-01.",
+        caption=f"{_counted(rows)} that differ from the reference start in phi_dot(0) and "
+        f"omega_3(0), within {maps.UNTIL} s. Related claims: TH-01, SWP-01.",
         alt="A map with phi_dot(0) to the right and omega_3(0) upwards: starts invert in a "
         "band in the middle and lose contact above it.",
     )
@@ -201,6 +201,6 @@ def _counted(rows: pandas.DataFrame) -> str:
 def _tilted(rows: pandas.DataFrame) -> str:
     below = rows[(rows["lambda_ratio"] < 1) & (rows["outcome"] == "inverts")]
     return (
-        f"{len(below)} starts end there too, tilted: theta({maps.UNTIL} s) is "
-        f"{below['end_theta'].max():.2f} rad at most"
+        f"{len(below)} starts also end with the axis below the equator, but tilted: "
+        f"theta({maps.UNTIL} s) is at most {below['end_theta'].max():.2f} rad"
     )

@@ -1,7 +1,7 @@
 """A scene's solution as evidence: values with their digits, extrema, zeros, phases of the climb.
 
 A process integrates a scene once in each arithmetic. Local extrema and zeros are events, so none
-falls between samples, and between two extrema a quantity is monotonous.
+falls between samples, and between two extrema a quantity is monotonic.
 """
 
 from __future__ import annotations
@@ -238,7 +238,7 @@ class Run:
         return sum(b - a for (a, b), sign in pieces if sign < 0) / span.length
 
     def mean(self, name: str, span: Span | None = None) -> float:
-        """The time average of a quantity, by Gauss's rule in monotonous pieces of 5 ms at most."""
+        """The time average of a quantity, by Gauss's rule in monotonic pieces of 5 ms at most."""
         import numpy
 
         times = self.extrema(name, span)[0]

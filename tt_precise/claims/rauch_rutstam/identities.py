@@ -1,4 +1,4 @@
-"""Sections 1 and 2.3: what the paper derives, as one table of identities for every body and state.
+"""Sections 1 and 2.3: the derived formulas as a table of identities for every body and state.
 
 An entry's ``parts`` are (name, left, right, shown) in the words of ``_words``; {0}, {1} are its
 printed formulas. Its counterexample puts ``wrong`` in the place of the first, or of number ``at``.
@@ -114,7 +114,7 @@ in_section_1, in_section_2_3 = partial(identity, "1"), partial(identity, "2.3")
 in_section_1(
     "EQ-04", "lambda=-L.a ... -L.(R alpha/I1 (L x 3))=0",
     "-L.a is constant, because a_dot = (R alpha/I1) L x 3.",
-    "L_dot.a = (a x F).a vanishes whatever force acts at A, and L.a_dot is a triple product with "
+    "L_dot.a = (a x F).a vanishes for every force at A, and L.a_dot is a triple product with "
     "L twice.",
     parts=(
         ("a_dot", "scaled({0}, cross(L, axis))", "scaled(R*alpha, axis_dot)", "a_dot = {0} L x 3"),
@@ -144,7 +144,7 @@ in_section_1(
 in_section_1(
     "EQ-16", "D=omega_3 sqrt(I1 I3+...)=I3 omega_3 sqrt(d(cos theta))",
     "The two printed forms of Routh's function agree, with d(cos theta) as printed.",
-    "Both forms are omega_3 times a positive root, so comparing what stands under it is enough.",
+    "Both forms are omega_3 times a positive root, so comparing the radicands is enough.",
     parts=(("", "{0}", "I3**2*({1})", "{0} = I3**2*({1})"),),
     where="eq (9)",
     printed=(ROUTH_SQUARED, D_OF_Z), wrong=ROUTH_SQUARED.replace("R**2*I1", "R**2*I3"),
@@ -177,7 +177,7 @@ in_section_1(
 )  # fmt: skip
 in_section_1(
     "EQ-20", "d/dt m r_dot=-mu g_n v_A",
-    "The horizontal momentum of the centre of mass changes by friction alone.",
+    "The horizontal momentum of the centre of mass changes only by friction.",
     "r is the horizontal part of s, so the normal force and the weight drop out.",
     parts=(
         ("", "scaled({0}, v_A)[:2]",
@@ -230,7 +230,7 @@ in_section_2_3(
     parts=(
         ("E_pot gains", "{0}", "rate_of('E_pot')", "{0}"),
         ("E_rot gains", "{1}", "rate_of('E_rot')", "{1}"),
-        ("E_trans loses both, and what friction takes", "dot(v_A, F_f) - {0} - {1}",
+        ("E_trans loses both and the work of friction", "dot(v_A, F_f) - {0} - {1}",
          "rate_of('E_trans')", "dot(v_A, F_f) - {0} - {1}"),
     ),
     printed=("m*g*dot(s_dot, z_hat)", "dot(omega, cross(a, F))"), wrong="m*g*dot(v_A, z_hat)",
@@ -255,8 +255,8 @@ in_section_2_3(
 in_section_2_3(
     "EQ-41", "negative whenever nu_y>0 ... whenever nu_x<0 or nu_x is sufficiently small",
     "tau_x, tau_z < 0 where nu_y > 0, and tau_y < 0 where nu_x is negative or small.",
-    f"tau_y is a positive factor times nu_x - {BOUND}: negative for nu_x below that positive "
-    "bound, which is what sufficiently small means.",
+    f"tau_y is a positive factor times nu_x - {BOUND}: negative for nu_x below this positive "
+    "bound, the meaning of sufficiently small.",
     parts=(
         ("tau_x per nu_y", "({0})/nu_y", f"-{SLOPE}", "{0}"),
         ("tau_z per nu_y", "({2})/nu_y", "-mu*R*g_n*alpha*sin(theta)", "{2}"),

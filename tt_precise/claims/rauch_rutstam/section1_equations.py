@@ -75,8 +75,8 @@ def arm(along_3: str = "R*alpha", along_z: str = "-R") -> Finding:
             "A is the lowest point of the sphere": lowest,
             "CM stands -a.z above the table, as in E_pot": f.equal(-printed[2], height, shown),
         },
-        "O lies R alpha along 3 from the centre of mass, and A is the sphere's lowest point, R "
-        "below O; -a.z is then the height R(1 - alpha cos theta) of the potential energy.",
+        "O lies at R alpha along 3 from the centre of mass, and A, the lowest point of the sphere, "
+        "at R below O. So -a.z is the height R(1 - alpha cos theta) in the potential energy.",
     )
 
 
@@ -118,13 +118,13 @@ def axis_turns(inverse_inertia: str = "1/I1") -> Finding:
             "omega x 3": f.equal_vectors(cross(q.omega, q.k), geometric, "3_dot = omega x 3"),
             "L x 3": f.equal_vectors(printed, geometric, f"3_dot = ({inverse_inertia}) L x 3"),
         },
-        "The component of L along 3 drops out, and the others are I1 times those of omega.",
+        "The component of L along 3 drops out; the other components are I1 times those of omega.",
     )
 
 
 @claim("EQ-07", quote="(s+a).z=0 and its derivative ... v_A.z=0", counterexample={"rate_of_a": "R"})
 def contact_constraint(rate_of_a: str = "R*alpha") -> Finding:
-    """The contact point stays on the table, and the derivative of that is v_A.z = 0."""
+    """The contact point stays on the table, and the derivative of this condition is v_A.z = 0."""
     q, body = _at_any_azimuth(), f.chart().body
     a_dot_z = f.read(rate_of_a) * f.rate(q.k[2])
     height = body.R * (1 - body.alpha * q.k[2])
@@ -170,8 +170,8 @@ def frames(behind: tuple[int, int, int] = (0, 1, 0)) -> Finding:
                 "2 = y = z x x, behind the plane if the top leans to the right",
             ),
         },
-        "The paper's figure was not at hand; its caption and text agree with each other. x, and "
-        "with it 1 and 2, is undefined while the axis is vertical.",
+        "Only the caption and the text were compared, not the figure. x, 1 and 2 are undefined "
+        "while the axis is vertical.",
     )
 
 
@@ -217,8 +217,8 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Finding:
                 steps == 0, "decreasing", f"{steps} of {len(values) - 1} steps up"
             ),
         },
-        "E_dot = -mu g_n v_A^2 (EQ-05) vanishes at instants only, such as the start; the claim "
-        "needs g_n >= 0 and a motion that glides.",
+        "E_dot = -mu g_n v_A^2 (EQ-05) vanishes only at instants, such as the start. The claim "
+        "requires g_n >= 0 and gliding.",
         known.says(proved, f"g_n > 0 {known.span} in this solution, which glides"),
     )
 
@@ -229,7 +229,7 @@ def _rate(name: str, printed: str) -> Finding:
     return v.theorem(
         {"as printed": f.equal(printed, derived, f"{_dotted(name)} = {printed}"),
          FORMS: f.proved(FORMS)},
-        "Derived from eq (1) through the vectors of the Euler state, with g_n from the contact "
+        "Derived from eq (1) by expressing the vectors in Euler angles, with g_n from the contact "
         "constraint; all parameters and the state are symbols.",
     )  # fmt: skip
 

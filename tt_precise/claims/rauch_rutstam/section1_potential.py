@@ -268,8 +268,9 @@ def _beside(pole: int, multiples: tuple[str, ...], claimed: int) -> Finding:
     return v.all_of(
         v.statements(f"z_min -> {claimed}", parts),
         "The distance of the minimum from the pole is proportional to delta, so a delta exists for "
-        "every eps. lambda > lambda_thres is more than is needed: 4ab <= (a+b)^2 shows that V "
-        "keeps the minimum at z = -1 below it, too, and at z = 1 for every lambda.",
+        "every eps. The condition lambda > lambda_thres is stronger than necessary: by 4ab <= "
+        "(a+b)^2, V also has the minimum at z = -1 below the threshold, and at z = 1 for every "
+        "lambda.",
     )
 
 
@@ -296,7 +297,7 @@ def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
             "from z = 1 to z = -1",
             f"theta_min from {v.decimal(path[0], 3)} to {v.decimal(path[-1], 6)} rad, "
             f"{'one minimum' if alone else 'several minima'}, "
-            f"{'monotonously' if rising(path) else 'not monotonously'}",
+            f"{'monotonically' if rising(path) else 'not monotonically'}",
         ),
         "Minima are sought on a grid of theta that ends just short of both poles.",
     )
@@ -333,8 +334,8 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
     }  # fmt: skip
     return v.readings(
         v.statements("gap <= T_upp", parts),
-        f"Between those two turning points theta rises without a stop by {v.decimal(rise, 2)} rad, "
-        "because the potential moves on while theta swings in it; no bound from a frozen potential "
+        f"Between these two turning points theta rises steadily by {v.decimal(rise, 2)} rad, "
+        "because the potential changes while theta swings in it. No bound from a frozen potential "
         "can hold for the solution.",
     )
 
@@ -359,7 +360,7 @@ def several_oscillations(run: Run = REFERENCE) -> Finding:
             "T_inv/T_upp": v.statement(ratio > 10, "> 10", v.decimal(ratio, 6)),
             "oscillations": v.statement(inside > 1, "several", str(inside)),
         },
-        "That the first implies the second rests on the bound of TH-11.",
+        "The first implies the second only if the bound of TH-11 holds.",
     )
 
 
@@ -395,7 +396,7 @@ def theta_goes_to_the_minimum(end: str = "10") -> Finding:
     return v.readings(
         v.statements("goes toward the minimum", parts),
         f"Until {v.decimal(peak, 3)} s the moving potential raises E~ - V_min by the factor "
-        f"{v.decimal(highest / first, 2)}; only then dissipation wins.",
+        f"{v.decimal(highest / first, 2)}. Dissipation dominates only after that.",
     )
 
 

@@ -57,8 +57,8 @@ def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> Finding:
     """Above both thresholds the inverted spin is stable and the upright spin is not."""
     return v.all_of(
         _spins(multiples),
-        "Linearly and transversally to the family of spins with other lambda. That no tumbling "
-        "motion competes is TH-03.",
+        "Linear stability, transversally to the family of spins with other lambda. TH-03 excludes "
+        "tumbling motions.",
     )
 
 
@@ -78,9 +78,9 @@ def only_stable_nongliding_motion(multiples: tuple[str, str] = ABOVE) -> Finding
             **_spins(multiples),
             "no tumbling motion": _all_bodies(none, "no tumbling motion has this lambda"),
         },
-        "Without gliding eqs (2) and (5) leave the two spins and, for lambda^2 = N^2/P times a "
-        "constant, N' = -2P, one tumbling motion; N^2/P is largest at a pole, where it is one of "
-        "the thresholds squared.",
+        "Without gliding, eqs (2) and (5) admit the two spins and, for lambda^2 = N^2/P times a "
+        "constant, N' = -2P, a tumbling motion. N^2/P is largest at a pole, where it equals the "
+        "square of one of the thresholds.",
     )
 
 
@@ -160,8 +160,8 @@ def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> Finding
             "every solution approaches it": v.statement(every, "every solution", steady),
         },
         "The upright spin 3 = z, L = lambda/(R(1 - alpha)) z satisfies eq (1) with v_A = 0 for "
-        "every lambda; it is unstable, but it, and the motions on its stable manifold, do not "
-        "invert. Only one stable solution remains, which is what Theorem 1.1 says.",
+        "every lambda. It is unstable, but it and the motions on its stable manifold do not "
+        "invert. Only one stable solution exists, as Theorem 1.1 says.",
     )
 
 
@@ -205,8 +205,8 @@ def inverted_state(axis: int = 1) -> Finding:
     return v.misprint(
         map(has_its_lambda, (axis, -1)),
         "(lambda/(R(1+alpha)) z, -z, 0)",
-        "With 3 = z the state is an upright spin with too small a lambda; inverted means 3 = -z, "
-        "at both places.",
+        "With 3 = z the state is an upright spin with too small a lambda; the inverted spin has "
+        "3 = -z. The error occurs at both places.",
         v.EXACT,
     )
 
@@ -238,7 +238,7 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
             f"{v.decimal(end, 12)} s with phi_dot(0) = {phi_dot} rad/s",
         ),
         f"At lambda = {v.decimal(ratio, 4)} lambda_thres, from a start with g_n > 0. The equations "
-        "continue with g_n < 0, where a real top has left the table.",
+        "continue with g_n < 0, but a real top leaves the table.",
         proofs.says(
             falling and lost is not None,
             f"in scene {LEAVES} g_n falls through a simple zero at {when} s",
@@ -273,8 +273,9 @@ def conditions_for_inversion(starts: tuple[str, ...] = ("90", "120", "155", "200
     }
     return v.readings(
         v.statements("sufficient (Sec. 1), necessary (Sec. 3)", parts),
-        "Section 1 says sufficient, section 3 necessary. Sufficient is right but for the upright "
-        "spin and its stable manifold; a start with large theta can invert without them.",
+        "Section 1 says sufficient, section 3 necessary. The conditions are sufficient except for "
+        "the upright spin and its stable manifold. They are not necessary: a start with large "
+        "theta can invert without them.",
     )
 
 
@@ -303,8 +304,8 @@ def limits_in_the_past(run: Run = REFERENCE) -> Finding:
             f"{v.decimal(end.theta, 4)} rad and {v.decimal(end.energy_ratio, 3)} times the "
             "energy",
         ),
-        "Backwards in time friction feeds the gliding, E grows and the solution ends where g_n = "
-        "0. Only motions on the unstable manifold of the upright spin have the stated limits.",
+        "Backwards in time friction increases the gliding, E grows, and the solution ends where "
+        "g_n = 0. Only motions on the unstable manifold of the upright spin have these limits.",
     )
 
 
@@ -359,8 +360,8 @@ def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> Finding:
         )
     return v.all_of(
         checks,
-        "The values for t to plus infinity follow from lambda alone. Those for minus infinity "
-        "belong to motions on the unstable manifold of the upright spin only (TH-14).",
+        "The limits for t -> inf follow from lambda alone. Only motions on the unstable manifold "
+        "of the upright spin have the limits for t -> -inf (TH-14).",
     )
 
 
@@ -444,7 +445,7 @@ def balanced_equation(printed: str = SIMPLIFIED) -> Finding:
     counterexample={"sign": -1},
 )
 def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> Finding:
-    """The simplified equation makes theta increase monotonously."""
+    """The simplified equation makes theta increase monotonically."""
     columns = ("theta_dot_simplified", "nu_y")
     whole = run.sampled(columns)
     tables = {

@@ -95,7 +95,7 @@ def initiation_time(printed: str = START, run: Run = REFERENCE) -> Finding:
 @claim(
     "NUM-05",
     quote="ending time t_{theta approx pi} approx 7.87 s",
-    definition=f"{DEFINITION} And {TOP}, where the axis comes nearest to the pole.",
+    definition=f"{DEFINITION} Also: {TOP}, where the axis comes nearest to the pole.",
     counterexample={"printed": "7.88"},
 )
 def ending_time(printed: str = END, run: Run = REFERENCE) -> Finding:
@@ -109,7 +109,7 @@ def ending_time(printed: str = END, run: Run = REFERENCE) -> Finding:
     return _about(
         printed,
         times,
-        f"The nearest of them is off by {v.decimal(off, 2)} s. Section 2.1 itself says 7.86 s in "
+        f"The nearest of these times is off by {v.decimal(off, 2)} s. Section 2.1 says 7.86 s in "
         "two other places.",
         run,
     )
@@ -283,7 +283,7 @@ def nearest_to_the_poles(
         )
     return v.all_of(
         checks,
-        "How near it comes to the poles is ill conditioned, and so is the height of phi_dot.",
+        "The distance from the poles is ill conditioned, and so is the height of phi_dot.",
     )
 
 
@@ -306,8 +306,8 @@ def growth_of_amplitudes(name: str = "phi_dot", run: Run = REFERENCE) -> Finding
         parts[when] = near > 100 * before, shown
     return v.all_of(
         v.statements("by orders of magnitude", parts),
-        "The amplitude grows like the reciprocal of the nearest distance of the axis from the "
-        "pole; the largest value depends on how near it happens to come and is ill conditioned.",
+        "The amplitude grows like the reciprocal of the smallest distance of the axis from the "
+        "pole. The largest value depends on this distance and is ill conditioned.",
     )
 
 

@@ -72,8 +72,8 @@ def realistic_values() -> Finding:
     inertia = body.m * body.R**2
     return v.all_of(
         v.untestable("realistic, close to [Coh, Ued]"),
-        "The values of the authors cited are not in the paper, and close has no measure. The body "
-        f"itself is possible: I1 = {v.decimal(body.I1 / inertia, 4)}, I3 = "
+        'The paper does not have the values of the cited authors, and "close" has no measure. The '
+        f"body is possible: I1 = {v.decimal(body.I1 / inertia, 4)}, I3 = "
         f"{v.decimal(body.I3 / inertia, 4)} m R^2 with I3 < 2 I1, "
         f"m = {v.decimal(1000 * body.m, 2)} g, R = {v.decimal(100 * body.R, 2)} cm. mu = 0.3 lacks "
         "its unit, s/m.",
@@ -252,7 +252,7 @@ def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Finding:
     counterexample={"printed": "7.84"},
 )
 def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> Finding:
-    """At the end of the climb nu_y crosses nu_x from above, and its minima lie lower then."""
+    """At the end of the climb nu_y crosses nu_x from above; afterwards its minima are lower."""
     falling = _crossings(run, rising=False, early=False)
     last = run.settled(lambda solution: solution.events.query(LAST_FALLING)["t"].iloc[-1])
     longer = Run(variant(run.scene, until=LATER))
@@ -268,7 +268,7 @@ def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> Finding:
                 f"in {lower} of {len(spans)} nutations from there to {LATER} s",
             ),
         },
-        f"nu_y crosses nu_x from above at {shown} s; the last one is final.",
+        f"nu_y crosses nu_x from above at {shown} s; the last crossing is final.",
     )
 
 
@@ -323,7 +323,7 @@ def weight(printed: str = "0.2", run: Run = REFERENCE) -> Finding:
     """The weight of the toy top is 0.2 (N)."""
     return v.all_of(
         v.rounds_to(printed, run.weight, "N"),
-        "m g = 0.02 kg times 9.82 m/s^2; the caption leaves the unit out.",
+        "m g = 0.02 kg times 9.82 m/s^2; the caption omits the unit.",
     )
 
 
@@ -374,6 +374,6 @@ def spin_as_a_sum(run: Run = REFERENCE, phi_dot: str = "200") -> Finding:
             "omega_3": v.approximate("phi_dot + psi_dot", error, start.omega_3, "off by at most"),
             "cos theta": v.approximate("cos theta = 1", 1 - cosine, 1),
         },
-        "omega_3 = psi_dot + phi_dot cos theta; for the reference start itself phi_dot(0) = 0 and "
-        "the two are equal.",
+        "omega_3 = psi_dot + phi_dot cos theta; at the reference start phi_dot(0) = 0 and both are "
+        "equal.",
     )

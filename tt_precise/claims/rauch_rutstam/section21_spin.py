@@ -102,7 +102,7 @@ def quotient_after(sign: str = "positive", printed: str = "3.2", run: Run = REFE
         },
         "Before the climb the axis passes nearest to the pole "
         f"{v.decimal(nearest - float(last), 3)} s after the last change of sign.",
-        known.says(proved, "its last zero before the climb, and that there is none within"),
+        known.says(proved, "its last zero before the climb, and that the climb has no zero"),
     )
 
 
@@ -152,7 +152,7 @@ def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> Finding:
             reading: v.rounds_to(printed, run.settled(partial(_spin_at, name)), "rad/s")
             for name, reading in DEFINITIONS.items()
         },
-        "Friction has taken little of the spin until then.",
+        "Until then friction has reduced the spin only slightly.",
     )
 
 
@@ -193,13 +193,13 @@ def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> Finding:
     counterexample={"name": "theta"},
 )
 def monotonous_spin(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
-    """omega_3 decreases almost monotonously."""
+    """omega_3 decreases almost monotonically."""
     rise, fall = run.rises_and_falls(name)
     values = run.extrema(name)[1]
     return v.all_of(
         v.statement(
             rise < 0.01 * (fall - rise),
-            "almost monotonously decreasing",
+            "almost monotonically decreasing",
             f"rises sum up to {v.decimal(rise, 4)}, falls to {v.decimal(fall, 5)} rad/s",
         ),
         f"It has {len(values) - 2} local extrema, wherever nu_y vanishes, and starts with a "
@@ -402,8 +402,8 @@ def precession_from_jellett(printed: str = PRECESSION) -> Finding:
     return v.misprint(
         map(compared, (printed, CORRECT_PRECESSION)),
         f"phi_dot*sin(theta)**2 = {CORRECT_PRECESSION}",
-        "The printed right side is gamma phi_dot sin^2 theta, gamma = I1/I3; the factor is "
-        "positive, so what the paper says of signs stands.",
+        "The printed right side is gamma phi_dot sin^2 theta, gamma = I1/I3. The factor is "
+        "positive, so the paper's statements about signs hold.",
         v.EXACT,
     )
 
@@ -429,8 +429,8 @@ def factored_form(printed: str = "w0*(1 - w/w0)") -> Finding:
     return v.misprint(
         map(compared, (printed, correct)),
         f"-w0 + w = {correct}",
-        "The sign is lost. alpha - cos theta(0) < 0, so only with the minus does phi_dot have the "
-        "sign of 1 - quotient, as the text goes on to say.",
+        "The sign is lost. Because alpha - cos theta(0) < 0, phi_dot has the sign of 1 - quotient "
+        "only with the minus, as the following text requires.",
         v.EXACT,
     )
 

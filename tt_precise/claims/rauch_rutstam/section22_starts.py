@@ -98,7 +98,7 @@ def sine(printed: str = "0.01", theta: str = "0.1") -> Finding:
     counterexample={"printed": "0.1"},
 )
 def share_of_the_precession(printed: str = "1", phi_dot: str = "200") -> Finding:
-    """A precession of 200 rad/s at the start changes lambda by as little as 1 %."""
+    """A precession of 200 rad/s at the start changes lambda by only 1 %."""
     body, start = load_scene("reference").body, load_scene("reference").start
     theta = float(start.theta.offset)
     share = float(100 * body.I1 * Fraction(phi_dot) / (body.I3 * start.omega_3))
@@ -146,14 +146,14 @@ def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> 
     counterexample={"printed": "0.3"},
 )
 def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> Finding:
-    """With phi_dot(0) in [195, 200] and theta(0) = 0.1, theta grows monotonously from 0.8 on."""
+    """With phi_dot(0) in [195, 200] and theta(0) = 0.1, theta grows monotonically from 0.8 on."""
     angles = [last_turn(theta, phi_dot)[1] for phi_dot in STEPS]
     low, high = min(angles), max(angles)
     measured = f"theta turns for the last time at {v.decimal(low, 4)} to {v.decimal(high, 4)} rad"
     begins = abs(high - float(printed)) < AT_ONCE
     return v.readings(
         {
-            f"monotonous beyond {printed}": v.statement(
+            f"monotonic beyond {printed}": v.statement(
                 high <= float(printed), f"from theta = {printed}", measured
             ),
             f"monotony begins at {printed}": v.statement(
@@ -174,7 +174,7 @@ def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> Finding:
     counterexample={"time": "0.9", "angle": "0.04"},
 )
 def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") -> Finding:
-    """With theta(0) = 0.01, theta grows monotonously from 0.3 s, 0.02 rad on."""
+    """With theta(0) = 0.01, theta grows monotonically from 0.3 s, 0.02 rad on."""
     turns = [last_turn(theta, phi_dot) for phi_dot in STEPS]
     times, angles = zip(*turns, strict=True)
     fall = max(_largest_fall(theta, phi_dot, float(time)) for phi_dot in STEPS)
@@ -182,14 +182,14 @@ def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") 
         {
             "no turning point after that": v.statement(
                 max(times) <= float(time) and max(angles) <= float(angle),
-                f"monotonous from {time} s, {angle} rad on",
+                f"monotonic from {time} s, {angle} rad on",
                 f"turns for the last time at {v.decimal(min(times), 3)} to "
                 f"{v.decimal(max(times), 3)} s, {v.decimal(min(angles), 3)} to "
                 f"{v.decimal(max(angles), 3)} rad",
             ),
             "no fall that a graph shows": v.statement(
                 fall < VISIBLE,
-                f"monotonous from {time} s on",
+                f"monotonic from {time} s on",
                 f"falls by at most {v.decimal(fall, 2)} rad",
             ),
         },

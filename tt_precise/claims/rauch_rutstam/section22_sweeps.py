@@ -205,8 +205,8 @@ def all_invert(series: str = "phi_dot") -> Finding:
     """Every start with phi_dot(0) in [-200, 200] inverts."""
     return v.readings(
         both_ways(series, inverting),
-        f"But {losing_contact(series)} lose contact on the way, and the theorem that the "
-        "paper appeals to says nothing about them.",
+        f"But {losing_contact(series)} lose contact, and the paper's theorem does not cover these "
+        "starts.",
     )
 
 
@@ -269,7 +269,7 @@ def steeper_is_wilder(lower: str = "0.1", upper: str = "0.3") -> Finding:
     return v.readings(
         {reading: check(contact) for contact, reading in CONTACTS.items()},
         "Up to 0.3 rad, where the paper's remark on omega_3(0) begins. Starts from "
-        f"{number(lost)} rad on lose contact; integrated on, the climb is quickest from "
+        f"{number(lost)} rad on lose contact. With g_n < 0 allowed, the climb is quickest from "
         f"{number(quick['theta'])} rad, in {number(quick['climb_A'])} s.",
     )
 
@@ -323,7 +323,7 @@ def _trends(rows: pandas.DataFrame) -> dict[str, Check]:
     "may reappear",
 )  # fmt: skip
 def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Finding:
-    """Some starts that would climb at once need a synchronisation phase when they glide or nod."""
+    """Gliding or nodding makes some starts that climb at once need a synchronisation phase."""
 
     def check(rows: pandas.DataFrame) -> Check:
         some = rows[rows["phi_dot"] > float(beyond)]
@@ -369,8 +369,8 @@ def still_inverts(series: tuple[str, ...] = EVERY) -> Finding:
     return v.readings(
         both_ways(series, partial(inverting, how="")),
         f"{losing_contact(series)} lose contact; without these "
-        f"{climbed(starts(series, 'held'))} invert. The paper's theorem says nothing "
-        "about a start that loses contact.",
+        f"{climbed(starts(series, 'held'))} invert. The paper's theorem does not cover a "
+        "start that loses contact.",
     )
 
 
@@ -429,14 +429,14 @@ def small_changes(tolerance: str = "0.1") -> Finding:
 
 
 def _start_of(row: pandas.Series) -> str:
-    """The start values of a row that the section varies, in words."""
+    """The varied start values of a row, in words."""
     return ", ".join(f"{name}(0) = {number(row[name], 3)}" for name in ("phi_dot", *ALONE))
 
 
 @claim(
     "SWP-08", counterexample={"monotonous_from": "0.2"},
     definition="Very small: the range of nu_x and of theta_dot along the trajectory is less than "
-    "half the reference's. Monotonous: no turning point of theta beyond that angle before 3 rad.",
+    "half the reference's. Monotonic: no turning point of theta beyond that angle before 3 rad.",
     quote="phi_dot(0) in [195,200] ... gives rise to solutions with very small amplitude "
     "oscillations ... The increase of theta becomes monotonous starting from theta = 0.8",
 )  # fmt: skip
@@ -451,11 +451,11 @@ def very_smooth(monotonous_from: str = "0.8", theta: str = "0.1") -> Finding:
     turns = {phi_dot: last_turn(theta, phi_dot)[1] for phi_dot in ENDS}
     turn = max(turns.values())
     shown = ", ".join(f"{number(angle, 2)} rad for {rate} rad/s" for rate, angle in turns.items())
-    monotonous = v.statement(
+    monotonic = v.statement(
         turn <= float(monotonous_from), f"from {monotonous_from} rad", f"from {number(turn)} rad"
     )
     return v.all_of(
-        {**v.statements("very small", parts), "theta monotonous": monotonous},
+        {**v.statements("very small", parts), "theta monotonic": monotonic},
         f"The last turning points lie at {shown}.",
     )
 
@@ -509,7 +509,7 @@ def longest_where_energy_is_least(close: str = CLOSE) -> Finding:
         },
         f"At fixed lambda it is {number(_energy({'phi_dot': 0.0}))} J at phi_dot(0) = 0 and "
         f"{number(_energy({'phi_dot': 200.0}))} J at 200 rad/s, where there is no synchronisation "
-        "phase: nearness to the minimum does not make it long.",
+        "phase: closeness to the minimum does not make the phase long.",
     )
 
 
@@ -532,12 +532,12 @@ def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -
 
     return v.theorem(
         {f"d lambda/d {name}": check(name) for name in names},
-        "Differentiated symbolically; it depends on theta, phi_dot and omega_3 only.",
+        "Differentiated symbolically; lambda depends only on theta, phi_dot and omega_3.",
     )
 
 
 def closeness(close: str, least: float) -> Check:
-    """Whether the reference's energy is at most the share ``close`` above ``least``."""
+    """Whether the reference's energy exceeds ``least`` by at most the fraction ``close``."""
     energy = _energy({"phi_dot": 0.0})
     above = energy / least - 1
     return v.statement(

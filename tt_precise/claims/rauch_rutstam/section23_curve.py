@@ -100,7 +100,7 @@ def _asymptotic(
         },
         f"The printed value belongs to lambda = {v.decimal(implied[name], 4)}, not to the "
         f"reference start's {v.decimal(guess, 4)} kg m^3/s. The four printed boundary values "
-        f"belong to {every}: no one lambda has them all.",
+        f"belong to {every}: no single lambda has all four.",
     )
 
 
@@ -179,7 +179,7 @@ def ends_of_the_curve(
     counterexample={"name": "E_tilde"},
 )
 def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> Finding:
-    """D(t) decreases almost monotonously."""
+    """D(t) decreases almost monotonically."""
     values = run.extrema(name)[1]
     fall = float(values[0] - values[-1])
     rises = [float(b - a) for a, b in pairwise(values) if b > a]
@@ -193,9 +193,9 @@ def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> Finding:
         ),
     }  # fmt: skip
     return v.readings(
-        v.statements("almost monotonously decreasing", parts),
-        "The reason given, D = I3 omega_3 sqrt(d(cos theta)), leaves the oscillation of "
-        "d(cos theta), which is larger than that of omega_3.",
+        v.statements("almost monotonically decreasing", parts),
+        "The paper's reason, D = I3 omega_3 sqrt(d(cos theta)), ignores the oscillation of "
+        "d(cos theta), which is larger than the oscillation of omega_3.",
     )
 
 
@@ -313,8 +313,8 @@ def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Finding:
         along_y,
         run,
         "points behind the plane",
-        "It is R alpha omega_z sin(theta) > 0 where omega is exactly vertical; near the pole the "
-        "small horizontal part of omega decides.",
+        "The component is R alpha omega_z sin(theta) > 0 where omega is exactly vertical. Near the "
+        "pole the small horizontal part of omega decides its sign.",
     )
 
 
@@ -347,8 +347,8 @@ def trends_in_the_climb(spin: int = -1, run: Run = REFERENCE) -> Finding:
             ),
             "at every instant": v.statement(
                 back == 0,
-                "monotonous",
-                f"theta, and with it |a|, falls back by {v.decimal(back, 3)} rad in sum",
+                "monotonic",
+                f"theta, and with it |a|, falls back by {v.decimal(back, 3)} rad in total",
             ),
         },
         "|a| and sin(theta) follow theta, which oscillates.",
@@ -372,14 +372,14 @@ def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> Finding:
         return factor * _length(_omega_cross_a(body, columns)) - nu_y
 
     return _at_every_instant_or_on_average(
-        term, run, "positive", "The paper says only that this may be so."
+        term, run, "positive", "The paper says only that the term may be positive."
     )
 
 
 def _at_every_instant_or_on_average(
     function: Callable[[dict[str, Array]], Array], run: Run, printed: str, note: str
 ) -> Finding:
-    """Readings of "is positive during the climb", for a velocity made of the vector columns."""
+    """Readings of "is positive during the climb", for a velocity computed from the vectors."""
     import numpy
 
     climb = run.climb
@@ -454,7 +454,7 @@ def _length(vector: Vector) -> Array:
     counterexample={"references": CORRECT_REFERENCE},
 )
 def cross_references(references: Mapping[str, str] = REFERRED) -> Finding:
-    """The last two references to figures name the panels that show what is spoken about."""
+    """The last two references to figures name the panels that show the quantities discussed."""
 
     def says(named: Mapping[str, str]) -> Check:
         shown = (
@@ -483,6 +483,6 @@ def colours() -> Finding:
     """The figures show the curves in the colours that captions and text name."""
     return v.all_of(
         v.untestable("colours of curves"),
-        "The source at hand has no pictures, so the colours cannot be seen; the captions of Figs 4 "
-        "and 6 name no colour, and Fig. 7 names only that of E.",
+        "The available source has no pictures, so the colours cannot be checked. The captions of "
+        "Figs 4 and 6 name no colour, and Fig. 7 names only the colour of E.",
     )

@@ -215,12 +215,12 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Finding:
     quote="E_trans, E_rot and E_pot add up to the total energy E(t), monotonically decreasing",
     where="Sec. 2.3, Fig. 4",
     definition="E at 8 s from the sum of its parts there, against E(0) minus the work of friction "
-    "(the integral of mu g_n v_A^2, Gauss's rule between extrema); monotonous: no event where E "
+    "(the integral of mu g_n v_A^2, Gauss's rule between extrema); monotonic: no event where E "
     "turns, and its rate has no zero",
     counterexample={"parts": ("E_trans", "E_rot")},
 )
 def parts_of_the_energy(parts: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> Finding:
-    """The three parts add up to the energy, which decreases monotonously."""
+    """The three parts add up to the energy, which decreases monotonically."""
     span = run.whole
     columns = run.columns(("E", *parts), list(span))
     first, last = sum(columns[name] for name in parts)
@@ -308,7 +308,7 @@ def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -
     shown = f"{last} J at 8 s, {v.decimal(share, 2)} of its first value"
     return v.all_of(
         v.statement(share < 0.01, "goes to zero", shown),
-        "It does not fall monotonously: in the climb it oscillates up to "
+        "It does not fall monotonically: in the climb it oscillates up to "
         f"{v.decimal(run.extrema(name, run.climb)[1].max(), 3)} J.",
     )
 
@@ -399,7 +399,7 @@ def shape_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERE
             ),
             "shape": v.statement(alike > 0.7, "similar to E_dot", f"correlation {alike:.2f}"),
         },
-        "What fits both descriptions is E_rot_dot: negative for "
+        "E_rot_dot fits both descriptions: it is negative for "
         f"{100 * run.share_below_zero('E_rot_dot', climb):.1f} % of the climb, "
         f"correlation {_correlation('E_rot_dot', run):.2f}.",
     )

@@ -1,4 +1,4 @@
-"""Section 3, the summary: what it says beyond the sections before."""
+"""Section 3, the summary: statements that the previous sections do not have."""
 
 from __future__ import annotations
 
@@ -67,8 +67,8 @@ def cross_reference(first: int = 2, last: int = 6) -> Finding:
             ),
             FORMS: f.proved(FORMS),
         },
-        "Five equations for the rates of theta_dot, phi_dot, omega_3, nu_x, nu_y; the system is "
-        "closed by eq (7) for g_n, which the captions name too.",
+        "Five equations for the rates of theta_dot, phi_dot, omega_3, nu_x, nu_y. Eq (7) for g_n "
+        "closes the system; the captions include it.",
     )
 
 
@@ -93,8 +93,8 @@ def large_negative_values(phase: str = "synchronisation", run: Run = REFERENCE) 
             "large negative values",
             f"{lowest} rad/s, against {v.decimal(usual, 3)} rad/s at the maxima of theta",
         ),
-        "Its depth depends on how near the axis passes the pole, and so on the last digits of the "
-        "parameters: it is ill conditioned.",
+        "The depth depends on the distance at which the axis passes the pole, and so on the last "
+        "digits of the parameters: it is ill conditioned.",
     )
 
 
@@ -107,7 +107,7 @@ def large_negative_values(phase: str = "synchronisation", run: Run = REFERENCE) 
     counterexample={"printed": "84"},
 )
 def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> Finding:
-    """Starts with phi_dot(0) above 83 rad/s climb at once, the others do not."""
+    """Starts with phi_dot(0) above 83 rad/s climb at once, others do not."""
     root = threshold(theta)
     between = str((float(printed) + float(root.value)) / 2)
     at = {value: initiations(theta, value, 0)["A"] for value in (printed, between)}
@@ -121,8 +121,8 @@ def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> Finding
                 f"t_init by phi_dot(0) in rad/s: {shown}",
             ),
         },
-        f"Section 2.2 has 83.1, which is the better value; up to {v.decimal(root.value, 7)} rad/s "
-        "there is still a synchronisation phase.",
+        f"Section 2.2 has the better value 83.1; up to {v.decimal(root.value, 7)} rad/s there is "
+        "still a synchronisation phase.",
     )
 
 
@@ -204,7 +204,7 @@ def amplitudes_increase(usually: str = "0.5") -> Finding:
     "energy among solutions having lambda = 2 lambda_thres",
 )  # fmt: skip
 def energy_close_toleast_energy(close: str = CLOSE) -> Finding:
-    """The reference solution's energy is close to the least one with its lambda."""
+    """The energy of the reference solution is close to the least energy with its lambda."""
     body = reference_body()
     inverted = float(thresholds.E1(body, reference_lambda()))
     return v.readings(
@@ -212,7 +212,7 @@ def energy_close_toleast_energy(close: str = CLOSE) -> Finding:
             "among starts with theta(0) = 0.1": closeness(close, least_energy()["E"]),
             "among all states": closeness(close, inverted),
         },
-        "The least energy of all belongs to the inverted spin, which is where the top ends.",
+        "The inverted spin, in which the top ends, has the least energy of all states.",
     )
 
 
@@ -237,8 +237,8 @@ def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Finding:
     )
     return v.readings(
         {"between translation and rotation": rotation, "between all three modes": every},
-        "E_trans and E_rot exchange omega.(a x F), E_trans and E_pot exchange m g s_dot.z, in "
-        "which the torque has no part (EQ-34).",
+        "E_trans and E_rot exchange omega.(a x F). E_trans and E_pot exchange m g s_dot.z, to "
+        "which the torque does not contribute (EQ-34).",
         v.EXACT,
     )
 
@@ -269,8 +269,9 @@ def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = START
     }
     return v.readings(
         v.statements("well visible in all graphs", parts),
-        "The peaks are taken at events, so none is missed. For the start of Fig. 8, called "
-        f"exceptionally smooth, the peak is {v.decimal(smooth[0], 3)} times as high.",
+        "The peaks are computed as events, so no peak is missed. For the start of Fig. 8, which "
+        f"the paper calls exceptionally smooth, the peak is {v.decimal(smooth[0], 3)} times as "
+        "high.",
     )
 
 
