@@ -60,7 +60,7 @@ def test_in_double_and_in_quad_alike(
 
 
 def test_what_was_recorded_is_used_and_else_integrated_once(half: Scene) -> None:
-    recorded = integrate(half, record=("phi", "psi", "x", "y"))
+    recorded = integrate(half, record="phi, psi,x,y")
     assert recorded.with_quadratures is recorded
     bare = integrate(half)
     assert bare.with_quadratures is bare.with_quadratures is not bare

@@ -110,7 +110,7 @@ def test_derivatives_are_difference_quotients(name: str, value: str) -> None:
 
 
 def test_the_derivative_at_the_start_is_that_of_the_start() -> None:
-    run = integrate("reference", until="0.02", sensitivity=("theta", "omega_3"))
+    run = integrate("reference", until="0.02", sensitivity="theta, omega_3")
     assert run.sensitivity is not None
     first = run.sensitivity.frame("theta", "omega_3", "kx").iloc[0]
     assert first["d theta/d theta"] == pytest.approx(1, rel=1e-15)

@@ -89,7 +89,7 @@ def test_a_peak_far_narrower_than_a_step_is_not_excluded() -> None:
 
 def test_the_spike_of_phi_dot_beside_the_pole_is_found() -> None:
     """Some 40 microseconds wide near 3.19 s on the reference scene, where steps take 5 ms."""
-    rows = tt.sweep("reference", vary={"mu": "0.3"}, until="4", record=("min_phi_dot",), recheck=0)
+    rows = tt.sweep("reference", vary={"mu": "0.3"}, until="4", record="min_phi_dot", recheck=0)
     run = tt.integrate(tt.load_scene("reference").varied(until="4"), events=("extremum:phi_dot",))
     spike = run.event_table(("phi_dot",))["phi_dot"].min()
     assert spike < -1e3

@@ -62,11 +62,6 @@ class _Finite(click.ParamType):
 FINITE, POSITIVE = _Finite(), _Finite(above=0)
 
 
-def names(text: str | None) -> tuple[str, ...]:
-    """Return the names in a list with commas; an empty tuple without the option."""
-    return tuple(name.strip() for name in (text or "").split(",") if name.strip())
-
-
 def workers(default: str) -> Callable[[F], F]:
     """Return the option ``--workers``; ``default`` describes the number without it."""
     from tt_precise.runtime.workers import most_workers

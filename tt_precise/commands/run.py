@@ -12,7 +12,7 @@ from tt_precise.mechanics.digits import RULE
 from tt_precise.runtime.files import require_apart, require_writable
 from tt_precise.runtime.records import Meta, Record
 from tt_precise.runtime.tables import FORMATS
-from tt_precise.runtime.values import InputError, Json, Scalar
+from tt_precise.runtime.values import InputError, Json, Scalar, listed
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
@@ -184,10 +184,10 @@ def command(
     if until is not None:
         loaded = replace(loaded, until=exact(until, "until"))
     names = asked_for(events, loaded.model) if events else loaded.events
-    recorded = set(options.names(record) or loaded.record)
+    recorded = set(listed(record or "") or loaded.record)
     if formulation == "euler":
         recorded.add("phi")  # so that the end can be shown as vectors too
-    wanted = options.names(columns)
+    wanted = listed(columns or "")
     # found out now, not after a long integration
     require_apart({"--out": out, "--plot": plot, "--animate": animate}, scene)
     if plot is not None:

@@ -9,7 +9,7 @@ from click.core import ParameterSource
 
 from tt_precise.commands import options
 from tt_precise.runtime.terminal import say
-from tt_precise.runtime.values import InputError, Json
+from tt_precise.runtime.values import InputError, Json, listed
 from tt_precise.runtime.workers import cores
 
 SOME_FAILED = 1
@@ -122,7 +122,7 @@ def run(
             samples=samples,
             sampler=sampler,
             seed=seed,
-            record=options.names(record),
+            record=listed(record or ""),
             contact=contact,
         )
     if as_csv and out is None:

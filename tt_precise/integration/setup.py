@@ -16,7 +16,7 @@ from tt_precise.mechanics.formulations import (
 )
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.values import Functions, InputError, Scalar
+from tt_precise.runtime.values import Functions, InputError, Scalar, listed
 from tt_precise.scene.scene import RECORDABLE, Scene
 from tt_precise.taylor.graph import Graph
 
@@ -124,10 +124,10 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
         It is something else.
     """
     if isinstance(events, str):
-        names = [name.strip() for name in events.split(",") if name.strip()]
-        if "all" in names:
-            return tuple(dict.fromkeys([*catalogue(model), *(set(names) - {"all"})]))
-        events = names
+        events = listed(events)
+        if "all" in events:
+            further = [name for name in events if name != "all"]
+            return tuple(dict.fromkeys([*catalogue(model), *further]))
     asked: list[Asked] = []
     for event in events if isinstance(events, Iterable) else [events]:
         if isinstance(event, (str, Event)):

@@ -26,7 +26,7 @@ from tt_precise.integration.setup import (
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import Array, InputError, Scalar
+from tt_precise.runtime.values import Array, InputError, Scalar, listed
 from tt_precise.scene.body import Dimension
 from tt_precise.scene.numerals import as_fraction, exact, shortest_texts
 from tt_precise.scene.scene import RECORDABLE, Scene, load_scene
@@ -546,11 +546,11 @@ def integrate(
         loaded = replace(loaded, until=exact(until, "until"))
     if sample_every is not None:
         loaded = replace(loaded, sample_every=exact(sample_every, "sample_every"))
-    record = None if record is None else tuple(record)
+    record = None if record is None else listed(record)
     watched = None if events is None else asked_for(events, loaded.model)
 
     def differentiated(trajectory: Trajectory) -> Trajectory:
-        if names := tuple(sensitivity):
+        if names := listed(sensitivity):
             from tt_precise.integration.variational import Derivatives
 
             trajectory.sensitivity = Derivatives(trajectory, names)

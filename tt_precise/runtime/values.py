@@ -8,7 +8,7 @@ the names say what is meant.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Literal, TypeAlias
@@ -38,6 +38,13 @@ Functions: TypeAlias = Any
 
 StateOfAny: TypeAlias = Any
 """A state of any formulation: a named tuple of scalars."""
+
+
+def listed(names: str | Iterable[str]) -> tuple[str, ...]:
+    """Return names that are given one by one, or in one text with commas."""
+    if not isinstance(names, str):
+        return tuple(names)
+    return tuple(name.strip() for name in names.split(",") if name.strip())
 
 
 @dataclass(frozen=True)

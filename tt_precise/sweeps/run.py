@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from tt_precise._version import __version__
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import Array, InputError, Json
+from tt_precise.runtime.values import Array, InputError, Json, listed
 from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError, local_pool
 from tt_precise.scene.scene import Inclination, Scene
 from tt_precise.sweeps import spot_check
@@ -108,7 +108,7 @@ def sweep(
         samples=samples,
         sampler=sampler,
         seed=seed,
-        record=tuple(record),
+        record=listed(record),
         contact=contact,
     )
     swept = run_sweep(spec, out=out, workers=workers, recheck=recheck)
