@@ -1,4 +1,4 @@
-"""``Columns``: from dimensionless rows of a state to named columns and states in SI."""
+"""``Columns``: converts dimensionless rows of a state to named columns and states in SI."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from tt_precise.runtime.values import Array, Functions, InputError, Json, Scalar
 from tt_precise.scene.body import Dimension
 
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
-LIFTED_COLUMNS = ("height", "rise")  # of the lowest point, which is else on the table
+LIFTED_COLUMNS = ("height", "rise")  # of the lowest point, which is otherwise on the table
 EULER_COLUMNS = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
 
-# what stands for the pose among column names: scalar first, or last
+# names of the pose among columns: scalar first, or last
 POSE, POSE_SCALAR_LAST = "pose", "pose:xyzw"
 _LAST = ("qx", "qy", "qz", "qw")
 POSE_COLUMNS = {
@@ -46,9 +46,9 @@ Row = tuple[Scalar, ...]
 class State:
     """A state at one time, in SI: ``t`` in s, then name to number, None where undefined.
 
-    Names are those of the trajectory file: kx ... vy, theta ... nu_y, and what was recorded. For
-    several times each entry is an array. ``errors`` are those that are known, that of a time
-    "t" which was found among them; printed, a state shows the digits that they leave.
+    Names are those of the trajectory file: kx ... vy, theta ... nu_y, and the recorded quadratures.
+    For several times each entry is an array. ``errors`` are the known errors, with "t" if the time
+    was computed; a printed state shows only the digits that these errors leave.
     """
 
     t: Scalar
@@ -75,7 +75,7 @@ class State:
 
     def __getattr__(self, name: str) -> Scalar:
         try:
-            # through __dict__, which is empty while a copy is being made
+            # through __dict__, which is empty during copying
             return self.__dict__["values"][name]
         except KeyError:
             raise AttributeError(name) from None
@@ -102,9 +102,9 @@ class State:
 
 
 class Columns:
-    """What can be asked of the rows of one run: its columns, and every quantity.
+    """The columns and quantities of a run's rows.
 
-    Rows are dimensionless: guarded mpmath numbers, or arrays over time, one an entry.
+    Rows are dimensionless: mpmath numbers with guard bits, or an array over time for each entry.
     """
 
     def __init__(self, setup: Setup, start: InitialState):
@@ -120,11 +120,11 @@ class Columns:
 
     @property
     def has_azimuth(self) -> bool:
-        """Whether the direction in which the axis is tilted is known, and not only Euler rates."""
+        """Whether the direction of the tilt is known, not only Euler rates."""
         return self.form.coordinates == "newton" or "phi" in self.record
 
     def dimension(self, name: Name) -> Dimension:
-        """The dimension of a column; refuses unknown names."""
+        """The dimension of a column; raises for unknown names."""
         if isinstance(name, Quantity):
             return name.dimension
         if name in QUANTITIES:
@@ -164,11 +164,11 @@ class Columns:
         number: Callable[[Scalar], Scalar] = float,
         fn: Functions = None,
     ) -> dict[Any, Array]:
-        """The same from an array for each entry, an array for each column; NaN where undefined.
+        """An array for each column, from an array for each entry; NaN where undefined.
 
-        ``number`` makes the arrays' numbers of guarded ones: ``float``, ``long_double``, or that of
-        ``mpfr``. ``fn`` are the arrays' functions, NumPy's if none are given. Entries may be single
-        numbers of that arithmetic, too, and so are the columns then.
+        ``number`` converts numbers with guard bits to the type of the arrays: ``float``,
+        ``long_double``, or that of ``mpfr``. ``fn`` has the functions of the arrays, by default
+        NumPy's. Entries may also be single numbers; the columns are then single numbers.
         """
         import numpy
 
@@ -193,14 +193,14 @@ class Columns:
         number: Callable[[Scalar], Scalar],
         fn: Functions = None,
     ) -> Motion:
-        """The ``Motion`` of rows that are given as an array for each entry."""
+        """The ``Motion`` of rows, given as an array for each entry."""
         import numpy
 
         body = self.start.once(("body", number), lambda: self.start.body.map(number))
         return motion(self.form, self.record, body, entries, fn or numpy)
 
     def states(self, times: Sequence[Scalar], rows: Sequence[Row]) -> list[State]:
-        """The ``State`` (SI) of each row, at guarded dimensionless times."""
+        """The ``State`` (SI) of each row, at dimensionless times with guard bits."""
         columns = self.of_rows(self.names, rows)
         unit, to_user = self.start.units.time, self.to_user
         return [
@@ -213,7 +213,7 @@ class Columns:
         ]
 
     def to_user(self, value: Scalar | None) -> Scalar | None:
-        """A number as users get it: a float in double, else the guarded mpmath number."""
+        """A number for users: a float in double, else the mpmath number with guard bits."""
         return float(value) if self.precision.is_float and value is not None else value
 
     def _entry(self, name: Name, row: tuple[Scalar, ...], q: Motion) -> Scalar:
@@ -245,7 +245,7 @@ class Columns:
 
 
 def expanded(names: Iterable[Any]) -> tuple[Name, ...]:
-    """What a table is asked for, flat, functions as quantities, the pose as its own columns."""
+    """The requested columns as a flat list, with functions as quantities and the pose expanded."""
     wanted: list[Name] = []
     for name in names:
         if callable(name):
@@ -260,12 +260,12 @@ def expanded(names: Iterable[Any]) -> tuple[Name, ...]:
 
 
 def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:
-    """The pose of a motion whose phi, psi, x and y are ``recorded``; one row or arrays of them.
+    """The pose of a motion with ``recorded`` phi, psi, x and y; for one row or arrays.
 
     Raises
     ------
     InputError
-        The recorded phi lost the half turn that it takes where the axis passes the vertical.
+        The recorded phi lost the half turn at a passage of the axis through the vertical.
     """
     import numpy
 
@@ -287,7 +287,7 @@ def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:
 def digits_over_rows(
     columns: Mapping[str, Array], errors: Mapping[str, Array], start: InitialState, bits: int
 ) -> Array:
-    """Significant digits of the worst entry of many states, by the rule of ``mechanics.digits``.
+    """Correct digits of the worst entry of many states, by the rule of ``mechanics.digits``.
 
     ``columns`` of a state and their ``errors`` are float64 arrays over rows, in SI.
     """
@@ -297,13 +297,13 @@ def digits_over_rows(
     with numpy.errstate(all="ignore"):
         own = {name: values / unit[name] for name, values in columns.items()}
         beside = sizes(start.body.map(float), own, numpy)
-        # what is undefined in both, at a pole, has no error either
+        # an entry that is undefined in both, at a pole, has no error
         worst = numpy.fmax.reduce([errors[n] / (unit[n] * beside[n]) for n in errors], initial=0)
         return numpy.clip(-numpy.log10(worst), 0.0, bits * math.log10(2))
 
 
 def worst_digits(state: State, errors: Mapping[str, Scalar], start: InitialState) -> float:
-    """The same of one state with errors in any arithmetic."""
+    """The same for one state with errors in any arithmetic."""
     context = state.precision.context
     unit = {n: start.units.of_dimension(STATE_DIMENSIONS[n]) for n in state.values}
     own = {
@@ -320,7 +320,7 @@ def worst_digits(state: State, errors: Mapping[str, Scalar], start: InitialState
 
 
 def digits_of_time(error: Array, time: Array, unit: float) -> Array:
-    """Significant digits of a time, beside itself or the unit of time where that is longer."""
+    """Correct digits of a time, relative to the larger of the time and the unit of time."""
     import numpy
 
     with numpy.errstate(divide="ignore"):

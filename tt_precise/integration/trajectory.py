@@ -1,4 +1,4 @@
-"""``integrate``: from a scene to a ``Trajectory``, in a precision or to as many digits as asked."""
+"""``integrate``: from a scene to a ``Trajectory``, in a precision or to a number of digits."""
 
 from __future__ import annotations
 
@@ -50,13 +50,12 @@ def is_estimate(name: Name) -> bool:
 class Trajectory:
     """A solution of a scene, from t = 0 to ``t_end``; made by integrating as ``setup`` says.
 
-    Look at ``status`` before anything else: only "complete" reached the scene's horizon as a
-    top on a table; "contact_ignored" got there with g_n <= 0 on the way, which was asked for with
-    ``contact="bilateral"``; the others ended where the model ended, and nothing is ever given
-    beyond ``t_end``.
+    Look at ``status`` first. "complete" reached the scene's horizon as a top on a table.
+    "contact_ignored" reached it with g_n <= 0 at some time (only with ``contact="bilateral"``).
+    Every other trajectory ended where the model ended. No value exists beyond ``t_end``.
 
-    Several threads may read from one trajectory. A pickle of it holds the scene and the set-up, no
-    numbers and no code: it is integrated again where it is unpickled.
+    Several threads may read from one trajectory. A pickle holds the scene and the set-up, no
+    numbers and no code: unpickling integrates again.
 
     Attributes
     ----------
@@ -70,7 +69,7 @@ class Trajectory:
     state
         ``State`` at ``t_end``.
     sensitivity
-        ``Derivatives`` by what ``integrate`` was given as ``sensitivity``, else None.
+        ``Derivatives`` by the ``sensitivity`` of ``integrate``, else None.
     """
 
     sensitivity: Derivatives | None = None
@@ -121,17 +120,17 @@ class Trajectory:
 
     @property
     def formulation(self) -> str:
-        """The coordinates integrated in: "newton" or "euler"."""
+        """The coordinates of the integration: "newton" or "euler"."""
         return self.setup.formulation.coordinates
 
     @property
     def tolerance(self) -> Scalar:
-        """heyoka's relative tolerance that was integrated with, an mpmath number."""
+        """The relative tolerance of the integration, an mpmath number."""
         return self.precision.context.mpf(self.setup.tolerance) or full_tolerance(self.precision)
 
     @property
     def pieces(self) -> tuple[Stretch, ...]:
-        """Stretches of gliding, rolling, flight and contact, where there are several; else one."""
+        """The stretches of gliding, rolling, flight and contact; at least one."""
         return self.run.stretches
 
     @cached_property
@@ -141,7 +140,7 @@ class Trajectory:
 
     @property
     def state(self) -> State:
-        """The state at ``t_end``; numbers wider than double print with their error, once known."""
+        """The state at ``t_end``; numbers wider than double print with their error, if known."""
         state, errors = self._end_state, self.errors.known_at_end
         carrying = self.precision.carrying
         values = {name: carrying(value, errors.get(name)) for name, value in state.values.items()}
@@ -149,7 +148,7 @@ class Trajectory:
 
     @property
     def shown_end(self) -> str:
-        """``t_end`` in decimals, with its error where the end was found and that is known."""
+        """``t_end`` in decimals, with its error if known."""
         error = self.errors.known_at_end.get("t")
         end = self.t_end
         return repr(float(end)) if error is None else self.precision.with_error(end, error)
@@ -179,12 +178,12 @@ class Trajectory:
         return State.joined(states, self.precision) if several else states[0]
 
     def motion(self, t: Scalar) -> Motion:
-        """What quantities are computed from at ``t`` (s), dimensionless; refused as by ``at``."""
+        """The dimensionless ``Motion`` at ``t`` (s); raises as ``at`` does."""
         return self.run.motions([self.run.dimensionless_time(t)])[0]
 
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
-        """The scene's exact sample times up to ``t_end``, which is added where it ends early."""
+        """The scene's exact sample times up to ``t_end``; an early ``t_end`` is added."""
         if self.status in ARRIVED:
             return self.scene.sample_times
         end = as_fraction(self.run.end)
@@ -207,19 +206,19 @@ class Trajectory:
         names
             State entries (kx, theta, ...), recorded quadratures, any quantity, or a function of
             the ``Motion`` (``Quantity.of``), also in a list; by default all vector and Euler
-            columns and what was recorded. "pose" stands for the columns of the pose, "pose:xyzw"
-            for them with the scalar of the quaternion last. "error:" before a name stands for its
-            estimated error, "digits" for those of the state's worst entry (``error_over_time``).
+            columns and the recorded quadratures. "pose" means the columns of the pose, "pose:xyzw"
+            the same with the scalar of the quaternion last, "error:NAME" the estimated error of a
+            column, "digits" the digits of the state's worst entry (``error_over_time``).
         times
             In s; by default the scene's samples.
         numbers
             "float"; "exact" (mpmath numbers in arithmetics wider than double); or "text".
         pose
-            Give the pose, behind ``names`` if there are any: quaternion, position and velocity of
-            the centre of mass, angular velocity in the inertial and in the body's frame. Where
-            phi, psi, x and y were not recorded, the scene is integrated once more.
+            Append the pose: quaternion, position and velocity of the centre of mass, angular
+            velocity in the inertial and in the body's frame. If phi, psi, x and y were not
+            recorded, the scene is integrated again.
         progress
-            Called with the fraction done, where the series of the steps have to be made (again).
+            Called with the fraction done, if the series of the steps must be computed again.
         """
         import numpy
         import pandas
@@ -241,8 +240,8 @@ class Trajectory:
     ) -> dict[str, Array]:
         """The columns of ``frame`` by name, without pandas.
 
-        Floats are arrays with NaN where a value is undefined; wider numbers, and text, are lists
-        with None there. Text of double is the shortest that recovers the number.
+        Floats are arrays with NaN where a value is undefined; wider numbers and text are lists
+        with None there. Text of a double is the shortest that recovers the number.
         """
         if numbers not in get_args(Numbers):
             raise InputError(
@@ -291,7 +290,7 @@ class Trajectory:
 
     @cached_property
     def errors(self) -> Errors:
-        """What is known of the run's errors, by reference runs."""
+        """The errors of the run, estimated by reference runs."""
         return Errors(self)
 
     @property
@@ -301,20 +300,20 @@ class Trajectory:
 
     @property
     def digits(self) -> float:
-        """Significant digits that ``error_estimate`` leaves to the worst entry of ``state``."""
+        """Correct digits of the worst entry of ``state``, from ``error_estimate``."""
         return self.errors.digits_at_end
 
     @property
     def digits_throughout(self) -> float:
-        """Significant digits that hold at every sample, in every event, and in ``t_end``."""
+        """Correct digits of the worst entry over all samples, events and ``t_end``."""
         return self.errors.digits_throughout
 
     def error_over_time(self, *names: Any, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
         """Estimated absolute errors (SI) at ``sample_times``: columns t, names, and "digits".
 
         ``names`` are columns of ``frame``, by default all entries of the state. "digits" are the
-        significant ones of the worst entry of the state. By reference runs, or by other
-        trajectories of the scene, which are given as ``beside``.
+        correct digits of the state's worst entry. The errors are distances from reference runs, or
+        from the trajectories ``beside`` of the same scene.
         """
         import pandas
 
@@ -326,15 +325,15 @@ class Trajectory:
     def event_errors(self, *, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
         """Estimated errors of the recorded ``events``: columns name, t, error (s), and "digits".
 
-        "digits" are the significant ones of the worst entry of the state at the event, or of its
-        time, where that has fewer: beside itself, or the unit of time where that is longer.
+        "digits" are the correct digits of the time of the event or of the worst entry of the state
+        there, whichever are fewer.
         """
         import pandas
 
         return pandas.DataFrame((Errors(self, beside) if beside else self.errors).events())
 
     def _alike(self, times: Sequence[Fraction], run: Trajectory) -> tuple[Fraction, ...]:
-        """``times`` in another run of the scene, whose end stands for that of this one."""
+        """``times`` in another run of the scene; the end of this run becomes that run's end."""
         if self.status in ARRIVED:
             return tuple(times)
         end, other = (as_fraction(trajectory.run.end) for trajectory in (self, run))
@@ -342,9 +341,9 @@ class Trajectory:
 
     @cached_property
     def with_quadratures(self) -> Trajectory:
-        """The same run with phi, psi, x and y recorded; made now where they were not.
+        """The same run with phi, psi, x and y recorded; integrated again if necessary.
 
-        Refused where the axis is exactly vertical at the start or on the way.
+        Refused if the axis is exactly vertical at some time.
         """
         if set(RECORDABLE) <= set(self.setup.record):
             return self
@@ -368,9 +367,9 @@ class Trajectory:
     def event_table(
         self, names: Sequence[str] | None = None, at: Container[str] | None = None
     ) -> dict[str, Array]:
-        """The columns of ``events`` by name, without pandas, and of the state those ``names``.
+        """The columns of ``events`` by name, without pandas, with the ``names`` of the state.
 
-        ``at`` names events; elsewhere entries of the state may be missing.
+        With ``at``, only the events of these names need the entries of the state.
         """
         return self.run.event_columns(self.run.columns.names if names is None else names, at)
 
@@ -381,35 +380,35 @@ class Trajectory:
 
     @property
     def touches(self) -> tuple[str, ...]:
-        """Events asked for whose function, somewhere, touches zero or stays there.
+        """Requested events whose function touches zero somewhere, or stays at zero.
 
-        Or crosses it by less than the tolerance of its summands, which more digits can tell apart.
-        No event is recorded there; the same function may cross zero elsewhere.
+        A crossing by less than the tolerance of the summands counts as a touch; more digits decide.
+        No event is recorded there. The same function may cross zero elsewhere.
         """
         return self.run.touches
 
     @cached_property
     def suspect_events(self) -> tuple[str, ...]:
-        """Events of which one may be missing: the function rises, or falls, twice in a row.
+        """Events that may be incomplete: the function rises, or falls, twice in a row.
 
-        heyoka can miss two roots in one step; then the directions still alternate, but a missed
-        single root breaks the pattern. Minima and maxima of theta are looked at together.
+        A missed root breaks the alternation of directions; two missed roots in one step do not.
+        Minima and maxima of theta are tested together.
         """
         happened = zip(self.events["name"], self.events["direction"], strict=True)
         return not_alternating(happened, self.setup.watched)
 
     @cached_property
     def drift(self) -> dict[str, Scalar]:
-        """Largest relative drift of everything the scene conserves, over samples and end.
+        """Largest relative drift of each conserved quantity, over samples and end.
 
-        Computed from the states in finer numbers than theirs: for double in long double, otherwise
-        in mpmath with guard bits.
+        Computed from the states in finer arithmetic: for double in long double, otherwise in
+        mpmath with guard bits.
         """
         number = self.precision.context.mpf
         return {name: number(max(values)) for name, values in self.drift_over_time().items()}
 
     def drift_over_time(self) -> dict[str, Sequence[Scalar]]:
-        """Relative drift of everything the scene conserves, at each of ``sample_times``.
+        """Relative drift of each conserved quantity, at each of ``sample_times``.
 
         In double a float64 array for each integral, otherwise a list of mpmath numbers.
         """
@@ -422,10 +421,10 @@ class Trajectory:
         return self.run.drift(integrals, self.sample_times)
 
     def plot(self, *names: Any) -> Figure:
-        """A matplotlib ``Figure`` over time: a panel for each of ``names``, as of ``frame``.
+        """A matplotlib ``Figure`` over time with a panel for each of ``names`` (as in ``frame``).
 
-        Without names: theta, energies, normal force, relative drift of what is conserved; recorded
-        events are marked. ``tt_precise.runtime.plotting.save`` writes it.
+        Without names: theta, energies, normal force, relative drift of the conserved quantities.
+        Recorded events are marked. ``tt_precise.runtime.plotting.save`` writes the figure.
         """
         from tt_precise.integration.views import figure
 
@@ -441,11 +440,11 @@ class Trajectory:
         end: float | None = None,
         progress: Progress | None = None,
     ) -> Path:
-        """Write a moving picture of the top and its track on the table.
+        """Write an animation of the top and its track on the table.
 
-        ``path`` ends in .gif, .html, or .mp4 (which needs ffmpeg). The picture plays ``seconds``
-        with ``fps`` frames in each, equally spaced in the trajectory's time from ``begin`` to
-        ``end`` (s; by default all of it). ``progress`` is called with the fraction done.
+        ``path`` ends in .gif, .html, or .mp4 (which needs ffmpeg). The animation lasts ``seconds``
+        with ``fps`` frames per second, equally spaced in the trajectory's time from ``begin`` to
+        ``end`` (s; by default the whole trajectory). ``progress`` is called with the fraction done.
         """
         from tt_precise.integration.views import animate
 
@@ -459,14 +458,14 @@ class Trajectory:
         return notebook_table(self)
 
     def dimension(self, name: str) -> Dimension:
-        """The dimension of a column; refuses names that ``frame`` does not know."""
+        """The dimension of a column; raises for names that ``frame`` does not know."""
         return self.run.columns.dimension(name)
 
     @cached_property
     def inversion(self) -> InversionTimes:
-        """Initiation and ending time of the climb, in the three definitions.
+        """Initiation and ending time of the climb by the three definitions.
 
-        Integrates again, in the same set-up, if it lacks the events.
+        Integrates again with the same set-up if the events were not recorded.
         """
         from tt_precise.integration.inversion import NEEDED, from_events
 
@@ -503,33 +502,32 @@ def integrate(
         A ``Scene``, a shipped name or a path to a TOML file.
     precision
         ``double`` (the default), ``extended``, ``quad`` or ``mp`` (with ``bits``), by heyoka; or
-        ``double-double`` (31 digits) or ``triple-double`` (46), by an integrator of our own, a
+        ``double-double`` (31 digits) or ``triple-double`` (46), by the package's own integrator, a
         hundred times faster than ``quad`` and ``mp``.
     digits
-        Instead of a precision: correct significant digits wanted in every component, at every
-        sample, in every event and at the end (``Trajectory.digits_throughout``). The first of a
-        ladder of precisions and tolerances whose own error estimate delivers them is used; the
-        trajectory names it.
+        Instead of a precision: correct significant digits of every component, at every sample, in
+        every event and at the end (``Trajectory.digits_throughout``). A ladder of precisions and
+        tolerances is tried until the error estimate is small enough; the trajectory names the
+        precision.
     formulation
         ``newton`` (vectors; any start; the default) or ``euler`` (the paper's equations; not at a
         pole).
     events, record
-        Names from the event catalogue (also one, several by commas, or "all"), or functions of the
-        ``Motion``, whose changes of sign are events; and names of quadratures (phi, psi, x, y).
-        By default those that the scene names.
+        Names from the event catalogue (a list, a string with commas, or "all"), or functions of
+        the ``Motion``, whose changes of sign are events; and names of quadratures (phi, psi, x,
+        y). By default those of the scene.
     contact
-        ``unilateral``: the trajectory ends where g_n reaches 0. ``bilateral``: it goes on, and
-        may start, with g_n < 0, where the equations hold and no table does; its status then is
-        "contact_ignored".
+        ``unilateral``: the trajectory ends where g_n reaches 0. ``bilateral``: it may start and
+        continue with g_n < 0, which no table can exert; the status is then "contact_ignored".
     tolerance
-        The relative tolerance; 0 stands for the eps of the precision (eps/16 in double).
+        The relative tolerance; 0 means eps of the precision (eps/16 in double).
     until, sample_every
         Horizon and spacing of the samples in s, instead of the scene's.
     sensitivity
         Entries of [body] and [start], such as theta, omega_3 and mu, by which
         ``trajectory.sensitivity`` differentiates columns and the times of the climb.
     progress
-        Called with the fraction done, now and then.
+        Called with the fraction done.
 
     Returns
     -------
@@ -574,7 +572,7 @@ def integrate(
 
 
 SPARE = 0.1  # digits; a reference that errs by a tenth of the run's error is off by half of this
-LOST = 2.0  # digits that a scene mostly loses of those of the tolerance
+LOST = 2.0  # digits of the tolerance that most scenes lose
 WORTH = 0.25  # of a digit more for each digit of the tolerance; where a retry wins less, none helps
 # Two runs in mp cost about this many seconds on the reference scene, whose horizon is so many units
 # of time; what they cost grows with the square of the order and with the product of long numbers.
@@ -584,7 +582,7 @@ DIGITS_PER_BIT = math.log10(2)
 
 
 class Rung(NamedTuple):
-    """An arithmetic and a tolerance; ``bits`` only of mp, whose tolerance is its full accuracy."""
+    """An arithmetic and a tolerance; ``bits`` only for mp, which has its full accuracy."""
 
     precision: str
     tolerance: float
@@ -613,15 +611,15 @@ HEYOKAS = (
 def integrate_to_digits(
     wanted: int, scene: Scene, run: Callable[[Rung], Trajectory], *, euler: bool = False
 ) -> Trajectory:
-    """What ``run`` makes of the first rung that leaves ``wanted`` digits all along.
+    """The trajectory from the first rung that delivers ``wanted`` digits throughout.
 
-    By the error estimate of that very run, in every entry at every sample, in every event and at
-    the end. What the estimate of a run lacks is added to what the next rung has to have.
+    The error estimate of the run decides, for every entry at every sample, in every event and at
+    the end. The next rung adds the digits that are missing.
 
     Raises
     ------
     InputError
-        The digits are no whole number in range, cannot be reached, or would take too long.
+        The digits are not a whole number in range, cannot be reached, or would take too long.
     """
     if not isinstance(wanted, int) or isinstance(wanted, bool) or wanted < 1:
         raise InputError(f"digits: got {wanted}, expected a whole number from 1")
@@ -665,7 +663,7 @@ def _missed(wanted: int, trajectory: Trajectory, reached: float) -> str:
 
 
 def seconds_for(digits: int, scene: Scene) -> float:
-    """What ``digits`` of a scene cost about, in s of a core; 0 where no mp is needed."""
+    """Estimated cost of ``digits`` of a scene, in s of a core; 0 if mp is not needed."""
     if digits + LOST <= LADDER[-1].digits:
         return 0.0
     units = float(scene.until) / math.sqrt(float(scene.body.R / scene.body.g))
