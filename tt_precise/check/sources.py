@@ -14,7 +14,6 @@ import itertools
 import math
 import os
 import sys
-import zipfile
 import zlib
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -566,6 +565,8 @@ def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
 
 def _whole(path: Path, read: Callable[[Path], Any], rename: Mapping[str, str]) -> ColumnSource:
     """All columns of a file at once."""
+    import zipfile  # few files are archives
+
     try:
         table = read(path)
         names = list(getattr(table, "column_names", table))

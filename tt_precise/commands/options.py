@@ -27,13 +27,17 @@ def emit(as_json: bool, content: Json, lines: Iterable[str], out: str | Path | N
     With ``out`` the JSON object is written to that file too.
     """
     from tt_precise.runtime.files import atomic_write
-    from tt_precise.runtime.records import encode
     from tt_precise.runtime.terminal import say
 
+    text = ""
+    if as_json or out is not None:
+        from tt_precise.runtime.records import encode
+
+        text = encode(content)
     if out is not None:
-        atomic_write(out, encode(content))
+        atomic_write(out, text)
     if as_json:
-        click.echo(encode(content), nl=False)
+        click.echo(text, nl=False)
     else:
         say(lines)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from tt_precise.golden.table import FORMAT
 from tt_precise.runtime.records import UNSET, Record, Unset, means
 
 Sha256 = Annotated[str, means("SHA-256 of the content")]
@@ -86,7 +87,7 @@ class Change(Record, frozen=True):
     first_change: Annotated[str, means("the first digit that changed")]
 
 
-class Manifest(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.golden/2"):
+class Manifest(Record, frozen=True, kw_only=True, tag_field="schema", tag=FORMAT):
     """`manifest.json` of a scene's golden data."""
 
     scene: SceneName

@@ -22,16 +22,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tt_precise.golden.digits import scales_of
-from tt_precise.golden.documents import Manifest, Proof
-from tt_precise.golden.table import Table
-from tt_precise.runtime import records
-from tt_precise.runtime.files import atomic_write, shipped
+from tt_precise.golden.table import FORMAT, Table
+from tt_precise.runtime.files import MISSHAPEN, atomic_write, read_json, shipped
 from tt_precise.runtime.values import InputError, Json
 from tt_precise.scene.scene import Scene, parse_scene
 
 SCENE, TRAJECTORY, EVENTS = "scene.toml", "trajectory.csv", "events.csv"
 MANIFEST, PROOF = "manifest.json", "proof.json"
 FILES = (SCENE, TRAJECTORY, EVENTS, MANIFEST)
+DOCUMENT = "the manifest of golden data"
 MANIFEST_HASH, PROOF_HASH = "sha256_of_manifest", "sha256_of_proof"
 
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -192,11 +191,18 @@ def read(scene: str | Path, folder: Folder = None) -> Stored:
     InputError
         There is none, or a file is missing or unreadable.
     """
-    name, parent = require(scene, folder)
-    place = parent / name
-    manifest = records.read_as_record(place / MANIFEST, Manifest, "the manifest of golden data")
+    from tt_precise.golden.documents import Manifest  # what only reads whole data does without
+    from tt_precise.runtime.records import read_as_record
+
+    place = require(scene, folder).path
+    read_as_record(place / MANIFEST, Manifest, DOCUMENT)
+    return _read(place)
+
+
+def _read(place: Path) -> Stored:
     trajectory, events = (_table(place / file) for file in (TRAJECTORY, EVENTS))
-    return Stored(name, _text(place / SCENE), trajectory, events, manifest, parent)
+    manifest = read_json(place / MANIFEST, DOCUMENT)
+    return Stored(place.name, _text(place / SCENE), trajectory, events, manifest, place.parent)
 
 
 def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
@@ -215,10 +221,15 @@ def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
 
 @lru_cache(maxsize=64)
 def _whole(place: Path, manifest: str) -> Stored:
-    stored = read(place.name, place.parent)
-    problems = [f"{one} changed since it was built" for one in changed_files(stored)]
-    problems += [] if problems else missing_proof(stored)
+    stored = _read(place)
+    try:
+        problems = [f"{one} changed since it was built" for one in changed_files(stored)]
+        problems += [] if problems else missing_proof(stored)
+        problems += [] if stored.manifest["schema"] == FORMAT else [MANIFEST]
+    except MISSHAPEN:
+        problems = [MANIFEST]
     if problems:
+        read(place.name, place.parent)  # refuses another form
         raise InputError(
             f"{stored.name}: {problems[0]}; `tt-precise golden verify {stored.name}` says where"
         )
@@ -355,11 +366,11 @@ def proof_hash(place: Path) -> str | None:
     if not path.is_file():
         return None
     try:
-        content = records.read_as_record(path, Proof, "a proof")
+        content = read_json(path, "a proof")
     except InputError:
         return ""
     found = self_hash(content, PROOF_HASH)
-    return found if found == content[PROOF_HASH] else ""
+    return found if found == content.get(PROOF_HASH) else ""
 
 
 def missing_proof(stored: Stored) -> list[str]:

@@ -1,14 +1,16 @@
-"""Files: written so that nobody ever meets half of one; TOML from users, within bounds."""
+"""Files: written so that nobody ever meets half of one; TOML and JSON, read within bounds."""
 
 from __future__ import annotations
 
 import fcntl
+import json
 import os
 import stat
 import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from tt_precise.runtime.values import InputError, Json
 
@@ -226,3 +228,70 @@ def shown(path: Path) -> str:
     text = str(path)
     text = text if text.isprintable() else repr(text)
     return text if len(text) <= 300 else f"...{text[-297:]}"
+
+
+# ---- JSON ----------------------------------------------------------------------------------
+
+# errors of taking a file's content apart that has another form
+MISSHAPEN = (ValueError, KeyError, IndexError, TypeError, AttributeError)
+
+
+def parse_json(content: str | bytes, **hooks: Any) -> Json:
+    """The value that JSON stands for, as Python's own reader has it; with that reader's ``hooks``.
+
+    Raises
+    ------
+    ValueError
+        It is no JSON, or nested deeper than anybody writes.
+    """
+    try:
+        return json.loads(content, **hooks)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+
+
+def read_json(path: Path, what: str) -> dict[str, Json]:
+    """The JSON object in a file, where no key stands twice and no number is NaN.
+
+    Errors say that ``what`` is expected.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or holds no such object.
+    """
+    try:
+        content = parse_json(
+            path.read_bytes().decode("utf-8"), object_pairs_hook=_object, parse_constant=_no_number
+        )
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or f"no JSON: {error}"
+        raise InputError(f"{shown(path)}: {reason}; expected {what}") from None
+    if not isinstance(content, dict):
+        raise InputError(f"{shown(path)}: got no JSON object, expected {what}")
+    return content
+
+
+@contextmanager
+def of_its_form(path: Path, what: str) -> Iterator[None]:
+    """Turn errors of taking a file's content apart into an ``InputError``."""
+    try:
+        yield
+    except InputError:
+        raise
+    except MISSHAPEN as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise InputError(f"{shown(path)}: not of its form ({reason}); expected {what}") from None
+
+
+def _object(pairs: list[tuple[str, Json]]) -> dict[str, Json]:
+    content = dict(pairs)
+    if len(content) != len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"{twice!r} stands twice")
+    return content
+
+
+def _no_number(name: str) -> Json:
+    raise ValueError(f"{name} is no number")

@@ -17,16 +17,15 @@ A document is a ``Record``; its tag is the name and version that stands under th
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from msgspec import UNSET, Meta, Struct, UnsetType, ValidationError, convert
 from msgspec import json as msgspec_json
 
-from tt_precise.runtime.files import shown
+from tt_precise.runtime.files import of_its_form, shown
+from tt_precise.runtime.files import parse_json as parse
+from tt_precise.runtime.files import read_json as read
 from tt_precise.runtime.values import InputError, Json
 
 __all__ = [
@@ -35,8 +34,6 @@ __all__ = [
 ]  # fmt: skip
 
 Unset = UnsetType
-# errors of taking a file's content apart that has another form
-MISSHAPEN = (ValueError, KeyError, IndexError, TypeError, AttributeError)
 
 
 class Record(Struct, frozen=True):
@@ -119,67 +116,6 @@ def json_schema(kind: type[Record]) -> dict[str, Json]:
     return {"$schema": dialect, **own, "title": title, **rest}
 
 
-def parse(content: str | bytes, **hooks: Any) -> Json:
-    """The value that JSON stands for, as Python's own reader has it; with that reader's ``hooks``.
-
-    Raises
-    ------
-    ValueError
-        It is no JSON, or nested deeper than anybody writes.
-    """
-    try:
-        return json.loads(content, **hooks)
-    except RecursionError:
-        raise ValueError("nested too deeply") from None
-
-
-def read(path: Path, what: str) -> dict[str, Json]:
-    """The JSON object in a file, where no key stands twice and no number is NaN.
-
-    Errors say that ``what`` is expected.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or holds no such object.
-    """
-    try:
-        content = parse(
-            path.read_bytes().decode("utf-8"), object_pairs_hook=_object, parse_constant=_no_number
-        )
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or f"no JSON: {error}"
-        raise InputError(f"{shown(path)}: {reason}; expected {what}") from None
-    if not isinstance(content, dict):
-        raise InputError(f"{shown(path)}: got no JSON object, expected {what}")
-    return content
-
-
-@contextmanager
-def of_its_form(path: Path, what: str) -> Iterator[None]:
-    """Turn errors of taking a file's content apart into an ``InputError``."""
-    try:
-        yield
-    except InputError:
-        raise
-    except MISSHAPEN as error:
-        reason = f"{type(error).__name__}: {error}"
-        raise InputError(f"{shown(path)}: not of its form ({reason}); expected {what}") from None
-
-
 def _plain(value: Json) -> Json:
     """A NumPy scalar as Python's own."""
     return value.item()
-
-
-def _object(pairs: list[tuple[str, Json]]) -> dict[str, Json]:
-    content = dict(pairs)
-    if len(content) != len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f"{twice!r} stands twice")
-    return content
-
-
-def _no_number(name: str) -> Json:
-    raise ValueError(f"{name} is no number")

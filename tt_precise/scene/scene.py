@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -289,6 +288,8 @@ def load_scene(scene: str | Path | Scene) -> Scene:
     if isinstance(scene, str) and re.fullmatch(r"[A-Za-z0-9_-]+", scene):
         if scene in shipped():
             return _shipped(scene)
+        import difflib  # for a wrong name only
+
         near = difflib.get_close_matches(scene, shipped(), n=1)
         raise InputError(
             f"scene: got {scene[:60]!r}"
