@@ -63,7 +63,7 @@ def test_commands_keep_what_they_compile_in_a_small_folder_of_their_own(tmp_path
     ours = OURS
     run = "import tt_precise as tt; tt.integrate('upright')"
     own = said(home, ours, run, shown, limit)[-2:]
-    assert own == [str(tmp_path / "tt-precise" / "compiled"), str(256 * 2**20)]
+    assert own == [str(tmp_path / "tt-precise" / "compiled"), str(64 * 2**20)]
     assert (tmp_path / "tt-precise" / "compiled" / "cache.db").exists()
     # the library touches neither the place nor the limit
     assert said(home, run, shown, limit) == said(home, shown, limit)
