@@ -6,16 +6,32 @@ import signal
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from tt_precise.integration import heyoka_backend
 from tt_precise.scene.body import TippeTop
+from tt_precise.taylor import machine
 
 # Compiled equations of the tests, and of the commands that they start. Another name than the
-# package's own, whose 256 MB the tests exceed.
+# package's own, whose 64 MB the tests exceed.
 os.environ["HEYOKA_CACHE_DIR"] = str(Path(__file__).parents[1] / "build" / "compiled")
+
+# Code that is not optimised compiles in a tenth of the time in double, where it rounds otherwise,
+# and in a third in several doubles. Users' code runs in sweeps, in what a test starts as a command
+# and where it asks for an `opt_level`.
+heyoka_backend.OPTIMISATION.update(loop=0, compact=0)
+machine.OPTIMISATION = 0
 
 # What a shell starts in the background ignores Ctrl-C, and hands that on to every process it
 # starts; those of the tests are to be interrupted.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def no_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No search for the cause of a failed check, which takes most of a check's time."""
+    monkeypatch.setattr("tt_precise.check.causes.cause", lambda *_: "")
 
 
 # the paper's top

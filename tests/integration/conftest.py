@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from tt_precise.integration import Trajectory, catalogue, integrate
+from tt_precise.integration.setup import Setup
 from tt_precise.mechanics import formulations
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -19,8 +20,10 @@ def reference() -> Scene:
 
 
 @pytest.fixture(scope="session")
-def double() -> Trajectory:
-    return integrate("reference", events=catalogue("gliding"))
+def double(reference: Scene) -> Trajectory:
+    """Compiled as users have it."""
+    asked = Setup.of(reference, events=catalogue("gliding"), options={"opt_level": 3})
+    return Trajectory.of(reference, asked)
 
 
 @pytest.fixture(scope="session")

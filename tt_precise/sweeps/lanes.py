@@ -251,6 +251,7 @@ def _compiled(form: Formulation, contact: str, width: int) -> tuple[Adaptive, tu
     options = numeric_options(Setup(formulation=form, precision=precision_named("double")))
     # rolling compiles in a tenth of the time so, and runs as fast (1.02)
     options["compact_mode"] |= form.model == "rolling"
+    options["opt_level"] = 3  # at 0 the bits of a row would depend on the number of lanes
     made = heyoka.taylor_adaptive_batch(
         equations.system,
         numpy.zeros((len(form.columns), width)),

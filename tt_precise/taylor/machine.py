@@ -22,6 +22,11 @@ _LETTERS = {
 }  # fmt: skip
 
 
+# Of the code generator. At 0 it takes a third of the time, for the same bits in steps of twice the
+# time: less in all for runs of seconds, more for thousands of steps.
+OPTIMISATION = 2
+
+
 class Machine:
     """Compiled instructions of one module, for this processor or a plainer one.
 
@@ -41,7 +46,7 @@ class Machine:
         machine = llvm.Target.from_default_triple().create_target_machine(
             cpu="" if plain else llvm.get_host_cpu_name(),
             features=features if plain else llvm.get_host_cpu_features().flatten(),
-            opt=2,
+            opt=OPTIMISATION,
         )
         # only the code generator optimises: the loops are vectors already, and LLVM's passes before
         # it take three times as long for 5 % (13 % in triple-double) of a step. Its vectoriser of
