@@ -14,6 +14,8 @@ from benchmarks.gyroscopic_term import rates_without as rates_without_gyroscopic
 from tt_precise.mechanics import euler, newton
 from tt_precise.scene.body import Parameters
 
+pytestmark = pytest.mark.usefixtures("no_cause")
+
 STATE = euler.EulerState(0.7, 1.1, -2.3, 150.0, 0.02, -0.05)
 
 

@@ -19,6 +19,7 @@ def test_the_columns_and_their_order(double: Trajectory) -> None:
     assert all(first[name][0] == last[name][0] for name in first)
 
 
+@pytest.mark.usefixtures("no_cause")
 def test_it_passes_as_the_rigid_body_of_an_engine(double: Trajectory) -> None:
     """The whole way, both poles nearly met: k, L and v_A of the pose are the scene's."""
     frame = double.frame(pose=True)

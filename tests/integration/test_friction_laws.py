@@ -70,6 +70,7 @@ def test_two_formulations_agree_and_the_laws_of_conservation_hold(scene: Scene) 
     assert {one.name for one in found.checks if one.verdict == "pass"} >= {"jellett", "energy"}
 
 
+@pytest.mark.usefixtures("no_cause")
 @pytest.mark.parametrize(
     ("scene", "wrong"),
     [

@@ -212,6 +212,7 @@ def test_a_scene_may_begin_in_flight() -> None:
     assert float(other.state.theta) == pytest.approx(float(tossed.state.theta), abs=1e-13)
 
 
+@pytest.mark.usefixtures("no_cause")
 def test_flight_is_checked_for_all_that_it_conserves() -> None:
     tossed = tt.integrate("flight", record=("phi", "psi"))
     rows = tossed.frame()
