@@ -23,7 +23,7 @@ import click
 import pytest
 
 import tt_precise
-from tt_precise import InputError, cli
+from tt_precise import cli
 from tt_precise.commands.sweep import is_sweep_file
 from tt_precise.scene.scene import parse_scene
 from tt_precise.sweeps import read_specification
@@ -250,28 +250,6 @@ def test_links_lead_somewhere(path: Path) -> None:
     if path == README:
         assert len(inside) > 3
     assert [link for link in inside if not (path.parent / link).exists()] == []
-
-
-@pytest.mark.parametrize(
-    "spoiled",
-    [
-        "```python\nassert 1 + 1 == 3\n```\n",
-        "```python\nprint(3.14159)  # pi: 3.1417...\n```\n",
-        "```python\ndef test_mine(no_such_fixture):\n    pass\n```\n",
-        "```console\n$ tt-precise run nowhere\n```\n",
-        "```console\n$ tt-precise events\nno such event\n```\n",
-        "```console\n$ tt-precise events  # exit status 1\n```\n",
-        "```shell\ntt-precise run --no-such-option\n```\n",
-        "as `tt-precise runs` says\n",
-        "```{code-block} python\n:caption: one.py\n\n1/0\n```\n```console\n$ python one.py\n```\n",
-        '```{code-block} toml\n:caption: a.toml\n\nscene = "reference"\nseed = 7\n```\n',
-    ],
-)
-def test_a_wrong_example_is_found(spoiled: str) -> None:
-    with pytest.raises(
-        (AssertionError, AttributeError, InputError, click.ClickException, pytest.fail.Exception)
-    ):
-        run_all(spoiled, long=False)
 
 
 def test_the_engine_of_the_tutorial_is_the_example() -> None:

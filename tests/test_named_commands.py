@@ -52,13 +52,6 @@ def test_named_commands_exist(paths: list[Path]) -> None:
                 pytest.fail(f"{path}: {command}: {error.format_message()}")
 
 
-@pytest.mark.parametrize("text", ["as `tt-precise chek` says", "    tt-precise run --jsn | head\n"])
-def test_a_command_that_does_not_exist_is_noticed(text: str) -> None:
-    (command,) = named(text)
-    with pytest.raises((click.ClickException, pytest.fail.Exception)):
-        check_words(command, partly=True)
-
-
 @pytest.mark.parametrize("name", [*OUTPUTS, *SLOW])
 def test_commands_of_the_schemas_exist(name: str) -> None:
     for words, _ in {**OUTPUTS, **SLOW}[name]:

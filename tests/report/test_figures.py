@@ -55,13 +55,6 @@ def test_figure_is_complete(draw: object) -> None:
     assert problems(draw()) == []
 
 
-def test_problems_are_found() -> None:
-    good = paper.axis_at_the_pole()
-    assert good is not None
-    bad = Figure("x", "Bears on FIG-99, nan.", good.svg + " " * LARGEST, "")
-    assert len(problems(bad)) == 3
-
-
 def test_the_spike_is_drawn() -> None:
     """The tallest mark of phi_dot in Figure 2 stands in its caption, above any sampled maximum."""
     figure = paper.figure_2()
