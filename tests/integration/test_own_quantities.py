@@ -81,6 +81,24 @@ def test_divided_by_a_constant(reference: Scene, precision: str) -> None:
     assert max(abs(first.to_numpy() - second.to_numpy())) < 200 * float(run.precision.eps)
 
 
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_powers(reference: Scene, precision: str) -> None:
+    def cube(q: Motion) -> Scalar:
+        return q.state.kx**3 - q.body.alpha**2 * q.state.kx / 10
+
+    def inverse(q: Motion) -> Scalar:
+        return q.state.kz**-1 - 1.004
+
+    scene = reference.varied(until="0.2")
+    times = tt.integrate(scene, precision, events=[cube, "extremum:E_tilde_main"]).events
+    crossings = times["t"][times["name"] == "cube"]
+    assert len(crossings) > 0
+    for state in map(tt.integrate(scene, precision).at, crossings):
+        assert float(state.kx) == pytest.approx(0.009**0.5, rel=1e-12)
+    with pytest.raises(InputError, match="power: got -1"):
+        tt.integrate(scene, precision, events=inverse)
+
+
 def test_of_a_motion_in_segments() -> None:
     run = tt.integrate("coulomb-gliding", until="0.2", events=half_up)
     assert run.frame(half_up)["half_up"].iloc[0] == pytest.approx(run.at(0).kz - 0.5)

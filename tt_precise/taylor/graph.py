@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from tt_precise.runtime.values import Functions, InputError, Scalar
+from tt_precise.taylor.series import powered
 
 
 class Operand:
@@ -46,6 +47,9 @@ class Operand:
 
     def __rtruediv__(self, other: Scalar) -> Scalar:
         return self.graph.divided(other, self)
+
+    def __pow__(self, power: int) -> Scalar:
+        return powered(self, power)
 
 
 class Constant(Operand):

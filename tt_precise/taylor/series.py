@@ -14,12 +14,28 @@ from typing import Any
 
 import numpy
 
-from tt_precise.runtime.values import Array, Functions, Scalar
+from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 
 
 def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
     products = map(operator.mul, a, b)
     return sum(products, start=next(products))
+
+
+def powered(base: Scalar, power: Scalar) -> Scalar:
+    """A product of equal factors.
+
+    Raises
+    ------
+    InputError
+        It is none: the power is no whole number above 0.
+    """
+    if not isinstance(power, int) or power < 1:
+        raise InputError(
+            f"power: got {power}, expected a whole number above 0; roots are q.fn.sqrt, and "
+            "quotients are written as such"
+        )
+    return base if power == 1 else base * powered(base, power - 1)
 
 
 class Series:
@@ -72,11 +88,8 @@ class Series:
 
     __rmul__ = __mul__
 
-    def __pow__(self, power: int) -> Series:
-        product = self
-        for _ in range(power - 1):
-            product = product * self
-        return product
+    def __pow__(self, power: int) -> Scalar:
+        return powered(self, power)
 
     def __truediv__(self, other: Scalar) -> Series:
         if not isinstance(other, Series):
