@@ -19,11 +19,14 @@ def reference() -> Scene:
     return load_scene("reference")
 
 
+def optimised(scene: Scene, events: tuple[str, ...] = ()) -> Trajectory:
+    """A run in double, compiled as users have it."""
+    return Trajectory.of(scene, Setup.of(scene, events=events, options={"opt_level": 3}))
+
+
 @pytest.fixture(scope="session")
 def double(reference: Scene) -> Trajectory:
-    """Compiled as users have it."""
-    asked = Setup.of(reference, events=catalogue("gliding"), options={"opt_level": 3})
-    return Trajectory.of(reference, asked)
+    return optimised(reference, catalogue("gliding"))
 
 
 @pytest.fixture(scope="session")

@@ -10,6 +10,7 @@ import mpmath
 import numpy
 import pytest
 
+from tests.integration.conftest import optimised
 from tt_precise.integration import Trajectory, dense_output, integrate
 from tt_precise.integration import run as run_of_scenes
 from tt_precise.integration.columns import EULER_COLUMNS, VECTOR_COLUMNS
@@ -77,7 +78,7 @@ def test_nothing_is_extrapolated(double: Trajectory, time: Any) -> None:
 
 
 def test_nothing_is_given_behind_an_early_end(rough: Scene) -> None:
-    lost = integrate(rough)
+    lost = optimised(rough)
     assert lost.at(lost.t_end) == lost.state
     with pytest.raises(InputError, match=r"0\.65771882639144.* s.*\(contact_lost\)"):
         lost.at("0.6577189")

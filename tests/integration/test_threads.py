@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from tests.integration.conftest import optimised
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.scene.scene import Scene
 
@@ -73,7 +74,7 @@ def test_each_thread_computes_in_a_context_of_its_own(double: Trajectory) -> Non
 
 
 def test_a_trajectory_goes_to_another_process(half: Scene) -> None:
-    trajectory = integrate(half, events=("equator",))
+    trajectory = optimised(half, ("equator",))
     spawned = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=spawned) as pool:
         assert pool.submit(operator.attrgetter("state"), trajectory).result() == trajectory.state
