@@ -18,35 +18,59 @@ FARTHEST = 5.0  # factor by which a parameter may be off
 NEAR = 0.02  # to a factor that has a name
 
 GYROSCOPIC = "the gyroscopic term"
-FREE = (GYROSCOPIC, "I1", "I3", "alpha", "g", "m", "mu")
+FREE = ("I1", "I3", "alpha", "g", "m", "mu")
 NAMED = {
     (GYROSCOPIC, 0): "no gyroscopic term",
     ("alpha", 0): "the centre of mass at the centre of the sphere",
     ("mu", -1): "friction of the other sign",
 }
 
-Residual = Callable[[Samples, float], Array]
-"""Residual (entries, intervals) of rows made with this many times the gyroscopic term."""
+Residual = Callable[[Samples], Array]
 
 
-def cause(residual: Residual, rows: Samples, most: float) -> str:
-    """The change that explains the residual of ``rows`` best, in words; "" if none does.
+def cause(
+    residual: Residual,
+    rows: Samples,
+    most: float,
+    gyroscopic: Callable[[float], Array] | None = None,
+) -> str:
+    """The change that explains the ``residual`` (entries, intervals) of ``rows``; "" if none does.
 
-    ``most`` is the part of the residual that a fit may leave.
+    ``most`` is the part of the residual that a fit may leave; ``gyroscopic`` makes it with so many
+    times the gyroscopic term.
     """
+    body = rows.setup.body
+    block = Block({**rows.given, "t": rows.t})
+
+    def changed(name: str) -> Callable[[float], Array]:
+        def at(factor: float) -> Array:
+            other = replace(body, **{name: factor * getattr(body, name)})
+            return residual(replace(rows.setup, assumed=other).samples(block))
+
+        return at
+
     with numpy.errstate(all="ignore"):
-        here = residual(rows, 1.0)
+        here = residual(rows)
         sizes = abs(here).max(axis=0)
         least = most * sizes.max(initial=0.0)
         if numpy.median(sizes) < least:
             return ""  # a few wrong rows, not another top
-        said = ""
-        for free in FREE:
-            factor, left = _fitted(free, residual, rows, here.ravel())
-            words = _words(free, factor)
+        at = {name: changed(name) for name in FREE}
+        if gyroscopic:
+            at[GYROSCOPIC] = gyroscopic
+        slopes = {name: (one(1.0 + NUDGE) - here) / NUDGE for name, one in at.items()}
+        along = {
+            name: abs(_dot(here, slope)) / math.sqrt(_dot(slope, slope) or 1.0)
+            for name, slope in slopes.items()
+        }
+        for name in sorted(at, key=along.__getitem__, reverse=True):
+            if not along[name] > ALIGNED * math.sqrt(_dot(here, here)):
+                break
+            factor, left = _fitted(at[name], slopes[name], here)
+            words = _words(name, factor)
             if left < least and words:
-                least, said = left, f"fits to {left:.0e} with {words}"
-    return said
+                return f"fits to {left:.0e} with {words}"
+    return ""
 
 
 def _words(free: str, factor: float) -> str:
@@ -56,24 +80,15 @@ def _words(free: str, factor: float) -> str:
     return f"{free} {factor:.4g} times the scene's" if 1 / FARTHEST < factor < FARTHEST else ""
 
 
-def _fitted(free: str, residual: Residual, rows: Samples, here: Array) -> tuple[float, float]:
-    """The factor of the free parameter that leaves least of the residual, and what it leaves."""
-    body = rows.setup.body
+def _dot(a: Array, b: Array) -> float:
+    return float((a * b).sum())
 
-    def at(factor: float) -> Array:
-        if free == GYROSCOPIC:
-            return residual(rows, factor).ravel()
-        setup = replace(rows.setup, assumed=replace(body, **{free: factor * getattr(body, free)}))
-        block = Block({**rows.given, "t": rows.t})
-        return residual(setup.samples(block), 1.0).ravel()
 
-    slope = (at(1.0 + NUDGE) - here) / NUDGE
-    size = float(slope @ slope)
-    if not (here @ slope) ** 2 > ALIGNED**2 * size * (here @ here):
-        return 1.0, math.inf
+def _fitted(at: Callable[[float], Array], slope: Array, here: Array) -> tuple[float, float]:
+    """The factor that leaves least of the residual, and what it leaves."""
     factor = 1.0
     for _ in range(STEPS):
-        step = float(here @ slope) / size
+        step = _dot(here, slope) / _dot(slope, slope)
         factor -= step
         if not abs(factor) < 10 * FARTHEST:
             return factor, math.inf

@@ -201,19 +201,18 @@ def follow(
     spans: numpy.ndarray,
     sizes: numpy.ndarray,
     wanted: float,
-    most_steps: int = MOST_STEPS,
 ) -> Followed:
     """The solutions that start at the columns of ``start``, each after its span (s).
 
     ``sizes`` (entries,) is what a difference of each entry is measured in; a solution whose error
-    has come above ``wanted``, or which needs more than ``most_steps``, is given up.
+    has come above ``wanted``, or which needs more than ``MOST_STEPS``, is given up.
     """
     size = sizes[:, None]
     signs = numpy.where(numpy.arange(len(start)) % 2, -1.0, 1.0)[:, None]
     here = numpy.stack((start, start + NUDGE * signs * size), axis=2)
     t, error = numpy.zeros(len(spans)), numpy.full(len(spans), ROUNDED * EPS)
     open_ = numpy.arange(len(spans))
-    for count in range(1, most_steps + 1):
+    for count in range(1, MOST_STEPS + 1):
         both = here[:, open_].reshape(len(start), -1)
         c = coefficients(rates, list(both), TERMS).reshape(len(start), TERMS + 1, len(open_), 2)
         h = numpy.minimum(_step(abs(c[:, :, :, 0]) / sizes[:, None, None]), spans[open_] - t[open_])
@@ -258,7 +257,6 @@ WIDEST_BOUND = 1e-6  # of one interval through which the solution is followed
 FEWEST_RESOLVED = 0.5  # of the intervals: a few resolved ones do not vouch for all the others
 # the cause is sought in so many intervals on either side of the worst, or the first so far off
 NEAR, ENOUGH = 15, 1e-3
-FIT_STEPS = 6  # Taylor steps an interval that a fit may take: somebody waits for it
 FITS = 1e-3  # of it may be left: a smaller I3 explains a missing gyroscopic term to 3e-3
 CLOSEST = 0.005  # in sqrt(R/g): nearer rows say nothing new about the equations
 Rates = Callable[[tuple[Scalar, ...]], Sequence[Scalar]]
@@ -304,18 +302,11 @@ def integral(left: Array, right: Array, steps: Array, terms: int) -> Array:
 class EquationResidual:
     """The balances of one setup; sizes are taken from its first row.
 
-    ``resolved`` is the error bound of a whole trajectory at which no higher order is tried, and
-    ``most_steps`` how many Taylor steps an interval may take.
+    ``resolved`` is the error bound of a whole trajectory at which no higher order is tried.
     """
 
-    def __init__(
-        self,
-        setup: CheckSetup,
-        first: Samples,
-        resolved: float = RESOLVED,
-        most_steps: int = MOST_STEPS,
-    ):
-        self.setup, self._resolved, self._most_steps = setup, resolved, most_steps
+    def __init__(self, setup: CheckSetup, first: Samples, resolved: float = RESOLVED):
+        self.setup, self._resolved = setup, resolved
         self._form = formulation(setup.scene.model, "newton", setup.scene.body.friction)
         if setup.flies and setup.height_given:
             self._form = raised("newton")
@@ -341,6 +332,14 @@ class EquationResidual:
             samples.shared["balance"] = self._followed(rows, self._balance(rows, apart[1:]))
         found: Residuals = samples.shared["balance"]
         return found
+
+    def misfit(self, samples: Samples) -> Array:
+        """The balance (entries, intervals) of the state by the highest order, whatever its error.
+
+        It depends smoothly on the parameters; 0 where it is no number.
+        """
+        mismatch, _ = self._intervals(samples, numpy.arange(len(samples.t) - 1), ORDERS[-1])
+        return numpy.where(numpy.isfinite(mismatch), mismatch, 0.0)[:-1]
 
     def changes(self, samples: Samples) -> tuple[numpy.ndarray, numpy.ndarray]:
         """Change of each entry of the state in each interval, and its balance, whatever it is."""
@@ -464,7 +463,7 @@ class EquationResidual:
                 width, rates = len(form.columns), rates_of(form, self.setup.body)
                 turned = rates if spans[0] > 0 else _backwards(rates)
                 begun, lengths = end[:width, rows], abs(spans[rows])
-                shot = follow(turned, begun, lengths, sizes[:width], WIDEST_BOUND, self._most_steps)
+                shot = follow(turned, begun, lengths, sizes[:width], WIDEST_BOUND)
                 end[:width, rows], error[rows], reached[rows] = shot
         return type(here)(*end), error, reached
 
@@ -569,9 +568,8 @@ class SummedResidual:
         """The change of the scene that would explain the balance of these rows."""
         from tt_precise.check.causes import cause  # few need it
 
-        def residual(rows: Samples, gyroscopic: float) -> Array:
-            found = EquationResidual(rows.setup, given, most_steps=FIT_STEPS).balance(rows)
-            return numpy.where(found.bound <= self._limit, found.state, 0.0)
+        def residual(rows: Samples) -> Array:
+            return EquationResidual(rows.setup, given).misfit(rows)
 
         return cause(residual, given, FITS)
 

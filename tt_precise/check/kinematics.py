@@ -241,7 +241,10 @@ class ContactMomentum(_OverWindows):
         else:
             from tt_precise.check.causes import cause  # few need it
 
-            named = cause(lambda *made: torque_left(*made)[0], self._rows, FITS)
+            rows = self._rows
+            named = cause(
+                lambda rows: torque_left(rows)[0], rows, FITS, lambda n: torque_left(rows, n)[0]
+            )
         return "; ".join(text for text in (named, super().note) if text)
 
 
