@@ -41,8 +41,8 @@ class Counted:
         # the left side of a sum that goes on has had its terms counted
         left_stays = (isinstance(left, Counted) and left.is_sum) or self.tally.stays(_bare(left))
         right_stays = self.tally.stays(sign * _bare(right))
-        found = (_bare(left) if left_stays else 0) + (sign * _bare(right) if right_stays else 0)
-        return Counted(found, self.tally, is_sum=True)
+        total = (_bare(left) if left_stays else 0) + (sign * _bare(right) if right_stays else 0)
+        return Counted(total, self.tally, is_sum=True)
 
     def _product(self, value: Scalar) -> Counted:
         return Counted(value, self.tally)
@@ -95,8 +95,8 @@ def rates_without(
     """Rates with term ``drop`` (None: none) left out, and all terms in the order they are met."""
     tally = TermTally(drop)
     counted = [Counted(entry, tally) for entry in state]
-    found = rates(body, type(state)(*counted), CountedFunctions(fn, tally))
-    return [_bare(rate) for rate in found], tally.terms
+    changed = rates(body, type(state)(*counted), CountedFunctions(fn, tally))
+    return [_bare(rate) for rate in changed], tally.terms
 
 
 def term_names() -> list[str]:

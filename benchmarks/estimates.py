@@ -111,13 +111,13 @@ def table(seeds: Iterable[int] = range(SAMPLES), progress: Progress = silent) ->
     return pandas.DataFrame(rows)
 
 
-def summary(found: pandas.DataFrame) -> str:
+def summary(estimates: pandas.DataFrame) -> str:
     """The table in a few sentences."""
-    ran = found[found["status"] != "raised"]
+    ran = estimates[estimates["status"] != "raised"]
     excess = ran["estimated"] - ran["right"]
     return "\n".join(
         [
-            f"{len(found)} scenes: {len(found) - len(ran)} raised, "
+            f"{len(estimates)} scenes: {len(estimates) - len(ran)} raised, "
             f"{int((ran['right'] >= ran['wanted']).sum())} of {len(ran)} delivered.",
             f"The estimate exceeds the truth by {excess.max():.2f} digits at most; "
             f"the median is {abs(excess.median()):.2f} off, the lowest {-excess.min():.2f} below.",
@@ -132,9 +132,9 @@ def main() -> None:
     from tt_precise.runtime.terminal import progress_bar
 
     with progress_bar("estimating errors") as progress:
-        found = table(progress=progress)
-    atomic_write(OUT, found.to_csv(index=False, lineterminator="\n"))
-    print(summary(found))
+        estimates = table(progress=progress)
+    atomic_write(OUT, estimates.to_csv(index=False, lineterminator="\n"))
+    print(summary(estimates))
 
 
 if __name__ == "__main__":

@@ -273,7 +273,7 @@ def row(fault: Fault, spacings: Sequence[int] = SPACINGS_MS) -> dict[str, Json]:
                 known |= {f"at_{limit:.0e}": True for limit in LIMITS} | {"by_golden": True}
     if GIVEN_MS in results:
         known |= _found(results[GIVEN_MS])
-    residuals = {spacing: found["equations"] for spacing, found in results.items()}
+    residuals = {spacing: values["equations"] for spacing, values in results.items()}
     return known | {
         f"equations_{spacing}ms": residuals[spacing].value
         for spacing in spacings
@@ -308,14 +308,14 @@ def main() -> None:
     from tt_precise.runtime.terminal import progress_bar
 
     with progress_bar("planting faults") as progress:
-        found = table(progress)
-    atomic_write(OUT, found.to_csv(index=False, float_format="%.3g", lineterminator="\n"))
-    print(summary(found))
+        faults = table(progress)
+    atomic_write(OUT, faults.to_csv(index=False, float_format="%.3g", lineterminator="\n"))
+    print(summary(faults))
 
 
-def summary(found: pandas.DataFrame) -> str:
+def summary(faults: pandas.DataFrame) -> str:
     """The table in a few sentences, for the report and the terminal."""
-    healthy, planted = found[found["kind"] == "healthy"], found[found["kind"] != "healthy"]
+    healthy, planted = faults[faults["kind"] == "healthy"], faults[faults["kind"] != "healthy"]
     lines = [
         f"{len(healthy)} healthy trajectories: the largest error that any check finds is "
         f"{healthy['largest'].max():.1e}; {int(healthy['at_1e-06'].sum())} flagged at 1e-6."

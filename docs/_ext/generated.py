@@ -25,9 +25,9 @@ def columns(_: str) -> Iterator[str]:
     """Each column set with units and meanings, and the conventions."""
     from tt_precise.commands.columns import CONVENTIONS, column_sets, meaning
 
-    for name, found in column_sets().items():
+    for name, members in column_sets().items():
         yield from (f"**{name[0].upper()}{name[1:]}**", "")
-        rows = [(f"`{column}`", one["unit"], meaning(one)) for column, one in found.items()]
+        rows = [(f"`{column}`", one["unit"], meaning(one)) for column, one in members.items()]
         yield from table(("column", "unit", "meaning"), rows)
         yield ""
     for sentence in CONVENTIONS:
@@ -38,8 +38,8 @@ def scenes(_: str) -> Iterator[str]:
     """The scenes that ship."""
     from tt_precise.scene.scene import load_scene, shipped
 
-    found = [load_scene(name) for name in shipped()]
-    rows = [(f"`{one.name}`", one.model, f"{float(one.until):g}", one.title) for one in found]
+    loaded = [load_scene(name) for name in shipped()]
+    rows = [(f"`{one.name}`", one.model, f"{float(one.until):g}", one.title) for one in loaded]
     yield from table(("name", "model", "until / s", "title"), rows)
 
 

@@ -167,8 +167,8 @@ def require_outward_rounding() -> None:
                 ),
                 "sqrt": (ball(a * a).sqrt(), abs(a)),
             }
-            for operation, (found, value) in exact.items():
-                low, high = bounds(found)
+            for operation, (result, value) in exact.items():
+                low, high = bounds(result)
                 if not low <= value <= high:
                     raise NotProved(
                         "balls", f"{operation} of {a} and {b} gave a ball that excludes the result"

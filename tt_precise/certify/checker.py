@@ -146,10 +146,10 @@ class Checker:
         while True:
             state = [x + arb(0, TUBE) if i in free else arb(0) for i, x in enumerate(start)]
             rates = enumerate(self.rates(state))
-            found = [i for i, rate in rates if i in free or not arb(rate).is_zero()]
-            if found == free:
+            changing = [i for i, rate in rates if i in free or not arb(rate).is_zero()]
+            if changing == free:
                 return free
-            free = found
+            free = changing
 
     def order_at_entry(self, function: Function) -> int:
         """To which order a function vanishes where the present phase began."""
@@ -229,10 +229,10 @@ class Checker:
     def _taylor(self, start: Sequence[arb], power: int) -> list[arb_poly]:
         bits, finer = self.bits + 8, max(0, -_exponent(self.length))
         unit = arb(2) ** (power - finer)
-        found = solution(
+        series = solution(
             lambda y: [rate * unit for rate in self.rates(y)], [fixed(x, bits) for x in start], bits
         )
-        polynomials = ([y[n] for n in range(self.order + 1)] for y in found)
+        polynomials = ([y[n] for n in range(self.order + 1)] for y in series)
         return [
             arb_poly([arb(fmpz(int(c))) * arb(2) ** (finer * n - bits) for n, c in enumerate(p)])
             for p in polynomials
@@ -284,14 +284,14 @@ def _flow(jacobian: list[list[arb_poly]], low: Frame) -> tuple[list[list[arb_pol
     flow = [[arb_poly([t[i, j] for t in terms]) for j in range(n)] for i in range(n)]
     rows = []
     for i, row in enumerate(jacobian):
-        found = arb(0)
+        bound = arb(0)
         for j in range(n):
             total = -flow[i][j].derivative()
             for k, entry in enumerate(row):
                 if entry.length():
                     total += entry * flow[k][j]
-            found += total(low.interval).abs_upper()
-        rows.append(found.upper())
+            bound += total(low.interval).abs_upper()
+        rows.append(bound.upper())
     return flow, _top(rows)
 
 
@@ -328,15 +328,15 @@ class Zeros:
         formula must not say that it pushes again while the top is below the surface.
         """
         checker, phase = self.piece, self.piece.phases[0]
-        found = None
+        first = None
         if not polynomial(phase.function(self.motion), 0)(checker.low.interval) > 0:
-            found = next(self._falls(phase.function), None)
+            first = next(self._falls(phase.function), None)
         if phase.ends == "landing":
             for time in self._falls(_pull):
-                over = found is not None and time > found
+                over = first is not None and time > first
                 if not (over or checker.motion(checker.state(time)).state.height > 0):
                     raise Refused(f"the table may push again at t = {float(time):.6g}")
-        return found
+        return first
 
     def _falls(self, function: Function) -> Iterator[arb]:
         return (time for way, time in self.of(function, self.piece.finish) if way < 0)
@@ -362,7 +362,7 @@ class Zeros:
         return Zeros(self.piece, sharp=True)
 
     def _of(self, function: Function, until: arb, touches: Sequence[arb]) -> list[tuple[int, arb]]:
-        checker, found = self.piece, []
+        checker, zeros = self.piece, []
         along = function(self.motion)
         value, slope = polynomial(along, 0), polynomial(along, 1)
         if not value.length() or not slope.length():
@@ -383,7 +383,7 @@ class Zeros:
                     raise self._undecided
                 if (before > 0) != (after > 0):
                     zero = self._refined(function, slope, where)
-                    found.append((1 if after > 0 else -1, checker.time + zero * checker.unit))
+                    zeros.append((1 if after > 0 else -1, checker.time + zero * checker.unit))
                 continue
             within = any(a < (t - checker.time) / checker.unit < b for t in touches)
             if within and not polynomial(along, 2)(where).contains(0):
@@ -392,10 +392,10 @@ class Zeros:
                 raise self._undecided
             middle = ((a + b) / 2).mid()
             waiting += [(middle, b), (a, middle)]
-        found = [(way, time) for way, time in found if not time > until]
-        if any(not time < until for _, time in found):
+        zeros = [(way, time) for way, time in zeros if not time > until]
+        if any(not time < until for _, time in zeros):
             raise self._undecided
-        return found
+        return zeros
 
     def _past_the_start(self, function: Function, along: Series) -> arb:
         """Some b such that a function that vanishes at t = 0 has no zero in (0, b]; 0 of others.
@@ -516,9 +516,9 @@ class _Walk:
         for name, event in self.kinds.items():
             if event.gliding and phase.form.model == "flight":
                 continue
-            found = zeros.of(event.function, end, self._touches(event, zeros, end))
+            crossings = zeros.of(event.function, end, self._touches(event, zeros, end))
             self.events[name] += [
-                self._happening(way, time) for way, time in found if event.direction in (0, way)
+                self._happening(way, time) for way, time in crossings if event.direction in (0, way)
             ]
         if ended is None:
             return
@@ -557,12 +557,12 @@ class _Walk:
         vectors = zip(motion.state._fields, motion.state, strict=True)
         euler = zip(motion.euler._fields, motion.euler, strict=True)
         recorded = (x * QUADRATURE_SCALE for x in state[len(self.checker.form.columns) :])
-        found: dict[str, arb | None] = {}
+        columns: dict[str, arb | None] = {}
         quadratures = zip(self.scene.record, recorded, strict=True)
         for name, x in itertools.chain(vectors, euler, quadratures):
             number = arb(x) * units.of_dimension(STATE_DIMENSIONS[name])
-            found[name] = number if number.is_finite() else None
-        return found
+            columns[name] = number if number.is_finite() else None
+        return columns
 
     def finished(self) -> Enclosed:
         """What is enclosed, if that is everything; else raise ``Refused``."""

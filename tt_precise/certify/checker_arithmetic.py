@@ -188,8 +188,8 @@ def coefficient(x: Scalar, n: int) -> Scalar:
 
 def polynomial(x: Scalar, n: int) -> arb_poly:
     """The polynomial of the n-th coefficient, a Taylor model or a number."""
-    found = coefficient(x, n)
-    return found.p if isinstance(found, TaylorModel) else arb_poly([found])
+    terms = coefficient(x, n)
+    return terms.p if isinstance(terms, TaylorModel) else arb_poly([terms])
 
 
 def fixed(x: arb, bits: int) -> mpz:
@@ -208,8 +208,8 @@ class Frame:
         """A polynomial, exact, near a function of one: nothing more is known of it."""
         middle = arb_poly([c.mid() for c in g.p.coeffs()])
         with series_length(self.degree + 1):
-            found = function(arb_series(middle, self.degree + 1))
-        return TaylorModel(arb_poly([c.mid() for c in found.coeffs()]), self)
+            series = function(arb_series(middle, self.degree + 1))
+        return TaylorModel(arb_poly([c.mid() for c in series.coeffs()]), self)
 
     def cut(self, p: arb_poly) -> TaylorModel:
         """A polynomial of any length; what is cut off goes into the constant term."""
@@ -285,13 +285,13 @@ class Dual(Field):
 
     def inverse(self) -> Dual:
         """1/x."""
-        found = inverse(self.value)
-        return self._scaled(found, -(found * found))
+        reciprocal = inverse(self.value)
+        return self._scaled(reciprocal, -(reciprocal * reciprocal))
 
     def sqrt(self) -> Dual:
         """The square root."""
-        found = self.value.sqrt()
-        return self._scaled(found, inverse(found * 2))
+        root = self.value.sqrt()
+        return self._scaled(root, inverse(root * 2))
 
 
 class Formal(Field):

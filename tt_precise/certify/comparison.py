@@ -143,7 +143,7 @@ def compare(stored: Stored, enclosed: Enclosed) -> Comparison:
     """Hold the golden tables ``stored`` against balls around their numbers."""
     trajectory = stored.trajectory
     scales = {name: scale_of(_numbers(trajectory.column(name))) for name in trajectory.columns}
-    rows, found = _rows(stored, enclosed)
+    rows, problems = _rows(stored, enclosed)
     events, more = _events(stored, enclosed)
     states = {TRAJECTORY: rows, EVENTS: events}
     misprints = [one for file in states for one in _misprints(file, stored.table(file))]
@@ -152,63 +152,63 @@ def compare(stored: Stored, enclosed: Enclosed) -> Comparison:
     tallies = {
         file: _tallies(stored.table(file), states[file], scales) for file in (TRAJECTORY, EVENTS)
     }
-    return Comparison(states, tallies, [*misprints, *found, *more, *undecided, *failure])
+    return Comparison(states, tallies, [*misprints, *problems, *more, *undecided, *failure])
 
 
 def _rows(stored: Stored, enclosed: Enclosed) -> tuple[list[State], list[str]]:
     """The states of trajectory.csv: at each sample, and at the loss of contact."""
     table, expected = stored.trajectory, columns(stored.scene)
     nothing: list[State] = [{} for _ in table.rows]
-    found = _columns(TRAJECTORY, table, expected)
-    if found:
-        return nothing, found
+    problems = _columns(TRAJECTORY, table, expected)
+    if problems:
+        return nothing, problems
     proved: list[tuple[str | None, State]] = [
         (exact_decimal(seconds), {"t": ball(seconds), **state}) for seconds, state in enclosed.rows
     ]
     if enclosed.end:
         proved.append((None, {"t": enclosed.end.time, **enclosed.end.state}))
     if len(table.rows) != len(proved):
-        found.append(f"{TRAJECTORY}: {len(table.rows)} rows, expected {len(proved)}")
+        problems.append(f"{TRAJECTORY}: {len(table.rows)} rows, expected {len(proved)}")
     states: list[State] = []
     for line, (row, (printed, state)) in enumerate(zip(table.rows, proved, strict=False), start=2):
         # an instant without a finite decimal, such as that of the loss, is printed rounded
         same = row[0] == printed if printed else _is_rounded(row[0], state["t"])
         if not same:
-            found.append(
+            problems.append(
                 f"{TRAJECTORY}, line {line}: got t = {row[0][:50]}, expected {printed or 'another'}"
             )
-        found += _emptiness(f"{TRAJECTORY}, line {line}", table.columns, row, state)
+        problems += _emptiness(f"{TRAJECTORY}, line {line}", table.columns, row, state)
         states.append(state if same else {})
-    return [*states, *nothing[len(states) :]], found
+    return [*states, *nothing[len(states) :]], problems
 
 
 def _events(stored: Stored, enclosed: Enclosed) -> tuple[list[State], list[str]]:
     """The states of events.csv, event by event of each kind in order of time."""
     table, proved = stored.events, enclosed.events
     states: list[State] = [{} for _ in table.rows]
-    found = _columns(EVENTS, table, ("name", "t", "direction", *columns(stored.scene)[1:]))
-    if found:
-        return states, found
+    problems = _columns(EVENTS, table, ("name", "t", "direction", *columns(stored.scene)[1:]))
+    if problems:
+        return states, problems
     lines: dict[str, list[int]] = {}
     for position, row in enumerate(table.rows):
         lines.setdefault(row[0], []).append(position)
     ends = {*TERMINAL, *JOINING}
     unknown = sorted(lines.keys() - {*catalogue(stored.scene.model), *ends})
-    found += [f"{EVENTS}: an event {name[:50]}, which does not exist" for name in unknown]
+    problems += [f"{EVENTS}: an event {name[:50]}, which does not exist" for name in unknown]
     unproved = sorted((lines.keys() & ends) - proved.keys())
-    found += [f"{EVENTS}: {name}, which is not proved to happen" for name in unproved]
+    problems += [f"{EVENTS}: {name}, which is not proved to happen" for name in unproved]
     for name, happenings in proved.items():
         there = lines.get(name, [])
         if len(there) != len(happenings):
-            found.append(f"{EVENTS}: {len(there)} events {name}, expected {len(happenings)}")
+            problems.append(f"{EVENTS}: {len(there)} events {name}, expected {len(happenings)}")
         for position, one in zip(there, happenings, strict=False):
             row, where = table.rows[position], f"{EVENTS}, line {position + 2}"
             if row[2] != str(one.direction):
-                found.append(f"{where}: direction {row[2][:50]}, expected {one.direction}")
+                problems.append(f"{where}: direction {row[2][:50]}, expected {one.direction}")
             else:
                 states[position] = {"t": one.time, **one.state}
-                found += _emptiness(where, table.columns, row, states[position])
-    return states, [*found, *_disorder(table)]
+                problems += _emptiness(where, table.columns, row, states[position])
+    return states, [*problems, *_disorder(table)]
 
 
 def _columns(file: str, table: Table, expected: Sequence[str]) -> list[str]:

@@ -211,14 +211,14 @@ class Enclosure:
             # all steps that the ball may reach into
             first = bisect.bisect_left(self.steps, time.lower(), key=lambda one: one.finish)
             last = bisect.bisect_right(self.steps, time.upper(), key=lambda one: one.begin)
-            found: list[arb] = []
+            hull: list[arb] = []
             for step in self.steps[first:last]:
                 s = (time - step.begin) / step.piece.unit
                 inside = s.intersection(between(arb(0), step.piece.end))
                 state = step.state(inside)
-                pairs = zip(found, state, strict=True)
-                found = [between(a, b) for a, b in pairs] if found else state
-            return found
+                pairs = zip(hull, state, strict=True)
+                hull = [between(a, b) for a, b in pairs] if hull else state
+            return hull
 
 
 def enclose(

@@ -186,14 +186,16 @@ def check(stored: Stored, content: dict[str, Json], progress: Progress = silent)
     ):
         raise Refused("the certificate is about another scene")
     enclosed = checker.enclose(stored.scene, content, progress)
-    found = compare(stored, enclosed)
-    if found.mismatches or found.count("wrong"):
-        raise Refused(found.objection)
-    if found.objection:
-        raise TooWide(found.objection)
+    comparison = compare(stored, enclosed)
+    if comparison.mismatches or comparison.count("wrong"):
+        raise Refused(comparison.objection)
+    if comparison.objection:
+        raise TooWide(comparison.objection)
     happened = sum(map(len, enclosed.events.values()))
     lost = CONTACT_LOST in enclosed.events
-    return Accepted(stored.name, len(content["pieces"]), found.count("rounded"), happened, lost)
+    return Accepted(
+        stored.name, len(content["pieces"]), comparison.count("rounded"), happened, lost
+    )
 
 
 def write(certificate: Certificate, folder: Path | None = None, pieces: bool = False) -> None:
@@ -212,14 +214,16 @@ def write(certificate: Certificate, folder: Path | None = None, pieces: bool = F
 
 def compared(stored: Stored, proof: Proof) -> Certificate:
     """What ``proof`` says of the golden tables ``stored``."""
-    found = compare(stored, proof.enclosed)
+    comparison = compare(stored, proof.enclosed)
     failure, within = proof.enclosure.failure, {}
     try:
         for name, bound in proof.drift_bounds.items():
             within[name] = rounded(bounds(bound)[1], ROUND_CEILING, 2)
     except NotProved as why:
         failure = why
-    enclosure, at_events = (_balls(stored, file, found.states[file]) for file in found.states)
+    enclosure, at_events = (
+        _balls(stored, file, comparison.states[file]) for file in comparison.states
+    )
     decided = {name: one for name, one in proof.all_events.items() if not one.failure}
     content = {
         "schema": proofs.SCHEMA,
@@ -234,11 +238,11 @@ def compared(stored: Stored, proof: Proof) -> Certificate:
         "steps": len(proof.enclosure.steps),
         "proved_until_s": _number(proof.finish_s, 12),
         "failure": str(failure) if failure else None,
-        "digits": found.digits,
-        "entries": found.count("entries"),
-        "rounded": found.count("rounded"),
-        "unproved": found.count("entries") - found.count("enclosed"),
-        "mismatches": found.mismatches,
+        "digits": comparison.digits,
+        "entries": comparison.count("entries"),
+        "rounded": comparison.count("rounded"),
+        "unproved": comparison.count("entries") - comparison.count("enclosed"),
+        "mismatches": comparison.mismatches,
         "contact": _contact(proof),
         "inversion": _inversion(proof),
         "forever": _forever(proof),
@@ -252,14 +256,14 @@ def compared(stored: Stored, proof: Proof) -> Certificate:
                 "sha256": stored.table(file).sha256,
                 "columns": {name: one.as_dict() for name, one in tallies.items()},
             }
-            for file, tallies in found.tallies.items()
+            for file, tallies in comparison.tallies.items()
         },
         proofs.ENCLOSURE: {"sha256": enclosure.sha256},
         proofs.EVENTS_ENCLOSURE: {"sha256": at_events.sha256},
         "versions": {n: importlib.metadata.version(n) for n in ("heyoka", "python-flint")},
     }
     record = proofs.Record(content, enclosure, at_events)
-    return Certificate(record, found, packed(content_of(stored, proof)))
+    return Certificate(record, comparison, packed(content_of(stored, proof)))
 
 
 def _balls(stored: Stored, file: str, states: Sequence[State]) -> Table:
@@ -272,12 +276,12 @@ def _balls(stored: Stored, file: str, states: Sequence[State]) -> Table:
     names = [name for name in printed.columns if name not in proofs.LABELS[file]]
     for cells, state in zip(printed.rows, states, strict=True):
         texts = dict(zip(printed.columns, cells, strict=True))
-        found = [
+        balls = [
             _ball(texts[name], state.get(name), scales.get(name, Decimal(0))) for name in names
         ]
-        if any(texts[name] and not ball for name, ball in zip(names, found, strict=True)):
+        if any(texts[name] and not ball for name, ball in zip(names, balls, strict=True)):
             break
-        rows.append(tuple(found))
+        rows.append(tuple(balls))
     return Table(tuple(names), tuple(rows))
 
 
@@ -308,14 +312,14 @@ def _inversion(proof: Proof) -> dict[str, Json]:
         times = proof.inversion
     except NotProved as why:
         return {"failure": str(why)}
-    found: dict[str, Json] = {"equator": _number(times.equator, 40)}
+    entries: dict[str, Json] = {"equator": _number(times.equator, 40)}
     for name in "ABC":
         climb = getattr(times, name)
-        found[name] = {
+        entries[name] = {
             "t_init": _number(climb.t_init, 40),
             "t_end": _number(climb.t_end, 40),
         }
-    return found
+    return entries
 
 
 def _forever(proof: Proof) -> dict[str, Json]:

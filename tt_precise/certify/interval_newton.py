@@ -71,12 +71,12 @@ def zeros(
         near = [t for t in touches if not (t < step.begin or t > step.finish)]
         with flint.ctx.workprec(step.bits):
             try:
-                found = _Part.of(step, function, begins, near).zeros()
+                new_zeros = _Part.of(step, function, begins, near).zeros()
             except NotProved:
                 # the function may be tiny beside the components that it is made of
-                found = _Part.of(step, function, begins, near, sharp=True).zeros()
+                new_zeros = _Part.of(step, function, begins, near, sharp=True).zeros()
         begins = None
-        yield from found
+        yield from new_zeros
 
 
 def lower_bound(
@@ -135,8 +135,8 @@ class _Part:
         """All zeros in the step but one at t = 0, in order of time."""
         if not self.value.polynomial.length() or not self.slope.polynomial.length():
             return []  # constant
-        found = sorted(self._isolated(), key=lambda where: fraction(where[0]))
-        return [self._zero(*where) for where in found]
+        places = sorted(self._isolated(), key=lambda where: fraction(where[0]))
+        return [self._zero(*where) for where in places]
 
     def _isolated(self) -> Iterator[tuple[arb, arb, int]]:
         """Parts [a, b] of local time with exactly one zero each, and its direction."""
@@ -158,7 +158,7 @@ class _Part:
         models = [self.value, self.slope] if not begins.order else [self.derivative(begins.order)]
         for _ in range(MOST_HALVINGS_AT_START):
             ranges = [model.polynomial(between(arb(0), end)) for model in models]
-            if not all(found.contains(0) for found in ranges):
+            if not all(value.contains(0) for value in ranges):
                 return end
             end = (end / 2).mid()
         raise NotProved("zeros", "a sign just after t = 0 is undecided")
@@ -196,9 +196,9 @@ class _Part:
         tube = self.step.sharp[0] if self.sharp else self.step.tube
         parameters = problem.parameters()
         series = solution(lambda y: problem.rates(parameters, y, FUNCTIONS), tube)
-        found = self.function(series)
-        assert isinstance(found, Series)  # a function of the state
-        return TaylorModel.of(found[order], tube[0].frame)
+        values = self.function(series)
+        assert isinstance(values, Series)  # a function of the state
+        return TaylorModel.of(values[order], tube[0].frame)
 
     def _zero(self, a: arb, b: arb, direction: int) -> Zero:
         """The zero in [a, b], refined as far as the enclosure allows."""

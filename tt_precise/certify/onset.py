@@ -138,10 +138,10 @@ def _constant(number: Fraction) -> fmpq_poly:
 
 
 def _at(polynomial: fmpq_poly, x: arb) -> arb:
-    found = arb(0)
+    value = arb(0)
     for coefficient in reversed(polynomial.coeffs()):
-        found = found * x + arb(coefficient)
-    return found
+        value = value * x + arb(coefficient)
+    return value
 
 
 @lru_cache(maxsize=8)
@@ -172,9 +172,9 @@ def onset(scene: Scene, evaluate: Callable[[Motion], Scalar]) -> Onset | None:
     None if its coefficients up to t^``MOST_ORDER`` are all zero, as they are where it vanishes
     identically.
     """
-    found = evaluate(_motion(scene))
+    result = evaluate(_motion(scene))
     for order in range(MOST_ORDER + 1):
-        last = found[order] if isinstance(found, Series) else found
+        last = result[order] if isinstance(result, Series) else result
         coefficient = Exact.of(last)
         if not coefficient.is_zero:
             return Onset(order, coefficient.sign(scene.start.theta))

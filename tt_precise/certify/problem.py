@@ -221,15 +221,15 @@ BOX = arb(2) ** -20  # half an edge; any positive number will do
 def exact_zeros(problem: Problem) -> frozenset[int]:
     """Positions of components that are zero at the start and stay so."""
     start = problem.start()
-    found = frozenset(i for i, value in enumerate(start) if value == 0)
-    while found:
-        state = [arb(0) if i in found else value + arb(0, BOX) for i, value in enumerate(start)]
+    vanishing = frozenset(i for i, value in enumerate(start) if value == 0)
+    while vanishing:
+        state = [arb(0) if i in vanishing else value + arb(0, BOX) for i, value in enumerate(start)]
         rates = problem.rates(problem.parameters(), state, Balls)
-        staying = frozenset(i for i in found if arb(rates[i]) == 0)
-        if staying == found:
+        staying = frozenset(i for i in vanishing if arb(rates[i]) == 0)
+        if staying == vanishing:
             break
-        found = staying
-    return found
+        vanishing = staying
+    return vanishing
 
 
 def without(problem: Problem, zeros: frozenset[int]) -> Problem:
@@ -241,8 +241,8 @@ def without(problem: Problem, zeros: frozenset[int]) -> Problem:
         parameters: Sequence[Scalar], state: Sequence[Scalar], fn: Functions
     ) -> Sequence[Scalar]:
         whole = restored(state, zeros, size, 0)
-        found = problem.rates(parameters, whole, fn)
-        return [found[i] for i in free]
+        reduced_rates = problem.rates(parameters, whole, fn)
+        return [reduced_rates[i] for i in free]
 
     def start() -> Sequence[arb]:
         values = problem.start()
@@ -302,8 +302,8 @@ def columns_in_si(scene: Scene, state: Sequence[arb]) -> dict[str, arb | None]:
     names = [*motion.state._fields, *EulerState._fields, *scene.record]
     recorded = [value * QUADRATURE_SCALE for value in state[len(form_of(scene).columns) :]]
     units = units_of(scene)
-    found: dict[str, arb | None] = {}
+    columns: dict[str, arb | None] = {}
     for name, value in zip(names, [*motion.state, *motion.euler, *recorded], strict=True):
         number = arb(value) * units.of_dimension(STATE_DIMENSIONS[name])
-        found[name] = number if number.is_finite() else None
-    return found
+        columns[name] = number if number.is_finite() else None
+    return columns

@@ -137,8 +137,8 @@ class Proof:
             else:
                 events[name] = [self._happening(zero) for zero in one.zeros]
         for phase in phases_of(self.scene):
-            if found := [zero for name, zero in self._ends if name == phase.ends]:
-                events[phase.ends] = [self._happening(zero) for zero in found]
+            if ends := [zero for name, zero in self._ends if name == phase.ends]:
+                events[phase.ends] = [self._happening(zero) for zero in ends]
         failure = self.enclosure.failure
         return Enclosed(list(self.rows()), events, undecided, str(failure) if failure else None)
 
@@ -174,7 +174,7 @@ class Proof:
         NotProved
             An enclosure excludes what is conserved: something is wrong with the proof.
         """
-        found = {}
+        bounds = {}
         with flint.ctx.workprec(self.enclosure.working_bits):
             states = [self._at(seconds) for seconds in self.sample_times]
             for integral in conserved(self.scene.model, self.scene.body):
@@ -185,8 +185,8 @@ class Proof:
                     raise NotProved("conserved", f"an enclosure excludes that {integral.name} is")
                 drifts = [abs(other - first) / scale for other in others]
                 if drifts and all(drift.is_finite() for drift in drifts):
-                    found[integral.name] = largest(drifts)
-        return found
+                    bounds[integral.name] = largest(drifts)
+        return bounds
 
     def events(self, name: str) -> ProvedEvents:
         """All zeros after t = 0 of an event of the catalogue.
@@ -203,7 +203,7 @@ class Proof:
 
     def _search(self, names: Sequence[str]) -> dict[str, ProvedEvents]:
         observer = Observer(self.scene)
-        found = {
+        zeros = {
             name: ProvedEvents(
                 self.scene, name, observer, self._touches if name == "phi_dot_zero" else ()
             )
@@ -213,10 +213,10 @@ class Proof:
             flies = step.problem.form is not None and step.problem.form.model == "flight"
             end = self.finish if step.until is None else step.until
             # all events of a step in turn: they share what they are made of
-            for one in found.values():
+            for one in zeros.values():
                 if not (one.gliding and flies):
                     one.through(step, end)
-        return found
+        return zeros
 
     @cached_property
     def forever(self) -> dict[str, Held]:
@@ -317,13 +317,13 @@ def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) 
     steps, joints = list[VerifiedStep](), list[tuple[str, Zero]]()
     time, state, lost = arb(0), None, None
     for phase in itertools.cycle(phases_of(scene)):
-        problem, found = problem_of(scene, phase.form, state), list[Zero]()
+        problem, crossings = problem_of(scene, phase.form, state), list[Zero]()
         _require_begun(scene, phase, problem.start(), first=state is None)
-        ends = _ending(scene, phase, found)
+        ends = _ending(scene, phase, crossings)
         enclosure = enclose(problem, bits, begin=time, ends=ends, progress=progress)
         steps += enclosure.steps
         # the last step reaches beyond the horizon, and so may what happens in it
-        within = found[0] if found and not found[0].time > problem.until() else None
+        within = crossings[0] if crossings and not crossings[0].time > problem.until() else None
         if phase.ends in TERMINAL or not within:
             lost = within
             break
@@ -354,8 +354,8 @@ def _require_begun(scene: Scene, phase: Phase, start: Sequence[arb], first: bool
         raise NotProved("contact", f"{what} is not proved to be positive at the start")
 
 
-def _ending(scene: Scene, phase: Phase, found: list[Zero]) -> Callable[[VerifiedStep], bool]:
-    """Whether a phase ends in a step, at a zero that is then in ``found``.
+def _ending(scene: Scene, phase: Phase, crossings: list[Zero]) -> Callable[[VerifiedStep], bool]:
+    """Whether a phase ends in a step, at a zero that is then in ``crossings``.
 
     A table that has let go of a top below its surface pulls from then on, by the formula of its
     force: this came down through a simple zero, where the equations of contact and of flight agree.
@@ -367,14 +367,14 @@ def _ending(scene: Scene, phase: Phase, found: list[Zero]) -> Callable[[Verified
 
     def ends(step: VerifiedStep) -> bool:
         if not lower_bound(step, function) > 0:
-            found.extend(zero for zero in zeros([step], function) if zero.direction < 0)
+            crossings.extend(zero for zero in zeros([step], function) if zero.direction < 0)
         if phase.ends == "landing":
             height = phase.form.columns.index("height")
             for zero in zeros([step], pull, begins=next(begins, None)):
-                later = found and zero.time > found[0].time
+                later = crossings and zero.time > crossings[0].time
                 if zero.direction < 0 and not later and not zero.state[height] > 0:
                     raise NotProved("contact", "the table may push before the top comes down")
-        return bool(found)
+        return bool(crossings)
 
     return ends
 

@@ -137,15 +137,15 @@ def _defects(problem: Problem, piece: Piece) -> list[arb]:
     frame = Frame(piece.end, max(1, *(p.degree() for p in piece.polynomials)))
     models = [TaylorModel(p, frame) for p in piece.polynomials]
     rates = problem.traced(problem.parameters(), models)
-    found = []
+    defects = []
     for rate, p in zip(rates, piece.polynomials, strict=True):
         defect = TaylorModel(
             TaylorModel.of(rate, frame).polynomial * piece.unit - p.derivative(), frame
         ).range
         if not defect.is_finite():
             raise NotProved("S1", "the defect could not be bounded")
-        found.append(defect.abs_upper())
-    return found
+        defects.append(defect.abs_upper())
+    return defects
 
 
 def _jacobian(problem: Problem, piece: Piece, tube: list[TaylorModel]) -> list[list[TaylorModel]]:
@@ -198,9 +198,9 @@ def _flow(
 
 def _sizes(models: Sequence[TaylorModel]) -> list[arb]:
     """Rough sizes of the components, none smaller than 1/16 of the largest."""
-    found = [model.range.abs_upper() for model in models]
-    floor = largest(found) / 16
-    return [largest((size, floor)) for size in found]
+    sizes = [model.range.abs_upper() for model in models]
+    floor = largest(sizes) / 16
+    return [largest((size, floor)) for size in sizes]
 
 
 def _upper(jacobian: list[list[TaylorModel]]) -> list[list[arb]]:

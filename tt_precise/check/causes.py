@@ -1,4 +1,4 @@
-"""Which one change of the scene explains a residual: fits with one parameter free at a time."""
+"""The single change of the scene that explains a residual: fits of one parameter at a time."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def _dot(a: Array, b: Array) -> float:
 
 
 def _fitted(at: Callable[[float], Array], slope: Array, here: Array) -> tuple[float, float]:
-    """The factor that leaves least of the residual, and what it leaves."""
+    """The factor that minimises the residual, and the remaining residual."""
     factor = 1.0
     for _ in range(STEPS):
         step = _dot(here, slope) / _dot(slope, slope)

@@ -1,8 +1,8 @@
-"""The checks, one entry each: what is asked of every row, where, and within which limit.
+"""The checks, one entry each: the condition on every row, when it applies, and its limit.
 
-A check is skipped with a reason where scene or columns do not allow it. Otherwise ``watch`` is
-given the first block and returns a function from blocks of rows to one value a row, of which the
-worst counts. Formulas are those of ``mechanics``, evaluated on arrays.
+A check is skipped with a reason if the scene or the columns do not allow it. Otherwise ``watch``
+takes the first block and returns a function from blocks of rows to one value for each row; the
+worst value decides. The formulas are those of ``mechanics``, evaluated on arrays.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from tt_precise.mechanics.vectors import cross, dot
 from tt_precise.runtime.values import Array, InputError, Sense
 from tt_precise.scene.scene import Scene
 
-SHALLOW = 0.1  # of R: what leaves the table by more is no contact at all
-PROPORTIONAL = 0.99  # correlation of the height with k.z from which it is the arm that is another
+SHALLOW = 0.1  # of R: with a larger distance from the table there is no contact
+PROPORTIONAL = 0.99  # correlation of the height with k.z above which the contact arm is wrong
 
 
 class ContactVelocity:
-    """|v_A.z| (rolling: |v_A|) of each row over R omega at the start, and why it is not 0."""
+    """|v_A.z| (rolling: |v_A|) of each row over R omega at the start, and the reason if not 0."""
 
     def __init__(self, setup: CheckSetup, first: Samples, limit: float):
         self._setup, self._limit = setup, limit
@@ -63,7 +63,7 @@ class ContactVelocity:
 
     @property
     def note(self) -> str:
-        """What the contact point does, and what to do about it; "" where it stays on the table."""
+        """The motion of the contact point and the remedy; "" if it stays on the table."""
         if self._worst <= self._limit or not self._rows:
             return ""
         moved = float(self._ends[1] - self._ends[0])
@@ -99,11 +99,11 @@ Watch = Callable[[Samples], numpy.ndarray]
 
 @dataclass(frozen=True)
 class RowCheck:
-    """One check: its name, what it says, when it is skipped (a reason, else ""), and how.
+    """A check: its name, its meaning, the reason to skip it ("" if none), and its function.
 
     Values pass that are ``sense`` the limit. ``watch(setup, first, limit)`` makes the function
-    that is handed one block after the other; where it has an ``error_bound``, limits below that
-    cannot be tested, and its ``note`` says why.
+    that receives the blocks in order. If it has an ``error_bound``, smaller limits cannot be
+    tested, and its ``note`` gives the reason.
     """
 
     name: str
@@ -115,7 +115,7 @@ class RowCheck:
 
 
 def _lacking(setup: CheckSetup) -> dict[str, str]:
-    """Why what checks need is not there, by names of their own; "" where it is."""
+    """Reasons why the needs of checks are missing, by the name of the need; "" if present."""
     columns, lifts = setup.columns, setup.scene.lifts
     rigid, raised = columns.name == "rigid body", setup.height_given or not lifts
     height = f"needs the height of the lowest point: columns {', '.join(columns.height)}"
@@ -123,7 +123,7 @@ def _lacking(setup: CheckSetup) -> dict[str, str]:
     other = "the force of another friction law does not follow from the state"
     dissipates = not (setup.rolling or setup.flies) and (setup.scene.body.mu != 0 or lifts)
     vertical = setup.velocity_given and (rigid or (setup.height_given and not setup.flies))
-    found = {
+    conditions = {
         "azimuth": (
             columns.azimuth,
             "needs the direction of the axis, which Euler angles without phi leave open",
@@ -146,11 +146,11 @@ def _lacking(setup: CheckSetup) -> dict[str, str]:
         ),
         "quaternion": (rigid, "no quaternion among the columns"),
     }  # fmt: skip
-    return {need: "" if there else reason for need, (there, reason) in found.items()}
+    return {need: "" if there else reason for need, (there, reason) in conditions.items()}
 
 
 def _unless(*needs: str) -> Callable[[CheckSetup, Samples], str]:
-    """The reason to skip a check with these ``needs``: the first that is not there."""
+    """The reason to skip a check with these ``needs``: the first missing need."""
 
     def skipped(setup: CheckSetup, first: Samples) -> str:
         lacking = _lacking(setup)
@@ -228,7 +228,7 @@ class Contact:
 
     @property
     def note(self) -> str:
-        """When the top leaves the table, and what to do about it."""
+        """When the top leaves the table, and the remedy."""
         return ending("contact_lost", self._left) if self._left < math.inf else ""
 
 
@@ -267,7 +267,7 @@ def _time(setup: CheckSetup, first: Samples, limit: float) -> Watch:
 
 
 def checks_of(scene: Scene) -> tuple[RowCheck, ...]:
-    """Those of ``CHECKS`` that have something to say of ``scene``."""
+    """The ``CHECKS`` that apply to ``scene``."""
     aloft = ("fall", *OF_FLIGHT)
     return tuple(c for c in CHECKS if scene.model == "flight" or c.name not in aloft)
 
@@ -340,7 +340,7 @@ def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
     Raises
     ------
     InputError
-        A check of that name does not exist, or its limit is no number.
+        A check of that name does not exist, or its limit is not a number.
     """
     for name in given:
         if name not in DEFAULT_LIMITS:
@@ -351,12 +351,12 @@ def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
 
 
 def finite(what: str, value: object) -> float:
-    """A number that somebody gives to decide by.
+    """A number given as a limit.
 
     Raises
     ------
     InputError
-        It is none, or not finite: a comparison with NaN would pass everything.
+        It is not a finite number: every value passes a comparison with NaN.
     """
     if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
         raise InputError(f"{what}: got {value!r}, expected a finite number")
@@ -364,16 +364,16 @@ def finite(what: str, value: object) -> float:
 
 
 def read_limits(texts: Iterable[str], option: str = "--limit") -> dict[str, float]:
-    """Limits by name from NAME=VALUE, or from VALUE for all others that have the default 1e-6.
+    """Limits by name from NAME=VALUE, or from VALUE for all others with the default 1e-6.
 
-    ``option`` is where they were given.
+    ``option`` is the name of the option, for errors.
 
     Raises
     ------
     InputError
-        A value is no number, or two are given for one name.
+        A value is not a number, or a name has two values.
     """
-    found: dict[str, float] = {}
+    limits: dict[str, float] = {}
     for text in texts:
         name, equals, value = text.rpartition("=")
         try:
@@ -381,10 +381,10 @@ def read_limits(texts: Iterable[str], option: str = "--limit") -> dict[str, floa
         except ValueError:
             raise InputError(f"{option}: got {text!r}, expected NAME=VALUE or VALUE") from None
         name = name.strip()
-        if name in found or (equals and not name):
+        if name in limits or (equals and not name):
             raise InputError(f"{option}: got {text!r}, expected NAME=VALUE or VALUE, each once")
-        found[name] = number
-    usual = found.pop("", None)
+        limits[name] = number
+    usual = limits.pop("", None)
     if usual is None:
-        return found
-    return {name: usual for name, value in DEFAULT_LIMITS.items() if value == PAPER_LIMIT} | found
+        return limits
+    return {name: usual for name, value in DEFAULT_LIMITS.items() if value == PAPER_LIMIT} | limits

@@ -1,8 +1,8 @@
 """The column sets of a trajectory file, and its rows as vector states.
 
-A new set is one new entry in ``COLUMN_SETS``. A set lists what must be there, and what is used
-where it is known; without the velocity of the contact point, whatever needs it is skipped. What
-the checks look at is ``Samples``: rows of one ``CheckSetup``, made from a ``Block`` of columns.
+A new set is one new entry in ``COLUMN_SETS``. A set lists required columns and optional ones;
+without the velocity of the contact point, the checks that need it are skipped. The checks get
+``Samples``: rows of one ``CheckSetup``, made from a ``Block`` of columns.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ Reading = Callable[[Columns, Parameters], "Changed | None"]
 
 @dataclass(frozen=True)
 class ColumnSet:
-    """Names of columns that together say a state, and how to read them.
+    """Names of columns that together determine a state, and how to read them.
 
-    ``state(body, columns, fn)`` is the vector state and v_A.z (0 where the set has no room for
-    it); ``columns`` holds every required name, and the velocity's as NaN where it is unknown.
-    ``azimuth`` says whether the direction of the axis is known, which Euler angles leave open.
-    ``height`` are those that a top which may leave the table has besides.
+    ``state(body, columns, fn)`` is the vector state and v_A.z (0 if the set does not have it).
+    ``columns`` holds every required name, and NaN for an unknown velocity. ``azimuth`` says
+    whether the direction of the axis is known; Euler angles leave it open. ``height`` has the
+    further columns of a top that may leave the table.
     """
 
     name: str
@@ -58,7 +58,7 @@ class ColumnSet:
         return self.required + self.velocity
 
     def missing(self, present: Iterable[str]) -> list[str]:
-        """Required columns that are not there."""
+        """Required columns that are missing."""
         return [name for name in self.required if name not in set(present)]
 
 
@@ -89,7 +89,7 @@ _ALL = (
     ),
 )  # fmt: skip
 COLUMN_SETS = {entry.name: entry for entry in _ALL}
-TRACK = ("phi", "psi", "x", "y")  # beside any set: what the rates of a state add up to
+TRACK = ("phi", "psi", "x", "y")  # with any set: the integrals of the rates of a state
 ENGINES_OWN = re.compile("(qpos|quaternion)_?0")
 OURS = {"t", *TRACK, *(name for entry in _ALL for name in (*entry.names, *entry.height))}
 
@@ -111,7 +111,7 @@ def choose_set(present: Sequence[str], where: str) -> ColumnSet:
     Raises
     ------
     InputError
-        No set is complete; the line names what is missing from the nearest one.
+        No set is complete; the message names the missing columns of the nearest set.
     """
     if "t" not in present:
         raise InputError(
@@ -142,14 +142,14 @@ def choose_set(present: Sequence[str], where: str) -> ColumnSet:
 
 
 def renaming(pairs: Iterable[str]) -> dict[str, str]:
-    """Read ``theirs=ours`` pairs, several to a string where separated by commas.
+    """Read ``theirs=ours`` pairs; a string may have several, separated by commas.
 
     Raises
     ------
     InputError
-        A pair is malformed, or ``ours`` is no column that anything reads.
+        A pair is malformed, or ``ours`` is not a known column.
     """
-    found: dict[str, str] = {}
+    names: dict[str, str] = {}
     for pair in (part for text in pairs for part in text.split(",") if part.strip()):
         left, equals, right = (piece.strip() for piece in pair.partition("="))
         if not (left and equals and right):
@@ -159,17 +159,17 @@ def renaming(pairs: Iterable[str]) -> dict[str, str]:
                 f"--columns: got {right!r} as one of ours, expected one of: "
                 + ", ".join(sorted(OURS))
             )
-        found[left] = right
-    return found
+        names[left] = right
+    return names
 
 
 def renamed(names: Sequence[str], rename: Mapping[str, str], where: str) -> list[str]:
-    """Column names after ``rename``; time is t where nothing else is.
+    """Column names after ``rename``; "time" counts as t unless there is a t.
 
     Raises
     ------
     InputError
-        A column to be renamed is not there, or a name that is read occurs twice.
+        A column to be renamed is missing, or a known name occurs twice.
     """
     for theirs in rename:
         if theirs not in names:
@@ -194,9 +194,9 @@ def _listed(names: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Block:
-    """Consecutive rows: name to float64 array, and how to say where a row stands.
+    """Consecutive rows: name to float64 array, and the place of a row for messages.
 
-    ``texts(row, names)`` gives the cells of a row as they were written, exact to the last digit.
+    ``texts(row, names)`` gives the cells of a row as written, exact to the last digit.
     """
 
     values: dict[str, numpy.ndarray]
@@ -219,14 +219,14 @@ FRICTIONS = ("scene", "other")
 
 @dataclass(frozen=True)
 class CheckSetup:
-    """A scene, the column set its trajectory comes in, and what is known.
+    """A scene, the column set of its trajectory, and what is known.
 
-    ``height_given`` says whether the height of the lowest point is, which counts where the top may
-    leave the table.
+    ``height_given`` says whether the height of the lowest point is known, which matters if the top
+    may leave the table.
 
-    ``friction`` is "scene" where the trajectory obeys F = g_n (z - mu v_A) with the scene's mu
-    (or the scene rolls), and "other" where the contact force is somebody else's: Coulomb's, an
-    elastic one, an unknown one.
+    ``friction`` is "scene" if the trajectory obeys the scene's contact force (or the scene rolls),
+    and "other" for any other contact force: another friction law, an elastic table, an unknown
+    force.
     """
 
     scene: Scene
@@ -265,7 +265,7 @@ class CheckSetup:
 
     @property
     def joins(self) -> bool:
-        """Whether the motion may change its equations on the way."""
+        """Whether the motion may change its equations."""
         return self.scene.in_pieces and not self.flies
 
     @property
@@ -307,8 +307,8 @@ class Samples:
     """Consecutive rows: times (s), vector states (SI), and the columns as given.
 
     ``slip`` is the speed of the contact point that the contact forbids: |v_A.z|, and in rolling
-    |v_A|. Every block but the first begins with the last row of the one before, so that no
-    interval is left out. ``shared`` keeps what several checks need.
+    |v_A|. Every block except the first begins with the last row of the previous block, so that no
+    interval is left out. ``shared`` stores results for several checks.
     """
 
     setup: CheckSetup

@@ -1,8 +1,8 @@
-"""States as physics engines write them, turned into the rigid-body columns that are checked.
+"""States as physics engines write them, converted to rigid-body columns.
 
 An engine's file has times, quaternions, linear and angular velocities of one body. Engines differ
-in the order of the quaternion, the frame of the angular velocity, and in the point whose velocity
-they give; a new engine is one new entry in ``CONVENTIONS``.
+in the order of the quaternion, the frame of the angular velocity, and the point of the body whose
+velocity they give. A new engine is one new entry in ``CONVENTIONS``.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ CONVENTIONS = {
     **dict.fromkeys(("dart", "exudyn", "ode"), _CENTRAL._replace(scalar_first=True)),
     **dict.fromkeys(("bullet", "cannon-es", "jolt", "newton", "rapier"), _CENTRAL),
 }
-# each array by its names in .npz, and its width; in CSV the columns are these with a number behind
+# each array by its names in .npz, and its width; in CSV the columns are these names with a number
 _TIME = ("t", "time")
 _STATE = {"quaternion": 4, "velocity": 3, "angular_velocity": 3}
 _POSITION = ("position",)  # which may be there, three wide
@@ -57,7 +57,7 @@ _MUJOCO = {"qpos": 7, "qvel": 6}
 def engine_columns(path: str | Path, engine: str, scene: Scene) -> dict[str, numpy.ndarray]:
     """The rigid-body columns (SI) of an engine's .npz or .csv file.
 
-    ``engine`` is a name out of ``CONVENTIONS``; ":cm" or ":centre" behind it says that the body's
+    ``engine`` is a name in ``CONVENTIONS``; ":cm" or ":centre" after it says that the body's
     origin is the centre of mass, or the centre of the sphere.
 
     Raises
@@ -79,7 +79,7 @@ def engine_columns(path: str | Path, engine: str, scene: Scene) -> dict[str, num
         omega, position = arrays["angular_velocity"], arrays.get("position")
     if not convention.scalar_first:
         quaternion = numpy.roll(quaternion, 1, axis=1)
-    # rows that blew up are found by the check of finite numbers, which needs them as they are
+    # the check of finite numbers reports rows that blew up, and needs them unchanged
     good = numpy.isfinite(quaternion).all(axis=1) & (numpy.abs(quaternion).max(axis=1) > 0)
     turn = Rotation.from_quat(numpy.where(good[:, None], quaternion, 1.0), scalar_first=True)
     if convention.in_body_frame:
@@ -94,7 +94,7 @@ def engine_columns(path: str | Path, engine: str, scene: Scene) -> dict[str, num
 
 
 def engine_source(path: str, engine: str, scene: Scene, rename: Mapping[str, str]) -> ColumnSource:
-    """An engine's file as a source of rows, which knows how other engines would have written it.
+    """An engine's file as a source of rows, with its readings by other engines' conventions.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def engine_source(path: str, engine: str, scene: Scene, rename: Mapping[str, str
 
     given = engine_columns(path, engine, scene)
     source = ColumnSource(list(given), lambda name: given[str(name)], rename, path)
-    # whose arrays have other names cannot have written it
+    # an engine whose arrays have other names cannot have written the file
     alike = [name for name in CONVENTIONS if (name == "mujoco") == engine.startswith("mujoco")]
     marked = (f"{name}:{origin}" for name in alike for origin in (CENTRE_OF_SPHERE, CENTRE_OF_MASS))
     others = {_convention(name): name for name in reversed((*alike, *marked))}
@@ -132,8 +132,8 @@ def _convention(engine: str) -> Convention:
             f"--from: got {engine[:60]!r}, expected one of: {', '.join(CONVENTIONS)}, or one of "
             f"them with :{CENTRE_OF_SPHERE} or :{CENTRE_OF_MASS} behind it"
         )
-    found = CONVENTIONS[name]
-    return found._replace(origin=origin) if origin else found
+    convention = CONVENTIONS[name]
+    return convention._replace(origin=origin) if origin else convention
 
 
 def _arrays(path: Path, widths: Mapping[str, int]) -> dict[str, numpy.ndarray]:
@@ -151,19 +151,19 @@ def _arrays(path: Path, widths: Mapping[str, int]) -> dict[str, numpy.ndarray]:
     time = next((given[name] for name in _TIME if name in given), None)
     if time is None:
         raise InputError(f"{path}: no array t or time among {', '.join(given) or 'none'}")
-    found = {"t": time.reshape(-1)}
+    arrays = {"t": time.reshape(-1)}
     if "position" in given:
         widths = {**widths, "position": 3}
     for name, width in widths.items():
-        shape = (len(found["t"]), width)
+        shape = (len(arrays["t"]), width)
         if name not in given or given[name].shape != shape:
             got = f"shape {given[name].shape}" if name in given else "none"
             raise InputError(
                 f"{path}: {name}: got {got}, expected shape {shape} (in CSV columns {name}0 to "
                 f"{name}{width - 1})"
             )
-        found[name] = given[name]
-    return found
+        arrays[name] = given[name]
+    return arrays
 
 
 def _numbered(path: Path) -> dict[str, numpy.ndarray]:
@@ -172,18 +172,18 @@ def _numbered(path: Path) -> dict[str, numpy.ndarray]:
     import pandas
 
     frame = pandas.read_csv(path)
-    found: dict[str, Array] = {}
+    arrays: dict[str, Array] = {}
     for column in frame.columns:
         name = str(column).strip()
         numbered = re.fullmatch(r"([A-Za-z_]+?)_?(\d)", name)
         if numbered and numbered[1] not in _TIME:
-            found.setdefault(numbered[1], {})[int(numbered[2])] = frame[column]
+            arrays.setdefault(numbered[1], {})[int(numbered[2])] = frame[column]
         else:
-            found[name] = frame[column]
+            arrays[name] = frame[column]
     return {
         name: numpy.column_stack([value[n] for n in sorted(value)]).astype(float)
         if isinstance(value, dict)
         else value.to_numpy(dtype=float)
-        for name, value in found.items()
+        for name, value in arrays.items()
         if name in (*_TIME, *_STATE, *_POSITION, *_MUJOCO)
     }

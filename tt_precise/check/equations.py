@@ -67,12 +67,12 @@ def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
     rests = numpy.zeros(len(on_table), bool)
     if scene.may_stick:
         rests = on_table & (state.vx == 0) & (state.vy == 0)
-    found = (
+    candidates = (
         (on_table & ~rests, gliding),
         (rests, formulation("rolling", "newton")),
         (~on_table, raised("newton")),
     )
-    there = [(rows, form) for rows, form in found if rows.any()]
+    there = [(rows, form) for rows, form in candidates if rows.any()]
     if len(there) == 1:  # all rows
         return [RowsUnder(slice(None), there[0][1])]
     return [RowsUnder(*one) for one in there]
@@ -123,8 +123,8 @@ class SolvedRows:
 
     def _together(self, series: Sequence[Truncated]) -> Truncated:
         whole = numpy.empty((self._order + 1, self._count))
-        for part, found in zip(self.parts, series, strict=True):
-            whole[:, part.rows] = found.c
+        for part, terms in zip(self.parts, series, strict=True):
+            whole[:, part.rows] = terms.c
         return Truncated(whole)
 
     def _motions(self) -> Iterator[tuple[RowsUnder, Motion]]:
@@ -135,11 +135,11 @@ class SolvedRows:
     @property
     def power(self) -> Array:
         """Coefficients of the rate of the energy."""
-        found = numpy.zeros((self._order + 1, self._count))
+        coefficients = numpy.zeros((self._order + 1, self._count))
         for part, q in self._motions():
             if part.form.model not in ("rolling", "flight"):
-                found[:, part.rows] = quantities.E_dot(q).upto(self._order)
-        return found
+                coefficients[:, part.rows] = quantities.E_dot(q).upto(self._order)
+        return coefficients
 
     @cached_property
     def margins(self) -> Array:
@@ -147,13 +147,13 @@ class SolvedRows:
 
         The contact force, the distance from the cone where the contact rests, the height in flight.
         """
-        found = numpy.zeros((self._order + 1, self._count))
+        coefficients = numpy.zeros((self._order + 1, self._count))
         for part, q in self._motions():
             margin = q.state.height if part.form.model == "flight" else q.force[2]
             if part.form.model == "rolling":
                 margin = cone_margin(self._body, q.state)
-            found[:, part.rows] = margin.upto(self._order)
-        return found
+            coefficients[:, part.rows] = margin.upto(self._order)
+        return coefficients
 
     def stays(self, steps: Array) -> Array:
         """Intervals (of ``steps`` s) in which the top neither leaves the table nor touches it.
@@ -165,12 +165,14 @@ class SolvedRows:
             which[part.rows] = part.form.model == "flight"
         # just behind a loss of contact a row is still at the table, which would have to pull it
         held = margins[0] >= 0
-        found: Array = (which[:-1] == which[1:]) & held[:-1] & held[1:]
+        staying: Array = (which[:-1] == which[1:]) & held[:-1] & held[1:]
         for end, sign in ((slice(None, -1), 1), (slice(1, None), -1)):
             for fraction in numpy.linspace(0, 1, POINTS)[1:-1]:
                 h = sign * fraction * steps
-                found = found & (numpy.polynomial.polynomial.polyval(h, margins[:, end], False) > 0)
-        return found
+                staying = staying & (
+                    numpy.polynomial.polynomial.polyval(h, margins[:, end], False) > 0
+                )
+        return staying
 
 
 EPS = float(numpy.finfo(float).eps)
@@ -218,10 +220,10 @@ def follow(
         h = numpy.minimum(_step(abs(c[:, :, :, 0]) / sizes[:, None, None]), spans[open_] - t[open_])
         ahead = _at(c, h)
         growth = (abs(ahead[:, :, 1] - ahead[:, :, 0]) / size).max(axis=0) / NUDGE
-        found = EPS * (ROUNDED + A_STEP * count) * numpy.maximum(growth, 1.0)
-        good = (found <= wanted) & (h > 0)  # neither where a state is no number
+        bound = EPS * (ROUNDED + A_STEP * count) * numpy.maximum(growth, 1.0)
+        good = (bound <= wanted) & (h > 0)  # neither where a state is no number
         open_, h = open_[good], h[good]
-        here[:, open_], error[open_] = ahead[:, good], found[good]
+        here[:, open_], error[open_] = ahead[:, good], bound[good]
         t[open_] += h
         open_ = open_[t[open_] < spans[open_]]
         if not len(open_):
@@ -330,8 +332,8 @@ class EquationResidual:
             apart = self._apart(samples.t)
             rows = samples.rows(apart)
             samples.shared["balance"] = self._followed(rows, self._balance(rows, apart[1:]))
-        found: Residuals = samples.shared["balance"]
-        return found
+        residuals: Residuals = samples.shared["balance"]
+        return residuals
 
     def misfit(self, samples: Samples) -> Array:
         """The balance (entries, intervals) of the state by the highest order, whatever its error.
@@ -345,8 +347,8 @@ class EquationResidual:
         """Change of each entry of the state in each interval, and its balance, whatever it is."""
         with numpy.errstate(all="ignore"):
             functions, _ = self._functions(samples.state, 1)
-        found = self._balance(samples, numpy.arange(1, len(samples.t)))
-        return numpy.diff(functions[:-1]), found.state
+        residuals = self._balance(samples, numpy.arange(1, len(samples.t)))
+        return numpy.diff(functions[:-1]), residuals.state
 
     def _apart(self, t: numpy.ndarray) -> numpy.ndarray:
         last = len(t) - 1
@@ -424,14 +426,14 @@ class EquationResidual:
     def _wanted(self, steps: Array) -> Array:
         return numpy.maximum(self._resolved * steps / (HORIZON * self.setup.time), 4 * EPS)
 
-    def _followed(self, samples: Samples, found: Residuals) -> Residuals:
+    def _followed(self, samples: Samples, residuals: Residuals) -> Residuals:
         """The balance with the solution followed through what the quadrature left open."""
         steps = numpy.diff(samples.t)
         # what joins two pieces is no solution of either's equations
-        wide = ~(found.bound <= self._wanted(steps))
-        open_ = numpy.flatnonzero(wide & (found.within > 0))
+        wide = ~(residuals.bound <= self._wanted(steps))
+        open_ = numpy.flatnonzero(wide & (residuals.within > 0))
         if not len(open_):
-            return found
+            return residuals
         begun, given = self._at(samples, open_), self._at(samples, open_ + 1)
         sizes = numpy.array(self._entry_sizes)
         there, error, reached = self._solved(begun, steps[open_], sizes)
@@ -444,12 +446,12 @@ class EquationResidual:
             if back[0] < error[0]:
                 first = self._functions(self._at(samples, slice(0, 1)), 1)[0]
                 mismatch[:, :1], error[0] = self._functions(before, 1)[0] - first, back[0]
-        better = error < found.bound[open_]
+        better = error < residuals.bound[open_]
         chosen, mismatch = open_[better], mismatch[:, better]
-        found.state[:, chosen], found.energy[chosen] = mismatch[:-1], mismatch[-1]
-        found.bound[chosen], found.energy_bound[chosen] = error[better], error[better]
-        found.within[open_] = reached
-        return found
+        residuals.state[:, chosen], residuals.energy[chosen] = mismatch[:-1], mismatch[-1]
+        residuals.bound[chosen], residuals.energy_bound[chosen] = error[better], error[better]
+        residuals.within[open_] = reached
+        return residuals
 
     @staticmethod
     def _at(samples: Samples, rows: Array | slice) -> State:
@@ -509,10 +511,10 @@ def _backwards(rates: Rates) -> Rates:
 def _without_azimuth(state: Any, balanced: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
     # what turning the whole motion about the vertical leaves alone
     k, L, v = state.k, state.L, state.v
-    found: tuple[Scalar, ...] = (k[2], L[2], dot(L, k), cross(L, k)[2])
+    entries: tuple[Scalar, ...] = (k[2], L[2], dot(L, k), cross(L, k)[2])
     if len(balanced) > 6:
-        found += (v[0] * k[0] + v[1] * k[1], v[1] * k[0] - v[0] * k[1])
-    return (*found, *balanced[8:])
+        entries += (v[0] * k[0] + v[1] * k[1], v[1] * k[0] - v[0] * k[1])
+    return (*entries, *balanced[8:])
 
 
 class SummedResidual:
@@ -533,30 +535,30 @@ class SummedResidual:
     def __call__(self, samples: Samples) -> numpy.ndarray:
         if len(samples.t) < 2:
             return numpy.zeros(len(samples.t))
-        found = self._residual.balance(samples)
-        bound = found.energy_bound if self._part == "energy" else found.bound
+        residuals = self._residual.balance(samples)
+        bound = residuals.energy_bound if self._part == "energy" else residuals.bound
         resolved = bound <= self._limit
         self.intervals += len(resolved)
         self.unresolved += int((~resolved).sum())
-        self._within = min(self._within, float(found.within[~resolved].min(initial=numpy.inf)))
-        mismatch = numpy.atleast_2d(getattr(found, self._part))
-        self._remember(samples, found, numpy.where(resolved, abs(mismatch).max(axis=0), 0.0))
+        self._within = min(self._within, float(residuals.within[~resolved].min(initial=numpy.inf)))
+        mismatch = numpy.atleast_2d(getattr(residuals, self._part))
+        self._remember(samples, residuals, numpy.where(resolved, abs(mismatch).max(axis=0), 0.0))
         sums = numpy.cumsum(numpy.where(resolved, mismatch, 0.0), axis=1)
         sums += numpy.reshape(self._sum, (-1, 1))
         bounds = self._bound + numpy.cumsum(numpy.where(resolved, bound, 0.0))
         self._sum, self._bound = sums[:, -1], float(bounds[-1])
         values = numpy.maximum(abs(sums).max(axis=0) - bounds, 0.0)
         # a row that was passed over has the value of the end before it
-        before = numpy.searchsorted(found.ends, numpy.arange(len(samples.t)), side="right")
+        before = numpy.searchsorted(residuals.ends, numpy.arange(len(samples.t)), side="right")
         return numpy.concatenate(([0.0], values))[before]
 
-    def _remember(self, samples: Samples, found: Residuals, sizes: Array) -> None:
+    def _remember(self, samples: Samples, residuals: Residuals, sizes: Array) -> None:
         sizes = numpy.minimum(sizes, ENOUGH)
         worst = int(numpy.argmax(sizes))
         if sizes[worst] > self._largest:
             self._largest = float(sizes[worst])
-            ends = found.ends[max(worst - NEAR, 0) : worst + NEAR + 1]
-            begin = found.ends[worst - NEAR - 1] if worst > NEAR else 0
+            ends = residuals.ends[max(worst - NEAR, 0) : worst + NEAR + 1]
+            begin = residuals.ends[worst - NEAR - 1] if worst > NEAR else 0
             self._near = samples, numpy.concatenate(([begin], ends))
 
     def _lift_off(self, rows: Samples) -> str:

@@ -114,11 +114,11 @@ class DigitsOverTime:
     def __init__(self) -> None:
         self._errors = RunningWorst()
 
-    def add(self, found: Measured) -> None:
+    def add(self, measured: Measured) -> None:
         """The next rows."""
-        rows = found.compared & ~found.start
+        rows = measured.compared & ~measured.start
         if rows.any():
-            self._errors.add(found.t[rows], found.worst()[rows])
+            self._errors.add(measured.t[rows], measured.worst()[rows])
 
     @property
     def from_the_start(self) -> bool:
@@ -204,9 +204,9 @@ class GoldenDistance:
         values |= {name: getattr(samples.state, name) for name in self._derived}
         cells = partial(self._cells, block, samples)
         if self._true is not None:
-            found = self._true.measure(t, values, cells, self._resolved, largest_only=True)
-            self._take(found)
-            compared = found.compared
+            measured = self._true.measure(t, values, cells, self._resolved, largest_only=True)
+            self._take(measured)
+            compared = measured.compared
         if self._fresh and not compared.all():
             rest = numpy.flatnonzero(~compared)
             there = {name: entries[rest] for name, entries in values.items()}
@@ -216,9 +216,9 @@ class GoldenDistance:
             compared = numpy.ones(len(block), bool)
         self._evidence.add(t, compared)
 
-    def _take(self, found: Measured) -> None:
-        self._fewest.add(found)
-        self._over_time.add(found)
+    def _take(self, measured: Measured) -> None:
+        self._fewest.add(measured)
+        self._over_time.add(measured)
 
     def _cells(self, block: Block, samples: Samples, row: int, names: Sequence[str]) -> list[Any]:
         written = [name for name in names if name in self._written]
@@ -302,11 +302,11 @@ class GoldenDistance:
         fresh = FreshSolution(self._setup.scene, self._open, self._asked, progress)
         done = beyond = 0
         for rows in self._open:
-            found = fresh.measured(rows)
-            self._take(found)
-            done += int(found.compared.sum())
-            beyond += int((~found.compared).sum())
-            self._evidence.miss(found.t[~found.compared])
+            measured = fresh.measured(rows)
+            self._take(measured)
+            done += int(measured.compared.sum())
+            beyond += int((~measured.compared).sum())
+            self._evidence.miss(measured.t[~measured.compared])
         self._evidence.compared -= beyond
         if fresh.ended:
             self._last = min(self._last, fresh.last)
@@ -383,12 +383,12 @@ class FreshSolution:
                 apart = self._apart(rows, numpy.flatnonzero(within), name, list(frame[name]))
             else:
                 apart = turned_back(name, given[within] - true[name])
-            found = numpy.full(len(times), math.nan)
-            found[within] = numpy.where(
+            distances = numpy.full(len(times), math.nan)
+            distances[within] = numpy.where(
                 numpy.isnan(apart) & ~numpy.isnan(true[name]), math.inf, abs(apart) / beside[name]
             )
-            errors[name] = found
-            bounds[name] = numpy.where(numpy.isnan(found), math.nan, self._own)
+            errors[name] = distances
+            bounds[name] = numpy.where(numpy.isnan(distances), math.nan, self._own)
         measured = Measured(rows.t, errors, bounds, within, within & (rows.t == 0))
         away = beyond & (measured.worst() > self._agreeing)
         for values in (*errors.values(), *bounds.values()):

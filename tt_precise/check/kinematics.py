@@ -96,8 +96,8 @@ class Windows:
     def integral(self, rate: Array, weights: Array | None = None) -> Array:
         """Of a rate over each window, by Boole's rule."""
         weighted = self._entries(rate) * (self._boole if weights is None else weights)
-        found: Array = self.spans * weighted.sum(1)
-        return found
+        integrals: Array = self.spans * weighted.sum(1)
+        return integrals
 
 
 def stride_of(t: Array, apart: float) -> int:
@@ -109,14 +109,14 @@ def windows_of(samples: Samples) -> Windows:
     """The windows of these rows, made once for all checks."""
     if "windows" not in samples.shared:
         samples.shared["windows"] = Windows(samples.t, CLOSEST * samples.setup.time)
-    found: Windows = samples.shared["windows"]
-    return found
+    windows: Windows = samples.shared["windows"]
+    return windows
 
 
 def length(vectors: Array) -> Array:
     """Of vectors (entries, n)."""
-    found: Array = numpy.sqrt((vectors**2).sum(axis=0))
-    return found
+    lengths: Array = numpy.sqrt((vectors**2).sum(axis=0))
+    return lengths
 
 
 def spread(values: Array) -> Array:
@@ -131,8 +131,8 @@ def _weights(x: Array) -> Array:
     powers = numpy.arange(x.shape[1])
     matrix = ((x - x[:, :1]) / width)[:, None, :] ** powers[None, :, None]
     right = numpy.broadcast_to(1.0 / (powers + 1), x.shape)[:, :, None]
-    found: Array = numpy.linalg.solve(matrix, right)[:, :, 0] * width
-    return found
+    weights: Array = numpy.linalg.solve(matrix, right)[:, :, 0] * width
+    return weights
 
 
 def _slopes(x: Array) -> Array:
@@ -140,8 +140,8 @@ def _slopes(x: Array) -> Array:
     powers, middle = numpy.arange(x.shape[1]), x.shape[1] // 2
     matrix = (x - x[:, middle : middle + 1])[:, None, :] ** powers[None, :, None]
     right = numpy.broadcast_to(powers == 1, x.shape).astype(float)[:, :, None]
-    found: Array = numpy.linalg.solve(matrix, right)[:, :, 0]
-    return found
+    slopes: Array = numpy.linalg.solve(matrix, right)[:, :, 0]
+    return slopes
 
 
 def _product(p: Array, q: Array) -> Array:
@@ -377,8 +377,8 @@ class Kinematics(_OverWindows):
         if samples.setup.friction == "other":
             above = numpy.where(samples.t == self._begins, height, 0.0)
             height = numpy.maximum(numpy.maximum(above, -height) - SINKS, 0.0)
-        found: Array = abs(height[windows.rows]).max(axis=1)
-        return found
+        largest: Array = abs(height[windows.rows]).max(axis=1)
+        return largest
 
     def _spin(self, windows: Windows, samples: Samples, q: Motion) -> Bounded:
         """Turn about the axis against the integral of omega.k, within whole turns.

@@ -1,8 +1,8 @@
 """The pytest plugin: fixtures ``assert_conserves`` and ``assert_matches_golden``.
 
-Installed with the package, and nothing until a test asks for one of the fixtures. They are the
-functions of ``tt_precise.check`` with the command line's ``--tt-limit`` and ``--tt-digits``, which
-win over what a test says.
+It is installed with the package and imports nothing until a test uses a fixture. The fixtures are
+the functions of ``tt_precise.check``; ``--tt-limit`` and ``--tt-digits`` on the command line
+override the values of a test.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What checks find: a finding each and the verdict; as tables, Markdown, HTML, XML and a plot."""
+"""The results of checks and the verdict: as tables, Markdown, HTML, XML and a plot."""
 
 from __future__ import annotations
 
@@ -25,8 +25,7 @@ MOST_POINTS = 4096
 class RunningWorst:
     """Takes values of consecutive rows; keeps the worst, and the worst of every bucket of rows.
 
-    ``largest_is_worst`` is False for checks that ask for values above a limit. A value that is
-    no number is the worst of all.
+    ``largest_is_worst`` is False for checks with a lower limit. NaN is the worst value.
     """
 
     def __init__(self, largest_is_worst: bool = True):
@@ -60,7 +59,7 @@ class RunningWorst:
 
     @property
     def curve(self) -> tuple[numpy.ndarray, numpy.ndarray]:
-        """Times (s) and the worst value of the bucket of rows that begins there."""
+        """Times (s), and the worst value of the bucket of rows that begins at each."""
         if not self._t:
             return numpy.empty(0), numpy.empty(0)
         return numpy.concatenate(self._t), self._sign * numpy.concatenate(self._values)
@@ -94,17 +93,17 @@ def _escaped(text: str) -> str:
 
 
 def _printable(text: str) -> str:
-    # XML has no place for control characters, and a file name may hold them
+    # XML does not allow control characters, but file names do
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
-SMALLEST = 1e-18  # what is drawn for an exact zero
+SMALLEST = 1e-18  # drawn for an exact zero
 SCHEMA = "tt_precise.check/1"
-FEW_DIGITS = 4  # fewer of golden data, where none were asked for, are said loudly
+FEW_DIGITS = 4  # fewer digits of golden data give a warning, even if no digits were asked for
 
 
 def unusable(trajectory: str, scene: str, why: str) -> Result:
-    """What is said in every format of a trajectory that cannot be checked."""
+    """The failed check that every format shows for a trajectory that cannot be used."""
     refused = Check("input", "fail", note=why, meaning="the input can be used")
     return Result(trajectory, scene, "", 0, 0.0, 0.0, (refused,))
 
@@ -113,8 +112,7 @@ def unusable(trajectory: str, scene: str, why: str) -> Result:
 class Result:
     """All findings about one trajectory.
 
-    ``verdict`` is "pass" if no check failed; ``frame`` is the table; in a notebook it shows
-    itself.
+    ``verdict`` is "pass" if no check failed; ``frame`` is the table, shown in a notebook.
     """
 
     trajectory: str
@@ -171,7 +169,7 @@ class Result:
 
     @property
     def heading(self) -> str:
-        """The first line of every output: the verdict, and how far golden data agree."""
+        """The first line of every output: the verdict and the agreement with golden data."""
         count = len(self.failures)
         failed = f": {count} check{'s' * (count > 1)} failed" if count else ""
         return (
@@ -192,7 +190,7 @@ class Result:
         return f", {golden.value:.1f} correct digits of golden data"
 
     def __str__(self) -> str:
-        """For a terminal; what was skipped stands below."""
+        """The results for a terminal, with the skipped checks below."""
         done = [finding for finding in self.checks if finding.verdict != "skipped"]
         rows = [HEADINGS, *map(_cells, done)]
         widths = [max(len(row[i]) for row in rows) for i in range(5)]

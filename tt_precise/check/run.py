@@ -31,7 +31,7 @@ MEANING = "every column holds finite numbers, but for Euler angles where they ar
 
 
 class Finiteness:
-    """Counts the entries that are no finite numbers, in the columns ``also`` beside the state's."""
+    """Counts entries that are not finite, in the state's columns and the columns ``also``."""
 
     def __init__(self, also: Sequence[str]):
         self._also = also
@@ -50,7 +50,7 @@ class Finiteness:
                 self._first = f"{name} = {block.values[name][row]} in {block.place(row)}"
 
     def finding(self, broken: NotFinite | None) -> Check:
-        """How many entries are not finite, the row at which reading stopped included."""
+        """The number of entries that are not finite, including the row where reading stopped."""
         count, at, first = self._count, self._at, self._first
         if broken is not None:
             count, first = count + 1, f"{broken}, where the checks stop"
@@ -85,25 +85,25 @@ def conservation(
         column names to arrays, or a ``Trajectory``; SI, in one of the column sets of
         ``columns.COLUMN_SETS``.
     scene
-        Says the body, the friction and the model: a ``Scene``, a shipped name or a TOML file.
+        Body, friction and model: a ``Scene``, a shipped name or a TOML file.
     limits
-        By name of the check; the others keep their defaults.
+        By name of the check; other checks keep their defaults.
     until
         Rows after this time (s) are left out.
     digits
-        Correct digits wanted of every column where there is golden data; without it the
-        distance is reported and fails nothing.
+        Correct digits required of every column, relative to golden data; without ``digits`` the
+        distance is only reported.
     fresh
         Compute the solution where there is no golden row (imports heyoka).
     friction
-        "scene", or "other" where the contact force is not the scene's: then only what holds for
-        every friction law is checked.
+        "scene", or "other" if the contact force is not the scene's: then only checks that hold
+        for every friction law are made.
     engine
-        Whose own state the file ``trajectory`` holds: "mujoco", "drake", "bullet", ...
+        The engine that wrote the file ``trajectory``: "mujoco", "drake", "bullet", ...
     columns
         Renames: their name to ours.
     folder
-        Where golden data lie; by default in the package, those of one's own in ``golden``.
+        Folder of golden data; by default the package's, and ``golden``.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def conservation(
         from tt_precise.check.engine_states import engine_source
 
         trajectory = engine_source(str(trajectory), engine, scene, columns or {})
-    # what overflows or is undefined becomes a value that fails, not a warning
+    # overflow and undefined values fail the check instead of giving a warning
     with closing(open_source(trajectory, columns)) as table, numpy.errstate(all="ignore"):
         setup = _setup(table, scene, friction)
         return _checked(table, setup, wanted, cutoff, golden, progress)
@@ -160,7 +160,7 @@ def _checked(
             first = read
             running = [_Running(check, setup, read, limits) for check in checks]
             if setup.friction == "scene":
-                # golden data are read once the rows have turned out to be some
+                # golden data are read only if there are rows
                 distance = golden(setup, table.names)
         joined = read if samples is None else samples.continued(read)
         for check in running:
@@ -201,7 +201,7 @@ def _checked(
 
 
 def _with_advice(findings: list[Check]) -> list[Check]:
-    """The finding about the equations says what to do where only the force can be another one."""
+    """Add advice to the result of ``equations`` if only the contact force can differ."""
     failed = {finding.name: finding for finding in findings if finding.verdict == "fail"}
     equations = failed.get("equations")
     if equations is None or failed.keys() & {"kinematics", "contact_momentum"}:
@@ -232,7 +232,7 @@ def _all_or_none(table: RowSource, wanted: Sequence[str], what: str) -> bool:
 
 
 class _Running:
-    """One check on its way through the rows."""
+    """A check that processes the rows."""
 
     def __init__(
         self, check: RowCheck, setup: CheckSetup, first: Samples, limits: Mapping[str, float]
@@ -254,7 +254,7 @@ class _Running:
             holds = HOLDS[check.sense](value, limit)
             verdict = "pass" if holds else "fail"
             watch: Any = self._watch
-            # not getattr: an AttributeError within ``note`` is a bug, no lack of a note
+            # not getattr: an AttributeError within ``note`` is a bug, not a missing note
             reason = watch.note if hasattr(type(watch), "note") else ""
             if not math.isfinite(value):
                 reason = "not finite there"
@@ -282,13 +282,13 @@ def assert_conserves(
 ) -> Result:
     """Assert that no check fails; ``options`` are those of ``conservation``.
 
-    A limit can be given as a keyword, ``jellett=1e-9``; then the check must also have been
-    possible, and fails where it was skipped.
+    A limit can be given as a keyword, ``jellett=1e-9``; the assertion then also fails if this check
+    was skipped.
 
     Raises
     ------
     AssertionError
-        A check failed; one line for each says its time, value and limit.
+        A check failed; one line for each with its time, value and limit.
     InputError
         The trajectory cannot be used.
     """
@@ -296,12 +296,12 @@ def assert_conserves(
     demanded = {name: options.pop(name) for name in [*options] if name not in OPTIONS}
     result = conservation(trajectory, scene, limits={**(limits or {}), **demanded}, **options)
     lines = [finding.sentence() for finding in result.failures]
-    found = {finding.name: finding for finding in result.checks}
+    checks = {finding.name: finding for finding in result.checks}
     for name in demanded:
-        if name not in found:
+        if name not in checks:
             lines.append(f"{name}: a limit was given, but the check is of flight only")
-        elif found[name].verdict == "skipped":
-            reason = found[name].note
+        elif checks[name].verdict == "skipped":
+            reason = checks[name].note
             lines.append(f"{name}: a limit was given, but the check was skipped: {reason}")
     if lines:
         raise _failure(result, lines)
@@ -313,15 +313,15 @@ def assert_matches_golden(
 ) -> Result:
     """Assert that every column has ``digits`` correct digits at the golden times.
 
-    ``options`` are those of ``conservation``; with ``fresh`` the solution is computed at the
-    trajectory's own times where there is no golden row.
+    ``options`` are those of ``conservation``; with ``fresh`` the solution is computed at times
+    without a golden row.
 
     Raises
     ------
     AssertionError
-        It has fewer; the message names time and columns.
+        A column has fewer digits; the message names time and columns.
     InputError
-        The trajectory cannot be used, or there is nothing to compare it with.
+        The trajectory cannot be used, or there is no solution to compare it with.
     """
     __tracebackhide__ = True
     if digits is None:
@@ -329,8 +329,8 @@ def assert_matches_golden(
     result = conservation(trajectory, scene, digits=digits, **options)
     golden = result["golden"]
     if golden.verdict != "pass":
-        few = {name: found for name, found in golden.parts.items() if found < digits}
-        listed = ", ".join(f"{name} {found:.1f}" for name, found in few.items())
+        few = {name: correct for name, correct in golden.parts.items() if correct < digits}
+        listed = ", ".join(f"{name} {correct:.1f}" for name, correct in few.items())
         lines = [golden.sentence()]
         lines += [f"correct digits: {listed}"] if few else []
         lines.append(f"over time: {golden.history or 'nothing to compare'}")

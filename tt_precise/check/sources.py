@@ -159,14 +159,14 @@ def _number_of_text(text: str, strict: bool) -> float:
     try:
         if "_" in text or not text.isascii():  # float reads the digits of every script
             raise ValueError
-        found = float(text)
+        value = float(text)
     except ValueError:
         if strict or _is_complex(text):
             raise ValueError("a real number" if _is_complex(text) else "a number") from None
         return math.nan
-    if math.isinf(found) and text.lstrip("+-").lower() not in INFINITIES:
+    if math.isinf(value) and text.lstrip("+-").lower() not in INFINITIES:
         raise ValueError("a number within the range of a double")
-    return found
+    return value
 
 
 def _is_complex(text: str) -> bool:
@@ -223,13 +223,13 @@ def numbers_of(
             rounded = numpy.asarray(array, dtype=float)
         if array.dtype.itemsize <= 8 or not numpy.any(numpy.isinf(rounded) & ~numpy.isinf(array)):
             return rounded
-    found = numpy.empty(len(array))
+    numbers = numpy.empty(len(array))
     for row, value in enumerate(array):
         try:
-            found[row] = number(value, strict=strict)
+            numbers[row] = number(value, strict=strict)
         except ValueError as error:
             raise InputError(bad_cell(f"{where}: row {first + row}", name, value, error)) from None
-    return found
+    return numbers
 
 
 def bad_cell(place: str, name: str, value: object, error: ValueError) -> str:
@@ -356,7 +356,7 @@ class TextSource(RowSource):
     def _cell_by_cell(
         self, lines: Sequence[tuple[int, str]], names: Sequence[str], wanted: Sequence[str]
     ) -> numpy.ndarray:
-        found = numpy.empty((len(lines), len(names)))
+        table = numpy.empty((len(lines), len(names)))
         for row, (at, line) in enumerate(lines):
             split = self._split(line, at)
             if len(split) != len(self.names):
@@ -368,11 +368,11 @@ class TextSource(RowSource):
             cells = dict(zip(self.names, split, strict=True))
             for column, name in enumerate(names):
                 try:
-                    found[row, column] = number(cells[name], strict=name in wanted)
+                    table[row, column] = number(cells[name], strict=name in wanted)
                 except ValueError as error:
                     place = f"{self.where}: line {at}"
                     raise InputError(bad_cell(place, name, cells[name], error)) from None
-        return found
+        return table
 
     def _split(self, row: str, number: int) -> list[str]:
         try:

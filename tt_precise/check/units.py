@@ -219,11 +219,11 @@ def _refuse_other_units(setup: CheckSetup, rows: Samples, further: Mapping[str, 
         if changed is None or not names & changed.keys():
             continue
         otherwise = _misfits(setup, {**rows.given, **changed}, FIT)
-        found = _explained(as_given, otherwise, convention in further)
-        if found:
+        explained = _explained(as_given, otherwise, convention in further)
+        if explained:
             refusal = InputError(
-                f"{found} is off by {_percent(as_given[found])} of what the rows say, but only by "
-                f"{_percent(otherwise[found])} if {convention}; expected SI, convert it"
+                f"{explained} is off by {_percent(as_given[explained])} from the rows, but only by "
+                f"{_percent(otherwise[explained])} if {convention}; expected SI, convert it"
             )
             if otherwise.get(MOTION, 0.0) < FIT:
                 raise refusal
@@ -255,11 +255,11 @@ def _misfits(setup: CheckSetup, given: Columns, most: float = numpy.inf) -> dict
     How the axis turns, whether the contact point stays on the table and Jellett's integral hold for
     every force. The rest is not looked at where the contact point is off by ``most``.
     """
-    found = {}
+    misfits = {}
     if setup.columns.name == "rigid body" and setup.velocity_given and not setup.scene.lifts:
-        found[CONTACT] = _lift(setup, given)
-        if found[CONTACT] >= most:
-            return found
+        misfits[CONTACT] = _lift(setup, given)
+        if misfits[CONTACT] >= most:
+            return misfits
     known, whole = dict(given), setup.velocity_known and setup.own_force
     if not setup.velocity_given or not whole:
         known |= dict.fromkeys(setup.columns.velocity, numpy.zeros_like(given["t"]))
@@ -273,7 +273,7 @@ def _misfits(setup: CheckSetup, given: Columns, most: float = numpy.inf) -> dict
     parts = {JELLETT: float(drift), TURNING: _part(change[axis], mismatch[axis])}
     if whole:
         parts[MOTION] = _part(change, mismatch)
-    return found | {name: part for name, part in parts.items() if part is not None}
+    return misfits | {name: part for name, part in parts.items() if part is not None}
 
 
 def _part(change: numpy.ndarray, mismatch: numpy.ndarray) -> float | None:

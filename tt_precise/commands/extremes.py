@@ -70,7 +70,7 @@ def _table(records: list[CaseRecord], full: bool) -> None:
             continue
         table = Table(title=topic.capitalize(), title_justify="left", box=None, pad_edge=False)
         table.add_column("", no_wrap=True, min_width=4)
-        for heading, ratio in (("case", 4), ("expected", 5), ("found", 5)):
+        for heading, ratio in (("case", 4), ("expected", 5), ("observed", 5)):
             table.add_column(heading, ratio=ratio)
         for family in families(here):
             rows = (

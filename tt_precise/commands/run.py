@@ -188,7 +188,7 @@ def command(
     if formulation == "euler":
         recorded.add("phi")  # so that the end can be shown as vectors too
     wanted = listed(columns or "")
-    # found out now, not after a long integration
+    # refused now, not after a long integration
     require_apart({"--out": out, "--plot": plot, "--animate": animate}, scene)
     if plot is not None:
         from tt_precise.runtime.plotting import require_format
@@ -240,12 +240,12 @@ def command(
     if animate is not None:
         with progress_bar(f"drawing {loaded.name}") as progress:
             trajectory.animate(animate, progress=progress)
-    found = answers(trajectory)
-    options.emit(as_json, summary(trajectory, found), lines(trajectory, found))
+    outcome = answers(trajectory)
+    options.emit(as_json, summary(trajectory, outcome), lines(trajectory, outcome))
     return 0 if trajectory.status == "complete" else UNFINISHED
 
 
-def summary(trajectory: Trajectory, found: dict[str, Any]) -> RunRecord:
+def summary(trajectory: Trajectory, outcome: dict[str, Any]) -> RunRecord:
     """The JSON object of the command, with the ``answers``; numbers beyond a count are strings."""
     text, context = trajectory.precision.text, trajectory.precision.context
 
@@ -264,7 +264,7 @@ def summary(trajectory: Trajectory, found: dict[str, Any]) -> RunRecord:
         tolerance=short(trajectory.tolerance),
         status=cast(Any, trajectory.status),
         t_end=full(trajectory.t_end),
-        **found,
+        **outcome,
         steps=trajectory.steps,
         order=trajectory.order,
         state=trajectory.state.as_text(),
@@ -315,15 +315,17 @@ def _climbs(trajectory: Trajectory) -> ClimbsRecord | None:
         double = precision_named("double")
         run = run.again(precision=double, tolerance=0.0, events=NEEDED, record=())
     text, context = run.precision.text, run.precision.context
-    found = run.inversion
-    if found.equator is None:
+    inversion = run.inversion
+    if inversion.equator is None:
         return None
 
     def full(time: Scalar) -> str | None:
         return None if time is None else text(context.mpf(time))
 
-    climbs = [ClimbRecord(full(c.t_init), full(c.t_end)) for c in (found.A, found.B, found.C)]
-    return ClimbsRecord(run.precision.name, text(context.mpf(found.equator)), *climbs)
+    climbs = [
+        ClimbRecord(full(c.t_init), full(c.t_end)) for c in (inversion.A, inversion.B, inversion.C)
+    ]
+    return ClimbsRecord(run.precision.name, text(context.mpf(inversion.equator)), *climbs)
 
 
 def event_rows(trajectory: Trajectory) -> list[dict[str, Json]]:
@@ -348,7 +350,7 @@ def event_rows(trajectory: Trajectory) -> list[dict[str, Json]]:
     ]
 
 
-def lines(trajectory: Trajectory, found: dict[str, Any]) -> list[str]:
+def lines(trajectory: Trajectory, outcome: dict[str, Any]) -> list[str]:
     """What a person reads: how it ended, the ``answers``, where, how well."""
     context = trajectory.precision.context
 
@@ -360,7 +362,7 @@ def lines(trajectory: Trajectory, found: dict[str, Any]) -> list[str]:
         f"{trajectory.scene.name}: {trajectory.status} at t = {trajectory.shown_end} s "
         f"({trajectory.precision.name}, tolerance {short(trajectory.tolerance)}, "
         f"{trajectory.formulation}, {trajectory.steps} steps)",
-        *_told(found),
+        *_told(outcome),
         *(f"  {line}" for line in str(state).splitlines()[1:]),  # without its time
         f"  digits of the worst entry: {digits:.1f}",
         *(f"  drift of {name}: {short(value)}" for name, value in trajectory.drift.items()),
@@ -374,14 +376,14 @@ def lines(trajectory: Trajectory, found: dict[str, Any]) -> list[str]:
     return shown
 
 
-def _told(found: dict[str, Any]) -> list[str]:
+def _told(outcome: dict[str, Any]) -> list[str]:
     """What became of the top, in a few lines."""
 
     def seconds(time: str | None) -> str:
         return "none" if time is None else f"{float(time):.9g} s"
 
-    climb, smallest, stretches = found["climb"], found["smallest_g_n"], found["stretches"]
-    shown = [f"  inverted: {'yes' if found['inverted'] else 'no'}"]
+    climb, smallest, stretches = outcome["climb"], outcome["smallest_g_n"], outcome["stretches"]
+    shown = [f"  inverted: {'yes' if outcome['inverted'] else 'no'}"]
     if climb is not None:
         shown[0] += f"; theta = pi/2 at {seconds(climb.equator)}"
         shown += [
@@ -389,7 +391,7 @@ def _told(found: dict[str, Any]) -> list[str]:
             for name, one in (("A", climb.A), ("B", climb.B), ("C", climb.C))
         ]
     if smallest is not None:
-        lost = found["contact_lost"]
+        lost = outcome["contact_lost"]
         how = "kept" if lost is None else f"lost at {seconds(lost)}"
         shown.append(
             f"  contact: {how}; smallest g_n at a sample "

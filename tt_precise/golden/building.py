@@ -94,7 +94,7 @@ class Built:
 def finished_runs(place: Path | None = None) -> Records:
     """Runs of a build that was interrupted, by default in the user's cache folder.
 
-    A run is found again only for the same task, code and versions.
+    A stored run is used only for the same task, code and versions.
     """
     made_by = [versions(), source_hash(*CODE)]
     return Records(place, made_by) if place else Records.of_user("golden-runs", made_by)
@@ -102,12 +102,12 @@ def finished_runs(place: Path | None = None) -> Records:
 
 def run_of(task: Task, finished: Records) -> Run:
     """The run of ``task``: the one that was finished, or a new one."""
-    found = finished.get(task.name, asdict(task))
+    stored = finished.get(task.name, asdict(task))
     try:
         for name in ("trajectory", "events"):
-            rows = tuple(map(tuple, found[name]["rows"]))
-            found[name] = Table(tuple(found[name]["columns"]), rows)
-        return Run(**{**found, "suspects": tuple(found["suspects"])})
+            rows = tuple(map(tuple, stored[name]["rows"]))
+            stored[name] = Table(tuple(stored[name]["columns"]), rows)
+        return Run(**{**stored, "suspects": tuple(stored["suspects"])})
     except UNREADABLE:  # none, or not one of these
         run = perform(task)
         finished.put(task.name, asdict(task), asdict(run))
@@ -230,7 +230,7 @@ def _settle(
     constant = constancies(scene, consensus.trajectory)
     content = compose(scene, consensus, runs, constant, history)
     # a proof stays in the folder; whether it is one of the new digits, the proof itself says
-    # (a spoiled one has no hash to record, and is found when the data are read)
+    # (a damaged proof has no hash to record; reading the data reports it)
     content = store.with_proof(content, store.proof_hash(place / scene.name) or None)
     files = {
         SCENE: scene.text,
@@ -329,8 +329,8 @@ def derive(scene: Scene, trajectory: Table, events: Table) -> dict[str, Json]:
 def versions() -> dict[str, str]:
     """Versions of everything that takes part in making a digit."""
     packages = ("tt-precise", "heyoka", "mpmath")
-    found = {name: importlib.metadata.version(name) for name in packages}
-    return {**found, "python": platform.python_version()}
+    installed = {name: importlib.metadata.version(name) for name in packages}
+    return {**installed, "python": platform.python_version()}
 
 
 def _table(table: Table, scales: dict[str, Decimal]) -> dict[str, Json]:
@@ -383,7 +383,7 @@ def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
     context.dps = WORKING_DIGITS
     wide = mpfr_of(context)
     kind: Any = LiftedState if scene.lifts else NewtonState
-    found = []
+    results = []
     with wide.precision():
         body = scene.body.numbers(lambda value: wide.number(to_mpmath(value, context)))
         entries = [wide.of_texts(trajectory.column(name)) for name in kind._fields]
@@ -393,9 +393,9 @@ def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
         )
         for integral in conserved(scene.model, scene.body):
             drifts = list(map(wide.back, drift(integral, [first, rows])[1]))
-            found.append(_constancy(integral.name, drifts, context))
+            results.append(_constancy(integral.name, drifts, context))
     by_angles = _jellett_euler(scene, trajectory)
-    return [*found, by_angles] if by_angles else found
+    return [*results, by_angles] if by_angles else results
 
 
 def _jellett_euler(scene: Scene, trajectory: Table) -> Constancy | None:

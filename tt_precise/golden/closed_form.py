@@ -69,8 +69,8 @@ def _flight(scene: Scene) -> Run:
     flown, names = ClosedFlight(scene, context), columns(scene)
 
     def cells(t: Scalar) -> Row:
-        found = {"t": t, **flown.at(t)}
-        return tuple(str(context.nstr(found[name], DECIMALS)) for name in names)
+        values = {"t": t, **flown.at(t)}
+        return tuple(str(context.nstr(values[name], DECIMALS)) for name in names)
 
     down = flown.landing()
     end = flown.horizon if down is None else down
@@ -156,8 +156,8 @@ class ClosedFlight:
             if abs(cosine) < 1:
                 phase = self.fn.acos(cosine)  # there k.z falls, and at -phase it rises
                 turning += [(phase, name, -sign), (-phase, name, sign)]
-        found = [(t, name, sign) for phase, name, sign in turning for t in self._times(phase, end)]
-        return sorted(found) if self.swing else []
+        events = [(t, name, sign) for phase, name, sign in turning for t in self._times(phase, end)]
+        return sorted(events) if self.swing else []
 
     def _times(self, phase: Scalar, end: Scalar) -> Iterator[Scalar]:
         turn = 2 * self.fn.pi

@@ -115,19 +115,19 @@ def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None
         (i for i, time in enumerate(numbers["t"]) if time is not None),
         key=lambda i: numbers["t"][i] or 0,
     )
-    found = golden.measure(
+    measured = golden.measure(
         _floats(numbers["t"][i] for i in order),
         {name: _floats(numbers[name][i] for i in order) for name in names},
         lambda row, wanted: [numbers[name][order[row]] for name in wanted],
     )
-    if not found.compared.any():
+    if not measured.compared.any():
         first, last = golden.times[0], golden.times[-1]
         raise InputError(
             f"t: got no time of the golden data, expected times between {first:g} and {last:g} s"
         )
     fewest = FewestDigits()
-    fewest.add(found)
-    over_time = pandas.DataFrame({"t": found.t, **found.digits()})[found.compared]
+    fewest.add(measured)
+    over_time = pandas.DataFrame({"t": measured.t, **measured.digits()})[measured.compared]
     return Comparison(
         stored.name,
         pandas.Series(fewest.digits, dtype=float).reindex(names),

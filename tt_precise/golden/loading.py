@@ -69,8 +69,8 @@ def load(
     stored = read_whole(scene, folder)
     frame = GoldenFrame(_columns(stored.trajectory, numbers))
     if pose:
-        found = pose_columns(stored.scene, stored.trajectory, in_full=numbers != "float")
-        for name, cells in found.items():
+        poses = pose_columns(stored.scene, stored.trajectory, in_full=numbers != "float")
+        for name, cells in poses.items():
             frame[name] = _converted(name, cells, numbers)
     frame.events = pandas.DataFrame(_columns(stored.events, numbers))
     frame.manifest = deepcopy(stored.manifest)  # the other one is cached
@@ -95,13 +95,13 @@ def pose_columns(scene: Scene, table: Table, *, in_full: bool) -> dict[str, tupl
     precision, bits = ("mp", BITS) if in_full else ("quad", None)
     run = integrate(scene, precision, bits=bits, events=(), record=RECORDABLE)
     times = [Fraction(cell) for cell in table.column("t")]
-    found = run.frame(*VECTOR_COLUMNS, "pose", times=times, numbers="exact")
+    poses = run.frame(*VECTOR_COLUMNS, "pose", times=times, numbers="exact")
     context = run.precision.context
     for name in VECTOR_COLUMNS:
         published = [context.mpf(cell) for cell in table.column(name)]
         scale = max(map(abs, published))
         bound = scale * context.mpf(10) ** (1 - digits)
-        off = [abs(a - b) for a, b in zip(found[name], published, strict=True)]
+        off = [abs(a - b) for a, b in zip(poses[name], published, strict=True)]
         # NaN is neither above the bound nor within it, and ``max`` may pass it over
         beyond = [one for one in off if not (one <= bound and context.isfinite(one))]
         if beyond:
@@ -112,7 +112,7 @@ def pose_columns(scene: Scene, table: Table, *, in_full: bool) -> dict[str, tupl
                 "`tt-precise golden verify` says which is wrong"
             )
     return {
-        name: tuple(context.nstr(value, digits, min_fixed=0, max_fixed=0) for value in found[name])
+        name: tuple(context.nstr(value, digits, min_fixed=0, max_fixed=0) for value in poses[name])
         for name in Pose._fields
     }
 

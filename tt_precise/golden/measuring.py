@@ -64,10 +64,10 @@ class Measured:
 
     def worst(self) -> numpy.ndarray:
         """The largest error of each row that is not within its bound; 0 where all are."""
-        found = numpy.zeros(len(self.t))
+        worst = numpy.zeros(len(self.t))
         for name, errors in self.errors.items():
-            found = numpy.fmax(found, numpy.where(errors > self.bounds[name], errors, 0.0))
-        return found
+            worst = numpy.fmax(worst, numpy.where(errors > self.bounds[name], errors, 0.0))
+        return worst
 
     def digits(self) -> dict[str, numpy.ndarray]:
         """Correct digits of every entry; where its error is within the bound, at least so many."""
@@ -141,31 +141,31 @@ class TrueRows:
         names = [name for name in values if name in self._cells]
         nearest, delays = self._nearest(t)
         here = abs(delays) <= SAME_TIME * abs(t)
-        found = _nothing_measured(t, names, here)
-        found.start[:] = here & (nearest == 0)
+        measured = _nothing_measured(t, names, here)
+        measured.start[:] = here & (nearest == 0)
         at = numpy.flatnonzero(here)
         between = numpy.flatnonzero(~here & (t > 0) & (t <= self.times[-1] * (1 + LIFT_OFF)))
         with numpy.errstate(all="ignore"):  # what is no number has an infinite error
-            self._measure_here(found, at, nearest, values, exactly, largest_only)
+            self._measure_here(measured, at, nearest, values, exactly, largest_only)
             if len(between):
-                self._measure_between(found, between, nearest, delays, values, resolved)
+                self._measure_between(measured, between, nearest, delays, values, resolved)
             if self.times[-1] < float(self._scene.until):
                 agreeing = resolved * 10**SPARE_DIGITS
-                at_end = (nearest == len(self.times) - 1) & ~found.compared
+                at_end = (nearest == len(self.times) - 1) & ~measured.compared
                 at_end &= abs(delays) <= agreeing * self.times[-1]
                 at = numpy.flatnonzero(at_end)
                 ended = _nothing_measured(t, names, at_end)
                 self._measure_here(ended, at, nearest, values, exactly, largest_only)
                 at = at[ended.worst()[at] <= agreeing]
                 for name in names:
-                    found.errors[name][at] = ended.errors[name][at]
-                    found.bounds[name][at] = ended.bounds[name][at]
-                found.compared[at] = True
-        return found
+                    measured.errors[name][at] = ended.errors[name][at]
+                    measured.bounds[name][at] = ended.bounds[name][at]
+                measured.compared[at] = True
+        return measured
 
     def _measure_here(
         self,
-        found: Measured,
+        measured: Measured,
         here: numpy.ndarray,
         nearest: numpy.ndarray,
         values: Mapping[str, numpy.ndarray],
@@ -174,12 +174,12 @@ class TrueRows:
     ) -> None:
         rows = nearest[here]
         close: dict[int, list[str]] = {}
-        for name, errors in found.errors.items():
+        for name, errors in measured.errors.items():
             given, true = values[name][here], self._numbers[name][rows]
             error = abs(turned_back(name, given - true)) / self._sizes[name][rows]
             defined = ~numpy.isnan(true)
             errors[here] = numpy.where(defined & numpy.isnan(error), numpy.inf, error)
-            found.bounds[name][here] = numpy.where(defined, 0.0, numpy.nan)
+            measured.bounds[name][here] = numpy.where(defined, 0.0, numpy.nan)
             # what rounding to double may have to do with is looked at in decimals
             rounded = numpy.isclose(given, true, rtol=FAR * EPS, atol=0)
             if largest_only:
@@ -191,23 +191,23 @@ class TrueRows:
                 close.setdefault(at, []).append(name)
         for at, names in close.items():
             for name, given in zip(names, exactly(at, names), strict=True):
-                found.errors[name][at] = self._exact_error(name, int(nearest[at]), given)
+                measured.errors[name][at] = self._exact_error(name, int(nearest[at]), given)
 
     def _measure_between(
         self,
-        found: Measured,
+        measured: Measured,
         between: numpy.ndarray,
         nearest: numpy.ndarray,
         delays: numpy.ndarray,
         values: Mapping[str, numpy.ndarray],
         resolved: float,
     ) -> None:
-        rows, rounding = nearest[between], EPS * abs(found.t[between])
+        rows, rounding = nearest[between], EPS * abs(measured.t[between])
         carried = self._carrier.carry(rows, delays[between], rounding)
         whole = numpy.zeros(len(between), bool)
         lost = numpy.zeros(len(between), bool)
         fastest = abs(delays[between]) * self._fastest[rows]
-        for name in found.errors:
+        for name in measured.errors:
             size, true = self._sizes[name][rows], self._numbers[name][rows]
             bound = numpy.where(numpy.isnan(true), numpy.nan, fastest)
             if name in carried.values:
@@ -220,11 +220,11 @@ class TrueRows:
             error = numpy.where(numpy.isnan(error), numpy.inf, error)
             # what is certainly wrong counts, however little the row can be held to
             certain = numpy.where(numpy.isfinite(bound), numpy.fmax(error - bound, 0), numpy.nan)
-            found.errors[name][between] = numpy.where(fine, error, certain)
-            found.bounds[name][between] = numpy.where(fine, bound, 0 * certain)
+            measured.errors[name][between] = numpy.where(fine, error, certain)
+            measured.bounds[name][between] = numpy.where(fine, bound, 0 * certain)
             whole |= fine
             lost |= ~fine & numpy.isfinite(true)
-        found.compared[between] = whole & ~lost
+        measured.compared[between] = whole & ~lost
 
     def _nearest(self, t: numpy.ndarray) -> tuple[numpy.ndarray, numpy.ndarray]:
         times = self.times
@@ -287,10 +287,10 @@ class FewestDigits:
     _worst: float = -1.0
     _columns: dict[str, _Column] = field(default_factory=dict)
 
-    def add(self, found: Measured) -> None:
-        self.rows += int(found.compared.sum())
-        for name, errors in found.errors.items():
-            bounds, there = found.bounds[name], ~numpy.isnan(errors)
+    def add(self, measured: Measured) -> None:
+        self.rows += int(measured.compared.sum())
+        for name, errors in measured.errors.items():
+            bounds, there = measured.bounds[name], ~numpy.isnan(errors)
             if not there.any():
                 continue
             column = self._columns.setdefault(name, _Column())
@@ -298,14 +298,16 @@ class FewestDigits:
             error = numpy.max(errors, where=own, initial=column.error)
             bound = numpy.max(bounds, where=there & ~own, initial=column.bound)
             column.error, column.bound = float(error), float(bound)
-        exact = [bounds == 0 for bounds in found.bounds.values()]
+        exact = [bounds == 0 for bounds in measured.bounds.values()]
         if exact:
-            self.exactly += int((numpy.any(exact, axis=0) & found.compared & ~found.start).sum())
-        worst = found.worst()
-        if found.compared.any():
-            row = int(numpy.argmax(numpy.where(found.compared, worst, -1.0)))
+            self.exactly += int(
+                (numpy.any(exact, axis=0) & measured.compared & ~measured.start).sum()
+            )
+        worst = measured.worst()
+        if measured.compared.any():
+            row = int(numpy.argmax(numpy.where(measured.compared, worst, -1.0)))
             if worst[row] > self._worst:
-                self._worst, self.at = float(worst[row]), float(found.t[row])
+                self._worst, self.at = float(worst[row]), float(measured.t[row])
 
     @property
     def digits(self) -> dict[str, float]:
@@ -347,15 +349,15 @@ class Carrier:
         """Shape (rows, terms, entries): a matrix for each row."""
 
         def rates(entries: tuple[Scalar, ...]) -> Sequence[Scalar]:
-            found: Sequence[Scalar] = self._form.rates(
+            series: Sequence[Scalar] = self._form.rates(
                 self._body, self._form.State(*entries), SeriesFunctions(numpy)
             )
-            return found
+            return series
 
         width = len(self._form.columns)
         with numpy.errstate(all="ignore"):
-            found = coefficients(rates, self._start[:width], ORDER)
-        return numpy.ascontiguousarray(found.transpose(2, 1, 0))
+            series = coefficients(rates, self._start[:width], ORDER)
+        return numpy.ascontiguousarray(series.transpose(2, 1, 0))
 
     @cached_property
     def _scales(self) -> numpy.ndarray:
@@ -429,14 +431,14 @@ class Carrier:
             return numpy.array(euler_from_vectors(self._body, state, numpy))
 
         with numpy.errstate(all="ignore"):
-            found = angles(values)
-            spread = ROUNDINGS * abs(found)
+            columns = angles(values)
+            spread = ROUNDINGS * abs(columns)
             for entry, bound in enumerate(bounds):
                 moved = values.copy()
                 moved[entry] += bound
-                spread += abs(angles(moved) - found)
+                spread += abs(angles(moved) - columns)
         names = EulerState._fields
-        return dict(zip(names, found, strict=True)), dict(zip(names, spread, strict=True))
+        return dict(zip(names, columns, strict=True)), dict(zip(names, spread, strict=True))
 
 
 def _stretches(rows: numpy.ndarray) -> Iterator[slice]:

@@ -275,27 +275,27 @@ def complaints(stored: Stored, record: Record, *, rows: bool = True) -> list[str
 
     Without ``rows`` the single numbers are left out, which takes most of the time.
     """
-    found = list(_damage(stored, record))
-    if found:
-        return found
+    problems = list(_damage(stored, record))
+    if problems:
+        return problems
     again = f"; run `tt-precise golden certify {stored.name}`"
-    found = [
+    problems = [
         f"{file}: not the table that was proved{again}"
         for file in ENCLOSURES
         if record.content[file]["sha256"] != stored.table(file).sha256
     ]
     try:
-        found += _counts(stored, record)
+        problems += _counts(stored, record)
         if rows:
-            found += _shapes(stored, record)
+            problems += _shapes(stored, record)
             for file in ENCLOSURES:
-                found += _excluded(stored, record, file)
-            if not found:
-                found += _times(stored, record)
-                found += _contact(stored, record)
+                problems += _excluded(stored, record, file)
+            if not problems:
+                problems += _times(stored, record)
+                problems += _contact(stored, record)
     except (ArithmeticError, ValueError, KeyError, IndexError) as error:
-        found.append(f"{PROOF}: cannot be checked ({type(error).__name__}: {error})")
-    return found
+        problems.append(f"{PROOF}: cannot be checked ({type(error).__name__}: {error})")
+    return problems
 
 
 def _damage(stored: Stored, record: Record) -> Iterator[str]:
@@ -364,15 +364,15 @@ def _shapes(stored: Stored, record: Record) -> Iterator[str]:
 
 def _excluded(stored: Stored, record: Record, file: str) -> Iterator[str]:
     """Printed entries that their enclosure excludes."""
-    printed, balls, found = stored.table(file), record.balls(file), []
+    printed, balls, problems = stored.table(file), record.balls(file), []
     for name in balls.columns:
         pairs = zip(printed.column(name), balls.column(name), strict=False)
-        found += [
+        problems += [
             (line, f"{file}, line {line}, {name}: excluded by its enclosure")
             for line, pair in enumerate(pairs, start=2)
             if excludes(*pair, stored.scales[name])
         ]
-    yield from (said for _, said in sorted(found)[:FEW])
+    yield from (said for _, said in sorted(problems)[:FEW])
 
 
 def excludes(text: str, ball: str, scale: Decimal) -> bool:
@@ -416,11 +416,11 @@ def _times(stored: Stored, record: Record) -> Iterator[str]:
         if stated.get("equator") is None:
             yield f"{PROOF}: no climb, by a proof that ends early"
         return
-    found = inversion(stored, record)
-    moments = {"equator": (stated.get("equator"), found.equator)}
+    climb = inversion(stored, record)
+    moments = {"equator": (stated.get("equator"), climb.equator)}
     for name in "ABC":
         for which in ("t_init", "t_end"):
-            own = getattr(getattr(found, name), which)
+            own = getattr(getattr(climb, name), which)
             moments[f"{name}, {which}"] = stated.get(name, {}).get(which), own
     for name, (ball, derived) in moments.items():
         if (ball is None) != (derived is None):
@@ -444,11 +444,11 @@ def inversion(stored: Stored, record: Record) -> InversionTimes:
         return [one["t"] for one in events.get(name, [])]
 
     def turns(name: str) -> Turns:
-        found = events.get(name, [])
+        turning = events.get(name, [])
         return Turns(
             times(name),
-            [one["theta"] for one in found],
-            [sign * one["phi_dot"] for one in found],
+            [one["theta"] for one in turning],
+            [sign * one["phi_dot"] for one in turning],
         )
 
     marks = InversionEvents(
@@ -467,12 +467,12 @@ def proved_events(
     stored: Stored, record: Record, names: Container[str] | None = None
 ) -> dict[str, list[Event]]:
     """The enclosed events by name, in order of time, with all columns or those of ``names``."""
-    found: dict[str, list[Event]] = {}
+    events: dict[str, list[Event]] = {}
     for position, row in enumerate(stored.events.rows):
         event = enclosed(stored, record, EVENTS, position, names)
         event["direction"] = Interval.of(int(row[2]))
-        found.setdefault(row[0], []).append(event)
-    return found
+        events.setdefault(row[0], []).append(event)
+    return events
 
 
 def _contact(stored: Stored, record: Record) -> Iterator[str]:
@@ -558,11 +558,11 @@ def summary(stored: Stored, folder: Path | None = None) -> dict[str, Json] | Non
         return {"problem": str(error)}
     if record is None:
         return None
-    found = [
+    problems = [
         *misprinted(TRAJECTORY, stored.trajectory),
         *misprinted(EVENTS, stored.events),
     ] or complaints(stored, record, rows=False)
-    return {"problem": found[0]} if found else record.summary
+    return {"problem": problems[0]} if problems else record.summary
 
 
 def established(scene: Scene, folder: Path | None = None) -> tuple[Established | None, str]:

@@ -91,13 +91,13 @@ class Run:
 def tasks(scene: Scene, bits: tuple[int, int]) -> list[Task]:
     """The computations whose agreement is the evidence, the one to be published first."""
     low, high = bits
-    found = [
+    wanted = [
         Task(scene.name, scene.text, "mp", high, "newton"),
         Task(scene.name, scene.text, "mp", low, "newton"),
     ]
     if not scene.start.theta.at_pole:
-        found.append(Task(scene.name, scene.text, "mp", low, "euler"))
-    return found
+        wanted.append(Task(scene.name, scene.text, "mp", low, "euler"))
+    return wanted
 
 
 def columns(scene: Scene) -> tuple[str, ...]:
@@ -145,16 +145,16 @@ def _text(value: Scalar) -> str:
 
 def events_table(trajectory: Trajectory, names: Sequence[str]) -> Table:
     """Columns name, t, direction and the state ``names[1:]`` of each event."""
-    precision, found = trajectory.precision, trajectory.event_table(names[1:])
+    precision, table = trajectory.precision, trajectory.event_table(names[1:])
     wide = precision.mpfr
 
     def texts(name: str) -> list[str]:
-        return [text or "" for text in wide.texts(wide.array(found[name]), precision.decimals)]
+        return [text or "" for text in wide.texts(wide.array(table[name]), precision.decimals)]
 
     with wide.precision():
         times, states = texts("t"), {name: texts(name) for name in names[1:]}
-    directions = [str(int(direction)) for direction in found["direction"]]
-    return Table.of_columns({"name": found["name"], "t": times, "direction": directions, **states})
+    directions = [str(int(direction)) for direction in table["direction"]]
+    return Table.of_columns({"name": table["name"], "t": times, "direction": directions, **states})
 
 
 SAME_TIME = Decimal("1e-30")  # relative; events this close are one instant, listed by name
@@ -279,13 +279,13 @@ def _rows(run: Run) -> list[Cells]:
 
 def ordered_events(run: Run) -> list[Event]:
     """Events in order of time, simultaneous ones in the catalogue's order; with the terminal."""
-    found: list[Event] = [
+    events: list[Event] = [
         (name, int(direction), (t, *state)) for name, t, direction, *state in run.events.rows
     ]
     if run.status not in ("complete", "pole"):
-        found.append((run.status, TERMINAL_DIRECTION, run.trajectory.rows[-1]))
+        events.append((run.status, TERMINAL_DIRECTION, run.trajectory.rows[-1]))
     ordered: list[Event] = []
-    for event in sorted(found, key=lambda one: Decimal(one[2][0])):
+    for event in sorted(events, key=lambda one: Decimal(one[2][0])):
         position = len(ordered)
         while position and _before_at_once(event, ordered[position - 1]):
             position -= 1
@@ -299,20 +299,20 @@ def _before_at_once(event: Event, other: Event) -> bool:
 
 
 def _require_same_events(scene: Scene, runs: Sequence[Run], lists: Sequence[list[Event]]) -> None:
-    for run, found in zip(runs[1:], lists[1:], strict=True):
+    for run, events in zip(runs[1:], lists[1:], strict=True):
         expected = lists[0]
         if run.status == "pole":
-            expected = expected[: len(found)]
-        for mine, other in zip(expected, found, strict=False):
+            expected = expected[: len(events)]
+        for mine, other in zip(expected, events, strict=False):
             if mine[:2] != other[:2]:
                 raise ArithmeticError(
                     f"{scene.name}: {runs[0].label} has {mine[0]} ({mine[1]:+d}) at "
                     f"{float(mine[2][0]):.9g} s, where {run.label} has {other[0]} "
                     f"({other[1]:+d}) at {float(other[2][0]):.9g} s"
                 )
-        if len(expected) != len(found):
+        if len(expected) != len(events):
             counts = Counter(e[0] for e in expected)
-            counts.subtract(e[0] for e in found)
+            counts.subtract(e[0] for e in events)
             raise ArithmeticError(
                 f"{scene.name}: {runs[0].label} and {run.label} differ in the number of events: "
                 + ", ".join(f"{name} by {n}" for name, n in counts.items() if n)

@@ -95,14 +95,14 @@ def some(names: Iterable[str], folder: Folder = None) -> list[str]:
     InputError
         There are none.
     """
-    found = list(names)
-    if not found:
+    chosen = list(names)
+    if not chosen:
         place = home() if folder is None else Path(folder)
         raise InputError(
             f"golden data: got none in {place}, expected the folder of a scene; "
             "`tt-precise golden build` makes it"
         )
-    return found
+    return chosen
 
 
 def is_name(name: str) -> bool:
@@ -148,13 +148,13 @@ def require(scene: str | Path, folder: Folder = None) -> Located:
         There are none.
     """
     try:
-        found = locate(scene, folder)
+        place = locate(scene, folder)
     except InputError:
-        found = None
-    if found is None or not (found.path / MANIFEST).is_file():
+        place = None
+    if place is None or not (place.path / MANIFEST).is_file():
         known = ", ".join(scenes(folder)) or "none yet; `tt-precise golden build` makes it"
         raise InputError(f"golden data: got {str(scene)[:60]!r}, expected one of: {known}")
-    return found
+    return place
 
 
 @dataclass(frozen=True)
@@ -215,8 +215,8 @@ def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
     InputError
         There are no such data, or they are not what was built.
     """
-    found = require(scene, folder)
-    return _whole(found.path.absolute(), _text(found.path / MANIFEST))
+    place = require(scene, folder)
+    return _whole(place.path.absolute(), _text(place.path / MANIFEST))
 
 
 @lru_cache(maxsize=64)
@@ -320,13 +320,13 @@ def _json_hash(content: Json) -> str:
 def changed_files(stored: Stored) -> list[str]:
     """Which files are not those that were built, by their hashes."""
     manifest = stored.manifest
-    found = {
+    hashes = {
         SCENE: scene_sha256(stored.scene_text),
         TRAJECTORY: stored.trajectory.sha256,
         EVENTS: stored.events.sha256,
     }
     changed = [
-        file for file, sha256 in found.items() if sha256 != manifest["files"][file]["sha256"]
+        file for file, sha256 in hashes.items() if sha256 != manifest["files"][file]["sha256"]
     ]
     return changed if self_hash(manifest) == manifest[MANIFEST_HASH] else [*changed, MANIFEST]
 
@@ -369,22 +369,22 @@ def proof_hash(place: Path) -> str | None:
         content = read_json(path, "a proof")
     except InputError:
         return ""
-    found = self_hash(content, PROOF_HASH)
-    return found if found == content.get(PROOF_HASH) else ""
+    digest = self_hash(content, PROOF_HASH)
+    return digest if digest == content.get(PROOF_HASH) else ""
 
 
 def missing_proof(stored: Stored) -> list[str]:
     """Whether the proof that the manifest records, or the package knows of, is there."""
     recorded = stored.manifest.get(PROOF_HASH)
-    found = proof_hash(stored.folder / stored.name)
+    digest = proof_hash(stored.folder / stored.name)
     again = f"run `tt-precise golden certify {stored.name}`"
-    if found == "":
+    if digest == "":
         return [f"{PROOF}: spoiled, its own hash does not fit; {again}"]
     shipped = stored.folder.resolve() == home().resolve() and stored.name in PROVED
-    if found is None and (recorded or shipped):
+    if digest is None and (recorded or shipped):
         knows = f"{MANIFEST} records" if recorded else "the package knows of"
         return [f"{PROOF}: missing, but {knows} a proof of these digits"]
-    if found != recorded:
+    if digest != recorded:
         return [f"{PROOF}: not the one that {MANIFEST} records; {again}"]
     return []
 

@@ -75,7 +75,7 @@ class WorstEntry(NamedTuple):
 
 @dataclass(frozen=True)
 class Verification:
-    """What was found of one scene.
+    """The result for one scene.
 
     ``problems`` are empty if all is well. ``digits_proved`` are those of the proof that lies beside
     the data, None if there is none. ``digits_found`` is the fewest digits that the fresh
@@ -117,13 +117,13 @@ def verify(
     """
     located = {one.name: one.folder for one in _asked_for(scenes, folder)}
     calls = [Call(name, (name, located[name])) for name in store.some(located, folder)]
-    found: dict[str, Verification] = {}
+    verified: dict[str, Verification] = {}
     with local_pool(workers) as pool:
         for call, result in pool.perform(verify_scene, calls, progress):
             if isinstance(result, Failure):
                 raise result.error
-            found[call.key] = result
-    return [found[name] for name in located]
+            verified[call.key] = result
+    return [verified[name] for name in located]
 
 
 def verify_scene(name: str, folder: Path) -> Verification:
@@ -141,21 +141,21 @@ def verify_scene(name: str, folder: Path) -> Verification:
         runs = [perform(task)]
         if task.precision == FINE:
             runs.append(perform(_rough(stored, "double-double")))
-        found = judge(stored, problems, [*runs, double], rough)
-        digits = found.digits_found
+        verification = judge(stored, problems, [*runs, double], rough)
+        digits = verification.digits_found
         bits = None
         if digits is not None and digits < FRESH_DIGITS:
             bits = bits_needed(digits, runs[0].bits)
         if bits is None:
-            return replace(found, digits_proved=proved)
+            return replace(verification, digits_proved=proved)
 
 
 def _asked_for(scenes: Iterable[str | Path] | None, folder: Folder) -> list[Located]:
     """Where the data are. All there are means every folder, readable or not, and those known."""
     if scenes is not None:
-        found = [store.locate(scene, folder) for scene in scenes]
-        missing = [one for one in found if not one.path.is_dir()]
-        return found if not missing else [store.require(missing[0].name, folder)]
+        places = [store.locate(scene, folder) for scene in scenes]
+        missing = [one for one in places if not one.path.is_dir()]
+        return places if not missing else [store.require(missing[0].name, folder)]
     place = store.home() if folder is None else Path(folder)
     names = {entry.name for entry in place.iterdir() if entry.is_dir()} if place.is_dir() else set()
     if place.resolve() == store.home().resolve():
@@ -186,27 +186,27 @@ def judge(
     is worst, if that is known.
     """
     finer, double, telling = runs[0], runs[-1], runs[-2]
-    found = list(problems)
+    complaints = list(problems)
     status = stored.manifest["status"]
     if finer.status != status:
-        found.append(f"status: {finer.label} ends {finer.status}, the manifest says {status}")
-    worst = list(_compared(stored, TRAJECTORY, finer.trajectory, found))
-    worst += _compared(stored, EVENTS, _events_table(finer), found)
-    found += [
+        complaints.append(f"status: {finer.label} ends {finer.status}, the manifest says {status}")
+    worst = list(_compared(stored, TRAJECTORY, finer.trajectory, complaints))
+    worst += _compared(stored, EVENTS, _events_table(finer), complaints)
+    complaints += [
         f"{one}: {finer.label} agrees to {one.digits:.1f} digits, expected {FRESH_DIGITS}"
         for one in worst
         if one.digits < FRESH_DIGITS
     ]
     digits = min((one.digits for one in worst), default=None)
     if digits is None:
-        found.append(f"{finer.label}: no entry could be compared, expected all of them")
+        complaints.append(f"{finer.label}: no entry could be compared, expected all of them")
     rough, shown = roughly or _worst(stored, double), _worst(stored, telling)
     if shown is not None and rough is not None:
         left = shown.digits if telling is not finer or digits is None else digits
         lost = telling.bits * DIGITS_PER_BIT - left
         expected = double.bits * DIGITS_PER_BIT - lost - DOUBLE_MARGIN
         if rough.digits < expected:
-            found.append(
+            complaints.append(
                 f"{rough}: double agrees to {rough.digits:.1f} digits, expected {expected:.1f}, "
                 f"as {telling.label} lost {lost:.1f}"
             )
@@ -216,7 +216,7 @@ def judge(
         digits,
         finer.label,
         rough.digits if rough else None,
-        tuple(found),
+        tuple(complaints),
     )
 
 
@@ -229,8 +229,8 @@ def _proved(name: str, folder: Path) -> int | None:
 
 
 def _worst(stored: Stored, run: Run) -> WorstEntry | None:
-    found = _compared(stored, TRAJECTORY, run.trajectory, [])
-    return min(found, key=lambda one: one.digits, default=None)
+    compared = _compared(stored, TRAJECTORY, run.trajectory, [])
+    return min(compared, key=lambda one: one.digits, default=None)
 
 
 def _fine(stored: Stored, bits: int | None) -> Task:
@@ -273,15 +273,15 @@ def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> l
         if name in ("name", "direction"):
             continue
         cells = golden.column(name)
-        found = fresh.column(name)
-        both = enumerate(zip(found, cells, strict=False))
+        values = fresh.column(name)
+        both = enumerate(zip(values, cells, strict=False))
         blank = [row for row, (mine, cell) in both if mine and not cell]
         wrongly = next((row for row in blank if not _at_pole(golden, row)), None)
         if wrongly is not None:
             line = f"{file}, line {wrongly + 2}, {name}"
             problems.append(f"{line}: is empty, a fresh computation has a number")
-        if any(cells[: len(found)]):
-            errors = _errors(cells, found, scales.get(name))
+        if any(cells[: len(values)]):
+            errors = _errors(cells, values, scales.get(name))
             row = int(errors.argmax())
             worst.append(WorstEntry(file, row, name, correct_digits(float(errors[row]))))
     return worst
@@ -372,11 +372,11 @@ def _missing_times(scene: Scene, table: Table, status: Json) -> Iterator[str]:
     times = table.column("t")
     if times and status != "complete":
         times = times[:-1]
-    for expected, found in zip(map(exact_decimal, scene.sample_times), times, strict=False):
-        if expected is not None and found != expected:
-            later = Decimal(found) > Decimal(expected)
+    for expected, printed in zip(map(exact_decimal, scene.sample_times), times, strict=False):
+        if expected is not None and printed != expected:
+            later = Decimal(printed) > Decimal(expected)
             what = "is missing" if later else "is expected"
-            yield f"{TRAJECTORY}: the row of t = {expected} {what}, there stands t = {found}"
+            yield f"{TRAJECTORY}: the row of t = {expected} {what}, got t = {printed}"
             return
     if status == "complete" and len(times) < len(scene.sample_times):
         yield f"{TRAJECTORY}: ends at t = {times[-1] if times else 'no row'}, before the horizon"
@@ -434,8 +434,8 @@ def _scales(stored: Stored) -> dict[str, float]:
     numbers = {name: numpy.array(stored.trajectory.floats(name)) for name in columns}
     with numpy.errstate(all="ignore"):
         beside = sizes(stored.scene.body.numbers(float), numbers, numpy)
-    found = {}
+    scales = {}
     for name, values in numbers.items():
         natural = float(numpy.fmin.reduce(beside[name], initial=math.inf))
-        found[name] = float(numpy.fmax.reduce(abs(values), initial=0)) or natural
-    return {name: scale if math.isfinite(scale) else 1.0 for name, scale in found.items()}
+        scales[name] = float(numpy.fmax.reduce(abs(values), initial=0)) or natural
+    return {name: scale if math.isfinite(scale) else 1.0 for name, scale in scales.items()}

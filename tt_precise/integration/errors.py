@@ -366,8 +366,8 @@ def event_errors(run: Run, references: Sequence[Run]) -> dict[str, Array]:
     times, errors, digits = (numpy.concatenate(column) for column in zip(*columns, strict=True))
     most = run.precision.bits * math.log10(2)
     digits = numpy.minimum(numpy.minimum(digits, digits_of_time(errors, times, unit)), most)
-    found = numpy.array(names, dtype=object)
-    return {"name": found, "t": times, "error": errors, "digits": digits}
+    rows = numpy.array(names, dtype=object)
+    return {"name": rows, "t": times, "error": errors, "digits": digits}
 
 
 def _errors_within(

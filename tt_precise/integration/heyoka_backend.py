@@ -157,7 +157,7 @@ def propagate(
         t = float(setup.precision.with_guard_bits(last_good) * start.units.time)
         raise InputError(
             f"events: got {', '.join(partial)}, of which some are undefined at t = {t:.6g} s, "
-            "expected functions that are defined all the way, such as theta_max or phi_dot_zero"
+            "expected functions that are always defined, such as theta_max or phi_dot_zero"
         )
     if dense is not None:
         dense.clear()

@@ -204,7 +204,7 @@ def _from_rest(name: str, setup: Setup, here: InitialState, status: str) -> Dens
     if len(directions) != 1:
         raise InputError(
             f"{name}: got {len(directions)} directions in which gliding could begin from rest, "
-            "expected one: Coulomb's law does not say how this motion goes on"
+            "expected one: Coulomb's law does not determine how this motion continues"
         )
     series = onset(
         q.body, vectors, directions[0], terms_for(precision.bits), precision.eps, fn, on_the_cone

@@ -205,8 +205,8 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
     sticks = start.model == "gliding" and not start.body.friction.smooth_at_rest
     if contact == "bilateral" and sticks:
         raise InputError(
-            f"{name}: got contact bilateral with Coulomb's friction, expected unilateral: there is "
-            "no cone where g_n is negative"
+            f"{name}: got contact bilateral with Coulomb's friction, expected unilateral: for "
+            "g_n < 0 there is no friction cone"
         )
     ended = ended_at_start(start, contact, fn)
     if not ended:

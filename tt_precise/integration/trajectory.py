@@ -261,7 +261,7 @@ class Trajectory:
         exact = self.sample_times if times is None else tuple(map(as_fraction, times))
         if any(map(is_estimate, wanted)):
             if times is not None:
-                raise InputError("times: got some beside estimated errors, expected the samples'")
+                raise InputError("times: got times with estimated errors, expected no times")
             plain = [name for name in wanted if not is_estimate(name)]
             columns = self._columns(plain or ["theta"], None, numbers, progress)
             return self._with_errors(columns, wanted, numbers)

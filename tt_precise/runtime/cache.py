@@ -54,7 +54,7 @@ class Records:
     """JSON objects by key in a folder, each in a compressed file of its own.
 
     ``made_by`` says by what they are made (versions, a hash of the code): a record of something
-    else is not found. Where nothing can be written nothing is cached.
+    else is not found. If nothing can be written, nothing is cached.
     """
 
     def __init__(self, folder: Path | None, made_by: Json):

@@ -137,7 +137,7 @@ def locked(folder: Path, work: str) -> Iterator[None]:
     Raises
     ------
     InputError
-        Another one is at work there, or the folder cannot be written.
+        Another process works in the folder, or the folder cannot be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -149,7 +149,7 @@ def locked(folder: Path, work: str) -> Iterator[None]:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise InputError(
-                f"{folder}: another {work} is at work there; expected to be alone"
+                f"{folder}: another {work} is running there; expected no other"
             ) from None
         yield
     finally:

@@ -341,7 +341,8 @@ def dask_pool(address: str, *, tries: int = 1) -> Pool:
         except OSError as error:
             reason = " ".join(str(error).split())[:200]
             raise InputError(
-                f"dask: {address} answers no more ({reason}); what is done is stored, run it again"
+                f"dask: {address} no longer answers ({reason}); finished rows are stored, run it "
+                "again"
             ) from None
 
     def leave() -> None:
@@ -373,4 +374,4 @@ def _unusable(error: BaseException) -> InputError:
             'below a line `if __name__ == "__main__":`'
         )
     reason = " ".join(str(error).split()) or type(error).__name__
-    return InputError(f"executor: {reason}; expected one that goes on working")
+    return InputError(f"executor: {reason}; expected one that keeps working")

@@ -118,8 +118,8 @@ def _with_values(rows: pandas.DataFrame, *names: str) -> pandas.DataFrame:
     for name in names:
         if not table[name].notna().any():
             raise InputError(
-                f"column {name}: none of {len(table)} rows has a value (for a time of the climb "
-                "the top has to climb), expected another column"
+                f"column {name}: none of {len(table)} rows has a value (times of the climb exist "
+                "only if the top climbs), expected another column"
             )
     return table
 

@@ -17,7 +17,7 @@ SCHEMA = "tt_precise.sweep/1"
 def summary_of(
     store: Store, rechecked: Mapping[int, dict[str, Json]], how: dict[str, Json]
 ) -> dict[str, Json]:
-    """Outcomes, the range of every column, what the spot check found, what is missing, how it ran.
+    """Outcomes, ranges of the columns, the spot check, missing rows, and the run.
 
     ``columns`` gives least, greatest and mean of the values that exist, and how many are missing.
     """

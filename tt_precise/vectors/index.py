@@ -57,7 +57,7 @@ def build(folder: Path, progress: Progress = silent) -> list[Path]:
     Raises
     ------
     InputError
-        There is no golden data in ``folder``, which is found out before the work.
+        There are no golden data in ``folder``; this is checked before the work.
     """
     _scenes(folder)
     place = folder / VECTORS

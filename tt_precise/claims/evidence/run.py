@@ -202,8 +202,8 @@ class Run:
         """Times and values of a quantity's local extrema within ``span``, and at its ends."""
         import numpy
 
-        found = _extrema(self.scene, (name,))[name]
-        times, values = (numpy.array(column, float) for column in found)
+        extrema = _extrema(self.scene, (name,))[name]
+        times, values = (numpy.array(column, float) for column in extrema)
         if span is None:
             return times, values
         inside = (times > span.begin) & (times < span.end)
