@@ -53,7 +53,7 @@ def sample(seed: int) -> Sample:
             return Sample(seed, replace(scene, sample_every=every), wanted)
 
 
-def row(one: Sample) -> dict[str, Json]:
+def row(sample: Sample) -> dict[str, Json]:
     """What was chosen for a sample, the digits it claims, and the digits that are right.
 
     ``estimated`` and ``right`` are the least of all samples, and missing where it raised.
@@ -61,13 +61,13 @@ def row(one: Sample) -> dict[str, Json]:
     from tt_precise.integration import integrate
 
     known = {
-        "seed": one.seed,
-        "model": one.scene.model,
-        "until": float(one.scene.until),
-        "wanted": one.wanted,
+        "seed": sample.seed,
+        "model": sample.scene.model,
+        "until": float(sample.scene.until),
+        "wanted": sample.wanted,
     }
     try:
-        trajectory = integrate(one.scene, digits=one.wanted)
+        trajectory = integrate(sample.scene, digits=sample.wanted)
     except InputError as error:
         return known | {"status": "raised", "note": str(error)}
     return known | {

@@ -56,12 +56,12 @@ def mutants(module: Path) -> Iterator[MutationSpec]:
 def drawn(size: int) -> list[MutationSpec]:
     """A sample of the rooms: the mutants whose names have the smallest hashes."""
 
-    def rank(one: MutationSpec) -> bytes:
-        name = (SEED, str(one.module_path), one.operator_name, one.occurrence)
+    def rank(mutant: MutationSpec) -> bytes:
+        name = (SEED, str(mutant.module_path), mutant.operator_name, mutant.occurrence)
         return hashlib.sha256(repr(name).encode()).digest()
 
     files = [file for room in ROOMS for file in sorted(Path("tt_precise", room).glob("*.py"))]
-    return heapq.nsmallest(size, (one for file in files for one in mutants(file)), key=rank)
+    return heapq.nsmallest(size, (mutant for file in files for mutant in mutants(file)), key=rank)
 
 
 def tests_of(module: Path) -> list[str]:
@@ -100,7 +100,9 @@ def main(most: str = str(SAMPLE)) -> int:
     with use_db("session.sqlite") as results:
         if is_new:
             sample = drawn(SAMPLE)
-            results.add_work_items(WorkItem.single(str(i), one) for i, one in enumerate(sample))
+            results.add_work_items(
+                WorkItem.single(str(i), mutant) for i, mutant in enumerate(sample)
+            )
             for room in ROOMS:
                 healthy = tested((), [f"tests/{room}"])
                 if healthy.is_killed:

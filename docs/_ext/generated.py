@@ -27,7 +27,7 @@ def columns(_: str) -> Iterator[str]:
 
     for name, members in column_sets().items():
         yield from (f"**{name[0].upper()}{name[1:]}**", "")
-        rows = [(f"`{column}`", one["unit"], meaning(one)) for column, one in members.items()]
+        rows = [(f"`{name}`", column["unit"], meaning(column)) for name, column in members.items()]
         yield from table(("column", "unit", "meaning"), rows)
         yield ""
     for sentence in CONVENTIONS:
@@ -39,7 +39,9 @@ def scenes(_: str) -> Iterator[str]:
     from tt_precise.scene.scene import load_scene, shipped
 
     loaded = [load_scene(name) for name in shipped()]
-    rows = [(f"`{one.name}`", one.model, f"{float(one.until):g}", one.title) for one in loaded]
+    rows = [
+        (f"`{scene.name}`", scene.model, f"{float(scene.until):g}", scene.title) for scene in loaded
+    ]
     yield from table(("name", "model", "until / s", "title"), rows)
 
 
@@ -60,8 +62,12 @@ def quantities(_: str) -> Iterator[str]:
     from tt_precise.mechanics.quantities import QUANTITIES
 
     rows = [
-        (f"`{one.name}`", one.unit, one.meaning + ("" if one.pole else " Undefined at the poles."))
-        for one in QUANTITIES.values()
+        (
+            f"`{quantity.name}`",
+            quantity.unit,
+            quantity.meaning + ("" if quantity.pole else " Undefined at the poles."),
+        )
+        for quantity in QUANTITIES.values()
     ]
     yield from table(("quantity", "unit", "meaning"), rows)
 
@@ -79,7 +85,9 @@ def _keys(node: dict[str, Any], root: dict[str, Any], prefix: str) -> Iterator[t
     for key, value in node.get("properties", {}).items():
         forms = [_resolved(form, root) for form in value.get("anyOf", [value])]
         kinds = " or ".join(word for form in forms for word in _words(form.get("type") or "one of"))
-        choices = "".join(f" `{one}`" for form in forms for one in form.get("enum", ()) if one)
+        choices = "".join(
+            f" `{choice}`" for form in forms for choice in form.get("enum", ()) if choice
+        )
         optional = "" if key in required else " (optional)"
         yield (f"`{prefix}{key}`", f"{kinds}{optional}", value.get("description", "") + choices)
         for form in forms:

@@ -181,7 +181,7 @@ def test_a_scheduler_that_goes_is_bad_input(monkeypatch: pytest.MonkeyPatch) -> 
         assert pool.size() == 2
         threads.clear()
         with pytest.raises(
-            InputError, match=r"tcp://somewhere:8786 answers no more \(connection reset by"
+            InputError, match=r"tcp://somewhere:8786 no longer answers \(connection reset by"
         ):
             pool.size()
     assert threads == {"closed": 0}

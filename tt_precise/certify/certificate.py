@@ -70,10 +70,10 @@ def content_of(stored: Stored, proof: Proof) -> dict[str, Json]:
         "order": max(p.degree() for p in steps[0].piece.polynomials),
         "pieces": [
             [
-                int(one.piece.unit.man_exp()[1]),
-                *(_dyadic(x) for x in (one.piece.end, *one.piece.first)),
+                int(step.piece.unit.man_exp()[1]),
+                *(_dyadic(x) for x in (step.piece.end, *step.piece.first)),
             ]
-            for one in steps
+            for step in steps
         ],
     }
 

@@ -201,7 +201,7 @@ class Checker:
             sum((abs(x) for j, x in enumerate(row) if j != i), row[i])
             for i, row in enumerate(norms)
         )
-        rate = _top([arb(0), *(one.upper() for one in sums)])
+        rate = _top([arb(0), *(total.upper() for total in sums)])
         growth = (rate * length).exp().upper()
         self.reach = ((before + defect * length) * growth).upper()
         if not self.reach < TUBE:

@@ -111,21 +111,21 @@ class Comparison:
     @property
     def all(self) -> list[Tally]:
         """Every tally."""
-        return [one for columns in self.tallies.values() for one in columns.values()]
+        return [tally for columns in self.tallies.values() for tally in columns.values()]
 
     @property
     def digits(self) -> int | None:
         """The fewest digits proved in any column; None if nothing is printed but zeros."""
-        return min((one.digits for one in self.all if one.digits is not None), default=None)
+        return min((tally.digits for tally in self.all if tally.digits is not None), default=None)
 
     @property
     def settled(self) -> bool:
         """Whether more bits would show no more."""
-        return all(one.settled for one in self.all)
+        return all(tally.settled for tally in self.all)
 
     def count(self, name: str) -> int:
         """``entries``, ``rounded``, ``wrong`` or ``enclosed`` in all columns."""
-        return sum(getattr(one, name) for one in self.all)
+        return sum(getattr(tally, name) for tally in self.all)
 
     @property
     def objection(self) -> str:
@@ -133,9 +133,11 @@ class Comparison:
         if self.mismatches:
             return self.mismatches[0]
         for file, tallies in self.tallies.items():
-            for name, one in tallies.items():
-                if one.rounded != one.entries:
-                    return f"{file}: {one.entries - one.rounded} entries of {name} are not proved"
+            for name, tally in tallies.items():
+                if tally.rounded != tally.entries:
+                    return (
+                        f"{file}: {tally.entries - tally.rounded} entries of {name} are not proved"
+                    )
         return ""
 
 
@@ -146,7 +148,7 @@ def compare(stored: Stored, enclosed: Enclosed) -> Comparison:
     rows, problems = _rows(stored, enclosed)
     events, more = _events(stored, enclosed)
     states = {TRAJECTORY: rows, EVENTS: events}
-    misprints = [one for file in states for one in _misprints(file, stored.table(file))]
+    misprints = [misprint for file in states for misprint in _misprints(file, stored.table(file))]
     undecided = [f"{EVENTS}: {name}: {why}" for name, why in enclosed.undecided.items()]
     failure = [enclosed.failure] if enclosed.failure else []
     tallies = {
@@ -201,12 +203,12 @@ def _events(stored: Stored, enclosed: Enclosed) -> tuple[list[State], list[str]]
         there = lines.get(name, [])
         if len(there) != len(happenings):
             problems.append(f"{EVENTS}: {len(there)} events {name}, expected {len(happenings)}")
-        for position, one in zip(there, happenings, strict=False):
+        for position, happening in zip(there, happenings, strict=False):
             row, where = table.rows[position], f"{EVENTS}, line {position + 2}"
-            if row[2] != str(one.direction):
-                problems.append(f"{where}: direction {row[2][:50]}, expected {one.direction}")
+            if row[2] != str(happening.direction):
+                problems.append(f"{where}: direction {row[2][:50]}, expected {happening.direction}")
             else:
-                states[position] = {"t": one.time, **one.state}
+                states[position] = {"t": happening.time, **happening.state}
                 problems += _emptiness(where, table.columns, row, states[position])
     return states, [*problems, *_disorder(table)]
 
@@ -290,13 +292,13 @@ def tally(cells: Iterable[tuple[str, arb | None]], zero: Fraction) -> Tally:
         entries += bool(text)
         if not is_whole(text) or exact is None:
             continue
-        one = printed(text, exact, zero)
-        farthest = max(farthest, one.within)
+        entry = printed(text, exact, zero)
+        farthest = max(farthest, entry.within)
         enclosed += 1
-        correct += one.rounded
-        wrong += one.wrong
-        if one.digits is not None:
-            fewest = one.digits if fewest is None else min(fewest, one.digits)
+        correct += entry.rounded
+        wrong += entry.wrong
+        if entry.digits is not None:
+            fewest = entry.digits if fewest is None else min(fewest, entry.digits)
     return Tally(fewest, entries, correct, wrong, rounded(farthest, ROUND_UP, 2), enclosed)
 
 

@@ -209,8 +209,12 @@ class Enclosure:
             if not (self.steps and time >= 0 and time <= self.finish):
                 raise NotProved("time", f"the proof ends at {float(self.finish):.6g}")
             # all steps that the ball may reach into
-            first = bisect.bisect_left(self.steps, time.lower(), key=lambda one: one.finish)
-            last = bisect.bisect_right(self.steps, time.upper(), key=lambda one: one.begin)
+            first = bisect.bisect_left(
+                self.steps, time.lower(), key=lambda verified: verified.finish
+            )
+            last = bisect.bisect_right(
+                self.steps, time.upper(), key=lambda verified: verified.begin
+            )
             hull: list[arb] = []
             for step in self.steps[first:last]:
                 s = (time - step.begin) / step.piece.unit

@@ -97,8 +97,8 @@ class Held:
             "g_n_at_least_mg": rounded(bounds(self.force)[0], ROUND_FLOOR, 4),
             "sin_theta_at_most": rounded(bounds(self.tilt)[1], ROUND_CEILING, 4),
             "limits": {
-                name: dict(zip(("middle", "radius"), outward(one, 30), strict=True))
-                for name, one in self.limits.items()
+                name: dict(zip(("middle", "radius"), outward(ball, 30), strict=True))
+                for name, ball in self.limits.items()
             },
         }
 
@@ -230,7 +230,7 @@ class _Well:
             depth, step = beyond, step if i < SLICES else step * WIDER
             surplus = self.highest - arb(least_energy(body, z, lambda_))
             if surplus < 0 and i > SLICES:
-                return -largest(-one for one in forces), (1 - z * z).sqrt().upper()
+                return -largest(-force for force in forces), (1 - z * z).sqrt().upper()
             if (tumbling_lambda_squared(body, z) - lambda_ * lambda_).contains(0):
                 raise NotProved("W1", "a tumbling motion with this lambda is not excluded")
             forces.append(self._force(z, 2 * surplus.nonnegative_part().upper(), speed))

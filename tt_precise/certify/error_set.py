@@ -29,8 +29,8 @@ class LohnerSet:
     def of(cls, differences: list[arb]) -> LohnerSet:
         """The box itself."""
         size = len(differences)
-        one = arb_mat([[int(i == j) for j in range(size)] for i in range(size)])
-        return cls(one, one, arb_mat(size, 1, differences))
+        identity = arb_mat([[int(i == j) for j in range(size)] for i in range(size)])
+        return cls(identity, identity, arb_mat(size, 1, differences))
 
     @property
     def hull(self) -> list[arb]:

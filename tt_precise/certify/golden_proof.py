@@ -224,7 +224,7 @@ def compared(stored: Stored, proof: Proof) -> Certificate:
     enclosure, at_events = (
         _balls(stored, file, comparison.states[file]) for file in comparison.states
     )
-    decided = {name: one for name, one in proof.all_events.items() if not one.failure}
+    decided = {name: events for name, events in proof.all_events.items() if not events.failure}
     content = {
         "schema": proofs.SCHEMA,
         "scene": stored.name,
@@ -247,14 +247,14 @@ def compared(stored: Stored, proof: Proof) -> Certificate:
         "inversion": _inversion(proof),
         "forever": _forever(proof),
         "conserved_within": within,
-        "proved_events": {name: len(one.zeros) for name, one in decided.items()},
+        "proved_events": {name: len(events.zeros) for name, events in decided.items()},
         "undecided_events": {
-            name: str(one.failure) for name, one in proof.all_events.items() if one.failure
+            name: str(events.failure) for name, events in proof.all_events.items() if events.failure
         },
         **{
             file: {
                 "sha256": stored.table(file).sha256,
-                "columns": {name: one.as_dict() for name, one in tallies.items()},
+                "columns": {name: tally.as_dict() for name, tally in tallies.items()},
             }
             for file, tallies in comparison.tallies.items()
         },
@@ -324,7 +324,7 @@ def _inversion(proof: Proof) -> dict[str, Json]:
 
 def _forever(proof: Proof) -> dict[str, Json]:
     try:
-        return {name: one.as_dict() for name, one in proof.forever.items()}
+        return {name: held.as_dict() for name, held in proof.forever.items()}
     except NotProved as why:
         return {"failure": str(why)}
 

@@ -60,22 +60,22 @@ class Equations:
         graph = Graph(variables, parameters)
         self._results = list(rates(graph.parameters, list(graph.entries), graph))
         self._nodes = in_order(graph, self._results)
-        alone = [one for one in self._results if isinstance(one, Constant)]
+        alone = [result for result in self._results if isinstance(result, Constant)]
         self._constants = [*constants_of(self._nodes), *alone]
 
     def __call__(self, parameters: Sequence[Scalar], state: Sequence[Scalar]) -> list[Scalar]:
         """The rates, in the arithmetic of the state; parameters are balls."""
         known: dict[Scalar, Scalar] = dict(numbers(self._constants, parameters, Balls))
 
-        def value(one: Scalar) -> Scalar:
-            return known[one] if isinstance(one, Operand) else one
+        def value(operand: Scalar) -> Scalar:
+            return known[operand] if isinstance(operand, Operand) else operand
 
         for node in self._nodes:
             if node.kind == "entry":
                 known[node] = state[node.args[0]]
             elif node.kind == "sum":
                 offset, terms = node.args
-                scaled = [_times(value(factor), known[one]) for factor, one in terms]
+                scaled = [_times(value(factor), known[operand]) for factor, operand in terms]
                 if isinstance(offset, Operand) or offset != 0:
                     scaled.append(value(offset))
                 known[node] = reduce(add, scaled)
@@ -84,7 +84,7 @@ class Equations:
             else:
                 a, b = map(value, node.args)
                 known[node] = a * b if node.kind == "product" else a / b
-        return [value(one) for one in self._results]
+        return [value(operand) for operand in self._results]
 
 
 def _times(factor: Scalar, value: Scalar) -> Scalar:

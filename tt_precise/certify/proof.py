@@ -131,11 +131,11 @@ class Proof:
     def enclosed(self) -> Enclosed:
         """All samples and events that are enclosed."""
         events, undecided = {}, {}
-        for name, one in self.all_events.items():
-            if one.failure:
-                undecided[name] = str(one.failure)
+        for name, proved in self.all_events.items():
+            if proved.failure:
+                undecided[name] = str(proved.failure)
             else:
-                events[name] = [self._happening(zero) for zero in one.zeros]
+                events[name] = [self._happening(zero) for zero in proved.zeros]
         for phase in phases_of(self.scene):
             if ends := [zero for name, zero in self._ends if name == phase.ends]:
                 events[phase.ends] = [self._happening(zero) for zero in ends]
@@ -213,9 +213,9 @@ class Proof:
             flies = step.problem.form is not None and step.problem.form.model == "flight"
             end = self.finish if step.until is None else step.until
             # all events of a step in turn: they share what they are made of
-            for one in zeros.values():
-                if not (one.gliding and flies):
-                    one.through(step, end)
+            for zero in zeros.values():
+                if not (zero.gliding and flies):
+                    zero.through(step, end)
         return zeros
 
     @cached_property

@@ -76,7 +76,7 @@ class Crossing:
 
 def _size(x: Sequence[arb], weights: Sequence[arb]) -> arb:
     """max |x_i|/w_i."""
-    return largest(abs(one) / w for one, w in zip(x, weights, strict=True))
+    return largest(abs(entry) / w for entry, w in zip(x, weights, strict=True))
 
 
 def _after(
@@ -128,7 +128,7 @@ def cross(problem: Problem, piece: Piece, errors: LohnerSet) -> Crossing:
         at_end = [[p(end) for p in row] for row in flow]
         after = _after(errors, at_end, bent, [w * defect * gain for w in weights])
         moving = problem.traced(problem.parameters(), tube)
-        rates = tuple(TaylorModel.of(one, tube[0].frame) * piece.unit for one in moving)
+        rates = tuple(TaylorModel.of(entry, tube[0].frame) * piece.unit for entry in moving)
         return Crossing(tuple((w * reached).upper() for w in weights), after, tube, rates)
 
 

@@ -75,7 +75,7 @@ def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
     there = [(rows, form) for rows, form in candidates if rows.any()]
     if len(there) == 1:  # all rows
         return [RowsUnder(slice(None), there[0][1])]
-    return [RowsUnder(*one) for one in there]
+    return [RowsUnder(*pair) for pair in there]
 
 
 def rates_of(

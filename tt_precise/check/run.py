@@ -210,7 +210,7 @@ def _with_advice(findings: list[Check]) -> list[Check]:
         return findings
     advice = "if the contact force is another one than the scene's, --friction other"
     advised = f"{equations.note}; {advice}"
-    return [replace(one, note=advised) if one is equations else one for one in findings]
+    return [replace(check, note=advised) if check is equations else check for check in findings]
 
 
 def _setup(table: RowSource, scene: Scene, friction: str) -> CheckSetup:

@@ -149,8 +149,8 @@ def readings(alone: bool = False) -> Iterator[tuple[str, Reading]]:
     yield from READINGS.items()
     if alone:
         return
-    for one, other in itertools.permutations(CONVENTIONS, 2):
-        yield f"{one} and {other}", _both(READINGS[one], READINGS[other])
+    for first, other in itertools.permutations(CONVENTIONS, 2):
+        yield f"{first} and {other}", _both(READINGS[first], READINGS[other])
 
 
 def _both(first: Reading, second: Reading) -> Reading:

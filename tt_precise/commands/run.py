@@ -292,14 +292,19 @@ def answers(trajectory: Trajectory) -> dict[str, Any]:
         smallest = NormalForceRecord(repr(float(force[least])), repr(float(t[least])))
     stretches = tuple(
         StretchRecord(
-            one.model, text(context.mpf(one.begin)), text(context.mpf(one.end)), one.status
+            stretch.model,
+            text(context.mpf(stretch.begin)),
+            text(context.mpf(stretch.end)),
+            stretch.status,
         )
-        for one in trajectory.pieces
+        for stretch in trajectory.pieces
     )
     return {
         "inverted": climb is not None and bool(height[-1] < 0),
         "climb": climb,
-        "contact_lost": next((one.end for one in stretches if one.ended in LEAVES), None),
+        "contact_lost": next(
+            (stretch.end for stretch in stretches if stretch.ended in LEAVES), None
+        ),
         "smallest_g_n": smallest,
         "stretches": stretches,
     }
@@ -377,7 +382,7 @@ def lines(trajectory: Trajectory, outcome: dict[str, Any]) -> list[str]:
 
 
 def _told(outcome: dict[str, Any]) -> list[str]:
-    """What became of the top, in a few lines."""
+    """The outcome for the top, in a few lines."""
 
     def seconds(time: str | None) -> str:
         return "none" if time is None else f"{float(time):.9g} s"
@@ -387,8 +392,8 @@ def _told(outcome: dict[str, Any]) -> list[str]:
     if climb is not None:
         shown[0] += f"; theta = pi/2 at {seconds(climb.equator)}"
         shown += [
-            f"  climb {name}: {seconds(one.t_init)} to {seconds(one.t_end)}"
-            for name, one in (("A", climb.A), ("B", climb.B), ("C", climb.C))
+            f"  climb {name}: {seconds(times.t_init)} to {seconds(times.t_end)}"
+            for name, times in (("A", climb.A), ("B", climb.B), ("C", climb.C))
         ]
     if smallest is not None:
         lost = outcome["contact_lost"]
@@ -398,8 +403,9 @@ def _told(outcome: dict[str, Any]) -> list[str]:
             f"{float(smallest.value):.3g} N, at {seconds(smallest.t)}"
         )
     first = [
-        f"{DOES[one.model]} {seconds(one.begin)} to {seconds(one.end)} ({one.ended})"
-        for one in stretches[:MOST_STRETCHES]
+        f"{DOES[stretch.model]} {seconds(stretch.begin)} to {seconds(stretch.end)} "
+        f"({stretch.ended})"
+        for stretch in stretches[:MOST_STRETCHES]
     ]
     more = len(stretches) - len(first)
     return [*shown, "  motion: " + ", ".join(first) + (f", and {more} more" if more else "")]

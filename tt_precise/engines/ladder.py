@@ -293,11 +293,11 @@ def measured(
 ) -> RungResult:
     """What runs at halved steps, as ``climb`` takes them, say about an engine of this order."""
     engine = next((run.name for run in runs if run.name), engine)
-    for step, one in zip(steps, runs, strict=True):
-        if one.status != "done":
-            verdict = "refused" if one.status == "refused" else "failed"
-            where = "" if verdict == "refused" else f"step {float(step):g} s: {one.status}: "
-            return RungResult(engine, rung.name, verdict, f"{where}{one.message}")
+    for step, outcome in zip(steps, runs, strict=True):
+        if outcome.status != "done":
+            verdict = "refused" if outcome.status == "refused" else "failed"
+            where = "" if verdict == "refused" else f"step {float(step):g} s: {outcome.status}: "
+            return RungResult(engine, rung.name, verdict, f"{where}{outcome.message}")
     written = [run.states for run in runs if run.states is not None]
     rows = (len(written[0].k) - 1) // (len(rung.scene.sample_times) - 1)
     states = [motion.every(rows) for motion in written]
@@ -359,8 +359,8 @@ def _told(last: Check, values: list[float | None]) -> dict[str, Json]:
     return {"values": values, "limit": last.limit, "verdict": last.verdict, "note": last.note}
 
 
-def _difference(one: States, other: States, rung: Rung) -> float:
-    return float(one.distance(other, rung.spin, float(rung.start.body.R)).max())
+def _difference(states: States, other: States, rung: Rung) -> float:
+    return float(states.distance(other, rung.spin, float(rung.start.body.R)).max())
 
 
 def _order(states: Sequence[States], rung: Rung) -> tuple[float | None, float | None]:
@@ -370,8 +370,8 @@ def _order(states: Sequence[States], rung: Rung) -> tuple[float | None, float | 
     the observed one too large.
     """
     coarse, fine = (
-        _difference(one, other, rung)
-        for one, other in ((states[-3], states[-2]), (states[-2], states[-1]))
+        _difference(coarser, other, rung)
+        for coarser, other in ((states[-3], states[-2]), (states[-2], states[-1]))
     )
     if not coarse or not fine:
         return None, None
@@ -425,5 +425,5 @@ def _rounded(value: Json) -> Json:
     if isinstance(value, float):
         return float(f"{value:.4g}")
     if isinstance(value, dict):
-        return {name: _rounded(one) for name, one in value.items()}
-    return [_rounded(one) for one in value] if isinstance(value, tuple | list) else value
+        return {name: _rounded(entry) for name, entry in value.items()}
+    return [_rounded(entry) for entry in value] if isinstance(value, tuple | list) else value

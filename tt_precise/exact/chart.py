@@ -59,8 +59,8 @@ class Chart:
         u = body.alpha - z
         shift = body.m * body.R**2
         self._q_squared = body.I1 * body.I3 + shift * (body.I3 * u**2 + body.I1 * sine_squared)
-        relations = [self.here(one).numer for one in (q**2 - self._q_squared, *unit)]
-        self._relations = [one for one in relations if one]
+        relations = [self.here(relation).numer for relation in (q**2 - self._q_squared, *unit)]
+        self._relations = [relation for relation in relations if relation]
 
     def here(self, value: Scalar) -> Scalar:
         """``value`` at azimuth 0 in a chart that sets it, as it is in others."""

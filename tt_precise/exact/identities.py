@@ -96,7 +96,7 @@ class Identity:
         remainders = [chart.remainder(residual) for residual in self.residuals(chart)]
         terms = sum(remainder.terms for remainder in remainders)
         return self._proof(
-            [one.vanishes for one in remainders], chart=type(chart).__name__, terms=terms
+            [part.vanishes for part in remainders], chart=type(chart).__name__, terms=terms
         )
 
     def _at_points(self) -> IdentityProof:
@@ -168,7 +168,7 @@ def _euler_is_newton(chart: EulerChartAtAzimuth0) -> Iterable[Scalar]:
     vectors = _vectors(chart)
     by_euler = euler.rates(chart.body, chart.state, chart)
     by_newton = newton.rates(chart.body, NewtonState(*map(chart.here, vectors)))
-    return _differences((chart.along(one, by_euler) for one in vectors), by_newton)
+    return _differences((chart.along(vector, by_euler) for vector in vectors), by_newton)
 
 
 @identity("Euler angles turn with the frame", "section 1")
@@ -204,7 +204,7 @@ def _normal_force_slope(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     here = _here(chart)
     rates = newton.rates(chart.body, here)
     above, below = (
-        chart.along(one, rates) for one in newton.contact_terms(chart.body, chart.state)
+        chart.along(term, rates) for term in newton.contact_terms(chart.body, chart.state)
     )
     slope = above - newton.normal_force(chart.body, here) * below
     yield slope - newton.normal_force_slope(chart.body, here)
@@ -325,7 +325,7 @@ def _rolling_forms(chart: EulerChartAtAzimuth0) -> Iterable[Scalar]:
     vectors = RollingState(*_rolling_vectors(chart)[:6])
     by_euler = _rolling_euler_rates(chart)
     by_newton = rolling.rates(chart.body, RollingState(*map(chart.here, vectors)))
-    return _differences((chart.along(one, by_euler) for one in vectors), by_newton)
+    return _differences((chart.along(vector, by_euler) for vector in vectors), by_newton)
 
 
 @identity("lambda, D, E~ are constant when rolling, vectors", "(10) to (12), v_A = 0")
@@ -358,7 +358,7 @@ def _frictionless(chart: VectorChart) -> Iterable[Scalar]:
 
 
 def _differences(left: Iterable[Scalar], right: Iterable[Scalar]) -> list[Scalar]:
-    return [one - other for one, other in zip(left, right, strict=True)]
+    return [value - other for value, other in zip(left, right, strict=True)]
 
 
 def _vectors(chart: EulerChart) -> NewtonState:
@@ -459,7 +459,7 @@ def _polar(draws: random.Random) -> Iterable[Scalar]:
     e = (state.vx / speed, state.vy / speed)
     plain = newton.rates(friction.viscous_at(body, state.vx, state.vy, Roots), state)
     polar = friction.polar_rates(body, PolarState(*state[:6], speed, *e, Fraction(0)), Exponential)
-    yield from (one - speed * other for one, other in zip(polar[:6], plain[:6], strict=True))
+    yield from (own - speed * other for own, other in zip(polar[:6], plain[:6], strict=True))
     for part, turning, rate in zip(e, polar[7:9], plain[6:], strict=True):
         # v' = v (ln v)'
         yield speed * polar.log_v * part + speed * turning - speed * rate

@@ -128,11 +128,11 @@ def eigenvalues(matrix: list[list[Scalar]], error: Scalar, fn: Functions) -> lis
     roots = fn.polyroots([1, -trace, minors, -determinant], maxsteps=500, extraprec=fn.prec)
     norm = max(abs(entry) for row in matrix for entry in row)
     pairs = []
-    for one, other, third in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+    for first, other, third in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         # First-order perturbation: at a root the polynomial errs by less than 100 norm^3 error.
-        slope = abs((roots[one] - roots[other]) * (roots[one] - roots[third]))
+        slope = abs((roots[first] - roots[other]) * (roots[first] - roots[third]))
         off = 100 * norm**3 * error / slope if slope else fn.inf
-        pairs.append(Eigenvalue(roots[one], off))
+        pairs.append(Eigenvalue(roots[first], off))
     return sorted(pairs, key=lambda eigenvalue: eigenvalue.value.real, reverse=True)
 
 

@@ -183,7 +183,9 @@ class _Work:
         ]
         worst = min(
             (self.determined(value, other, how, "kg m^3/s") for other in independents),
-            key=lambda one: self.digits if one.digits_agreed is None else one.digits_agreed,
+            key=lambda candidate: (
+                self.digits if candidate.digits_agreed is None else candidate.digits_agreed
+            ),
             default=self.determined(value, None, how, "kg m^3/s"),
         )
         return replace(worst, reason="; ".join(reasons))

@@ -293,7 +293,9 @@ def compose(
         "evidence": {
             "agreement": _rounded(consensus.agreement),
             "runs": [_run(run) for run in runs],
-            "constant_over_printed_rows": {one.name: _rounded(one.digits) for one in constant},
+            "constant_over_printed_rows": {
+                integral.name: _rounded(integral.digits) for integral in constant
+            },
             "events": "same list in every run; the directions of each event alternate",
         },
         "versions": versions(),

@@ -137,4 +137,4 @@ def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None
 
 
 def _floats(numbers: Iterable[Decimal | None]) -> numpy.ndarray:
-    return numpy.array([math.nan if one is None else float(one) for one in numbers])
+    return numpy.array([math.nan if number is None else float(number) for number in numbers])

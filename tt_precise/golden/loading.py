@@ -103,7 +103,11 @@ def pose_columns(scene: Scene, table: Table, *, in_full: bool) -> dict[str, tupl
         bound = scale * context.mpf(10) ** (1 - digits)
         off = [abs(a - b) for a, b in zip(poses[name], published, strict=True)]
         # NaN is neither above the bound nor within it, and ``max`` may pass it over
-        beyond = [one for one in off if not (one <= bound and context.isfinite(one))]
+        beyond = [
+            difference
+            for difference in off
+            if not (difference <= bound and context.isfinite(difference))
+        ]
         if beyond:
             worst = max(beyond)
             raise InputError(

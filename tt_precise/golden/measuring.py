@@ -314,8 +314,8 @@ class FewestDigits:
         """Of each column; at least so many where most rows lie between golden times."""
         between = self.rows > 2 * self.exactly + 1
         return {
-            name: correct_digits(max(one.error, one.bound) if between else one.error)
-            for name, one in self._columns.items()
+            name: correct_digits(max(column.error, column.bound) if between else column.error)
+            for name, column in self._columns.items()
         }
 
     @property

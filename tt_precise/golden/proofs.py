@@ -322,19 +322,22 @@ def _counts(stored: Stored, record: Record) -> Iterator[str]:
             yield f"{PROOF}: its columns are not those of {file}"
             return
         for name in names:
-            cells, one = table.column(name), described[name]
-            columns.append(one)
+            cells, entry = table.column(name), described[name]
+            columns.append(entry)
             most = column_digits(cells, stored.scales[name]).digits
-            if one["wrong"]:
-                yield f"{file}: {one['wrong']} entries of {name} are proved wrong"
-            if one["entries"] != sum(map(bool, cells)) or not 0 <= one["rounded"] <= one["entries"]:
+            if entry["wrong"]:
+                yield f"{file}: {entry['wrong']} entries of {name} are proved wrong"
+            if (
+                entry["entries"] != sum(map(bool, cells))
+                or not 0 <= entry["rounded"] <= entry["entries"]
+            ):
                 yield f"{PROOF}: counts other entries of {name} than {file} has"
-            elif one["digits"] is not None and (most is None or one["digits"] > most):
-                yield f"{PROOF}: {one['digits']} digits of {name}, where {most} are printed"
+            elif entry["digits"] is not None and (most is None or entry["digits"] > most):
+                yield f"{PROOF}: {entry['digits']} digits of {name}, where {most} are printed"
     for key in ("entries", "rounded"):
-        if content[key] != sum(one[key] for one in columns):
+        if content[key] != sum(entry[key] for entry in columns):
             yield f"{PROOF}: {key} is not the sum over the columns"
-    digits = [one["digits"] for one in columns if one["digits"] is not None]
+    digits = [entry["digits"] for entry in columns if entry["digits"] is not None]
     if content["digits"] != min(digits, default=None):
         yield f"{PROOF}: digits is not the least over the columns"
     yield from _event_counts(stored, content)
@@ -355,7 +358,9 @@ def _shapes(stored: Stored, record: Record) -> Iterator[str]:
     """Whether there is an enclosure for each row and column."""
     for file, name in ENCLOSURES.items():
         printed, balls = stored.table(file), record.balls(file)
-        if balls.columns != tuple(one for one in printed.columns if one not in LABELS[file]):
+        if balls.columns != tuple(
+            column for column in printed.columns if column not in LABELS[file]
+        ):
             yield f"{name}: its columns are not those of {file}"
         there, expected = len(balls.rows), len(printed.rows)
         if there > expected or (record.complete and there < expected):
@@ -432,7 +437,7 @@ def _times(stored: Stored, record: Record) -> Iterator[str]:
 def inversion(stored: Stored, record: Record) -> InversionTimes:
     """The times of the climb, from the enclosed events."""
     events = proved_events(stored, record, ("t", "theta", "phi_dot"))
-    rising = [one for one in events.get("equator", []) if one["direction"] < 0]
+    rising = [event for event in events.get("equator", []) if event["direction"] < 0]
     if not rising:
         return from_inversion_events(InversionEvents([], NO_TURNS, NO_TURNS, [], [], []), PI)
     first = enclosed(stored, record, TRAJECTORY, 0)
@@ -441,18 +446,18 @@ def inversion(stored: Stored, record: Record) -> InversionTimes:
     sign = -1 if QUANTITIES["lambda"].evaluate(motion) < 0 else 1
 
     def times(name: str) -> list[Interval]:
-        return [one["t"] for one in events.get(name, [])]
+        return [event["t"] for event in events.get(name, [])]
 
     def turns(name: str) -> Turns:
         turning = events.get(name, [])
         return Turns(
             times(name),
-            [one["theta"] for one in turning],
-            [sign * one["phi_dot"] for one in turning],
+            [event["theta"] for event in turning],
+            [sign * event["phi_dot"] for event in turning],
         )
 
     marks = InversionEvents(
-        equator=[one["t"] for one in rising],
+        equator=[event["t"] for event in rising],
         minima=turns("theta_min"),
         maxima=turns("theta_max"),
         phi_dot_zero=times("phi_dot_zero"),

@@ -244,7 +244,7 @@ def reconcile(scene: Scene, runs: Sequence[Run]) -> Consensus:
     if first.status != "complete":
         exact_times[-1] = None
     dated = [(time or row[0], *row[1:]) for time, row in zip(exact_times, trajectory, strict=True)]
-    happened = [[cells for _, _, cells in one] for one in lists]
+    happened = [[cells for _, _, cells in listed] for listed in lists]
     events, agreements_at_events, lost_events = _merged(names, labels, happened, scales)
     labelled = [
         (name, row[0], str(direction), *row[1:])
@@ -285,7 +285,7 @@ def ordered_events(run: Run) -> list[Event]:
     if run.status not in ("complete", "pole"):
         events.append((run.status, TERMINAL_DIRECTION, run.trajectory.rows[-1]))
     ordered: list[Event] = []
-    for event in sorted(events, key=lambda one: Decimal(one[2][0])):
+    for event in sorted(events, key=lambda item: Decimal(item[2][0])):
         position = len(ordered)
         while position and _before_at_once(event, ordered[position - 1]):
             position -= 1

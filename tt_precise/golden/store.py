@@ -223,7 +223,7 @@ def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
 def _whole(place: Path, manifest: str) -> Stored:
     stored = _read(place)
     try:
-        problems = [f"{one} changed since it was built" for one in changed_files(stored)]
+        problems = [f"{file} changed since it was built" for file in changed_files(stored)]
         problems += [] if problems else missing_proof(stored)
         problems += [] if stored.manifest["schema"] == FORMAT else [MANIFEST]
     except MISSHAPEN:

@@ -115,7 +115,7 @@ def verify(
     InputError
         The data do not exist.
     """
-    located = {one.name: one.folder for one in _asked_for(scenes, folder)}
+    located = {place.name: place.folder for place in _asked_for(scenes, folder)}
     calls = [Call(name, (name, located[name])) for name in store.some(located, folder)]
     verified: dict[str, Verification] = {}
     with local_pool(workers) as pool:
@@ -154,7 +154,7 @@ def _asked_for(scenes: Iterable[str | Path] | None, folder: Folder) -> list[Loca
     """Where the data are. All there are means every folder, readable or not, and those known."""
     if scenes is not None:
         places = [store.locate(scene, folder) for scene in scenes]
-        missing = [one for one in places if not one.path.is_dir()]
+        missing = [wanted for wanted in places if not wanted.path.is_dir()]
         return places if not missing else [store.require(missing[0].name, folder)]
     place = store.home() if folder is None else Path(folder)
     names = {entry.name for entry in place.iterdir() if entry.is_dir()} if place.is_dir() else set()
@@ -193,11 +193,11 @@ def judge(
     worst = list(_compared(stored, TRAJECTORY, finer.trajectory, complaints))
     worst += _compared(stored, EVENTS, _events_table(finer), complaints)
     complaints += [
-        f"{one}: {finer.label} agrees to {one.digits:.1f} digits, expected {FRESH_DIGITS}"
-        for one in worst
-        if one.digits < FRESH_DIGITS
+        f"{entry}: {finer.label} agrees to {entry.digits:.1f} digits, expected {FRESH_DIGITS}"
+        for entry in worst
+        if entry.digits < FRESH_DIGITS
     ]
-    digits = min((one.digits for one in worst), default=None)
+    digits = min((entry.digits for entry in worst), default=None)
     if digits is None:
         complaints.append(f"{finer.label}: no entry could be compared, expected all of them")
     rough, shown = roughly or _worst(stored, double), _worst(stored, telling)
@@ -230,7 +230,7 @@ def _proved(name: str, folder: Path) -> int | None:
 
 def _worst(stored: Stored, run: Run) -> WorstEntry | None:
     compared = _compared(stored, TRAJECTORY, run.trajectory, [])
-    return min(compared, key=lambda one: one.digits, default=None)
+    return min(compared, key=lambda entry: entry.digits, default=None)
 
 
 def _fine(stored: Stored, bits: int | None) -> Task:
@@ -314,12 +314,14 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
     expected = columns(scene)
     wanted = {TRAJECTORY: expected, EVENTS: ("name", "t", "direction", *expected[1:])}
     damaged = [
-        one
+        problem
         for file, names in wanted.items()
-        for one in _problems_of_table(scene, file, stored.table(file), names, stored)
+        for problem in _problems_of_table(scene, file, stored.table(file), names, stored)
     ]
     problems += damaged
-    problems += [f"{one}: changed since it was built; `git diff` may show where" for one in changed]
+    problems += [
+        f"{problem}: changed since it was built; `git diff` may show where" for problem in changed
+    ]
     if any(misprinted(file, stored.table(file), empty=False) for file in wanted):
         return None, problems
     if not damaged and not {TRAJECTORY, EVENTS} & set(changed):
@@ -394,11 +396,11 @@ def _differences(derived: Json, stated: Json, where: str) -> Iterator[str]:
 
 
 def _inconstant(scene: Scene, trajectory: Table) -> Iterator[str]:
-    for one in constancies(scene, trajectory):
-        if one.digits < CONSTANT_TO:
+    for integral in constancies(scene, trajectory):
+        if integral.digits < CONSTANT_TO:
             yield (
-                f"{TRAJECTORY}: {one.name} is constant to {one.digits:.1f} digits, expected "
-                f"{CONSTANT_TO}; worst in line {one.worst_row + 2}"
+                f"{TRAJECTORY}: {integral.name} is constant to {integral.digits:.1f} digits, "
+                f"expected {CONSTANT_TO}; worst in line {integral.worst_row + 2}"
             )
 
 

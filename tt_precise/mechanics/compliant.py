@@ -89,7 +89,7 @@ def hunt_crossley_rates(body: Any, state: DeepState, fn: Functions) -> DeepState
     here = LiftedState(*state[:8], height(zeta), state.rise)
     g_n = hunt_crossley_force(body, zeta, state.rise)
     rate = flight.rates(body, here, fn, contact_force(body, here, g_n, fn))
-    moving = (zeta * one for one in rate[:8])
+    moving = (zeta * entry for entry in rate[:8])
     return DeepState(*(*moving, -state.rise / 2, zeta * rate.rise, zeta))
 
 
@@ -100,7 +100,7 @@ def hunt_crossley_euler_rates(body: Any, state: DeepEulerState, fn: Functions) -
     g_n = hunt_crossley_force(body, zeta, state.rise)
     viscous = friction.viscous_at(body, state.nu_x, state.nu_y, fn)
     rate = flight.euler_rates(viscous, here, fn, g_n)
-    moving = (zeta * one for one in rate[:6])
+    moving = (zeta * entry for entry in rate[:6])
     return DeepEulerState(*(*moving, -state.rise / 2, zeta * rate.rise, zeta))
 
 

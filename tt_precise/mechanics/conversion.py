@@ -50,9 +50,9 @@ def vectors_from_euler(
     x = (fn.cos(phi), fn.sin(phi), 0) if not _is_zero(phi) else (1, 0, 0)
     y = (-x[1], x[0], 0)
     k = (s * x[0], s * x[1], c)
-    one = (c * x[0], c * x[1], -s)
+    across = (c * x[0], c * x[1], -s)
     L = added(
-        scaled(-body.I1 * state.phi_dot * s, one),
+        scaled(-body.I1 * state.phi_dot * s, across),
         scaled(body.I1 * state.theta_dot, y),
         scaled(body.I3 * state.omega_3, k),
     )

@@ -91,7 +91,7 @@ def polar_rates(body: Parameters, state: PolarState, fn: Functions) -> PolarStat
     along = ex * rate.vx + ey * rate.vy
     across = ex * rate.vy - ey * rate.vx
     direction_rate = (along, -(across * ey), across * ex)
-    return PolarState(*(*(v * one for one in rate[:6]), *direction_rate, v))
+    return PolarState(*(*(v * entry for entry in rate[:6]), *direction_rate, v))
 
 
 def polar_euler_rates(body: Parameters, state: PolarEulerState, fn: Functions) -> PolarEulerState:
@@ -105,7 +105,7 @@ def polar_euler_rates(body: Parameters, state: PolarEulerState, fn: Functions) -
     along = ex * rate.nu_x + ey * rate.nu_y
     across = ex * rate.nu_y - ey * rate.nu_x + state.phi_dot - v * state.phi_dot
     direction_rate = (along, -(across * ey), across * ex)
-    return PolarEulerState(*(*(v * one for one in rate[:4]), *direction_rate, v))
+    return PolarEulerState(*(*(v * entry for entry in rate[:4]), *direction_rate, v))
 
 
 def polar_speed(state: PolarState | PolarEulerState, fn: Functions) -> Scalar:

@@ -80,7 +80,7 @@ def require_apart(outputs: Mapping[str, str | Path | None], *inputs: str) -> Non
         An output is one of the files ``inputs``, or is named twice.
     """
     # a bare word is the name of a scene that ships
-    taken = {_place(one): "which is read" for one in inputs if os.sep in one or "." in one}
+    taken = {_place(given): "which is read" for given in inputs if os.sep in given or "." in given}
     for option, path in outputs.items():
         if path is None or _is_device(Path(path)):
             continue

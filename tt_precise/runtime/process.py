@@ -135,7 +135,7 @@ def heeded() -> Iterator[None]:
     while a worker process is started, which would be left behind with half of its orders. A signal
     that the parent has set to be ignored (nohup) stays ignored.
     """
-    wanted = [one for one in RAISED if signal.getsignal(one) is not signal.SIG_IGN]
+    wanted = [number for number in RAISED if signal.getsignal(number) is not signal.SIG_IGN]
     for name in wanted:
         signal.signal(name, _leave)
     try:

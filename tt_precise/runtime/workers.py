@@ -202,10 +202,10 @@ class Pool:
                     return
                 done = wait(in_flight, return_when=FIRST_COMPLETED).done
                 # successes first: a caller who stops at a failure has all that there is
-                for future in sorted((one for one in in_flight if one in done), key=_failed):
+                for future in sorted((item for item in in_flight if item in done), key=_failed):
                     task = in_flight.pop(future)
                     results = self._results(future, task)
-                    errors = [one.error for one in results if isinstance(one, Failure)]
+                    errors = [item.error for item in results if isinstance(item, Failure)]
                     tried[task[0].key] += 1
                     # what cannot be used cannot be used the next time either
                     helps = errors and not isinstance(errors[0], InputError)

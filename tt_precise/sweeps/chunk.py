@@ -120,8 +120,8 @@ class _Integrated:
         columns: dict[str, Array] = {"outcome": self._outcomes(times)}
         for when in ("t_init", "t_end"):
             for which in DEFINITIONS:
-                one = [getattr(getattr(climb, which), when) for climb in times]
-                columns[f"{when}_{which}"] = numpy.array(one, dtype=float) * unit
+                values = [getattr(getattr(climb, which), when) for climb in times]
+                columns[f"{when}_{which}"] = numpy.array(values, dtype=float) * unit
         lost = [result.status == "contact_lost" and result.time > 0 for result in self.results]
         columns["min_g_n"] = numpy.where(lost, 0.0, self._part("min", "g_n"))
         columns["jellett_drift"] = self._drift()
@@ -165,8 +165,8 @@ class _Integrated:
         energy, ones = QUANTITIES["E"].evaluate(q), numpy.ones(self.rows)
         complete = outcomes(q.body, q.k[2] * ones, jellett(q), energy, crossed, falling)
         return [
-            name if one.status == "complete" else one.status
-            for one, name in zip(self.results, complete, strict=True)
+            name if result.status == "complete" else result.status
+            for result, name in zip(self.results, complete, strict=True)
         ]
 
     # ---- evaluation ------------------------------------------------------------------------
@@ -194,7 +194,7 @@ class _Integrated:
 
     def _events(self, name: str, rising: bool | None = None) -> Array:
         """Positions of the events with this name, in one direction or in both."""
-        number = next(n for n, one in enumerate(self.detectors) if one.event.name == name)
+        number = next(n for n, detector in enumerate(self.detectors) if detector.event.name == name)
         mine = self.kind // 2 == number
         return numpy.flatnonzero(mine if rising is None else mine & (self.kind % 2 == rising))
 
@@ -220,7 +220,9 @@ class _Integrated:
             smaller = numpy.fmin if part == "min" else numpy.fmax
             extreme = smaller(start, end)
             smaller.at(extreme, owner, wanted.evaluate(q) * numpy.ones(len(owner)))
-        unit = numpy.array([float(one.units.of_dimension(wanted.dimension)) for one in self.starts])
+        unit = numpy.array(
+            [float(beginning.units.of_dimension(wanted.dimension)) for beginning in self.starts]
+        )
         return extreme * unit
 
     def _drift(self) -> Array:
@@ -259,7 +261,7 @@ class _Integrated:
         mine = self._events("equator")
         owner = self.owner[mine]
         phi_dot = self._mirrored_phi_dot(self._motion(self.states[mine], owner), owner)
-        return [any(one < 0 for one in row[:1]) for row in self._by_row(phi_dot, owner)]
+        return [any(value < 0 for value in row[:1]) for row in self._by_row(phi_dot, owner)]
 
     def _mirrored_phi_dot(self, q: Motion, owner: Array) -> Array:
         sign = numpy.sign(jellett(self._start_motion))[owner]

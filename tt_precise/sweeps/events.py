@@ -74,7 +74,7 @@ class Steps(NamedTuple):
 
     def columns(self, step: Array, lane: Array, *entries: int) -> Array:
         """Taylor coefficients of some steps, shape (entries, order + 1, positions); all entries."""
-        chosen = [self.series[step, one, :, lane] for one in entries or range(len(self.ends))]
+        chosen = [self.series[step, entry, :, lane] for entry in entries or range(len(self.ends))]
         return numpy.ascontiguousarray(numpy.swapaxes(chosen, 1, 2))
 
 
@@ -147,7 +147,7 @@ class Zeros:
 
     def events(self) -> Events:
         """All that was found, by row, each kind in order of time."""
-        events = Events(*(numpy.concatenate(one) for one in zip(*self._found, strict=True)))
+        events = Events(*(numpy.concatenate(entry) for entry in zip(*self._found, strict=True)))
         order = numpy.lexsort((events.time, events.row))
         return Events(*(column[order] for column in events))
 
@@ -176,18 +176,20 @@ class Zeros:
         self, number: int, steps: Steps, step: Array, lane: Array, sure: Array, rising: Array
     ) -> Array:
         """Which of the steps may have a zero that is wanted, by where the climb is."""
-        one = self._detectors[number]
+        detector = self._detectors[number]
         row, climb = steps.row[step, lane], self.climb[steps.row[step, lane]]
         begin, end = steps.begin[step, lane], steps.end[step, lane]
-        every = one.every | (climb < EARLY)  # which crossing is the climb is decided later
+        every = detector.every | (climb < EARLY)  # which crossing is the climb is decided later
         # a step in which the sign changes the other way has none, or several
-        before = begin <= climb if one.before is not None else numpy.zeros(len(row), dtype=bool)
-        after = end >= climb if one.after is not None else numpy.zeros(len(row), dtype=bool)
-        if one.before:
-            before &= ~sure | (rising == (one.before > 0))
-        if one.after:
-            after &= ~sure | (rising == (one.after > 0))
-        if not one.turning:
+        before = (
+            begin <= climb if detector.before is not None else numpy.zeros(len(row), dtype=bool)
+        )
+        after = end >= climb if detector.after is not None else numpy.zeros(len(row), dtype=bool)
+        if detector.before:
+            before &= ~sure | (rising == (detector.before > 0))
+        if detector.after:
+            after &= ~sure | (rising == (detector.after > 0))
+        if not detector.turning:
             # of several zeros before the climb only the last one counts, after it the first one
             place = numpy.arange(len(row))
             last, first = numpy.full((2, len(self.climb)), -1)
@@ -204,9 +206,9 @@ class Zeros:
         self, number: int, steps: Steps, step: Array, lane: Array, ends: Array, sure: Array
     ) -> Events:
         """The zeros of a detector's function in some steps, from its values at their ends."""
-        one = self._detectors[number]
+        detector = self._detectors[number]
         row, width = steps.row[step, lane], steps.width[step, lane]
-        polynomials = self._series(one, steps, step, lane)
+        polynomials = self._series(detector, steps, step, lane)
         polynomials = polynomials * numpy.vander(width, len(polynomials), increasing=True).T
         first, last = ends
         which, place, rising = zeros(polynomials, first, last, sure)
@@ -214,10 +216,10 @@ class Zeros:
         row, direction, time = row[which], 2 * rising - 1, steps.begin[step, lane][which] + since
         if number == 0:
             wanted = direction < 0
-        elif one.turning:
+        elif detector.turning:
             # minima before the climb, and maxima after it
             climb = self.climb[row]
-            wanted = one.every | (climb < EARLY) | ((time > climb) == rising)
+            wanted = detector.every | (climb < EARLY) | ((time > climb) == rising)
         else:
             return self._events(number, row, direction, time)
         which, row, direction = which[wanted], row[wanted], direction[wanted]
@@ -231,19 +233,19 @@ class Zeros:
         state = numpy.full((len(row), len(self._form.columns)), numpy.nan)
         return Events(row, numpy.full(len(row), number), direction, time, state)
 
-    def _series(self, one: Detector, steps: Steps, step: Array, lane: Array) -> Array:
+    def _series(self, detector: Detector, steps: Steps, step: Array, lane: Array) -> Array:
         """Taylor coefficients of the function in some steps, shape (order + 1, positions)."""
-        if one.turning:  # theta turns where the rate of kz = cos theta vanishes
+        if detector.turning:  # theta turns where the rate of kz = cos theta vanishes
             return Truncated(steps.columns(step, lane, self._height)[0]).rate
         body = self._form.body(self._bodies[:, steps.row[step, lane]])
-        if one.event.gliding:
+        if detector.event.gliding:
             state = self._form.State(*map(Truncated, steps.columns(step, lane)))
             q = self._form.motion(body, state, SeriesFunctions(numpy))
         else:  # a function of axis and momentum, the first six entries
             kx, ky, kz, Lx, Ly, Lz = map(Truncated, steps.columns(step, lane, *range(6)))
             q = Motion(body, NewtonState(kx, ky, kz, Lx, Ly, Lz, 0, 0), SeriesFunctions(numpy))
         order = steps.series.shape[2] - 1
-        return numpy.array(one.event.function(q).upto(order))
+        return numpy.array(detector.event.function(q).upto(order))
 
 
 # ---- polynomials ---------------------------------------------------------------------------
@@ -276,7 +278,7 @@ def zeros(
     right = numpy.concatenate((numpy.ones(len(known)), right))
     rising = numpy.concatenate((first[known] < 0, rising))
     order = numpy.lexsort((left, owner))
-    owner, left, right, rising = (one[order] for one in (owner, left, right, rising))
+    owner, left, right, rising = (column[order] for column in (owner, left, right, rising))
     secant = first / (first - last)
     whole = (right - left == 1) & numpy.isfinite(secant[owner])
     start = numpy.where(whole, secant[owner], (left + right) / 2)
@@ -317,7 +319,9 @@ def states_in(series: Array, *since: Array) -> Array:
 
 def horner(coefficients: Sequence[Scalar], at: Scalar) -> Scalar:
     """Value of a polynomial, from its coefficients of 1, x, x^2, ..."""
-    return reduce(lambda value, one: value * at + one, coefficients[-2::-1], coefficients[-1])
+    return reduce(
+        lambda value, coefficient: value * at + coefficient, coefficients[-2::-1], coefficients[-1]
+    )
 
 
 def variables(letter: str, count: int) -> list[Scalar]:
@@ -346,7 +350,7 @@ def _nearer(terms: int) -> Callable[..., Array]:
     """
     polynomial = variables("c", terms)
     sign, left, right, place = heyoka.make_vars("sign", "left", "right", "place")
-    slope = [(j + 1.0) * one for j, one in enumerate(polynomial[1:])]
+    slope = [(j + 1.0) * coefficient for j, coefficient in enumerate(polynomial[1:])]
     inputs, move = [*polynomial, sign, left, right, place], heyoka.expression(0.0)
     for _ in range(NEWTON_STEPS):
         value = horner(polynomial, place)
@@ -387,7 +391,7 @@ def _sign() -> Callable[..., Array]:
     bernstein = [first, first + slope * width / 3.0, last - last_slope * width / 3.0, last]
     negative = heyoka.lt(first, 0.0)
     upright = [heyoka.select(negative, -coefficient, coefficient) for coefficient in bernstein]
-    least = -reduce(_larger, [-one for one in upright])
+    least = -reduce(_larger, [-value for value in upright])
     largest = reduce(_larger, map(_size, bernstein))
     terms = _larger(size, last_size)
     never = heyoka.logical_and(
@@ -405,8 +409,8 @@ def _sign() -> Callable[..., Array]:
     return heyoka.cfunc([sign], vars=inputs)
 
 
-def _size(one: Scalar) -> Scalar:
-    return _larger(one, -one)
+def _size(value: Scalar) -> Scalar:
+    return _larger(value, -value)
 
 
 def _larger(first: Scalar, second: Scalar) -> Scalar:

@@ -99,7 +99,7 @@ class Extreme:
         if not self._held:
             return
         parts = [steps.only(steps.ceiling >= self._best[steps.row]) for steps in self._held]
-        held = _Held(*(numpy.concatenate(one, axis=-1) for one in zip(*parts, strict=True)))
+        held = _Held(*(numpy.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
         self._held = []
         series = held.series[list(self._entries)] if self._entries else held.series
         highest, place = numpy.full(len(held.row), -numpy.inf), numpy.zeros(len(held.row))
@@ -185,6 +185,6 @@ def _ceiling(values: Array, turns: Array | bool = False) -> tuple[Array, Array]:
 def _curvature(terms: int, times: int) -> Callable[..., Array]:
     """From the coefficients of h^2, h^3, ... of a series, and times: its second derivative."""
     series = variables("c", terms)
-    second = [(j + 1.0) * (j + 2.0) * one for j, one in enumerate(series)]
+    second = [(j + 1.0) * (j + 2.0) * coefficient for j, coefficient in enumerate(series)]
     since = variables("since", times)
     return heyoka.cfunc([horner(second, at) for at in since], vars=[*series, *since])

@@ -110,9 +110,9 @@ def column_named(rows: pandas.DataFrame, name: str) -> str:
 def _with_values(rows: pandas.DataFrame, *names: str) -> pandas.DataFrame:
     """The rows with climbing times in all definitions, unless there is nothing to draw."""
     times = {
-        f"climb_{one}": rows[f"t_end_{one}"] - rows[f"t_init_{one}"]
-        for one in DEFINITIONS
-        if f"t_end_{one}" in rows and f"t_init_{one}" in rows
+        f"climb_{definition}": rows[f"t_end_{definition}"] - rows[f"t_init_{definition}"]
+        for definition in DEFINITIONS
+        if f"t_end_{definition}" in rows and f"t_init_{definition}" in rows
     }
     table = rows.assign(**times)
     for name in names:

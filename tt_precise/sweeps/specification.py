@@ -134,7 +134,7 @@ class Specification:
             "scene": scene.name,
             "model": scene.model,
             "body": {name: str(value) for name, value in body.numbers_by_name.items()},
-            "start": {one.name: str(getattr(start, one.name)) for one in fields(start)},
+            "start": {entry.name: str(getattr(start, entry.name)) for entry in fields(start)},
             "until": str(scene.until),
             "vary": {name: [str(value) for value in values] for name, values in self.vary.items()},
             "box": {name: [str(value) for value in ends] for name, ends in self.box.items()},

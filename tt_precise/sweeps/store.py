@@ -328,7 +328,7 @@ def names(out: str, folder: str = "") -> set[str]:
         paths = files.ls(f"{root}/{folder}".rstrip("/"), detail=False)
     except (FileNotFoundError, NotADirectoryError):
         return set()
-    return {one.rpartition("/")[2] for one in paths} - {""}
+    return {path.rpartition("/")[2] for path in paths} - {""}
 
 
 def _place(out: str) -> tuple[Any, str]:

@@ -89,8 +89,8 @@ def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Arra
     for halving in range(halvings + 1):
         negative = bernstein < 0
         changes = numpy.count_nonzero(negative[:, 1:] != negative[:, :-1], axis=1)
-        one = changes % 2 == 1 if halving == halvings else changes == 1
-        intervals.append((which[one], low[one], low[one] + width, negative[one, 0]))
+        single = changes % 2 == 1 if halving == halvings else changes == 1
+        intervals.append((which[single], low[single], low[single] + width, negative[single, 0]))
         several = changes > 1
         if not several.any():
             break

@@ -93,13 +93,13 @@ class Traced(Operand):
         return tuple(a for a in self.args if isinstance(a, Traced))
 
 
-def linear(one: Scalar, sign: int = 1) -> tuple[Any, tuple[tuple[Any, Traced], ...]]:
+def linear(value: Scalar, sign: int = 1) -> tuple[Any, tuple[tuple[Any, Traced], ...]]:
     """Offset, and pairs of factor and series, whose sum it (or minus it) is."""
-    if not isinstance(one, Traced):
-        return sign * one, ()
-    if one.kind != "sum":
-        return 0, ((sign, one),)
-    offset, terms = one.args
+    if not isinstance(value, Traced):
+        return sign * value, ()
+    if value.kind != "sum":
+        return 0, ((sign, value),)
+    offset, terms = value.args
     return sign * offset, tuple((sign * factor, series) for factor, series in terms)
 
 
@@ -192,8 +192,8 @@ class Graph:
                 return series if factor == 1 else self.sum(*linear(series, -1))
             factor = self.number(factor)
         if series.kind == "sum" and len(series.args[1]) == 1:
-            offset, ((inner, one),) = series.args
-            return self.sum(factor * offset, ((factor * inner, one),))
+            offset, ((inner, term),) = series.args
+            return self.sum(factor * offset, ((factor * inner, term),))
         return self.sum(0, ((factor, series),))
 
     def sum(self, offset: Scalar, terms: Iterable[tuple[Any, Traced]]) -> Scalar:
@@ -267,8 +267,12 @@ class Graph:
             offset, terms = linear(angle)
             known: dict[Any, Any] = {}
 
-            def number(one: Scalar, known: dict[Any, Any] = known) -> Scalar:
-                return one.value(parameters, fn, known) if isinstance(one, Constant) else one
+            def number(operand: Scalar, known: dict[Any, Any] = known) -> Scalar:
+                return (
+                    operand.value(parameters, fn, known)
+                    if isinstance(operand, Constant)
+                    else operand
+                )
 
             value = number(offset) + sum(number(c) * start[entry.args[0]] for c, entry in terms)
             extended += [fn.sin(value), fn.cos(value)]
@@ -290,15 +294,15 @@ def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Traced]:
     reached: set[Traced] = set()
     left = [name for name in wanted if isinstance(name, Traced)]
     while left:
-        one = left.pop()
-        if one.kind == "angle":
+        node = left.pop()
+        if node.kind == "angle":
             raise ArcTangentError(
                 "event: got an event of theta in double-double or triple-double, expected one that "
                 "needs no arc tangent, such as theta_min and theta_max, or precision quad or mp"
             )
-        if one not in reached:
-            reached.add(one)
-            left += one.operands
+        if node not in reached:
+            reached.add(node)
+            left += node.operands
     return sorted(reached, key=graph.place)
 
 

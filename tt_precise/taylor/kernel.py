@@ -61,7 +61,7 @@ class Kernel:
         self.outputs = [(graph.named(value), slope) for value, slope in outputs]
         kept = [*self.rates, *(value for value, _ in self.outputs)]
         self.nodes = in_order(graph, [*graph.entries, *kept])
-        alone = [one for one in kept if isinstance(one, Constant)]
+        alone = [output for output in kept if isinstance(output, Constant)]
         self.constants = list(dict.fromkeys([*constants_of(self.nodes), *alone]))
         # the two series whose products a lane adds up
         factors: dict[str, Any] = {
@@ -149,7 +149,7 @@ class _RunWriter:
          self.longest, self.until, self.times, work) = e.arguments  # fmt: skip
         self.order = e.b.sub(e.order(self.orders, 1), e.i(1))
         inverses = (nearest(Fraction(1, n + 1), MOST_PARTS) for n in range(MOST_ORDER + 1))
-        self.reciprocals = e.table([part for one in inverses for part in one])
+        self.reciprocals = e.table([part for number in inverses for part in number])
         width, parts = kernel.width, range(kernel.parts)
         area = e.index(e.b.add(self.order, e.i(2)), width)
         taken = [e.b.mul(e.i(k), area) for k in range(2 * kernel.parts + 1)]
@@ -302,8 +302,8 @@ class _RunWriter:
             if parts > 1:
                 e.store(value[node][0], self.latest, kernel.lane[node])
             place = e.index(n, kernel.width, kernel.lane[node])
-            for one, side in zip(pair, (self.left, self.right), strict=True):
-                self._write(value[one], side, place)
+            for operand, side in zip(pair, (self.left, self.right), strict=True):
+                self._write(value[operand], side, place)
         # what is written nowhere else is zero: the rest of a constant, the last term of a slope
         every = SeveralDoubles(e, kernel.parts)
         zero = every.widened((e.d(0.0),))
@@ -339,8 +339,8 @@ class _RunWriter:
         return self._read([self.e.behind(self.reciprocals, part) for part in range(MOST_PARTS)],
                           self.e.index(n, MOST_PARTS))  # fmt: skip
 
-    def _constant(self, one: Constant) -> Number:
-        place = self.kernel.constants.index(one) * self.kernel.parts
+    def _constant(self, constant: Constant) -> Number:
+        place = self.kernel.constants.index(constant) * self.kernel.parts
         parts = [self.e.behind(self.constants, part) for part in range(self.kernel.parts)]
         return self._read(parts, place)
 

@@ -209,7 +209,7 @@ class SeriesFunctions:
         """The angle of the point (x, y), which is not the origin."""
         if not isinstance(y, Series) and not isinstance(x, Series):
             return self.fn.atan2(y, x)
-        y, x = (one if isinstance(one, Series) else constant(one) for one in (y, x))
+        y, x = (value if isinstance(value, Series) else constant(value) for value in (y, x))
         square = x * x + y * y
         turning = (x * rate(y) - y * rate(x)) / square
         return Series(lambda c, k: turning[k - 1] / k if k else self.fn.atan2(y[0], x[0]))
@@ -226,7 +226,7 @@ def rate(series: Series) -> Series:
 
 
 def _rate(c: Sequence[Scalar]) -> list[Scalar]:
-    return [k * one for k, one in enumerate(c) if k]
+    return [k * coefficient for k, coefficient in enumerate(c) if k]
 
 
 def solution(
@@ -332,7 +332,7 @@ class SizedFunctions:
     def atan2(self, y: Scalar, x: Scalar) -> Scalar:
         if not isinstance(y, Sized) and not isinstance(x, Sized):
             return numpy.arctan2(y, x)
-        y, x = (one if isinstance(one, Sized) else Sized(one, 0.0) for one in (y, x))
+        y, x = (value if isinstance(value, Sized) else Sized(value, 0.0) for value in (y, x))
         spread = abs(x.value) * y.size + abs(y.value) * x.size
         square = x.value * x.value + y.value * y.value
         return Sized(numpy.arctan2(y.value, x.value), spread / square)

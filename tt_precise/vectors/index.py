@@ -94,11 +94,11 @@ def stale(folder: Path) -> Iterator[str]:
         yield f"{INDEX}: missing; tt-precise golden vectors --build makes it"
         return
     try:
-        listed = {one.path: one for one in records.load(file, Index, "the index").files}
+        listed = {entry.path: entry for entry in records.load(file, Index, "the index").files}
     except InputError:
         yield f"{INDEX}: no index; tt-precise golden vectors --build makes it"
         return
-    present = {one.path: one for one in entries(folder)}
+    present = {entry.path: entry for entry in entries(folder)}
     for path in sorted(listed.keys() - present.keys()):
         yield f"{path}: listed in {INDEX}, and missing"
     for path in sorted(present.keys() - listed.keys()):

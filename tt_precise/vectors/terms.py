@@ -70,7 +70,7 @@ def disagreement(
         size = abs(rate) + abs(known[name]) * turning
         differences.append(abs(slope - rate) / (size if name in rates else q.body.g))
     # a comparison with NaN is false, so that max alone would pass it over
-    return max(differences, key=lambda one: fn.inf if fn.isnan(one) else one)
+    return max(differences, key=lambda difference: fn.inf if fn.isnan(difference) else difference)
 
 
 def _euler_form(q: Motion) -> Formulation:
