@@ -44,7 +44,7 @@ class Parameters:
 
     @property
     def numbers_by_name(self) -> dict[str, Scalar]:
-        """Every number that there is, under the key that it has in a scene file."""
+        """Every number of the body under its key in a scene file."""
         numbers = {name: getattr(self, name) for name in NAMES}
         numbers |= zip(self.friction.further, self.further, strict=True)
         if self.spring:
@@ -52,7 +52,7 @@ class Parameters:
         return numbers
 
     def map(self, convert: Callable[[Scalar], Scalar]) -> Parameters:
-        """These parameters with every number of them converted."""
+        """These parameters with every number converted."""
         return of_numbers(
             {name: convert(value) for name, value in self.numbers_by_name.items()},
             self.friction,
@@ -76,7 +76,7 @@ class Parameters:
 
 
 def of_numbers(numbers: Mapping[str, Scalar], friction: Law, spring: str, kind: type[Top]) -> Top:
-    """Parameters, exact ones or others, out of ``numbers_by_name``."""
+    """Parameters from ``numbers_by_name``, exact or not."""
     given = dict(numbers)
     further = tuple(given.pop(name) for name in friction.further)
     return kind(**given, friction=friction, further=further, spring=spring)
@@ -86,16 +86,16 @@ def of_numbers(numbers: Mapping[str, Scalar], friction: Law, spring: str, kind: 
 class TippeTop(Parameters):
     """A Tippe Top with exact parameters in SI: kg, m, 1, kg m^2, kg m^2, m/s^2, and mu.
 
-    Every parameter is an exact decimal or fraction string, an int or a ``Fraction``; a float
-    stands for its shortest decimal, 0.015 for "0.015". People use ``of``, which takes the keys and
-    the units of a scene file and refuses numbers that can only be meant in others.
+    Every parameter is an exact decimal or fraction string, an int or a ``Fraction``; a float stands
+    for its shortest decimal, 0.015 for "0.015". Users call ``of``, which takes the keys and the
+    units of a scene file and refuses numbers that are evidently in other units.
 
     Raises
     ------
     InputError
-        A parameter is no exact number or outside its range: 0 < alpha < 1; m, R, I1, I3, g > 0;
-        I3 <= 2 I1 (no mass distribution has more); mu >= 0; those of the friction law and of the
-        table theirs.
+        A parameter is not an exact number or outside its range: 0 < alpha < 1; m, R, I1, I3, g > 0;
+        I3 <= 2 I1 (no mass distribution has more); mu >= 0; the ranges of the friction law and the
+        table.
     """
 
     def __post_init__(self) -> None:
@@ -128,7 +128,7 @@ class TippeTop(Parameters):
 
     @classmethod
     def from_ratios(cls, **given: Any) -> TippeTop:
-        """A body whose I1 and I3 are given in units of m R^2; its numbers by name, and the rest."""
+        """A body with I1 and I3 in units of m R^2, from its numbers by name and other fields."""
         law = given.get("friction", VISCOUS)
         further = tuple(given.pop(name) for name in law.further) or given.pop("further", ())
         scale = written(given["m"], "m") * written(given["R"], "R") ** 2
@@ -136,7 +136,7 @@ class TippeTop(Parameters):
         return cls(**{**given, **ratios, "further": further})
 
     def in_file_units(self) -> dict[str, Any]:
-        """What ``from_ratios`` makes the same body of."""
+        """The numbers from which ``from_ratios`` makes the same body."""
         unit = self.m * self.R**2
         ratios = {"I1": self.I1 / unit, "I3": self.I3 / unit}
         return {**self.numbers_by_name, **ratios, "friction": self.friction, "spring": self.spring}
@@ -188,7 +188,7 @@ def _require_table(top: TippeTop) -> None:
         )
 
 
-# Other keys of [body]: what they stand for, and their unit in SI.
+# Other keys of [body]: the parameter of each, and its unit in SI.
 UNIT_KEYS = {
     "m_g": ("m", Fraction(1, 1000)), "R_mm": ("R", Fraction(1, 1000)),
     "centre_m": ("alpha", Fraction(1)), "centre_mm": ("alpha", Fraction(1, 1000)),
@@ -197,12 +197,12 @@ UNIT_KEYS = {
 
 
 def body_numbers(given: Mapping[str, Json]) -> dict[str, Fraction]:
-    """The numbers that a table ``[body]`` gives, in SI but for I1 and I3, in units of m R^2.
+    """The numbers of a table ``[body]`` in SI, except I1 and I3 in units of m R^2.
 
     Raises
     ------
     InputError
-        A quantity is given twice, or is no number.
+        A quantity is given twice, or is not a number.
     """
     values = {name: written(given[name], name) for name in NAMES if name in given}
     for key, (name, unit) in UNIT_KEYS.items():
@@ -230,7 +230,7 @@ def top_of(
 ) -> tuple[TippeTop, bool]:
     """The top of a scene's tables ``[body]``, ``[friction]`` and ``[contact]``; whether it flies.
 
-    A top that flies goes on where contact is lost. ``frictionless`` needs no mu.
+    A top that flies continues after loss of contact. ``frictionless`` needs no mu.
 
     Raises
     ------
@@ -266,7 +266,7 @@ def _friction_of(given: Mapping[str, Json]) -> tuple[Law, dict[str, Fraction]]:
 
 
 def _contact_of(given: Mapping[str, Json]) -> tuple[dict[str, Any], bool]:
-    """Numbers of an elastic table, and whether a top flies on where contact is lost."""
+    """Numbers of an elastic table, and whether the top flies after loss of contact."""
     law = given.get("law", "rigid")
     if law not in ("rigid", "compliant"):
         raise InputError(f"contact.law: got {law!r}, expected one of: rigid, compliant")
@@ -293,7 +293,7 @@ def require_keys(
     Raises
     ------
     InputError
-        It has one, or lacks one.
+        A key is unknown or missing.
     """
     known = {*required, *optional}
     for key in table:
@@ -306,19 +306,19 @@ def require_keys(
         raise InputError(f"missing key {prefix}{key}, expected a value")
 
 
-# Generous: no top that stands on a table is beyond them.
+# Generous: every top that stands on a table is within them.
 PLAUSIBLE_MOMENT = Fraction(1, 1000), Fraction(10)  # of m R^2; a solid sphere has 2/5
 PLAUSIBLE_GRAVITY = Fraction(1, 100), Fraction(100)  # m/s^2
 PLAUSIBLE_DENSITY = Fraction(1, 10), Fraction(100_000)  # kg/m^3 of the sphere; osmium has 22,600
 
 
 def require_si(body: TippeTop) -> None:
-    """Refuse a body whose numbers can only be meant in other units than those of a scene file.
+    """Refuse a body whose numbers are evidently not in the units of a scene file.
 
     Raises
     ------
     InputError
-        A moment of inertia, gravity, or mass and radius together are beyond what any top has.
+        A moment of inertia, gravity, or mass and radius together are impossible for a top.
     """
     unit = body.m * body.R**2
     low, high = PLAUSIBLE_MOMENT
@@ -371,7 +371,7 @@ class Units(NamedTuple):
         return cls(convert(body.m), convert(body.R), fn.sqrt(convert(body.R / body.g)))
 
     def of_dimension(self, dimension: Dimension) -> Scalar:
-        """How many SI units one dimensionless unit of this dimension is."""
+        """The dimensionless unit of this dimension, in SI."""
         factor: Scalar = 1
         for unit, power in zip(self, dimension, strict=True):
             if power:

@@ -1,7 +1,7 @@
 """Friction laws as values: F_f = -c g_n v_A with a coefficient c (s/m) that each law defines.
 
-A law is one entry of ``LAWS``: its parameters, its coefficient as a function that is generic in
-the arithmetic, the functions that this needs, and what follows from its form. Eqs (1) to (7) are
+A law is one entry of ``LAWS``: its parameters, its coefficient as a function that is generic in the
+arithmetic, the functions that it needs, and the properties of its form. Eqs (1) to (7) are
 algebraic in mu, so with c for mu they are the equations of motion under every law.
 """
 
@@ -20,7 +20,7 @@ class Parameter(NamedTuple):
 
     name: str
     speeds: int  # -1 for s/m, 0 for a pure number, 1 for m/s
-    positive: bool = False  # else at least 0
+    positive: bool = False  # otherwise at least 0
     usual: tuple[str, str] | tuple[()] = ()  # the range in which test vectors draw
 
     @property
@@ -35,11 +35,11 @@ class Law:
 
     ``coefficient(square, fn, mu, ...)`` is c at v_A^2 = ``square``, and ``largest(speed, mu, ...)``
     a bound on c at all speeds of at least ``speed``; both take the values of ``parameters`` in
-    order. ``functions`` are those that the coefficient needs of an arithmetic. The coefficient of
-    a ``constant`` law does not depend on the state. A law that is not ``smooth_at_rest`` lets a
-    top stick: its motion comes in pieces. ``force`` is the formula of the force, ``scene`` a
-    shipped scene with this law, ``at_rest`` c(0) in words. Test vectors contain a law that is
-    ``in_vectors``, with parameters in their usual range.
+    order. ``functions`` are the functions that the coefficient needs. The coefficient of a
+    ``constant`` law does not depend on the state. A law that is not ``smooth_at_rest`` lets a top
+    stick: its motion has several pieces. ``force`` is the formula of the force, ``scene`` a shipped
+    scene with this law, ``at_rest`` c(0) in words. Test vectors contain the laws that are
+    ``in_vectors``, with parameters in their usual ranges.
     """
 
     name: str
@@ -60,16 +60,16 @@ class Law:
 
     @property
     def further(self) -> tuple[str, ...]:
-        """Names of the parameters behind mu."""
+        """Names of the parameters after mu."""
         return tuple(parameter.name for parameter in self.parameters[1:])
 
     def require(self, fn: Functions) -> None:
-        """Refuse an arithmetic that lacks a function which the coefficient needs.
+        """Refuse an arithmetic that lacks a function of the coefficient.
 
         Raises
         ------
         InputError
-            It lacks one.
+            A function is missing.
         """
         missing = self.missing(fn)
         if missing:
@@ -79,7 +79,7 @@ class Law:
             )
 
     def missing(self, fn: Functions) -> list[str]:
-        """The functions that the coefficient needs and an arithmetic lacks."""
+        """The functions of the coefficient that an arithmetic lacks."""
         return [name for name in self.functions if not hasattr(fn, name)]
 
 

@@ -20,8 +20,8 @@ _EXPRESSION = re.compile(
     rf"(?:\s*(?P<operator>[+-])\s*(?P<second>{_PRODUCT}))?(?:\s+(?P<unit>deg(?:/s)?))?",
     re.ASCII,
 )
-# Characters. With three digits of exponent an integer stays below the 4300 digits that Python is
-# willing to print, and a hostile file cannot build an astronomically large one.
+# Characters. With three digits of exponent an integer stays below the 4300 digits that Python
+# prints, and a hostile file cannot build a huge integer.
 LONGEST = 2000
 LARGEST = 10**300
 PLAIN = 1e-4, 1e16  # from the first to below the second, ``repr`` writes no power of ten
@@ -50,20 +50,20 @@ class WithPi(NamedTuple):
 
 
 def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
-    """The exact value of a decimal ("0.02", "1e-9"), a fraction, or a quotient or product of such.
+    """The exact value of a decimal ("0.02", "1e-9"), a fraction, or a quotient or product of these.
 
-    What contains pi ("pi/18") is rounded to ``IRRATIONAL_DIGITS`` digits.
+    A value with pi ("pi/18") is rounded to ``IRRATIONAL_DIGITS`` digits.
 
     Raises
     ------
     InputError
-        For anything else: a float has already been rounded, NaN and infinity are no numbers here.
+        For anything else: a float is already rounded; NaN and infinity are refused.
     """
     return read(value, what).rational
 
 
 def read(value: str | int | Fraction, what: str = "number", unit: str = "") -> WithPi:
-    """As ``exact``, with pi kept apart; ``unit`` is "deg" or "deg/s" where that may be written.
+    """As ``exact``, with pi kept apart; ``unit`` is "deg" or "deg/s" if that unit is allowed.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def _evaluated(form: re.Match[str]) -> WithPi:
     plain, of_pi = sign * parts.plain, sign * parts.of_pi
     if form["second"]:
         more = _product(form["second"])
-        if not (of_pi or more.of_pi):  # "2024-01-01" is no number
+        if not (of_pi or more.of_pi):  # "2024-01-01" is not a number
             raise ArithmeticError
         sign = -1 if form["operator"] == "-" else 1
         plain, of_pi = plain + sign * more.plain, of_pi + sign * more.of_pi
@@ -123,7 +123,7 @@ def _product(text: str) -> WithPi:
 
 
 def written(value: str | float | Fraction, what: str = "number", unit: str = "") -> Fraction:
-    """``exact``, where people write numbers: a float stands for its shortest decimal, as in TOML.
+    """``exact`` for numbers in files and code: a float stands for its shortest decimal, as in TOML.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def decimal_of(value: Any) -> Any:
 
 
 def within_doubles(value: Fraction, what: str) -> Fraction:
-    """The value, if doubles go so far.
+    """The value, if it is within the range of doubles.
 
     Raises
     ------
@@ -158,19 +158,19 @@ def within_doubles(value: Fraction, what: str) -> Fraction:
 
 
 def to_mpmath(value: Fraction, context: Functions) -> Scalar:
-    """The exact ``value`` rounded once into an mpmath context (``mpmath.mp`` or an own one)."""
+    """The exact ``value`` rounded once into an mpmath context."""
     from mpmath.libmp import from_rational  # here, so that a check in double need not import it
 
     return context.make_mpf(from_rational(value.numerator, value.denominator, context.prec, "n"))
 
 
 def as_fraction(t: Scalar) -> Fraction:
-    """The exact value of a time given as a string, or as an int, fraction, float of any kind.
+    """The exact value of a time: a string, an int, a fraction, or a float of any kind.
 
     Raises
     ------
     InputError
-        It is no finite number.
+        It is not a finite number.
     """
     if hasattr(t, "_mpf_"):
         sign, mantissa, power, _ = t._mpf_
@@ -193,7 +193,7 @@ def as_fraction(t: Scalar) -> Fraction:
 def shortest_texts(values: Array) -> list[str | None]:
     """The shortest texts that recover doubles (float64, one axis), as ``repr``; None for NaN.
 
-    Eight times as fast as ``repr``, which still writes infinities, and powers of ten in its way.
+    Eight times as fast as ``repr``, which is used only for infinities and powers of ten.
     """
     import numpy
     from msgspec import json

@@ -88,7 +88,7 @@ class Scene:
                 raise InputError(said)
 
     def _refusals(self) -> Iterator[tuple[bool, str]]:
-        """What no scene may be, and what is said of it."""
+        """Pairs of a condition that no scene may meet and its error message."""
         flight, lifted = self.model == "flight", isinstance(self.start, LiftedStart)
         until, every = str(self.until)[:60], str(self.sample_every)[:60]
         yield self.until < 0, f"until: got {until}, expected seconds, at least 0"
@@ -169,8 +169,8 @@ class Scene:
         """The same scene with entries of its file replaced, in the units of the file.
 
         ``changes`` are entries of [body], [start] and [run]: exact strings or numbers, in SI but
-        for I1 and I3, which are in units of m R^2 and stay what they are there if m or R change.
-        A start that was given by psi_dot or at_rest is computed again from them.
+        for I1 and I3 in units of m R^2, whose values in these units stay the same if m or R change.
+        A start given by psi_dot or at_rest is computed again from them.
 
         Raises
         ------
@@ -189,8 +189,8 @@ class Scene:
         return replace(self, body=top, **self._start_with(start, top), **run)
 
     def _start_with(self, changes: Mapping[str, Json], body: TippeTop) -> dict[str, Any]:
-        """Fields of a scene with this start changed: ``start``, and ``given`` where it counts."""
-        # replace(scene, start=...) leaves ``given`` behind: then it says nothing any more
+        """Fields of a scene with this start: ``start``, and ``given`` if needed."""
+        # replace(scene, start=...) keeps ``given``, which is then invalid
         given = self.given if self.given and Start.of(self.body, self.given) == self.start else {}
         if not is_derived({**given, **changes}):
             kind = LiftedStart if changes.keys() & set(LIFTED) else type(self.start)
@@ -204,15 +204,15 @@ class Scene:
         return {"start": values}
 
     def perturbed(self, **relative: str | Fraction) -> Scene:
-        """The same scene with parameters (in SI) and rates off by exact relative sizes.
+        """The same scene with parameters (in SI) and rates changed by exact relative amounts.
 
         ``perturbed(alpha="1e-9")`` has a top whose alpha is larger by 1e-9. With another m or R the
-        moments of inertia stay what they are in kg m^2.
+        moments of inertia keep their values in kg m^2.
 
         Raises
         ------
         InputError
-            There is no such parameter or rate, or the size is no exact number.
+            There is no such parameter or rate, or the amount is not an exact number.
         """
         start: dict[str, Any] = {}
         body = self.body.numbers_by_name
@@ -241,12 +241,12 @@ class Scene:
 
     @property
     def lifts(self) -> bool:
-        """Whether the lowest point of the top need not be at the table's height."""
+        """Whether the lowest point of the top may be off the table's height."""
         return self.flies or self.model == "flight" or bool(self.body.spring)
 
     @property
     def in_pieces(self) -> bool:
-        """Whether its motion may come in pieces, each under equations of its own."""
+        """Whether its motion may have several pieces with different equations."""
         return self.lifts or self.may_stick
 
     @property

@@ -1,4 +1,4 @@
-"""The exact state at t = 0, and the ways in which a scene may say it."""
+"""The exact state at t = 0, and the ways in which a scene may give it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tt_precise.scene.numerals import (
     written,
 )
 
-# what some authors give instead of omega_3, and instead of nu_x and nu_y
+# alternatives to omega_3, and to nu_x and nu_y
 PSI_DOT, AT_REST = "psi_dot", "at_rest"
 CONTACT_POINT, CENTRE_OF_MASS = "contact point", "centre of mass"
 DERIVED_DIGITS = 100
@@ -30,9 +30,8 @@ _NEARLY_PI = Fraction("3.14159")
 class Inclination(NamedTuple):
     """An exact inclination theta: ``offset`` from the upright pole, or from the inverted one.
 
-    theta = pi is no rational number, and pi - 1e-300 is no number of any fixed precision, so the
-    distance from the nearer pole is what is stored; sine and cosine are then exact at the poles
-    and accurate beside them.
+    theta = pi is irrational, and no fixed precision holds pi - 1e-300. Therefore the distance from
+    the nearer pole is stored; sine and cosine are then exact at the poles and accurate near them.
     """
 
     offset: Fraction
@@ -42,7 +41,7 @@ class Inclination(NamedTuple):
     def parse(cls, value: str | int | float | Fraction) -> Inclination:
         """Read "0.1", "10 deg", "pi/18", "pi" or "pi - 1e-9"; radians, within [0, pi].
 
-        A share of pi is rounded to 100 digits, but pi itself is exact.
+        A multiple of pi is rounded to 100 digits, but pi itself is exact.
         """
         number = read(decimal_of(value), "theta", "deg")
         angle = cls(-number.plain, True) if number.of_pi == 1 else cls(number.rational)
@@ -105,11 +104,11 @@ class Start:
 
     @staticmethod
     def of(body: TippeTop, given: Mapping[str, Json]) -> Start:
-        """The start that ``given`` says: its own entries, psi_dot for omega_3, or what is at rest.
+        """The start from the entries ``given``, with psi_dot for omega_3 or with at_rest.
 
         ``psi_dot`` (rad/s) makes omega_3 = psi_dot + phi_dot cos theta. ``at_rest`` is "contact
-        point" (nu_x = nu_y = 0) or "centre of mass", whose horizontal velocity then is 0. What is
-        irrational in them is rounded to ``DERIVED_DIGITS`` digits; from there on it is exact.
+        point" (nu_x = nu_y = 0) or "centre of mass" (its horizontal velocity is 0). Irrational
+        values are rounded to ``DERIVED_DIGITS`` digits; the rounded start is exact.
 
         Raises
         ------
@@ -128,10 +127,10 @@ class Start:
 
     @staticmethod
     def of_state(state: Any, *, lifted: bool = False) -> Start:
-        """The start that a ``State`` of a trajectory is: its numbers exactly, the azimuth 0.
+        """The start at a ``State`` of a trajectory: its exact numbers, with azimuth 0.
 
-        The inclination is measured from the nearer pole where the axis is known as a vector, and
-        rounded to ``DERIVED_DIGITS`` digits. ``lifted`` takes height and rise as well.
+        The inclination is measured from the nearer pole if the axis is known as a vector, and
+        rounded to ``DERIVED_DIGITS`` digits. ``lifted`` includes height and rise.
 
         Raises
         ------
@@ -150,7 +149,7 @@ class Start:
 
 @dataclass(frozen=True)
 class LiftedStart(Start):
-    """A start whose lowest point need not be at rest on the table: its height (m), and its rate."""
+    """A start with the height (m) of the lowest point above the table, and its rate."""
 
     height: Fraction = Fraction(0)
     rise: Fraction = Fraction(0)
@@ -168,7 +167,7 @@ START_KEYS = (*_ENTRIES, *LIFTED, PSI_DOT, AT_REST)
 
 
 def is_derived(given: Mapping[str, Json]) -> bool:
-    """Whether a start has entries from which others are computed."""
+    """Whether a start has psi_dot or at_rest, from which other entries are computed."""
     return PSI_DOT in given or AT_REST in given
 
 

@@ -1,7 +1,7 @@
-"""One task of a sweep: some hundred rows, from the numbers in their columns to their results.
+"""One task of a sweep: computes the results of some hundred rows from their start values.
 
-Only arrays go in and come out. The result of a row depends on the row alone, not on the others
-in its chunk.
+Input and output are arrays. The result of a row depends only on the row, not on the others in its
+chunk.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ class _Integrated:
         return columns[f"t_end_{which}"] - columns[f"t_init_{which}"]
 
     def _nearest(self, climbs: Array, *, after: bool) -> Array:
-        """Time of the crossing of nu_y and nu_x that is next to the climb on one side."""
+        """Time of the nearest crossing of nu_y and nu_x on one side of the climb."""
         chosen = self._events("nu_crossing", rising=not after)
         owner, times = self.owner[chosen], self.times[chosen]
         beyond = times > climbs[owner] if after else times < climbs[owner]
@@ -273,7 +273,7 @@ class _Integrated:
         return [items[start:end] for start, end in itertools.pairwise(cuts)]
 
     def _drop_starts(self, events: Sequence[Event]) -> None:
-        """Leave out events that are the start itself; whether heyoka finds them is rounding."""
+        """Remove events at the start itself; rounding decides whether they are detected."""
         early = numpy.flatnonzero(self.times < EARLY)
         if not len(early):
             return

@@ -1,10 +1,10 @@
 """The columns of a sweep: which exist, what they mean, and which events they need.
 
-Every row has ``FIXED``. Further ones are asked for by name: ``climb_A``, ``climb_B``, ``climb_C``
-(climbing time t_end - t_init), ``t_equator`` (theta first rises through pi/2), ``lambda_ratio``
-(lambda/lambda_thres), ``nu_crossing_init`` and ``nu_crossing_end`` (nu_y crosses nu_x around the
-climb), and ``min_Q``, ``max_Q``, ``start_Q``, ``end_Q`` of any quantity Q. Extrema
-are read off the Taylor polynomials of the steps together with both ends, never off samples.
+Every row has ``FIXED``. Further columns are requested by name: ``climb_A``, ``climb_B``,
+``climb_C`` (climbing time t_end - t_init), ``t_equator`` (theta first rises through pi/2),
+``lambda_ratio`` (lambda/lambda_thres), ``nu_crossing_init`` and ``nu_crossing_end`` (nu_y crosses
+nu_x around the climb), and ``min_Q``, ``max_Q``, ``start_Q``, ``end_Q`` of any quantity Q. Extrema
+come from the Taylor polynomials of the steps and both ends, never from samples.
 
 The outcome is a statement about the state at the end (``OUTCOMES``).
 """
@@ -53,7 +53,7 @@ PARTS = ("min", "max", "start", "end")
 
 @dataclass(frozen=True)
 class Part:
-    """One asked-for value of a quantity along a trajectory, such as its minimum."""
+    """A requested value of a quantity along a trajectory, such as its minimum."""
 
     part: str
     quantity: str
@@ -66,12 +66,12 @@ class Part:
 
 @dataclass(frozen=True)
 class Detector:
-    """One event function whose zeros are looked for.
+    """An event function whose zeros are searched.
 
-    ``before`` is the direction of the zeros that are wanted before the climb (+1 rising, -1
-    falling, 0 both, None: none are), ``after`` that of those after it: the ones next to the climb,
-    or all of them where ``turning``. The first detector of all is the climb's own. ``every`` asks
-    for all zeros wherever they are.
+    ``before`` is the direction of the wanted zeros before the climb (+1 rising, -1 falling, 0 both,
+    None: no zeros), ``after`` the same after the climb: the zeros next to the climb, or all zeros
+    if ``turning``. The first detector is that of the climb. ``every`` requests all zeros
+    everywhere.
     """
 
     event: Event
@@ -81,15 +81,15 @@ class Detector:
 
     @property
     def turning(self) -> bool:
-        """Whether it is where theta turns; the states there are needed, too."""
+        """Whether the zeros are turning points of theta, whose states are needed too."""
         return self.event.function is axis_fall
 
 
-SMALLEST_FORCE = Part("min", "g_n")  # every row has it, read off the series of the steps
+SMALLEST_FORCE = Part("min", "g_n")  # every row has it, computed from the series of the steps
 
 
 def part_named(name: str) -> Part | None:
-    """The part of a quantity that a column name asks for, if it is of that kind."""
+    """The part of a quantity that a column name requests, if any."""
     part, _, quantity = name.partition("_")
     return Part(part, quantity) if part in PARTS and quantity in QUANTITIES else None
 
@@ -100,7 +100,7 @@ def check_names(record: tuple[str, ...], model: str) -> None:
     Raises
     ------
     InputError
-        Unknown, twice, or one that every row has.
+        A column is unknown, named twice, or a default column.
     """
     for name in record:
         if name in FIXED or record.count(name) > 1:
@@ -127,12 +127,12 @@ def extremum(quantity: str) -> str:
 
 
 def turning_events(quantity: str) -> tuple[str, ...]:
-    """The events among which the extrema of a quantity are."""
+    """The events that include the extrema of a quantity."""
     return ("theta_min", "theta_max") if quantity == "theta" else (extremum(quantity),)
 
 
 def detectors(record: tuple[str, ...], model: str) -> tuple[Detector, ...]:
-    """The event functions to look for; theta's extrema are its turning points."""
+    """The event functions to search; theta's extrema are its turning points."""
     every = any(part.extreme and part.quantity == "theta" for part in parts(record))
     # minima of theta before the climb, maxima after it
     wanted = [("equator", None, None), ("theta_min", -1, 1), ("phi_dot_zero", 0, 0)]
@@ -146,7 +146,7 @@ def detectors(record: tuple[str, ...], model: str) -> tuple[Detector, ...]:
 
 
 def extremes(record: tuple[str, ...]) -> tuple[Part, ...]:
-    """The extreme values that are looked for in the steps, the smallest g_n first."""
+    """The extreme values to search in the steps, the smallest g_n first."""
     wanted = [part for part in parts(record) if part.extreme and part.quantity != "theta"]
     return tuple(dict.fromkeys(wanted))
 
@@ -170,7 +170,7 @@ def outcomes(
     crossed
         Whether theta has risen through pi/2.
     falling
-        Whether the energy cannot rise from there: with g_n < 0 it may.
+        Whether the energy can only fall from there; with g_n < 0 it may rise.
     """
     with numpy.errstate(all="ignore"):
         held = energy_excludes(body, energy + SURE * numpy.abs(energy), lambda_, z) & falling

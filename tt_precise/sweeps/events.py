@@ -1,10 +1,9 @@
-"""Zeros of event functions along many trajectories, from the Taylor series of their steps.
+"""Zeros of event functions along many trajectories, from the Taylor series of the steps.
 
-One way for all of them: a cubic through value and rate at both ends of a step tells whether the
-function may vanish in it; of the steps that may hold a zero those are chosen that the times of the
-climb depend on; there the function's own Taylor series, composed from that of the state, has the
-zeros between Bernstein bounds. What is found in a step does not depend on the others, to the last
-bit.
+A cubic through value and rate at both ends of a step tells whether the function may vanish in the
+step. Of the steps that may contain a zero, those are chosen on which the times of the climb depend.
+The Taylor series of the function, composed from that of the state, gives the zeros between
+Bernstein bounds. The zeros of a step do not depend on other rows, to the last bit.
 """
 
 from __future__ import annotations
@@ -30,14 +29,14 @@ from tt_precise.taylor.series import SeriesFunctions, Truncated
 heyoka = import_heyoka()
 
 ALONE = {"batch_parallel": False}  # the other cores have sweeps of their own
-EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself
+EARLY = 2.0**-26.5  # dimensionless; closer to t = 0 an event may be the start itself
 # The cubic through values and rates at both ends is off by h^4/384 of the fourth derivative at
 # most. A step is 0.13 of the radius of convergence, which makes that 2e-5 of the function's size.
 FLOOR = 2.0**-11  # of the size of its terms: 25 times as much
 MARGIN = 2.0**-3  # of the cubic's largest coefficient, where its terms cancel all along a step
 KNOWN = 2.0**-30  # of the size of its terms; rounding decides about the sign of what is smaller
 MAYBE, SURE = 1, 2  # may have zeros in a step; has one
-HALVINGS = 26  # so close together, two zeros are as good as none, and three as one
+HALVINGS = 26  # two zeros closer than this count as none, three as one
 NEWTON_STEPS = 6  # at a time: enough for all but a few turning points in 1,000
 ITERATIONS = 10  # of so many steps: bisections alone would take 52
 SETTLED = 2.0**-30  # of a step: after so small a step of Newton's a zero is known
@@ -63,7 +62,7 @@ class Steps(NamedTuple):
 
     @property
     def taken(self) -> Array:
-        """Which of them are steps of a row."""
+        """Which steps belong to a row."""
         return (self.width != 0) & (self.row >= 0) & numpy.isfinite(self.width)
 
     def all_series(self, *entries: int) -> Array:
@@ -79,7 +78,7 @@ class Steps(NamedTuple):
 
 
 class Events(NamedTuple):
-    """Events, a row each: an array for each column.
+    """Events as columns: arrays with one entry for each event.
 
     ``row`` and ``detector`` are positions, ``direction`` is +1 where the function rises and -1
     where it falls, ``time`` is dimensionless as is ``state``, shape (events, entries), NaN where
@@ -94,7 +93,7 @@ class Events(NamedTuple):
 
 
 class Zeros:
-    """Finds the zeros that ``detectors`` ask for, a buffer of steps at a time.
+    """Finds the zeros of the ``detectors``, one buffer of steps at a time.
 
     The first detector is that of the climb.
     """
@@ -105,7 +104,7 @@ class Zeros:
         self._values = _values(form, detectors)
 
     def open(self, bodies: Array) -> None:
-        """Begin with rows whose bodies have these parameters, shape (parameters, rows)."""
+        """Begin with rows of bodies with these parameters, shape (parameters, rows)."""
         rows = bodies.shape[1]
         self._bodies = bodies
         # the last one of these is for empty lanes
@@ -116,7 +115,7 @@ class Zeros:
         self._most = self._room = MOST_EVENTS + EVENTS_OF_A_ROW * rows
 
     def read(self, steps: Steps) -> None:
-        """Find what is in some steps.
+        """Find the zeros in some steps.
 
         Raises
         ------
@@ -146,7 +145,7 @@ class Zeros:
             )
 
     def events(self) -> Events:
-        """All that was found, by row, each kind in order of time."""
+        """All events by row, each kind in order of time."""
         events = Events(*(numpy.concatenate(entry) for entry in zip(*self._found, strict=True)))
         order = numpy.lexsort((events.time, events.row))
         return Events(*(column[order] for column in events))
@@ -157,7 +156,7 @@ class Zeros:
         starts = self._evaluated(numpy.moveaxis(steps.series[:, :, 0], 1, 0), steps.row)
         inputs = numpy.empty((7, count, *shape))
         inputs[:3] = starts.reshape(3, count, *shape)
-        # where one step ends the next begins, so that no zero between them is lost or found twice
+        # a step begins where the previous one ends, so that no zero is lost or counted twice
         inputs[3:6, :, :-1] = inputs[:3, :, 1:]
         last = self._evaluated(steps.ends, steps.row[steps.last])
         inputs[3:6][:, :, *steps.last] = last.reshape(3, count, -1)
@@ -175,7 +174,7 @@ class Zeros:
     def _chosen(
         self, number: int, steps: Steps, step: Array, lane: Array, sure: Array, rising: Array
     ) -> Array:
-        """Which of the steps may have a zero that is wanted, by where the climb is."""
+        """Which steps may have a wanted zero, by the position of the climb."""
         detector = self._detectors[number]
         row, climb = steps.row[step, lane], self.climb[steps.row[step, lane]]
         begin, end = steps.begin[step, lane], steps.end[step, lane]
@@ -254,7 +253,7 @@ class Zeros:
 def zeros(
     polynomials: Array, first: Array, last: Array, single: Array
 ) -> tuple[Array, Array, Array]:
-    """All changes of sign of polynomials between 0 and 1; 0 counts as positive.
+    """All sign changes of polynomials between 0 and 1; 0 counts as positive.
 
     Parameters
     ----------
@@ -286,7 +285,7 @@ def zeros(
 
 
 def _between(polynomials: Array, *given: Array) -> Array:
-    """The only zero of each polynomial between two places; see ``_nearer``."""
+    """The single zero of each polynomial between two places; see ``_nearer``."""
     inputs = numpy.concatenate((polynomials, given))
     nearer = _nearer(len(polynomials))
     place, at = numpy.empty(inputs.shape[1]), numpy.arange(inputs.shape[1])
@@ -342,7 +341,7 @@ def _states(entries: int, terms: int, times: int) -> Callable[..., Array]:
 
 @cache
 def _nearer(terms: int) -> Callable[..., Array]:
-    """Some steps of Newton's to a zero, and bisections where they lead away.
+    """Some steps of Newton's method to a zero, with bisections where they lead away.
 
     From the coefficients of a polynomial, whether it rises (1) or falls (-1), and three places:
     two that have the zero between them, and where to begin. To the three places nearer to it, and

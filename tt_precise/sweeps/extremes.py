@@ -1,10 +1,10 @@
 """Smallest and largest values of quantities along many trajectories.
 
-A quantity is evaluated at a few places of each step. A step whose largest value may exceed the
-largest of its row, by how much the values differ, is kept, and in the end the places close in on
-the extreme value; so no peak inside a step is missed. The centre of mass is at the height
-R (1 - alpha k.z), so g_n = m g - m R alpha (k.z)_ddot, gliding or rolling: the smallest normal
-force, which every row has, is read off the polynomial of k.z alone.
+A quantity is evaluated at a few places of each step. Steps whose largest value may exceed the
+largest value of the row, judged by the spread of the values, are kept. In the end the places close
+in on the extreme value, so no peak inside a step is missed. The centre of mass is at the height R
+(1 - alpha k.z), so g_n = m g - m R alpha (k.z)_ddot, gliding or rolling. Therefore the smallest
+normal force, which every row has, follows from the polynomial of k.z alone.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ MOST_HELD = 20_000  # steps; each takes 1.5 kB
 
 
 class _Held(NamedTuple):
-    """Steps that may hold an extreme value: rows, what it stays below, times, lengths, series."""
+    """Steps that may contain an extreme value: rows, upper bounds, times, lengths, series."""
 
     row: Array
     ceiling: Array
@@ -45,7 +45,7 @@ class _Held(NamedTuple):
     series: Array
 
     def only(self, chosen: Array) -> _Held:
-        """Those at some positions, or where a mask is True."""
+        """The steps at some positions, or where a mask is True."""
         return _Held(*(column[..., chosen] for column in self))
 
 
@@ -58,7 +58,7 @@ class Extreme:
         self._sign = -1.0 if part.part == "min" else 1.0
         self._quantity = QUANTITIES[part.quantity]
         self._entries = (form.columns.index("kz"),) if self._force else ()
-        # beside a pole it may have peaks far narrower than a step
+        # near a pole it may have peaks far narrower than a step
         self._nodes = NODES if self._quantity.pole else FINER
 
     def open(self, bodies: Array) -> None:
@@ -72,7 +72,7 @@ class Extreme:
         self._held: list[_Held] = []
 
     def read(self, steps: Steps) -> None:
-        """Look for it in some steps."""
+        """Search some steps."""
         row, width = steps.row.ravel(), steps.width.ravel()
         series = steps.all_series(*self._entries)
         values, turns = self._sampled(row, series, width * self._nodes[:, None])
@@ -89,13 +89,13 @@ class Extreme:
             self._close_in()
 
     def states(self) -> tuple[Array, Array]:
-        """Rows, and the states in which the quantity is extreme, if there is one."""
+        """Rows and the states in which the quantity is extreme, if it is defined."""
         self._close_in()
         rows = numpy.flatnonzero(numpy.isfinite(self._when[:-1]))
         return rows, self._states[rows]
 
     def _close_in(self) -> None:
-        """Find the extreme values of the steps that are held, and forget the steps."""
+        """Find the extreme values of the kept steps, and forget the steps."""
         if not self._held:
             return
         parts = [steps.only(steps.ceiling >= self._best[steps.row]) for steps in self._held]
@@ -163,7 +163,7 @@ class Extreme:
 
 
 def _ceiling(values: Array, turns: Array | bool = False) -> tuple[Array, Array]:
-    """What a quantity stays below between its values at nodes, and the largest of these.
+    """An upper bound of a quantity between nodes, and its largest value at a node.
 
     Infinite where the values, or ``turns`` of the axis, do not resolve it.
     """

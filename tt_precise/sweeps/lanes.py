@@ -1,8 +1,8 @@
 """Many trajectories at once in the lanes of heyoka's batch integrator, in double.
 
-Lanes share nothing but the clock of steps: each has its own time, step size and end. One that
-ends, leaves the table or blows up is recorded and gets the next start while the others go on
-from where they are, so that no lane waits, and what happens in one does not touch another.
+Lanes share only the loop over steps: each has its own time, step size and end. A lane that ends,
+leaves the table or blows up is recorded and gets the next start while the others continue, so that
+no lane waits and no lane affects another.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class LaneStart(NamedTuple):
 
 
 class Build(NamedTuple):
-    """What a batch integrator is compiled for, and what is looked for along its trajectories."""
+    """The equations of a batch integrator, and what is searched along its trajectories."""
 
     model: str
     contact: str
@@ -64,7 +64,7 @@ class LaneResult(NamedTuple):
 
 
 class LaneResults(NamedTuple):
-    """How all went: a result for each start, their events, and their extreme values.
+    """The results of all starts, their events, and their extreme values.
 
     The latter are positions of starts, in order, and the states with the extreme value, for each of
     ``Build.extremes``.
@@ -76,13 +76,13 @@ class LaneResults(NamedTuple):
 
 
 class Lanes:
-    """A compiled batch integrator, what its lanes are carrying, and their last steps."""
+    """A compiled batch integrator, the contents of its lanes, and their last steps."""
 
     def __init__(self, build: Build):
         heyoka.set_logger_level_critical()  # the status says what it would log
         self.build = build
-        # a single lane would take its step sizes with other functions, which differ in the last
-        # bit; as one of two it has the same numbers as any other lane
+        # a single lane would compute step sizes with other functions, which differ in the last bit;
+        # with two lanes the numbers are those of any other lane
         width = max(2, build.batch)
         form = integrated(build.model, "newton")
         self._batch, self._terminal = _compiled(form, build.contact, width)
@@ -162,7 +162,7 @@ class Lanes:
     def _recorder(self) -> Callable[[Adaptive], bool]:
         """A function that records the last step of the integrator, which calls it after each.
 
-        Half the time of this loop was Python's way to the places; so all are looked up before.
+        All attributes are looked up beforehand: that halves the time of this loop.
         """
         # views of heyoka's own memory, which stays where it is
         series, high, last_h = self._batch.tc, self._time, self._batch.last_h
@@ -212,7 +212,7 @@ class Lanes:
         return status, float(self._time[lane]), state.copy()
 
     def _read(self) -> None:
-        """Read off what happened in the recorded steps, and give them up."""
+        """Read the events in the recorded steps, and forget the steps."""
         count, lanes = self._steps, numpy.arange(len(self._row_in))
         ends, times = self._times[1 : count + 1].copy(), self._times
         for step, closed, _ in self._closed:  # what is next in these lanes begins at time 0

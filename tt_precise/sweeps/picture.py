@@ -33,7 +33,7 @@ UNITS = {"m": "kg", "R": "m", "I1": "m R²", "I3": "m R²", "g": "m/s²", "mu": 
 def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> Figure:
     """``y`` against ``x``, a point a row; coloured by outcome, or by any other column.
 
-    Rows that have no value of ``y`` stand as ticks on the lower edge, so that none is lost.
+    Rows without a value of ``y`` are ticks on the lower edge.
     """
     figure = new_figure(7, 4.4)
     axes = figure.add_subplot()
@@ -77,7 +77,7 @@ def map_of(rows: pandas.DataFrame, x: str, y: str, z: str) -> Figure:
 def draw_map(
     axes: Axes, rows: pandas.DataFrame, x: str, y: str, z: str, **style: Any
 ) -> ScalarMappable | None:
-    """Draw ``map_of`` into ``axes``; what a colour bar is made of, or None for outcomes.
+    """Draw ``map_of`` into ``axes``; returns the mappable of a colour bar, or None for outcomes.
 
     ``style`` goes to matplotlib's ``pcolormesh`` or ``scatter``.
     """
@@ -92,12 +92,12 @@ def draw_map(
 
 
 def column_named(rows: pandas.DataFrame, name: str) -> str:
-    """The column meant by ``name``; t_init, t_end and climb stand for definition A.
+    """The column for ``name``; t_init, t_end and climb use definition A.
 
     Raises
     ------
     InputError
-        There is none.
+        There is no such column.
     """
     wanted = SHORT.get(name, name)
     if wanted in rows.columns or (wanted.startswith("climb_") and "t_end_A" in rows.columns):
@@ -136,7 +136,7 @@ def label_of(name: str) -> str:
 
 
 def outcome_label(name: str, count: int, rows: pandas.DataFrame) -> str:
-    """An outcome for a legend, with what it states, its count, and the horizon it rests on."""
+    """An outcome for a legend, with its meaning, its count, and the horizon."""
     states = {
         "inverts": "below the equator at ",
         "does_not_invert": "energy excludes it from ",

@@ -1,4 +1,4 @@
-"""From a specification to rows, on any pool of workers, interrupted and resumed at will.
+"""From a specification to rows, on any pool of workers; a sweep can be interrupted and resumed.
 
 ``sweep`` is ``tt.sweep``; the command uses ``run_sweep``; ``integrated`` takes tables of starts
 that are neither a grid nor a box.
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     import pandas
 
 TRIES = 3  # of a chunk, before it is quarantined
-RECYCLED_AFTER = 500  # tasks of a process; then a new one, without what it may have leaked
+RECYCLED_AFTER = 500  # tasks of a process; then a new process replaces it, to free leaked memory
 MANY_ROWS = 10_000  # of one worker: then steps of more lanes save what compiling them costs
 TABLE_ROWS = 128  # in a task of ``integrated``
 NO_BUGS = (InputError, WorkerDiedError, MemoryError, OSError)
@@ -155,7 +155,7 @@ def run_sweep(
     ----------
     out
         A folder, or a URL that fsspec knows (``file:///...`` for a folder that all machines share).
-        If it holds this sweep already, what is there is verified, and only what is missing is
+        If it holds this sweep already, its rows are verified, and only the missing rows are
         computed. Without it the rows stay in memory.
     workers, pool
         Processes on this machine; or any pool, such as that of a cluster.
@@ -171,7 +171,7 @@ def run_sweep(
     Raises
     ------
     InputError
-        Something of this cannot be used.
+        An argument cannot be used.
     """
     if recheck < 0:
         raise InputError(f"recheck: got {recheck}, expected 0 (none) or a number of rows")
@@ -204,7 +204,7 @@ def run_sweep(
 
 
 def sweep_pool(workers: int | None = None) -> Pool:
-    """Processes of this machine that get ready while the first starts are drawn."""
+    """Processes of this machine that start up while the first starts are drawn."""
     return local_pool(workers, tries=TRIES, recycle_after=RECYCLED_AFTER, prepare=_get_ready)
 
 
@@ -279,7 +279,7 @@ def _rows(store: Store, wanted: set[int]) -> Iterator[dict[Hashable, Any]]:
 
 
 def _simd_lanes(rows: int) -> int:
-    """How many lanes are best for a worker that has so many rows before it."""
+    """The best number of lanes for a worker with this number of rows."""
     # the Python around each step of a batch costs the same for more lanes, and heyoka takes steps
     # of four vectors in as much time a lane as of two (24 lanes 1.25 times); but to compile them
     # takes 6 s instead of 3
@@ -297,7 +297,7 @@ def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Array, Array]]) -
     Raises
     ------
     InputError
-        A task fails again and again: a start cannot be used, or the system does not let it go on.
+        A task fails repeatedly: a start cannot be used, or the system refuses resources.
     RuntimeError
         It fails for another reason.
     """

@@ -1,8 +1,8 @@
 """What to sweep: a scene, grids and boxes of start values and parameters, and what to record.
 
-The rows are numbered: every point of the grid (the last ``vary`` runs fastest), and at each of
-them every sample of the box. A row starts from the float64 numbers in its columns, exactly;
-what is not varied is the scene's. So a row can be made again from its own line of the file.
+The rows are numbered: every point of the grid (the last ``vary`` runs fastest), and at each of them
+every sample of the box. A row starts from the float64 numbers in its columns, exactly; the other
+values are the scene's. So a row can be recomputed from its own line of the file.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ Ends = str | tuple[Number, Number]
 
 @dataclass(frozen=True)
 class Plan:
-    """What the result of a row depends on, apart from the numbers in its columns."""
+    """Everything on which the result of a row depends, except the numbers in its columns."""
 
     scene: Scene
     names: tuple[str, ...]
@@ -58,17 +58,17 @@ class Plan:
 
     def scene_of(self, values: Mapping[str, float]) -> Scene:
         """The scene of one row, from the numbers in its columns."""
-        # a float64 is an exact number too, so the row's scene holds what its columns hold
+        # a float64 is an exact number, so the row's scene has the numbers of its columns
         return self.scene.varied(**{name: Fraction(values[name]) for name in self.names})
 
 
 @dataclass(frozen=True)
 class Specification:
-    """A sweep. Everything that its rows depend on is in here.
+    """A sweep: everything on which its rows depend.
 
     ``vary`` has the exact values of each name of the grid, ``box`` the two ends of each name that
     is sampled. ``contact`` is "unilateral" (a trajectory ends where g_n reaches 0) or "bilateral"
-    (it goes on with g_n < 0, as the paper's own equations do). ``record`` names further columns.
+    (it continues with g_n < 0, as the paper's equations do). ``record`` names further columns.
 
     Raises
     ------
@@ -147,12 +147,12 @@ class Specification:
 
     @cached_property
     def fingerprint(self) -> str:
-        """SHA-256 of the description: two sweeps with the same one have the same rows."""
+        """SHA-256 of the description: sweeps with equal fingerprints have equal rows."""
         return fingerprint(self.description())
 
     @cached_property
     def plan(self) -> Plan:
-        """What a worker has to know."""
+        """The information for a worker."""
         return Plan(self.scene, self.names, self.record, self.contact)
 
     def _check_ends(self) -> None:
@@ -260,7 +260,7 @@ def read_specification(path: str | Path) -> Specification:
     Raises
     ------
     InputError
-        No such file, no TOML, or its content is refused; the line names the file.
+        The file does not exist, is not TOML, or its content is refused; the line names the file.
     """
     path = Path(path)
     text = read_toml(path, "a TOML file of a sweep")

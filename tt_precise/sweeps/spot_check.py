@@ -1,8 +1,8 @@
 """The spot check: some rows are integrated again in a finer arithmetic, and compared.
 
-One row of every thousand, drawn with the sweep's seed. In double-double, by the integrator of
-``taylor``, which shares the equations with heyoka and nothing else; in quad where that cannot
-integrate a scene: the arithmetic, the lanes, the step sizes and the evaluation are other ones.
+One row in a thousand, drawn with the sweep's seed. In double-double, by the integrator of
+``taylor``, which shares only the equations with heyoka; in quad if it cannot integrate a scene. The
+arithmetic, the lanes, the step sizes and the evaluation differ.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 ONE_IN = 1000
 FINE, WHERE_REFUSED = "double-double", "quad"
-TOLERANCE = 1e-22  # a million times finer than double, in half the time that the eps takes
+TOLERANCE = 1e-22  # a million times finer than double, in half the time of the tolerance eps
 
 
 def drawn(rows: int, seed: int, one_in: int = ONE_IN) -> Iterator[int]:
@@ -94,7 +94,7 @@ def _integrated(scene: Scene, events: tuple[str, ...]) -> Trajectory:
 
 
 def differences(row: Mapping[Any, Json], again: Mapping[str, Json]) -> dict[str, float]:
-    """Absolute difference of each column that both have; infinite where only one has a value."""
+    """Absolute difference of each column; infinite where only one of the two has a value."""
     by_name = {}
     for name, fine in again.items():
         if name == "outcome":

@@ -1,11 +1,11 @@
 """The rows of a sweep: in memory, or as Parquet chunks in a folder or at a URL that fsspec knows.
 
 ``sweep.json`` says what is swept, ``chunks/*.parquet`` hold the rows, ``summary.json`` is written
-in the end. The metadata of a chunk's schema state the fingerprint of its sweep, its number, and the
-SHA-256 of its columns; it gets its name when it is complete, and counts only if all of that fits.
-Anything else that lies there is computed again, so that a sweep survives being killed at any
-moment. A URL may be a shared folder (``file:///shared/sweep``) or an object store
-(``s3://bucket/sweep``, with the package s3fs).
+at the end. The metadata of a chunk's schema have the fingerprint of its sweep, its number, and the
+SHA-256 of its columns. A chunk gets its name when it is complete, and is used only if these agree.
+Otherwise it is computed again, so that a sweep survives being killed at any moment. A URL may be a
+shared folder (``file:///shared/sweep``) or an object store (``s3://bucket/sweep``, with the package
+s3fs).
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ EXPECTED = "expected the folder, URL or file of a sweep"
 class Store:
     """The chunks of a sweep; without ``out`` they are in memory.
 
-    Opening one that was interrupted goes on with it: ``known`` has the numbers of its chunks.
+    Opening an interrupted sweep resumes it: ``known`` has the numbers of its chunks.
 
     Raises
     ------
     InputError
-        It holds something else, cannot be used, or the extra ``parquet`` is not installed.
+        It holds another sweep, cannot be used, or the extra ``parquet`` is not installed.
     """
 
     def __init__(self, spec: Specification, out: str | Path | None, size: int | None):
@@ -68,7 +68,7 @@ class Store:
 
     @contextmanager
     def opened(self) -> Iterator[None]:
-        """Look at what is there, and keep other sweeps out meanwhile, which only a folder can."""
+        """Read the existing chunks; a folder is locked meanwhile."""
         if self.out is None:
             yield
             return
@@ -152,7 +152,7 @@ def default_chunk(rows: int) -> int:
 
 
 def read_rows(path: str | Path) -> pandas.DataFrame:
-    """The rows of a sweep, as they were written.
+    """The rows of a sweep as written.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def read_rows(path: str | Path) -> pandas.DataFrame:
     Raises
     ------
     InputError
-        There are none, they cannot be read, or are not what was written.
+        There are no rows, they cannot be read, or they have changed since they were written.
     """
     import pandas
 
@@ -230,7 +230,7 @@ def read_chunk(out: str, fingerprint: str, number: int) -> pandas.DataFrame:
     Raises
     ------
     InputError
-        They are not there, or not what was written.
+        They are missing, or have changed since they were written.
     """
     content = read(out, f"chunks/{name_of(number)}")
     if content is None:
