@@ -1,5 +1,6 @@
 """One's own functions of the motion, as columns and as events; and how numbers are shown."""
 
+from functools import partial
 from typing import Any
 
 import numpy
@@ -104,10 +105,21 @@ def test_of_a_motion_in_segments() -> None:
     assert run.frame(half_up)["half_up"].iloc[0] == pytest.approx(run.at(0).kz - 0.5)
 
 
-@pytest.mark.parametrize("asked", [3, [None]])
-def test_what_is_neither_a_name_nor_a_function(asked: object) -> None:
+def test_two_of_one_name_are_refused() -> None:
+    """One of them would be lost."""
+    two = [lambda q: q.state.kx, lambda q: q.state.ky]
+    with pytest.raises(InputError, match="events: got two called <lambda>"):
+        tt.integrate("reference", events=two)
+    run = tt.integrate("reference", until="0.1", events=[half_up, half_up])
+    with pytest.raises(InputError, match="column: got two called <lambda>"):
+        run.frame(*two)
+    assert list(run.frame("E", "theta", "E", half_up, half_up)) == ["t", "E", "theta", "half_up"]
+
+
+@pytest.mark.parametrize("asked", [3, [None], partial(half_up)])
+def test_what_is_neither_a_name_nor_a_function(asked: Any) -> None:
     with pytest.raises(InputError, match="events: got"):
-        tt.integrate("reference", events=asked)  # type: ignore[arg-type]
+        tt.integrate("reference", events=asked)
     with pytest.raises(InputError, match="column: got"):
         tt.integrate("reference", until="0.1").frame(asked)
 

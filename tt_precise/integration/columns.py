@@ -16,7 +16,7 @@ from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import QUANTITIES, RATE, SPEED, Motion, Quantity
-from tt_precise.runtime.values import Array, Functions, InputError, Json, Scalar
+from tt_precise.runtime.values import Array, Functions, InputError, Json, Scalar, distinct
 from tt_precise.scene.body import Dimension
 
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
@@ -248,7 +248,7 @@ def expanded(names: Iterable[Any]) -> tuple[Name, ...]:
     """The requested columns as a flat list, with functions as quantities and the pose expanded."""
     wanted: list[Name] = []
     for name in names:
-        if callable(name):
+        if callable(name) and hasattr(name, "__name__"):
             wanted.append(Quantity.of(name))
         elif isinstance(name, (str, Quantity)):
             wanted += POSE_COLUMNS.get(name, (name,)) if isinstance(name, str) else (name,)
@@ -256,7 +256,7 @@ def expanded(names: Iterable[Any]) -> tuple[Name, ...]:
             wanted += expanded(name)
         else:
             raise InputError(f"column: got {name!r:.60}, expected names or functions of the motion")
-    return tuple(dict.fromkeys(wanted))
+    return distinct("column", wanted)
 
 
 def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:

@@ -16,7 +16,7 @@ from tt_precise.mechanics.formulations import (
 )
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.values import Functions, InputError, Scalar, listed
+from tt_precise.runtime.values import Functions, InputError, Scalar, distinct, listed
 from tt_precise.scene.scene import RECORDABLE, Scene
 from tt_precise.taylor.graph import Graph
 
@@ -132,14 +132,14 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
     for event in events if isinstance(events, Iterable) else [events]:
         if isinstance(event, (str, Event)):
             asked.append(event)
-        elif callable(event):
+        elif callable(event) and hasattr(event, "__name__"):
             asked.append(Event(event.__name__, event, "one's own"))
         else:
             raise InputError(
                 f"events: got {event!r:.60}, expected names, such as theta_max or all, or "
                 "functions of the motion"
             )
-    return tuple(dict.fromkeys(asked))
+    return distinct("events", asked)
 
 
 def full_tolerance(precision: Precision) -> Scalar:

@@ -622,7 +622,7 @@ def integrate_to_digits(
         The digits are not a whole number in range, cannot be reached, or would take too long.
     """
     if not isinstance(wanted, int) or isinstance(wanted, bool) or wanted < 1:
-        raise InputError(f"digits: got {wanted}, expected a whole number from 1")
+        raise InputError(f"digits: got {wanted!r}, expected a whole number from 1")
     _require_practical(wanted, scene)
     ours = is_available("double-double") and not (euler or refused_in_doubles(scene))
     ladder = LADDER if ours else HEYOKAS

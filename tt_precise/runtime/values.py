@@ -47,6 +47,22 @@ def listed(names: str | Iterable[str]) -> tuple[str, ...]:
     return tuple(name.strip() for name in names.split(",") if name.strip())
 
 
+def distinct(what: str, asked: Iterable[Any]) -> tuple[Any, ...]:
+    """Return what was asked for, by name or as something that has a name, each once.
+
+    Raises
+    ------
+    InputError
+        Two have one name, as two lambdas have.
+    """
+    by_name: dict[str, Any] = {}
+    for one in asked:
+        name = getattr(one, "name", one)
+        if by_name.setdefault(name, one) != one:
+            raise InputError(f"{what}: got two called {name}, expected each under its own name")
+    return tuple(by_name.values())
+
+
 @dataclass(frozen=True)
 class Arithmetic:
     """An arithmetic into which exact numbers can be taken.

@@ -38,7 +38,7 @@ MOST_VALUES = 1_000_000  # of an axis
 MOST_SAMPLES = 10_000_000  # which stay in memory
 
 Number = str | int | float
-Values = str | Iterable[Number]
+Values = str | Number | Iterable[Number]
 Ends = str | tuple[Number, Number]
 
 
@@ -214,6 +214,7 @@ def grid_values(name: str, values: Values) -> tuple[Fraction, ...]:
             raise InputError(f"vary {name}: got {count} values, expected at most {MOST_VALUES}")
         return tuple(first + (last - first) * i / (count - 1) for i in range(count))
     given = values.split(",") if isinstance(values, str) else values
+    given = given if isinstance(given, Iterable) else [given]
     numbers = tuple(_number(name, value, "vary") for value in given)
     if not numbers:
         raise InputError(f"vary {name}: got no value, expected at least one")
