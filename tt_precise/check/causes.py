@@ -58,7 +58,9 @@ def cause(
         at = {name: changed(name) for name in FREE}
         if gyroscopic:
             at[GYROSCOPIC] = gyroscopic
-        slopes = {name: (one(1.0 + NUDGE) - here) / NUDGE for name, one in at.items()}
+        slopes = {
+            name: (residual_at(1.0 + NUDGE) - here) / NUDGE for name, residual_at in at.items()
+        }
         along = {
             name: abs(_dot(here, slope)) / math.sqrt(_dot(slope, slope) or 1.0)
             for name, slope in slopes.items()

@@ -1,7 +1,7 @@
-"""``build``: from scenes to folders of golden data, each with a manifest of its claims.
+"""``build``: makes folders of golden data from scenes, each with a manifest of its claims.
 
-The manifest says what the columns are, how many digits are claimed, and on what evidence. It names
-no times of day, hosts or durations: two builds on one machine are equal byte for byte.
+The manifest describes the columns, the claimed digits and their evidence. It names no times of day,
+hosts or durations, so two builds on one machine are equal byte for byte.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ WORKING_DIGITS, GUARD_DIGITS = 60, 10
 # up a few of them; one digit is left for that.
 CONSTANT_TO = DIGITS - 1
 
-# what an event table has besides the columns of a trajectory
+# columns of an event table before those of a trajectory
 _EVENT_COLUMNS = {
     "name": ("", "event, see event_meanings"),
     "direction": ("1", "+1 where the event's function rises through zero, -1 where it falls"),
@@ -67,13 +67,12 @@ _EVENT_COLUMNS = {
 
 @dataclass(frozen=True)
 class Built:
-    """What became of one scene.
+    """The outcome for one scene.
 
-    ``outcome`` is one of
-    "new"; "unchanged" (not a byte differs); "evidence renewed" (the digits are the same, the
-    manifest or the scene's text is not); "replaced" (digits changed, with a reason); "refused"
-    (they would change, without one: the old data stand); "failed" (the runs contradict each
-    other). ``note`` says more. ``seconds`` are CPU time.
+    ``outcome`` is one of "new"; "unchanged" (no byte differs); "evidence renewed" (the digits are
+    the same, the manifest or the scene's text differs); "replaced" (digits changed, with a reason);
+    "refused" (digits would change, without a reason: the old data stay); "failed" (the runs
+    contradict each other). ``note`` has details. ``seconds`` are CPU time.
     """
 
     scene: str
@@ -87,12 +86,12 @@ class Built:
 
     @property
     def good(self) -> bool:
-        """Whether the data on disk are what was computed."""
+        """Whether the data on disk are the computed data."""
         return self.outcome not in (REFUSED, FAILED)
 
 
 def finished_runs(place: Path | None = None) -> Records:
-    """Runs of a build that was interrupted, by default in the user's cache folder.
+    """Runs of an interrupted build, by default in the user's cache folder.
 
     A stored run is used only for the same task, code and versions.
     """
@@ -101,7 +100,7 @@ def finished_runs(place: Path | None = None) -> Records:
 
 
 def run_of(task: Task, finished: Records) -> Run:
-    """The run of ``task``: the one that was finished, or a new one."""
+    """The run of ``task``: the finished run if there is one, or a new run."""
     stored = finished.get(task.name, asdict(task))
     try:
         for name in ("trajectory", "events"):
@@ -192,9 +191,9 @@ def build_scene(name: str, text: str, place: Path, replace: str, finished: Recor
 
 
 def building_place(scenes: Sequence[str | Path | Scene], folder: Folder = None) -> Path:
-    """The folder that golden data of ``scenes`` are built into, unless ``folder`` says which.
+    """The folder for the golden data of ``scenes``, unless ``folder`` names one.
 
-    That of the package for scenes that ship, in a checkout; else ``golden``.
+    In a checkout the package's folder for shipped scenes, otherwise ``golden``.
     """
     if folder is not None:
         return Path(folder)
@@ -204,7 +203,7 @@ def building_place(scenes: Sequence[str | Path | Scene], folder: Folder = None) 
 
 
 def first_difference(old: Table, new: Table) -> str:
-    """Where two tables differ first, in words; "" if they do not."""
+    """The first difference between two tables, in words; "" if there is none."""
     if old.columns != new.columns:
         return f"columns {','.join(old.columns)} become {','.join(new.columns)}"
     for number, (mine, other) in enumerate(zip(old.rows, new.rows, strict=False), start=2):
@@ -219,7 +218,7 @@ def first_difference(old: Table, new: Table) -> str:
 def _settle(
     scene: Scene, consensus: Consensus, runs: Sequence[Run], place: Path, reason: str
 ) -> tuple[str, str, int]:
-    """Write the data of a scene, or leave them; outcome, note and digits claimed."""
+    """Write the data of a scene or keep the old ones; returns outcome, note and claimed digits."""
     old, change = _compared(scene.name, place, consensus)
     history: list[dict[str, str]] = list(old.manifest["history"]) if old else []
     if change:
@@ -229,8 +228,8 @@ def _settle(
         history.append({"reason": reason, "first_change": change})
     constant = constancies(scene, consensus.trajectory)
     content = compose(scene, consensus, runs, constant, history)
-    # a proof stays in the folder; whether it is one of the new digits, the proof itself says
-    # (a damaged proof has no hash to record; reading the data reports it)
+    # a proof stays in the folder; the proof itself tells whether it is valid for the new digits (a
+    # damaged proof has no hash to record; reading the data reports it)
     content = store.with_proof(content, store.proof_hash(place / scene.name) or None)
     files = {
         SCENE: scene.text,
@@ -274,7 +273,7 @@ def compose(
     constant: Sequence[Constancy],
     history: Sequence[dict[str, str]],
 ) -> dict[str, Json]:
-    """The manifest of ``consensus``, made of ``runs``."""
+    """The manifest of the ``consensus`` of ``runs``."""
     derived = derive(scene, consensus.trajectory, consensus.events)
     for file, key in ((TRAJECTORY, "trajectory"), (EVENTS, "events")):
         for name, agreements in consensus.agreements[key].items():
@@ -304,7 +303,7 @@ def compose(
 
 
 def derive(scene: Scene, trajectory: Table, events: Table) -> dict[str, Json]:
-    """What of a manifest follows from the scene and the printed tables alone."""
+    """The part of a manifest that follows from the scene and the printed tables alone."""
     scales = scales_of(trajectory)
     files = {
         SCENE: {"sha256": store.scene_sha256(scene.text)},
@@ -329,7 +328,7 @@ def derive(scene: Scene, trajectory: Table, events: Table) -> dict[str, Json]:
 
 
 def versions() -> dict[str, str]:
-    """Versions of everything that takes part in making a digit."""
+    """Versions of everything that affects a digit."""
     packages = ("tt-precise", "heyoka", "mpmath")
     installed = {name: importlib.metadata.version(name) for name in packages}
     return {**installed, "python": platform.python_version()}
@@ -368,7 +367,7 @@ def _rounded(digits: float) -> float | str:
 
 @dataclass(frozen=True)
 class Constancy:
-    """To how many digits an integral is the same in all rows, and in which row it is worst."""
+    """The digits on which an integral agrees in all rows, and the worst row."""
 
     name: str
     digits: float
@@ -376,7 +375,7 @@ class Constancy:
 
 
 def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
-    """For everything that the scene conserves, from the printed vectors alone.
+    """The constancy of each conserved quantity, from the printed vectors alone.
 
     ``jellett_euler`` is lambda once more, from the printed Euler columns and compared with its
     exact value at the start.
@@ -401,7 +400,7 @@ def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
 
 
 def _jellett_euler(scene: Scene, trajectory: Table) -> Constancy | None:
-    """Eq (14) at the printed Euler angles, beside lambda of the scene's exact start."""
+    """Eq (14) at the printed Euler angles, compared with lambda of the scene's exact start."""
     columns = [trajectory.column(name) for name in ("theta", "phi_dot", "omega_3")]
     context = own_context(WORKING_DIGITS + GUARD_DIGITS)
     start = InitialState.in_si(scene, arithmetic_of(context))

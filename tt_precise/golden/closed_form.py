@@ -1,10 +1,10 @@
 """Motions with a closed form: reference values without an integrator.
 
-A flight is one: a free rotation and a parabola. L is constant and k turns about it at |L|/I1, so
-that k.z = mean + swing cos(rate t - lag); what the catalogue has for flight are values of k.z, and
-its turning points. A top that stands exactly upright or inverted, spins about its axis and neither
-glides nor tilts, keeps its state for ever: k = z or -z, L = I3 omega_3 k, v_A = 0 (the steady
-states of Theorem 1.1). Whether such a state is stable does not matter.
+A flight is a free rotation and a parabola. L is constant and k turns about it at |L|/I1, so that
+k.z = mean + swing cos(rate t - lag). The events of a flight are values of k.z and its turning
+points. A top that stands exactly upright or inverted, spins about its axis and neither glides nor
+tilts, keeps its state forever: k = z or -z, L = I3 omega_3 k, v_A = 0 (the steady states of Theorem
+1.1). The stability of the state does not matter.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ BITS, DECIMALS = 400, 80
 
 
 def closed_form(scene: Scene) -> Run | None:
-    """The flight of ``scene``, or the steady spin that it starts in, as a run; None if neither."""
+    """The flight or the steady spin of ``scene`` as a run; None for other motions."""
     start = scene.start
     if scene.model == "flight":
         angles = start.theta.at_pole or {"phi", "psi"} & set(scene.record)
@@ -97,7 +97,7 @@ def _run(status: str, names: Row, rows: Sequence[Row], events: Sequence[Row]) ->
     )
 
 
-LOOKS = 50  # for a sign of the height: of the horizon, and in each turn of the axis
+LOOKS = 50  # samples of the sign of the height: over the horizon, and in each turn of the axis
 
 
 class ClosedFlight:
@@ -115,7 +115,7 @@ class ClosedFlight:
         self.mean = self.L[2] * self.spin / size**2
         across, along = cross(self.L, q.k)[2] / size, q.k[2] - self.mean
         swing = fn.hypot(along, across)
-        # where k is along L, rounding alone swings it
+        # where k is along L, the swing is only rounding
         self.swing = swing if swing > fn.ldexp(1, -fn.prec // 2) else fn.mpf(0)
         self.lag = fn.atan2(across, along)
 
@@ -147,7 +147,7 @@ class ClosedFlight:
     def events(self, end: Scalar) -> list[tuple[Scalar, str, int]]:
         """Time, name and direction of what happens after the start and before ``end``."""
         turning = [(self.fn.mpf(0), "theta_min", -1), (self.fn.pi, "theta_max", 1)]
-        # what rises with k.z, and what falls with it: phi_dot is L.z - k.z L.k but for a factor
+        # events that rise or fall with k.z: phi_dot is L.z - k.z L.k times a positive factor
         levels = [("equator", self.fn.mpf(0), 1)]
         if self.spin:
             levels.append(("phi_dot_zero", self.L[2] / self.spin, -1 if self.spin > 0 else 1))

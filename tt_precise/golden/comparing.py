@@ -31,10 +31,10 @@ class Comparison:
     digits
         The fewest digits of each column, by name.
     over_time
-        One row a compared time: ``t`` and the digits of each column.
+        One row for each compared time: ``t`` and the digits of each column.
     unmatched
         Number of rows that could not be compared: beyond the end of the golden data, or too far
-        from every golden time for the equations to lead from one to the other.
+        from every golden time to carry a golden row to their time.
     """
 
     scene: str
@@ -69,7 +69,7 @@ class Comparison:
                 axes.plot(self.over_time["t"], self.over_time[name], label=name, linewidth=0.8)
             axes.set_ylabel("significant correct digits")
             axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
-        # entries that happen to be exact (34 digits) may leave the picture, the others may not
+        # only entries that happen to be exact (34 digits) may lie outside the picture
         usual = self.over_time[list(self.digits.index)].quantile(0.97).max()
         axes.set_ylim(0, min(DIGITS, 0 if math.isnan(usual) else usual) + 1)
         axes.set_xlabel("t (s)")
@@ -77,13 +77,13 @@ class Comparison:
         return figure
 
     def save(self, path: str | Path) -> None:
-        """Write the picture; the suffix of ``path`` (.png, .svg, .pdf) says how."""
+        """Write the picture in the format of the suffix of ``path`` (.png, .svg, .pdf)."""
         require_format(path)
         save(self.figure(), path)
 
 
 def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None) -> Comparison:
-    """Count the correct digits of a trajectory by the golden data of ``scene``.
+    """Count the correct digits of a trajectory by comparison with the golden data of ``scene``.
 
     Parameters
     ----------

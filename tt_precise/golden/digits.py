@@ -28,7 +28,7 @@ RULE = (
     "one still lies below 1e-33 of the scale is near_zero, and 0 stands for less than 1e-34 of "
     "the scale. An empty cell is undefined (Euler angles at a pole)."
 )
-EXACT = Context(prec=400)  # wide enough that no difference of computed values is rounded
+EXACT = Context(prec=400)  # enough bits that no difference of computed values is rounded
 COARSE = Context(prec=9)  # for a count of digits
 PRINTED = re.compile(r"-?(?:0|\d(?:\.\d+)?e[+-]\d+)", re.ASCII)
 ZERO = "0"
@@ -43,7 +43,7 @@ NEVER_EMPTY = {*_FORMS, *NewtonState._fields}
 
 
 class ColumnDigits(NamedTuple):
-    """What is claimed for one column of a table.
+    """The claims for one column of a table.
 
     digits
         Fewest significant digits printed, apart from entries near zero; None if all are zero or
@@ -64,7 +64,7 @@ class ColumnDigits(NamedTuple):
 
 
 def common_text(values: Sequence[Decimal], scale: Decimal) -> str:
-    """What is printed of an entry with these computed values; "" if not even one digit."""
+    """The printed text of an entry with these computed values; "" without a common digit."""
     if all(abs(value) <= scale.scaleb(-DIGITS) for value in values):
         return ZERO
     for digits in range(DIGITS, 0, -1):
@@ -75,7 +75,7 @@ def common_text(values: Sequence[Decimal], scale: Decimal) -> str:
 
 
 def agreement(first: Decimal, other: Decimal) -> float:
-    """Digits in which ``other`` agrees with ``first``, relative to it; infinite if equal."""
+    """Digits on which ``other`` agrees with ``first``, relative to ``first``; infinite if equal."""
     difference = abs(EXACT.subtract(first, other))
     if not difference:
         return math.inf
@@ -85,7 +85,7 @@ def agreement(first: Decimal, other: Decimal) -> float:
 
 
 def digits_left(relative_error: Decimal) -> float:
-    """Significant digits that a relative error, which is not zero, leaves."""
+    """Correct digits with this nonzero relative error."""
     if not relative_error.is_finite():
         return -math.inf
     # Decimal.log10 works out all its digits, which took half the time of a check
@@ -107,7 +107,7 @@ def last_place(text: str) -> int:
 
 
 def is_near_zero(text: str, scale: Decimal) -> bool:
-    """Whether a printed entry is excused by the scale of its component."""
+    """Whether a printed entry may have fewer digits because it is small relative to its scale."""
     if text == ZERO:
         return True
     if digits_of(text) >= DIGITS:
@@ -127,7 +127,7 @@ def scales_of(table: Table) -> dict[str, Decimal]:
 
 
 def column_digits(entries: Sequence[str], scale: Decimal) -> ColumnDigits:
-    """What the printed ``entries`` of a column claim, derived from the text alone."""
+    """The claims of the printed ``entries`` of a column, derived from the text alone."""
     return _claimed(tuple(entries), scale)
 
 
@@ -144,7 +144,7 @@ def _claimed(entries: tuple[str, ...], scale: Decimal) -> ColumnDigits:
 
 
 def misprinted(file: str, table: Table, *, empty: bool = True) -> list[str]:
-    """A line for each cell that is no number as golden data have it; ``empty`` ones too."""
+    """A line for each cell that is not a number in the form of golden data; ``empty`` cells too."""
     return [
         f"{file}, line {line}, {name}: got {cell[:50]!r}, expected a printed number"
         for line, row in enumerate(table.rows, start=2)
@@ -155,7 +155,7 @@ def misprinted(file: str, table: Table, *, empty: bool = True) -> list[str]:
 
 
 def relative_error(value: Decimal | None, true: Decimal, size: Decimal) -> Decimal:
-    """What ``value`` differs from ``true`` by, in terms of ``size``; infinite if it is missing."""
+    """Error of ``value`` relative to ``size``: its distance from ``true``; infinite if missing."""
     if value is None:
         return INFINITE
     error = EXACT.subtract(value, true).copy_abs()
@@ -163,7 +163,7 @@ def relative_error(value: Decimal | None, true: Decimal, size: Decimal) -> Decim
 
 
 def correct_digits(error: Decimal | float) -> float:
-    """The digits that a relative error leaves, between 0 and 34."""
+    """Correct digits with a relative error, between 0 and 34."""
     size = float(error)
     return min(float(DIGITS), max(0.0, -math.log10(size))) if size else float(DIGITS)
 
@@ -171,12 +171,12 @@ def correct_digits(error: Decimal | float) -> float:
 def as_decimal(value: Scalar) -> Decimal | None:
     """The exact value of a float, a decimal string or an mpmath number.
 
-    None where there is none: a missing entry, NaN, infinity.
+    None for a missing entry, NaN and infinity.
 
     Raises
     ------
     InputError
-        It is no number.
+        It is not a number.
     """
     if value is None or value == "":
         return None

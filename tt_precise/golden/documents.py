@@ -1,4 +1,4 @@
-"""The JSON documents beside golden tables: ``manifest.json`` and ``proof.json``."""
+"""The JSON documents of golden tables: ``manifest.json`` and ``proof.json``."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FILES = {
 
 
 class ColumnClaims(Record, frozen=True, kw_only=True):
-    """What a column of a golden table is, and what is claimed of it."""
+    """The meaning of a column of a golden table, and its claims."""
 
     unit: Annotated[str, means("SI unit")]
     meaning: Annotated[str, means("what it is, with its place in the paper")]
@@ -72,7 +72,7 @@ class Computation(Record, frozen=True, kw_only=True):
 
 
 class Evidence(Record, frozen=True, kw_only=True):
-    """What the digits rest on."""
+    """The evidence for the digits."""
 
     agreement: Annotated[Agreement, means("digits in which the runs agree")]
     runs: Annotated[list[Computation], means("the computations")]
@@ -115,14 +115,14 @@ class Ball(Record, frozen=True):
 
 
 class Prover(Record, frozen=True):
-    """What made a proof."""
+    """The program that made a proof."""
 
     version: Annotated[int, means("counts up when soundness is affected")]
     sources_sha256: Annotated[str, means("SHA-256 of the prover's sources")]
 
 
 class ContactForce(Record, frozen=True, kw_only=True):
-    """What is proved about the contact force."""
+    """The proved statement about the contact force."""
 
     g_n_positive: Annotated[bool | str, means("whether g_n > 0 is proved")]
     g_n_at_least_mg: Annotated[str | Unset | None, means("lower bound of g_n in units of m g")] = (
@@ -140,7 +140,7 @@ class Climb(Record, frozen=True):
 
 
 class Inversion(Record, frozen=True, kw_only=True):
-    """Times of the climb, or why nothing is proved of them."""
+    """Times of the climb, or the reason why nothing is proved about them."""
 
     failure: Annotated[str | Unset, means("why nothing is proved")] = UNSET
     equator: Annotated[Ball | Unset | None, means("when theta first crosses pi/2, in s")] = UNSET

@@ -1,8 +1,8 @@
-"""``load``: the golden data of a scene as a table of numbers, on request with the pose.
+"""``load``: the golden data of a scene as a table of numbers, optionally with the pose.
 
-Orientation and position are no functions of the published state: they need the quadratures phi,
-psi, x and y, which only some scenes publish. So the scene is integrated with them when it is
-loaded, and what that run says of the published columns is held against what is published.
+Orientation and position do not follow from the published state: they need the quadratures phi, psi,
+x and y, which only some scenes publish. Therefore the scene is integrated with them when it is
+loaded, and the run's other columns are compared with the published columns.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ IN_DOUBLE = 17  # digits that a correctly rounded double needs, with a margin
 class GoldenFrame(pandas.DataFrame):
     """A golden trajectory, one row a sample, in SI, with its events and its manifest.
 
-    What is cut out of it is a plain DataFrame.
+    A slice of it is a plain DataFrame.
     """
 
     _metadata: ClassVar[list[str]] = ["events", "manifest"]
@@ -102,7 +102,7 @@ def pose_columns(scene: Scene, table: Table, *, in_full: bool) -> dict[str, tupl
         scale = max(map(abs, published))
         bound = scale * context.mpf(10) ** (1 - digits)
         off = [abs(a - b) for a, b in zip(poses[name], published, strict=True)]
-        # NaN is neither above the bound nor within it, and ``max`` may pass it over
+        # NaN is neither above the bound nor within it, and ``max`` may ignore it
         beyond = [
             difference
             for difference in off

@@ -1,10 +1,10 @@
 """True rows, and the distance of a trajectory from them, at golden times or between them.
 
-A row at a golden time is compared exactly, in decimals. One between two golden times is compared
-with the nearer of them, carried to its time in double by the Taylor coefficients that the equations
-of motion give at the golden row: it is held to what that can resolve. Where the solution ends
-before its horizon (lift-off, landing), the time of the end is itself a result: a row that agrees
-with the last golden row in time and state is compared with it.
+A row at a golden time is compared exactly, in decimals. A row between two golden times is compared
+with the nearer golden row, carried to its time in double by the Taylor coefficients that the
+equations of motion give at the golden row; the comparison is as sharp as this allows. If the
+solution ends before its horizon (lift-off, landing), the time of the end is itself a result: a row
+that agrees with the last golden row in time and state is compared with it.
 """
 
 from __future__ import annotations
@@ -50,10 +50,10 @@ ROUNDINGS = 16 * EPS
 class Measured:
     """The distance of rows from the true ones.
 
-    ``t`` are their times (s); ``errors`` and ``bounds`` have an array for each column, of relative
-    errors and of what of them may be the comparison's own; NaN where nothing was compared because
-    the true entry is undefined or not resolved. ``compared`` says of each row whether every column
-    that is defined was compared, ``start`` whether the row is the start itself.
+    ``t`` are their times (s). ``errors`` and ``bounds`` have an array for each column: relative
+    errors, and the part of them that the comparison may cause; NaN where nothing was compared
+    because the true entry is undefined or not resolved. ``compared`` tells for each row whether
+    every defined column was compared, ``start`` whether the row is the start.
     """
 
     t: numpy.ndarray
@@ -63,7 +63,7 @@ class Measured:
     start: numpy.ndarray
 
     def worst(self) -> numpy.ndarray:
-        """The largest error of each row that is not within its bound; 0 where all are."""
+        """The largest error of each row that exceeds its bound; 0 if none does."""
         worst = numpy.zeros(len(self.t))
         for name, errors in self.errors.items():
             worst = numpy.fmax(worst, numpy.where(errors > self.bounds[name], errors, 0.0))
@@ -79,7 +79,7 @@ class Measured:
 
 
 class TrueRows:
-    """A table of true rows, which has the state as vectors, as Euler angles, or both."""
+    """A table of true rows with the state as vectors, as Euler angles, or both."""
 
     def __init__(self, scene: Scene, table: Table):
         self._scene, self._table = scene, table
@@ -105,7 +105,7 @@ class TrueRows:
 
     @cached_property
     def _fastest(self) -> numpy.ndarray:
-        """How often an entry of a row moves by its size in a second, at most, under any rigid law.
+        """An upper bound of the rate of an entry over its size (1/s), under any rigid law.
 
         Rates are about omega times a size; phi and psi have the tilt in theirs.
         """
@@ -249,7 +249,7 @@ def _nothing_measured(t: numpy.ndarray, names: list[str], compared: numpy.ndarra
 
 
 def ending(status: str, t: float) -> str:
-    """Why a solution ends at ``t`` (s), and what to do about rows after that."""
+    """Why a solution ends at ``t`` (s), and the remedy for later rows."""
     unit = 10.0 ** (math.floor(math.log10(t)) - 2) if t > 0 else 1.0
     until = f"--until {math.floor(t / unit) * unit:.12g}"
     if status == "contact_lost":
@@ -258,7 +258,7 @@ def ending(status: str, t: float) -> str:
 
 
 def turned_back(name: str, apart: Scalar) -> Scalar:
-    """A difference of entries, an array or a decimal; whole turns of phi and psi are none."""
+    """A difference of entries, an array or a decimal, without whole turns of phi and psi."""
     if name not in ("phi", "psi"):
         return apart
     if isinstance(apart, Decimal):
@@ -275,7 +275,7 @@ class _Column:
 
 @dataclass
 class FewestDigits:
-    """Takes blocks of measured rows.
+    """Accumulates blocks of measured rows.
 
     ``rows`` were compared, of which ``exactly`` at golden times, the start apart; ``at`` is the
     time (s) of the largest error of all.

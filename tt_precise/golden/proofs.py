@@ -1,16 +1,16 @@
 """The proofs of golden tables by ``golden certify``, read without python-flint.
 
-Beside the tables lie ``proof.json`` (what is proved, about which tables, by which prover) and two
+The folder of the tables also has ``proof.json`` (the statements, the tables, the prover) and two
 tables of balls, ``enclosure.csv`` and ``events-enclosure.csv``: the last digits of the exact number
 in each cell of ``trajectory.csv`` and ``events.csv``. These are the last six that are printed and
-three more, to one unit; the digits before them are the printed ones. (62202699 beside
-9.983341664682815230681419841062203e-2 says 9.983341664682815230681419841062202699e-2.)
+three more, to one unit; the digits before them are the printed digits. (62202699 with
+9.983341664682815230681419841062203e-2 means 9.983341664682815230681419841062202699e-2.)
 
-``complaints`` holds all of these against each other. Every printed number has to meet its ball;
-counts, times of the climb and the bound of the contact force are derived again. This finds what was
-changed in any of these files, also where all hashes were made to fit; but for a change by a
-multiple of 1e6 units of the last place, of which ``verify`` computes 28 digits afresh. Whether the
-balls are those of the exact solution only a proof can decide.
+``complaints`` compares all of these with each other. Every printed number must meet its ball;
+counts, times of the climb and the bound of the contact force are derived again. This detects every
+change of these files, even with adapted hashes, except a change by a multiple of 1e6 units of the
+last place; for that ``verify`` recomputes 28 digits. Only a proof can decide whether the balls
+contain the exact solution.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ from tt_precise.runtime.values import InputError, Json, Scalar
 from tt_precise.scene.scene import Scene
 
 SCHEMA = Proof.__struct_config__.tag
-# The version of the prover counts up with each change that matters to soundness; a proof by one
-# older than ``SOUND_SINCE`` is refused.
+# The version of the prover increases with each change that affects soundness; a proof by a version
+# before ``SOUND_SINCE`` is refused.
 PROVER = SOUND_SINCE = 1
 ENCLOSURE, EVENTS_ENCLOSURE = "enclosure.csv", "events-enclosure.csv"
 ENCLOSURES = {TRAJECTORY: ENCLOSURE, EVENTS: EVENTS_ENCLOSURE}
@@ -74,7 +74,7 @@ def _digits_of(text: str) -> tuple[int, int]:
 class Interval:
     """Exact numbers that an exact value lies between, ends included.
 
-    A comparison is true if it is so for all of them.
+    A comparison is true if it is true for all of them.
     """
 
     __slots__ = ("high", "low")
@@ -84,7 +84,7 @@ class Interval:
 
     @classmethod
     def of(cls, number: Scalar) -> Interval:
-        """That of a rational number, or the interval itself."""
+        """The interval of a rational number, or the interval itself."""
         return number if isinstance(number, Interval) else cls(Fraction(number), Fraction(number))
 
     @classmethod
@@ -94,7 +94,7 @@ class Interval:
         Raises
         ------
         ArithmeticError
-            Either is no finite number.
+            One of them is not a finite number.
         """
         centre, reach = Decimal(middle), Decimal(radius)
         if not (centre.is_finite() and reach.is_finite() and reach >= 0):
@@ -103,7 +103,7 @@ class Interval:
 
     @classmethod
     def of_ball(cls, text: str, ball: str, scale: Decimal) -> Interval:
-        """That of a number printed as ``text``, in a column of this ``scale``, from its ball."""
+        """The interval of a number printed as ``text`` in a column of this ``scale``."""
         sign, number, place = _printed(text, scale)
         middle, radius = _ball(ball)
         middle += number // 10**KEPT * 10 ** (KEPT + BEYOND)
@@ -173,7 +173,7 @@ def _ball(text: str) -> tuple[int, int]:
 def ball_text(text: str, low: Fraction, high: Fraction, scale: Decimal) -> str:
     """The cell for a number between ``low`` and ``high`` that is printed as ``text``.
 
-    Where the interval is too wide for one unit of the last digit, that is a power of ten higher.
+    If the interval is too wide for one unit of the last digit, the unit is a higher power of ten.
     """
     sign, number, place = _printed(text, scale)
     before = number // 10**KEPT * 10 ** (KEPT + BEYOND)
@@ -194,7 +194,7 @@ Event = dict[str, Interval]  # time and columns of the state there; and ``direct
 class Record:
     """proof.json and the enclosures of one scene.
 
-    What it says counts if ``complaints`` has none.
+    It is valid if ``complaints`` is empty.
     """
 
     content: dict[str, Json]
@@ -203,12 +203,12 @@ class Record:
 
     @property
     def digits(self) -> int | None:
-        """Fewest proved digits of any column; None if nothing but zeros is printed."""
+        """Fewest proved digits of a column; None if only zeros are printed."""
         return self.content["digits"]
 
     @property
     def incomplete(self) -> str:
-        """What is not proved, in words; "" where every printed number, event and time is."""
+        """The unproved part in words; "" if every printed number, event and time is proved."""
         content = self.content
         if content["failure"]:
             return str(content["failure"])
@@ -234,7 +234,7 @@ class Record:
 
     @property
     def summary(self) -> dict[str, Json]:
-        """For a list of scenes: digits proved, and of how many numbers the rounding."""
+        """For a list of scenes: proved digits, and the count of numbers with proved rounding."""
         facts = {name: self.content[name] for name in ("digits", "rounded", "entries")}
         return {**facts, "complete": self.complete, "until_s": self.until_s}
 
@@ -244,12 +244,12 @@ class Record:
 
 
 def read(name: str, folder: Path | None = None) -> Record | None:
-    """The proof that lies beside the golden tables ``name``; None if there is none.
+    """The proof of the golden tables ``name``; None if there is none.
 
     Raises
     ------
     InputError
-        A file cannot be used, or a prover made it that is not sound.
+        A file cannot be used, or its prover is not sound.
     """
     place = (folder or store.home()) / name
     files = (PROOF, ENCLOSURE, EVENTS_ENCLOSURE)
@@ -271,9 +271,9 @@ def read(name: str, folder: Path | None = None) -> Record | None:
 
 
 def complaints(stored: Stored, record: Record, *, rows: bool = True) -> list[str]:
-    """What speaks against the golden tables, or against their proof; [] if nothing.
+    """Contradictions in the golden tables or their proof; [] if none.
 
-    Without ``rows`` the single numbers are left out, which takes most of the time.
+    Without ``rows`` the single numbers are not compared, which takes most of the time.
     """
     problems = list(_damage(stored, record))
     if problems:
@@ -299,7 +299,7 @@ def complaints(stored: Stored, record: Record, *, rows: bool = True) -> list[str
 
 
 def _damage(stored: Stored, record: Record) -> Iterator[str]:
-    """Whether the files are still what was written, about this scene."""
+    """Changes of the files since they were written, and a different scene."""
     content = record.content
     if content[PROOF_HASH] != store.self_hash(content, PROOF_HASH):
         yield f"{PROOF}: edited after it was written"
@@ -412,12 +412,12 @@ def enclosed(
 
 
 def _times(stored: Stored, record: Record) -> Iterator[str]:
-    """Times of the climb that are not those which the events give."""
+    """Times of the climb that differ from those of the events."""
     stated = record.content["inversion"]
     if "failure" in stated:
         return
     if record.content["failure"]:
-        # null says that it never happens
+        # null means that it never happens
         if stated.get("equator") is None:
             yield f"{PROOF}: no climb, by a proof that ends early"
         return
@@ -481,7 +481,7 @@ def proved_events(
 
 
 def _contact(stored: Stored, record: Record) -> Iterator[str]:
-    """What is said of the contact force, against the printed states and events."""
+    """Contradictions between the statement on the contact force and the printed tables."""
     import numpy
 
     contact = record.content["contact"]
@@ -507,21 +507,21 @@ def _contact(stored: Stored, record: Record) -> Iterator[str]:
 
 
 def _rounding_to(text: str) -> Interval:
-    """What rounds to a printed number."""
+    """The interval of numbers that round to a printed number."""
     number, half = Fraction(text), Fraction(10) ** last_place(text) / 2
     return Interval(number - half, number + half)
 
 
 @dataclass(frozen=True)
 class Established:
-    """What an unspoiled, complete proof establishes about its scene; all numbers in SI."""
+    """The statements of a valid, complete proof about its scene; all numbers in SI."""
 
     stored: Stored
     record: Record
 
     @property
     def contact(self) -> dict[str, Json]:
-        """What is proved of the contact force, as in proof.json."""
+        """The statement about the contact force, as in proof.json."""
         return self.record.content["contact"]
 
     @cached_property
@@ -553,9 +553,9 @@ class Established:
 
 
 def summary(stored: Stored, folder: Path | None = None) -> dict[str, Json] | None:
-    """What a list of scenes says of the proof, or the ``problem`` with it; None if there is none.
+    """The entry of a proof in a list of scenes, or its ``problem``; None without a proof.
 
-    Counts and hashes are checked, single numbers are not: that is what ``verify`` does.
+    Counts and hashes are checked; ``verify`` also checks single numbers.
     """
     try:
         record = read(stored.name, folder)
@@ -571,7 +571,7 @@ def summary(stored: Stored, folder: Path | None = None) -> dict[str, Json] | Non
 
 
 def established(scene: Scene, folder: Path | None = None) -> tuple[Established | None, str]:
-    """The complete and unspoiled proof about this very scene, to every digit; or None, and why."""
+    """The complete and valid proof for exactly this scene; or None, and the reason."""
     if scene.name not in store.scenes(folder):
         return None, f"{scene.name}: no golden data"
     stored = store.read(scene.name, folder)

@@ -1,8 +1,8 @@
 """From computations of a scene to the published tables.
 
-A ``Task`` says what to compute, a ``Run`` holds what came out, ``reconcile`` keeps the digits that
-all runs share. Runs are text, because heyoka's ``real`` numbers leak memory under NumPy 2.4 and
-later: each scene is computed in a process that is thrown away after it.
+A ``Task`` is a computation, a ``Run`` its result; ``reconcile`` keeps the digits that all runs
+share. Runs are text, because heyoka's ``real`` numbers leak memory under NumPy 2.4 and later;
+therefore each scene is computed in a process of its own.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 # reference scene; 6 more than are published make it unlikely (1e-6 an entry) that a rounding to
 # 34 digits stays undecided.
 LADDER = ((160, 176), (176, 192), (240, 256))
-ENOUGH = DIGITS + 1  # agreement below this leaves the last digit to luck
+ENOUGH = DIGITS + 1  # below this agreement the last digit may be wrong by chance
 
 TERMINAL_DIRECTION = -1  # contact and singular contact are functions that fall to zero
 
@@ -71,10 +71,10 @@ class Task:
 class Run:
     """The outcome of a task: tables in full working precision, SI.
 
-    ``trajectory`` has the scene's sample times and, where the solution ends before its horizon,
-    its end as last row. ``events`` lack the terminal one. ``suspects`` names events whose
-    directions do not alternate, so that one may be missing. ``seconds`` is what it took, in CPU
-    time; it is reported and never published.
+    ``trajectory`` has the scene's sample times and, if the solution ends before its horizon, its
+    end as last row. ``events`` lack the terminal event. ``suspects`` names events whose directions
+    do not alternate, so that one may be missing. ``seconds`` is the CPU time; it is reported but
+    not published.
     """
 
     label: str
@@ -89,7 +89,7 @@ class Run:
 
 
 def tasks(scene: Scene, bits: tuple[int, int]) -> list[Task]:
-    """The computations whose agreement is the evidence, the one to be published first."""
+    """The computations whose agreement is the evidence; the first is published."""
     low, high = bits
     wanted = [
         Task(scene.name, scene.text, "mp", high, "newton"),
@@ -101,7 +101,7 @@ def tasks(scene: Scene, bits: tuple[int, int]) -> list[Task]:
 
 
 def columns(scene: Scene) -> tuple[str, ...]:
-    """The columns of a golden trajectory: time, vectors, Euler angles, what the scene records."""
+    """The columns of a golden trajectory: time, vectors, Euler angles, recorded quadratures."""
     from tt_precise.integration.columns import EULER_COLUMNS, LIFTED_COLUMNS, VECTOR_COLUMNS
 
     lifted = LIFTED_COLUMNS if scene.lifts else ()
@@ -157,7 +157,9 @@ def events_table(trajectory: Trajectory, names: Sequence[str]) -> Table:
     return Table.of_columns({"name": table["name"], "t": times, "direction": directions, **states})
 
 
-SAME_TIME = Decimal("1e-30")  # relative; events this close are one instant, listed by name
+SAME_TIME = Decimal(
+    "1e-30"
+)  # relative; events closer than this count as simultaneous and are listed by name
 UNDEFINED_AT_POLE = ("theta_dot", "phi_dot", "nu_x", "nu_y")
 ORDER = [*EVENTS, *JOINING, *TERMINAL]
 
@@ -169,10 +171,9 @@ Agreements = dict[str, dict[str, float]]
 class Consensus:
     """The tables of a scene, with the worst agreement of each run with the first, in digits.
 
-    ``agreements`` maps the name of a table, then a column, then the label of a run to digits,
-    over all entries that are not near zero; infinite where all are equal. A run without a row to
-    compare is not among them. ``contradictions`` name the entries of which the runs do not share a
-    single digit.
+    ``agreements`` maps the name of a table, then a column, then the label of a run to digits, over
+    all entries that are not near zero; infinite where all are equal. A run without a row to compare
+    is left out. ``contradictions`` name the entries on which the runs do not share a single digit.
     """
 
     status: str
@@ -193,9 +194,9 @@ class Consensus:
 
     @property
     def complete(self) -> bool:
-        """Whether all entries have all digits, those near zero relative to their scale.
+        """Whether all entries have all digits (near zero: relative to their scale).
 
-        And whether the runs agree far enough that the last digit is no luck.
+        The runs must also agree so far that the last digit is not right by chance.
         """
         scales = scales_of(self.trajectory)
         if self.contradictions or self.agreement < ENOUGH:
@@ -211,15 +212,15 @@ class Consensus:
 
 
 def reconcile(scene: Scene, runs: Sequence[Run]) -> Consensus:
-    """Tables with the digits in which all ``runs`` agree; the first run has the finest numbers.
+    """Tables with the digits on which all ``runs`` agree; the first run has the finest numbers.
 
-    A run that ends at a pole (Euler form) testifies for the rows before it.
+    A run that ends at a pole (Euler form) counts for the rows before it.
 
     Raises
     ------
     ArithmeticError
-        The runs disagree in what happened: another end, another number of events, an event whose
-        directions do not alternate; or no run has a row to compare with the first one's.
+        The runs disagree: another end, another number of events, an event whose directions do not
+        alternate; or no run has a row to compare with the first run.
     """
     first = runs[0]
     for run in runs:
@@ -260,7 +261,7 @@ def reconcile(scene: Scene, runs: Sequence[Run]) -> Consensus:
 
 
 def exact_decimal(time: Fraction) -> str | None:
-    """A time as a plain decimal; None if it has none of at most 34 digits."""
+    """A time as a plain decimal; None if that has more than 34 digits."""
     for places in range(DIGITS):
         scaled = time * 10**places
         if scaled.denominator == 1:
@@ -278,7 +279,7 @@ def _rows(run: Run) -> list[Cells]:
 
 
 def ordered_events(run: Run) -> list[Event]:
-    """Events in order of time, simultaneous ones in the catalogue's order; with the terminal."""
+    """Events in order of time, simultaneous events in the catalogue's order; with the terminal."""
     events: list[Event] = [
         (name, int(direction), (t, *state)) for name, t, direction, *state in run.events.rows
     ]
@@ -326,7 +327,7 @@ def _merged(
     scales: dict[str, Decimal],
 ) -> tuple[list[Cells], Agreements, list[str]]:
     """Published rows, the worst agreement of each later table with the first, contradictions."""
-    # a run that ended before the first row agrees with nothing; where there is none, with none
+    # a run that ended before the first row has no agreement
     compared = [label for label, t in zip(labels, tables[1:], strict=True) if t or not tables[0]]
     worst = {name: dict.fromkeys(compared, math.inf) for name in names}
     merged: list[Cells] = []
@@ -349,7 +350,7 @@ def _merged(
         tilted = not row[names.index("kx")] == row[names.index("ky")] == ZERO
         for position, name in enumerate(names):
             if not tilted and name in UNDEFINED_AT_POLE:
-                # which way a computed 1e-50 points is rounding, even where all runs agree
+                # the direction of a computed 1e-50 is rounding, even if all runs agree
                 row[position] = ""
             elif not row[position] and cells[position]:
                 contradictions.append(f"{name} at t = {float(cells[0]):.9g} s")

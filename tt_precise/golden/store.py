@@ -1,10 +1,10 @@
 """The folders of golden data: reading, verification of hashes, replacement.
 
-Four hashes say what was built: of each file (of its content, so that line ends and comments do not
-count), in ``manifest.json``; of the manifest itself and of the proof, inside each of them; and of
-every file, in ``index.json`` (``tt_precise.vectors``). They show damage and careless edits. Who
-writes the files anew can write new hashes, too: against that helps a signature of the release, see
-``reference_data/README.md``.
+Four hashes identify the built data: of each file (of its content, so that line ends and comments do
+not count), in ``manifest.json``; of the manifest itself and of the proof, inside each of them; and
+of every file, in ``index.json`` (``tt_precise.vectors``). They show damage and careless edits.
+Somebody who rewrites the files can also rewrite the hashes; a signature of the release protects
+against that, see ``reference_data/README.md``.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 OWN = Path("golden")  # in the working directory, unless a folder is named
 VECTORS = "vectors"  # a folder beside the scenes: test vectors, verified by a command of their own
 LONGEST_NAME = 100
-WORK = "golden build"  # what nobody else may be at in a folder meanwhile
+WORK = "golden build"  # the work that locks a folder
 
 # scenes that ship with a proof, so that none is deleted unnoticed
 PROVED = frozenset(
@@ -71,12 +71,12 @@ def home() -> Path:
 
 
 def in_checkout() -> bool:
-    """Whether the package's own golden data may be built: not where it is installed."""
+    """Whether the package's golden data may be built: only in a checkout."""
     return (PACKAGE.parent / "pyproject.toml").is_file() and home().parent == PACKAGE.parent
 
 
 def scenes(folder: Folder = None) -> list[str]:
-    """Names of the scenes that have golden data there, by default in the package."""
+    """Names of the scenes with golden data in ``folder``, by default in the package."""
     place = home() if folder is None else Path(folder)
     if not place.is_dir():
         return []
@@ -88,7 +88,7 @@ def scenes(folder: Folder = None) -> list[str]:
 
 
 def some(names: Iterable[str], folder: Folder = None) -> list[str]:
-    """These names of scenes, if there are any: a gate that looked at nothing must not pass.
+    """These names of scenes, if there are any: a check without input is an error.
 
     Raises
     ------
@@ -111,16 +111,16 @@ def is_name(name: str) -> bool:
 
 
 def locate(scene: str | Path, folder: Folder = None) -> Located:
-    """The golden data meant by a name, a scene's TOML file, or the folder that holds them.
+    """The golden data for a name, a scene's TOML file, or the folder of the data.
 
     A folder is given by its path: a ``Path``, or text with a slash such as ``./mytop``. A bare name
     is looked for in ``folder``, or in the package and then in ``golden``, nowhere else. Whether
-    such data exist is another question.
+    such data exist is not checked.
 
     Raises
     ------
     InputError
-        That cannot be the name of a scene.
+        It is not a possible name of a scene.
     """
     given = Path(scene)
     by_path = isinstance(scene, Path) or os.sep in scene
@@ -140,7 +140,7 @@ def locate(scene: str | Path, folder: Folder = None) -> Located:
 
 
 def require(scene: str | Path, folder: Folder = None) -> Located:
-    """``locate``, where there are such data.
+    """``locate`` for existing data.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def require(scene: str | Path, folder: Folder = None) -> Located:
 
 @dataclass(frozen=True)
 class Stored:
-    """The golden data of one scene, as it stands in its folder."""
+    """The golden data of one scene, as in its folder."""
 
     name: str
     scene_text: str
@@ -175,7 +175,7 @@ class Stored:
 
     @cached_property
     def scales(self) -> dict[str, Decimal]:
-        """For each column its largest printed entry; 0 for times, which count by themselves."""
+        """The largest printed entry of each column; 0 for times."""
         return {**scales_of(self.trajectory), "t": Decimal(0)}
 
     def table(self, file: str) -> Table:
@@ -206,14 +206,14 @@ def _read(place: Path) -> Stored:
 
 
 def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
-    """Read the golden data of ``scene``, and hold them against their manifest.
+    """Read the golden data of ``scene``, and compare them with their manifest.
 
     Once a process for each manifest: data that fit it are the same again.
 
     Raises
     ------
     InputError
-        There are no such data, or they are not what was built.
+        There are no such data, or they have changed since they were built.
     """
     place = require(scene, folder)
     return _whole(place.path.absolute(), _text(place.path / MANIFEST))
@@ -239,12 +239,12 @@ def _whole(place: Path, manifest: str) -> Stored:
 def replace_folder(target: Path, files: dict[str, str]) -> None:
     """Put ``files`` into the folder ``target`` all at once, by renaming a complete new folder.
 
-    Other files that lie there, such as a proof of the digits, stay.
+    Other files in the folder, such as a proof of the digits, stay.
 
     Raises
     ------
     InputError
-        The place cannot be written, or is full; the old data stand.
+        The place cannot be written, or is full; the old data stay.
     """
     import shutil  # here, because a check does not write
 
@@ -297,18 +297,18 @@ def _with_hash(content: dict[str, Json], key: str) -> str:
 
 
 def with_proof(manifest: dict[str, Json], sha256: str | None) -> dict[str, Json]:
-    """The manifest (without its own hash) of data whose proof has that hash, or that have none."""
+    """The manifest (without its own hash) of data with a proof of that hash, or without a proof."""
     content = {k: v for k, v in manifest.items() if k not in (MANIFEST_HASH, PROOF_HASH)}
     return content if sha256 is None else {**content, PROOF_HASH: sha256}
 
 
 def self_hash(content: dict[str, Json], key: str = MANIFEST_HASH) -> str:
-    """SHA-256 of a document's content, without this hash itself, which it has under ``key``."""
+    """SHA-256 of a document's content without the hash itself, which is stored under ``key``."""
     return _json_hash({name: value for name, value in content.items() if name != key})
 
 
 def scene_sha256(text: str) -> str:
-    """SHA-256 of what a scene's TOML says, comments and layout apart."""
+    """SHA-256 of the content of a scene's TOML, without comments and layout."""
     return _json_hash(tomllib.loads(text, parse_float=str))
 
 
@@ -318,7 +318,7 @@ def _json_hash(content: Json) -> str:
 
 
 def changed_files(stored: Stored) -> list[str]:
-    """Which files are not those that were built, by their hashes."""
+    """Files that have changed since they were built, by their hashes."""
     manifest = stored.manifest
     hashes = {
         SCENE: scene_sha256(stored.scene_text),
@@ -332,12 +332,12 @@ def changed_files(stored: Stored) -> list[str]:
 
 
 def require_manifest(stored: Stored) -> None:
-    """Refuse to prove, or to record a proof of, what no build has written.
+    """Refuse to prove data, or record a proof of data, that no build has written.
 
     Raises
     ------
     InputError
-        The manifest is not the one that its own hash is of.
+        The manifest does not match its own hash.
     """
     name = stored.name
     if MANIFEST in changed_files(stored):
@@ -348,12 +348,12 @@ def require_manifest(stored: Stored) -> None:
 
 
 def record_proof(place: Path) -> None:
-    """Write the hash of the proof that lies in a scene's folder into its manifest.
+    """Write the hash of the proof in a scene's folder into its manifest.
 
     Raises
     ------
     InputError
-        The manifest is not one that was built.
+        No build has written the manifest.
     """
     stored = read(place.name, place.parent)
     require_manifest(stored)

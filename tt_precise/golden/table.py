@@ -1,4 +1,4 @@
-"""``Table``: named columns of decimal strings, as they stand in a CSV file, and its hash."""
+"""``Table``: named columns of decimal strings, as in a CSV file, and its hash."""
 
 from __future__ import annotations
 
@@ -72,5 +72,5 @@ class Table:
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of the content, which line ends and spaces in a file cannot change."""
+        """SHA-256 of the content, independent of line ends and spaces in a file."""
         return hashlib.sha256(self.csv().encode()).hexdigest()

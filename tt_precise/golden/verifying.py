@@ -1,7 +1,7 @@
 """``verify``: golden data against their manifest, their proof and a fresh computation.
 
 ``inspect`` names every damage to the files without computing. ``verify_scene`` also computes the
-solution anew, by another integrator than the one that made the data, and compares entry by entry.
+solution with another integrator than the data's, and compares entry by entry.
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ from tt_precise.runtime.workers import Call, Failure, local_pool
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.scene.scene import shipped as shipped_scenes
 
-FRESH_DIGITS = 28  # a fresh computation has to find at least so many
+FRESH_DIGITS = 28  # digits that a fresh computation must confirm
 DIGITS_PER_BIT = math.log10(2)
-# What golden data are compared with: by an integrator that did not make them, where there is one.
+# The precision of the fresh computation, by another integrator than the data's if possible.
 FINE, WITHOUT_LLVM = "triple-double", "quad"
 
 # A scene loses the same digits in every arithmetic, its sensitivity. Where double or the fresh
 # computation itself shows that it cannot have 28 left, the scene is computed with as many bits as
-# that takes; no more than golden data are made with. Three doubles have all that are printed left,
-# and do not show what they lost: two doubles do.
+# necessary, at most with those of the golden data. Three doubles keep all printed digits and do not
+# show the loss; two doubles do.
 SPARE_BITS = 4
 MOST_BITS = max(LADDER[0])
 
 WORDS = ("meaning", "event_meanings")  # their wording may change from version to version
-FEW = 3  # of many equal problems so many are reported
+FEW = 3  # reported problems of the same kind
 
 # Digits of a fresh computation count relative to the size of the component at that time, its
 # largest golden entry within so many rows: a zero passed on the way does not decide, and a
@@ -77,10 +77,10 @@ class WorstEntry(NamedTuple):
 class Verification:
     """The result for one scene.
 
-    ``problems`` are empty if all is well. ``digits_proved`` are those of the proof that lies beside
-    the data, None if there is none. ``digits_found`` is the fewest digits that the fresh
-    computation, in the arithmetic ``fresh``, has in common with the data; ``double_digits``
-    likewise in double; None where nothing could be computed or compared.
+    ``problems`` are empty if all is well. ``digits_proved`` are those of the proof of the data,
+    None if there is none. ``digits_found`` is the fewest digits that the fresh computation, in the
+    arithmetic ``fresh``, agrees with the data; ``double_digits`` likewise in double; None where
+    nothing could be computed or compared.
     """
 
     scene: str
@@ -151,7 +151,7 @@ def verify_scene(name: str, folder: Path) -> Verification:
 
 
 def _asked_for(scenes: Iterable[str | Path] | None, folder: Folder) -> list[Located]:
-    """Where the data are. All there are means every folder, readable or not, and those known."""
+    """The folders of the data; by default every folder, readable or not, and the known scenes."""
     if scenes is not None:
         places = [store.locate(scene, folder) for scene in scenes]
         missing = [wanted for wanted in places if not wanted.path.is_dir()]
@@ -165,9 +165,9 @@ def _asked_for(scenes: Iterable[str | Path] | None, folder: Folder) -> list[Loca
 
 
 def bits_needed(digits: float, bits: int) -> int | None:
-    """With how many bits a fresh computation has 28 digits left; None if that is hopeless.
+    """The bits with which a fresh computation keeps 28 digits; None if that is impossible.
 
-    ``digits`` are what one with ``bits`` had in common with the data.
+    ``digits`` are the digits on which a computation with ``bits`` agrees with the data.
     """
     needed = bits + math.ceil((FRESH_DIGITS - digits) / DIGITS_PER_BIT)
     return needed if needed + SPARE_BITS <= MOST_BITS else None
@@ -179,11 +179,11 @@ def judge(
     runs: Sequence[Run],
     roughly: WorstEntry | None = None,
 ) -> Verification:
-    """The verdict on data with these ``problems`` of their own.
+    """The verdict on data with these ``problems`` in their files.
 
-    ``runs`` are the finest and the one in double; between them one that is coarse enough to show
-    how many digits the scene loses, if the finest is not. ``roughly`` is where the one in double
-    is worst, if that is known.
+    ``runs`` are the finest run and the run in double; if the finest run does not show how many
+    digits the scene loses, a coarser run between them does. ``roughly`` is the worst entry of the
+    run in double, if known.
     """
     finer, double, telling = runs[0], runs[-1], runs[-2]
     complaints = list(problems)
@@ -288,7 +288,7 @@ def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> l
 
 
 def _at_pole(table: Table, row: int) -> bool:
-    """Whether the axis is vertical to all digits that are verified: nothing says where it leans."""
+    """Whether the axis is vertical to all verified digits, so that its azimuth is undefined."""
     cells = (table.column(name)[row] for name in ("kx", "ky"))
     return all(abs(Decimal(cell or 1)) < Decimal(10) ** -FRESH_DIGITS for cell in cells)
 
@@ -300,9 +300,9 @@ def _events_table(run: Run) -> Table:
 
 
 def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, list[str]]:
-    """Read the golden data of ``name``; what is wrong with the files, a line each.
+    """Read the golden data of ``name``; returns them and a line for each problem of the files.
 
-    The data are None where they cannot be read at all, or hold what is no number.
+    The data are None if they cannot be read or contain text that is not a number.
     """
     try:
         stored = store.read(name, folder)
@@ -385,7 +385,7 @@ def _missing_times(scene: Scene, table: Table, status: Json) -> Iterator[str]:
 
 
 def _differences(derived: Json, stated: Json, where: str) -> Iterator[str]:
-    """Where the manifest states something else than follows from the data."""
+    """Differences between the manifest and the statements that follow from the data."""
     if isinstance(derived, dict) and isinstance(stated, dict):
         for key, value in derived.items():
             if key in WORDS:
@@ -405,10 +405,10 @@ def _inconstant(scene: Scene, trajectory: Table) -> Iterator[str]:
 
 
 def _errors(cells: Sequence[str], fresh: Sequence[str], scale: float | None) -> Array:
-    """Errors of ``fresh`` entries in terms of their sizes; 0 where the golden cell is empty.
+    """Errors of ``fresh`` entries relative to their sizes; 0 where the golden cell is empty.
 
-    Differences are exact, sizes doubles. Without a ``scale``, as of times, each entry counts by
-    itself. A fresh entry that is missing is infinitely far away.
+    Differences are exact, sizes doubles. Without a ``scale``, as for times, each error is relative
+    to the entry itself. A missing fresh entry has an infinite error.
     """
     import numpy
 
@@ -429,7 +429,7 @@ def _apart(cell: str, fresh: str) -> float:
 
 
 def _scales(stored: Stored) -> dict[str, float]:
-    """The largest entry of each column; of one that is zero altogether what an error counts by."""
+    """The largest entry of each column; for a column of zeros its natural unit."""
     import numpy
 
     columns = stored.trajectory.columns[1:]
