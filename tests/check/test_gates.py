@@ -12,7 +12,6 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tt_precise.check import run
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
@@ -208,13 +207,6 @@ def let_through(seeds: range) -> list[str]:
         if changed(given, table) and passes(gate, given, table):
             found.append(f"seed {seed}: {gate} {given.scene}: {what}")
     return found
-
-
-@pytest.fixture
-def golden_data_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    # what else a check looks at must not be what saves this gate
-    monkeypatch.setattr(run, "checks_of", lambda scene: ())
-    monkeypatch.setattr(run, "refuse_other_units", lambda *arguments: None)
 
 
 @pytest.mark.parametrize("which", ["vectors", "off the golden times", "track"])

@@ -21,6 +21,7 @@ from tt_precise.golden import store
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.scene.scene import parse_scene, shipped
 
+alone = pytest.mark.usefixtures("golden_data_alone")
 RELATIVE = [check.name for check in CHECKS if check.sense == "at most"]
 
 
@@ -54,6 +55,7 @@ def test_a_wrong_row_of_a_top_that_lifts_is_noticed(scene: str) -> None:
 OF_EACH_KIND = ("reference", "rolling", "contact-lost", "upright", "beside-the-pole", "track")
 
 
+@alone
 @pytest.mark.parametrize(
     "scene",
     [
@@ -78,6 +80,7 @@ def test_digits_are_those_of_golden_compare(scene: str) -> None:
     assert found.value == pytest.approx(expected.worst)
 
 
+@alone
 def test_an_entry_of_the_axis_counts_beside_one(healthy: Healthy) -> None:
     frame = healthy("upright")
     frame.loc[400, "kx"] = 1e-14
@@ -99,6 +102,7 @@ def test_digits_are_asked_for(healthy: Healthy) -> None:
     assert (found.at or 0) > 3
 
 
+@alone
 def test_exactly_the_digits_asked_for_are_enough(healthy: Healthy) -> None:
     worst = tt.check.conservation(healthy(), "reference")["golden"].value
     assert worst is not None
@@ -112,6 +116,7 @@ def copied(tmp_path: Path) -> Path:
     return Path(shutil.copy(store.home() / "reference" / "trajectory.csv", tmp_path / "run.csv"))
 
 
+@alone
 def test_more_than_double_is_seen(copied: Path) -> None:
     edit_cell(copied, 301, "Lz", lambda cell: other_digit(cell, 29))
     found = tt.check.conservation(copied, "reference", digits=30)["golden"]
@@ -119,6 +124,7 @@ def test_more_than_double_is_seen(copied: Path) -> None:
     assert found.parts["Lz"] < 30
 
 
+@alone
 def test_sums_of_time_steps_are_matched(healthy: Healthy) -> None:
     exact = tt.check.conservation(healthy(), "reference")["golden"]
     moved = healthy()
@@ -169,6 +175,7 @@ def test_a_table_that_is_left_is_named() -> None:
         assert tt.check.conservation(frame, scene, digits=8, fresh=fresh, until=1.33).passed
 
 
+@alone
 @pytest.mark.parametrize("scene", ["coulomb-flight", "contact-lost"])
 def test_a_run_is_compared_to_its_landing_or_lift_off(scene: str) -> None:
     frame = tt.integrate(scene, digits=8).frame(numbers="text")
@@ -180,8 +187,10 @@ def test_a_run_is_compared_to_its_landing_or_lift_off(scene: str) -> None:
     assert (len(reported.over_time), reported.unmatched) == (rows + 1, 0)
 
 
-@pytest.mark.parametrize("digits", [8, 16])
-@pytest.mark.parametrize("name", ["coulomb-flight", "contact-lost"])
+@alone
+@pytest.mark.parametrize(
+    ("name", "digits"), [("coulomb-flight", 8), ("contact-lost", 8), ("contact-lost", 16)]
+)
 def test_a_fresh_solution_that_ends_early_is_compared_to_its_end(name: str, digits: int) -> None:
     """The last row may lie beyond the solution's own end by what its digits leave open."""
     scene = replace(tt.load_scene(name), name="mine")
@@ -200,6 +209,7 @@ def test_a_fresh_solution_that_ends_early_is_compared_to_its_end(name: str, digi
             tt.check.assert_matches_golden(wrong, scene, digits=digits, fresh=True)
 
 
+@alone
 @pytest.mark.parametrize("sense", [-1, 1])
 def test_a_row_at_an_early_end_agrees_in_time_and_state_or_is_refused(sense: int) -> None:
     """Where the solution ends is a result too: it has as many digits as are asked for."""
@@ -219,6 +229,7 @@ def test_a_row_at_an_early_end_agrees_in_time_and_state_or_is_refused(sense: int
             finding(later, wrong)
 
 
+@alone
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
@@ -245,6 +256,7 @@ def test_a_blow_up_is_no_lack_of_digits(healthy: Healthy) -> None:
     assert "correct digits:" not in str(failed.value)
 
 
+@alone
 def test_rows_beyond_the_end_of_golden_data_are_not_vouched_for(healthy: Healthy) -> None:
     frame = healthy()
     beyond = frame.iloc[[-1]].assign(t=8.01, kx=5.0)
@@ -260,6 +272,7 @@ def test_rows_beyond_the_end_of_golden_data_are_not_vouched_for(healthy: Healthy
     assert whole.note == "800 rows compared at golden times; largest gap 0.01 s"
 
 
+@alone
 def test_rows_between_golden_times_are_compared(healthy: Healthy) -> None:
     times = [0.0, *(0.0031 + 0.0171 * i for i in range(467))]
     columns = [name for name in healthy().columns if name != "t"]
@@ -273,6 +286,7 @@ def test_rows_between_golden_times_are_compared(healthy: Healthy) -> None:
     assert (bad.at or 0) > 3
 
 
+@alone
 @pytest.mark.parametrize("digits", [9, 15, 20])
 def test_every_row_between_golden_times_is_held_to_what_it_can_be_held_to(digits: int) -> None:
     times = [f"{0.01 * i + (0.003 if i % 20 == 10 else 0):.3f}" for i in range(801)]
@@ -289,6 +303,7 @@ def test_every_row_between_golden_times_is_held_to_what_it_can_be_held_to(digits
     assert tt.check.assert_matches_golden(frame, "reference", digits=digits, fresh=True).passed
 
 
+@alone
 def test_random_numbers_at_other_times_do_not_pass(healthy: Healthy) -> None:
     frame = healthy()[:101]
     noise = numpy.random.default_rng(1).standard_normal(frame.shape)
@@ -300,6 +315,7 @@ def test_random_numbers_at_other_times_do_not_pass(healthy: Healthy) -> None:
             tt.check.assert_matches_golden(spoiled[EULER], "reference", digits=digits)
 
 
+@alone
 @pytest.mark.parametrize("rows", [1500, 5000])
 def test_every_row_is_computed_afresh(rows: int) -> None:
     """Each row once, whatever its place."""
@@ -315,6 +331,7 @@ def test_every_row_is_computed_afresh(rows: int) -> None:
             tt.check.assert_matches_golden(wrong, scene, digits=9, fresh=True)
 
 
+@alone
 def test_rows_beside_a_stick_or_a_slip_are_not_held_to_a_series_that_ends_there() -> None:
     """Golden rows are 2 ms apart, and the top sticks and slips between some of them."""
     times = [0.0, *(0.0003 + 0.001 * n for n in range(100))]
@@ -332,6 +349,7 @@ def test_a_height_without_velocities_is_not_looked_at() -> None:
     assert tt.check.assert_matches_golden(frame, "flight", digits=9).passed
 
 
+@alone
 @pytest.mark.parametrize("name", ["phi", "psi", "x", "y"])
 @pytest.mark.parametrize("fresh", [False, True])
 def test_the_track_is_compared(name: str, fresh: bool) -> None:
@@ -360,6 +378,7 @@ def test_no_number_where_golden_data_have_one_has_no_digits(copied: Path, text: 
     assert result["finite"].at == result["golden"].at == 2.99
 
 
+@alone
 def test_a_fresh_solution_is_compared_at_the_rows_own_times(healthy: Healthy) -> None:
     scene = replace(tt.load_scene("reference"), name="mine")
     times = [0.001 + 0.013 * i for i in range(60)]
@@ -377,6 +396,7 @@ def test_a_fresh_solution_is_compared_at_the_rows_own_times(healthy: Healthy) ->
     assert bad.parts["kz"] == pytest.approx(8, abs=0.01)
 
 
+@alone
 def test_rigid_bodies_are_compared_as_vectors(healthy: Healthy, rigid_body: Healthy) -> None:
     found = tt.check.conservation(rigid_body(healthy()), "reference")["golden"]
     assert set(found.parts) == {"kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"}

@@ -91,6 +91,7 @@ def test_the_engine_is_right(engine: Engine) -> None:
     assert "as viscous" in result["friction_power"].note
 
 
+@pytest.mark.usefixtures("no_cause")
 @pytest.mark.parametrize("friction", ["scene", "other"])
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_planted_fault_fails(engine: Engine, fault: str, friction: str) -> None:
@@ -99,6 +100,7 @@ def test_a_planted_fault_fails(engine: Engine, fault: str, friction: str) -> Non
     assert expected in found if expected else not found
 
 
+@pytest.mark.usefixtures("no_cause")
 def test_a_table_that_pulls_fails(engine: Engine) -> None:
     start = (1.3, 5.0, -10.0, 190.0)
     for law in ("viscous", "stribeck"):
@@ -110,6 +112,7 @@ def test_a_table_that_pulls_fails(engine: Engine) -> None:
         assert tt.check.conservation(left, "reference", friction="other").passed
 
 
+@pytest.mark.usefixtures("no_cause")
 def test_other_friction_is_suggested_only_where_it_may_be_that(engine: Engine) -> None:
     for fault, suggested in (("mu a tenth more", True), ("I1 a hundredth more", False)):
         result = tt.check.conservation(engine(fault=fault), "reference", until=1.0)

@@ -39,6 +39,15 @@ TESTS = """
 """
 
 
+QUICK = """
+    import pytest
+
+    @pytest.fixture(autouse=True)
+    def quick(monkeypatch):  # the search for causes takes most of the time
+        monkeypatch.setattr("tt_precise.check.causes.cause", lambda *_: "")
+"""
+
+
 @pytest.fixture
 def project(pytester: pytest.Pytester) -> pytest.Pytester:
     from tt_precise.golden import store
@@ -51,6 +60,7 @@ def project(pytester: pytest.Pytester) -> pytest.Pytester:
     own.write_text("\n".join(",".join(line) for line in lines))
     # what is imported within pytester is forgotten, and imported again by each run
     tt.check.conservation(pandas.read_csv(own, nrows=9), "reference", limits=None)
+    pytester.makeconftest(QUICK)
     pytester.makepyfile(test_them=TESTS.replace("{path!r}", repr(str(own))))
     return pytester
 
