@@ -244,8 +244,7 @@ class _Well:
         body = self.body
         k = ((1 - z * z).nonnegative_part().sqrt(), arb(0), z)
         a = contact_arm(body, k)
-        # I a, for an inertia I1 across the axis and I3 along it
-        turned = added(scaled(body.I1, a), scaled((body.I3 - body.I1) * dot(a, k), k))
+        turned = newton.angular_momentum(body, k, a)  # I a
         middle = scaled(-self.lambda_ / dot(a, turned), turned)
         spread = around((budget * largest([arb(body.I1), arb(body.I3)])).sqrt().upper())
         L = added(middle, (spread, spread, spread))
