@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from numbers import Real
+from typing import NamedTuple
 
 import numpy
 
@@ -97,8 +97,7 @@ LIFT_OFF = -1e-12
 Watch = Callable[[Samples], numpy.ndarray]
 
 
-@dataclass(frozen=True)
-class RowCheck:
+class RowCheck(NamedTuple):
     """A check: its name, its meaning, the reason to skip it ("" if none), and its function.
 
     Values pass that are ``sense`` the limit. ``watch(setup, first, limit)`` makes the function

@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy
 
@@ -35,8 +35,7 @@ Reading = Callable[[Columns, Parameters], "Changed | None"]
 """Columns as another convention has them, read as ours: those that differ; None if none can."""
 
 
-@dataclass(frozen=True)
-class ColumnSet:
+class ColumnSet(NamedTuple):
     """Names of columns that together determine a state, and how to read them.
 
     ``state(body, columns, fn)`` is the vector state and v_A.z (0 if the set does not have it).

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -264,8 +263,7 @@ CLOSEST = 0.005  # in sqrt(R/g): nearer rows say nothing new about the equations
 Rates = Callable[[tuple[Scalar, ...]], Sequence[Scalar]]
 
 
-@dataclass(frozen=True)
-class Residuals:
+class Residuals(NamedTuple):
     """Changes minus integrals of rates of every interval, and how far to trust them.
 
     ``state`` has shape (entries, intervals), ``energy`` (intervals,), both in units of their size

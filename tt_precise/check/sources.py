@@ -16,11 +16,10 @@ import os
 import sys
 import zlib
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy
 
@@ -54,8 +53,7 @@ class RowSource:
         """Let go of the file, if there is one."""
 
 
-@dataclass(frozen=True)
-class NotFinite:
+class NotFinite(NamedTuple):
     """The first row without a finite number in a column that was wanted: time (s), what, where."""
 
     t: float

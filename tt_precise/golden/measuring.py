@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy
 
@@ -46,8 +46,7 @@ SHRINKING = 0.25
 ROUNDINGS = 16 * EPS
 
 
-@dataclass(frozen=True)
-class Measured:
+class Measured(NamedTuple):
     """The distance of rows from the true ones.
 
     ``t`` are their times (s). ``errors`` and ``bounds`` have an array for each column: relative
@@ -267,13 +266,6 @@ def turned_back(name: str, apart: Scalar) -> Scalar:
     return apart - float(TURN) * numpy.rint(apart / float(TURN))
 
 
-@dataclass
-class _Column:
-    error: float = 0.0  # the largest that is not within its bound
-    bound: float = 0.0  # the largest of those that errors were within
-
-
-@dataclass
 class FewestDigits:
     """Accumulates blocks of measured rows.
 
@@ -281,11 +273,12 @@ class FewestDigits:
     time (s) of the largest error of all.
     """
 
-    rows: int = 0
-    exactly: int = 0
-    at: float | None = None
-    _worst: float = -1.0
-    _columns: dict[str, _Column] = field(default_factory=dict)
+    def __init__(self) -> None:
+        self.rows = self.exactly = 0
+        self.at: float | None = None
+        self._worst = -1.0
+        self._errors: dict[str, float] = {}  # the largest that are not within their bounds
+        self._bounds: dict[str, float] = {}  # the largest of those that errors were within
 
     def add(self, measured: Measured) -> None:
         self.rows += int(measured.compared.sum())
@@ -293,11 +286,10 @@ class FewestDigits:
             bounds, there = measured.bounds[name], ~numpy.isnan(errors)
             if not there.any():
                 continue
-            column = self._columns.setdefault(name, _Column())
             own = errors > bounds
-            error = numpy.max(errors, where=own, initial=column.error)
-            bound = numpy.max(bounds, where=there & ~own, initial=column.bound)
-            column.error, column.bound = float(error), float(bound)
+            before, bound = self._errors.get(name, 0.0), self._bounds.get(name, 0.0)
+            self._errors[name] = float(numpy.max(errors, where=own, initial=before))
+            self._bounds[name] = float(numpy.max(bounds, where=there & ~own, initial=bound))
         exact = [bounds == 0 for bounds in measured.bounds.values()]
         if exact:
             self.exactly += int(
@@ -314,8 +306,8 @@ class FewestDigits:
         """Of each column; at least so many where most rows lie between golden times."""
         between = self.rows > 2 * self.exactly + 1
         return {
-            name: correct_digits(max(column.error, column.bound) if between else column.error)
-            for name, column in self._columns.items()
+            name: correct_digits(max(error, self._bounds[name]) if between else error)
+            for name, error in self._errors.items()
         }
 
     @property
@@ -323,8 +315,7 @@ class FewestDigits:
         return min(self.digits.values())
 
 
-@dataclass(frozen=True)
-class Carried:
+class Carried(NamedTuple):
     """Columns by name at the times asked for, and bounds of their errors; NaN where undefined."""
 
     values: dict[str, numpy.ndarray]
