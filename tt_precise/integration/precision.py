@@ -214,7 +214,7 @@ class Precision:
         if value and error and context.isfinite(error):
             above = context.floor(context.log10(abs(value))) - context.floor(context.log10(error))
             places = min(places, max(1, 1 + int(above)))
-        shown = context.nstr(value, places, strip_zeros=False)
+        shown = context.nstr(value, places, strip_zeros=False).replace(".e", "e").rstrip(".")
         return f"{shown} +- {context.nstr(context.mpf(error), 2)}"
 
     def carrying(self, value: Scalar, error: Scalar | None) -> Scalar:
