@@ -49,7 +49,7 @@ class Inclination(NamedTuple):
             angle = cls(PI - angle.offset, not angle.from_pi)
         if not 0 <= angle.offset <= _NEARLY_PI:
             shown = str(value)[:60]
-            degrees = not angle.from_pi and 0 <= angle.offset <= 180
+            degrees = not angle.from_pi and 0 <= angle.offset <= 180 and "deg" not in shown
             raise InputError(
                 f"theta: got {shown}, expected 0 <= theta <= pi in rad "
                 + (f'(is it in degrees? then write "{shown} deg")' if degrees
