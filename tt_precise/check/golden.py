@@ -255,8 +255,10 @@ class GoldenDistance:
         if self._open:
             note, ended = self._recompute(progress)
             notes.append(note)
-        if not self._fewest.rows:
-            lacking = self._absent or ended or "no row could be compared with golden data"
+        if not self._fewest.rows or (not evidence.compared and self._fewest.worst >= 1):
+            lacking = (
+                self._absent or ended or "no row after the start could be compared with golden data"
+            )
             reason = broken or f"{lacking}; --fresh computes the solution"
             if self._asked is None:
                 return Check("golden", "skipped", note=reason)
