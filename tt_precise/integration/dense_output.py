@@ -1,7 +1,7 @@
 """``DenseOutput``: the rows of one propagation at any time, from the Taylor series of its steps.
 
-heyoka evaluates the series of a step in a buffer that its next evaluation overwrites, so one
-thread at a time evaluates, and what is returned is a copy.
+heyoka evaluates the series of a step in a buffer that its next evaluation overwrites. Therefore one
+thread at a time evaluates, and the result is a copy.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ from tt_precise.taylor.system import moments
 
 Status = Literal[
     "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole", "failed",
-    # ends of pieces, at which another one begins
+    # ends of pieces after which another piece begins
     "slow", "fast", "stick", "slip", "landing", "sinking", "separation", "release",
 ]  # fmt: skip
 ARRIVED: tuple[Status, ...] = ("complete", "contact_ignored")  # at the scene's horizon
-EXACT = 2**53  # integers up to here are doubles, so that a quotient of two is rounded once
+EXACT = 2**53  # integers up to this limit are doubles, so a quotient of two is rounded once
 
 
 class Times(NamedTuple):
@@ -95,7 +95,7 @@ class SampleTimes:
 
 
 def in_parts(times: Sequence[Fraction], unit: Scalar, mpfr: Mpfr) -> Array:
-    """Exact times in s as dimensionless ones, each as three doubles: axes (time, part)."""
+    """Exact times in s as dimensionless times, each as three doubles: axes (time, part)."""
     with mpfr.precision():
         return mpfr.in_parts(mpfr.of_fractions(times) / mpfr.number(unit), MOST_PARTS)
 
@@ -115,22 +115,22 @@ MOST_BYTES = 400_000_000  # of the series of all steps of one run
 
 
 class Pieces(Protocol):
-    """What takes the dense outputs of a propagation."""
+    """A receiver of the dense outputs of a propagation."""
 
     def append(self, output: ContinuousOutput, /) -> None:
         """Take the next piece."""
 
     def clear(self) -> None:
-        """Forget all pieces: the propagation begins anew."""
+        """Forget all pieces: the propagation starts again."""
 
 
 @dataclass(frozen=True)
 class Propagation:
-    """How one propagation went, in heyoka's own numbers, dimensionless.
+    """The outcome of a propagation, in heyoka's numbers, dimensionless.
 
-    The end is at ``time`` + ``time_low``: a step to an event ends between two numbers. ``touches``
-    are the events whose functions touch zero somewhere without crossing it. ``samples`` are the
-    states at the times that were asked for, where all were reached.
+    The end is at ``time`` + ``time_low``, because a step to an event ends between two numbers.
+    ``touches`` are the events whose functions touch zero somewhere without crossing. ``samples``
+    are the states at the requested times, if all were reached.
     """
 
     status: Status
@@ -173,12 +173,12 @@ class StoredPieces:
 
     @property
     def pieces(self) -> tuple[ContinuousOutput, ...] | None:
-        """The pieces, one behind the other; None where they were too large."""
+        """The pieces in order; None if they were too large."""
         return tuple(self._pieces) if self._bytes <= MOST_BYTES else None
 
 
 class Span:
-    """The time of a solution: from 0 to ``end_time``, and never beyond."""
+    """The time span of a solution: from 0 to ``end_time``."""
 
     start: InitialState
     precision: Precision
@@ -195,7 +195,7 @@ class Span:
         return self.end_time * self.start.units.time
 
     def dimensionless_time(self, t: Scalar) -> Scalar:
-        """A time in s as a guarded dimensionless one.
+        """A time in s as a dimensionless time with guard bits.
 
         Raises
         ------
@@ -222,12 +222,12 @@ class Span:
 
 
 class DenseOutput(Span):
-    """Rows over the time of a propagation, dimensionless: in guarded numbers or in double.
+    """Rows over the time of a propagation, dimensionless: with guard bits or in double.
 
-    The series of all steps are made by a second propagation when they are first needed, and stored;
-    those of a run that is too long for that (``MOST_BYTES``) are made again for every call, and
-    read piece by piece. The states at ``samples`` were taken on the way, to the same bits, and need
-    no second propagation. May be used by several threads at once.
+    When the series of all steps are first needed, a second propagation computes and stores them;
+    for a run that is too long (``MOST_BYTES``) every call computes them again and reads them piece
+    by piece. The states at ``samples`` are stored by the first propagation, with the same bits, and
+    need no second propagation. Several threads may use it.
     """
 
     def __init__(
@@ -253,7 +253,7 @@ class DenseOutput(Span):
 
     @property
     def stored(self) -> bool:
-        """Whether the series of all steps are there; a run to t = 0 has none."""
+        """Whether the series of all steps are stored; a run to t = 0 has none."""
         return bool(self._pieces)
 
     def in_parts(self, times: Array) -> Array:
@@ -271,7 +271,7 @@ class DenseOutput(Span):
 
     @cached_property
     def end_time(self) -> Scalar:
-        """Dimensionless end of the solution: the exact horizon where it was reached."""
+        """Dimensionless end of the solution: the exact horizon if it was reached."""
         if self.propagation.status in ARRIVED:
             return self.start.until
         return self._reached
@@ -296,7 +296,7 @@ class DenseOutput(Span):
         )
 
     def rows(self, times: Sequence[Scalar], progress: Progress | None = None) -> list[Row]:
-        """Rows at guarded dimensionless ``times``, in guarded numbers."""
+        """Rows at dimensionless ``times``, both with guard bits."""
         number, with_guard_bits = self.precision.number, self.precision.with_guard_bits
         rows: dict[int, Row] = {}
         inner: dict[int, ContinuousOutput] = {}
@@ -317,9 +317,9 @@ class DenseOutput(Span):
         return [rows[place] for place in range(len(times))]
 
     def mpfr_arrays(self, seconds: Array, progress: Progress | None = None) -> tuple[Array, ...]:
-        """The rows of any run at ``seconds``, an array for each entry; both of wide numbers.
+        """The rows of any run at ``seconds``, an array for each entry; both in wide numbers.
 
-        To the same bits as ``rows``, which reads those of several doubles one by one.
+        The bits equal those of ``rows``, which reads several doubles row by row.
         """
         import numpy
 
@@ -349,7 +349,7 @@ class DenseOutput(Span):
         Raises
         ------
         InputError
-            One lies outside the trajectory.
+            A time lies outside the trajectory.
         """
         import numpy
 
@@ -375,8 +375,8 @@ class DenseOutput(Span):
     ) -> tuple[Array, ...]:
         """The rows of a run in double or extended at all ``times``: an array for each entry.
 
-        ``number`` makes the arrays' numbers of guarded ones: ``float``, or ``long_double``, in
-        which an entry keeps what a delay of less than an ulp of time adds to it.
+        ``number`` converts numbers with guard bits: ``float``, or ``long_double``, in which an
+        entry keeps its change within a delay of less than an ulp of time.
         """
         import numpy
 
@@ -407,7 +407,7 @@ class DenseOutput(Span):
     def _read(
         self, read: Callable[[ContinuousOutput, Scalar, Scalar], None], progress: Progress | None
     ) -> None:
-        """Call ``read`` with each piece, and with the times behind and up to which it is wanted.
+        """Call ``read`` with each piece and the times after which and up to which it is needed.
 
         None stands for all earlier and for all later times.
         """
@@ -432,8 +432,8 @@ class DenseOutput(Span):
             raise RuntimeError("the same integration gave another result when it was repeated")
 
     def _moved(self, row: Row, delay: Scalar) -> Row:
-        # heyoka takes times rounded to its precision, which costs up to t eps of state at late
-        # times; one Euler step over the rounding (about 1e-14) gives that back
+        # heyoka's times are rounded to its precision, which costs up to t eps of state at late
+        # times; one Euler step over the rounding (about 1e-14) corrects that
         if not delay:
             return row
         setup = self.setup
@@ -444,7 +444,7 @@ class DenseOutput(Span):
 
 
 class _Reader:
-    """Pieces that are read one behind the other, and not stored."""
+    """Pieces that are read in order and not stored."""
 
     def __init__(self, read: Callable[[ContinuousOutput, Scalar, Scalar], None], end: Scalar):
         self._read, self._end = read, end
@@ -462,9 +462,9 @@ class _Reader:
 def moved_arrays(
     setup: Setup, body: Parameters, entries: tuple[Array, ...], delay: Array
 ) -> tuple[Array, ...]:
-    """Entries at rounded times, as they are a ``delay`` of less than an ulp of time later.
+    """Entries at rounded times, moved by a ``delay`` of less than an ulp of time.
 
-    ``body`` is the dimensionless one in double, in which the rates are fine enough for that.
+    ``body`` is the dimensionless body in double, precise enough for these rates.
     """
     import numpy
 
@@ -478,10 +478,10 @@ def moved_arrays(
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch under one set of equations, from ``begin`` (dimensionless, guarded) on.
+    """A stretch under one set of equations from ``begin`` on (dimensionless, with guard bits).
 
-    ``ended`` is the event that joins it to the next segment; "" where only the equations change,
-    and of the last one.
+    ``ended`` is the event that joins it to the next segment; "" if only the equations change, and
+    for the last segment.
     """
 
     begin: Scalar
@@ -495,16 +495,16 @@ class Segment:
 
     @property
     def begin_s(self) -> Scalar:
-        """Where it begins, in s."""
+        """Begin in s."""
         return self.begin * self.output.start.units.time
 
     @property
     def end_s(self) -> Scalar:
-        """Where it ends, in s."""
+        """End in s."""
         return self.begin_s + self.output.end
 
     @property
     def model(self) -> str:
-        """One of gliding, rolling, flight, and contact with an elastic table."""
+        """The motion: gliding, rolling, flight, or contact with an elastic table."""
         form = self.output.setup.formulation
         return "contact" if form.model == form.spring else form.model

@@ -1,7 +1,7 @@
-"""The equations of motion as they are integrated, with recorded quadratures behind the state.
+"""The integrated equations of motion, with recorded quadratures after the state.
 
-heyoka's tolerance is relative to the largest component of the state, so quadratures, which may
-grow large, are carried scaled down by a power of two and do not loosen it.
+heyoka's tolerance is relative to the largest component of the state. Therefore quadratures, which
+may grow large, are scaled down by a power of two and do not weaken it.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from tt_precise.taylor.series import Series, SeriesFunctions, rate, solution
 
 QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
 QUADRATURE_SCALE = 1024
-# in units of sqrt(g R): below it Coulomb's law is integrated in polar form, until twice as much
+# in units of sqrt(g R): Coulomb's law is integrated in polar form from this speed up to twice it
 SLOW_SPEED = 2.0**-4
 SINGULAR_DENOMINATOR = 1e-6  # of I1; from there the blow-up is about 1e-12 sqrt(R/g) away
-# a tolerance relative to the largest entry costs a greater tilt 2 digits at most
+# a tolerance relative to the largest entry costs a larger tilt at most 2 digits
 LARGE_TILT = 2.0**-7
 
 
@@ -41,7 +41,7 @@ def extended_rates(
     state: tuple[Scalar, ...],
     fn: Functions,
 ) -> list[Scalar]:
-    """Rates of the state and, behind it, of the recorded quadratures (scaled down)."""
+    """Rates of the state, followed by those of the recorded quadratures (scaled down)."""
     size = len(form.columns)
     rates = list(form.rates(body, form.State(*state[:size]), fn))
     if record:
@@ -76,7 +76,7 @@ def moving(
     row: Sequence[Scalar],
     fn: Functions,
 ) -> tuple[tuple[Series, ...], Motion]:
-    """Power series in time of the extended state that begins at ``row``, and their ``Motion``."""
+    """Power series in time of the extended state from ``row``, and their ``Motion``."""
     functions = SeriesFunctions(fn)
 
     def rates(entries: tuple[Series, ...]) -> list[Scalar]:
@@ -87,7 +87,7 @@ def moving(
 
 
 def event_value(event: Event, q: Motion) -> Scalar:
-    """An event's function of the power series ``q``: a series, or a number where it is constant."""
+    """An event's function of the power series ``q``: a series, or a number if it is constant."""
     value = event.function(q)
     if event.of_rate:
         return rate(value) if isinstance(value, Series) else 0
@@ -95,16 +95,16 @@ def event_value(event: Event, q: Motion) -> Scalar:
 
 
 class Exact:
-    """A heyoka expression; a plain number next to it is rounded once, by ``number``.
+    """A heyoka expression; ``number`` rounds a plain number combined with it once.
 
-    heyoka itself makes of x / 10 a product with the double that is nearest to 1/10.
+    heyoka replaces x / 10 by a product with the double nearest to 1/10.
     """
 
     def __init__(self, expression: Scalar, number: Callable[[Scalar], Scalar]):
         self.expression, self.number = expression, number
 
     def made(self, operation: Callable[..., Scalar], *operands: Scalar) -> Any:
-        """What ``operation`` makes of the ``operands``; series among them do it themselves."""
+        """The result of ``operation`` on the ``operands``; series apply it themselves."""
         import heyoka
 
         if any(isinstance(operand, Series) for operand in operands):
@@ -147,7 +147,7 @@ class Exact:
 
 
 class HeyokaFunctions:
-    """heyoka's functions; the root of a plain 0 is 0, as where a top that rolls does not glide."""
+    """heyoka's functions; the root of a plain 0 is 0, as for the speed of a rolling top."""
 
     def __getattr__(self, name: str) -> Any:
         import heyoka
@@ -182,7 +182,7 @@ class Equations:
 
     @classmethod
     def of(cls, form: Formulation, record: tuple[str, ...] = ()) -> Equations:
-        """The equations of ``form`` with the quadratures ``record`` behind it."""
+        """The equations of ``form``, followed by the quadratures ``record``."""
         heyoka = import_heyoka()
         variables = tuple(heyoka.make_vars(*form.columns, *record))
         body = form.body([heyoka.par[i] for i in range(len(form.parameters))])
@@ -203,7 +203,7 @@ class Equations:
         return replace(self, variables=variables, motion=q)
 
     def moving(self) -> Motion:
-        """The same of the power series in time of the solution through the variables."""
+        """The same for the power series in time of the solution through the variables."""
         _, q = moving(self.form, self.record, self.motion.body, self.variables, self.motion.fn)
         return q
 
@@ -214,7 +214,7 @@ class Equations:
 
 
 def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str, Scalar]:
-    """Functions that are positive where the model holds; it ends where one falls to zero."""
+    """Functions that are positive while the model holds; it ends where one falls to zero."""
     if form.model == "flight":
         functions = {"landing": q.state.height}
         if form.spring:
@@ -248,7 +248,7 @@ def along(expression: Scalar, equations: Equations) -> Scalar:
 def event_expression(
     event: Event, equations: Equations, precision: Precision | None = None
 ) -> Scalar:
-    """The heyoka expression whose zeros are the event, or a number where it is constant.
+    """The heyoka expression whose zeros are the event, or a number if it is constant.
 
     Its constants have the digits of ``precision``, by default those of doubles.
     """
@@ -267,15 +267,15 @@ def longest_step(
     precision: Precision,
     form: Formulation | None = None,
 ) -> Scalar | None:
-    """Longest Taylor step that keeps the digits of a tilt beside a pole; None for other starts.
+    """Longest Taylor step that keeps the digits of a tilt near a pole; None for other starts.
 
-    ``body`` and ``vectors`` are the dimensionless start; ``form`` counts where it has a time of
-    its own.
+    ``body`` and ``vectors`` are the dimensionless start; ``form`` matters if it has a regularised
+    time.
 
-    heyoka keeps the truncation error below eps of the largest entry. A tilt of 1e-20 rad is not
-    seen in that: its steps would become so long that it is off by a factor. As the tilt obeys
-    linear equations there, a term of its series is at most (frequency times step)^k/k!, with the
-    frequency of the fastest mode, and the step follows from the first term left out.
+    heyoka keeps the truncation error below eps of the largest entry, which does not control a tilt
+    of 1e-20 rad: the steps would become so long that the tilt is wrong by a factor. The tilt obeys
+    linear equations there, so a term of its series is at most (frequency times step)^k/k!, with the
+    frequency of the fastest mode; the step follows from the first omitted term.
     """
     if max(map(abs, vectors.k[:2])) >= LARGE_TILT:  # most starts of a sweep, decided in no time
         return None

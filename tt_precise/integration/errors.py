@@ -1,10 +1,10 @@
-"""``Errors``: what a trajectory says of its own errors, by runs that it is compared with.
+"""``Errors``: the estimated errors of a trajectory, by comparison with reference runs.
 
-A run has no exact solution beside it, so it is integrated once more: with ``RATIO`` times smaller
-truncation errors, or in a finer arithmetic, and with body and start rounded the other way. Both
-are compared at the samples: their states differ by so little that the difference is exact, and
-what a column differs by follows from that to first order. A reference run need not look for events:
-where an event's function vanishes in it follows by one step of Newton's method.
+The exact solution is unknown, so the scene is integrated again: with ``RATIO`` times smaller
+truncation errors, or in a finer arithmetic, and with body and start rounded oppositely. Both are
+compared at the samples. Their states differ so little that the difference is exact, and the
+difference of a column follows to first order. A reference run need not detect events: one step of
+Newton's method gives the zero of an event's function in it.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ from tt_precise.taylor.series import Series
 
 RATIO = 30  # of the tolerances of a run and of its reference run in the same arithmetic
 GLIDING = ("vx", "vy", "nu_x", "nu_y")
-SMALL = 2.0**-600  # of deviations, so that their squares vanish where values are zero
+SMALL = 2.0**-600  # scale of deviations, so small that their squares vanish
 
 
 def reference_runs(setup: Setup) -> list[dict[str, Any]]:
-    """The runs that a run with ``setup`` is compared with: what ``Trajectory.again`` changes.
+    """The reference runs for a run with ``setup``: the changes for ``Trajectory.again``.
 
-    A coarse run is compared in its own arithmetic, which costs less; as both round the start and
-    the body, the reference run rounds each number the other way. In Euler form, and below
-    ``Kind.rough``, rounding may be what spoils a coarse run: its reference is no better, and may
-    happen to come out close to it. There a second one repeats the run, rounded the other way.
+    A coarse run is compared in its own arithmetic, which costs less. Both round the start and the
+    body, so the reference run rounds each number oppositely. In Euler form, and below
+    ``Kind.rough``, rounding may dominate the error: the reference run is no better, and may agree
+    by chance. Then a second reference run repeats the run with opposite rounding.
     """
     precision = setup.precision
     again = {"events": (), "opposite_rounding": True}
@@ -61,7 +61,7 @@ def reference_runs(setup: Setup) -> list[dict[str, Any]]:
 
 
 def floats(values: Array | Sequence[Scalar]) -> Array:
-    """Numbers of any kind as a float64 array, with NaN where one is undefined."""
+    """Numbers of any kind as a float64 array, with NaN for undefined values."""
     import numpy
 
     if isinstance(values, numpy.ndarray) and values.dtype != object:
@@ -70,7 +70,7 @@ def floats(values: Array | Sequence[Scalar]) -> Array:
 
 
 def distance(values: Array, others: Array, fn: Functions) -> Array:
-    """Absolute distances of two columns, as a float64 array with NaN where one is undefined."""
+    """Absolute distances of two columns, as a float64 array with NaN for undefined values."""
     import numpy
 
     kinds = [getattr(column, "dtype", None) for column in (values, others)]
@@ -95,7 +95,7 @@ def _missing(value: Scalar) -> bool:
 class Errors:
     """The errors of a ``run``, by other trajectories of its scene, or by ``reference_runs``.
 
-    ``run`` is a ``Trajectory``, whose module imports this one.
+    ``run`` is a ``Trajectory``, whose module imports this module.
     """
 
     def __init__(self, run: Any, beside: Sequence[Any] = ()):
@@ -103,7 +103,7 @@ class Errors:
 
     @cached_property
     def references(self) -> tuple[Any, ...]:
-        """The trajectories that errors are estimated from, made when they are first asked for."""
+        """The reference trajectories, integrated when first needed."""
         if self._beside:
             return self._beside
         return tuple(self._run.again(**changes) for changes in reference_runs(self._run.setup))
@@ -112,7 +112,7 @@ class Errors:
     def at_end(self) -> dict[str, Scalar]:
         """Absolute error of each entry of the state at the end (SI), and of ``t_end`` (s).
 
-        Infinite where a reference run ends in another way: then neither can be trusted.
+        Infinite if a reference run ends in another way: then neither can be trusted.
         """
         fn, own = self._run.precision.context, self._run.values_at_end
         estimate: dict[str, Scalar] = {}
@@ -126,7 +126,7 @@ class Errors:
 
     @property
     def known_at_end(self) -> Mapping[str, Scalar]:
-        """Of the state, and of "t" where the end was found; empty until references are made."""
+        """Errors of the state, and of "t" if the end was computed; empty without references."""
         if "references" not in self.__dict__:
             return {}
         of_its_own = self._run.status not in ARRIVED
@@ -138,10 +138,10 @@ class Errors:
         return worst_digits(self._run.state, self.at_end, self._run.start)
 
     def over_time(self, names: Sequence[Name] = ()) -> dict[Any, Array]:
-        """Float64 columns at the samples: t, the errors of ``names`` (SI), "digits".
+        """Float64 columns at the samples: t, the errors of ``names`` (SI), and "digits".
 
-        These are those of the state's worst entry. An error is the largest of the distances from
-        the references, infinite where one of them has ended in another way.
+        "digits" are those of the state's worst entry. An error is the largest distance from a
+        reference run, infinite if one of them has ended in another way.
         """
         import numpy
 
@@ -165,7 +165,7 @@ class Errors:
         return {"t": seconds, **{name: errors[name] for name in names}, "digits": digits}
 
     def events(self) -> dict[str, Array]:
-        """Of the recorded events, in order of time: name, t, error (s), and "digits"."""
+        """Columns of the recorded events in order of time: name, t, error (s), and "digits"."""
         return event_errors(self._run.run, [trajectory.run for trajectory in self.references])
 
     @cached_property
@@ -189,7 +189,7 @@ class Errors:
         times: Sequence[Fraction],
         own: States | None,
     ) -> dict[Name, Array]:
-        """How far the columns are from those of a reference; NaN where a value is undefined."""
+        """Distances of the columns from those of a reference; NaN where a value is undefined."""
         import numpy
 
         arrived = self._run.status in ARRIVED
@@ -219,8 +219,8 @@ def compared(
 ) -> dict[Name, Array]:
     """Absolute distances (SI) of the columns ``names`` of two runs, as float64 arrays.
 
-    By first order from the exact differences of their ``states``, where both integrate the same
-    equations all the way; otherwise column by column.
+    To first order from the exact differences of their ``states``, if both integrate the same
+    equations throughout; otherwise column by column.
     """
     import numpy
 
@@ -246,10 +246,10 @@ def compared(
 
 @cache
 def deviations() -> Functions:
-    """Functions of numbers with a small deviation, which are carried along as complex ones.
+    """Functions of numbers with a small deviation, represented as complex numbers.
 
-    An analytic function of x + i d is f(x) + i d f'(x), but for d^2. ``abs`` and comparisons,
-    which are not analytic, have no place there.
+    An analytic function of x + i d is f(x) + i d f'(x) up to d^2. ``abs`` and comparisons are not
+    analytic and must not be used.
     """
     import numpy
 
@@ -272,7 +272,7 @@ class States:
         self.in_long_double = self.precision.in_long_double
 
     def beside(self, other: States) -> tuple[Array, Array]:
-        """The states, and what they exactly differ by from others at the same times: float64."""
+        """The states, and their exact differences from others at the same times: float64."""
         both = self, other
         if all(states.in_long_double for states in both):
             apart = self.long_doubles - other.long_doubles
@@ -298,7 +298,7 @@ class States:
 
     @property
     def kept_in_parts(self) -> bool:
-        """Whether all series are there, in several doubles."""
+        """Whether all series are stored, in several doubles."""
         return bool(self.precision.doubles) and self._output.stored
 
     @cached_property
@@ -343,12 +343,11 @@ def _parts(run: Run) -> list[Part]:
 
 
 def event_errors(run: Run, references: Sequence[Run]) -> dict[str, Array]:
-    """Of each event, in order of time: name, t, its error (s), and "digits".
+    """Columns of the events in order of time: name, t, error (s), and "digits".
 
-    These are the significant ones of the worst entry of the state there, and of the time beside
-    itself, or beside the unit of time where that is longer. An error is the largest of the
-    distances from ``references``, infinite where one of them has ended before, or is in another
-    part of its motion.
+    "digits" are the fewest correct digits of the state there and of the time. An error is the
+    largest of the distances from ``references``, infinite if one of them has ended before, or is in
+    another part of its motion.
     """
     import numpy
 
@@ -375,7 +374,7 @@ def _errors_within(
     hits: Sequence[EventRecord],
     others: Sequence[tuple[float, Sequence[Part]]],
 ) -> tuple[Array, Array, Array]:
-    """Times and errors (s) of what happens inside a part, and digits of the states there.
+    """Times and errors (s) of the events inside a part, and digits of the states there.
 
     ``others`` are the ends (dimensionless) and the parts of reference runs.
     """
@@ -429,7 +428,7 @@ def _end(part: Part) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
     of, output = part.segment.columns, part.segment.output
     time = (part.segment.begin + output.end_time) * of.start.units.time
     state = of.of_rows(of.names, [output.end_row])
-    if part.segment.ended == "stick":  # at rest; the v_A left says how small a speed counts as none
+    if part.segment.ended == "stick":  # at rest; the remaining v_A shows which speed counts as zero
         state |= {name: [time * 0] for name in GLIDING if name in state}
     return time, state
 
@@ -437,9 +436,9 @@ def _end(part: Part) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
 def _beside(
     part: Part, hits: Sequence[EventRecord], event: Event, other_part: Part, last: float
 ) -> tuple[Array, Array]:
-    """Distances in time (s), and digits of the states, of one event from those of a reference.
+    """Distances in time (s), and digits of the states, of an event's times from a reference.
 
-    That ends at the time ``last`` (dimensionless).
+    The reference ends at the time ``last`` (dimensionless).
     """
     import numpy
 
@@ -478,9 +477,9 @@ def _zeros(
     number: Callable[[Scalar], Scalar],
     fn: Functions,
 ) -> tuple[Array, tuple[Array, ...]]:
-    """How much later than ``times`` an event's function vanishes, and the states there.
+    """The delays after ``times`` at which an event's function vanishes, and the states there.
 
-    By one step of Newton's method along the power series from there, or from the segment's end.
+    By one step of Newton's method along the power series at ``times``, or at the segment's end.
     """
     import numpy
 

@@ -1,4 +1,4 @@
-"""The catalogue of events: a name, a function whose zeros are the event, and what it means.
+"""The catalogue of events: a name, a function whose zeros are the event, and the meaning.
 
 Event functions are written on a ``Motion`` like the quantities, and smooth at the poles. A new
 event is one new entry here. Any quantity has ``extremum:QUANTITY`` and ``zero:QUANTITY``.
@@ -20,13 +20,13 @@ from tt_precise.scene.laws import VISCOUS, Law
 EXTREMUM, ZERO = "extremum:", "zero:"
 
 MOST_EVENTS = 1_000_000  # each takes half a kB
-# Events may be zero at the start itself (theta_dot(0) = 0), and a multiple root there can hide the
-# other roots of its Taylor step; so with events the first step is a tiny one.
+# Event functions may vanish at the start (theta_dot(0) = 0), and a multiple root there can hide the
+# other roots of its Taylor step; therefore the first step is tiny if there are events.
 FIRST_STEP = 2.0**-20
 
 
 class EventRecord(NamedTuple):
-    """One event as it happened: dimensionless time and state in heyoka's numbers."""
+    """A recorded event: dimensionless time and state in heyoka's numbers."""
 
     name: str
     time: Scalar
@@ -63,7 +63,7 @@ def precession(q: Motion) -> Scalar:
 
 
 def alignment(q: Motion, sign: int) -> Scalar:
-    """L.k - sign L.z, which keeps its digits beside either pole.
+    """L.k - sign L.z, which keeps its digits near either pole.
 
     With k.k = 1, 1 - sign cos theta is half of sin^2 + (1 - sign cos)^2, which is small without
     cancellation.
@@ -164,7 +164,7 @@ JOINING = {
 
 
 def catalogue(model: str) -> tuple[str, ...]:
-    """Names of all events that ``model`` can have, those of any quantity apart."""
+    """Names of all events that ``model`` can have, without those of any quantity."""
     return tuple(name for name, event in EVENTS.items() if model == "gliding" or not event.gliding)
 
 
@@ -173,7 +173,7 @@ Asked = str | Event
 
 
 def change(name: str, direction: int) -> str:
-    """What an event is, in a word: minimum or maximum, up or down; "" for what joins pieces."""
+    """An event in a word: minimum or maximum, up or down; "" for events that join pieces."""
     if name in JOINING:
         return ""
     if name.startswith(EXTREMUM):
@@ -189,7 +189,7 @@ def existing(names: Iterable[Asked], model: str) -> tuple[Asked, ...]:
 
 
 def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:
-    """The event called ``name``, or the extremum or zero of a quantity; one's own as it is.
+    """The event called ``name``, or the extremum or zero of a quantity; an ``Event`` unchanged.
 
     Raises
     ------
@@ -213,7 +213,7 @@ def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:
     if name.startswith(EXTREMUM) and quantity:
         meaning = f"extremum of {quantity.name} (rising: minimum)"
         if quantity.name == "g_n" and model == "gliding" and law.constant:
-            # five times smaller than what differentiating g_n by every state entry gives
+            # five times smaller than the derivative of g_n by every state entry
             return Event(name, force_slope, meaning)
         return Event(name, SMOOTH.get(name, quantity.evaluate), meaning, of_rate=True)
     raise InputError(
@@ -225,7 +225,7 @@ def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:
 def not_alternating(
     happened: Iterable[tuple[str, int]], recorded: Iterable[str]
 ) -> tuple[str, ...]:
-    """Events that rise or fall twice in a row, of what ``happened`` (name, direction, in order).
+    """Events that rise or fall twice in a row among ``happened`` (name, direction, in order).
 
     Minima and maxima of theta alternate with each other, where both are ``recorded``.
     """
@@ -235,7 +235,7 @@ def not_alternating(
     for name, direction in happened:
         kind = turning if name in ("theta_min", "theta_max") else name
         joined += name in JOINING
-        # what gliding after a rest begins with does not follow on what was before
+        # gliding after a rest does not continue the motion before
         part = joined if kind in EVENTS and EVENTS[kind].gliding else 0
         if name not in JOINING:
             directions.setdefault((kind, part), []).append(int(direction))

@@ -1,4 +1,4 @@
-"""heyoka's Taylor integrators in double, extended, quad and mp: compiled once, lent, propagated.
+"""heyoka's Taylor integrators in double, extended, quad and mp: compiled once, then reused.
 
 Everything is integrated in dimensionless units (m = R = g = 1).
 """
@@ -51,18 +51,18 @@ if TYPE_CHECKING:
 MOST_CUTS = 4  # of a failed propagation, back to its last good step
 LONGEST_REGULARISED_TIME = 2.0**40  # where the state ends the propagation
 REST_SPEED = 2.0**-8  # of eps; v = 0 is less than an ulp of time away from there
-GRAZING = 2.0**-20  # in units of sqrt(g R): nothing lands as slowly as this, but it may take off
+GRAZING = 2.0**-20  # in units of sqrt(g R): no landing is as slow, but a take-off may be
 # How far LLVM optimises. Compact code in double has the bits of level 3 at level 1, in 0.6 of the
 # time. Wider types have them at level 0, in a seventh of it: a library does their operations.
 OPTIMISATION = {"loop": 3, "compact": 1, "wide": 0}
 Key = TypeVar("Key", bound=Hashable)
 Made = TypeVar("Made")
-MOST = 32  # that wait: one for each thread of a busy program
-KINDS = 6  # of them: each takes 3 to 5 MB, and most kinds are asked for once
+MOST = 32  # idle integrators of a kind: one for each thread of a busy program
+KINDS = 6  # idle integrators in all: each takes 3 to 5 MB, and most kinds are used once
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
-    """Numbers that heyoka does not have, and motions in several segments."""
+    """Refuse numbers that heyoka does not have, and motions in several segments."""
     if setup.precision.doubles:
         return f"{scene.name}: got {setup.precision.name}, expected one of heyoka's precisions"
     return f"{scene.name}: got a motion in segments" if scene.in_pieces else None
@@ -75,7 +75,7 @@ def run(
     samples: SampleTimes | None,
     progress: Progress | None,
 ) -> list[Segment]:
-    """What becomes of ``start``, in one segment."""
+    """The run from ``start``, in one segment."""
     if setup.precision.is_float:
         taken = None if samples is None else samples.doubles.rounded[1:]
         propagation = propagate(setup, start, samples=taken, progress=progress)
@@ -91,7 +91,7 @@ def run(
 
 
 def repeating(setup: Setup, start: InitialState, first: Propagation) -> Repeat:
-    """The same propagation once more, for the dense outputs of its pieces."""
+    """The same propagation again, for the dense outputs of its pieces."""
     until = first.time if first.status == "failed" else None
     return partial(propagate, setup, start, until=until)
 
@@ -106,18 +106,18 @@ def propagate(
     progress: Progress | None = None,
     cuts: int = MOST_CUTS,
 ) -> Propagation:
-    """Propagate once from ``start``; how it went, in heyoka's own numbers.
+    """Propagate once from ``start``; returns the outcome in heyoka's numbers.
 
-    ``until`` (a number of heyoka's type) replaces the start's own horizon. ``dense`` is given
-    heyoka's dense output of each bounded piece of the way, in order. ``samples`` are rising times
-    up to the horizon, at which states are wanted of a run in double. A propagation that
-    produces NaN is cut back to its last good step, at most ``cuts`` times, and has the status
-    "failed", and so has one that is given up because its steps are too short ever to arrive.
+    ``until`` (a number of heyoka's type) replaces the horizon of the start. ``dense`` receives
+    heyoka's dense output of each bounded piece, in order. ``samples`` are rising times up to the
+    horizon, at which a run in double stores its states. A propagation that produces NaN is cut back
+    to its last good step, at most ``cuts`` times, and has the status "failed", as has a propagation
+    whose steps are too short ever to reach the horizon.
 
     Raises
     ------
     InputError
-        More than ``MOST_EVENTS`` events happened, or the function of one became undefined.
+        There are more than ``MOST_EVENTS`` events, or the function of an event became undefined.
     """
     form = setup.formulation
     number, zero = setup.precision.number, setup.precision.context.mpf(0)
@@ -178,11 +178,11 @@ def _advance(
 ) -> tuple[Any, int, Array | None]:
     """Outcome, steps and states at ``samples`` of a propagation from goal to goal, by pieces.
 
-    Between the pieces, and between the steps of wide arithmetics, Python runs: that is where
-    progress is reported and Ctrl-C gets through. The outcome is ``step_limit`` where a whole piece
-    covered less than eps of the horizon (mu = 1e300): the rest would take 1/eps more of them.
-    There are states, axes (time, entry), where the first piece behind the tiny one reaches the last
-    sample: heyoka would begin another grid a rounding beside where the last step ended.
+    Between the pieces, and between the steps of wide arithmetics, Python runs: then progress is
+    reported and Ctrl-C works. The outcome is ``step_limit`` if a whole piece covered less than eps
+    of the horizon (mu = 1e300): the rest would take 1/eps more pieces. There are states, axes
+    (time, entry), if the first piece after the tiny piece reaches the last sample: otherwise heyoka
+    would begin another grid a rounding away from the end of the last step.
     """
     kinds, taken = outcomes(), None
 
@@ -255,7 +255,7 @@ def _time_before_failure(
     def watch(adaptive: Adaptive) -> bool:
         nonlocal last
         good = all(value - value == 0 for value in _values(adaptive))
-        # a failure just behind the horizon of a run that was cut back already takes it further back
+        # a failure just after the horizon of a shortened run shortens it further
         last = adaptive.time if good and adaptive.time < horizon else last
         return good
 
@@ -270,7 +270,7 @@ def _values(adaptive: Adaptive) -> tuple[Scalar, ...]:
 
 @cache
 def outcomes() -> Any:
-    """heyoka's ways to end a propagation."""
+    """heyoka's outcomes of a propagation."""
     return import_heyoka().taylor_outcome
 
 
@@ -328,7 +328,7 @@ def build(setup: Setup) -> Integrator:
     """Compile the integrator for ``setup``."""
     heyoka = import_heyoka()
 
-    # what heyoka would log is in a trajectory's status and its suspect_events
+    # a trajectory's status and suspect_events have what heyoka would log
     heyoka.set_logger_level_critical()
     form, fp_type = setup.formulation, setup.precision.fp_type
     equations = Equations.of(form, setup.record)
@@ -364,7 +364,7 @@ def build(setup: Setup) -> Integrator:
 
 
 def _condition(form: Formulation, name: str) -> dict[str, Any]:
-    """When the end of a flight is one: a callback that lets the others pass."""
+    """The condition of the end of a flight: a callback that ignores other zeros."""
     if form.model != "flight" or name not in ("landing", "sinking"):
         return {}
     height, rise = form.columns.index("height"), form.columns.index("rise")
@@ -464,7 +464,7 @@ def _loss(heyoka: ModuleType, numerator: Scalar, fp_type: type, losses: list[Sca
 
 
 class IntegratorPool(Generic[Key, Made]):
-    """What ``build`` makes of a key, lent out; may be used by several threads at once."""
+    """Lends the results of ``build`` by key; several threads may use it."""
 
     def __init__(self, build: Callable[[Key], Made], most: int = MOST, kinds: int = KINDS):
         self._build, self._most, self._kinds = build, most, kinds
@@ -473,19 +473,19 @@ class IntegratorPool(Generic[Key, Made]):
 
     @contextmanager
     def lent(self, key: Key) -> Iterator[Made]:
-        """One of an earlier run for this key, or one that is built now."""
+        """An idle integrator of an earlier run for this key, or a new one."""
         with self._lock:
             waiting = self._waiting.get(key)
             taken = waiting.pop() if waiting else None
         if taken is None:
             taken = self._build(key)
         yield taken
-        # only after a run without an exception: an interrupted integrator is not used again
+        # only after a run without an exception: an interrupted integrator is not reused
         with self._lock:
             self._keep(key, taken)
 
     def _keep(self, key: Key, made: Made) -> None:
-        """Let one wait; of many kinds the one goes that nobody has asked for the longest."""
+        """Keep an idle integrator; if there are too many kinds, drop the least recently used."""
         waiting = self._waiting.pop(key, [])
         self._waiting[key] = waiting
         while len(self._waiting) > self._kinds:
@@ -494,7 +494,7 @@ class IntegratorPool(Generic[Key, Made]):
             waiting.append(made)
 
     def waiting(self, key: Key) -> int:
-        """How many wait for their next run with this key."""
+        """The number of idle integrators with this key."""
         return len(self._waiting.get(key, ()))
 
 
@@ -502,5 +502,5 @@ _pool = IntegratorPool(build)
 
 
 def integrator(setup: Setup) -> AbstractContextManager[Integrator]:
-    """An integrator for ``setup``: an idle one of an earlier run, or one that is compiled now."""
+    """An integrator for ``setup``: an idle one of an earlier run, or a newly compiled one."""
     return _pool.lent(setup)

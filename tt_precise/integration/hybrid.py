@@ -1,12 +1,12 @@
 """Motions in several segments: friction that sticks and slips, flight, an elastic table.
 
-Coulomb's friction: the top glides; below a small speed in polar form, in a time of its own, in
-which it comes to rest without end and so reaches v = 0 to the last bit. There it rolls on where the
-force that rolling needs lies within the cone |F_f| <= mu g_n ("stick"), until that force reaches
-the cone ("slip"). Gliding then begins anew with a power series, as it does from rest where no
-rolling is possible.
+Coulomb's friction: the top glides; below a small speed in polar form, in a regularised time in
+which it approaches rest asymptotically and reaches v = 0 to the last bit. It then rolls if the
+force required for rolling lies within the cone |F_f| <= mu g_n ("stick"), until that force reaches
+the cone ("slip"). Gliding then begins again with a power series, as it does from rest where rolling
+is impossible.
 
-Flight: of a rigid top that has lost contact, and between contacts with an elastic table.
+Flight: after a rigid top has lost contact, and between contacts with an elastic table.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ GOES_ON = ("slow", "fast", "stick", "slip")
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
-    """Numbers that heyoka, which integrates the segments, does not have."""
+    """Refuse numbers that heyoka, which integrates the segments, does not have."""
     if not setup.precision.doubles:
         return None
     why = refused_in_doubles(scene)
@@ -62,7 +62,7 @@ def run(
     samples: SampleTimes | None,
     progress: Progress | None,
 ) -> list[Segment]:
-    """What becomes of ``start``, segment by segment."""
+    """The run from ``start``, segment by segment."""
     if scene.model == "flight":
         segments = flying(setup, start)
     elif scene.body.spring:
@@ -88,7 +88,7 @@ def propagated(setup: Setup, start: InitialState) -> DenseOutput:
 
 
 def after(output: DenseOutput, before: InitialState, *, at_rest: bool = False) -> InitialState:
-    """Where the next piece begins: the last one's end, as a row of its own formulation."""
+    """The start of the next piece: the end of the last piece, as a row of its formulation."""
     setup, fn = output.setup, output.precision.context
     row = output.end_row
     q = motion(setup.formulation, setup.record, output.start.body, row, fn)
@@ -107,9 +107,9 @@ def after(output: DenseOutput, before: InitialState, *, at_rest: bool = False) -
 
 
 def entering(here: InitialState, form: Formulation, fn: Functions) -> InitialState:
-    """The same place as the start of a piece that is integrated as ``form``.
+    """The same state as the start of a piece integrated as ``form``.
 
-    The row of ``here`` holds quadratures only.
+    The row of ``here`` holds only quadratures.
     """
     state: tuple[Scalar, ...]
     if "rise" in form.columns:
@@ -135,7 +135,7 @@ def _lifted(here: InitialState, form: Formulation, fn: Functions) -> tuple[Scala
 def sticking_and_slipping(
     name: str, setup: Setup, start: InitialState, progress: Progress | None = None
 ) -> list[Segment]:
-    """The pieces of the motion of scene ``name`` from ``start``, the last one ends it.
+    """The pieces of the motion of scene ``name`` from ``start`` to its end.
 
     Raises
     ------
@@ -184,7 +184,7 @@ def _outputs(
 
 
 def _from_rest(name: str, setup: Setup, here: InitialState, status: str) -> DenseOutput:
-    """Rolling where the cone allows it, and the begin of gliding where not."""
+    """Rolling if the cone allows it, otherwise the begin of gliding."""
     coordinates, fn = setup.formulation.coordinates, setup.precision.context
     q = here.motion(fn)
     if status != "slip":
@@ -215,7 +215,7 @@ def _from_rest(name: str, setup: Setup, here: InitialState, status: str) -> Dens
 
 
 def flying(setup: Setup, start: InitialState) -> list[Segment]:
-    """The flight that begins at ``start``, until the top comes down: one piece."""
+    """The flight from ``start`` until the top comes down: one piece."""
     fn = setup.precision.context
     here = replace(start, row=start.row or tuple(fn.mpf(0) for _ in setup.record))
     output = propagated(setup, entering(here, setup.formulation, fn))
@@ -225,7 +225,7 @@ def flying(setup: Setup, start: InitialState) -> list[Segment]:
 
 
 def flying_on(pieces: Sequence[Segment], setup: Setup, start: InitialState) -> list[Segment]:
-    """``pieces``, and the flight where the last one has lost contact, until the top comes down."""
+    """``pieces``, and after a loss of contact the flight until the top comes down."""
     *former, last = pieces
     if last.output.propagation.status != "contact_lost":
         return list(pieces)
@@ -241,16 +241,16 @@ def flying_on(pieces: Sequence[Segment], setup: Setup, start: InitialState) -> l
 def bouncing(
     name: str, setup: Setup, start: InitialState, progress: Progress | None = None
 ) -> list[Segment]:
-    """The pieces of the motion on an elastic table: in contact, and in flight, in turn.
+    """The pieces of the motion on an elastic table: contact and flight alternate.
 
-    It begins where a table at rest carries what the rigid one would, unless the scene says at
-    which height. A damped table lets go before it has come up, and takes the top again where its
-    force would push once more.
+    It begins at the depth at which a table at rest exerts the normal force of the rigid table,
+    unless the scene gives a height. A damped table loses contact before it has risen, and makes
+    contact again where its force would push again.
 
     Raises
     ------
     InputError
-        Too many of them.
+        There are too many pieces.
     """
     fn, contact = setup.precision.context, setup.formulation
     here = replace(start.pressed_in(fn), row=tuple(fn.mpf(0) for _ in setup.record))

@@ -1,4 +1,4 @@
-"""Initiation and ending time of the climb, in the three definitions that the paper's words admit.
+"""Initiation and ending time of the climb, by the three definitions that the paper's words admit.
 
 A, signed perigee: at each local minimum of theta below pi/2 let b = sign(phi_dot) theta; t_init
 is the zero of the straight line through the last negative b before the climb and the next b
@@ -11,9 +11,9 @@ L.k = -L.z. Exact events, but a staircase in the initial data.
 C, literal: the ends of the maximal interval around the climb in which phi_dot > 0; there is none
 where phi_dot < 0 at the climb.
 
-The climb is the first crossing of theta = pi/2 from below. Where it is under way from the start,
-so that nothing of the kind happens before it, t_init is 0. A time that does not exist, because the
-top does not climb or the horizon ends too early, is None. A top that spins the other way round
+The climb is the first crossing of theta = pi/2 from below. If the climb is under way from the
+start, so that no such event comes before it, t_init is 0. A time that does not exist, because the
+top does not climb or the horizon ends too early, is None. A top that spins in the other direction
 (lambda < 0) is treated as its mirror image, which has -phi_dot for phi_dot.
 """
 
@@ -31,7 +31,7 @@ NEEDED = ("theta_min", "theta_max", "phi_dot_zero", "equator", "Lk_equals_Lz", "
 
 @dataclass(frozen=True)
 class Climb:
-    """Initiation and ending time in s (None where there is none) in one definition."""
+    """Initiation and ending time in s (None if it does not exist) by one definition."""
 
     t_init: Scalar
     t_end: Scalar
@@ -54,7 +54,7 @@ class Turns(NamedTuple):
 
 @dataclass(frozen=True)
 class InversionEvents:
-    """The events ``NEEDED``, each kind in order of time: numbers of any one arithmetic.
+    """The events ``NEEDED``, each kind in order of time, in any arithmetic.
 
     ``equator`` holds only the crossings of theta = pi/2 from below; ``backwards`` says that
     phi_dot < 0 at the first of them.
@@ -84,7 +84,7 @@ def from_events(
 ) -> InversionTimes:
     """Initiation and ending times from columns of the events ``NEEDED``, in order of time.
 
-    They are name, t, direction, theta and phi_dot. ``mirrored`` says that lambda < 0.
+    The columns are name, t, direction, theta and phi_dot. ``mirrored``: lambda < 0.
     """
     import numpy
 
@@ -114,7 +114,7 @@ def from_events(
 
 
 def from_inversion_events(marks: InversionEvents, pi: Scalar) -> InversionTimes:
-    """Initiation and ending times: the three definitions themselves."""
+    """Initiation and ending times by the three definitions."""
     if not marks.equator:
         none = Climb(None, None)
         return InversionTimes(None, none, none, none)

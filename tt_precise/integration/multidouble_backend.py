@@ -1,7 +1,7 @@
-"""One propagation in double-double or triple-double: ``propagate``, with ``taylor`` for heyoka.
+"""One propagation in double-double or triple-double, by ``taylor`` instead of heyoka.
 
-Steps, series, events and ends are its own; equations, event functions and what ends a model are
-the ones that heyoka is given.
+Steps, series, events and ends are computed here; equations, event functions and terminal functions
+are the same as for heyoka.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def _compiled(setup: Setup) -> _Compiled:
 
 
 class ReadPiece:
-    """Some steps, read as heyoka's dense output is: ``bounds``, ``n_steps``, states at times."""
+    """Some steps with the interface of heyoka's dense output: ``bounds``, ``n_steps``, states."""
 
     def __init__(self, piece: StepBlock, high: Scalar, size: int, fn: Functions):
         self._piece, self._size, self._fn = piece, size, fn
@@ -80,7 +80,7 @@ class ReadPiece:
 
 
 class _Beginning(NamedTuple):
-    """A start as a system's run needs it; computed once for all runs from it."""
+    """A start in the form for a system's run; computed once for all runs from it."""
 
     rows: tuple[Array, Array]
     until: float
@@ -97,7 +97,7 @@ class _Beginning(NamedTuple):
         return start.once(system, made)
 
     def longest(self, start: InitialState, precision: Precision, order: int) -> float:
-        """The longest step that leaves a tilt beside a pole its digits."""
+        """The longest step that keeps the digits of a tilt near a pole."""
         if order not in self.limits:
             limit = longest_step(start.body, start.vectors, order, precision)
             self.limits[order] = math.inf if limit is None else float(limit)
@@ -111,13 +111,13 @@ def propagate_in_doubles(
     dense: Pieces | None = None,
     progress: Progress | None = None,
 ) -> Propagation:
-    """As ``propagate``; numbers are guarded ones, rounded where they become doubles.
+    """As ``propagate``; numbers have guard bits and are rounded when they become doubles.
 
     Raises
     ------
     InputError
-        More than ``MOST_EVENTS`` events happened, or one of them needs a function that is not
-        there.
+        There are more than ``MOST_EVENTS`` events, or an event needs a function that does not exist
+        here.
     """
     fn, until = setup.precision.context, start.until
     run = _Run(setup, start)
@@ -149,7 +149,7 @@ def propagate_in_doubles(
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
-    """Motions in several segments, and options, which are heyoka's."""
+    """Refuse motions in several segments, and heyoka's options."""
     name = setup.precision.name
     if not setup.precision.doubles:
         return f"{scene.name}: got {name}, expected double-double or triple-double"
@@ -171,7 +171,7 @@ def run(
     samples: SampleTimes | None,
     progress: Progress | None,
 ) -> list[Segment]:
-    """What becomes of ``start``, in one segment whose series are stored."""
+    """The run from ``start``, in one segment whose series are stored."""
     stored = StoredPieces(setup)
     propagation = propagate_in_doubles(setup, start, dense=stored, progress=progress)
 
@@ -181,7 +181,7 @@ def run(
 
 
 class _End(NamedTuple):
-    """Where a piece ends, and how the run does, if it does: only then it has a state."""
+    """The end of a piece; with a state if the run ends there."""
 
     status: Status | None
     time: Scalar
@@ -190,7 +190,7 @@ class _End(NamedTuple):
 
 
 class _Run:
-    """One run: what has happened in its pieces so far."""
+    """A run: the events and ends in its pieces so far."""
 
     def __init__(self, setup: Setup, start: InitialState):
         self.setup, self.start, self.fn = setup, start, setup.precision.context
@@ -236,7 +236,7 @@ class _Run:
         return int((piece.begins[:, 0] < float(zero.time)).sum())
 
     def _crawls(self, piece: StepBlock) -> bool:
-        """Whether the steps are too short ever to arrive; that of ``FIRST_STEP`` is alone."""
+        """Whether the steps are too short to reach the horizon; ``FIRST_STEP`` does not count."""
         advance = number(piece.end_time, self.fn) - number(piece.begins[0], self.fn)
         return len(piece.lengths) > 1 and bool(
             advance < self.setup.precision.eps * self.start.until

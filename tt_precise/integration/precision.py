@@ -1,7 +1,7 @@
 """Working precisions: heyoka's number types, and exact passage to and from mpmath.
 
-A number on its way into heyoka is computed in mpmath with guard bits and handed over once, as a
-decimal string for the types wider than double; on its way out it is exact.
+A number for heyoka is computed in mpmath with guard bits and converted once, as a decimal string
+for the types wider than double; a number from heyoka is converted exactly.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from tt_precise.scene.numerals import to_mpmath
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-GUARD_BITS = 64  # mpmath works this much finer than heyoka, so its own rounding never shows
+GUARD_BITS = 64  # additional bits of mpmath, so that its rounding never shows
 FEWEST_BITS, MOST_BITS = 54, 20_000
 SCALE = 512  # binary exponents; 113 bits below it are still far inside the range of double
 
 
 class Kind(NamedTuple):
-    """What an arithmetic is: its bits, and of how many doubles its numbers are made, if of several.
+    """The properties of an arithmetic: its bits, and the number of doubles in its numbers.
 
-    ``steps`` of heyoka are taken between two looks at Ctrl-C, 0.2 s or more. What is computed in
-    software is so slow that Python may run between any two. ``coarse`` and ``rough`` are tolerances
-    in eps: above the first a run shows its errors beside one in the same arithmetic, between the
-    two beside two.
+    ``steps`` is the number of heyoka's steps between two tests for Ctrl-C, 0.2 s or more; in
+    software arithmetic Python may run between any two. ``coarse`` and ``rough`` are tolerances in
+    eps: above ``coarse`` one reference run in the same arithmetic shows the errors, between the two
+    limits two reference runs.
     """
 
     bits: int
@@ -62,16 +62,16 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Precision:
-    """An arithmetic: ``double``, ``extended``, ``quad``, or ``mp`` with its bits, all heyoka's.
+    """A precision: ``double``, ``extended``, ``quad``, or ``mp`` with its bits, all heyoka's.
 
-    Or ``double-double`` or ``triple-double``, whose numbers are guarded ones outside ``taylor``.
+    Or ``double-double`` or ``triple-double``; outside ``taylor`` its numbers are mpmath's.
     """
 
     name: str
     bits: int
 
     def __reduce__(self) -> tuple[type, tuple[str, int]]:
-        # its context can be neither copied nor pickled, and need not be
+        # its context can be neither copied nor pickled
         return Precision, (self.name, self.bits)
 
     @property
@@ -91,12 +91,12 @@ class Precision:
 
     @property
     def kind(self) -> Kind:
-        """What it is, but for the bits."""
+        """The kind of arithmetic, without the bits."""
         return KINDS[self.name]
 
     @property
     def doubles(self) -> int:
-        """Of how many doubles its numbers are made, where it is not one of heyoka's; else 0."""
+        """The number of doubles in its numbers, for double-double and triple-double; else 0."""
         return self.kind.doubles
 
     @property
@@ -111,25 +111,25 @@ class Precision:
 
     @property
     def in_long_double(self) -> bool:
-        """Whether its numbers are NumPy's long doubles, or are among them."""
+        """Whether NumPy's long double holds its numbers exactly."""
         return self.bits <= 64 and not self.in_software and has_long_double()
 
     @property
     def context(self) -> Functions:
         """An mpmath context with ``GUARD_BITS`` more than this precision, not to be changed.
 
-        Each thread has its own: mpmath's functions raise the precision of theirs for a while.
+        Each thread has its own, because mpmath's functions change the precision temporarily.
         """
         return _context(self.bits, threading.get_ident())
 
     @property
     def mpfr(self) -> Mpfr:
-        """Arrays of numbers as precise as those of ``context``."""
+        """Arrays of numbers with the precision of ``context``."""
         return mpfr_of(self.context)
 
     @property
     def arithmetic(self) -> Arithmetic:
-        """Guarded mpmath numbers of this precision."""
+        """The arithmetic of mpmath numbers of this precision with guard bits."""
         return Arithmetic(self.context, self.exact)
 
     @property
@@ -143,12 +143,12 @@ class Precision:
         return int(self.bits * 0.30103) + 2
 
     def exact(self, value: Fraction) -> Scalar:
-        """An exact number as a guarded mpmath number."""
+        """An exact number as an mpmath number with guard bits."""
         return to_mpmath(value, self.context)
 
     @property
     def number(self) -> Callable[[Scalar], Scalar]:
-        """Function rounding a guarded mpmath number to heyoka's type."""
+        """Function that rounds an mpmath number with guard bits to heyoka's type."""
         if self.is_float:
             return float
         if self.doubles:
@@ -159,9 +159,9 @@ class Precision:
         return lambda value: kind(context.nstr(value, digits))
 
     def opposite_neighbour(self, value: Scalar) -> Scalar:
-        """The number beside a guarded one that ``number`` does not round it to, also guarded.
+        """The neighbour, on the other side of an mpmath number, of the number to which it rounds.
 
-        The exact value lies between the two. A value that this precision holds stays as it is.
+        The exact value lies between the two. A value of this precision stays unchanged.
         """
         if self.is_float:
             nearest = float(value)
@@ -188,7 +188,7 @@ class Precision:
 
     @property
     def with_guard_bits(self) -> Callable[[Scalar], Scalar]:
-        """Function taking a number of heyoka's type to the equal mpmath number."""
+        """Function that converts a number of heyoka's type to the equal mpmath number."""
         context, bits = self.context, self.bits
         if self.is_float:
             return lambda value: context.mpf(float(value))
@@ -199,11 +199,11 @@ class Precision:
         return lambda value: _sum_of_floats(value, context)
 
     def text(self, value: Scalar) -> str:
-        """A guarded mpmath number in decimals, enough to recover this precision."""
+        """An mpmath number in enough decimals to recover this precision."""
         return str(self.context.nstr(value, self.decimals, min_fixed=0, max_fixed=0))
 
     def with_error(self, value: Scalar, error: Scalar | None) -> str:
-        """A number in the decimals that its error leaves, with "+-" where that is known."""
+        """A number in the decimals that its error leaves, with "+-" if the error is known."""
         context = self.context
         if value is None or value != value:
             return "undefined"
@@ -218,7 +218,7 @@ class Precision:
         return f"{shown} +- {context.nstr(context.mpf(error), 2)}"
 
     def carrying(self, value: Scalar, error: Scalar | None) -> Scalar:
-        """A guarded number that prints as ``with_error`` has it; what follows from it does not."""
+        """An mpmath number that prints as ``with_error``; results of operations on it do not."""
         if not hasattr(value, "_mpf_"):
             return value
         carried: Any = object.__new__(_printed(self, self.context))
@@ -263,7 +263,7 @@ def is_available(name: str) -> bool:
 
 
 def finer(precision: Precision) -> Precision:
-    """The arithmetic that a result in ``precision`` is compared with."""
+    """The arithmetic of the reference run for a result in ``precision``."""
     if precision.name == "double" and _has_80_bit_floats():
         return precision_named("extended")
     if precision.name == "double-double":

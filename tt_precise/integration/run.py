@@ -1,10 +1,10 @@
 """``integrated``: a scene integrated once, by the first backend that can, into a ``Run``.
 
-A ``Run`` says what became of a start, as a list of segments, mostly of one. Where friction sticks
-and slips, the top flies and lands, or gliding begins from rest, another one begins under its own
-equations; each time belongs to one of them, the earlier one at a bound. All rows of a segment are
-read at once. What has to be finer than doubles is computed in NumPy's long double for a run in
-double; the other precisions are read as arrays of numbers with guard bits (``mpfr``).
+A ``Run`` is the solution from a start as a list of segments, usually one. Where friction sticks and
+slips, the top flies and lands, or gliding begins from rest, another segment begins under its own
+equations. Each time belongs to one segment, at a bound to the earlier one. All rows of a segment
+are read at once. Where doubles are not precise enough, a run in double uses NumPy's long double;
+the other precisions use arrays of numbers with guard bits (``mpfr``).
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ FALLING = -1  # the speed where the top sticks, the margin to the cone where it 
 
 
 class Stretch(NamedTuple):
-    """A stretch of one model as users see it: times in s, and how it ended.
+    """A stretch of one model: times in s, and how it ended.
 
-    ``status`` is one of ``events.JOINING`` where another stretch follows, else the trajectory's.
+    ``status`` is one of ``events.JOINING`` if another stretch follows, else the trajectory's.
     """
 
     model: str
@@ -59,7 +59,7 @@ class Stretch(NamedTuple):
 
 
 class Run(Span):
-    """A start and the segments of what became of it, over the time of them all."""
+    """The solution from a start, as segments."""
 
     def __init__(self, setup: Setup, start: InitialState, segments: Sequence[Segment]):
         self.setup, self.start, self.segments = setup, start, tuple(segments)
@@ -67,7 +67,7 @@ class Run(Span):
 
     @property
     def alone(self) -> Segment | None:
-        """The only segment of a run whose own equations hold throughout, else None."""
+        """The only segment of a run under one set of equations, else None."""
         first = self.segments[0]
         return first if len(self.segments) == 1 and first.output.setup == self.setup else None
 
@@ -83,29 +83,29 @@ class Run(Span):
 
     @property
     def order(self) -> int:
-        """The order of the last of them."""
+        """The order of the last step."""
         return self.segments[-1].output.propagation.order
 
     @property
     def joints(self) -> list[Segment]:
-        """The segments that an event joins to the next."""
+        """The segments after which an event joins another segment."""
         return [segment for segment in self.segments if segment.ended]
 
     @property
     def event_counts(self) -> Counter[str]:
-        """How often each event was recorded, those that join segments among them."""
+        """How often each event was recorded, including events that join segments."""
         hits = (hit for segment in self.segments for hit in segment.output.propagation.hits)
         return Counter([hit.name for hit in hits] + [segment.ended for segment in self.joints])
 
     @property
     def touches(self) -> tuple[str, ...]:
-        """Events asked for whose functions touch zero, or stay there, without crossing it."""
+        """Requested events whose functions touch zero, or stay there, without crossing."""
         touched = {name for segment in self.segments for name in segment.output.propagation.touches}
         return tuple(name for name in self.setup.events if name in touched)
 
     @cached_property
     def end_time(self) -> Scalar:
-        """Dimensionless end of the solution: the exact horizon where it was reached."""
+        """Dimensionless end of the solution: the exact horizon if it was reached."""
         last = self.segments[-1]
         if self.alone:
             return last.output.end_time
@@ -117,7 +117,7 @@ class Run(Span):
         return max(bisect.bisect_left(begins, time) - 1, 0)
 
     def rows(self, times: Sequence[Scalar]) -> list[tuple[Segment, Row]]:
-        """Rows at guarded dimensionless ``times``, and the segments that they are of."""
+        """Rows at dimensionless ``times`` (with guard bits), and their segments."""
         if self.alone:
             return [(self.alone, row) for row in self.alone.output.rows(times)]
         rows = []
@@ -131,7 +131,7 @@ class Run(Span):
         return rows
 
     def states(self, times: Sequence[Scalar]) -> list[State]:
-        """The states (SI) at guarded dimensionless ``times``."""
+        """The states (SI) at dimensionless ``times`` (with guard bits)."""
         rows = self.rows(times)
         if self.alone:
             return self.columns.states(times, [row for _, row in rows])
@@ -141,12 +141,12 @@ class Run(Span):
         ]
 
     def motions(self, times: Sequence[Scalar]) -> list[Motion]:
-        """What quantities are computed from at guarded dimensionless ``times``."""
+        """The motions at dimensionless ``times`` (with guard bits)."""
         return [segment.columns.motion(row) for segment, row in self.rows(times)]
 
     @property
     def stretches(self) -> tuple[Stretch, ...]:
-        """From one event that joins segments to the next."""
+        """The stretches between events that join segments."""
         to_user, begin, stretches = self.columns.to_user, self.start.until * 0, []
         for segment in self.joints:
             end = segment.end_s
@@ -224,7 +224,7 @@ class Run(Span):
         return self._converted(self.precision.mpfr.of_fractions(times), numbers)
 
     def _converted(self, values: Array, numbers: Numbers) -> Array:
-        """Wide numbers as they are asked for."""
+        """Wide numbers in the requested form."""
         import numpy
 
         precision = self.precision
@@ -247,10 +247,10 @@ class Run(Span):
     def event_columns(
         self, names: Sequence[str], at: Container[str] | None = None
     ) -> dict[str, Array]:
-        """The same as columns, without pandas, with those quantities that are named.
+        """The same as columns, without pandas, with the named quantities.
 
-        In wide arithmetics, where they take their time, only ``at`` the events of these names, if
-        any are given; they are missing elsewhere.
+        In wide arithmetics, where quantities are slow, only ``at`` the events of these names, if
+        given; elsewhere they are missing.
         """
         if self.alone:
             return self._events_of_segment(self.alone, names, at)
@@ -325,7 +325,7 @@ class Run(Span):
 
 
 def _local(segment: Segment, time: Fraction) -> Fraction:
-    """A time since the segment's begin; never behind its end by a rounding."""
+    """A time since the segment's begin; rounding never puts it after the segment's end."""
     since = max(time - as_fraction(segment.begin_s), Fraction(0))
     return min(since, as_fraction(segment.output.end))
 
@@ -356,10 +356,10 @@ MOST_SAMPLES = 20_000  # states that are kept of a run at its sample times
 
 
 class Backend(Protocol):
-    """What integrates: a file of its own, and an entry in ``backends``."""
+    """An integrator: one file, and an entry in ``backends``."""
 
     def refuses(self, scene: Scene, setup: Setup) -> str | None:
-        """Why it cannot integrate ``scene`` so, in a line of got and expected; None if it can."""
+        """Why it cannot integrate ``scene`` with this set-up, in one line; None if it can."""
 
     def run(
         self,
@@ -369,11 +369,11 @@ class Backend(Protocol):
         samples: SampleTimes | None,
         progress: Progress | None,
     ) -> list[Segment]:
-        """What becomes of ``start``; ``samples`` are times at which it will be read, if any."""
+        """The run from ``start``; ``samples`` are times at which it will be read, if any."""
 
 
 def backends(scene: Scene) -> Iterator[Backend]:
-    """All of them; each is imported when those before it have refused."""
+    """All backends; each is imported when the earlier ones have refused."""
     from tt_precise.integration import heyoka_backend
 
     yield heyoka_backend
@@ -393,16 +393,16 @@ def integrated(
     *,
     opposite_rounding: bool = False,
 ) -> Run:
-    """What becomes of ``scene``, integrated once as ``setup`` says.
+    """The run of ``scene``, integrated once with ``setup``.
 
-    With ``opposite_rounding`` every number of body and start lies on the other side of the exact
-    one: what such a run differs by contains what their rounding does to a run.
+    With ``opposite_rounding`` every number of body and start is rounded to the other side of the
+    exact value: the difference between both runs contains the effect of this rounding.
 
     Raises
     ------
     InputError
-        The top is not on the table at t = 0, more events happened than are taken, or no backend
-        can do what the set-up asks for.
+        The top is not on the table at t = 0, there are too many events, or no backend supports the
+        set-up.
     """
     thread = threading.get_ident()
     start = beginning(scene, setup.precision, setup.contact, opposite_rounding, thread)
@@ -430,6 +430,6 @@ def beginning(
 
 
 def _samples(scene: Scene, start: InitialState) -> SampleTimes | None:
-    """The scene's sample times, where the states there are worth keeping."""
+    """The scene's sample times, if their states shall be stored."""
     few = 0 < scene.until <= MOST_SAMPLES * scene.sample_every
     return SampleTimes.of(scene, start) if few else None

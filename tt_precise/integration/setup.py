@@ -1,4 +1,4 @@
-"""``Setup``: how a scene is integrated, with every argument checked once; and its contact."""
+"""``Setup``: the checked arguments of an integration; and the contact at the start."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ Events = str | Callable[[Motion], Scalar] | Iterable[Asked | Callable[[Motion], 
 
 @dataclass(frozen=True, kw_only=True)
 class Setup:
-    """What a compiled integrator is for; two runs with equal setups share one.
+    """The settings of an integration; runs with equal setups share a compiled integrator.
 
     ``events`` and ``record`` are names of the catalogue and of quadratures. ``tolerance`` is
-    relative, 0 for the full accuracy of the precision. ``options`` are further keyword arguments
-    of ``heyoka.taylor_adaptive``, sorted. ``contact`` is "unilateral" or "bilateral".
-    ``lifts`` says that the lowest point need not be at the table's height.
+    relative, 0 for the full accuracy of the precision. ``options`` are further keyword arguments of
+    ``heyoka.taylor_adaptive``, sorted. ``contact`` is "unilateral" or "bilateral". ``lifts``: the
+    lowest point may be off the table's height.
     """
 
     formulation: Formulation
@@ -63,7 +63,7 @@ class Setup:
         Raises
         ------
         InputError
-            An argument cannot be used, or not with this scene.
+            An argument cannot be used, or cannot be used with this scene.
         """
         working, coordinates = precision_named(precision or "double", bits), formulation or "newton"
         law, spring = scene.body.friction, scene.body.spring
@@ -109,19 +109,19 @@ class Setup:
         return {event.name: event for event in events}
 
     def but(self, **changes: Any) -> Setup:
-        """The same setup with some of its fields replaced."""
+        """The same setup with some fields replaced."""
         return replace(self, **changes)
 
 
 def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
-    """What ``events`` asks for: names, by commas or in an iterable, "all" of a model, functions.
+    """The requested ``events``: names with commas or in an iterable, "all" of a model, functions.
 
-    A function of the motion has an event, of its own name, wherever it changes sign.
+    A function of the motion has an event with its name at each change of sign.
 
     Raises
     ------
     InputError
-        It is something else.
+        ``events`` has another type.
     """
     if isinstance(events, str):
         events = listed(events)
@@ -143,7 +143,7 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
 
 
 def full_tolerance(precision: Precision) -> Scalar:
-    """The tolerance below which an arithmetic gains nothing any more, as an mpmath number.
+    """The tolerance below which an arithmetic gains nothing, as an mpmath number.
 
     In double it is eps/16: at eps heyoka takes order 20, whose truncation error shows in lambda
     beside the rounding (6e-15 against 2e-15 on the reference scene); order 21 costs 5 %.
@@ -152,7 +152,7 @@ def full_tolerance(precision: Precision) -> Scalar:
 
 
 def refused_in_doubles(scene: Scene) -> str:
-    """Why double-double and triple-double cannot integrate a scene; "" where they can."""
+    """Why double-double and triple-double cannot integrate a scene; "" if they can."""
     if scene.in_pieces:
         return "a motion that may come in pieces"
     missing = scene.body.friction.missing(Graph)
@@ -186,7 +186,7 @@ def _checked_record(
 
 
 def ended_at_start(start: InitialState, contact: str, fn: Functions) -> NoContact | None:
-    """How the model ends at the start itself: g_n or its denominator is not positive."""
+    """How the model ends at the start: g_n or its denominator is not positive."""
     numerator, denominator = contact_terms(start.model, start.body, start.vectors, fn)
     if denominator <= 0:
         return "singular_contact"
