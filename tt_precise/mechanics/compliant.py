@@ -1,4 +1,4 @@
-"""A top on an elastic table: the normal force follows from how deep it is pressed in.
+"""A top on an elastic table: the normal force follows from the depth.
 
 Hunt and Crossley's force has depth^(3/2), which is not smooth where contact begins and ends. With
 depth = zeta^2 and a time sigma, d sigma = dt/zeta, the equations are polynomial in zeta and go
@@ -41,7 +41,7 @@ def hunt_crossley_force(body: Any, zeta: Scalar, rise: Scalar) -> Scalar:
 
 
 def reach(body: Any, height: Scalar, rise: Scalar) -> Scalar:
-    """Positive where the table's force would pull, negative where it pushes if height < 0."""
+    """Positive where the table's force would pull; negative where it pushes if height < 0."""
     if body.spring == "linear":
         return -linear_force(body, height, rise)
     return body.damping * rise - 1
@@ -55,7 +55,7 @@ def normal_force(body: Any, state: LiftedState, fn: Functions) -> Scalar:
 
 
 def contact_force(body: Any, state: LiftedState, g_n: Scalar, fn: Functions) -> Vector:
-    """Force g_n (z - c v_A) with the coefficient c of the body's own law of friction."""
+    """Force g_n (z - c v_A) with the coefficient c of the body's law of friction."""
     c = friction.coefficient(body, state.vx, state.vy, fn)
     return (-(c * g_n * state.vx), -(c * g_n * state.vy), g_n)
 
@@ -105,7 +105,7 @@ def hunt_crossley_euler_rates(body: Any, state: DeepEulerState, fn: Functions) -
 
 
 def stored_energy(body: Any, height: Scalar, fn: Functions) -> Scalar:
-    """What the spring holds where the lowest point is below zero: the integral of its force."""
+    """Energy stored in the spring at a negative height: the integral of its force."""
     depth = abs(height) / 2 - height / 2  # 0 above the table, row by row
     if body.spring == "linear":
         return body.stiffness * depth * depth / 2
@@ -113,7 +113,7 @@ def stored_energy(body: Any, height: Scalar, fn: Functions) -> Scalar:
 
 
 def resting_height(body: Any, g_n: Scalar, fn: Functions) -> Scalar:
-    """The height, below zero, at which a table at rest carries ``g_n``."""
+    """The negative height at which a table at rest exerts ``g_n``."""
     if body.spring == "linear":
         return -(g_n / body.stiffness)
     return height(fn.cbrt(g_n / body.stiffness))

@@ -1,7 +1,7 @@
-"""What each model conserves: one entry an integral, with the scale its drift is measured against.
+"""The conserved quantities of each model, one entry each, with the scale of its drift.
 
-Values are taken on a ``Motion``; the drift of an integral is its change since the start divided
-by its scale at the start, so a horizontal momentum that starts at zero has one too.
+Values are taken on a ``Motion``; the drift of an integral is its change since the start divided by
+its scale at the start, so a horizontal momentum that starts at zero also has a drift.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from tt_precise.scene.body import Parameters, TippeTop
 class Integral:
     """A conserved value: name, function, scale, for which model and body it holds, and its source.
 
-    ``azimuth`` marks those that need the direction of the axis, which an Euler state leaves open.
+    ``azimuth`` marks integrals that need the direction of the axis; an Euler state leaves it open.
     """
 
     name: str
@@ -118,7 +118,7 @@ INTEGRALS = {integral.name: integral for integral in _ALL}
 
 
 def conserved(model: str, body: TippeTop) -> tuple[Integral, ...]:
-    """The integrals that a correct motion of ``body`` keeps, under ``model``."""
+    """The integrals of a correct motion of ``body`` under ``model``."""
     return tuple(integral for integral in INTEGRALS.values() if integral.holds(model, body))
 
 
@@ -129,16 +129,16 @@ def drift(integral: Integral, motions: list[Motion]) -> list[Scalar]:
     return [abs(integral.evaluate(q) - first) / scale for q in motions]
 
 
-# ---- what holds at the lowest point of the sphere, whatever force acts there -------------------
+# ---- laws for the lowest point of the sphere under any force there -----------------------------
 #
 # Let a be the vector from the centre of mass to the lowest point, v_CM the velocity of the former.
 # The angular momentum about the lowest point, Q = L - a x m v_CM, changes by
 #
 #     dQ/dt = -da/dt x m v_CM + a x m g z,    da/dt = R alpha omega x k,
 #
-# since the torque a x F of a force F at that point drops out: dL/dt = a x F and
-# m dv_CM/dt = F - m g z. So it does for impulses, and in flight. The law of friction does not
-# matter; a torque at the contact, as of torsional friction, is left over.
+# since the torque a x F of a force F at that point drops out: dL/dt = a x F and m dv_CM/dt = F - m
+# g z. It also drops out for impulses, and in flight. The law of friction does not matter; a torque
+# at the contact, such as torsional friction, remains.
 
 
 def contact_momentum(q: Motion) -> Vector:
@@ -161,6 +161,6 @@ def torque_unit(body: Parameters) -> Scalar:
 
 
 def contact_force(q: Motion, acceleration: Vector) -> Vector:
-    """F = m (dv_CM/dt + g z): the force that rows with this acceleration have had."""
+    """F = m (dv_CM/dt + g z): the contact force for this acceleration."""
     x, y, z = scaled(q.body.m, acceleration)
     return (x, y, z + q.body.m * q.body.g)

@@ -1,10 +1,9 @@
-"""Between the Euler-angle state and the vector state, in any arithmetic.
+"""Conversion between the Euler-angle state and the vector state, in any arithmetic.
 
-The frame of the paper: x-hat is the horizontal direction towards which the axis is tilted
-(k = sin theta x + cos theta z, at azimuth phi), y-hat = z x x-hat, and
-(1, 2, 3) = (cos theta x - sin theta z, y, k), in which
-omega = -phi_dot sin theta 1 + theta_dot 2 + omega_3 3.
-At the poles x-hat, and with it every Euler rate but omega_3, is undefined.
+The frame of the paper: x-hat is the horizontal direction towards which the axis is tilted (k = sin
+theta x + cos theta z, at azimuth phi), y-hat = z x x-hat, and (1, 2, 3) = (cos theta x - sin theta
+z, y, k), in which omega = -phi_dot sin theta 1 + theta_dot 2 + omega_3 3. At the poles x-hat is
+undefined, and with it every Euler rate except omega_3.
 """
 
 from __future__ import annotations
@@ -19,10 +18,10 @@ from tt_precise.scene.body import Parameters
 
 
 class RigidBodyState(namedtuple("RigidBodyState", "qw qx qy qz wx wy wz vcx vcy vcz")):
-    """What physics engines write: orientation, angular velocity, velocity of the centre of mass.
+    """The state that physics engines write: orientation, angular velocity, velocity of CM.
 
-    The quaternion q (scalar first, any length but 0) turns the body frame into the inertial one;
-    the symmetry axis is the body's third axis. omega and s_dot in the inertial frame.
+    The quaternion q (scalar first, any nonzero length) rotates the body frame to the inertial
+    frame; the symmetry axis is the body's third axis. omega and s_dot in the inertial frame.
     """
 
     __slots__ = ()
@@ -44,7 +43,7 @@ def vectors_from_euler(
 ) -> NewtonState:
     """The vector state of an Euler state at azimuth ``phi``.
 
-    ``sine_cosine`` replaces (sin theta, cos theta) where they are known better than theta is.
+    ``sine_cosine`` replaces (sin theta, cos theta) if they are known more precisely than theta.
     """
     s, c = sine_cosine or (fn.sin(state.theta), fn.cos(state.theta))
     x = (fn.cos(phi), fn.sin(phi), 0) if not _is_zero(phi) else (1, 0, 0)
@@ -64,7 +63,7 @@ def vectors_from_euler(
 def euler_from_vectors(body: Parameters, state: NewtonState, fn: Functions) -> EulerState:
     """The Euler state of a vector state.
 
-    phi_dot is taken as (Lz - cos theta (L.x)/sin theta)/I1, which keeps its digits beside the
+    phi_dot is computed as (Lz - cos theta (L.x)/sin theta)/I1, which keeps its digits near the
     poles where (Lz - cos theta L.k)/(I1 sin^2 theta) cancels. Divides by zero at the poles.
     """
     s = horizontal_length(fn, state.kx, state.ky)
@@ -82,7 +81,7 @@ def euler_from_vectors(body: Parameters, state: NewtonState, fn: Functions) -> E
 
 
 def axis_of(qw: Scalar, qx: Scalar, qy: Scalar, qz: Scalar) -> Vector:
-    """The symmetry axis, inertial, of a body whose orientation is as in ``RigidBodyState``."""
+    """The symmetry axis in the inertial frame, for an orientation as in ``RigidBodyState``."""
     norm = qw * qw + qx * qx + qy * qy + qz * qz
     return (
         2 * (qx * qz + qw * qy) / norm,
@@ -92,7 +91,7 @@ def axis_of(qw: Scalar, qx: Scalar, qy: Scalar, qz: Scalar) -> Vector:
 
 
 def vectors_from_rigid_body(body: Parameters, state: RigidBodyState) -> tuple[NewtonState, Scalar]:
-    """The vector state of a rigid body's state, and v_A.z, which contact with the table makes 0.
+    """The vector state of a rigid body's state, and v_A.z, which is 0 in contact with the table.
 
     L = I1 omega + (I3 - I1)(omega.k) k and v_A = s_dot + omega x a; section 1.
     """

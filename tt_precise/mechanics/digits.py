@@ -28,7 +28,7 @@ from tt_precise.mechanics.vectors import Vector, cross, dot
 from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import Dimension, Parameters
 
-MOST_GOLDEN = 33  # digits that golden data can vouch for: they are rounded to 34
+MOST_GOLDEN = 33  # digits that golden data can confirm: they are rounded to 34
 
 RULE = (
     "Errors are relative to the size at that time: 1 for the axis, |L| for L, |v_CM| + |omega||a| "
@@ -48,8 +48,8 @@ def sizes(body: Parameters, columns: Mapping[str, Scalar], fn: Functions) -> dic
     """Return the size to which the error of each of ``columns`` is relative; see ``RULE``.
 
     ``columns`` are numbers, or arrays over time, in the units of ``body``: those of a state, as
-    vectors or Euler angles, and any others. One that is None is undefined and has no size. For a
-    dimension that the rule does not name the size is the quantity itself.
+    vectors or Euler angles, and any others. A column that is None is undefined and has no size. For
+    a dimension that the rule does not name the size is the quantity itself.
     """
     q = _motion(body, columns, fn)
     rate = fn.sqrt(body.g / body.R)
@@ -86,7 +86,7 @@ def sizes(body: Parameters, columns: Mapping[str, Scalar], fn: Functions) -> dic
 
 
 def larger(a: Scalar, b: Scalar) -> Scalar:
-    """The larger of two sizes, in arithmetics that have no common name for it."""
+    """The larger of two sizes, in any arithmetic."""
     return (a + b + abs(a - b)) / 2
 
 

@@ -1,7 +1,7 @@
 """The gliding Tippe Top in Euler angles: the paper's eqs (2) to (7), as printed.
 
-These are what the paper integrates, and so what is verified. They are undefined at the poles.
-``exact.identities`` proves that they say the same as the vectors of ``newton``.
+The paper integrates these equations. They are undefined at the poles. ``exact.identities`` proves
+that they are equivalent to the vectors of ``newton``.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def rates(
 ) -> EulerState:
     """Time derivative of the state; eqs (2) to (6).
 
-    The normal force is that of eq (7), which keeps the contact, or the one that is given.
+    The normal force is that of eq (7), which keeps the contact, unless one is given.
     """
     m, R, alpha, I1, I3, mu = body.m, body.R, body.alpha, body.I1, body.I3, body.mu
     theta_dot, phi_dot, omega_3 = state.theta_dot, state.phi_dot, state.omega_3

@@ -1,15 +1,15 @@
-"""A top whose lowest point need not be at the table's height: in the air, or on an elastic table.
+"""A top whose lowest point may be off the table's height: in the air, or on an elastic table.
 
-The state has that height and its rate beside what a gliding top has. The lowest point of the
-sphere is at a = R (alpha k - z) from the centre of mass wherever the sphere is, and its velocity
-v_A as a point of the body has the height's rate as its vertical part: the equations are those of
-``newton`` with three components of v_A instead of two, and with whatever force acts there.
+The state is that of a gliding top with this height and its rate. The lowest point of the sphere is
+always at a = R (alpha k - z) from the centre of mass, and its velocity v_A as a point of the body
+has the rate of the height as its vertical part. The equations are those of ``newton`` with three
+components of v_A instead of two, for any force at the lowest point.
 
-Twice: as vectors, and in Euler angles, where eqs (2) to (6) hold for any normal force.
+There are two forms: vectors, and Euler angles, where eqs (2) to (6) hold for any normal force.
 
-Flight has a closed form, a free rotation and a parabola: L and omega_3 are constant, the axis turns
-about L at |L|/I1, and the body turns about its axis at omega_3 (1 - I3/I1) beside that; the centre
-of mass falls freely.
+Flight has a closed form, a free rotation and a parabola: L and omega_3 are constant, the axis
+rotates about L at |L|/I1, and the body also rotates about its axis at omega_3 (1 - I3/I1); the
+centre of mass falls freely.
 """
 
 from __future__ import annotations

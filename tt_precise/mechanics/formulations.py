@@ -1,4 +1,4 @@
-"""The formulations a scene can be integrated in: model and coordinates to state and rates."""
+"""The formulations for integrating a scene: model and coordinates to state and rates."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ STATE_DIMENSIONS: dict[str, Dimension] = {
 
 @dataclass(frozen=True)
 class Formulation:
-    """State, equations of motion, and the way to vectors, of one model in one set of coordinates.
+    """State, equations of motion, and conversion to vectors, of a model in a set of coordinates.
 
     ``equations(body, state, fn)`` is the time derivative of a ``State``; ``friction`` is the law
-    and ``spring`` the force of an elastic table, "" where there is none. Where the equations are
-    those of viscous friction, ``velocity(body, state)`` is the gliding velocity at which ``rates``
-    puts the law's coefficient in the place of mu. In a regularised time, which the equations then
-    refer to, the time t is an entry of the state and ``clock(state, fn)`` the rate of t.
+    and ``spring`` the force of an elastic table, "" for a rigid table. If the equations are those
+    of viscous friction, ``velocity(body, state)`` is the gliding velocity at which ``rates``
+    substitutes the law's coefficient for mu. In a regularised time, which the equations then refer
+    to, the time t is an entry of the state and ``clock(state, fn)`` the rate of t.
     """
 
     model: str
@@ -65,12 +65,12 @@ class Formulation:
 
     @property
     def regularised_time(self) -> bool:
-        """Whether it runs in a regularised time."""
+        """Whether it uses a regularised time."""
         return self.clock is not None
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Which parameters of a dimensionless body its equations contain."""
+        """The parameters of a dimensionless body in its equations."""
         names: tuple[str, ...] = ("alpha", "I1", "I3")
         rolls = self.model == "rolling" and self.friction.smooth_at_rest
         if self.model != "flight" and not rolls:
@@ -85,7 +85,7 @@ class Formulation:
         return of_numbers(known | given, self.friction, self.spring, Parameters)
 
     def motion(self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar = 0) -> Motion:
-        """The ``Motion`` of a state; ``phi`` is the azimuth, which an Euler state leaves open."""
+        """The ``Motion`` of a state; an Euler state needs the azimuth ``phi``."""
         if self.State is CentreState:
             there = CentreState(*state)
             velocity = partial(newton.centre_velocity, body, there)
@@ -141,7 +141,7 @@ def _of_centre(body: Parameters, state: CentreState) -> tuple[Scalar, Scalar]:
 
 MODELS = ("gliding", "rolling", "flight")
 CENTRE, SLOW, STICKING, RAISED = "centre of mass", "slow", "sticking", "raised"
-# by motion and coordinates: what a scene's model means, and what is integrated in its place
+# by motion and coordinates: the formulation of a scene's model, and the integrated one
 FORMULATIONS = {
     ("gliding", "newton"): Formulation("gliding", "newton", NewtonState, newton.rates, _of_contact),
     ("gliding", "euler"): Formulation("gliding", "euler", EulerState, euler.rates, _of_euler),
@@ -149,7 +149,7 @@ FORMULATIONS = {
     ("rolling", "euler"): Formulation("rolling", "euler", RollingEulerState, rolling.euler_rates),
     ("flight", "newton"): Formulation("flight", "newton", NewtonState, flight.free_rates),
     ("flight", "euler"): Formulation("flight", "euler", EulerState, flight.free_euler_rates),
-    # gliding, in a state that costs less to integrate than the published one
+    # gliding, in a state that is cheaper to integrate than the published state
     (CENTRE, "newton"): Formulation(
         "gliding", "newton", CentreState, newton.centre_rates, _of_centre
     ),
@@ -189,7 +189,7 @@ FORMULATIONS = {
 
 
 def raised(coordinates: str, spring: str = "") -> Formulation:
-    """Flight with the height: above a table, or out of reach of an elastic one's force."""
+    """Flight with the height: above a table, or beyond the force of an elastic table."""
     return replace(FORMULATIONS[RAISED, coordinates], spring=spring)
 
 
@@ -199,15 +199,15 @@ def elastic(spring: str, coordinates: str, law: Law) -> Formulation:
 
 
 def elastic_in_time(spring: str, law: Law) -> Formulation:
-    """As ``elastic`` in vectors and in t, in which it need not be smooth at height 0."""
+    """As ``elastic`` in vectors and in t, where it may be non-smooth at height 0."""
     return replace(FORMULATIONS["linear", "newton"], model=spring, spring=spring, friction=law)
 
 
 def integrated(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation:
-    """What heyoka is given for ``formulation(model, coordinates, law)``: the same motion.
+    """The integrated formulation for ``formulation(model, coordinates, law)``: the same motion.
 
-    Its ``State`` may be another one; ``start`` makes it from the published state, ``motion`` leads
-    back to that.
+    Its ``State`` may differ; ``start`` computes it from the published state, ``motion`` converts it
+    back.
     """
     if model == "flight":
         return raised(coordinates)
@@ -237,7 +237,7 @@ def formulation(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation
 def contact_terms(
     model: str, body: Parameters, vectors: NewtonState, fn: Functions
 ) -> tuple[Scalar, Scalar]:
-    """Numerator and denominator of g_n; rolling has no denominator that could vanish."""
+    """Numerator and denominator of g_n; for rolling the denominator cannot vanish."""
     if model == "rolling" or not (body.friction.smooth_at_rest or any(vectors.v)):
         return rolling.constraint_force(body, vectors)[2], 1
     viscous = friction.viscous_at(body, vectors.vx, vectors.vy, fn)

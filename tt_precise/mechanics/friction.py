@@ -1,14 +1,14 @@
 """Friction at the contact point under the law of the body, generic in the arithmetic.
 
 Every law has F_f = -c g_n v_A with a coefficient c (``scene.laws``). Eqs (1) to (7) are algebraic
-in mu, so with c for mu they are the equations of motion of each law: no formula is written twice.
-What differentiates mu g_n v_A (``newton.normal_force_slope``) holds for constant c only.
+in mu, so with c for mu they are the equations of motion of each law, and no formula is repeated. A
+formula with the derivative of mu g_n v_A (``newton.normal_force_slope``) holds only for constant c.
 
 Where v_A = 0 the direction of Coulomb's force is undefined and the equations are singular. In polar
 form, v_A = v e with |e| = 1, and in a time tau, d tau = dt/v, they are regular: g_n and the
-accelerations contain v_A in the force alone, and there only e. v = 0 is reached as tau -> oo,
+accelerations contain v_A only in the force, and there only e. v = 0 is reached as tau -> oo,
 exponentially, so ln v is in the state: its rate e.v_A_dot is bounded, and v keeps its relative
-accuracy down to any size. Twice, like every motion: as vectors, and in the paper's Euler angles.
+accuracy down to any size. As every motion it has two forms: vectors and the paper's Euler angles.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def coefficient(body: Parameters, vx: Scalar, vy: Scalar, fn: Functions) -> Scal
 
 
 def viscous_at(body: Parameters, vx: Scalar, vy: Scalar, fn: Functions) -> Parameters:
-    """The top with viscous friction that feels the same force as ``body`` at this velocity."""
+    """The top with viscous friction and the same force as ``body`` at this velocity."""
     if body.friction.constant:
         return body
     return Parameters(
@@ -47,7 +47,7 @@ def viscous_at(body: Parameters, vx: Scalar, vy: Scalar, fn: Functions) -> Param
 def cone_margin(body: Parameters, state: NewtonState) -> Scalar:
     """mu^2 F_z^2 - F_x^2 - F_y^2 of the force that keeps the top rolling, in N^2.
 
-    A contact with v_A = 0 sticks under Coulomb's law where this is not negative and F_z > 0.
+    A contact with v_A = 0 sticks under Coulomb's law if this is not negative and F_z > 0.
     """
     force = rolling.constraint_force(body, state)
     return body.mu * body.mu * force[2] * force[2] - force[0] * force[0] - force[1] * force[1]

@@ -1,4 +1,4 @@
-"""``InitialState``: the one place where a scene's exact numbers become those of an arithmetic."""
+"""``InitialState``: conversion of a scene's exact numbers to those of an arithmetic."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ Known = TypeVar("Known")
 class InitialState:
     """Body and state of a scene at t = 0 in one arithmetic, the axis at azimuth 0.
 
-    ``vectors`` and ``euler`` are the same state, each made from the exact numbers: beside the
-    inverted pole the vectors do not go through theta = pi - offset. They are a ``LiftedState``
-    where the scene gives the height of the lowest point. ``until`` is the scene's horizon. All in
-    the units ``units``, which are given in SI. ``row`` is there where a run goes on from a former
-    piece: the state of its own formulation, and quadratures (scaled) behind it.
+    ``vectors`` and ``euler`` are the same state, each computed from the exact numbers: near the
+    inverted pole the vectors do not use theta = pi - offset. They are a ``LiftedState`` if the
+    scene gives the height of the lowest point. ``until`` is the scene's horizon. All values are in
+    the units ``units``, which are given in SI. ``row`` is present if a run continues from an
+    earlier piece: the state of its formulation, followed by quadratures (scaled).
     """
 
     model: str
@@ -61,15 +61,15 @@ class InitialState:
     ) -> InitialState:
         """The same body and horizon from another ``start``.
 
-        ``given`` are entries of it that are numbers of the arithmetic already, in SI.
+        ``given`` are entries that are already numbers of the arithmetic, in SI.
         """
         vectors, euler = _state(start, arithmetic, self.body, self.units, given)
         return replace(self, vectors=vectors, euler=euler)
 
     def pressed_in(self, fn: Functions) -> InitialState:
-        """On an elastic table, with a height.
+        """The start on an elastic table, with a height.
 
-        Where none is given it is the one at which a table at rest carries what a rigid one would.
+        By default a table at rest exerts the normal force of a rigid table at this height.
         """
         vectors: Any = self.vectors
         if isinstance(vectors, LiftedState):
@@ -80,13 +80,13 @@ class InitialState:
         return replace(self, vectors=vectors)
 
     def state(self, form: Formulation) -> tuple[Scalar, ...]:
-        """The state as ``form`` has it, in the order of its columns."""
+        """The state of ``form``, in the order of its columns."""
         if self.row:
             return self.row[: len(form.columns)]
         return self.once(form.State, lambda: tuple(form.start(self.body, self.vectors, self.euler)))
 
     def once(self, key: Hashable, compute: Callable[[], Known]) -> Known:
-        """What ``compute`` finds, which follows from this start and ``key`` alone; then kept."""
+        """The result of ``compute``, which depends only on this start and ``key``; cached."""
         if key not in self._known:
             self._known[key] = compute()
         return self._known[key]
@@ -96,7 +96,7 @@ class InitialState:
         return {}
 
     def first_row(self, form: Formulation, record: tuple[str, ...]) -> tuple[Scalar, ...]:
-        """The state with the quadratures ``record`` behind it, which begin at zero."""
+        """The state, followed by the quadratures ``record``, which begin at zero."""
         zero = self.until * 0
         return self.row or (*self.state(form), *(zero for _ in record))
 
@@ -106,7 +106,7 @@ class InitialState:
         return tuple(numbers[name] for name in form.parameters)
 
     def motion(self, fn: Functions) -> Motion:
-        """What quantities at the start are functions of."""
+        """The motion at the start."""
         return Motion(self.body, self.vectors, fn, self.model)
 
     def map(self, convert: Callable[[Scalar], Scalar]) -> InitialState:

@@ -7,8 +7,8 @@ are affine in g_n, and the height of the centre of mass, differentiated twice, g
 
 ``CentreState`` is the same motion with the horizontal velocity of the centre of mass in the place
 of that of the contact point. m s_ddot = F - m g z then needs no acceleration of the contact: half
-the products of ``rates``, and 3 % fewer steps on the reference scene. It is what heyoka
-integrates; v_A = s_dot + omega x a follows from the state.
+of the products of ``rates``, and 3 % fewer steps on the reference scene. heyoka integrates this
+form; v_A = s_dot + omega x a follows from the state.
 
 Parameters multiply and divide variables one at a time: heyoka would carry 1/I3 - 1/I1 along as a
 variable of its own, and a product with it costs as much as one of two coordinates.
@@ -25,7 +25,7 @@ from tt_precise.scene.body import Parameters
 
 
 class OfAxis:
-    """What states in vectors share."""
+    """The common part of states in vectors."""
 
     __slots__ = ()
 

@@ -1,7 +1,7 @@
-"""The pose of the body: what physics engines and viewers read, in any arithmetic.
+"""The pose of the body, for physics engines and viewers, in any arithmetic.
 
-Body frame: origin in the centre of mass, third axis k, and such that orientation is
-Rz(phi) Ry(theta) Rz(psi); at t = 0 the Euler angles phi and psi are 0.
+Body frame: origin in the centre of mass, third axis k; the orientation is Rz(phi) Ry(theta)
+Rz(psi); at t = 0 the Euler angles phi and psi are 0.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from tt_precise.runtime.values import Functions, Scalar
 class Pose(namedtuple("Pose", "qw qx qy qz x y z vcx vcy vcz wx wy wz wbx wby wbz")):
     """Orientation (scalar first), position and velocity of the centre of mass, angular velocity.
 
-    (qw, qx, qy, qz) turns the body frame into the inertial one, unit length; x, y, z and vcx, vcy,
-    vcz in the inertial frame (m, m/s), z above the table; wx, wy, wz is the angular velocity in the
-    inertial frame, wbx, wby, wbz the same vector in the body frame (rad/s).
+    (qw, qx, qy, qz) rotates the body frame to the inertial frame, unit length; x, y, z and vcx,
+    vcy, vcz in the inertial frame (m, m/s), z above the table; wx, wy, wz is the angular velocity
+    in the inertial frame, wbx, wby, wbz the same vector in the body frame (rad/s).
     """
 
     __slots__ = ()
 
 
 def half_angles(fn: Functions, k: Vector, s: Scalar) -> tuple[Scalar, Scalar]:
-    """cos(theta/2) and sin(theta/2), with all their digits beside either pole.
+    """cos(theta/2) and sin(theta/2), with all their digits near either pole.
 
     ``s`` is sin theta, the length of the horizontal part of ``k``.
     """

@@ -24,11 +24,11 @@ from tt_precise.scene.body import SPRINGS, Dimension, Parameters
 
 
 class Motion:
-    """A body in a state, in one arithmetic: what quantities are functions of.
+    """A body in a state, in one arithmetic: the argument of quantities.
 
-    ``state`` holds vectors (a rolling one has vx = vy = 0); ``model`` says which force acts at
-    the contact. Everything is computed when first asked for; ``s_dot`` says how, where it is
-    known better than from the vectors.
+    ``state`` holds vectors (with vx = vy = 0 when rolling); ``model`` determines the force at the
+    contact. Everything is computed when first needed; ``s_dot`` computes the velocity of CM if it
+    is known more precisely than from the vectors.
     """
 
     state: Any  # a NewtonState or a LiftedState
@@ -77,7 +77,7 @@ class Motion:
 
     @cached_property
     def viscous(self) -> Parameters:
-        """The body whose viscous friction is the body's own law's at this velocity."""
+        """The body with viscous friction that has the same force at this velocity."""
         return friction.viscous_at(self.body, self.state.vx, self.state.vy, self.fn)
 
     @cached_property
@@ -101,7 +101,7 @@ class Motion:
         )
 
     def _by_motion(self, rolling: Callable[[], Vector], gliding: Callable[[], Vector]) -> Vector:
-        """What holds while the top rolls or glides, row by row."""
+        """The value for rolling or for gliding, row by row."""
         if not hasattr(self.rolls, "shape"):
             return rolling() if self.rolls else gliding()
         if not self.rolls.any():
@@ -163,9 +163,9 @@ class Quantity:
 
     @classmethod
     def of(cls, function: Callable[[Motion], Scalar]) -> Quantity:
-        """One's own: a function of the motion, generic in its arithmetic, called by its name.
+        """A user's quantity: a function of the motion, generic in its arithmetic, with its name.
 
-        It is given, and gives, numbers in units of m, R and sqrt(R/g); with an attribute
+        Its arguments and results are in units of m, R and sqrt(R/g); with an attribute
         ``dimension`` its columns are in SI.
         """
         dimension = getattr(function, "dimension", Dimension())
@@ -187,7 +187,7 @@ QUANTITIES: dict[str, Quantity] = {}
 def quantity(
     dimension: Dimension, *, name: str = "", pole: bool = True, radians: bool = False
 ) -> Callable[[Callable[[Motion], Scalar]], Callable[[Motion], Scalar]]:
-    """Register a function of a ``Motion`` as a quantity, under its own name unless given one."""
+    """Register a function of a ``Motion`` as a quantity, by default under its own name."""
 
     def register(function: Callable[[Motion], Scalar]) -> Callable[[Motion], Scalar]:
         key = name or function.__name__

@@ -1,7 +1,7 @@
 """Thresholds and asymptotic values: Theorem 1.1, the limits of section 1, T_upp, energy barriers.
 
-The spins in question: upright, k = z with L = L0 z, and inverted, k = -z with L = L1 z, where
-lambda = R (1 - alpha) L0 = R (1 + alpha) L1.
+The spins: upright, k = z with L = L0 z, and inverted, k = -z with L = L1 z, where lambda = R (1 -
+alpha) L0 = R (1 + alpha) L1.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def lambda_up(body: Parameters, fn: Functions) -> Scalar:
 
 
 def tumbling_lambda_squared(body: Parameters, z: Scalar) -> Scalar:
-    """lambda^2 of the motion that tumbles at cos theta = ``z``; negative where there is none.
+    """lambda^2 of the motion that tumbles at cos theta = ``z``; negative if there is none.
 
     Tumbling means theta_dot = 0, v_A = 0, g_n = m g with theta strictly between the poles; eqs (2)
     and (5) then give omega_3 = phi_dot (cos theta - alpha) and
@@ -57,14 +57,14 @@ def least_energy(body: Parameters, z: Scalar, lambda_: Scalar) -> Scalar:
 def energy_excludes(
     body: Parameters, energy: Scalar, lambda_: Scalar, z: Scalar, to: Scalar = 0
 ) -> Scalar:
-    """Whether energy and lambda exclude that a motion at cos theta = ``z`` ever comes to ``to``.
+    """Whether energy and lambda exclude that a motion at cos theta = ``z`` ever reaches ``to``.
 
-    ``to`` = 0 is the equator: True means that an upright top never crosses it, and that an
-    inverted one never returns. On the way cos theta takes every value between the two, where a
-    motion with this lambda has at least the energy ``least_energy``; it has at most ``energy``
-    from now on. So the answer holds where the energy does not rise: on a rigid table, under any
-    friction against v_A, while g_n >= 0. It is sufficient: False decides nothing. Rounding that
-    matters, the caller adds to ``energy``. Arrays are compared entry by entry.
+    ``to`` = 0 is the equator: True means that an upright top never crosses it, and that an inverted
+    top never returns. On the way cos theta takes every value between the two, where a motion with
+    this lambda has at least the energy ``least_energy``; it has at most ``energy`` from now on. So
+    the answer holds if the energy does not rise: on a rigid table, under any friction against v_A,
+    while g_n >= 0. The condition is sufficient: False decides nothing. If rounding matters, the
+    caller adds it to ``energy``. Arrays are compared entry by entry.
     """
     excluded = False
     for i in range(BARRIERS):
