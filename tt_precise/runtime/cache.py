@@ -1,6 +1,6 @@
-"""Results that take long: files in ``reports/`` of the checkout or the user's cache.
+"""Cached results: files in ``reports/`` of the checkout or the user's cache.
 
-Each file is named or marked by what it was made from, and is valid only while that is the same. An
+Each file records its inputs in its name or content, and is valid only while they are the same. An
 unreadable file counts as absent.
 """
 
@@ -25,7 +25,7 @@ from tt_precise.runtime.values import InputError, Json
 if TYPE_CHECKING:
     import pandas
 
-# the code that a trajectory's numbers rest on; tests/test_structure.py compares it with the imports
+# the code behind a trajectory's numbers; tests/test_structure.py compares it with the imports
 SOURCES = (
     "runtime/values.py", "runtime/mpfr.py", "runtime/files.py",
     "scene", "mechanics", "taylor", "integration",
@@ -53,8 +53,8 @@ def source_hash(*places: str) -> str:
 class Records:
     """JSON objects by key in a folder, each in a compressed file of its own.
 
-    ``made_by`` says by what they are made (versions, a hash of the code): a record of something
-    else is not found. If nothing can be written, nothing is cached.
+    ``made_by`` identifies their maker (versions, a hash of the code): a record of another maker is
+    not returned. If nothing can be written, nothing is cached.
     """
 
     def __init__(self, folder: Path | None, made_by: Json):
@@ -62,14 +62,14 @@ class Records:
 
     @classmethod
     def of_user(cls, name: str, made_by: Json) -> Records:
-        """Those in a folder of the user's cache."""
+        """The records in a folder of the user's cache."""
         try:
             return cls(user_folder() / name, made_by)
         except OSError:
             return cls(None, made_by)
 
     def get(self, name: str, key: Json) -> Json:
-        """The record of ``key``, None if there is none; ``name`` is only for people."""
+        """The record of ``key``, None if there is none; ``name`` makes file names readable."""
         if self.folder is None:
             return None
         try:
@@ -78,7 +78,7 @@ class Records:
             return None
 
     def put(self, name: str, key: Json, value: Json) -> None:
-        """Keep the record of ``key``."""
+        """Store the record of ``key``."""
         if self.folder is None:
             return
         text = json.dumps(value).encode()
@@ -91,7 +91,7 @@ class Records:
             shutil.rmtree(self.folder, ignore_errors=True)
 
     def path(self, name: str, key: Json) -> Path:
-        """Where the record of ``key`` is, or would be."""
+        """The path of the record of ``key``."""
         assert self.folder is not None
         return self.folder / f"{name}-{fingerprint([self._made_by, key])[:24]}.json.gz"
 
@@ -101,7 +101,7 @@ def cached_table(
 ) -> pandas.DataFrame:
     """The table in ``file``, or from ``compute`` if there is none of this ``definition``.
 
-    It is looked for in ``reports/`` of the checkout, then in the user's cache.
+    It is searched in ``reports/`` of the checkout, then in the user's cache.
     """
     mark = fingerprint(definition)
     known = _found(file, mark)
@@ -112,7 +112,7 @@ def cached_table(
         with contextlib.suppress(InputError):  # read-only or full
             atomic_write(folder / file, content)
             break
-    # from the bytes, so that nobody sees other digits than the next one who reads the file
+    # from the bytes, so that every reader gets the same digits
     table = unpacked(content, mark)
     assert table is not None
     return table

@@ -1,4 +1,4 @@
-"""Files: written so that nobody ever meets half of one; TOML and JSON, read within bounds."""
+"""Files: written atomically; TOML and JSON, read within bounds."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ class _GivenUpError(Exception):
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
-    """Give a temporary path beside ``path`` to write to; it takes its place only when all is well.
+    """Give a temporary path next to ``path``; without an error it replaces ``path`` at the end.
 
-    A link stays a link: what it leads to is replaced. A device or a pipe, such as /dev/stdout, is
-    not replaced but written to, from a temporary file elsewhere.
+    A link stays a link: its target is replaced. A device or a pipe, such as /dev/stdout, is not
+    replaced but written to, from a temporary file elsewhere.
 
     Raises
     ------
     InputError
-        The place cannot be written, or is full; or it is a dash, which elsewhere is a stream.
+        The place cannot be written, or is full; or it is a dash, which means a stream elsewhere.
     """
     import tempfile  # here, as much imports this that does not write
 
@@ -72,7 +72,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
 
 def require_apart(outputs: Mapping[str, str | Path | None], *inputs: str) -> None:
-    """Refuse to write over what is read, or one file over another; ``outputs`` are by option.
+    """Refuse to overwrite an input, or to write two outputs to one file; ``outputs`` by option.
 
     Raises
     ------
@@ -98,19 +98,19 @@ def _place(path: str | Path) -> str:
 
 
 def shipped(name: str) -> Path:
-    """The folder ``name`` of data that ships: in an installed package, beside it in a checkout."""
+    """The shipped data folder ``name``: inside an installed package, next to it in a checkout."""
     package = Path(__file__).resolve().parents[1]
     installed = package / name
     return installed if installed.is_dir() else package.parent / name
 
 
 def atomic_write(path: str | Path, content: str | bytes) -> None:
-    """Write ``content`` (text as UTF-8) to ``path``, all of it or nothing."""
+    """Write ``content`` (text as UTF-8) to ``path`` completely or not at all."""
     write_together({path: content})
 
 
 def write_together(files: Mapping[str | Path, str | bytes]) -> None:
-    """Write several files, each whole, and none before all have room."""
+    """Write several files, each completely, and none unless there is room for all."""
     with ExitStack() as stack:
         for path, content in files.items():
             data = content.encode("utf-8") if isinstance(content, str) else content
@@ -132,7 +132,7 @@ def require_writable(path: str | Path) -> None:
 
 @contextmanager
 def locked(folder: Path, work: str) -> Iterator[None]:
-    """Keep others who do the same ``work`` out of ``folder``; the lock ends with the process.
+    """Lock ``folder`` against other processes with the same ``work``, until this process ends.
 
     Raises
     ------
@@ -189,7 +189,7 @@ def read_toml(path: Path, what: str) -> str:
     Raises
     ------
     InputError
-        It cannot be read, is too large, or no UTF-8.
+        It cannot be read, is too large, or is not UTF-8.
     """
     try:
         with path.open("rb") as file:
@@ -232,17 +232,17 @@ def shown(path: Path) -> str:
 
 # ---- JSON ----------------------------------------------------------------------------------
 
-# errors of taking a file's content apart that has another form
+# errors when a file's content has an unexpected form
 MISSHAPEN = (ValueError, KeyError, IndexError, TypeError, AttributeError)
 
 
 def parse_json(content: str | bytes, **hooks: Any) -> Json:
-    """The value that JSON stands for, as Python's own reader has it; with that reader's ``hooks``.
+    """The value of a JSON text, by Python's reader with its ``hooks``.
 
     Raises
     ------
     ValueError
-        It is no JSON, or nested deeper than anybody writes.
+        It is not JSON, or nested too deeply.
     """
     try:
         return json.loads(content, **hooks)
@@ -251,14 +251,14 @@ def parse_json(content: str | bytes, **hooks: Any) -> Json:
 
 
 def read_json(path: Path, what: str) -> dict[str, Json]:
-    """The JSON object in a file, where no key stands twice and no number is NaN.
+    """The JSON object in a file, without repeated keys and NaN.
 
     Errors say that ``what`` is expected.
 
     Raises
     ------
     InputError
-        It cannot be read, or holds no such object.
+        It cannot be read, or does not hold such an object.
     """
     try:
         content = parse_json(
@@ -274,7 +274,7 @@ def read_json(path: Path, what: str) -> dict[str, Json]:
 
 @contextmanager
 def of_its_form(path: Path, what: str) -> Iterator[None]:
-    """Turn errors of taking a file's content apart into an ``InputError``."""
+    """Turn errors about a file's content into an ``InputError``."""
     try:
         yield
     except InputError:

@@ -1,4 +1,4 @@
-"""Many numbers of many bits at once: NumPy arrays of MPFR's numbers, for rows in mpmath.
+"""NumPy arrays of MPFR's numbers, for rows of mpmath numbers.
 
 A sum or product of two arrays costs a quarter of mpmath's, number by number, and has the same bits:
 both libraries round correctly, to the same precision. They are read within ``Mpfr.precision()``,
@@ -17,13 +17,13 @@ from typing import Any
 from tt_precise.runtime.values import Array, Functions, Scalar
 
 BITS_A_DIGIT = math.log(10, 2)
-CUT_DIGITS, CUT_BITS = 3, 10  # what mpmath computes beyond the digits that it prints
+CUT_DIGITS, CUT_BITS = 3, 10  # additional digits of mpmath beyond the printed ones
 HYPOT_BITS = 4
 EXACT_BITS = 2200  # from the largest double's first bit to the least one's last
 
 
 def mpfr_of(context: Functions) -> Mpfr:
-    """The arrays whose numbers have the present precision of an mpmath context."""
+    """Arrays with the present precision of an mpmath context."""
     return _mpfr(context, context.prec)
 
 
@@ -33,9 +33,9 @@ def _mpfr(context: Functions, bits: int) -> Mpfr:
 
 
 class Mpfr:
-    """Arrays of numbers as precise as those of an mpmath ``context``, and functions of them.
+    """Arrays of numbers with the precision of an mpmath ``context``, and their functions.
 
-    Arrays hold Python objects; what is undefined is NaN or infinite in them.
+    Arrays hold Python objects; undefined values are NaN or infinite.
     """
 
     def __init__(self, context: Functions):
@@ -46,12 +46,12 @@ class Mpfr:
         self._gmpy2, self._from_man_exp = gmpy2, from_man_exp
 
     def precision(self) -> AbstractContextManager[Any]:
-        """Within it sums, products and functions are rounded to this precision."""
+        """A context in which sums, products and functions are rounded to this precision."""
         context: AbstractContextManager[Any] = self._gmpy2.context(precision=self.bits)
         return context
 
     def number(self, value: Scalar) -> Scalar:
-        """The number of mpmath's, which may have more bits, or of Python's; NaN for None."""
+        """A number from mpmath (which may have more bits) or Python; NaN for None."""
         with self.precision():
             return self._number(value)
 
@@ -69,14 +69,14 @@ class Mpfr:
         return -number if sign else number
 
     def back(self, value: Scalar) -> Scalar | None:
-        """The number as mpmath's; None where it is none."""
+        """The number in mpmath; None for NaN."""
         if not self._gmpy2.is_finite(value):
             return None
         mantissa, exponent = value.as_mantissa_exp()
         return self.context.make_mpf(self._from_man_exp(int(mantissa), int(exponent)))
 
     def array(self, values: Iterable[Scalar]) -> Array:
-        """Numbers of mpmath's as an array."""
+        """mpmath numbers as an array."""
         with self.precision():
             return _array(list(map(self._number, values)))
 
@@ -102,7 +102,7 @@ class Mpfr:
         return _array(sums)
 
     def in_parts(self, values: Array, parts: int) -> Array:
-        """Each as so many doubles, the nearest to what those before leave: axes (number, part)."""
+        """Each as a sum of doubles, each nearest to the remainder: axes (number, part)."""
         import numpy
 
         doubles = []
@@ -113,9 +113,9 @@ class Mpfr:
         return numpy.stack(doubles, axis=1)
 
     def texts(self, values: Iterable[Scalar], digits: int) -> list[str | None]:
-        """Decimals with so many digits, as ``mpmath.nstr`` prints them with exponents.
+        """Decimals with the given digits, as ``mpmath.nstr`` prints them with exponents.
 
-        None for what is no number.
+        None for NaN.
         """
         return [_text(value, digits) if self._gmpy2.is_finite(value) else None for value in values]
 

@@ -55,7 +55,7 @@ _METADATA: dict[str, dict[str, None]] = {
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """The look, for what is drawn inside."""
+    """A context with the common style."""
     import matplotlib
     from cycler import cycler
 
@@ -64,7 +64,7 @@ def styled() -> Iterator[None]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure, in inches, whose layout finds room for labels; needs no display.
+    """An empty figure, in inches, with a layout that makes room for labels; needs no display.
 
     A notebook shows it when it is the last value of a cell.
     """
@@ -106,7 +106,7 @@ def require_format(path: str | Path) -> None:
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write a picture; the ending of ``path`` says as what.
+    """Write a picture in the format of the suffix of ``path``.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """The process of a command or a worker: it starts fast, and ends tidily on Ctrl-C and SIGTERM.
 
-A process of somebody else's, which uses the package as a library, is left as it is. heyoka, pandas,
-SymPy and matplotlib take a second to import, so ``import tt_precise`` and what only reads files do
-without them.
+The settings of a process that uses the package as a library are not changed. heyoka, pandas, SymPy
+and matplotlib take a second to import, so ``import tt_precise`` and code that only reads files do
+not import them.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ def in_a_process_of_ours() -> None:
 
 
 def import_heyoka() -> ModuleType:
-    """heyoka; in a process of ours without SymPy, and with a bound on what it keeps on disk.
+    """heyoka; in a command or worker without SymPy, and with a bound on its disk cache.
 
-    SymPy is half of heyoka's start, and serves only to convert expressions, which nothing here
-    does. What was not used for longest is dropped first.
+    SymPy takes half of heyoka's start and is only needed to convert expressions, which nothing here
+    does. The cache drops the least recently used entries first.
     """
     with _lock:
         first = _ours and "heyoka" not in sys.modules
@@ -74,7 +74,7 @@ def user_folder() -> Path:
     Raises
     ------
     OSError
-        The user has none.
+        The user has no home folder.
     """
     try:
         home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
@@ -112,12 +112,12 @@ def lazy_names(
 AGAIN_S = 0.05
 # for tidying up; worker processes that are hit as well, or half started, can keep it from ending
 GRACE_S = 10.0
-# code that is not left half done
+# code that must not be interrupted
 WHOLE = ("<frozen importlib._bootstrap>", f"multiprocessing{os.sep}popen_spawn_posix.py")
 
 
 class Terminated(BaseException):
-    """SIGTERM has come: what KeyboardInterrupt is for SIGINT."""
+    """Raised at SIGTERM, as KeyboardInterrupt at SIGINT."""
 
 
 RAISED: dict[int, type[BaseException]] = {
@@ -128,12 +128,12 @@ RAISED: dict[int, type[BaseException]] = {
 
 @contextmanager
 def heeded() -> Iterator[None]:
-    """Within it SIGINT and SIGTERM raise; after it they end the process at once, in silence.
+    """A context in which SIGINT and SIGTERM raise; afterwards they end the process silently.
 
-    Within an import they wait until it is done: packages with optional parts, heyoka among them,
-    take an exception there for a missing part, and go on or fail later in an odd place. So they do
-    while a worker process is started, which would be left behind with half of its orders. A signal
-    that the parent has set to be ignored (nohup) stays ignored.
+    During an import they wait until it is done: packages with optional parts, such as heyoka, take
+    an exception there for a missing part and continue or fail later. They also wait while a worker
+    process is started, which otherwise would stay behind. A signal that the parent process ignores
+    (nohup) stays ignored.
     """
     wanted = [number for number in RAISED if signal.getsignal(number) is not signal.SIG_IGN]
     for name in wanted:

@@ -1,6 +1,6 @@
-"""JSON documents: typed records, written, read back with one line of what is wrong, described.
+"""JSON documents: typed records, written, read with one-line errors, and described by schemas.
 
-A document is a ``Record``; its tag is the name and version that stands under the key ``schema``:
+A document is a ``Record``; its tag is the name and version under the key ``schema``:
 
     class Checked(Record, frozen=True, tag_field="schema", tag="tt_precise.check/1"):
         'What `tt-precise check FILE --scene SCENE --json` prints.'
@@ -47,7 +47,7 @@ Document = TypeVar("Document", bound=Record)
 
 
 def means(description: str) -> Meta:
-    """What a field means, for ``Annotated``."""
+    """The meaning of a field, for ``Annotated``."""
     return Meta(description=description)
 
 
@@ -63,13 +63,13 @@ def load(path: Path, kind: type[Document], what: str) -> Document:
     Raises
     ------
     InputError
-        It cannot be read, is of another schema, or a value in it is not of its type.
+        It cannot be read, has another schema, or a value has the wrong type.
     """
     return record_of(read(path, what), kind, shown(path), what)
 
 
 def read_as_record(path: Path, kind: type[Document], what: str) -> dict[str, Json]:
-    """The JSON object in a file, as it stands there, in the form of a record.
+    """The JSON object in a file, unchanged, after checking that it has the form of a record.
 
     Raises
     ------
@@ -82,12 +82,12 @@ def read_as_record(path: Path, kind: type[Document], what: str) -> dict[str, Jso
 
 
 def record_of(content: Json, kind: type[Document], origin: str, what: str) -> Document:
-    """The record that plain JSON values stand for; ``origin`` is where they are from.
+    """The record of plain JSON values; ``origin`` is their source.
 
     Raises
     ------
     InputError
-        They are of another schema, or a value is not of its type.
+        They have another schema, or a value has the wrong type.
     """
     config = kind.__struct_config__
     if config.tag is not None:
@@ -117,5 +117,5 @@ def json_schema(kind: type[Record]) -> dict[str, Json]:
 
 
 def _plain(value: Json) -> Json:
-    """A NumPy scalar as Python's own."""
+    """A NumPy scalar as a Python number."""
     return value.item()

@@ -19,8 +19,8 @@ class Format(NamedTuple):
     """A file format of tables.
 
     ``write`` takes a path and columns. ``read`` gives the columns, as a mapping or a pyarrow.Table;
-    None where ``check.sources`` reads the file in pieces. A format without ``package`` is text and
-    holds doubles as their shortest text; the others hold numbers.
+    None if ``check.sources`` reads the file in pieces. A format without ``package`` is text and
+    stores doubles as their shortest text; other formats store numbers.
     """
 
     write: Callable[[Path, Table], Any]
@@ -41,12 +41,12 @@ def as_csv(table: Table) -> str:
 
 
 def write_table(path: str | Path, table: Table) -> None:
-    """Write columns to a file, all of it or nothing; numbers are text or floats, None if undefined.
+    """Write columns to a file, completely or not at all: numbers as text or floats, or None.
 
     Raises
     ------
     InputError
-        The format is unknown, needs a package that is not there, or the place cannot be written.
+        The format is unknown, needs a missing package, or the place cannot be written.
     """
     write = format_of(path).write
     with replacing(path) as temporary:
@@ -54,12 +54,12 @@ def write_table(path: str | Path, table: Table) -> None:
 
 
 def format_of(path: str | Path) -> Format:
-    """The format that a file is written in; without a suffix it is CSV.
+    """The format of a file; without a suffix it is CSV.
 
     Raises
     ------
     InputError
-        There is none, or it needs a package that is not installed.
+        The format is unknown, or needs a package that is not installed.
     """
     suffix = Path(path).suffix
     if suffix not in FORMATS:

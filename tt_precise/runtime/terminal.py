@@ -1,7 +1,8 @@
 r"""Output to the terminal, without escape sequences from files, headers or titles.
 
-They could move the cursor or hide lines. ``sanitized`` filters everything that a command prints and
-writes such characters as \u001b, except what rich draws: progress bars and coloured tables.
+Escape sequences could move the cursor or hide lines. ``sanitized`` filters everything that a
+command prints and writes such characters as \u001b, except what rich draws: progress bars and
+coloured tables.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ HIDDEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
 
 
 def visible(text: str) -> str:
-    r"""The text with everything hidden as \uXXXX, which JSON reads back as what it was."""
+    r"""The text with control characters as \uXXXX, which JSON reads back."""
     return HIDDEN.sub(_escaped, text)
 
 
@@ -31,7 +32,7 @@ def one_line(text: str) -> str:
 
 
 def say(lines: Iterable[str]) -> None:
-    """Print lines on stdout, each of which stays one."""
+    """Print lines on stdout; each stays a single line."""
     import click  # here, as progress is imported by code that is no command
 
     for line in lines:
@@ -48,7 +49,7 @@ def console(*, stderr: bool = False) -> Console:
 
 @contextmanager
 def sanitized() -> Iterator[None]:
-    """Within it what is written to stdout and stderr is ``visible``."""
+    """A context in which output to stdout and stderr is ``visible``."""
     before = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = (_Sanitizing(stream) for stream in before)
     try:
@@ -58,7 +59,7 @@ def sanitized() -> Iterator[None]:
 
 
 def open_closed_streams() -> None:
-    """Let /dev/null stand in for a standard stream that the parent has closed."""
+    """Open /dev/null for a standard stream that the parent has closed."""
     while (free := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass  # the lowest number that is free, so this one is a standard stream now
     os.close(free)
@@ -68,7 +69,7 @@ def open_closed_streams() -> None:
 
 
 class _Sanitizing:
-    """A text stream in front of another one."""
+    """A text stream that filters for another stream."""
 
     def __init__(self, plain: TextIO):
         self.plain = plain
@@ -102,12 +103,12 @@ Progress = Callable[[float], None]
 
 
 def silent(fraction: float) -> None:
-    """Progress that nobody sees: the default everywhere."""
+    """No progress display: the default everywhere."""
 
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Progress]:
-    """A progress bar on stderr while it is a terminal, gone when done; else ``silent``."""
+    """A progress bar if stderr is a terminal, removed when done; else ``silent``."""
     if not sys.stderr.isatty():
         yield silent
         return

@@ -1,8 +1,8 @@
-"""What every folder names: an input error, numbers of an arithmetic, JSON, the result of a check.
+"""Shared names: an input error, numbers of an arithmetic, JSON, the result of a check.
 
-The mechanics are written once, and run in floats, NumPy arrays, heyoka expressions, mpmath
-numbers, SymPy expressions and balls. A static type that covers all of these would say nothing, so
-the names say what is meant.
+The mechanics are written once, and run in floats, NumPy arrays, heyoka expressions, mpmath numbers,
+SymPy expressions and balls. A static type that covers all of these would carry no information, so
+these names document the intended type.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ StateOfAny: TypeAlias = Any
 
 
 def listed(names: str | Iterable[str]) -> tuple[str, ...]:
-    """Return names that are given one by one, or in one text with commas."""
+    """Return names given as separate texts, or as one text with commas."""
     if not isinstance(names, str):
         return tuple(names)
     return tuple(name.strip() for name in names.split(",") if name.strip())
@@ -65,7 +65,7 @@ def distinct(what: str, asked: Iterable[Any]) -> tuple[Any, ...]:
 
 @dataclass(frozen=True)
 class Arithmetic:
-    """An arithmetic into which exact numbers can be taken.
+    """An arithmetic to which exact numbers can be converted.
 
     ``fn`` has its functions; ``exact`` rounds a ``Fraction`` once into it.
     """
@@ -80,12 +80,12 @@ Sense = Literal["at most", "above", "at least", "rounds to"]
 
 @dataclass(frozen=True)
 class Check:
-    """One check as it came out: of a trajectory, an engine, an extreme case, a claim.
+    """The result of a check: of a trajectory, an engine, an extreme case, a claim.
 
-    ``value`` is the worst of all rows, ``at`` its time in s, ``note`` why it was skipped or
-    what else must be known. ``curve`` holds times and values for a plot, ``parts`` what the value
-    is made of (correct digits of every column), and ``history`` says how it came about over time.
-    ``expected`` and ``measured`` are both sides in words, with units and as many digits as hold.
+    ``value`` is the worst of all rows, ``at`` its time in s, ``note`` the reason for skipping or a
+    remark. ``curve`` holds times and values for a plot, ``parts`` the components of the value
+    (correct digits of every column), and ``history`` describes its course over time. ``expected``
+    and ``measured`` are both sides in words, with units and correct digits.
     """
 
     name: str
@@ -109,7 +109,7 @@ class Check:
 
     def as_dict(self) -> dict[str, Json]:
         """For JSON."""
-        # JSON has no infinity: an infinite worst value is given by its note
+        # JSON has no infinity: the note states an infinite worst value
         value = None if self.value is None or not math.isfinite(self.value) else self.value
         entry: dict[str, Json] = {
             "name": self.name,

@@ -1,11 +1,11 @@
-"""Where calls run: in this process, on its cores, on a cluster, or on any other executor.
+"""Pools for calls: this process, worker processes, a cluster, or any other executor.
 
     with local_pool(workers) as pool:
         for call, result in pool.perform(work, calls):
             ...
 
-A process that dies or exceeds a time limit fails its own task only. A bounded number of calls is in
-flight, so ``calls`` may be a generator without end.
+A process that dies or exceeds a time limit fails only its own task. A bounded number of calls is in
+flight, so ``calls`` may be an endless generator.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ WITHOUT_PORT = ("inproc://", "ucx://")  # addresses of dask's that are no host a
 
 @dataclass(frozen=True)
 class Call:
-    """Arguments of the work, and a ``key`` that says which they are.
+    """Arguments of the work, and a ``key`` that identifies them.
 
-    On this machine's processes a call may have a time limit, and calls of a list a ``group``: one
-    task, whose calls run one after the other in one process and may share what they compute
+    On this machine's processes a call may have a time limit, and calls of a list a ``group``: a
+    task whose calls run one after the other in one process and may share results
     (``functools.cache``). A process that dies fails all of them.
     """
 
@@ -68,7 +68,7 @@ class Failure:
 
 
 class WorkerDiedError(RuntimeError):
-    """The process that was at a task ended; the message says with which exit status."""
+    """The process of a task ended; the message has its exit status."""
 
 
 class Inline(Executor):
@@ -123,7 +123,7 @@ def _imports_main() -> bool:
 
 
 def _begin(prepare: Callable[[], object] | None) -> None:
-    """What a worker process does first."""
+    """Initialise a worker process."""
     os.setsid()  # what it starts ends with it
     signal.signal(signal.SIGTERM, lambda *_: os.killpg(0, signal.SIGKILL))
     threading.Thread(target=_follow, name="follows its parent", daemon=True).start()
@@ -133,7 +133,7 @@ def _begin(prepare: Callable[[], object] | None) -> None:
 
 
 def _follow() -> None:
-    """End with the parent, in whatever way it ends; and with all that this process has started."""
+    """End with the parent, however it ends, together with all processes started from here."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()
@@ -185,7 +185,7 @@ class Pool:
         Raises
         ------
         InputError
-            The executor does not work any more.
+            The executor no longer works.
         """
         rest = self._tasks(calls)
         again: list[tuple[Call, ...]] = []
@@ -207,7 +207,7 @@ class Pool:
                     results = self._results(future, task)
                     errors = [item.error for item in results if isinstance(item, Failure)]
                     tried[task[0].key] += 1
-                    # what cannot be used cannot be used the next time either
+                    # unusable input stays unusable
                     helps = errors and not isinstance(errors[0], InputError)
                     if helps and tried[task[0].key] < self.tries:
                         again.append(task)
@@ -251,7 +251,7 @@ class Pool:
         return results if isinstance(self.executor, Processes) else [results]
 
     def _told(self, error: Exception) -> Exception:
-        """In our words what pebble says of a task whose process ended, or was ended."""
+        """The error for a task whose process ended or was ended, from pebble's exception."""
         if isinstance(self.executor, Processes):
             from pebble import ProcessExpired
 
@@ -294,7 +294,7 @@ def local_pool(
     Raises
     ------
     InputError
-        Too few or too many.
+        ``workers`` is out of range.
     """
     workers = cores() if workers is None else workers
     if not 1 <= workers <= most_workers():
@@ -310,7 +310,7 @@ def dask_pool(address: str, *, tries: int = 1) -> Pool:
     Raises
     ------
     InputError
-        The extra ``dask`` is not installed, or nobody answers there.
+        The extra ``dask`` is not installed, or the scheduler does not answer.
     """
     try:
         from distributed import Client
