@@ -44,12 +44,12 @@ if TYPE_CHECKING:
 
 UNTIL, INVERSION_UNTIL = "0.5", "4"  # s
 STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))  # s
-SLOWER = 0.5  # by which an observed order may be below the method's
+SLOWER = 0.5  # tolerance of an observed order below the method's order
 LEAST_ORDER = 0.5  # below it halving the step does not bring the motions closer together
-HIGHEST_ORDER = 4.0  # of the methods that engines have; more is seen where a coarse run blew up
+HIGHEST_ORDER = 4.0  # highest order of the engines' methods; a coarse run that blew up shows more
 EPS = 2.0**-52
 ROWS = 10  # of output in a sampling interval, at most: a check of motions needs closer rows
-EVERY_LAW = ("kinematics", "contact_momentum")  # what no friction law can excuse
+EVERY_LAW = ("kinematics", "contact_momentum")  # checks that hold under every friction law
 VERDICTS = {
     "rounding": "differs from the reference by rounding alone",
     "converges": "converges to the reference",
@@ -64,11 +64,11 @@ VERDICTS = {
 
 @dataclass(frozen=True)
 class Rung:
-    """One test: a scene, the friction asked for, and where its reference comes from.
+    """A test: a scene, the requested friction, and the source of its reference.
 
-    ``friction`` is None where the scene's own is asked for. ``conserved`` names what an exact
-    motion keeps: entries of ``ladder.DRIFTS``. ``reference`` is None where no law has a motion
-    that all engines could be held against.
+    ``friction`` is None for the scene's friction. ``conserved`` names the conserved quantities of
+    an exact motion: entries of ``ladder.DRIFTS``. ``reference`` is None if there is no motion with
+    which all engines can be compared.
     """
 
     name: str
@@ -146,7 +146,7 @@ def _of_columns(scene: Scene, frame: pandas.DataFrame) -> States:
 
 
 def standing(scene: Scene) -> States:
-    """A steady spin about the vertical: the start for ever."""
+    """A steady spin about the vertical: the start at all times."""
     q, rows = InitialState.in_si(scene, DOUBLE).motion(numpy), len(scene.sample_times)
     return States(
         *(numpy.tile([float(x) for x in vector], (rows, 1)) for vector in (q.k, q.omega, q.s_dot))
@@ -154,7 +154,7 @@ def standing(scene: Scene) -> States:
 
 
 def rungs(law: Law = COULOMB) -> tuple[Rung, ...]:
-    """The ladder for an engine whose own friction is ``law``: it is asked for no other one."""
+    """The ladder for an engine with the friction ``law``; other laws are not requested."""
     short: dict[str, Any] = {"until": UNTIL, "record": (), "events": ()}
     own = load_scene(law.scene)
     gliding, tilted = own.varied(**short), {"theta": "0.3", **short}
@@ -200,7 +200,7 @@ def rungs(law: Law = COULOMB) -> tuple[Rung, ...]:
     return tuple(rung for rung in ladder if rung.name != "rolling" or not law.smooth_at_rest)
 
 
-# ---- climbing it -----------------------------------------------------------------------------
+# ---- running the tests -----------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -248,17 +248,17 @@ def climb(
     workers: int = 1,
     progress: Progress = silent,
 ) -> Iterator[RungResult]:
-    """Run the program on every rung at every step, and say what it did.
+    """Run the program on every rung at every step, and return the results.
 
-    ``steps`` (s) are three or more, each half of the one before. ``order`` is what its method has,
-    where its author knows it.
+    ``steps`` (s) are three or more, each half of the previous one. ``order`` is the order of its
+    method, if known.
 
     Raises
     ------
     InputError
         The program cannot be started.
     ValueError
-        The steps are others.
+        The steps are not three or more halved steps.
     """
     if len(steps) < 3 or any(after * 2 != before for before, after in itertools.pairwise(steps)):
         raise ValueError(

@@ -1,7 +1,7 @@
 """The engine protocol: a job as JSON on standard input, rows as CSV on standard output.
 
-``Job`` says what an engine is asked to simulate, all in SI; ``run`` gives it to somebody's program,
-in bounded time and memory, leaves nothing running, and reads the rows (``PROTOCOL.md``).
+``Job`` describes the simulation for an engine, all in SI; ``run`` passes it to a program, with
+bounds on time and memory, ends all its processes, and reads the rows (``PROTOCOL.md``).
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Body(Record, frozen=True, forbid_unknown_fields=True):
 
 
 def friction_of(scene: Scene) -> dict[str, Json]:
-    """The scene's own friction, as a job has it."""
+    """The scene's friction in the form of a job."""
     if scene.model == "gliding" and scene.body.mu == 0:
         return dict(NO_FRICTION)
     law, numbers = scene.body.friction, scene.body.numbers_by_name
@@ -208,12 +208,12 @@ class States:
 
 @dataclass(frozen=True)
 class ProgramRun:
-    """How a program did on one job.
+    """The result of a program for one job.
 
     ``status``: "done"; "refused" (exit status 3); "failed", "stopped" (it took too long or wrote
-    too much) or "unreadable", with ``message`` in one line; "diverged": numbers that are no
-    numbers, or out of all proportion. ``name`` is what the engine calls itself, in a line
-    ``# engine: NAME``. ``columns`` are its rows as it wrote them.
+    too much) or "unreadable", with ``message`` in one line; "diverged": NaN, infinity, or absurdly
+    large numbers. ``name`` is the name that the engine gives in a line ``# engine: NAME``.
+    ``columns`` are its rows as written.
     """
 
     status: str
@@ -229,9 +229,9 @@ def run(
     time_limit: float = TIME_LIMIT_S,
     stop: threading.Event | None = None,
 ) -> ProgramRun:
-    """Give ``job`` to the program, wait at most ``time_limit`` seconds, and read its rows.
+    """Pass ``job`` to the program, wait at most ``time_limit`` seconds, and read its rows.
 
-    ``stop`` ends it early. It and its children have ended afterwards.
+    ``stop`` ends it early. Afterwards the program and its children have ended.
 
     Raises
     ------
@@ -314,7 +314,7 @@ def _read(text: str, job: dict[str, Json]) -> ProgramRun:
 
 
 def _require_start(row: Array, job: dict[str, Json]) -> None:
-    """Refuse a first row that is the job's start in another convention."""
+    """Refuse a first row that is the job's start in a wrong convention."""
     given = dict(zip(COLUMNS, row[:, None], strict=False))
     if _off_start(given, job) < SAME_START:
         return

@@ -25,7 +25,7 @@ NODE = ADAPTERS / "node"
 
 @dataclass(frozen=True)
 class Engine:
-    """An engine: its package, its adapter, what friction it has, and how the adapter sets it up."""
+    """An engine: its package, its adapter, its friction, and its settings."""
 
     name: str
     package: str
@@ -121,7 +121,7 @@ def measure(
     note: Callable[[str], None] = lambda line: None,
     progress: Progress = silent,
 ) -> dict[str, Json]:
-    """Every engine that is installed on every chosen rung; the others are skipped with a line."""
+    """Run every installed engine on every chosen rung; others are skipped with a line."""
     rows: list[RungResult] = []
     skipped: list[str] = []
     present = []
@@ -149,7 +149,7 @@ def as_dict(
     rows: Sequence[RungResult],
     skipped: Sequence[str] = (),
 ) -> dict[str, Json]:
-    """The scoreboard as plain values: the same for the same engines, whenever it is measured."""
+    """The scoreboard as plain values, without times of day."""
     return {
         "schema": SCHEMA,
         "tt_precise": __version__,
@@ -193,7 +193,7 @@ def line(row: dict[str, Json]) -> str:
 
 
 def check_of(row: dict[str, Json], name: str) -> str:
-    """What a row says of a check for every friction law: verdict, values of all steps, why."""
+    """A row's result of a check for every friction law: verdict, values of all steps, reason."""
     check = row.get("checks", {}).get(name)
     if check is None:
         return ""

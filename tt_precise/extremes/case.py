@@ -1,4 +1,4 @@
-"""What a case is, and the registry that a decorator fills: a new case is one new entry.
+"""Extreme cases and their registry: a new case is one new entry.
 
     @case(
         "theta(0) = 1e-{k}",
@@ -12,9 +12,9 @@
         ...
         return within(worst / eps, 100, "eps")
 
-The topic is that of the module. ``over`` makes one case of each combination of its arguments (or
-of each entry of a list), which fill the braces in the name and in the expectation. ``control``
-replaces arguments by something wrong: the tests see that the verdict of a case changes.
+The topic is that of the module. ``over`` makes one case of each combination of its arguments (or of
+each entry of a list), which fill the braces in the name and in the expectation. ``control``
+replaces arguments by wrong values; a test checks that the verdict changes.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Check, Scalar, Verdict
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
-# heyoka.real arrays leak memory, so a worker is replaced now and then
+# heyoka.real arrays leak memory, so a worker is replaced after some tasks
 CASES_OF_A_WORKER = 200
 # the module of each topic
 TOPICS = {
@@ -45,7 +45,7 @@ TOPICS = {
     "machine": "machine",
 }
 _topic_of = {module: topic for topic, module in TOPICS.items()}
-LIMIT_S = 60.0  # a case that takes longer counts as hanging
+LIMIT_S = 60.0  # a longer case counts as hanging
 
 
 @dataclass(frozen=True)
@@ -57,16 +57,16 @@ class ExtremeCase:
     family, name
         The name with its braces, and with them filled.
     expected, source
-        The outcome expected, and what says so: a theory, a closed form, a higher precision;
-        never the code under test.
+        The expected outcome and its source: a theory, a closed form, a higher precision; never the
+        code under test.
     function, arguments
         ``function(**arguments)`` gives a ``Check``.
     control
-        Arguments that make it wrong.
+        Arguments that make the case fail.
     quick
         Whether it belongs to ``--quick``.
     limit_s
-        Seconds after which it is stopped, and has failed.
+        Seconds after which the case is stopped and counts as failed.
     """
 
     topic: str
@@ -86,7 +86,7 @@ class ExtremeCase:
                 raise ValueError(f"case {self.name!r}: got no {attribute}, expected one")
 
     def outcome(self, **changes: object) -> CaseRecord:
-        """Run it here; an exception, or a number that is not finite, is a failure of the case."""
+        """Run the case here; an exception or a number that is not finite is a failure."""
         try:
             check = self.function(**{**self.arguments, **changes})
         except Exception as error:
@@ -96,7 +96,7 @@ class ExtremeCase:
         return self._record(check)
 
     def failed(self, reason: str) -> CaseRecord:
-        """The record of a case that came to no result; ``reason`` becomes one line."""
+        """The record of a case without a result; ``reason`` becomes one line."""
         line = " ".join(reason.split())
         return self._record(noted(line if len(line) <= 200 else line[:197] + "...", False))
 
@@ -115,7 +115,7 @@ class ExtremeCase:
 
 
 class CaseRecord(Record, frozen=True, kw_only=True):
-    """One case and what came of it."""
+    """A case and its outcome."""
 
     topic: Annotated[str, Meta(description="topic")]
     family: Annotated[str, Meta(description="name of the family of cases, with braces")]
@@ -169,7 +169,7 @@ def same(got: object, expected: object, value: float | None = None) -> Check:
 
 
 def together(*checks: Check) -> Check:
-    """Several checks of one case: holds if all do; the value is the first that there is."""
+    """Several checks of one case: holds if all hold; the value is the first value."""
     words = "; ".join(check.measured for check in checks)
     value = next((check.value for check in checks if check.value is not None), None)
     parts = {name: number for check in checks for name, number in check.parts.items()}
@@ -182,7 +182,7 @@ def finite(values: Iterable[Scalar], what: str = "output") -> list[Scalar]:
     Raises
     ------
     NotFiniteError
-        One of them is NaN or infinite, which fails the case.
+        A value is NaN or infinite, which fails the case.
     """
     given = [value for value in values if value is not None]
     for value in given:
@@ -273,9 +273,9 @@ def families(cases: Iterable[CaseRecord]) -> list[list[CaseRecord]]:
 
 
 def family_rows(members: Sequence[CaseRecord]) -> list[tuple[str, str, CaseRecord]]:
-    """The rows of a family in a table, as name, what was found, and record.
+    """The rows of a family in a table, as name, observed outcome, and record.
 
-    A row for each failure; without any, one for the worst.
+    A row for each failure; without a failure one row for the worst case.
     """
     failed = [record for record in members if record.verdict == "fail"]
     if failed or len(members) == 1:
@@ -294,14 +294,14 @@ def run_all(
 ) -> list[CaseRecord]:
     """Run ``chosen`` in worker processes; records in the order of the cases.
 
-    Processes are started afresh (a script needs the usual
-    ``if __name__ == "__main__"``), and none is left behind, whatever happens.
+    Processes are started afresh (a script needs the usual ``if __name__ == "__main__"``), and all
+    of them end.
     """
     wanted = {case.name: case for case in chosen}
     calls = [
         # controls may be lambdas, which cannot be sent
         Call(case.name, (replace(case, control={}),), limit_s=case.limit_s)
-        # those that may take longest first, so that no core idles at the end
+        # the longest first, so that no core idles at the end
         for case in sorted(wanted.values(), key=lambda case: -case.limit_s)
     ]
     with local_pool(workers, inline=False, recycle_after=CASES_OF_A_WORKER) as pool:

@@ -1,7 +1,7 @@
-"""Where polynomials change sign between 0 and 1, all of them at once; and zeros along a run.
+"""Sign changes of many polynomials between 0 and 1; and zeros along a run.
 
-In Bernstein's basis a polynomial has at most as many zeros as its coefficients change sign, and
-as many but for an even number: none and one are decided, the others are cut in halves.
+In Bernstein's basis a polynomial has at most as many zeros as its coefficients have sign changes,
+and the numbers differ by an even number. So none and one are decided; other polynomials are halved.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class Crossings(NamedTuple):
 def crossings(polynomials: Array, first: Array) -> Crossings:
     """Changes of sign of polynomials, rows of coefficients of 1, x, x^2 ..., for 0 <= x <= 1.
 
-    ``first`` replaces their values at 0: given the ends of polynomials before, no zero is lost or
-    found twice between two pieces. Zero itself counts as positive.
+    ``first`` replaces their values at 0: with the end values of the previous polynomials, no zero
+    is lost or counted twice between two pieces. Zero counts as positive.
     """
     import numpy
 
@@ -80,7 +80,7 @@ def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Arra
     """Intervals with one zero each, of polynomials given by Bernstein's coefficients on [0, 1].
 
     Returns which polynomial, the two ends, and whether it rises there, in the order of places.
-    After so many halvings two zeros are none, and three are one.
+    After the last halving two zeros count as none, and three as one.
     """
     import numpy
 
@@ -139,7 +139,7 @@ def halves(bernstein: Array) -> tuple[Array, Array]:
 
 
 class SignChange(NamedTuple):
-    """A change of sign of the function of this index: when, from below (+1) or above (-1), where.
+    """A sign change of the function with this index: time, direction (+1 rising, -1), state.
 
     ``row`` holds all columns in parts, (part, column).
     """
@@ -151,7 +151,7 @@ class SignChange(NamedTuple):
 
 
 class Watch:
-    """Finds the zeros of a run's outputs, piece by piece: of each in its direction, 0 for both."""
+    """Finds the zeros of a run's outputs piece by piece, each in its direction (0: both)."""
 
     def __init__(self, first_column: int, directions: Sequence[int], fn: Functions):
         self._columns = slice(first_column, first_column + len(directions))

@@ -39,7 +39,7 @@ EXPONENT_BIAS, MANTISSA_BITS = 1023, 52
 
 
 def nearest(value: Fraction, parts: int) -> list[float]:
-    """An exact number as so many doubles, each the nearest to what those before leave."""
+    """An exact number as a sum of doubles, each nearest to the remainder."""
     doubles: list[float] = []
     for _ in range(parts):
         doubles.append(float(value))
@@ -75,7 +75,7 @@ class Emitter:
         return self.b.bitcast(made, DOUBLE.as_pointer())
 
     def index(self, row: Value, width: int, column: int = 0) -> Value:
-        """Where an entry stands among rows of this width."""
+        """The position of an entry among rows of this width."""
         return self.b.add(self.b.mul(row, self.i(width)), self.i(column))
 
     def order(self, orders: Value, parts: int) -> Value:
@@ -83,18 +83,18 @@ class Emitter:
         return self.b.load(self.b.gep(orders, [self.i(3 - parts)]))
 
     def behind(self, pointer: Value, place: Value | int) -> Value:
-        """The pointer ``place`` entries further on."""
+        """The pointer moved by ``place`` entries."""
         return self.b.gep(pointer, [self.i(place) if isinstance(place, int) else place])
 
     def load(self, pointer: Value, place: Value | int, kind: ir.Type = DOUBLE) -> Value:
-        """What stands there: a double, or a vector of four."""
+        """Load a double, or a vector of four."""
         there = self.behind(pointer, place)
         if kind == VECTOR:
             there = self.b.bitcast(there, VECTOR.as_pointer())
         return self.b.load(there, align=8)
 
     def store(self, value: Value, pointer: Value, place: Value | int) -> None:
-        """Put a double or a vector there."""
+        """Store a double or a vector."""
         there = self.behind(pointer, place)
         if value.type == VECTOR:
             there = self.b.bitcast(there, VECTOR.as_pointer())
@@ -108,7 +108,7 @@ class Emitter:
         return made
 
     def call(self, name: str, *args: Value) -> Value:
-        """LLVM's own function of that name: fma, sqrt, pow, fabs, maxnum, minnum."""
+        """Call LLVM's function of that name: fma, sqrt, pow, fabs, maxnum, minnum."""
         full = f"llvm.{name}.{'v4f64' if args[0].type == VECTOR else 'f64'}"
         function = self.module.globals.get(full)
         if function is None:
@@ -122,8 +122,8 @@ class Emitter:
     ) -> Iterator[tuple[Value, list[Value]]]:
         """For each integer from ``start`` below ``stop``: the counter and the carried values.
 
-        The body replaces the carried values by those of its next turn; behind the loop the list
-        holds the last ones.
+        The body replaces the carried values for its next turn; after the loop the list holds the
+        last ones.
         """
         before = self.b.block
         head, body, after = (self.function.append_basic_block(n) for n in ("head", "body", "after"))
@@ -146,14 +146,14 @@ class Emitter:
         values[:] = phis
 
     def two_sum(self, a: Value, b: Value) -> Number:
-        """a + b, and what its rounding leaves; Knuth."""
+        """a + b and its rounding error; Knuth."""
         f = self.b
         s = f.fadd(a, b)
         t = f.fsub(s, a)
         return s, f.fadd(f.fsub(a, f.fsub(s, t)), f.fsub(b, t))
 
     def two_product(self, a: Value, b: Value) -> Number:
-        """a b, and what its rounding leaves."""
+        """a b and its rounding error."""
         p = self.b.fmul(a, b)
         return p, self.call("fma", a, b, self.b.fneg(p))
 

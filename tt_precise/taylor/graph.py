@@ -1,8 +1,8 @@
-"""A right-hand side as a graph: run once with ``Traced`` for its scalars, it leaves its operations.
+"""A right-hand side as a graph of its operations, traced by one run with ``Traced`` scalars.
 
-What contains no entry of the state is a constant: it is computed once a run, in mpmath. What is
-left are sums with constant factors, products, quotients, roots and exponentials of series, each
-kept once.
+An expression without entries of the state is a constant, computed once per run in mpmath. The rest
+are sums with constant factors, products, quotients, roots and exponentials of series, each kept
+once.
 """
 
 from __future__ import annotations
@@ -53,12 +53,12 @@ class Operand:
 
 
 class Constant(Operand):
-    """A number, a parameter, or what is computed from these alone."""
+    """A number, a parameter, or a value computed only from these."""
 
     __slots__ = ()
 
     def value(self, parameters: Sequence[Scalar], fn: Functions, known: dict[Any, Any]) -> Scalar:
-        """The number it stands for; ``known`` holds those that were computed before."""
+        """Its number; ``known`` holds the constants computed before."""
         if self not in known:
             args = [
                 a.value(parameters, fn, known) if isinstance(a, Constant) else a for a in self.args
@@ -76,7 +76,7 @@ class Constant(Operand):
 
 
 class Traced(Operand):
-    """A function of time, known by how its Taylor coefficients follow from those of others.
+    """A function of time, given by the rule for its Taylor coefficients.
 
     ``kind`` is "entry" (of the state, with its index), "sum" (with a constant offset and pairs of
     a factor, which is 1, -1 or a ``Constant``, and a series), "product", "quotient", "root",
@@ -87,7 +87,7 @@ class Traced(Operand):
 
     @property
     def operands(self) -> tuple[Traced, ...]:
-        """The series it is made of."""
+        """The series in its arguments."""
         if self.kind == "sum":
             return tuple(series for _, series in self.args[1])
         return tuple(a for a in self.args if isinstance(a, Traced))
@@ -118,7 +118,7 @@ class Graph:
         self.turning: dict[Traced, tuple[Traced, Traced]] = {}
 
     def place(self, node: Any) -> int:
-        """A number that orders what is in the graph, operands before what is made of them."""
+        """A number that orders the graph: operands come before their results."""
         return self._places[node]
 
     def _once(self, kind: type, name: str, args: tuple[Any, ...]) -> Any:
@@ -237,7 +237,7 @@ class Graph:
         return self._turned(angle)[1]
 
     def atan2(self, y: Scalar, x: Scalar) -> Traced:
-        """An angle that nothing can be made of: ``in_order`` refuses it, where it is needed."""
+        """An angle that cannot be used further: ``in_order`` refuses it if it is needed."""
         return self.series("angle", y, x)
 
     def _turned(self, angle: Traced) -> tuple[Traced, Traced]:
@@ -249,7 +249,7 @@ class Graph:
         return self.turning[angle]
 
     def with_turning(self, rates: Sequence[Scalar]) -> list[Scalar]:
-        """``rates`` of the first entries, and behind them those of sines and cosines."""
+        """``rates`` of the first entries, followed by those of sines and cosines."""
         of_entry = dict(zip(self.entries, rates, strict=False))
         extended = list(rates)
         for angle, (sine, cosine) in self.turning.items():
@@ -261,7 +261,7 @@ class Graph:
     def with_turned(
         self, start: Sequence[Scalar], parameters: Sequence[Scalar], fn: Functions
     ) -> list[Scalar]:
-        """A ``start`` of the first entries with sines and cosines behind it."""
+        """A ``start`` of the first entries, followed by sines and cosines."""
         extended = list(start)
         for angle in self.turning:
             offset, terms = linear(angle)
@@ -284,12 +284,12 @@ class ArcTangentError(InputError):
 
 
 def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Traced]:
-    """All series that ``wanted`` are made of, and these, operands first.
+    """The series ``wanted`` and all their operands, operands first.
 
     Raises
     ------
     ArcTangentError
-        One of them is an angle.
+        A series is an angle.
     """
     reached: set[Traced] = set()
     left = [name for name in wanted if isinstance(name, Traced)]

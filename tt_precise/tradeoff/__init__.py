@@ -1,1 +1,1 @@
-"""Speed against accuracy: what is integrated, by what, measured how, and what follows."""
+"""Speed against accuracy: problems, methods, measurement, and findings."""

@@ -1,7 +1,7 @@
-"""What the tables of ``tt-precise tradeoff`` say: costs of an accuracy, ratios, exponents.
+"""Findings from the tables of ``tt-precise tradeoff``: costs of an accuracy, ratios, exponents.
 
-Unless a definition says otherwise it is about the reference scene, 0 to 8 s, in double, without
-events, compilation apart. An error is the largest absolute one of k, L, v at the end,
+Unless a definition says otherwise, it is for the reference scene, 0 to 8 s, in double, without
+events and without compilation. An error is the largest absolute error of k, L, v at the end,
 dimensionless.
 """
 
@@ -38,11 +38,11 @@ PRINTED = 1e-6  # the paper's "precision of order 1e-6" of lambda; section 2.1
 PAPER_METHOD = "SciPy odeint, Python"
 BROUWER = 0.5
 DIGITS_PER_BIT = 0.30103
-OPTIMISM = 0.3  # digits that an estimate may be above the truth
+OPTIMISM = 0.3  # digits by which an estimate may exceed the truth
 
 
 class TradeoffTables(NamedTuple):
-    """What was measured; None where it was not."""
+    """The measured tables; None for a missing table."""
 
     rows: pandas.DataFrame | None
     long_runs: pandas.DataFrame | None = None
@@ -50,7 +50,7 @@ class TradeoffTables(NamedTuple):
 
 
 def read(folder: Path) -> TradeoffTables:
-    """The tables that lie in a folder."""
+    """The tables in a folder."""
     import pandas
 
     files = [folder / name for name in (TABLE, GROWTH, ESTIMATES)]
@@ -67,7 +67,7 @@ class Finding(Record, frozen=True):
 
 
 def findings(tables: TradeoffTables) -> list[Finding]:
-    """All that the tables hold."""
+    """All findings from the tables."""
     computed = (
         finding
         for compute, table in (
@@ -86,14 +86,14 @@ def findings(tables: TradeoffTables) -> list[Finding]:
 
 
 class Point(NamedTuple):
-    """One setting of a method: the error it makes and what it costs, both above 0."""
+    """A setting of a method: its error and its cost, both above 0."""
 
     error: float
     cost: float
 
 
 def front(points: Iterable[Point]) -> list[Point]:
-    """The points that no other one beats in error and in cost, the cheapest first."""
+    """The points that no other point beats in error and cost, the cheapest first."""
     best: list[Point] = []
     for point in sorted(points, key=lambda p: (p.cost, p.error)):
         if not best or point.error < best[-1].error:
@@ -102,9 +102,9 @@ def front(points: Iterable[Point]) -> list[Point]:
 
 
 def cost_of(points: Iterable[Point], error: float) -> float:
-    """What an accuracy costs: on the front, log cost interpolated linearly in log error.
+    """The cost of an accuracy: on the front, log cost interpolated linearly in log error.
 
-    The cheapest point if even that is better; NaN if no point is good enough: a curve is not
+    The cheapest point if it is already better; NaN if no point is good enough: a curve is not
     extrapolated.
     """
     import numpy
@@ -136,7 +136,7 @@ def costs(
     accuracies: Iterable[float] = ACCURACIES,
     precision: str = "double",
 ) -> dict[str, dict[float, float]]:
-    """For each method what each accuracy costs over the whole horizon, where it reaches it.
+    """For each method the cost of each accuracy that it reaches, over the whole horizon.
 
     ``cost`` is a column: "seconds", or "ratio" to the bare heyoka loop.
     """
@@ -151,7 +151,7 @@ def costs(
 def _cheapest(
     rows: pandas.DataFrame, error: float, formulation: str = "newton", but: str = ""
 ) -> tuple[float, str]:
-    """What ``error`` costs the fastest method in ``rows``, and its name."""
+    """The cost of ``error`` by the fastest method in ``rows``, and its name."""
     prices = {
         method: known[error]
         for method, known in costs(rows, formulation, "ratio", [error]).items()
@@ -188,7 +188,7 @@ def _peers(rows: pandas.DataFrame) -> Iterator[Finding]:
 
 
 def _at_best(rows: pandas.DataFrame, *methods: str, **others: object) -> pandas.Series:
-    """The fastest row of a method at its best tolerance; of NaN where there is none."""
+    """The fastest row of a method at its best tolerance; NaN if there is none."""
     wanted = {
         "precision": "double", "formulation": "newton", "tolerance": 0.0, "horizon_s": WHOLE_S,
     } | others  # fmt: skip

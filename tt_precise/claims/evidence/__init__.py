@@ -1,1 +1,1 @@
-"""What the claims rest on, computed once a process: runs, proofs, sweeps, formulas as text."""
+"""Evidence for the claims, computed once per process: runs, proofs, sweeps, formulas as text."""

@@ -1,9 +1,9 @@
-"""Printed formulas as text, and whether they say what the mechanics say.
+"""Printed formulas as text, and their comparison with the mechanics.
 
-A printed formula is a string in the paper's names, such as "R*I1*phi_dot*sin(theta)**2", which
-can be compared with the paper, spoiled by a test, and run in any arithmetic. ``equal`` compares it
-with the mechanics on the symbols of ``exact.chart``: a proof for every body and state. Where they
-differ, one state is exhibited, in exact rational numbers.
+A printed formula is a string in the paper's names, such as "R*I1*phi_dot*sin(theta)**2", which can
+be compared with the paper, falsified by a test, and evaluated in any arithmetic. ``equal`` compares
+it with the mechanics on the symbols of ``exact.chart``: a proof for every body and state. If they
+differ, the difference at one state is shown, in exact rational numbers.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion, d
 from tt_precise.runtime.values import Check, Functions, Scalar
 from tt_precise.scene.body import NAMES, Parameters
 
-# A state without symmetry at which everything, the root in Routh's function too, is rational; in
-# consistent units with m, R, g all different from 1, so that a missing factor shows.
+# A state without symmetry at which everything, including the root in Routh's function, is rational;
+# in consistent units with m, R, g all different from 1, so that a missing factor shows.
 POINT = {
     "m": "4", "R": "1/2", "alpha": "3/10", "I1": "711/1900", "I3": "2/5", "g": "7/3",
     "mu": "27/100", "s": "3/5", "c": "4/5", "S": "0", "C": "1", "q": "31/50", "phi": "0",
@@ -71,7 +71,7 @@ def rate(value: Scalar) -> Scalar:
 
 @cache
 def names() -> Mapping[str, Scalar]:
-    """What the words of a printed formula stand for in the symbols."""
+    """The symbols for the names in a printed formula."""
     symbols = chart()
     known = _words(symbols.body, symbols) | symbols.state._asdict()
     known["psi_dot"] = quantity("psi_dot")
@@ -80,7 +80,7 @@ def names() -> Mapping[str, Scalar]:
 
 
 def read(text: str, known: Mapping[str, Scalar] | None = None) -> Scalar:
-    """The value of a printed formula; in the symbols, or with what ``known`` gives its words."""
+    """The value of a printed formula, in the symbols or with the values ``known`` of its names."""
     code = compile(text, "<printed formula>", "eval")
     return eval(code, {"__builtins__": {}}, dict(names() if known is None else known))
 
@@ -116,7 +116,7 @@ def equal_vectors(printed: Sequence[Scalar], truth: Sequence[Scalar], shown: str
 
 @cache
 def proved(identity: str) -> Check:
-    """A statement that ``exact.identities`` proves of the mechanics."""
+    """A statement about the mechanics that ``exact.identities`` proves."""
     proof = prove(identity)
     outcome = "proved" if proof.holds else f"fails in {len(proof.failed)} of {proof.residuals}"
     return statement(proof.holds, "", f"{proof.statement} ({outcome})")

@@ -1,6 +1,6 @@
 """Motions that no run of this package computes.
 
-Those in the effective potential V(z, D, lambda) with frozen D and E~; the steady ones with their
+Motions in the effective potential V(z, D, lambda) with frozen D and E~; steady motions with their
 stability; a solution continued to negative times; and the paper's own computation with odeint.
 """
 
@@ -41,8 +41,8 @@ HORIZON = 1000.0  # in units of sqrt(R/g), some 45 s for the toy
 def minimum(body: Parameters, D: Scalar, lambda_: Scalar, fn: Functions) -> Scalar:
     """cos theta at the lowest minimum of V, to the precision of the mpmath context ``fn``.
 
-    Sought in u with z = tanh u, which spreads both poles out to infinity, and makes every well
-    about 1 wide: steps of 1/2 see each of them, and the bottoms are told apart in steps of 1/8.
+    Searched in u with z = tanh u, which moves both poles to infinity and makes every well about 1
+    wide: steps of 1/2 find each well, and steps of 1/8 separate their minima.
     """
 
     def V(u: Scalar) -> Scalar:
@@ -60,7 +60,7 @@ def minimum(body: Parameters, D: Scalar, lambda_: Scalar, fn: Functions) -> Scal
 def minima(body: Parameters, D: float, lambda_: float) -> list[float]:
     """theta (rad) at all minima of V in double, on a grid refined towards both poles.
 
-    None is seen within 3e-4 rad of a pole, where 1 - z^2 has lost half of its digits.
+    Minima within 3e-4 rad of a pole are not found: there 1 - z^2 has lost half of its digits.
     """
     import numpy
 
@@ -71,7 +71,7 @@ def minima(body: Parameters, D: float, lambda_: float) -> list[float]:
 
 
 def swing_time(body: Parameters, D: float, E_tilde: float, lambda_: float) -> float | None:
-    """Seconds from wall to wall if (D, E~) stayed as they are; None at rest in the minimum.
+    """Seconds from wall to wall for constant (D, E~); None at rest in the minimum.
 
     The time is the integral of sqrt(g/(E~ - V)) over theta, smooth in the angle that turns the
     walls' inverse square roots into constants.
@@ -118,7 +118,7 @@ class Case:
 
 
 def cases(count: int, multiples: tuple[str, str] = ("1.001", "3")) -> list[Case]:
-    """Random bodies with 1 - alpha < gamma < 1 + alpha and I3 <= 2 I1; the same ones each time.
+    """Random bodies with 1 - alpha < gamma < 1 + alpha and I3 <= 2 I1, seeded.
 
     ``multiples`` are the ends of the range of lambda.
     """
@@ -164,7 +164,7 @@ def largest_threshold(body: Parameters, fn: Functions) -> Scalar:
 
 
 def tumbles(case: Case) -> bool:
-    """Whether some tumbling motion has the case's lambda or a larger one."""
+    """Whether a tumbling motion has the case's lambda or a larger lambda."""
     fn = own_context(DIGITS)
     body = case.body(fn)
     wanted = (rounding_to(fn)(case.multiple) * largest_threshold(body, fn)) ** 2
@@ -176,7 +176,7 @@ def tumbles(case: Case) -> bool:
 
 
 class Past(NamedTuple):
-    """Where the past of a solution ends: with contact lost, or at the horizon.
+    """The end of a solution's past: at a loss of contact, or at the horizon.
 
     ``t`` in s, theta in rad, the energy there in units of the start's.
     """
@@ -189,7 +189,7 @@ class Past(NamedTuple):
 
 @cache
 def past(scene: SceneLike = "reference", tolerance: float = TOLERANCE) -> Past:
-    """Follow a scene's start back to the horizon, or to where the contact was made."""
+    """Follow a scene's start back to the horizon, or to the begin of contact."""
     from scipy.integrate import solve_ivp
 
     start = Run(scene).trajectory().start
@@ -227,7 +227,7 @@ def past(scene: SceneLike = "reference", tolerance: float = TOLERANCE) -> Past:
 
 @cache
 def paper_odeint(scene: SceneLike = "reference") -> tuple[EulerState, float]:
-    """A scene integrated as the paper did, with output every 0.01 s.
+    """A scene integrated by the paper's method, with output every 0.01 s.
 
     The columns of the Euler state (SI), and the largest relative change of lambda.
     """

@@ -1,7 +1,7 @@
-"""What the committed proofs of the golden digits settle for a claim (``golden certify``).
+"""Evidence for claims from the committed proofs of golden digits (``golden certify``).
 
-A verdict counts as proved if it is the same at both ends of the interval that is proved to contain
-the number. (A check accepts an interval that is far wider, so it gives the same in between.)
+A verdict counts as proved if it is the same at both ends of the proved interval of the number. (A
+check accepts a much wider interval, so the verdict is the same in between.)
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ Event = dict[str, Interval]
 
 @dataclass(frozen=True)
 class Proved:
-    """What is proved about a scene: nothing, and ``why``, or what ``proof`` establishes."""
+    """The statements of ``proof`` about a scene; without a proof, ``why``."""
 
     proof: Established | None
     why: str
 
     def says(self, settled: bool, theorem: str) -> Proof:
-        """For a claim: that ``theorem`` is proved, or that nothing is, and why."""
+        """For a claim: that ``theorem`` is proved, or that nothing is proved, and why."""
         if settled:
             return Proof(True, f" Proved (rigorous enclosure): {theorem}.")
         return Proof(False, f" Not proved: {self.why or 'the enclosure does not decide it'}.")
@@ -44,15 +44,15 @@ class Proved:
 
     @property
     def contact_lost(self) -> Interval | None:
-        """When g_n falls through its first zero, a simple one; None if that is not proved."""
+        """The time of the first zero of g_n, a simple zero; None if that is not proved."""
         ball = self.proof.contact.get("lost_at_s") if self.proof else None
         return Interval.around(ball["middle"], ball["radius"]) if ball else None
 
     @property
     def energy_falls(self) -> bool:
-        """Whether E falls throughout: E' = -mu g_n v_A^2 (EQ-05) is negative but at instants.
+        """Whether E falls throughout: E' = -mu g_n v_A^2 (EQ-05) is negative except at instants.
 
-        An analytic v_A that is not always zero is so at isolated instants only.
+        An analytic v_A that is not identically zero vanishes only at isolated instants.
         """
         if self.proof is None or not self.g_n_positive or not self.proof.stored.scene.body.mu:
             return False
@@ -62,7 +62,7 @@ class Proved:
 
     @property
     def for_ever(self) -> dict[str, Json] | None:
-        """What holds from some time of the proof on (``certify.energy_well``); None if nothing.
+        """The statement for all later times (``certify.energy_well``); None if there is none.
 
         With ``theta_tends_to``, ``limits`` and ``g_n_at_least_mg``.
         """
@@ -76,7 +76,7 @@ class Proved:
 
     @property
     def span(self) -> str:
-        """In words, the times of which ``g_n_positive`` and ``least_g_n`` speak."""
+        """In words, the times for which ``g_n_positive`` and ``least_g_n`` hold."""
         if self.proof is None or self.for_ever is not None:
             return "at all times t >= 0"
         return f"at all times from 0 to {Decimal(self.proof.record.until_s):.3g} s"
@@ -131,7 +131,7 @@ class Proved:
 
 @cache
 def proofs_of(scene: SceneLike) -> Proved:
-    """What the files of its golden data prove about ``scene``."""
+    """The statements about ``scene`` that the files of its golden data prove."""
     try:
         return Proved(*proofs.established(load_scene(scene)))
     except InputError as error:  # the note names unusable golden data, like missing ones
@@ -151,7 +151,7 @@ def enclosed(
     numbers: Mapping[str, tuple[Measured, Interval | None]],
     what: str,
 ) -> tuple[dict[str, Check], Proof]:
-    """Checks of numbers, proved if each comes to the same at both ends of its proved interval."""
+    """Checks of numbers, proved if each has the same verdict at both ends of its interval."""
     checks = {name: check(value) for name, (value, _) in numbers.items()}
     settled = all(settles(checks[name], check, ends) for name, (_, ends) in numbers.items())
     return checks, proofs_of(scene).says(
@@ -160,7 +160,7 @@ def enclosed(
 
 
 def digits(intervals: Iterable[Interval | None]) -> str:
-    """In words: how many digits of each number are proved, such as "to 41 digits or more"."""
+    """The number of proved digits in words, such as "to 41 digits or more"."""
     numbers = []
     for low, high in filter(None, intervals):
         radius, size = (high - low) / 2, min(abs(low), abs(high))

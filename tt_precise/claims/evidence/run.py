@@ -1,7 +1,7 @@
 """A scene's solution as evidence: values with their digits, extrema, zeros, phases of the climb.
 
-A process integrates a scene once in each arithmetic. Local extrema and zeros are events, so none
-falls between samples, and between two extrema a quantity is monotonic.
+A process integrates a scene once in each arithmetic. Local extrema and zeros are events, so they
+are not missed between samples, and between two extrema a quantity is monotonic.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def rising(values: Sequence[float]) -> bool:
 class Turn(NamedTuple):
     """A turning point of theta: when (s), and the middle and width of the band there (rad).
 
-    The band reaches from the turning point to the straight line between the ones before and after.
+    The band reaches from the turning point to the straight line between its neighbours.
     """
 
     t: float
@@ -81,11 +81,11 @@ class Run:
     # ---- the runs, and single values ---------------------------------------------------------
 
     def trajectory(self, precision: str = "double") -> Trajectory:
-        """The solution with all events recorded; quad, in seconds, where double-double cannot."""
+        """The solution with all events recorded, in double-double, or in quad (slower)."""
         return _integrated(self.scene, precision)
 
     def settled(self, value: Callable[[Trajectory], Scalar]) -> Settled:
-        """A value from the fine trajectory, with the digits that the confirming one has too."""
+        """A value from the fine trajectory, with the digits that the confirming run shares."""
         return Settled.of(
             *(value(self.trajectory(name)) for name in (FINE, confirming_precision()))
         )
@@ -162,7 +162,7 @@ class Run:
 
     @property
     def inversion(self) -> InversionTimes:
-        """Its times in the definitions A, B and C, in double."""
+        """The times of the climb by the definitions A, B and C, in double."""
         return self.trajectory().inversion
 
     @property
@@ -315,7 +315,7 @@ def variant(scene: SceneLike = "reference", **changes: Any) -> Scene:
 
 
 def confirming_precision() -> str:
-    """The widest arithmetic that still takes milliseconds: double where nothing is wider."""
+    """The widest arithmetic that takes milliseconds: double if no other is available."""
     return "extended" if is_available("extended") else "double"
 
 

@@ -1,10 +1,10 @@
 """The paper's section 2.2: its start values one at a time and in a box, for the claims about them.
 
-Every sweep varies the reference scene. Starts that lose contact are integrated twice:
-"unilateral", which ends when g_n reaches 0, and "bilateral", which goes on with g_n < 0 as the
-paper's equations do. What the paper says of "all" starts is judged with and without them.
+Every sweep varies the reference scene. Starts that lose contact are integrated twice: "unilateral",
+which ends when g_n reaches 0, and "bilateral", which continues with g_n < 0 as the paper's
+equations do. Statements about "all" starts are judged with and without these starts.
 
-The rows are cached in ``reports/``; after a change of the definition they are computed anew, which
+The rows are cached in ``reports/``; after a change of the definition they are recomputed, which
 takes some three minutes of one core.
 """
 
@@ -36,7 +36,7 @@ RECORD = (
     "end_theta", "start_E", "lambda_ratio",
 )  # fmt: skip
 FILE = "sweeps-section-2.2.csv.gz"
-VERSION = 3  # of everything above that the fingerprint does not see
+VERSION = 3  # version of everything above that the fingerprint does not contain
 CONTACTS = {
     "held": "without the starts that lose contact",
     "through": "with them, integrated on with g_n < 0 as in the paper",
@@ -48,7 +48,7 @@ HORIZON = f"The horizon is {UNTIL} s."
 
 @dataclass(frozen=True)
 class Series:
-    """One of the section's sweeps: its name, what it varies, and the sentence it is about."""
+    """A sweep of the section: its name, what it varies, and the related sentence."""
 
     name: str
     vary: dict[str, str]
@@ -93,9 +93,9 @@ def rows() -> pandas.DataFrame:
 def starts(names: str | Iterable[str], contact: str) -> pandas.DataFrame:
     """The rows of one or several series.
 
-    ``contact`` "held": only those that keep contact (conclusions without the others);
-    "through": all starts, those that lose contact integrated on with g_n < 0 as in the paper;
-    "unilateral": all starts, ended where contact is lost.
+    ``contact`` "held": only those that keep contact (conclusions without the others); "through":
+    all starts, also after loss of contact with g_n < 0 as in the paper; "unilateral": all starts,
+    ended where contact is lost.
     """
     import pandas
 
@@ -132,7 +132,7 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
 
 
 def definition() -> dict[str, Json]:
-    """What the rows are made from: scene, series, columns."""
+    """The definition of the rows: scene, series, columns."""
     scene = _scene()
     return {
         "version": VERSION,
@@ -179,7 +179,7 @@ def _starts() -> Iterator[tuple[str, Array, Array]]:
         yield each.name, numpy.arange(len(table)), table
 
 
-# ---- what claims ask of the rows ----------------------------------------------------------------
+# ---- questions of the claims --------------------------------------------------------------------
 
 
 def both_ways(
