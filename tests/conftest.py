@@ -3,6 +3,7 @@
 import gc
 import os
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,14 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
 def no_cause(monkeypatch: pytest.MonkeyPatch) -> None:
     """No search for the cause of a failed check, which takes most of a check's time."""
     monkeypatch.setattr("tt_precise.check.causes.cause", lambda *_: "")
+
+
+@pytest.fixture(scope="session")
+def few_lanes() -> Iterator[None]:
+    """Sweeps of four lanes: compiled in a quarter of the time of eight, for the same rows."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("heyoka.recommended_simd_size", lambda: 2)
+        yield
 
 
 # the paper's top

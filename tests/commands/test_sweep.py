@@ -8,6 +8,8 @@ import pytest
 from tt_precise.cli import main
 from tt_precise.sweeps import spot_check
 
+pytestmark = pytest.mark.usefixtures("few_lanes")
+
 GRID = ["--until", "0.3", "--vary", "phi_dot=0:20:3", "--workers", "1", "--recheck", "0"]
 
 

@@ -18,6 +18,7 @@ from tt_precise.sweeps.specification import Specification, blocks
 # reference time unit 0.045 s; events are found to some eps of the time and of the state, which
 # grows by 1e5 along the way: 8 s * 2e-16 * 1e3
 CLOSE = 2e-12
+LANES = 4
 MIXED = {"phi_dot": "-60:200", "theta_dot": "-5:5", "theta": "0.01:0.4", "mu": "0.1:1"}
 
 
@@ -48,13 +49,13 @@ def picked(rows: dict[str, Any], order: Any) -> dict[str, Any]:
 def mixed() -> tuple[Specification, numpy.ndarray, dict[str, Any]]:
     spec = specification("reference", box=MIXED, samples=32, seed=4)
     values = values_of(spec)
-    return spec, values, compute(spec.plan, values, 8)
+    return spec, values, compute(spec.plan, values, LANES)
 
 
 def test_rows_equal_the_scalar_integration() -> None:
     spec = specification("reference", vary={"phi_dot": "-10,0,50,195"})
     values = values_of(spec)
-    rows = compute(spec.plan, values, 8)
+    rows = compute(spec.plan, values, LANES)
     for row, (phi_dot,) in enumerate(values.tolist()):
         run = tt.integrate(
             spec.plan.scene_of({"phi_dot": phi_dot}), events=(*NEEDED, "extremum:g_n")
@@ -70,7 +71,7 @@ def test_rows_equal_the_scalar_integration() -> None:
 
 def test_smallest_force_is_not_sampled() -> None:
     spec = specification("reference", vary={"phi_dot": "0"})
-    (least,) = compute(spec.plan, values_of(spec), 8)["min_g_n"]
+    (least,) = compute(spec.plan, values_of(spec), LANES)["min_g_n"]
     run = tt.integrate("reference")
     rough = run.frame("g_n", times=[f"{n}/1000" for n in range(8001)])
     near = int(rough["g_n"].to_numpy().argmin())
@@ -86,7 +87,7 @@ def test_smallest_force_is_not_sampled() -> None:
 def test_extrema_of_other_quantities() -> None:
     record = ("max_nu_y", "min_nu_y", "max_theta", "start_E", "end_omega_3", "lambda_ratio")
     spec = specification("reference", until="1", vary={"phi_dot": "20"}, record=record)
-    rows = compute(spec.plan, values_of(spec), 8)
+    rows = compute(spec.plan, values_of(spec), LANES)
     run = tt.integrate(spec.plan.scene_of({"phi_dot": 20.0}))
     fine = run.frame("nu_y", "theta", times=[f"{n}/20000" for n in range(20001)])
     assert 0 <= rows["max_nu_y"][0] - fine["nu_y"].max() < 1e-6
@@ -105,7 +106,7 @@ def test_a_peak_between_samples_beside_the_pole_is_found() -> None:
         "nu_x": "0.108429116962", "nu_y": "-0.0257519235174",
     }  # fmt: skip
     spec = specification("reference", until="0.6", vary=start, record=("min_nu_x",))
-    (least,) = compute(spec.plan, values_of(spec), 8)["min_nu_x"]
+    (least,) = compute(spec.plan, values_of(spec), LANES)["min_nu_x"]
     run = tt.integrate(
         spec.plan.scene_of({name: float(value) for name, value in start.items()}),
         events=("extremum:nu_x",),
@@ -121,23 +122,23 @@ def test_rows_do_not_depend_on_order_or_company(
     spec, values, rows = mixed
     assert len(set(rows["outcome"])) >= 2  # lanes end at different times, for different reasons
     order = numpy.random.default_rng(1).permutation(len(values))
-    assert same(compute(spec.plan, values[order], 8), picked(rows, order))
-    pieces = [compute(spec.plan, values[n : n + 5], 8) for n in range(0, len(values), 5)]
+    assert same(compute(spec.plan, values[order], LANES), picked(rows, order))
+    pieces = [compute(spec.plan, values[n : n + 5], LANES) for n in range(0, len(values), 5)]
     joined = {
         name: numpy.concatenate([numpy.asarray(piece[name]) for piece in pieces]) for name in rows
     }
     assert same(joined, rows)
     # and the comparison can fail: another start is another row
-    assert not same(compute(spec.plan, values + 1e-9, 8), rows)
+    assert not same(compute(spec.plan, values + 1e-9, LANES), rows)
 
 
 def test_a_lane_that_loses_contact_leaves_the_others_alone() -> None:
     spec = specification("reference", until="2", vary={"phi_dot": "0,1,2,3,4,5,6,7"})
     values = values_of(spec)
-    alone = compute(spec.plan, values, 8)
+    alone = compute(spec.plan, values, LANES)
     spoiled = values.copy()
     spoiled[3] = -200.0
-    rows = compute(spec.plan, spoiled, 8)
+    rows = compute(spec.plan, spoiled, LANES)
     assert rows["outcome"][3] == "contact_lost"
     assert 0 < rows["t_stop"][3] < 2
     assert rows["min_g_n"][3] == 0
@@ -147,7 +148,7 @@ def test_a_lane_that_loses_contact_leaves_the_others_alone() -> None:
 
 def test_bilateral_goes_on_where_contact_is_lost() -> None:
     spec = specification("reference", vary={"phi_dot": "-200"}, contact="bilateral")
-    rows = compute(spec.plan, values_of(spec), 8)
+    rows = compute(spec.plan, values_of(spec), LANES)
     assert list(rows["outcome"]) == ["inverts"]
     assert rows["min_g_n"][0] < -0.1
     assert rows["t_stop"][0] == 8
@@ -156,7 +157,7 @@ def test_bilateral_goes_on_where_contact_is_lost() -> None:
 def test_starts_without_contact_are_rows_too() -> None:
     # centripetal: I1 theta_dot^2 alpha beats gravity at the inverted pole
     spec = specification("reference", until="1", vary={"theta": "0.1,3", "theta_dot": "0,400"})
-    rows = compute(spec.plan, values_of(spec), 8)
+    rows = compute(spec.plan, values_of(spec), LANES)
     assert rows["outcome"][3] == "contact_lost"
     assert rows["t_stop"][3] == 0
     assert rows["steps"][3] == 0
@@ -165,7 +166,7 @@ def test_starts_without_contact_are_rows_too() -> None:
 
 def test_a_top_that_spins_the_other_way_is_its_mirror_image() -> None:
     spec = specification("reference", vary={"omega_3": "155,-155"})
-    rows = compute(spec.plan, values_of(spec), 8)
+    rows = compute(spec.plan, values_of(spec), LANES)
     for name in TIMES:
         assert rows[name][1] == pytest.approx(rows[name][0], rel=0, abs=CLOSE)
     assert list(rows["outcome"]) == ["inverts", "inverts"]
@@ -185,24 +186,24 @@ def test_the_smallest_force_is_that_of_each_top_alone(
     """Also where few steps are kept: on ice every nutation is as low as the one before."""
     spec = specification(scene, until=until, vary=vary)
     values = values_of(spec)
-    rows = compute(spec.plan, values, 8)
+    rows = compute(spec.plan, values, LANES)
     assert set(rows["outcome"]) <= {"does_not_invert", "undecided", "contact_lost"}
     for row, start in enumerate(values.tolist()):
         alone = spec.plan.scene_of(dict(zip(spec.names, start, strict=True)))
         run = tt.integrate(alone, events=("extremum:g_n",))
         assert rows["min_g_n"][row] == pytest.approx(least_force(run), rel=1e-12)
     monkeypatch.setattr(extremes, "MOST_HELD", 9)
-    assert same(compute(spec.plan, values, 8), rows)
+    assert same(compute(spec.plan, values, LANES), rows)
 
 
 def test_drift_is_small_and_that_of_another_lambda_is_not() -> None:
     spec = specification("reference", vary={"phi_dot": "0,90"})
-    rows = compute(spec.plan, values_of(spec), 8)
+    rows = compute(spec.plan, values_of(spec), LANES)
     assert (rows["jellett_drift"] < 100 * 2.0**-52).all()  # 1,400 steps, measured 15 eps
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("batch", [1, 4, 16])
+@pytest.mark.parametrize("batch", [1, 8, 16])
 def test_batch_sizes_agree_bit_for_bit(
     batch: int, mixed: tuple[Specification, numpy.ndarray, dict[str, Any]]
 ) -> None:
@@ -212,7 +213,7 @@ def test_batch_sizes_agree_bit_for_bit(
 
 def test_poles_are_starts_like_others() -> None:
     spec = replace(specification("upright", until="1", vary={"omega_3": "100,155"}))
-    rows = compute(spec.plan, values_of(spec), 8)
+    rows = compute(spec.plan, values_of(spec), LANES)
     assert list(rows["outcome"]) == ["undecided"] * 2  # the energy lets it fall, nothing tips it
     assert rows["min_g_n"] == pytest.approx([0.02 * 9.82] * 2, rel=1e-14)
     assert all(math.isnan(value) for value in rows["t_init_A"])
@@ -221,7 +222,7 @@ def test_poles_are_starts_like_others() -> None:
 def test_tilts_of_any_size_are_integrated_as_alone() -> None:
     """Beside the pole the steps are bounded, in each lane for itself."""
     spec = specification("reference", vary={"theta": "1e-9,1e-20,0.1"})
-    rows = compute(spec.plan, values_of(spec), 8)
+    rows = compute(spec.plan, values_of(spec), LANES)
     for row, theta in enumerate(("1e-9", "1e-20", "0.1")):
         scene = tt.load_scene("reference")
         start = replace(scene.start, theta=Inclination.parse(theta))

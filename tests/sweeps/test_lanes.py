@@ -11,7 +11,7 @@ from tt_precise.sweeps import events
 from tt_precise.sweeps.columns import detectors, extremes
 from tt_precise.sweeps.lanes import Build, LaneResults, LaneStart, lanes
 
-BUILD = Build("gliding", "unilateral", 8, detectors((), "gliding"), extremes(()))
+BUILD = Build("gliding", "unilateral", 4, detectors((), "gliding"), extremes(()))
 INERTIA = (0.3, 131 / 350, 2 / 5, 0.3)  # alpha, I1, I3, mu
 UPRIGHT = (0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 TILTED = (math.sin(0.1), 0.0, math.cos(0.1), 0.28, 0.0, 2.78, 0.0, 0.0)

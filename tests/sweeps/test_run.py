@@ -176,7 +176,6 @@ def test_what_several_doubles_lack_is_done_in_quad() -> None:
 def test_long_sweeps_have_more_lanes_and_the_same_rows(
     monkeypatch: pytest.MonkeyPatch, whole: pandas.DataFrame
 ) -> None:
-    monkeypatch.setattr("heyoka.recommended_simd_size", lambda: 2)  # compiles faster
     for many, lanes in ((42, 4), (41, 8), (20, 8)):
         monkeypatch.setattr(running, "MANY_ROWS", many)
         found = run_sweep(SPEC, recheck=0)
