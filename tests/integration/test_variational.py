@@ -119,6 +119,24 @@ def test_the_derivative_at_the_start_is_that_of_the_start() -> None:
     assert first["d kx/d theta"] == pytest.approx(numpy.cos(0.1), rel=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("name", "entry", "inside"),
+    [("frictionless", "mu", "1e-12"), ("upright", "theta", "1e-12"), ("inverted", "theta", None)],
+)
+def test_an_entry_at_the_end_of_its_range_has_a_derivative(
+    name: str, entry: str, inside: str | None
+) -> None:
+    """Where a rate is undefined, at a pole, it is NaN, and no warning says so."""
+    scene = load_scene(name).varied(until="0.2")
+    run = integrate(scene, sensitivity=entry)
+    found = run.sensitivity.frame("kx", "theta_dot").iloc[-1]  # type: ignore[union-attr]
+    near = scene.varied(**{entry: inside or "pi - 1e-12"})
+    apart = integrate(near, "double-double").state.kx - integrate(scene, "double-double").state.kx
+    quotient = float(apart) / (1e-12 if inside else -1e-12)
+    assert found[f"d kx/d {entry}"] == pytest.approx(quotient, rel=1e-9)
+    assert numpy.isnan(found[f"d theta_dot/d {entry}"]) == (entry == "theta")
+
+
 def test_a_spread_is_the_derivative_times_sigma() -> None:
     run = integrate("kicked", until=4, sensitivity=("theta", "mu"))
     assert run.sensitivity is not None
@@ -140,6 +158,7 @@ def test_a_spread_is_the_derivative_times_sigma() -> None:
     ("scene", "names", "said"),
     [
         ("reference", ("lean",), "sensitivity: got 'lean', expected any of: "),
+        ("reference", ("friction",), "got 'friction', expected any of: m, "),
         ("coulomb-gliding", ("mu",), "got a scene whose motion comes in pieces"),
     ],
 )

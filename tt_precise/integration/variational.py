@@ -311,6 +311,8 @@ class Derivatives:
         self, how: Sensitivity, number: int, at: Array, columns: Sequence[str], delay: Scalar = 0.0
     ) -> dict[str, Array]:
         """Derivatives of columns (SI) by one name, at times (s) that move by ``delay`` with it."""
+        import numpy
+
         units, by_units = self._units(number)
         stretched = (delay - how.times[at] * by_units.time / units.time) / units.time
         q = self._moving(how, number, at, stretched)
@@ -319,7 +321,8 @@ class Derivatives:
         for name in columns:
             vector = name in VECTOR_COLUMNS
             dimension = STATE_DIMENSIONS[name] if vector else QUANTITIES[name].dimension
-            value = getattr(q.state, name) if vector else QUANTITIES[name].evaluate(q)
+            with numpy.errstate(all="ignore"):
+                value = getattr(q.state, name) if vector else QUANTITIES[name].evaluate(q)
             slopes[name] = (value * carried.of_dimension(dimension)).imag / SMALL
         return slopes
 
@@ -387,7 +390,8 @@ def _by_entry(
     import numpy
 
     arithmetic = precision_named("mp", START_BITS).arithmetic
-    known = scene.body.in_file_units() | {
+    of_body = scene.body.in_file_units().items()
+    known = {key: value for key, value in of_body if isinstance(value, Fraction)} | {
         key: getattr(scene.start, key)
         for key in ("theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
     }
@@ -396,11 +400,18 @@ def _by_entry(
         raise InputError(f"sensitivity: got {name!r:.60}, expected any of: {', '.join(known)}")
     value = Fraction(known[name])
     size = (abs(value) or 1) * Fraction(NUDGE)
-    sides = []
+    sides, apart = [], Fraction(0)
     for sign in (1, -1):
-        start = InitialState.of(scene.varied(**{name: value + sign * size}), arithmetic)
+        beside = scene
+        try:
+            beside = scene.varied(**{name: value + sign * size})
+            apart += size
+        except InputError:  # at the end of a range, as mu = 0 is; the other side will do
+            if not apart and sign < 0:
+                raise
+        start = InitialState.of(beside, arithmetic)
         sides.append([*start.state(form), *start.parameters(form), *start.units])
-    slopes = [float((a - b) / (2 * arithmetic.exact(size))) for a, b in zip(*sides, strict=True)]
+    slopes = [float((a - b) / arithmetic.exact(apart)) for a, b in zip(*sides, strict=True)]
     entries = len(form.columns)
     state, body, units = slopes[:entries], slopes[entries:-3], slopes[-3:]
     return numpy.array(state), numpy.array(body), (units[0], units[1], units[2])
