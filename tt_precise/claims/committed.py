@@ -36,7 +36,9 @@ Measured = Annotated[str, Meta(description="the computed result with its correct
 class JudgedCheck(Record, frozen=True, kw_only=True):
     """One part or reading of a claim."""
 
-    name: Annotated[str, Meta(description="which part or reading; empty if there is only one")]
+    name: Annotated[
+        str, Meta(description="name of the part or reading; empty if there is only one")
+    ]
     verdict: Verdicts
     printed: Printed
     measured: Measured
@@ -62,7 +64,9 @@ class JudgedClaim(Record, frozen=True, kw_only=True):
     remark: Annotated[str, Meta(description="the note without the checks and the correction")]
     form: Annotated[
         Literal["all of", "readings", "misprint"],
-        Meta(description="whether all checks have to hold, are readings, or printed and corrected"),
+        Meta(
+            description="whether the checks are parts, readings, or the printed and corrected form"
+        ),
     ]
     checks: Annotated[tuple[JudgedCheck, ...], Meta(description="the checks behind the verdict")]
     proved: Annotated[
@@ -79,8 +83,8 @@ class JudgingRun(Record, frozen=True, kw_only=True):
     date: Annotated[str, Meta(description="day of the run")]
     commit: Annotated[str, Meta(description="commit of the code")]
     versions: Annotated[str, Meta(description="versions of the packages")]
-    seconds: Annotated[int, Meta(description="how long it took")]
-    workers: Annotated[int, Meta(description="processes that shared the work")]
+    seconds: Annotated[int, Meta(description="duration in s")]
+    workers: Annotated[int, Meta(description="number of processes")]
     sources: Annotated[str, Meta(description="SHA-256 of the code and scenes behind the verdicts")]
     stale: Annotated[bool | Unset, Meta(description="whether this code has changed since")] = UNSET
 
@@ -107,7 +111,7 @@ class JudgingRun(Record, frozen=True, kw_only=True):
 
 
 Claimed = Annotated[tuple[JudgedClaim, ...], Meta(description="the claims")]
-Counts = Annotated[dict[str, int], Meta(description="how many of each verdict")]
+Counts = Annotated[dict[str, int], Meta(description="number of claims with each verdict")]
 
 
 class Claims(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.claims/1"):

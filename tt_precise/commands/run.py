@@ -35,14 +35,14 @@ STATE = Meta(description="the state (SI), decimals; null where undefined")
 class ClimbRecord(Record, frozen=True):
     """Initiation and ending time of the climb in one definition."""
 
-    t_init: Annotated[str | None, Meta(description="where it begins, in s; null if it does not")]
-    t_end: Annotated[str | None, Meta(description="where it ends, in s; null if it does not")]
+    t_init: Annotated[str | None, Meta(description="begin in s; null if there is none")]
+    t_end: Annotated[str | None, Meta(description="end in s; null if there is none")]
 
 
 class ClimbsRecord(Record, frozen=True):
     """The climb, as `tt-precise events` defines it."""
 
-    precision: Annotated[str, Meta(description="arithmetic of the run that these times are from")]
+    precision: Annotated[str, Meta(description="arithmetic of the run with these times")]
     equator: Annotated[str, Meta(description="when theta first crosses pi/2, in s")]
     A: Annotated[ClimbRecord, Meta(description="signed perigee")]
     B: Annotated[ClimbRecord, Meta(description="L.k = L.z and L.k = -L.z")]
@@ -53,8 +53,8 @@ class StretchRecord(Record, frozen=True):
     """A stretch of one kind of motion."""
 
     model: Annotated[str, Meta(description="gliding, rolling, flight, or contact (elastic table)")]
-    begin: Annotated[str, Meta(description="where it begins, in s")]
-    end: Annotated[str, Meta(description="where it ends, in s")]
+    begin: Annotated[str, Meta(description="begin in s")]
+    end: Annotated[str, Meta(description="end in s")]
     ended: Annotated[str, Meta(description="stick, slip, lift_off, ...; the status at the end")]
 
 
@@ -62,7 +62,7 @@ class NormalForceRecord(Record, frozen=True):
     """The smallest normal force at a sample."""
 
     value: Annotated[str, Meta(description="g_n in N, as a double")]
-    t: Annotated[str, Meta(description="the sample, in s")]
+    t: Annotated[str, Meta(description="time of the sample in s")]
 
 
 class EventRecord(Record, frozen=True):
@@ -89,15 +89,15 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
     bits: Annotated[int, Meta(description="working precision in bits")]
     tolerance: Annotated[str, Meta(description="relative tolerance")]
     status: Annotated[Ending, Meta(description="how the trajectory ended")]
-    t_end: Annotated[str, Meta(description="where it ended, in s")]
+    t_end: Annotated[str, Meta(description="end in s")]
     inverted: Annotated[
         bool, Meta(description="whether theta has crossed pi/2, and is beyond it at the end")
     ]
     climb: Annotated[
         ClimbsRecord | None,
-        Meta(description="when the climb was; null if theta crosses pi/2 at no sample"),
+        Meta(description="times of the climb; null if theta does not cross pi/2 at the samples"),
     ]
-    contact_lost: Annotated[str | None, Meta(description="when contact was first lost, in s")]
+    contact_lost: Annotated[str | None, Meta(description="time of the first loss of contact in s")]
     smallest_g_n: Annotated[
         NormalForceRecord | None, Meta(description="smallest normal force at the samples")
     ]
@@ -113,7 +113,7 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
     digits: Annotated[float, Meta(description="significant digits (see the explanation)")]
     drift: Annotated[
         dict[str, str],
-        Meta(description="largest relative drift of everything that is conserved, decimals"),
+        Meta(description="largest relative drift of each conserved quantity, decimals"),
     ]
     events: Annotated[tuple[EventRecord, ...], Meta(description="recorded events in order of time")]
     touches: Annotated[tuple[str, ...], Meta(description=f"events whose function {TOUCHES}")]

@@ -25,7 +25,7 @@ class Measured(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff
     ]
     ratios: Annotated[dict[str, float], Meta(description="value of each finding by its name")]
     findings: Annotated[tuple[Finding, ...], Meta(description="the same with definitions")]
-    skipped: Annotated[tuple[str, ...], Meta(description="what was skipped, with the reason")]
+    skipped: Annotated[tuple[str, ...], Meta(description="skipped methods, with the reason")]
 
 
 @click.command("tradeoff")

@@ -120,19 +120,21 @@ class CaseRecord(Record, frozen=True, kw_only=True):
     topic: Annotated[str, Meta(description="topic")]
     family: Annotated[str, Meta(description="name of the family of cases, with braces")]
     name: Annotated[str, Meta(description="name of the case")]
-    expected: Annotated[str, Meta(description="what theory or a finer arithmetic expects")]
-    source: Annotated[str, Meta(description="what says so")]
-    found: Annotated[str, Meta(description="what was found")]
-    verdict: Annotated[Literal["pass", "fail"], Meta(description="whether that is right")]
-    value: Annotated[float | None, Meta(description="the number that says how well, if any")]
-    data: Annotated[dict[str, float] | Unset, Meta(description="numbers of a picture")] = UNSET
+    expected: Annotated[str, Meta(description="expected outcome from theory or a finer arithmetic")]
+    source: Annotated[str, Meta(description="source of the expectation")]
+    found: Annotated[str, Meta(description="observed outcome")]
+    verdict: Annotated[
+        Literal["pass", "fail"], Meta(description="whether the outcome is as expected")
+    ]
+    value: Annotated[float | None, Meta(description="the measured number, if any")]
+    data: Annotated[dict[str, float] | Unset, Meta(description="numbers for a picture")] = UNSET
 
 
 class Extremes(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.extremes/1"):
     """What `tt-precise extremes --json` prints; `reports/measured/extremes.json`."""
 
     verdict: Annotated[Literal["pass", "fail"], Meta(description="pass if every case passes")]
-    cases: Annotated[tuple[CaseRecord, ...], Meta(description="one entry a case")]
+    cases: Annotated[tuple[CaseRecord, ...], Meta(description="the cases")]
 
     @classmethod
     def of(cls, cases: Iterable[CaseRecord]) -> Extremes:

@@ -26,7 +26,7 @@ class ColumnClaims(Record, frozen=True, kw_only=True):
     """The meaning of a column of a golden table, and its claims."""
 
     unit: Annotated[str, means("SI unit")]
-    meaning: Annotated[str, means("what it is, with its place in the paper")]
+    meaning: Annotated[str, means("meaning, with the place in the paper")]
     digits: Digits
     scale: Annotated[str | Unset, means("largest absolute value of the column")] = UNSET
     near_zero: Annotated[int | Unset, means("entries near a zero, see rule")] = UNSET
@@ -45,7 +45,7 @@ class Hashed(Record, frozen=True):
 class TableClaims(Record, frozen=True, kw_only=True):
     """A golden table."""
 
-    rows: Annotated[int, means("how many rows")]
+    rows: Annotated[int, means("number of rows")]
     sha256: Sha256
     columns: Annotated[dict[str, ColumnClaims], means("the columns")]
     counts: Annotated[dict[str, int] | Unset, means("how often each event occurs")] = UNSET
@@ -66,7 +66,7 @@ class Computation(Record, frozen=True, kw_only=True):
     formulation: Annotated[str, means("coordinates: newton or euler")]
     bits: Bits
     status: Status
-    rows: Annotated[int, means("how many rows")]
+    rows: Annotated[int, means("number of rows")]
     order: Annotated[int | Unset, means("order of the Taylor method")] = UNSET
     tolerance: Annotated[str | Unset, means("relative tolerance")] = UNSET
 
@@ -95,12 +95,12 @@ class Manifest(Record, frozen=True, kw_only=True, tag_field="schema", tag=FORMAT
     source: Annotated[str, means("where the numbers come from")]
     model: Annotated[str, means("gliding, rolling or flight")]
     status: Status
-    t_end: Annotated[str, means("where it ended, in s")]
+    t_end: Annotated[str, means("end in s")]
     digits: Annotated[int, means("fewest significant digits of any column")]
     files: Annotated[Files, means("each file")]
     event_meanings: Annotated[dict[str, str], means("event to the function whose zero it is")]
     rule: Annotated[str, means("how digits are counted")]
-    evidence: Annotated[Evidence, means("what the digits rest on")]
+    evidence: Annotated[Evidence, means("evidence for the digits")]
     versions: Versions
     history: Annotated[list[Change], means("why published digits changed")]
     sha256_of_proof: Annotated[str | Unset, means("SHA-256 of the proof")] = UNSET
@@ -129,7 +129,7 @@ class ContactForce(Record, frozen=True, kw_only=True):
         UNSET
     )
     energy_never_grows: Annotated[bool | Unset, means("whether it is proved")] = UNSET
-    lost_at_s: Annotated[Ball | Unset, means("when contact is lost, in s")] = UNSET
+    lost_at_s: Annotated[Ball | Unset, means("time of the loss of contact in s")] = UNSET
 
 
 class Climb(Record, frozen=True):
@@ -142,7 +142,7 @@ class Climb(Record, frozen=True):
 class Inversion(Record, frozen=True, kw_only=True):
     """Times of the climb, or the reason why nothing is proved about them."""
 
-    failure: Annotated[str | Unset, means("why nothing is proved")] = UNSET
+    failure: Annotated[str | Unset, means("reason why nothing is proved")] = UNSET
     equator: Annotated[Ball | Unset | None, means("when theta first crosses pi/2, in s")] = UNSET
     A: Annotated[Climb | Unset, means("signed perigee")] = UNSET
     B: Annotated[Climb | Unset, means("L.k = L.z and L.k = -L.z")] = UNSET
@@ -156,14 +156,14 @@ class Neighbourhood(Record, frozen=True, kw_only=True):
     since_s: Annotated[str, means("from when on it is in the neighbourhood, in s")]
     g_n_at_least_mg: Annotated[str, means("lower bound of g_n from then on, in units of m g")]
     sin_theta_at_most: Annotated[str, means("bound of sin theta from then on")]
-    limits: Annotated[dict[str, Ball], means("what the quantities tend to, in SI")]
+    limits: Annotated[dict[str, Ball], means("limits of the quantities, in SI")]
 
 
 class ProvedColumn(Record, frozen=True):
     """What is proved about one printed column."""
 
     digits: Digits
-    entries: Annotated[int, means("printed numbers looked at")]
+    entries: Annotated[int, means("printed numbers compared")]
     rounded: Annotated[int, means("those proved to be rounded correctly")]
     wrong: Annotated[int, means("those proved not to be")]
     within: Annotated[str, means("no entry is farther from the exact number")]
@@ -181,18 +181,18 @@ class Proof(Record, frozen=True, tag_field="schema", tag="tt_precise.proof/4", r
 
     scene: SceneName
     scene_sha256: Annotated[str, means("SHA-256 of what the scene says")]
-    theorem: Annotated[str, means("where the theorem stands")]
+    theorem: Annotated[str, means("place of the theorem")]
     prover: Annotated[Prover, means("what made the proof")]
     bits: Bits
     steps: Annotated[int, means("steps taken")]
     proved_until_s: Annotated[Ball, means("until when it is enclosed, in s")]
     failure: Annotated[str | None, means("why it ended early; null if it did not")]
     digits: Digits
-    entries: Annotated[int, means("printed numbers looked at")]
+    entries: Annotated[int, means("printed numbers compared")]
     rounded: Annotated[int, means("those proved to be rounded correctly")]
     unproved: Annotated[int, means("those of which nothing is proved")]
     mismatches: Annotated[list[str], means("what differs: names, times, counts, shapes")]
-    contact: Annotated[ContactForce, means("what is proved about the contact force")]
+    contact: Annotated[ContactForce, means("the proved statement about the contact force")]
     inversion: Annotated[Inversion, means("times of the climb")]
     forever: Annotated[
         dict[str, Neighbourhood | str],
@@ -204,7 +204,7 @@ class Proof(Record, frozen=True, tag_field="schema", tag="tt_precise.proof/4", r
     proved_events: Annotated[
         dict[str, int], means("how often each event happens: each exists, and there is no other")
     ]
-    undecided_events: Annotated[dict[str, str], means("events that are not decided, and why")]
+    undecided_events: Annotated[dict[str, str], means("undecided events, with the reason")]
     trajectory: Annotated[ProvedTable, means("what is proved about the trajectory")]
     events: Annotated[ProvedTable, means("what is proved about the events")]
     enclosure: Annotated[Hashed, means("balls of the trajectory")]

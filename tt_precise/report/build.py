@@ -35,7 +35,7 @@ class Provenance(Record, frozen=True):
 
     versions: Annotated[str, Meta(description="versions of the packages")]
     machine: Annotated[str, Meta(description="interpreter and processor")]
-    precision: Annotated[str, Meta(description="what the reference scene was integrated in")]
+    precision: Annotated[str, Meta(description="precisions of the reference scene")]
     command: Annotated[str, Meta(description="the command")]
     commit: Annotated[str, Meta(description="commit of the code")]
     date: Annotated[str, Meta(description="day of the run")]
@@ -47,7 +47,7 @@ class Results(
 ):  # fmt: skip
     """The numbers of the report in `results.json`, of which `tt-precise claims` reads `claims`."""
 
-    provenance: Annotated[Provenance, Meta(description="what made the report")]
+    provenance: Annotated[Provenance, Meta(description="origin of the report")]
     summary: Annotated[Part, Meta(description="drift of lambda by precision, ratio of energies")]
     claims: Annotated[Committed, Meta(description="the verdicts on the paper's claims")]
     conservation: Annotated[
@@ -58,13 +58,13 @@ class Results(
         dict[str, Part] | Unset, Meta(description="digits and status of each golden scene")
     ] = UNSET
     proofs: Annotated[
-        dict[str, Part] | Unset, Meta(description="what is proved of each golden scene")
+        dict[str, Part] | Unset, Meta(description="proved statements about each golden scene")
     ] = UNSET
     tradeoff: Annotated[
         dict[str, Part] | Unset, Meta(description="findings on speed against accuracy")
     ] = UNSET
     extremes: Annotated[
-        Part | Unset, Meta(description="cases, by topic, and names of those that failed")
+        Part | Unset, Meta(description="number of cases by topic, and names of failed cases")
     ] = UNSET
     engines: Annotated[dict[str, str] | Unset, Meta(description="verdict by engine and test")] = (
         UNSET

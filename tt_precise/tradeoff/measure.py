@@ -306,34 +306,34 @@ class Row(Record, frozen=True):
     """A method at a setting on a scene."""
 
     scene: Annotated[str, Meta(description="name of the scene")]
-    horizon_s: Annotated[float, Meta(description="time until which it is integrated, in s")]
+    horizon_s: Annotated[float, Meta(description="horizon in s")]
     method: Annotated[str, Meta(description="name of the method")]
     setting: Annotated[str, Meta(description="arithmetic, tolerance, formulation")]
     precision: Annotated[str, Meta(description="the arithmetic")]
     bits: Annotated[int, Meta(description="bits of its significand")]
     formulation: Annotated[str, Meta(description="newton or euler")]
     tolerance: Annotated[float, Meta(description="the method's tolerance; 0: its best or default")]
-    peer: Annotated[bool, Meta(description="whether it is somebody else's integrator")]
+    peer: Annotated[bool, Meta(description="whether it is another project's integrator")]
     error: Annotated[
         float | None,
         Meta(description="largest absolute error of k, L, v at the end, dimensionless; null: none"),
     ]
     error_on_way: Annotated[
-        float | None, Meta(description="the same, largest at the golden times on the way")
+        float | None, Meta(description="the largest such error at the golden times")
     ]
     seconds: Annotated[float, Meta(description="least time of one trajectory in s")]
     seconds_median: Annotated[float, Meta(description="median time of one trajectory in s")]
     ratio: Annotated[
         float, Meta(description="median of the ratios to a bare heyoka loop timed just before")
     ]
-    rounds: Annotated[int, Meta(description="how often it was timed")]
+    rounds: Annotated[int, Meta(description="number of timings")]
     setup_s: Annotated[float, Meta(description="time in s of compiling and building, done once")]
     steps: Annotated[int | None, Meta(description="steps taken; null: not reported")]
     work: Annotated[
         int | None,
         Meta(description="evaluations of the right-hand side, or Taylor coefficients of an entry"),
     ]
-    order: Annotated[int | None, Meta(description="order of the method where it is fixed")]
+    order: Annotated[int | None, Meta(description="order of the method if it is fixed")]
     jellett_drift: Annotated[
         float | None, Meta(description="largest relative change of Jellett's integral")
     ]
@@ -343,10 +343,10 @@ class Machine(Record, frozen=True):
     """How fast the machine was."""
 
     method: Annotated[str, Meta(description='"reference workload" or "import"')]
-    setting: Annotated[str, Meta(description="start or end of the run, or what is imported")]
+    setting: Annotated[str, Meta(description="start or end of the run, or the imported package")]
     seconds: Annotated[float, Meta(description="least time in s")]
     seconds_median: Annotated[float, Meta(description="median time in s")]
-    rounds: Annotated[int, Meta(description="how often it was timed")]
+    rounds: Annotated[int, Meta(description="number of timings")]
 
 
 class Tradeoff(NamedTuple):

@@ -25,9 +25,9 @@ class Listed(Record, frozen=True):
     path: Annotated[str, means("path below reference_data")]
     sha256: Annotated[str, means("SHA-256 in hex")]
     licence: Licence
-    kind: Annotated[str, means("what kind of file")]
-    content: Annotated[str, means("what stands in it")]
-    scene: Annotated[str | None, means("the scene it belongs to")]
+    kind: Annotated[str, means("kind of file")]
+    content: Annotated[str, means("content")]
+    scene: Annotated[str | None, means("scene of the file")]
     schema: Annotated[str, means("name and version of its format")]
     digits: Annotated[int | None, means("significant digits of its numbers")]
 
@@ -36,8 +36,8 @@ class Index(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_preci
     """`reference_data/index.json`: every file of the reference data."""
 
     licence: Licence
-    units: Annotated[str, means("where units stand")]
-    files: Annotated[list[Listed], means("one a file")]
+    units: Annotated[str, means("place of the units")]
+    files: Annotated[list[Listed], means("the files")]
 
 
 class Parameters(Record, frozen=True):
@@ -103,7 +103,7 @@ class State(Record, frozen=True):
     friction: Annotated[FrictionLaw, means("friction; mu and epsilon if it has them")]
     contact: Annotated[Table, means("the table")]
     state: Annotated[Given, means("the state")]
-    result: Annotated[Literal["valid", "invalid"], means("whether what is expected is right")]
+    result: Annotated[Literal["valid", "invalid"], means("whether the expected numbers are right")]
     flags: Annotated[
         list[str],
         means("the law; `joins` if it soon sticks or slips; the mistake of an invalid case"),
@@ -128,11 +128,11 @@ class Vectors(Record, frozen=True, kw_only=True):
     """What both files of test vectors say first."""
 
     licence: Licence
-    digits: Annotated[int, means("significant digits of what is expected")]
+    digits: Annotated[int, means("significant digits of the expected numbers")]
     units: Annotated[dict[str, str], means("name to unit")]
     forces: Annotated[dict[str, str], means("law to its force: F_t along the table, g_n up")]
     frame: Annotated[str, means("frame of all vectors")]
-    meaning: Annotated[str, means("what the file holds")]
+    meaning: Annotated[str, means("content of the file")]
 
 
 class States(
