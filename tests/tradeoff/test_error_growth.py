@@ -51,6 +51,7 @@ def test_seeds_differ_and_repeat() -> None:
 
 def test_short_runs_stay_within_rounding(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(error_growth, "SCENES", ("rolling",))
+    monkeypatch.setattr(error_growth, "LANES", 2)
     found = error_growth.table((error_growth.LongRuns(error_growth.LANES, 10.0),))
     assert set(found["scene"]) == set(error_growth.SCENES)
     assert len(found) == len(error_growth.SCENES) * error_growth.LANES * len(
