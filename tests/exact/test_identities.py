@@ -1,14 +1,14 @@
 """Every identity is proved, and every one is seen to fail when a term is off by 1e-40."""
 
 import re
-from collections.abc import Callable
-from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.exact.conftest import Spoil, wrong, wrong_quantity
 from tt_precise.exact import identities
 from tt_precise.exact.identities import (
     IDENTITIES,
@@ -19,12 +19,10 @@ from tt_precise.exact.identities import (
     prove,
 )
 from tt_precise.mechanics import conversion, euler, friction, newton, rolling
-from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import Parameters
 
 ONE_BODY = Parameters(*map(Fraction, ("2", "3/5", "1/3", "7/4", "9/5", "10", "1/7")))
-Spoil = Callable[[pytest.MonkeyPatch], None]
 
 
 def _off(value: Any) -> Any:
@@ -32,82 +30,41 @@ def _off(value: Any) -> Any:
     return value + (0 * value + 1) / 10**40
 
 
-def _field(module: Any, function: str, name: str) -> Spoil:
-    """One entry of what a function of the mechanics returns, off by 1e-40."""
-
-    def spoil(monkeypatch: pytest.MonkeyPatch) -> None:
-        original = getattr(module, function)
-
-        def spoiled(*given: Any) -> Any:
-            found = original(*given)
-            return found._replace(**{name: _off(getattr(found, name))})
-
-        monkeypatch.setattr(module, function, spoiled)
-
-    return spoil
-
-
-def _entry(module: Any, function: str, place: int | None = None) -> Spoil:
-    """One place of a tuple, or a whole number, that a function returns, off by 1e-40."""
-
-    def spoil(monkeypatch: pytest.MonkeyPatch) -> None:
-        original = getattr(module, function)
-
-        def spoiled(*given: Any) -> Any:
-            found = original(*given)
-            if place is None:
-                return _off(found)
-            return tuple(_off(x) if i == place else x for i, x in enumerate(found))
-
-        monkeypatch.setattr(module, function, spoiled)
-
-    return spoil
-
-
-def _quantity(name: str) -> Spoil:
-    def spoil(monkeypatch: pytest.MonkeyPatch) -> None:
-        original = QUANTITIES[name]
-
-        def spoiled(q: Any) -> Any:
-            return _off(original.evaluate(q))
-
-        monkeypatch.setitem(QUANTITIES, name, replace(original, evaluate=spoiled))
-
-    return spoil
-
+_wrong = partial(wrong, change=_off)
+_quantity = partial(wrong_quantity, change=_off)
 
 CONTROLS: dict[str, Spoil] = {
-    "Euler form = Newton form": _field(euler, "rates", "omega_3"),
-    "g_n Euler = g_n Newton": _entry(euler, "contact_terms", 0),
-    "the contact keeps": _field(newton, "rates", "vx"),
-    "rate of g_n": _entry(newton, "normal_force_slope"),
-    "the axis stays a unit vector": _field(newton, "rates", "kz"),
-    "equations turn with the frame": _field(newton, "rates", "Lx"),
-    "Euler angles turn with the frame": _field(conversion, "vectors_from_euler", "vx"),
-    "Euler angles there and back": _field(conversion, "vectors_from_euler", "Lz"),
-    "lambda in Euler angles": _entry(euler, "jellett"),
-    "lambda is constant, vectors": _field(newton, "rates", "Lz"),
-    "lambda is constant, Euler angles": _field(euler, "rates", "omega_3"),
+    "Euler form = Newton form": _wrong(euler, "rates", "omega_3"),
+    "g_n Euler = g_n Newton": _wrong(euler, "contact_terms", 0),
+    "the contact keeps": _wrong(newton, "rates", "vx"),
+    "rate of g_n": _wrong(newton, "normal_force_slope"),
+    "the axis stays a unit vector": _wrong(newton, "rates", "kz"),
+    "equations turn with the frame": _wrong(newton, "rates", "Lx"),
+    "Euler angles turn with the frame": _wrong(conversion, "vectors_from_euler", "vx"),
+    "Euler angles there and back": _wrong(conversion, "vectors_from_euler", "Lz"),
+    "lambda in Euler angles": _wrong(euler, "jellett"),
+    "lambda is constant, vectors": _wrong(newton, "rates", "Lz"),
+    "lambda is constant, Euler angles": _wrong(euler, "rates", "omega_3"),
     "E falls by friction": _quantity("E_dot"),
     "rates of the parts of E": _quantity("E_pot_dot"),
-    "E_trans in Euler angles": _entry(euler, "translational_energy"),
-    "E~ in Euler angles": _entry(euler, "modified_energy"),
+    "E_trans in Euler angles": _wrong(euler, "translational_energy"),
+    "E~ in Euler angles": _wrong(euler, "modified_energy"),
     "Main Equation": _quantity("E_tilde"),
     "rate of D": _quantity("D_dot"),
     "rate of E~": _quantity("E_tilde_dot"),
     "omega_3_dot": _quantity("omega_3_dot"),
-    "rolling vectors obey Newton": _entry(rolling, "constraint_force", 1),
-    "rolling Euler = rolling vectors": _field(rolling, "euler_rates", "phi_dot"),
-    "lambda, D, E~ are constant when rolling, vectors": _field(rolling, "rates", "Lz"),
-    "lambda, D, E~ are constant when rolling, Euler angles": _field(
+    "rolling vectors obey Newton": _wrong(rolling, "constraint_force", 1),
+    "rolling Euler = rolling vectors": _wrong(rolling, "euler_rates", "phi_dot"),
+    "lambda, D, E~ are constant when rolling, vectors": _wrong(rolling, "rates", "Lz"),
+    "lambda, D, E~ are constant when rolling, Euler angles": _wrong(
         rolling, "euler_rates", "omega_3"
     ),
-    "integrals without friction": _field(newton, "rates", "kz"),
-    "lambda is constant under any contact force": _entry(newton, "axis_rate", 0),
-    "E changes by the power of any contact force": _entry(newton, "contact_velocity_rel_cm", 1),
-    "dry friction: size, direction and loss": _entry(friction, "coefficient"),
-    "Coulomb's law in polar form": _field(friction, "polar_rates", "ex"),
-    "rolling meets gliding at the cone": _entry(rolling, "constraint_force", 0),
+    "integrals without friction": _wrong(newton, "rates", "kz"),
+    "lambda is constant under any contact force": _wrong(newton, "axis_rate", 0),
+    "E changes by the power of any contact force": _wrong(newton, "contact_velocity_rel_cm", 1),
+    "dry friction: size, direction and loss": _wrong(friction, "coefficient"),
+    "Coulomb's law in polar form": _wrong(friction, "polar_rates", "ex"),
+    "rolling meets gliding at the cone": _wrong(rolling, "constraint_force", 0),
 }
 
 

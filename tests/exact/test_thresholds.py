@@ -1,18 +1,19 @@
 """lambda, thresholds and asymptotic values to any digits; what Theorem 1.1 decides of inversion."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import mpmath
 import pytest
 
 import tt_precise as tt
+from tests.exact.conftest import Spoil, wrong, wrong_quantity
 from tt_precise.exact import thresholds as module
 from tt_precise.exact.stability import MarginalMomentum
 from tt_precise.exact.thresholds import InversionVerdict, Thresholds, inversion, thresholds
-from tt_precise.mechanics import euler, quantities
+from tt_precise.mechanics import euler
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import TippeTop, top_of
@@ -167,63 +168,28 @@ def test_the_mirror_image_has_the_same_thresholds_and_verdict(reference: Thresho
     assert found.inverts is True
 
 
-Spoil = Callable[[pytest.MonkeyPatch], None]
+def _larger(value: Any) -> Any:
+    return value + value / 10**30
 
 
-def _scaled(target: Any, name: str) -> Spoil:
-    def spoil(monkeypatch: pytest.MonkeyPatch) -> None:
-        original = getattr(target, name)
-
-        def spoiled(*given: Any) -> Any:
-            value = original(*given)
-            return value + value / 10**30
-
-        monkeypatch.setattr(target, name, spoiled)
-
-    return spoil
-
-
-def _quantity(name: str) -> Spoil:
-    def spoil(monkeypatch: pytest.MonkeyPatch) -> None:
-        original = quantities.QUANTITIES[name]
-
-        def spoiled(q: Any) -> Any:
-            value = original.evaluate(q)
-            return value + value / 10**30
-
-        monkeypatch.setitem(quantities.QUANTITIES, name, replace(original, evaluate=spoiled))
-
-    return spoil
-
-
-def _euler_rate(name: str) -> Spoil:
-    def spoil(monkeypatch: pytest.MonkeyPatch) -> None:
-        original = euler.rates
-
-        def spoiled(*given: Any) -> Any:
-            rate = original(*given)
-            value = getattr(rate, name)
-            return rate._replace(**{name: value + value / 10**30})
-
-        monkeypatch.setattr(euler, "rates", spoiled)
-
-    return spoil
+_wrong = partial(wrong, change=_larger)
+_quantity = partial(wrong_quantity, change=_larger)
 
 
 @pytest.mark.parametrize(
     ("spoil", "name"),
     [
-        (_scaled(euler, "jellett"), "lambda"),
-        (_scaled(formulas, "lambda_thres"), "lambda_thres"),
-        (_scaled(formulas, "lambda_up"), "lambda_up"),
-        (_scaled(formulas, "D0"), "D0"),
-        (_scaled(formulas, "D1"), "D1"),
-        (_scaled(formulas, "E0"), "E0"),
-        (_scaled(formulas, "E1"), "E1"),
+        (_wrong(euler, "jellett"), "lambda"),
+        (_wrong(formulas, "lambda_thres"), "lambda_thres"),
+        (_wrong(formulas, "lambda_up"), "lambda_up"),
+        (_wrong(formulas, "D0"), "D0"),
+        (_wrong(formulas, "D1"), "D1"),
+        (_wrong(formulas, "E0"), "E0"),
+        (_wrong(formulas, "E1"), "E1"),
         (_quantity("D"), "D1"),
         (_quantity("E_tilde"), "E0"),
-        (_euler_rate("phi_dot"), "gamma"),
-        (_euler_rate("omega_3"), "sigma"),
+        (_wrong(euler, "rates", "phi_dot"), "gamma"),
+        (_wrong(euler, "rates", "omega_3"), "sigma"),
     ],
 )
 def test_a_difference_in_the_30th_digit_is_seen(
