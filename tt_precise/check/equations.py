@@ -45,14 +45,14 @@ SERIES = SeriesFunctions(numpy)
 
 
 class RowsUnder(NamedTuple):
-    """Rows (a mask, or all of them) that obey one formulation, in vectors."""
+    """Rows (a mask, or all) that obey one formulation, in vectors."""
 
     rows: Array | slice
     form: Formulation
 
 
 def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
-    """The rows of ``state`` by the equations that they obey; none of them is empty."""
+    """The rows of ``state`` grouped by their equations, without empty groups."""
     lifted = isinstance(state, LiftedState)
     if scene.model == "flight" and lifted:
         return [RowsUnder(slice(None), raised("newton"))]
@@ -99,7 +99,7 @@ def lift_off(rows: Samples) -> float:
 
 
 class SolvedRows:
-    """The Taylor series of the solution through every row, each by its own equations."""
+    """The Taylor series of the solutions through the rows."""
 
     def __init__(self, scene: Scene, body: Parameters, state: State, order: int):
         self._body, self._order = body, order
@@ -142,7 +142,7 @@ class SolvedRows:
 
     @cached_property
     def margins(self) -> Array:
-        """Coefficients of what stays positive until the next switch of each row's equations.
+        """Coefficients of the function that is positive until each row's equations change.
 
         The contact force, the distance from the cone where the contact rests, the height in flight.
         """
@@ -184,7 +184,7 @@ A_STEP = 2.0  # eps that a Taylor step adds
 
 
 class Followed(NamedTuple):
-    """Where the solutions through rows are after their spans.
+    """The solutions through rows at the ends of their spans.
 
     ``state`` has shape (entries, rows). ``error`` bounds what rounding, of the rows and of the
     steps, has made of it, relative to the sizes; infinite where the end was not reached.
@@ -264,7 +264,7 @@ Rates = Callable[[tuple[Scalar, ...]], Sequence[Scalar]]
 
 
 class Residuals(NamedTuple):
-    """Changes minus integrals of rates of every interval, and how far to trust them.
+    """Changes minus integrals of rates of every interval, with error bounds.
 
     ``state`` has shape (entries, intervals), ``energy`` (intervals,), both in units of their size
     at the start; ``bound`` (intervals,) is that of the error of these numbers (``energy_bound``: of
@@ -383,9 +383,9 @@ class EquationResidual:
         return Residuals(mismatch[:-1], energy, bound, energy_bound, ends, steps)
 
     def _at_joints(self, samples: Samples, steps: Array) -> Array:
-        """By how much the energy rises in each interval, or falls by more than gliding can take.
+        """Rise of the energy in each interval, or its fall beyond the work that gliding can do.
 
-        NaN where the contact rests at both ends: how fast it glides in between is not known.
+        NaN where the contact rests at both ends: the speed in between is unknown.
         """
         q = samples.q
         speed, change = self._gliding(samples.state)
@@ -425,7 +425,7 @@ class EquationResidual:
         return numpy.maximum(self._resolved * steps / (HORIZON * self.setup.time), 4 * EPS)
 
     def _followed(self, samples: Samples, residuals: Residuals) -> Residuals:
-        """The balance with the solution followed through what the quadrature left open."""
+        """The balance, with the solution followed where the quadrature left it open."""
         steps = numpy.diff(samples.t)
         # what joins two pieces is no solution of either's equations
         wide = ~(residuals.bound <= self._wanted(steps))
@@ -560,7 +560,7 @@ class SummedResidual:
             self._near = samples, numpy.concatenate(([begin], ends))
 
     def _lift_off(self, rows: Samples) -> str:
-        """When the solution leaves the table, where this model ends with it."""
+        """When the solution leaves the table, if the model ends there."""
         t = math.inf if rows.setup.flies else lift_off(rows)
         return f"the solution {ending('contact_lost', t)}" if t < math.inf else ""
 
@@ -585,7 +585,7 @@ class SummedResidual:
 
     @property
     def note(self) -> str:
-        """What was not resolved, and from which spacing of the rows on it would be."""
+        """The unresolved intervals, and the spacing of rows that would resolve them."""
         said = f"error bound {self.error_bound:.0e}"
         beyond = float(abs(numpy.atleast_1d(self._sum)).max()) > self._bound + self._limit
         whole = self._part == "state" and not self._joins

@@ -1,13 +1,13 @@
-"""Distance from the true solution: golden data, or the solution computed afresh.
+"""Distance from the true solution: golden data, or a fresh solution.
 
 Digits count by the rule of ``mechanics.digits``, the same as in ``golden.compare``. A row between
 golden times is compared with the golden row nearest to it, carried to its time by the equations of
 motion; with ``fresh``, rows that golden data do not reach are compared with a solution that is
 computed at their own times.
 
-Where digits are asked for, every row must have been compared to so many of them, and no stretch of
-the motion may be without rows: the share of the rows compared, and the largest gap between them,
-are what the finding rests on, and it shows both.
+If digits are requested, every row must have been compared to this number of digits, and no stretch
+of the motion may be without rows. The finding shows the fraction of compared rows and the largest
+gap between them.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ EVEN = 1e-3  # relative, by which most intervals of evenly spaced rows differ
 
 
 class Evidence:
-    """Which rows were compared with the true solution, and where none are: two numbers.
+    """The rows that were compared with the true solution, and the gaps between rows.
 
     ``compared`` of ``rows``; the start counts in neither, as it is given.
     """
@@ -76,7 +76,7 @@ class Evidence:
         self._t.append(t.copy())  # a view would keep its whole block
 
     def miss(self, t: numpy.ndarray) -> None:
-        """Name the first of these rows, which could not be compared."""
+        """Record the first of these rows, which could not be compared."""
         if len(t):
             self.missed = float(t[0]) if self.missed is None else min(self.missed, float(t[0]))
 
@@ -104,7 +104,7 @@ class Evidence:
 
 
 class DigitsOverTime:
-    """Takes blocks of measured rows; as text such as "9 digits until 1.2 s, none from 5 s"."""
+    """Summarises blocks of measured rows, as in "9 digits until 1.2 s, none from 5 s"."""
 
     STEPS = (12, 10, 8, 6, 4, 2, 1)  # digits whose end is looked for
     MOST = 3  # of them are named
@@ -122,7 +122,7 @@ class DigitsOverTime:
 
     @property
     def from_the_start(self) -> bool:
-        """Whether no digit is right in the first row after the start already."""
+        """Whether the first row after the start has no correct digit."""
         _, errors = self._errors.curve
         return len(errors) > 0 and correct_digits(errors[0]) < 1
 
@@ -156,7 +156,7 @@ class DigitsOverTime:
 
 
 class OpenRows(NamedTuple):
-    """Rows that golden data do not reach: times (s), columns, and the cells as written."""
+    """Rows without a golden row: times (s), columns, and the cells as written."""
 
     t: numpy.ndarray
     values: dict[str, numpy.ndarray]
@@ -166,7 +166,7 @@ class OpenRows(NamedTuple):
 class GoldenDistance:
     """Compares blocks with the golden data of the scene, and keeps rows for a fresh computation.
 
-    ``asked`` are the digits wanted, or None to report only.
+    ``asked`` are the required digits, or None for a report only.
     """
 
     def __init__(
@@ -300,7 +300,7 @@ class GoldenDistance:
         )  # fmt: skip
 
     def _recompute(self, progress: Progress) -> tuple[str, str]:
-        """Compare the open rows with the solution; what was done, and where the solution ends."""
+        """Compare the open rows with a fresh solution; returns a summary and the solution's end."""
         fresh = FreshSolution(self._setup.scene, self._open, self._asked, progress)
         done = beyond = 0
         for rows in self._open:
@@ -331,7 +331,7 @@ class FreshSolution:
     Raises
     ------
     InputError
-        It cannot be computed so accurately.
+        This accuracy cannot be reached.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""What no friction law can excuse: attitude and position follow the velocities, and torque weight.
+"""Laws for every friction: attitude and position follow the velocities, L follows the torques.
 
 Both checks compare, over windows of four intervals, the change of something with the integral of
 its rate by Boole's rule. Its distance from Simpson's rule says how well the rows resolve the
@@ -186,7 +186,7 @@ class _OverWindows:
         return values
 
     def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
-        """By what each window is off beyond its bound, at least 0, and that bound."""
+        """The error of each window beyond its bound, at least 0, and the bound."""
         raise NotImplementedError
 
     @property
@@ -197,7 +197,7 @@ class _OverWindows:
 
     @property
     def note(self) -> str:
-        """What was not resolved."""
+        """The unresolved windows."""
         bound = self.error_bound
         said = f"error bound {bound:.0e}" if math.isfinite(bound) else ""
         if self.open:
@@ -217,7 +217,7 @@ def motion_as_given(samples: Samples) -> Motion:
 
 
 class ContactMomentum(_OverWindows):
-    """The torque about the lowest point that neither weight nor motion explains (m g R alpha)."""
+    """The remaining torque about the lowest point after weight and motion (m g R alpha)."""
 
     def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
         off, bound = torque_left(samples)
@@ -233,7 +233,7 @@ class ContactMomentum(_OverWindows):
 
     @property
     def note(self) -> str:
-        """What would explain what is left over, and what was not resolved."""
+        """A cause of the remaining torque, and the unresolved windows."""
         if self._worst <= self._limit:
             return super().note
         if self._vertical:
@@ -249,7 +249,7 @@ class ContactMomentum(_OverWindows):
 
 
 def torque_left(samples: Samples, gyroscopic: float = 1.0) -> Bounded:
-    """The unexplained mean torque of each window (3, windows), and its bound; both in m g R alpha.
+    """The remaining mean torque of each window (3, windows), and its bound; both in m g R alpha.
 
     The motion is supposed to have had the gyroscopic term ``gyroscopic`` times.
     """
@@ -289,7 +289,7 @@ class FrictionPower(_OverWindows):
 
     @property
     def note(self) -> str:
-        """The friction that the rows show, and what was not resolved."""
+        """The friction in the rows, and the unresolved windows."""
         return "; ".join(text for text in (self._friction, super().note) if text)
 
     @property
@@ -407,7 +407,7 @@ class Kinematics(_OverWindows):
 
     @property
     def note(self) -> str:
-        """What was looked at, and what of it does not follow."""
+        """The checked columns, and those that do not follow from the velocities."""
         fails = f"{self._what} does not follow" if self._worst > self._limit else ""
         looked = "looked at " + ", ".join(self._looked_at)
         lacking = [name for name in ("spin", "x", "y", "z") if name not in self._looked_at]

@@ -1,8 +1,8 @@
 """Trajectories as blocks of rows: CSV, gzipped CSV, standard input, Parquet, tables in memory.
 
-What the checks get is a ``Block``, whatever it was read from; however long a file is, only one
-block is in memory. Everything that makes a trajectory unusable (text in a number, dates, time that
-does not increase) ends in one line that names file and line.
+The checks receive a ``Block``, independent of its source; of a long file only one block is in
+memory. Every reason why a trajectory is unusable (text in a number, dates, time that does not
+increase) gives one line that names file and line.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from tt_precise.runtime.values import Array, InputError
 
 
 class RowSource:
-    """A source of blocks: its column names after renaming, and where it comes from.
+    """A source of blocks: its column names after renaming, and its origin.
 
     ``otherwise`` has further readings of its first rows, by what each supposes.
     """
@@ -43,18 +43,18 @@ class RowSource:
     def blocks(
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
     ) -> Iterator[Block]:
-        """The columns as arrays, block by block; can be asked for once.
+        """The columns as arrays, block by block; can be read once.
 
-        What is missing is NaN. In the columns ``also``, text that is no number is NaN too.
+        Missing values are NaN. In the columns ``also``, text that is not a number is NaN too.
         """
         raise NotImplementedError
 
     def close(self) -> None:
-        """Let go of the file, if there is one."""
+        """Close the file, if there is one."""
 
 
 class NotFinite(NamedTuple):
-    """The first row without a finite number in a column that was wanted: time (s), what, where."""
+    """The first row without a finite number in a wanted column: time (s), value, place."""
 
     t: float
     column: str
@@ -68,8 +68,8 @@ class NotFinite(NamedTuple):
 class UsableRows:
     """The blocks of a source up to time ``until`` and up to the first row that is not finite.
 
-    Iterating raises ``InputError`` where time stands still or goes back. Afterwards ``broken`` is
-    the row that is not finite, if there is one.
+    Iterating raises ``InputError`` if time does not increase. Afterwards ``broken`` is the first
+    row that is not finite, if any.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class UsableRows:
         row = int(numpy.argmin(finite))
         t = block.values["t"]
         name = next(name for name in self._wanted if not math.isfinite(block.values[name][row]))
-        # a row without a time is known by the one before it
+        # a row without a time is identified by the previous row
         times = [float(t[row]), float(t[row - 1]) if row else before]
         at = next((time for time in times if math.isfinite(time)), 0.0)
         self.broken = NotFinite(at, name, float(block.values[name][row]), block.place(row))
@@ -124,9 +124,9 @@ DATES = (datetime.date, datetime.time, datetime.timedelta, numpy.datetime64, num
 
 
 def number(value: Any, *, strict: bool) -> float:
-    """The number in a cell (text, or a number of any kind); NaN where there is none.
+    """The number in a cell (text, or a number of any kind); NaN if there is none.
 
-    Text that is no number is NaN, too, unless ``strict``.
+    Text that is not a number is also NaN, unless ``strict``.
 
     Raises
     ------
@@ -231,7 +231,7 @@ def numbers_of(
 
 
 def bad_cell(place: str, name: str, value: object, error: ValueError) -> str:
-    """The line that refuses a cell."""
+    """The error message for a cell."""
     # Python does not print integers of more than some thousand digits
     huge = isinstance(value, int) and value.bit_length() > 1000
     shown = "an integer of that size" if huge else repr(str(value)[:SHOWN])

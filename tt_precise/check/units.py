@@ -1,9 +1,9 @@
-"""Refuses trajectories that are in other units than SI, or of another body than the scene's.
+"""Refuses trajectories in other units than SI, or of another body than the scene's.
 
-A simulator's error shows as a small drift and is for the checks to find. What is refused here is
-off by a constant factor, or follows the equations only in other units: then nothing that the
-checks could say would mean anything. Looked at are the first rows only. How other simulators
-write is one table, ``READINGS``, tried in order; a reading may have nothing to change.
+The checks detect a simulator's error, which shows as a small drift. A trajectory is refused here if
+it is wrong by a constant factor, or follows the equations only in other units: then the results of
+the checks would be meaningless. Only the first rows are tested. The conventions of other simulators
+are one table, ``READINGS``, tried in order; a reading may change nothing.
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ CONVENTIONS = [name for name, read in READINGS.items() if read.__name__.startswi
 
 
 def readings(alone: bool = False) -> Iterator[tuple[str, Reading]]:
-    """Every reading with what it says, then two conventions at once, unless ``alone``."""
+    """Every reading with its description, then two conventions at once, unless ``alone``."""
     yield from READINGS.items()
     if alone:
         return
@@ -205,7 +205,7 @@ def refuse_other_units(
 
 
 def _refuse_other_units(setup: CheckSetup, rows: Samples, further: Mapping[str, Reading]) -> None:
-    """Refuse what follows the equations only once it is read in other units or conventions."""
+    """Refuse rows that follow the equations only in other units or conventions."""
     if len(rows.t) <= FEWEST:
         return
     as_given = _misfits(setup, rows.given)
@@ -233,7 +233,7 @@ def _refuse_other_units(setup: CheckSetup, rows: Samples, further: Mapping[str, 
 
 
 def _explained(as_given: dict[str, float], otherwise: dict[str, float], likely: bool) -> str:
-    """What a reading brings into order; "" if nothing, or if something else is off in it.
+    """The part that a reading corrects; "" if none, or if another part is wrong in it.
 
     How the rows follow the force may be off in either reading: the force may be another one. Then
     the axis of wide rows fits roughly only, which is enough in a ``likely`` reading, or where it
@@ -277,7 +277,7 @@ def _misfits(setup: CheckSetup, given: Columns, most: float = numpy.inf) -> dict
 
 
 def _part(change: numpy.ndarray, mismatch: numpy.ndarray) -> float | None:
-    """Median over intervals of the mismatch in terms of the change; None where little moves."""
+    """Median over intervals of the mismatch relative to the change; None if little moves."""
     with numpy.errstate(all="ignore"):
         parts = numpy.sqrt((mismatch**2).sum(axis=0) / (change**2).sum(axis=0))
     # an axis that does not move says nothing
@@ -289,7 +289,7 @@ def _part(change: numpy.ndarray, mismatch: numpy.ndarray) -> float | None:
 
 
 def _lift(setup: CheckSetup, given: Columns) -> float:
-    """Speed at which the contact point leaves the table, in terms of its parts."""
+    """Speed at which the contact point leaves the table, relative to its parts."""
     q = setup.samples(Block(dict(given))).q
     swing, rise = cross(q.omega, contact_arm(setup.body, q.k))[2], numpy.asarray(given["vcz"])
     size = math.sqrt(float(numpy.mean(swing**2 + rise**2)))

@@ -1,4 +1,4 @@
-"""``tt-precise check``: conservation checks on a trajectory from anywhere."""
+"""``tt-precise check``: conservation checks on a trajectory from any program."""
 
 from __future__ import annotations
 
@@ -34,9 +34,7 @@ FAILED = 1
     help="NAME=VALUE for one check, or VALUE for all relative drifts (1e-6).",
 )
 @click.option("--until", type=options.FINITE, help="Leave out rows after this time (s).")
-@click.option(
-    "--digits", type=options.FINITE, help="Fail below so many correct digits of golden data."
-)
+@click.option("--digits", type=options.FINITE, help="Fail if fewer digits agree with golden data.")
 @click.option("--fresh", is_flag=True, help="Compute the solution where there is no golden row.")
 @click.option(
     "--friction",
@@ -70,14 +68,14 @@ def command(
     markdown: str | None,
     plot: str | None,
 ) -> int:
-    """Check what TRAJECTORY must conserve.
+    """Check the conservation laws on TRAJECTORY.
 
     It is .csv (or gzipped), .parquet, .arrow, .h5, .json, .npz, or - for standard input.
 
     Columns (SI; those in brackets if known): t and theta theta_dot phi_dot omega_3 [nu_x nu_y], or
-    kx ky kz Lx Ly Lz [vx vy], or qw qx qy qz wx wy wz [vcx vcy vcz]. `tt-precise columns` says what
-    each is, in which frame. x, y, z, phi and psi are checked too if the file has them. Exit status
-    1 if a check failed.
+    kx ky kz Lx Ly Lz [vx vy], or qw qx qy qz wx wy wz [vcx vcy vcz]. `tt-precise columns` lists
+    their meanings and frames. x, y, z, phi and psi are checked too if the file has them. Exit
+    status 1 if a check failed.
 
     Checks: time, finite, jellett, energy, energy_balance, equations, kinematics, contact_momentum,
     normal_force, friction_power, contact, contact_velocity, fall, axis_norm, quaternion_norm,

@@ -73,7 +73,7 @@ def command(
 
 
 def in_full(claim: JudgedClaim) -> list[str]:
-    """The lines that say all that is known of a claim."""
+    """The lines with everything about a claim."""
     lines = [
         f"{claim.id}  {claim.verdict}{' (proved)' if claim.proved else ''}",
         f"  claim       {claim.statement}",

@@ -36,7 +36,7 @@ GOOD = ("rounding", "converges", "measured")
 )  # fmt: skip
 @click.option(
     "--time-limit", default=120.0, show_default=True, type=options.POSITIVE,
-    help="Most seconds for one motion.",
+    help="Time limit for one motion in s.",
 )  # fmt: skip
 @options.workers("by default one for each core")
 @click.option(

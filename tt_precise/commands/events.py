@@ -19,7 +19,7 @@ SCHEMA = "tt_precise.events/1"
 @click.command("events")
 @click.argument("scene", required=False)
 @options.PRECISION
-@click.option("--digits", type=int, help="Correct digits that you want, of times and states.")
+@click.option("--digits", type=int, help="Number of correct digits of times and states.")
 @click.option("--until", help="Horizon in s, instead of the scene's.")
 @click.option("--only", help="Events, separated by commas; also extremum:QUANTITY, zero:QUANTITY.")
 @options.JSON
@@ -57,7 +57,7 @@ def command(
     with progress_bar(f"integrating {loaded.name}") as progress:
         run = integrate(loaded, precision, digits=digits, events=names, progress=progress)
     climb = {}
-    if loaded.model != "flight":  # in which a top turns over, and climbs nowhere
+    if loaded.model != "flight":  # in free flight a top turns over without a climb
         climb = {
             f"{when}_{definition}": getattr(getattr(run.inversion, definition), when)
             for definition in "ABC"

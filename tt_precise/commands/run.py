@@ -123,7 +123,7 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
 @click.argument("scene")
 @options.PRECISION
 @click.option("--bits", type=int, help="Bits of --precision mp; by default 200.")
-@click.option("--digits", type=int, help="Correct digits that you want; the arithmetic follows.")
+@click.option("--digits", type=int, help="Number of correct digits; chooses the arithmetic.")
 @click.option("--formulation", help="Coordinates: newton (the default) or euler.")
 @click.option(
     "--contact",
@@ -168,8 +168,8 @@ def command(
 ) -> int:
     """Integrate SCENE, a shipped name or a TOML file.
 
-    Exit status 1 if the trajectory ended before its horizon, or got there with g_n < 0 on the way
-    (only with --contact bilateral).
+    Exit status 1 if the trajectory ended before its horizon, or had g_n < 0 at some time (only with
+    --contact bilateral).
     """
     from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""mpmath contexts of one's own, and how many digits of two numbers agree."""
+"""mpmath contexts, and the number of digits on which two numbers agree."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from mpmath import MPContext
 from tt_precise.runtime.values import Arithmetic, Functions, InputError, Scalar
 from tt_precise.scene.numerals import to_mpmath
 
-MOST_DIGITS = 2000  # beyond, minutes turn into hours; a typing error should not start them
+MOST_DIGITS = 2000  # more digits take hours; this limit catches typing errors
 
 
 def own_context(digits: int) -> Functions:
-    """A new mpmath context of ``digits`` decimal digits, so that nobody's global one changes."""
+    """A new mpmath context of ``digits`` decimal digits; the global context does not change."""
     context = MPContext()
     context.dps = digits
     return context
 
 
 def arithmetic_of(context: Functions) -> Arithmetic:
-    """An mpmath context as an arithmetic that exact numbers are taken into."""
+    """An mpmath context as an ``Arithmetic``."""
     return Arithmetic(context, rounding_to(context))
 
 
@@ -31,12 +31,12 @@ def rounding_to(context: Functions) -> Callable[[Fraction], Scalar]:
 
 
 def checked_digits(digits: int) -> int:
-    """``digits`` if it can be asked for.
+    """``digits`` if it is in range.
 
     Raises
     ------
     InputError
-        It is no whole number between 1 and ``MOST_DIGITS``.
+        It is not a whole number between 1 and ``MOST_DIGITS``.
     """
     if isinstance(digits, bool) or not isinstance(digits, int) or not 1 <= digits <= MOST_DIGITS:
         raise InputError(
@@ -46,9 +46,9 @@ def checked_digits(digits: int) -> int:
 
 
 def agreed_digits(a: Scalar, b: Scalar, most: int, context: Functions) -> int:
-    """Decimal digits in which ``a`` and ``b`` agree: of -log10 |a - b|/max, at most ``most``.
+    """Decimal digits on which ``a`` and ``b`` agree: -log10 |a - b|/max, at most ``most``.
 
-    None where one of them is infinite or NaN.
+    None if one of them is infinite or NaN.
     """
     difference = abs(a - b)
     if difference == 0:

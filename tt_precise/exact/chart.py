@@ -1,11 +1,11 @@
 """Symbolic coordinates: the mechanics in the field of rational functions of parameters and state.
 
-A chart names symbols for the parameters and the state and knows the relations between them:
-s^2 + c^2 = 1 for s = sin theta and c = cos theta, |k|^2 = 1 for the axis, and q^2 for the root in
-Routh's function, q = I3 sqrt(d(cos theta)). The functions of ``mechanics`` run on these symbols as
-they are. A rational function vanishes on the relations if and only if the remainder of its
-numerator does: the relations' leading terms, c^2 and C^2 (or kz^2) and q^2, have no common factor,
-so they are a Groebner basis, and the ideal is prime.
+A chart names symbols for the parameters and the state and knows the relations between them: s^2 +
+c^2 = 1 for s = sin theta and c = cos theta, |k|^2 = 1 for the axis, and q^2 for the root in Routh's
+function, q = I3 sqrt(d(cos theta)). The functions of ``mechanics`` run on these symbols unchanged.
+A rational function vanishes on the relations if and only if the remainder of its numerator does:
+the relations' leading terms, c^2 and C^2 (or kz^2) and q^2, have no common factor, so they are a
+Groebner basis, and the ideal is prime.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class Chart:
 
     A chart at azimuth 0 differentiates at any azimuth and then sets it to 0, where the axis is
     tilted along X: much smaller expressions, and no loss for equations that commute with rotations
-    about z. With the rational numbers of one ``body`` for the parameters it is quicker still: what
-    fails for that body fails.
+    about z. With the rational numbers of one ``body`` for the parameters it is quicker: an identity
+    that fails for this body is false.
     """
 
     sets_azimuth: ClassVar = False
@@ -83,7 +83,7 @@ class Chart:
         Raises
         ------
         ZeroDivisionError
-            The denominator vanishes on the relations: ``value`` means nothing.
+            The denominator vanishes on the relations: ``value`` is undefined.
         """
         element = self.here(value)
         if not element.denom.rem(self._relations):

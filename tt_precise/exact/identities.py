@@ -1,4 +1,4 @@
-"""Proofs that the equations of ``mechanics`` say the same, and conserve what the paper says.
+"""Proofs that the forms of the equations in ``mechanics`` agree, and of the conservation laws.
 
 Each identity is one entry: a function that yields residuals. Symbolic ones call the functions of
 ``mechanics`` on the symbols of a chart: all parameters and the whole state are symbols, so a proof
@@ -49,11 +49,11 @@ LARGEST = 10**6  # numerators: a false identity of degree n survives a point wit
 
 @dataclass(frozen=True)
 class IdentityProof:
-    """Whether an identity holds, and how that was decided.
+    """Whether an identity holds, and the method of the decision.
 
-    ``residuals`` is how many expressions have to vanish, ``failed`` lists those that do not
-    (counted from 0). A symbolic proof reduced numerators of ``terms`` terms in a ``chart``; one at
-    rational points evaluated ``points`` of them.
+    ``residuals`` is the number of expressions that must vanish, ``failed`` lists those that do not
+    (counted from 0). A symbolic proof reduced numerators of ``terms`` terms in a ``chart``; a proof
+    at rational points evaluated ``points`` points.
     """
 
     name: str
@@ -70,7 +70,7 @@ class IdentityProof:
 
 @dataclass(frozen=True)
 class Identity:
-    """A statement, where the paper makes it, and a function giving what must vanish.
+    """A statement, its place in the paper, and a function for the expressions that must vanish.
 
     Symbolic: ``residuals`` takes a chart of the type named in its annotation. At rational points:
     it takes a ``random.Random`` and gives exact numbers, at another point each time.
@@ -87,7 +87,7 @@ class Identity:
         return " ".join(str(self.residuals.__doc__).split())
 
     def prove(self, body: Parameters | None = None) -> IdentityProof:
-        """Prove or refute it; a symbolic one for a single exact ``body``, where one is given."""
+        """Prove or refute it; a symbolic identity only for the exact ``body``, if given."""
         return self._symbolically(body) if self.kind == SYMBOLIC else self._at_points()
 
     def _symbolically(self, body: Parameters | None) -> IdentityProof:

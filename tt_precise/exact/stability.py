@@ -1,4 +1,4 @@
-"""The spin at which the upright or the inverted top changes its stability, found numerically.
+"""The spin at which the upright or the inverted top changes its stability, determined numerically.
 
 No formula of the paper is used: the equations of motion (``newton.rates``) are linearised by
 finite differences about the steady spin k = +-z, L = L z, v = 0, and the spin is sought at which
@@ -6,7 +6,7 @@ the largest real part of the eigenvalues passes zero.
 
 Only the ratio of centrifugal to gravitational forces matters, omega_3^2 R/g. So the top spins
 with omega_3 = 1 in units of its own mass and radius, and gravity is what varies: infinite spin is
-then the regular limit g = 0, and a threshold that runs away to infinity need not be chased.
+then the regular limit g = 0, and a threshold may tend to infinity.
 
 Rotations about z commute with the equations, so the six horizontal components combine to three
 complex ones, kx + i ky, Lx + i Ly, vx + i vy, and the linearised system to a complex 3x3 matrix;
@@ -31,14 +31,14 @@ UPRIGHT, INVERTED = 1, -1
 GUARD_DIGITS = 10  # the sign change is seen this much closer than the digits asked for
 MOST_REACH = 400  # decades of omega_3^2 R/g searched on either side, at most
 FOLLOWED = 1.2  # ratio of gravities between which an eigenvalue is recognised as the nearest one
-DOUBLINGS = 3  # of the working precision, where a sign drowns in rounding errors
+DOUBLINGS = 3  # of the working precision, below which rounding errors decide a sign
 
 
 @dataclass(frozen=True)
 class MarginalMomentum:
-    """The marginal angular momentum L in kg m^2/s; None where there is none, with the reason.
+    """The marginal angular momentum L in kg m^2/s; None if there is none, with the reason.
 
-    ``exists`` is None where the search could not decide.
+    ``exists`` is None if the search could not decide.
     """
 
     exists: bool | None
@@ -47,20 +47,20 @@ class MarginalMomentum:
 
 
 class Eigenvalue(NamedTuple):
-    """An eigenvalue, per unit of time, and how far it may be off."""
+    """An eigenvalue, per unit of time, and the bound of its error."""
 
     value: Scalar
     error: Scalar
 
     def sign(self) -> int:
-        """Whether its mode grows (1) or decays (-1); raises where the error leaves that open."""
+        """Whether its mode grows (1) or decays (-1); raises if the error leaves that open."""
         if not abs(self.value.real) > self.error:
             raise _UnresolvedError
         return 1 if self.value.real > 0 else -1
 
 
 class _UnresolvedError(ArithmeticError):
-    """A sign drowns in the rounding errors of the working precision."""
+    """The rounding errors of the working precision hide a sign."""
 
 
 Spectrum = Callable[[Scalar], list[Eigenvalue]]
@@ -175,7 +175,7 @@ def _search(
 
 
 def fineness(body: TippeTop, mu: Fraction | None = None) -> int:
-    """How many decades the parameters' own digits can push a threshold away, or cancel.
+    """The decades by which the digits of the parameters can move a threshold, or cancel.
 
     Differences of the parameters such as 1 - alpha vanish or are at least one over their
     denominators; a threshold may hold the fourth power of one.

@@ -1,10 +1,10 @@
 """lambda, its thresholds and the asymptotic values, each determined twice, to any digits.
 
-The formulas are those of ``mechanics.thresholds``. Beside each stands a determination that does
+The formulas are those of ``mechanics.thresholds``. Each is compared with a determination that does
 not use it: the thresholds from eigenvalues of the linearised equations of motion
-(``exact.stability``), the asymptotic D and E~ from these quantities in the limit state, lambda
-from the Euler form, gamma and sigma from accelerations. ``inversion`` says whether a motion tends
-to the inverted spin: what Theorem 1.1 and stability decide.
+(``exact.stability``), the asymptotic D and E~ from these quantities in the limit state, lambda from
+the Euler form, gamma and sigma from accelerations. ``inversion`` decides whether a motion tends to
+the inverted spin, by Theorem 1.1 and stability.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ MOST_GUARD = 5000
 class Determination:
     """A number and its independent determination (mpmath numbers, SI).
 
-    ``value`` is None where the quantity does not exist, ``independent`` where it does not exist or
-    could not be found; ``reason`` then says why. ``digits_agreed`` is computed from the two, at
-    most the digits asked for, 0 where only one of them exists, None where neither does.
+    ``value`` is None if the quantity does not exist, ``independent`` if it does not exist or could
+    not be determined; ``reason`` then says why. ``digits_agreed`` compares the two, at most the
+    requested digits, 0 if only one of them exists, None if neither does.
     """
 
     value: Scalar
@@ -57,7 +57,7 @@ class Determination:
 
 @dataclass(frozen=True)
 class Thresholds:
-    """What ``thresholds`` finds for a scene; ``inverts`` as in ``inversion``."""
+    """The results of ``thresholds`` for a scene; ``inverts`` as in ``inversion``."""
 
     digits: int
     context: Functions
@@ -87,7 +87,7 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
     """Determine lambda, lambda_thres, lambda_up, D0, D1, E0, E1, gamma, sigma, each in two ways.
 
     E0 and E1 are the paper's E~_0 and E~_1, in J; lambda in kg m^3/s, D in kg m^2/s. D0 to E1
-    belong to the scene's own lambda.
+    belong to the scene's lambda.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
 
 
 def lambda_at_start(scene: Scene, digits: int = 50) -> Scalar:
-    """lambda alone, in kg m^3/s, as ``thresholds`` has it; the thresholds take a second."""
+    """Only lambda, in kg m^3/s, as in ``thresholds``; the thresholds take a second."""
     return _Work(scene, checked_digits(digits)).lambda_of_vectors()
 
 
@@ -191,7 +191,7 @@ class _Work:
         return replace(worst, reason="; ".join(reasons))
 
     def friction_at_rest(self) -> tuple[str, Fraction]:
-        """What friction is beside a steady spin, v_A = 0, and its coefficient in s/m."""
+        """The friction near a steady spin, v_A = 0, and its coefficient in s/m."""
         body = self.scene.body
         if self.scene.model != "gliding" or body.mu == 0:
             return "an auxiliary mu = 1 s/m, as the scene has none", Fraction(1)

@@ -69,7 +69,7 @@ def build(folder: Path, progress: Progress = silent) -> list[Path]:
 
 
 def verify(folder: Path, progress: Progress = silent) -> list[str]:
-    """What is wrong with the committed vectors and the index, in lines; computed afresh."""
+    """A line for each problem of the committed vectors and the index, after recomputing."""
     problems = list(stale(folder))
     for name, text in vector_texts(progress).items():
         file = folder / VECTORS / name
@@ -81,12 +81,12 @@ def verify(folder: Path, progress: Progress = silent) -> list[str]:
 
 
 def stale(folder: Path) -> Iterator[str]:
-    """What the index says otherwise than the files.
+    """Differences between the index and the files.
 
     Raises
     ------
     InputError
-        There is no golden data in ``folder``.
+        There are no golden data in ``folder``.
     """
     _scenes(folder)
     file = folder / INDEX
@@ -113,7 +113,7 @@ def stale(folder: Path) -> Iterator[str]:
 
 
 def _files(folder: Path) -> set[str]:
-    """All that is not hidden."""
+    """All files that are not hidden."""
     files = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
     return {path.as_posix() for path in files if not any(part[0] == "." for part in path.parts)}
 
@@ -152,12 +152,12 @@ def index_text(folder: Path) -> str:
 
 
 def entries(folder: Path) -> Iterator[Listed]:
-    """One entry a file, in order.
+    """An entry for each file, in order.
 
     Raises
     ------
     InputError
-        There is no golden data in ``folder``, or a file lacks what it should say of itself.
+        There are no golden data in ``folder``, or a file lacks its metadata.
     """
     for name in _scenes(folder):
         place = folder / name

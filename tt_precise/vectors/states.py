@@ -1,7 +1,7 @@
 """Depth 1: seeded states under every law of friction and contact, and each term of the equations.
 
-A trajectory that drifts does not say which term is wrong; these numbers do. Inputs have 50 digits,
-so that rounding them does not show in the 34 of what is expected.
+A drifting trajectory does not show which term is wrong; these numbers do. Inputs have 50 digits, so
+that their rounding does not show in the 34 digits of the expected numbers.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ FRICTION = {**GLIDING, "sticking": COULOMB, **dict.fromkeys(SPRINGS, REGULARISED
 STIFFNESS = {"linear": ("500", "5000"), "hunt-crossley": ("50000", "500000")}  # N/m, N/m^1.5
 DAMPING = {"linear": ("0.05", "0.5"), "hunt-crossley": ("0.2", "2")}  # N s/m, s/m
 INPUT_DIGITS, DIGITS, WORKING_DIGITS = 50, 34, 80
-AGREEMENT = 40  # digits in which two formulations have to agree
+AGREEMENT = 40  # digits on which two formulations must agree
 ROUNDING = 1e-60
 PLUS = Fraction(101, 100)  # 1 % more
 VALID, INVALID = "valid", "invalid"
@@ -65,12 +65,12 @@ class StateCase:
 
     @cached_property
     def context(self) -> Functions:
-        """The arithmetic that everything is computed in."""
+        """The arithmetic of all computations."""
         return own_context(WORKING_DIGITS)
 
     @cached_property
     def motion(self) -> Motion:
-        """What quantities at the start are functions of, turned to the case's azimuth."""
+        """The motion at the start, rotated to the case's azimuth."""
         start: Any = self.start.vectors
         parts = [*self.turned(start.k), *self.turned(start.L), *self.turned(start.v)[:2]]
         model = "flight" if self.law == "none" else self.scene.model
@@ -95,7 +95,7 @@ class StateCase:
         return arithmetic_of(self.context).exact(value)
 
     def pose_of(self, q: Motion, phi: Scalar = 0, psi: Scalar = 0) -> Pose:
-        """Orientation and velocities of a motion that has turned by ``phi`` since the start."""
+        """Orientation and velocities of a motion that has rotated by ``phi`` since the start."""
         fn = self.context
         azimuth = 2 * fn.atan2(self.number(self.half[1]), self.number(self.half[0])) + phi
         return pose(q, fn.hypot(q.k[0], q.k[1]), azimuth, psi, 0, 0)
@@ -184,7 +184,7 @@ def _pressed(case: StateCase) -> bool:
     return bool(sticks and q.force[2] > q.body.m * q.body.g / 10)
 
 
-# What engines get wrong: the terms of the same state with one mistake, by the flag that names it.
+# Common mistakes of engines: the terms of the same state with one mistake, by its flag.
 MISTAKES: dict[str, Callable[[StateCase], Motion]] = {
     "I1 plus 1 %": lambda case: _with_body(case, I1=case.start.body.I1 * case.number(PLUS)),
     "I3 plus 1 %": lambda case: _with_body(case, I3=case.start.body.I3 * case.number(PLUS)),
@@ -211,7 +211,7 @@ def _inverse_of(case: StateCase) -> Quaternion:
 def _seen(
     case: StateCase, body: Any = None, k: Vector | None = None, omega: Vector | None = None
 ) -> Motion:
-    """The case's motion to somebody with another body, axis or angular velocity."""
+    """The case's motion with another body, axis or angular velocity."""
     q = case.motion
     body, k, w = body or q.body, k or q.k, omega or q.omega
     v = added(q.s_dot, cross(w, newton.contact_arm(body, k)))
@@ -225,7 +225,7 @@ def state_file() -> list[dict[str, Json]]:
     Raises
     ------
     ArithmeticError
-        Two formulations do not agree; there is nothing to publish then.
+        Two formulations do not agree.
     """
     return [entry for case in cases() for entry in _entries(case)]
 
@@ -298,7 +298,7 @@ def expected(case: StateCase) -> dict[str, Scalar | Vector]:
 
 def _shown(case: StateCase, value: Scalar, digits: int) -> str:
     number = case.context.mpf(value)
-    # what a constraint keeps zero is rounding: no number in SI here is so small
+    # values that a constraint keeps zero are rounding: no other number in SI here is so small
     return decimal(number if abs(number) > ROUNDING else number * 0, digits, case.context)
 
 

@@ -97,7 +97,7 @@ def _integrated(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str,
 
 
 def _require_joint(case: StateCase, run: Trajectory) -> None:
-    """That a state which sticks or slips does so in its own step, and others do neither."""
+    """Require that only the chosen states stick or slip within their step."""
     law, _, number = case.name.rpartition("-")
     if law not in JOINED:
         if len(run.pieces) > 1 and not case.scene.lifts:
@@ -114,7 +114,7 @@ def _require_joint(case: StateCase, run: Trajectory) -> None:
 def _require_agreement(case: StateCase, fine: dict[str, Scalar], other: dict[str, Scalar]) -> None:
     fn = case.context
     for name, value in fine.items():
-        # phi and psi enter as angles: their absolute error counts
+        # phi and psi are angles: their absolute error counts
         size = max(abs(value), 1) if name in ANGLES else abs(value)
         if not abs(value - other[name]) <= size * fn.mpf(10) ** -(DIGITS + 4):
             agreed = agreed_digits(value, other[name], DIGITS + 9, fn)
