@@ -3,8 +3,7 @@
 The problem is exact: y' = f(y), y(0) = y0 with the parameters and the start as the scene writes
 them (dimensionless vectors k, L and the velocity of the centre of mass; irrational numbers such as
 mu sqrt(g R) are balls as tight as the precision). heyoka's Taylor polynomials serve as an
-approximate solution. Nothing is assumed about them: what is proved is proved about whatever
-polynomials are given.
+approximate solution. Nothing is assumed about them: the proof holds for any polynomials.
 
 **One step.** Let p be polynomials on 0 <= s <= S, time t = t0 + u s with an exact unit u; F = u f;
 w > 0 weights, |x| = max |x_i|/w_i and ||.|| the operator norm that belongs to it. All bounds
@@ -36,20 +35,20 @@ W(S) W(s)^-1 is at most exp(a (S - s)). (W - P)' = M (W - P) + (M P - P'), so W 
 of W(S) W(s)^-1 (M P - P') ds, at most q G; and e(S) = W(S) e0 + integral of W(S) W(s)^-1 c(s) ds,
 where the integral is at most d G. ∎
 
-Components that are zero identically (``exact_zeros``) are left out of all this and are exact.
-Step after step, the set of errors is carried as B z, z in a box (a Lohner set), and shifted by the
+Components that are zero identically (``exact_zeros``) are left out of all this and are exact. From
+step to step the set of errors is represented as B z, z in a box (a Lohner set), and shifted by the
 gap between the end of one polynomial and the start of the next. By induction every state is
-enclosed at every time. What fails to verify is tried again with half the step; what still fails
-ends the enclosure there and is reported as ``NotProved``, never rounded up.
+enclosed at every time. A step that fails to verify is halved; if the halves fail too, the failure
+ends the enclosure there and is reported as ``NotProved``.
 
-Hypotheses that are no bounds are verified as well: polynomials, ends and units of time are exact
-numbers (``Piece``), and the arithmetic rounds outward (``balls``, against rational arithmetic).
+Hypotheses other than bounds are verified too: polynomials, ends and units of time are exact numbers
+(``Piece``), and the arithmetic rounds outward (``balls``, against rational arithmetic).
 
-On it stand proved signs (g_n > 0 throughout, so E' = -mu g_n v^2 <= 0: the energy never grows),
+From it follow proved signs (g_n > 0 throughout, so E' = -mu g_n v^2 <= 0: the energy never grows),
 proved zeros (``interval_newton``: existence, uniqueness, enclosure of time and state; at t = 0,
 where many functions vanish, ``onset`` decides exactly), hence proved initiation and ending times,
-and the count of printed digits that are proved (``comparison``). What comes after the horizon is
-the subject of ``energy_well``; ``checker`` is a second opinion that shares nothing with all this.
+and the count of proved printed digits (``comparison``). The motion after the horizon is the subject
+of ``energy_well``; ``checker`` is a second, independent program.
 
     >>> import dataclasses
     >>> import tt_precise as tt
@@ -78,7 +77,7 @@ __all__ = [
     "Enclosure", "NotProved", "Problem", "Proof", "Zero", "enclose", "problem_of", "prove", "zeros",
 ]  # fmt: skip
 
-# what is on disk can be read without python-flint, which the rest imports
+# proofs on disk can be read without python-flint, which the other modules import
 __getattr__, __dir__ = lazy_names(
     __name__,
     {

@@ -18,7 +18,7 @@ from tt_precise.runtime.values import Scalar
 
 
 class NotProved(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
-    """A hypothesis did not verify, so nothing is claimed; never a statement that it is false.
+    """A hypothesis was not verified, so nothing is claimed; it may still be true.
 
     ``hypothesis`` names it as in the docstring of ``tt_precise.certify``.
     """
@@ -32,9 +32,9 @@ class NotProved(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
 
 
 class Balls:
-    """The elementary functions that the mechanics ask of an arithmetic, on balls.
+    """The elementary functions of the mechanics, on balls.
 
-    Roots are taken of Taylor models and dual numbers as well.
+    Roots also work on Taylor models and dual numbers.
     """
 
     mpf = arb  # of a whole number
@@ -78,7 +78,7 @@ class Balls:
 
 
 class Ring:
-    """What follows from addition, negation and multiplication."""
+    """Operations that follow from addition, negation and multiplication."""
 
     def __radd__(self: Scalar, other: Scalar) -> Scalar:
         return self + other
@@ -120,7 +120,7 @@ def largest(numbers: Iterable[arb]) -> arb:
     Raises
     ------
     NotProved
-        One of them is not finite. (A comparison with NaN is false, so ``max`` would pass it over.)
+        A ball is not finite. (A comparison with NaN is false, so ``max`` would ignore it.)
     """
     tops = [number.upper() for number in numbers]
     if not all(top.is_finite() for top in tops):

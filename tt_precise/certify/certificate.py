@@ -1,7 +1,7 @@
-"""A certificate: where the pieces of an approximate solution begin, and how long they are.
+"""A certificate: the starts and lengths of the pieces of an approximate solution.
 
 Of each piece: its unit of time as a power of two, its length in that unit, and the state at its
-beginning, exact (mantissa, hexadecimal, and exponent of two). ``checker`` makes all else from them.
+beginning, exact (mantissa, hexadecimal, and exponent of two). ``checker`` computes the rest.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ MOST_BYTES = 100_000_000  # unpacked; that of the reference scene has 0.8 MB
 
 
 class Refused(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
-    """The certificate does not prove the golden data; the message says where it fails."""
+    """The certificate does not prove the golden data; the message says where."""
 
 
 class TooWide(Refused):
-    """The numbers may be right, but are not enclosed tightly enough: more bits may show it."""
+    """The enclosure is too wide to decide whether the numbers are right: more bits may help."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def unpacked(data: bytes) -> dict[str, Json]:
     Raises
     ------
     Refused
-        It is not what was written.
+        It has changed since it was written.
     """
     try:
         unpacking = lzma.LZMADecompressor()

@@ -1,13 +1,13 @@
-"""A second opinion that trusts nobody: pieces in, enclosures out.
+"""The second, independent checker: encloses the solution from the pieces of a certificate.
 
 It shares with the prover the ball arithmetic (``balls``), the mechanics with their events, and the
-parser of scenes; nothing else, not even power series (``checker_arithmetic``). It knows nothing of
-tables: ``comparison`` holds those against what is enclosed here, as it does for the prover.
+parser of scenes; nothing else, not even power series (``checker_arithmetic``). It does not use the
+tables: ``comparison`` compares them with these enclosures, as it does for the prover.
 
 A piece's polynomials are the Taylor series of the equations, in integers; S1 to S4 of the theorem
 in ``tt_precise.certify`` are verified for them, in the norm max |x_i|, with the errors measured
-from p(0). Zeros of a function are looked for from t = 0 on. Where it vanishes there, formal
-arithmetic says to which order, and balls say which sign follows.
+from p(0). Zeros of a function are searched from t = 0 on. If it vanishes there, formal arithmetic
+determines the order, and balls determine the following sign.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def _height(q: Motion) -> Scalar:
 
 
 def _pull(q: Motion) -> Scalar:
-    """What an elastic table would pull with, were its force not zero then."""
+    """The pull of an elastic table by the formula of its force, without the cut at zero."""
     return compliant.reach(q.body, q.state.height, q.state.rise)
 
 
@@ -160,7 +160,7 @@ class Checker:
         return 1
 
     def motion(self, state: Sequence[Scalar]) -> Motion:
-        """What events and quantities are functions of."""
+        """The motion, argument of events and quantities."""
         vectors = state[: len(self.form.columns)]
         return self.form.motion(self.start.body, self.form.State(*vectors), Balls)
 

@@ -1,10 +1,10 @@
-"""Golden tables against what is proved of their numbers: one comparison, whoever enclosed them.
+"""Comparison of golden tables with enclosures of the exact solution, from either program.
 
 The prover and the second checker both deliver an ``Enclosed``: balls around the exact state at each
-sample and event. Every cell of the tables is compared with that. It has to be written as golden
-data are, with all 34 digits (0 stands for what is at most 1e-34 of the column's largest), and to be
-the correctly rounded number; rows, events, directions and their order have to be those of the
-motion. What differs is named, and belongs to no number that could be called proved.
+sample and event. Every cell of the tables is compared with its ball. It must be written as golden
+data are, with all 34 digits (0 stands for at most 1e-34 of the column's largest number), and must
+be the correctly rounded number; rows, events, directions and their order must be those of the
+motion. Every difference is named and counts as unproved.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Enclosed:
 
 @dataclass(frozen=True)
 class Tally:
-    """What is proved about one printed column.
+    """The proved statements about a printed column.
 
     digits
         Fewest proved digits of its enclosed entries, those printed as 0 apart; None if there are no
@@ -98,7 +98,7 @@ class Tally:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Tables and enclosure side by side.
+    """The comparison of tables and enclosure.
 
     For each file the states that are proved to belong to its rows ({} where none is), and a tally
     of each column. ``mismatches`` say where they differ in anything but the digits of numbers.
@@ -129,7 +129,7 @@ class Comparison:
 
     @property
     def objection(self) -> str:
-        """Why it does not prove every printed number and event; "" where it does."""
+        """Why it does not prove every printed number and event; "" if it does."""
         if self.mismatches:
             return self.mismatches[0]
         for file, tallies in self.tallies.items():
@@ -142,7 +142,7 @@ class Comparison:
 
 
 def compare(stored: Stored, enclosed: Enclosed) -> Comparison:
-    """Hold the golden tables ``stored`` against balls around their numbers."""
+    """Compare the golden tables ``stored`` with balls around their numbers."""
     trajectory = stored.trajectory
     scales = {name: scale_of(_numbers(trajectory.column(name))) for name in trajectory.columns}
     rows, problems = _rows(stored, enclosed)
@@ -304,7 +304,7 @@ def tally(cells: Iterable[tuple[str, arb | None]], zero: Fraction) -> Tally:
 
 @dataclass(frozen=True)
 class PrintedDigits:
-    """What an enclosure says of one printed number.
+    """The result of an enclosure for a printed number.
 
     digits
         Proved significant digits: the exact number differs from the printed one by at most half
@@ -326,7 +326,7 @@ class PrintedDigits:
 def printed(text: str, exact: arb, zero: Fraction = Fraction(0)) -> PrintedDigits:
     """Compare a printed decimal with a ball around the exact number.
 
-    ``zero`` is what "0" stands for: anything no larger than that.
+    ``zero`` is the largest size of a number that is printed as "0".
     """
     low, high = bounds(exact)
     number = Decimal(text)

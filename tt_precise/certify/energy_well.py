@@ -1,4 +1,4 @@
-"""What a solution does for ever, once its energy holds it: a theorem.
+"""A theorem about all later times: the energy confines the solution.
 
 The energy falls as E' = -mu g_n v^2 (regularised friction has a positive, smooth function of v for
 mu), and lambda = -L.a is constant. Given both lambda and the inclination, with
@@ -36,8 +36,8 @@ L' = phi_dot z x L, or phi_dot (L.k - I1 phi_dot cos theta) = -alpha m g R, henc
 zero; then (c.e1)' = phi_dot c.e2 = 0 makes c and B zero: a tumbling motion, which W1 excludes. So
 it is vertical, at z0, with L parallel to k. ∎
 
-Of a start alone the energy says less, and sooner: where U(z) > E(0) at some z below the start's,
-the axis never gets past that inclination (``fate_at_the_start``), whether contact is lost or not.
+For a start alone the energy gives a weaker statement: if U(z) > E(0) at some z below the start's,
+the axis never passes that inclination (``fate_at_the_start``), whether contact is lost or not.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ class Held:
 def forever(
     scene: Scene, times: Sequence[Fraction], state: Callable[[Fraction], NewtonState]
 ) -> dict[str, Held]:
-    """What holds the solution for ever, from the first and from the last of these times on.
+    """The confinement of the solution from the first and from the last of these times on.
 
     ``state`` is its proved state at one of the times (s), dimensionless. The ``held`` since the
     first time at which that is proved has the largest bounds, that ``at_the_end`` the smallest.
@@ -149,7 +149,7 @@ def held(scene: Scene, time: Fraction, known: NewtonState) -> Held:
 
 
 def fate_at_the_start(scene: Scene) -> str:
-    """What the energy alone decides of a scene's start, for all times."""
+    """The statement of the energy about a scene's start, for all times."""
     if scene.lifts:
         return UNDECIDED
     with flint.ctx.workprec(BITS):
@@ -167,7 +167,7 @@ def fate_at_the_start(scene: Scene) -> str:
 
 
 class _Well:
-    """The states that a motion may still come to, with an energy no higher than it has ``now``."""
+    """The states that a motion may reach with an energy no higher than ``now``."""
 
     def __init__(self, scene: Scene, now: NewtonState):
         if not scene.body.friction.smooth_at_rest:

@@ -1,14 +1,14 @@
-"""Segments in a regularised time, and the first moments of gliding: read row by row.
+"""Segments in a regularised time, and the onset of gliding.
 
-How gliding begins from rest under Coulomb's law: power series in the time since.
+Gliding from rest under Coulomb's law begins with power series in the time since rest.
 
 At v_A = 0 the equations are singular, and tau of ``polar`` would begin at -infinity. The solution
-that glides from there is v(t), e(t), k(t), L(t) as power series, found coefficient by coefficient:
+that glides from there is v(t), e(t), k(t), L(t) as power series, coefficient by coefficient:
 (v e')_k = (n.v_A_dot)_k is linear in the next coefficient of e, whose factor v_1 k - N is not zero,
 N < 0 being what turning e changes of n.v_A_dot. Where rolling reaches the cone v_1 = 0 (``cone``
-in exact.identities): v begins with t^2, and the series is asymptotic, its terms growing like
-factorials in the end; its error is then below the least of them. Where the force of rolling lies
-outside the cone from the first v_1 > 0, and the series converges.
+in exact.identities): v begins with t^2, and the series is asymptotic, its terms finally grow like
+factorials, and its error is below the least term. Where the force of rolling lies
+outside the cone at once, v_1 > 0, and the series converges.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.taylor.series import Series
 
-DIRECTIONS = 64  # in which gliding may begin, looked at for changes of sign
+DIRECTIONS = 64  # directions in which gliding may begin, tested for sign changes
 
 
 class _Registered(Series):
-    """A series that is listed in ``all``, as are those that are made of it."""
+    """A series that is listed in ``all``, together with all series computed from it."""
 
     __slots__ = ("all",)
 
@@ -74,7 +74,7 @@ class OnsetSeries:
 def direction_on_the_cone(
     body: Parameters, state: NewtonState, fn: Functions
 ) -> tuple[Scalar, Scalar]:
-    """The direction in which gliding begins where rolling reaches the cone: against the force."""
+    """The direction of gliding when rolling reaches the cone: against the force."""
     x, y, _ = rolling.constraint_force(body, state)
     size = fn.hypot(x, y)
     return -x / size, -y / size
@@ -83,7 +83,7 @@ def direction_on_the_cone(
 def directions_from_rest(
     body: Parameters, state: NewtonState, fn: Functions
 ) -> list[tuple[Scalar, Scalar]]:
-    """Unit directions e in which v_A can grow from zero: v_A_dot is along e, and not against it."""
+    """Unit directions e in which v_A can grow from zero: v_A_dot is along e."""
 
     def accelerations(angle: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """v_A_dot along and across a direction, times the denominator of g_n, and that itself."""
@@ -120,7 +120,7 @@ def onset(
     fn: Functions,
     on_the_cone: bool,
 ) -> OnsetSeries:
-    """The series of ``terms`` coefficients, and up to which time its last ones stay below eps.
+    """The series of ``terms`` coefficients, and the time until which its last terms stay below eps.
 
     ``state`` is at rest, of mpmath numbers of the context ``fn``; e is its first direction.
     """
@@ -176,11 +176,11 @@ def _valid_until(columns: list[list[Scalar]], eps: Scalar, fn: Functions) -> Sca
     return min(bounds)
 
 
-NEWTON_STEPS = 60  # at most; from a knot of the series 3 to 10 are taken
+NEWTON_STEPS = 60  # at most; from a knot of the series 3 to 10 are needed
 
 
 class RowwiseOutput(DenseOutput):
-    """Dense output that is read row by row in guarded numbers, and never in arrays."""
+    """Dense output that is read row by row with guard bits, never in arrays."""
 
     def arrays(
         self,
@@ -201,9 +201,9 @@ class RowwiseOutput(DenseOutput):
 
 
 class RegularisedTimeOutput(RowwiseOutput):
-    """Rows of a propagation whose state has the time t as an entry, over that time.
+    """Rows over the time t of a propagation in a regularised time, whose state contains t.
 
-    ``propagation.time`` is its own time's; ``end_time`` and everything that is asked for is t.
+    ``propagation.time`` is the regularised time; ``end_time`` and all arguments are t.
     """
 
     @cached_property
@@ -226,7 +226,7 @@ class RegularisedTimeOutput(RowwiseOutput):
 
     @cached_property
     def _knots(self) -> list[tuple[Scalar, Any, Any]]:
-        """The time, the own time and the series of each step's begin."""
+        """The time, the regularised time and the series at the begin of each step."""
         outputs: list[Any] = []
         self._read(lambda output, low, high: outputs.append(output), None)
         with_guard_bits = self.precision.with_guard_bits
@@ -271,12 +271,12 @@ TERMS_OF_MP = 0.35  # for each bit: fewer series terms cost accuracy, more of th
 
 
 def terms_for(bits: int) -> int:
-    """How many coefficients are used in an arithmetic of so many bits."""
+    """The number of coefficients for an arithmetic with these bits."""
     return int(TERMS_OF_MP * bits) + 2
 
 
 class OnsetOutput(RowwiseOutput):
-    """Rows of an ``OnsetSeries`` over its time; its states are those of the polar ``setup``."""
+    """Rows of an ``OnsetSeries`` over its time, with the states of the polar ``setup``."""
 
     def __init__(self, setup: Setup, start: InitialState, onset: OnsetSeries, quadratures: Row):
         self.onset, self.quadratures = onset, quadratures

@@ -1,11 +1,11 @@
-"""Zeros of event functions that are no events, and those just behind t = 0, from power series.
+"""Zeros of event functions that are not events, and zeros just after t = 0, from power series.
 
-An event is a change of sign. A function that vanishes identically has none; one that touches zero
-has none, though rounding makes two of it, or none, or one. What decides is the size of the summands
-that the function is made of: what stays below ``ROUNDINGS`` eps of it is zero. A function that
-vanishes at the start itself is divided by the power of t that it begins with; until it is larger
-than the errors of a run, and in the first, tiny step, its zeros are those of what is left.
-Integrators look for zeros behind that.
+An event is a change of sign. A function that vanishes identically has none. A function that touches
+zero has none either, although with rounding it may have none, one or two zeros. The size of its
+summands decides: a value below ``ROUNDINGS`` eps of this size is zero. A function that vanishes at
+the start is divided by the power of t with which it begins. Until it is larger than the errors of a
+run, and in the first, tiny step, its zeros are those of the quotient. Integrators detect the zeros
+after that.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from tt_precise.taylor.series import (
 )
 
 ROUNDINGS = 10  # eps of its summands, below which a function is zero
-GUARD = 40  # bits behind those of the run, within which guarded numbers agree
-SUSPICIOUS = 1e-10  # of its summands: a lobe this shallow is looked at with all bits
+GUARD = 40  # bits after those of the run, within which numbers with guard bits agree
+SUSPICIOUS = 1e-10  # of its summands: a lobe as shallow as this is tested with all bits
 NEAREST = 64  # parts of the first step, where series converge so slowly
 NEWTONS = 60
-TO_THE_EXTREMUM = 3  # Newton's steps from a zero beside it
+TO_THE_EXTREMUM = 3  # Newton's steps from a nearby zero
 
 
 class AtStart(NamedTuple):
     """Events in the first step, and functions that vanish identically.
 
-    ``reach`` is the time until which a function that vanishes at the start is below the errors of
-    a run: a sign that changes there is that of errors, and the ``hits`` are those of the series.
+    ``reach`` is the time until which a function that vanishes at the start is smaller than the
+    errors of a run: sign changes there are errors, and the ``hits`` come from the series instead.
     """
 
     hits: tuple[EventRecord, ...]
@@ -49,18 +49,18 @@ class AtStart(NamedTuple):
 def functions_along(
     setup: Setup, events: Mapping[str, Event], body: Scalar, row: Sequence[Scalar], fn: Functions
 ) -> tuple[tuple[Series, ...], dict[str, Scalar]]:
-    """The series of the state that begins at ``row``, and of each event's function along it."""
+    """The series of the state from ``row``, and of each event's function along it."""
     entries, q = moving(setup.formulation, setup.record, body, row, fn)
     return entries, {name: event_value(event, q) for name, event in events.items()}
 
 
 def at_start(setup: Setup, start: InitialState) -> AtStart:
-    """What the series at the start say of the events of a setup.
+    """The events of a setup in the series at the start.
 
     Raises
     ------
     InputError
-        One of them is undefined at the start.
+        An event is undefined at the start.
     """
     import numpy
 
@@ -171,7 +171,7 @@ def _first_zeros(
 
 
 def _converges(c: Sequence[Scalar], bits: int) -> Scalar:
-    """How far the terms left out do not matter beside the first one, or the largest so far."""
+    """The length up to which omitted terms are negligible relative to the first or largest term."""
     last = len(c) - 1
     if last < 2 or not c[last]:
         return math.inf
@@ -180,7 +180,7 @@ def _converges(c: Sequence[Scalar], bits: int) -> Scalar:
 
 
 def _places(c: Sequence[Scalar], length: Scalar) -> list[tuple[Scalar, int]]:
-    """Where the polynomial ``c`` changes sign between 0 and ``length``, and in which direction."""
+    """Places and directions of the sign changes of the polynomial ``c`` in [0, ``length``]."""
     import numpy
 
     scaled = [x * length**k for k, x in enumerate(c)]
@@ -207,9 +207,9 @@ def _places(c: Sequence[Scalar], length: Scalar) -> list[tuple[Scalar, int]]:
 def settled(
     hits: Sequence[EventRecord], setup: Setup, start: InitialState, end: Scalar
 ) -> tuple[tuple[EventRecord, ...], frozenset[str]]:
-    """The events among the ``hits`` of a run, and whose functions touch zero or never leave it.
+    """The events among the ``hits`` of a run, and the functions that touch zero or stay there.
 
-    The events of the first step are added, touches are left out.
+    The events of the first step are added, touches are removed.
     """
     first = start.once(("events at the start", setup), lambda: at_start(setup, start))
     early = [hit for hit in first.hits if hit.time <= end]
@@ -227,12 +227,12 @@ def settled(
 
 
 def _eps(setup: Setup) -> float:
-    """What stays below this share of its summands is zero."""
+    """Values below this fraction of their summands are zero."""
     return max(ROUNDINGS * 2.0 ** (1 - setup.precision.bits), float(setup.tolerance))
 
 
 def _crossing(hits: Sequence[EventRecord], setup: Setup, start: InitialState) -> list[bool]:
-    """Whether each function goes through zero there, by more than its rounding."""
+    """Whether each function crosses zero there by more than its rounding."""
     import numpy
 
     form, precision = setup.formulation, setup.precision
@@ -304,7 +304,7 @@ def _with_all_bits(
 
 
 def _derivative(c: Sequence[Array], k: int, x: Array) -> Array:
-    """The derivative number ``k`` of polynomials, over k!."""
+    """The ``k``-th derivative of polynomials over k!."""
     value = 0 * x
     for n in range(len(c) - 1, k - 1, -1):
         value = value * x + math.comb(n, k) * c[n]
@@ -312,14 +312,14 @@ def _derivative(c: Sequence[Array], k: int, x: Array) -> Array:
 
 
 def _depth(c: Sequence[Array]) -> Array:
-    """How far beyond zero the vertex of the parabola is, seen from its open side."""
+    """The distance of the vertex of the parabola beyond zero, seen from its open side."""
     import numpy
 
     return c[1] ** 2 / (4 * abs(c[2])) - c[0] * numpy.sign(c[2])
 
 
 def _passes(c: Sequence[Array], size: Sequence[Array], direction: Array, eps: float) -> Array:
-    """Whether the cubics ``c`` go through zero at 0 by more than ``eps`` of their ``size``."""
+    """Whether the cubics ``c`` cross zero at 0 by more than ``eps`` of their ``size``."""
     import numpy
 
     deep = _depth(c) > eps * size[0]
@@ -334,7 +334,7 @@ def _passes(c: Sequence[Array], size: Sequence[Array], direction: Array, eps: fl
 def _sizes(
     setup: Setup, start: InitialState, rows: Sequence[Array], elapsed: Array | None = None
 ) -> list[Array]:
-    """What errors of the entries are measured in, row by row, of rows in order of time.
+    """The scales of the errors of the entries, row by row, for rows in order of time.
 
     Near the vertical all horizontal entries are small together, and keep their digits until the
     tilt has once been larger. Where L is not near the vertical the axis leaves it only in time,

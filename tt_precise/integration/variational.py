@@ -1,9 +1,9 @@
-"""Variational equations: the derivatives of a solution by its start and by its parameters.
+"""Variational equations: derivatives of a solution with respect to start and parameters.
 
 Together with the state x, heyoka integrates d x/d x(s) and d x/d p of the vector form in
 dimensionless units, in double, from each time of interest to the next. Products of these pieces
-give what an error at one time does at any later one; they stay accurate where friction makes the
-whole d x(t)/d x(0) nearly singular.
+give the effect of an error at one time on any later time. They stay accurate where friction makes
+the whole d x(t)/d x(0) nearly singular.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     import pandas
 
-Trajectory: TypeAlias = Any  # its module imports this one
+Trajectory: TypeAlias = Any  # its module imports this module
 COARSER = 2.0**-44  # the tolerance of the run whose distance is the error: 256 eps
 START_BITS = 300  # in which the start is differentiated, by central differences
 NUDGE = 2**-90  # of an entry, or of 1
@@ -48,10 +48,10 @@ LITTLE = 2.0**-40  # by which events are moved, of the 117 bits of their times
 class Sensitivity:
     """A solution and its derivatives at some times, dimensionless.
 
-    ``times`` in s, shape (n,); ``states`` (n, size) in the order of ``columns``; ``transitions``
-    (n - 1, size, size) are d x(next time)/d x(time), their last index counts the entries of the
-    earlier state; ``pushes`` (n - 1, size, len(parameters)) are d x(next time)/d p with the
-    earlier state held; ``values`` are the parameters' own.
+    ``times`` in s, shape (n,); ``states`` (n, size) in the order of ``columns``; ``transitions`` (n
+    - 1, size, size) are d x(next time)/d x(time), their last index counts the entries of the
+    earlier state; ``pushes`` (n - 1, size, len(parameters)) are d x(next time)/d p with the earlier
+    state held; ``values`` are the values of the parameters.
     """
 
     columns: tuple[str, ...]
@@ -84,7 +84,7 @@ class Sensitivity:
 
     @cached_property
     def condition(self) -> Array:
-        """How much a relative error of the start and of the parameters grows; shape (n,).
+        """The growth of a relative error of the start and of the parameters; shape (n,).
 
         Relative in the largest entry of the state; the errors of start and parameters at their
         worst, all of one relative size.
@@ -97,11 +97,12 @@ class Sensitivity:
 
     @cached_property
     def rounding(self) -> Array:
-        """How the rounding errors of a whole integration add up, shape (n,).
+        """The sum of the rounding errors of a whole integration, shape (n,).
 
-        If at each of the times an error of relative size 1 is made, which points anywhere, they
-        add up like a random walk, to sqrt(sum over s <= t of (||d x(t)/d x(s)|| |x(s)|)^2)/|x(t)|.
-        With k steps from one time to the next and eps for the 1, times eps sqrt(k).
+        If an error of relative size 1 with random direction is made at each of the times, the
+        errors add up as a random walk to sqrt(sum over s <= t of (||d x(t)/d x(s)||
+        |x(s)|)^2)/|x(t)|. With k steps between the times and eps instead of 1, multiply by eps
+        sqrt(k).
         """
         import numpy
 
@@ -118,7 +119,7 @@ class Sensitivity:
 
     @cached_property
     def returning(self) -> float:
-        """What ``rounding`` is at the start, after a run to the last time and back."""
+        """``rounding`` at the start after a run to the last time and back."""
         import numpy
 
         back = numpy.eye(len(self.columns))  # d x(0)/d x(s)
@@ -143,12 +144,12 @@ def sensitivity(
 ) -> Sensitivity:
     """Derivatives of the solution of ``scene`` at ``times`` (s), which rise from 0.
 
-    By default at the scene's samples; times at which the model has ended are left out.
+    By default at the scene's samples; times after the end of the model are left out.
 
     Raises
     ------
     InputError
-        The scene cannot be used, or the times do not begin with 0 or do not rise.
+        The scene cannot be used, or the times do not rise from 0.
     """
     import heyoka
     import numpy
@@ -215,7 +216,7 @@ class Derivatives:
     """Derivatives of a trajectory's columns and climb by entries of its scene.
 
     ``names`` are entries of [body] and [start], in the units of the scene's file. By the
-    variational equations in double; an error is the distance from what they give with ``COARSER``.
+    variational equations in double; an error is the distance from the result with ``COARSER``.
     """
 
     def __init__(self, run: Trajectory, names: Sequence[str]):
@@ -251,7 +252,7 @@ class Derivatives:
 
     @cached_property
     def climb(self) -> pandas.DataFrame:
-        """Of the times of the climb, such as "A.t_end": t (s), "d/d NAME", "error:d/d NAME"."""
+        """Rows for times of the climb, such as "A.t_end": t (s), "d/d NAME", "error:d/d NAME"."""
         import pandas
 
         times = self._times_of_climb(self._events)
@@ -291,7 +292,7 @@ class Derivatives:
 
     @cached_property
     def _events(self) -> dict[str, Array]:
-        """Those that define the climb, from a run in double."""
+        """The events that define the climb, from a run in double."""
         import numpy
 
         double = precision_named("double")
@@ -310,7 +311,7 @@ class Derivatives:
     def _at(
         self, how: Sensitivity, number: int, at: Array, columns: Sequence[str], delay: Scalar = 0.0
     ) -> dict[str, Array]:
-        """Derivatives of columns (SI) by one name, at times (s) that move by ``delay`` with it."""
+        """Derivatives of columns (SI) by a name, at times (s) whose derivative is ``delay``."""
         import numpy
 
         units, by_units = self._units(number)
@@ -331,7 +332,7 @@ class Derivatives:
         return units, Units(*self._by_start[number][2])
 
     def _moving(self, how: Sensitivity, number: int | None, at: Array, delay: Scalar) -> Motion:
-        """The dimensionless motion; its deviation is by one name, if any, and by ``delay``."""
+        """The dimensionless motion, with its deviation by a name (if any) and by ``delay``."""
         import numpy
 
         form, states = self._form, how.states[at].T
@@ -348,7 +349,7 @@ class Derivatives:
             return form.motion(body, form.State(*entries), deviations())
 
     def _climb_by(self, how: Sensitivity, number: int) -> dict[str, float]:
-        """The times of the climb, differentiated by moving its events a very little."""
+        """The derivatives of the times of the climb, by a small change of its events."""
         import numpy
 
         events, context = self._events, self.run.start.units.time.context

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-Trajectory: TypeAlias = Any  # its module imports this one
+Trajectory: TypeAlias = Any  # its module imports this module
 
 WIDTH, PANEL = 7.0, 1.55  # inches
-# drawn for an exact zero, which a logarithmic axis has no place for: a part of eps
+# drawn for an exact zero on a logarithmic axis: a part of eps
 EXACT, TINIEST = 2.0**-8, 1e-300
 ENERGIES = ("E", "E_rot", "E_trans", "E_pot")
 SHORT_UNITS = {"kg m^2/s^2": "J", "kg m/s^2": "N", "kg m^2/s^3": "W"}
@@ -38,7 +38,7 @@ LABELS = {
 
 
 def notebook_table(trajectory: Trajectory) -> str:
-    """How it ended, in HTML; nothing that would cost another integration."""
+    """The end of the trajectory in HTML, without another integration."""
     state, shown = trajectory.state, trajectory.precision.with_error
     return as_html(
         f"Trajectory of {trajectory.scene.name}",
@@ -101,7 +101,7 @@ def _panel(
 
 
 def _drift(axes: Axes, trajectory: Trajectory) -> None:
-    """The relative drift of everything that the scene conserves, on a logarithmic axis."""
+    """The relative drift of each conserved quantity, on a logarithmic axis."""
     import numpy
 
     times = [float(t) for t in trajectory.sample_times]
@@ -114,7 +114,7 @@ def _drift(axes: Axes, trajectory: Trajectory) -> None:
 
 
 def _events(axes: Axes, trajectory: Trajectory) -> None:
-    """A tick for each recorded event, one row a name, below the first panel's curve."""
+    """A tick for each recorded event, one row for each name, below the first panel's curve."""
     events = trajectory.events
     names = list(events["name"].unique())
     for row, name in enumerate(names):
@@ -143,7 +143,7 @@ DPI = 80
 
 
 class Frames(NamedTuple):
-    """What is drawn, n frames: times (s), orientations (n, 3, 3), inclinations (rad).
+    """The data of n frames: times (s), orientations (n, 3, 3), inclinations (rad).
 
     ``track`` has the contact point, in units of R, FINER times as often.
     """
@@ -164,13 +164,13 @@ def animate(
     end: float | None = None,
     progress: Progress | None = None,
 ) -> Path:
-    """Write the moving picture of ``trajectory`` from ``begin`` to ``end`` (s).
+    """Write the animation of ``trajectory`` from ``begin`` to ``end`` (s).
 
     Raises
     ------
     InputError
-        A name that ends in none of ``FORMATS``, an empty span of time, no frames in it, a
-        trajectory that has no pose, or .mp4 without ffmpeg.
+        An unknown suffix, an empty span of time, no frames, a trajectory without a pose, or .mp4
+        without ffmpeg.
     """
     import matplotlib
     from matplotlib.animation import FuncAnimation
@@ -228,7 +228,7 @@ def sampled(trajectory: Trajectory, begin: float, end: float | None, count: int)
 
 
 def movie_writer(path: Path, fps: int = 20) -> AbstractMovieWriter:
-    """What writes a file of this name; ``InputError`` for one that cannot be written."""
+    """The writer for a file of this name; ``InputError`` if there is none."""
     from matplotlib import animation
 
     ending = path.suffix.lower()
@@ -315,7 +315,7 @@ class _Picture:
         return []
 
     def _table(self, place: Array) -> None:
-        """Lines on the table, half a radius apart, that pass below an eye which follows."""
+        """Lines on the table, half a radius apart, as seen by an eye that follows the top."""
         import numpy
 
         reach, half = 3.0, len(self.grid) // 2
@@ -332,14 +332,14 @@ class _Picture:
 
 
 def _seen(points: Array) -> tuple[Array, Array]:
-    """Where points (3, n) lie in the picture: across and up, seen along +Y and a little down."""
+    """The positions of points (3, n) in the picture, seen along +Y and slightly from above."""
     import numpy
 
     return points[0], points[2] * numpy.cos(ELEVATION) + points[1] * numpy.sin(ELEVATION)
 
 
 def _towards(points: Array) -> Array:
-    """How far points (3, n) lie towards the eye."""
+    """The distance of points (3, n) towards the eye."""
     import numpy
 
     return points[2] * numpy.sin(ELEVATION) - points[1] * numpy.cos(ELEVATION)
