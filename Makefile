@@ -20,7 +20,7 @@ DOCS := $(VENV)/.stamp-docs
 # Python's own variable against bytecode files: the tests start a hundred processes, which would all
 # compile the package anew
 unexport PYTHONDONTWRITEBYTECODE
-# what heyoka compiles for the site and for the tests, which share most of it
+# what heyoka compiles for the site and for the commands that tests start, which share it
 docs: export HEYOKA_CACHE_DIR = $(CURDIR)/build/compiled
 
 .DEFAULT_GOAL := help

@@ -267,13 +267,6 @@ def runs(pid: int, within_s: float) -> bool:
     return True
 
 
-def test_a_worker_ends_with_a_parent_that_is_killed(tmp_path: Path) -> None:
-    process, worker = parent(tmp_path, "wait")
-    process.kill()
-    process.wait()
-    assert not runs(worker, 20.0)
-
-
 def test_workers_end_at_once_where_the_pool_is_left(tmp_path: Path) -> None:
     process, worker = parent(tmp_path, "leave")
     assert process.wait(timeout=30) == 3
