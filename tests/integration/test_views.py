@@ -134,7 +134,7 @@ def test_estimated_errors_are_columns_and_can_be_drawn(half: Scene) -> None:
     angle, digits = run.plot("error:theta", "digits").axes
     assert (angle.get_yscale(), angle.get_ylabel()) == ("log", r"error of $\theta$ / rad")
     assert digits.get_ylabel() == "digits / 1"
-    with pytest.raises(InputError, match="expected the samples'"):
+    with pytest.raises(InputError, match="expected no times"):
         run.frame("error:theta", times=["0.1"])
     with pytest.raises(InputError, match="column: got 'nothing'"):
         run.frame("error:nothing")

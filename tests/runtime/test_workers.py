@@ -201,7 +201,7 @@ def test_an_address_that_is_none_is_refused_without_a_client(
 def test_an_executor_that_breaks_is_bad_input() -> None:
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
         pool = Pool(executor, lambda: 1, tries=TRIES)
-        with pytest.raises(InputError, match=r"executor: .*expected one that goes on"):
+        with pytest.raises(InputError, match=r"executor: .*expected one that keeps working"):
             results(pool, eval, evaluated(KILLS))
     with pytest.raises(InputError, match="executor: "):
         results(pool, square, calls(2))
