@@ -38,7 +38,7 @@ class Counted:
         self.value, self.tally, self.is_sum = value, tally, is_sum
 
     def _sum(self, left: Scalar, right: Scalar, sign: int) -> Counted:
-        # the left side of a sum that goes on has had its terms counted
+        # the terms of the left side of a longer sum are already counted
         left_stays = (isinstance(left, Counted) and left.is_sum) or self.tally.stays(_bare(left))
         right_stays = self.tally.stays(sign * _bare(right))
         total = (_bare(left) if left_stays else 0) + (sign * _bare(right) if right_stays else 0)

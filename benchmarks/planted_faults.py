@@ -1,9 +1,9 @@
 """Which planted faults the conservation checks catch: ``python -m benchmarks.planted_faults``.
 
 Faulty simulators of the reference scene and faulty files, each run through the checks as a CSV
-reader would see it, with rows every 10 ms, and healthy ones beside them, which must not be flagged.
-A fault is caught at every limit below the value that the table states. What ``equations`` finds,
-which compares rates, stands there for other spacings, too. Writes ``reports/measured/faults.csv``.
+reader would see it, with rows every 10 ms. Healthy trajectories are included and must pass. A fault
+is caught at every limit below the value that the table states. What ``equations`` finds, which
+compares rates, stands there for other spacings, too. Writes ``reports/measured/faults.csv``.
 """
 
 from __future__ import annotations

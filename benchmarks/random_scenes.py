@@ -1,4 +1,4 @@
-"""Seeded random tops and starts, of which some lose contact and some begin beside a pole."""
+"""Seeded random tops and starts; some lose contact and some begin near a pole."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def random_scene(draws: random.Random, name: str) -> Scene:
     )  # fmt: skip
     rolling = draws.random() < 0.15
     tilt = number(0.02, 3.1)
-    if draws.random() < 0.1:  # beside a pole, where the Euler rates are ill conditioned
+    if draws.random() < 0.1:  # near a pole, where the Euler rates are ill conditioned
         tilt /= 10 ** draws.randint(2, 6)
     gliding = {} if rolling else {"nu_x": number(-0.2, 0.2), "nu_y": number(-0.2, 0.2)}
     start = Start(

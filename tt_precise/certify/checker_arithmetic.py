@@ -334,7 +334,7 @@ class Formal(Field):
 
 
 class FormalFunctions:
-    """Functions at one start, which may contain the root of one number that is no square."""
+    """Functions at one start, which may contain the root of one number that is not a square."""
 
     square = ZERO
 

@@ -73,7 +73,7 @@ class Steps:
         return [x + 0 for x in self._adaptive.state]
 
     def back(self, state: list[Scalar]) -> None:
-        """Be where it was, to go on from there with a shorter limit."""
+        """Return to a state, to continue from there with a shorter limit."""
         for i, value in enumerate(state):
             self._adaptive.state[i] = value
 

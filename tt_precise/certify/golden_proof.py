@@ -1,9 +1,9 @@
 """``certify``: golden tables whose every printed number is proved, by two programs.
 
 The prover encloses the exact solution and makes a certificate; the second checker encloses it anew
-from that. Both enclosures are compared with the tables in the same way (``comparison``). Only
-where both prove every printed number and every event are files written beside the tables:
-``enclosure.csv`` and ``events-enclosure.csv`` (a ball around each exact number, as
+from the certificate. Both enclosures are compared with the tables in the same way (``comparison``).
+Only if both prove every printed number and every event, files are written to the folder of the
+tables: ``enclosure.csv`` and ``events-enclosure.csv`` (a ball around each exact number, as
 ``golden.proofs`` reads it) and ``proof.json`` (what is proved, about the tables with the hashes
 that it names).
 """
@@ -199,11 +199,11 @@ def check(stored: Stored, content: dict[str, Json], progress: Progress = silent)
 
 
 def write(certificate: Certificate, folder: Path | None = None, pieces: bool = False) -> None:
-    """Put a certificate's files beside the golden tables that it is about."""
+    """Put a certificate's files into the folder of its golden tables."""
     stored = store.read(certificate.content["scene"], folder)
     place = stored.folder / stored.name
     with locked(stored.folder, store.WORK):
-        # in between, a reader finds the new enclosure beside the old proof, and says so
+        # in between, a reader finds the new enclosure with the old proof, and reports it
         atomic_write(place / proofs.ENCLOSURE, certificate.record.enclosure.csv())
         atomic_write(place / proofs.EVENTS_ENCLOSURE, certificate.record.events.csv())
         atomic_write(place / store.PROOF, store.proof_text(certificate.content))

@@ -7,7 +7,7 @@ part of a step where neither holds is halved; where that does not help, sharper 
 zero is then refined by interval Newton, N = m - F(m)/F'(T): it contains every zero in T (R. E.
 Moore, "Interval analysis", 1966).
 
-At t = 0 the order n to which F vanishes and the sign beside it are exact (``onset``). Where the
+At t = 0 the order n to which F vanishes and the sign next to it are exact (``onset``). Where the
 model of the n-th derivative excludes zero on [0, b], F has no zero in (0, b], by Taylor's theorem.
 Likewise F has no other zero than an instant of which it is known that F = F' = 0 there, in a part
 where the model of F'' excludes zero; and it does not change sign there.
@@ -73,7 +73,7 @@ def zeros(
             try:
                 new_zeros = _Part.of(step, function, begins, near).zeros()
             except NotProved:
-                # the function may be tiny beside the components that it is made of
+                # the function may be tiny relative to its components
                 new_zeros = _Part.of(step, function, begins, near, sharp=True).zeros()
         begins = None
         yield from new_zeros

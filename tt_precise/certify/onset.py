@@ -1,7 +1,7 @@
 """The first moment: the order to which a function of the state vanishes at t = 0, and its sign.
 
-A ball around an exact zero shows neither whether it is zero nor the sign beside it. But scenes
-start from rational numbers: with t = tan(theta/2) every Taylor coefficient of a function along the
+A ball around an exact zero shows neither that it is zero nor the sign next to it. But scenes start
+from rational numbers: with t = tan(theta/2) every Taylor coefficient of a function along the
 solution is (A(t) + r B(t))/C(t) with polynomials of rational coefficients. Here r is the square
 root of the rational number v^2 + epsilon^2 (v^2) that regularised friction (Coulomb's) contains, B
 is zero if there is none or it is rational. For a rational theta (or pi minus one) other than 0 t is

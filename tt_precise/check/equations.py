@@ -220,7 +220,7 @@ def follow(
         ahead = _at(c, h)
         growth = (abs(ahead[:, :, 1] - ahead[:, :, 0]) / size).max(axis=0) / NUDGE
         bound = EPS * (ROUNDED + A_STEP * count) * numpy.maximum(growth, 1.0)
-        good = (bound <= wanted) & (h > 0)  # neither where a state is no number
+        good = (bound <= wanted) & (h > 0)  # false where a state is NaN
         open_, h = open_[good], h[good]
         here[:, open_], error[open_] = ahead[:, good], bound[good]
         t[open_] += h
@@ -251,8 +251,8 @@ def _at(c: numpy.ndarray, h: numpy.ndarray) -> numpy.ndarray:
 ORDERS = (2, 4, 8, 13)  # Taylor coefficients used at either end of an interval
 RESOLVED = 1e-9  # wanted error bound of a whole check, before a higher order is tried
 HORIZON = 100.0  # in sqrt(R/g), over which RESOLVED is shared out; the reference has 177
-# What a rule misses is taken to be the difference from the rule one order below, times its ratio
-# to the difference before, times MARGIN; where the ratio is no small one, MOST times it.
+# What a rule misses is taken to be the difference from the rule one order below, times its ratio to
+# the difference before, times MARGIN; if the ratio is not small, MOST times it.
 MARGIN, MOST = 100.0, 10.0
 WIDEST_BOUND = 1e-6  # of one interval through which the solution is followed
 FEWEST_RESOLVED = 0.5  # of the intervals: a few resolved ones do not vouch for all the others
@@ -336,7 +336,7 @@ class EquationResidual:
     def misfit(self, samples: Samples) -> Array:
         """The balance (entries, intervals) of the state by the highest order, whatever its error.
 
-        It depends smoothly on the parameters; 0 where it is no number.
+        It depends smoothly on the parameters; 0 where it is NaN.
         """
         mismatch, _ = self._intervals(samples, numpy.arange(len(samples.t) - 1), ORDERS[-1])
         return numpy.where(numpy.isfinite(mismatch), mismatch, 0.0)[:-1]
@@ -427,7 +427,7 @@ class EquationResidual:
     def _followed(self, samples: Samples, residuals: Residuals) -> Residuals:
         """The balance, with the solution followed where the quadrature left it open."""
         steps = numpy.diff(samples.t)
-        # what joins two pieces is no solution of either's equations
+        # a joint of two pieces is not a solution of either's equations
         wide = ~(residuals.bound <= self._wanted(steps))
         open_ = numpy.flatnonzero(wide & (residuals.within > 0))
         if not len(open_):

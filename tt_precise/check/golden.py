@@ -223,7 +223,7 @@ class GoldenDistance:
     def _cells(self, block: Block, samples: Samples, row: int, names: Sequence[str]) -> list[Any]:
         written = [name for name in names if name in self._written]
         cells = dict(zip(written, block.texts(row, written), strict=True))
-        # text that is no number counts as missing, as in ``block.values``
+        # text that is not a number counts as missing, as in ``block.values``
         return [
             (cells[name] if numpy.isfinite(block.values[name][row]) else None)
             if name in cells
@@ -378,7 +378,7 @@ class FreshSolution:
             for name in self._names
         }
         with numpy.errstate(all="ignore"):
-            beside = sizes(self._body, true, numpy)
+            scales = sizes(self._body, true, numpy)
         errors, bounds = {}, {}
         for name, given in rows.values.items():
             if self._exact:
@@ -387,7 +387,7 @@ class FreshSolution:
                 apart = turned_back(name, given[within] - true[name])
             distances = numpy.full(len(times), math.nan)
             distances[within] = numpy.where(
-                numpy.isnan(apart) & ~numpy.isnan(true[name]), math.inf, abs(apart) / beside[name]
+                numpy.isnan(apart) & ~numpy.isnan(true[name]), math.inf, abs(apart) / scales[name]
             )
             errors[name] = distances
             bounds[name] = numpy.where(numpy.isnan(distances), math.nan, self._own)

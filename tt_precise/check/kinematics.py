@@ -25,7 +25,7 @@ MARGIN = 20.0
 FARTHEST = 2.0  # rad by which the angular momentum lets the axis turn from row to row
 EVEN = 1e-9  # of a window, by which evenly spaced rows differ
 CLOSEST = 0.01  # sqrt(R/g) between rows: what is closer adds roundings only
-SINKS = 0.1  # of R: a soft contact may give way by so much; more is no contact at all
+SINKS = 0.1  # of R: a soft contact may give way up to this depth
 ROUNDING = 8 * float(numpy.finfo(float).eps)
 # friction is seen where at least so many windows show it, and is as a law where what that keeps
 # deviates by less than this part; gliding below this part of the fastest says nothing
@@ -323,8 +323,8 @@ def normal_force(setup: CheckSetup, first: Samples, limit: float) -> Callable[[S
 class Kinematics(_OverWindows):
     """Attitude (rad) and position (over R) against the integrals of the velocities; the height.
 
-    An integrator of first order takes the velocity of an end of its step for that of the whole:
-    one step, no longer than the rows are apart, of change in velocity is no fault.
+    An integrator of first order takes the velocity of an end of its step for that of the whole: a
+    change in velocity of one step, at most the distance of rows, is not a fault.
     """
 
     def __init__(self, setup: CheckSetup, first: Samples, limit: float):
@@ -369,7 +369,7 @@ class Kinematics(_OverWindows):
     def _height(self, windows: Windows, samples: Samples, q: Motion) -> Array:
         """Distance of z from R (1 - alpha cos theta), over R.
 
-        Under another law the top may leave the table, but for the start, and a soft contact may
+        Under another law the top may leave the table (not at the start), and a soft contact may
         give way.
         """
         body = samples.setup.body

@@ -27,7 +27,7 @@ from tt_precise.runtime.values import Check, InputError, Verdict
 from tt_precise.scene.scene import Scene, load_scene
 
 NAME = "finite"
-MEANING = "every column holds finite numbers, but for Euler angles where they are undefined"
+MEANING = "every column holds finite numbers, except Euler angles where they are undefined"
 
 
 class Finiteness:

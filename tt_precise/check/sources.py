@@ -131,7 +131,7 @@ def number(value: Any, *, strict: bool) -> float:
     Raises
     ------
     ValueError
-        With what was expected: it is no real number within the range of a double.
+        It is not a real number within the range of a double; the message has the expectation.
     """
     if value is None or type(value).__name__ == "NAType":
         return math.nan
@@ -214,7 +214,7 @@ def numbers_of(
     Raises
     ------
     InputError
-        An entry is no real number; the line says in which row.
+        An entry is not a real number; the line names the row.
     """
     if array.dtype.kind in "fiu":
         with numpy.errstate(over="ignore"):
@@ -260,7 +260,7 @@ class TextSource(RowSource):
         super().__init__(where, self._header({"t", "time", *rename}), rename)
 
     def _header(self, expected: set[str]) -> list[str]:
-        """The names in the header, the first line that is no comment."""
+        """The names in the header, the first line that is not a comment."""
         for number in itertools.count(1):
             read = self._read(self._stream.readline, LONGEST_LINE)
             if len(read) >= LONGEST_LINE:

@@ -319,7 +319,7 @@ def _refuse_other_velocities(setup: CheckSetup, rows: Samples) -> None:
 def _refuse_other_sets(
     setup: CheckSetup, rows: Samples, block: Block, present: Sequence[str]
 ) -> None:
-    """Where a file has Euler columns beside its vectors, they must say the same."""
+    """If a file has Euler columns as well as vectors, both must agree."""
     others = [entry for entry in known_sets(present) if not entry.azimuth]
     if not setup.columns.azimuth or not others:
         return

@@ -277,7 +277,7 @@ def summary(trajectory: Trajectory, outcome: dict[str, Any]) -> RunRecord:
 
 
 def answers(trajectory: Trajectory) -> dict[str, Any]:
-    """What became of the top: the entries of ``RunRecord`` from ``inverted`` to ``stretches``."""
+    """The outcome: the entries of ``RunRecord`` from ``inverted`` to ``stretches``."""
     import numpy
 
     text, context = trajectory.precision.text, trajectory.precision.context

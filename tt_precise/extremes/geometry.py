@@ -282,7 +282,7 @@ def through_the_pole(theta: str, integrate: Integrate = integrate) -> Check:
     control={"integrate": integrating(g="1e-12")},
 )
 def into_the_pole(theta: str, integrate: Integrate = integrate) -> Check:
-    """Where the paper's equations stop, and Newton's go on."""
+    """A pole, where the paper's equations stop and Newton's continue."""
     fall = _fall(theta, 0.0)
     run = integrate(falling(theta, until=2 * fall), formulation="euler")
     eps = float(run.precision.eps)
@@ -443,7 +443,7 @@ def digits_of_theta_near_pi(precision: str, known: bool = False) -> Check:
     control={"fewer": 100.0},
 )
 def subnormal_theta(k: int, fewer: float = 1.0) -> Check:
-    """No NaN and no lost digit beyond those that no number has."""
+    """No NaN, and no lost digits except those that subnormal numbers lack."""
     trip = round_trip("double", k, False, False)
     spacing = FN.ldexp(1, -1074) * FN.mpf(10) ** k * FN.ldexp(1, 52)
     return within(fewer * (trip.tilt / (spacing + 1)), 1, "spacings of the numbers")

@@ -82,7 +82,7 @@ def tilt_found(scene: Scene, integrate: Integrate) -> Check:
     control={"integrate": integrating(omega_3="1e-9")},
 )
 def centred(k: int, pole: str, integrate: Integrate = integrate) -> Check:
-    """The centre of mass at the centre of the sphere, but for 1e-k R."""
+    """The centre of mass 1e-k R from the centre of the sphere."""
     return tilt_found(near(pole, alpha=f"1e-{k}"), integrate)
 
 
@@ -94,7 +94,7 @@ def centred(k: int, pole: str, integrate: Integrate = integrate) -> Check:
     control={"integrate": integrating(omega_3="1e-9")},
 )
 def on_the_rim(k: int, pole: str, integrate: Integrate = integrate) -> Check:
-    """The centre of mass on the surface of the sphere, but for 1e-k R."""
+    """The centre of mass 1e-k R from the surface of the sphere."""
     return tilt_found(near(pole, alpha=str(1 - Fraction(f"1e-{k}"))), integrate)
 
 

@@ -144,7 +144,7 @@ class TrueRows:
         measured.start[:] = here & (nearest == 0)
         at = numpy.flatnonzero(here)
         between = numpy.flatnonzero(~here & (t > 0) & (t <= self.times[-1] * (1 + LIFT_OFF)))
-        with numpy.errstate(all="ignore"):  # what is no number has an infinite error
+        with numpy.errstate(all="ignore"):  # a missing number has an infinite error
             self._measure_here(measured, at, nearest, values, exactly, largest_only)
             if len(between):
                 self._measure_between(measured, between, nearest, delays, values, resolved)

@@ -35,7 +35,7 @@ MANIFEST_HASH, PROOF_HASH = "sha256_of_manifest", "sha256_of_proof"
 
 PACKAGE = Path(__file__).resolve().parents[1]
 OWN = Path("golden")  # in the working directory, unless a folder is named
-VECTORS = "vectors"  # a folder beside the scenes: test vectors, verified by a command of their own
+VECTORS = "vectors"  # a folder next to the scenes: test vectors, which another command verifies
 LONGEST_NAME = 100
 WORK = "golden build"  # the work that locks a folder
 
@@ -66,7 +66,7 @@ class Located(NamedTuple):
 
 
 def home() -> Path:
-    """The folder of golden data: inside an installed package, beside it in a checkout."""
+    """The folder of golden data: inside an installed package, next to it in a checkout."""
     return shipped("reference_data")
 
 

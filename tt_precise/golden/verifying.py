@@ -435,9 +435,9 @@ def _scales(stored: Stored) -> dict[str, float]:
     columns = stored.trajectory.columns[1:]
     numbers = {name: numpy.array(stored.trajectory.floats(name)) for name in columns}
     with numpy.errstate(all="ignore"):
-        beside = sizes(stored.scene.body.numbers(float), numbers, numpy)
+        units = sizes(stored.scene.body.numbers(float), numbers, numpy)
     scales = {}
     for name, values in numbers.items():
-        natural = float(numpy.fmin.reduce(beside[name], initial=math.inf))
+        natural = float(numpy.fmin.reduce(units[name], initial=math.inf))
         scales[name] = float(numpy.fmax.reduce(abs(values), initial=0)) or natural
     return {name: scale if math.isfinite(scale) else 1.0 for name, scale in scales.items()}

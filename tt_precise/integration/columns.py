@@ -296,9 +296,9 @@ def digits_over_rows(
     unit = {n: float(start.units.of_dimension(STATE_DIMENSIONS[n])) for n in columns}
     with numpy.errstate(all="ignore"):
         own = {name: values / unit[name] for name, values in columns.items()}
-        beside = sizes(start.body.map(float), own, numpy)
+        scales = sizes(start.body.map(float), own, numpy)
         # an entry that is undefined in both, at a pole, has no error
-        worst = numpy.fmax.reduce([errors[n] / (unit[n] * beside[n]) for n in errors], initial=0)
+        worst = numpy.fmax.reduce([errors[n] / (unit[n] * scales[n]) for n in errors], initial=0)
         return numpy.clip(-numpy.log10(worst), 0.0, bits * math.log10(2))
 
 
@@ -310,10 +310,10 @@ def worst_digits(state: State, errors: Mapping[str, Scalar], start: InitialState
         name: None if value is None else context.mpf(value) / unit[name]
         for name, value in state.values.items()
     }
-    beside = sizes(start.body.map(context.mpf), own, context)
+    scales = sizes(start.body.map(context.mpf), own, context)
     digits = [
         float(-context.log10(errors[name] / (unit[name] * size)))
-        for name, size in beside.items()
+        for name, size in scales.items()
         if errors.get(name)
     ]
     return max(0.0, min([*digits, float(state.precision.bits * context.log10(2))]))

@@ -201,7 +201,7 @@ class _Run:
         directions = (*(-1 for _ in self.terminal), *own)
         self.watch = Watch(len(self.system.graph.entries), directions, self.fn)
         self.hits: list[EventRecord] = []
-        self.left = False  # the table, in a run that goes on then
+        self.left = False  # the table, in a run that continues
 
     def take(self, piece: StepBlock) -> _End:
         """Events in the next piece, and its end."""

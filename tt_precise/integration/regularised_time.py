@@ -156,7 +156,7 @@ def onset(
             former = sum((v[j] * turning[k - j] for j in range(2, k + 1)), fn.mpf(0))
             turning.append((rest - former) / (v[1] - slope / k))
             turned(k, known, turning[-1] / k)
-        # on the cone v_A_dot vanishes but for rounding
+        # on the cone v_A_dot vanishes up to rounding
         v.append(fn.mpf(0) if not k and on_the_cone else along[k] / (k + 1))
         for entry, part in zip(entries[:6], rate[:6], strict=True):
             entry.c.append(part[k] / (k + 1))

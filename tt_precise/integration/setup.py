@@ -145,8 +145,8 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
 def full_tolerance(precision: Precision) -> Scalar:
     """The tolerance below which an arithmetic gains nothing, as an mpmath number.
 
-    In double it is eps/16: at eps heyoka takes order 20, whose truncation error shows in lambda
-    beside the rounding (6e-15 against 2e-15 on the reference scene); order 21 costs 5 %.
+    In double it is eps/16: at eps heyoka takes order 20, whose truncation error shows in lambda in
+    addition to the rounding (6e-15 against 2e-15 on the reference scene); order 21 costs 5 %.
     """
     return precision.eps / 16 if precision.is_float or precision.doubles else precision.eps
 

@@ -125,7 +125,7 @@ def _first_zeros(
     chosen = {name: events[name] for name in close}
     body = form.body([mpfr.number(x) for x in start.parameters(form)])
     row = [mpfr.number(x) for x in start.first_row(form, setup.record)]
-    # where a run goes on from an earlier piece its row has the errors of that
+    # a run that continues an earlier piece begins with the errors of that piece
     level = 2.0**-bits * (2.0**-GUARD if not start.row else ROUNDINGS)
     zeros: dict[str, list[EventRecord] | None] = {name: [] for name in close}
     ends = dict.fromkeys(close, FIRST_STEP)
@@ -282,7 +282,7 @@ def _at(number: Sized, places: Sequence[int], count: int) -> Sized:
 def _with_all_bits(
     hits: Sequence[EventRecord], chosen: Mapping[str, Event], setup: Setup, start: InitialState
 ) -> list[Array]:
-    """Coefficients of the one function that is chosen, at the extremum beside each hit.
+    """Coefficients of the chosen function at the extremum next to each hit.
 
     They are rounded only at the end. A zero that is nearly double is found to half the bits, so
     what is left at the extremum cancels between coefficients at the zero.

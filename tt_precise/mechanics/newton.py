@@ -153,7 +153,7 @@ def contact_acceleration(body: Parameters, state: NewtonState, force: Vector) ->
 
 
 def rates(body: Parameters, state: NewtonState, fn: Functions = None) -> NewtonState:
-    """Time derivative of the state; eq (1). Polynomial but for the one division in g_n."""
+    """Time derivative of the state; eq (1). Polynomial except for the division in g_n."""
     force = contact_force(body, state)
     v_dot = contact_acceleration(body, state, force)
     torque = cross(contact_arm(body, state.k), force)
@@ -186,7 +186,7 @@ def centre_velocity(body: Parameters, state: CentreState) -> Vector:
 
 
 def centre_rates(body: Parameters, state: CentreState, fn: Functions = None) -> CentreState:
-    """Time derivative of the state; eq (1). Polynomial but for the one division in g_n."""
+    """Time derivative of the state; eq (1). Polynomial except for the division in g_n."""
     vectors = centre_to_vectors(body, state)
     g_n = normal_force(body, vectors)
     push = force_per_normal(body, vectors)

@@ -143,7 +143,7 @@ def _marked(tokens: list[_Token], others: list[_Token]) -> list[_Token]:
 
 
 class _Writer:
-    """Reads tokens by falling precedence, as Python does but for what the module says."""
+    """Reads tokens by falling precedence, as Python does, with the module's exceptions."""
 
     def __init__(self, text: str, other: str, mark: str, space: str):
         if _UNIT.search(text):

@@ -93,7 +93,7 @@ def _scene() -> Scene:
 
 
 def _spins(thetas: Array, ratios: Array) -> Array:
-    """omega_3 with which starts at rest but for it have these lambda/lambda_thres."""
+    """omega_3 for these lambda/lambda_thres, for starts at rest except for omega_3."""
     import math
 
     import numpy

@@ -63,7 +63,7 @@ def import_heyoka() -> ModuleType:
         ):
             try:
                 heyoka.llvm_state.set_diskcache_limit(COMPILED_BYTES)
-            except RuntimeError:  # a full disk, or a broken file: go on without
+            except RuntimeError:  # a full disk, or a broken file: continue without the cache
                 heyoka.llvm_state.set_diskcache_enabled(False)
     return heyoka
 

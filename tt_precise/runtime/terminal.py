@@ -33,7 +33,7 @@ def one_line(text: str) -> str:
 
 def say(lines: Iterable[str]) -> None:
     """Print lines on stdout; each stays a single line."""
-    import click  # here, as progress is imported by code that is no command
+    import click  # here, because code outside commands imports progress
 
     for line in lines:
         click.echo(one_line(line))

@@ -36,7 +36,7 @@ from tt_precise.runtime.values import InputError
 
 IN_FLIGHT_EACH = 2  # calls of a worker: one at work, one waiting
 LONGEST_REASON = 500  # characters
-WITHOUT_PORT = ("inproc://", "ucx://")  # addresses of dask's that are no host and port
+WITHOUT_PORT = ("inproc://", "ucx://")  # dask's addresses without host and port
 
 
 @dataclass(frozen=True)
@@ -246,7 +246,7 @@ class Pool:
             results = future.result()
         except (BrokenExecutor, CancelledError) as error:
             raise _unusable(error) from None
-        except Exception as error:  # whatever went wrong there, the others go on
+        except Exception as error:  # other tasks continue after any error
             return [Failure(self._told(error))] * len(task)
         return results if isinstance(self.executor, Processes) else [results]
 

@@ -286,7 +286,7 @@ def _simd_lanes(rows: int) -> int:
     return (4 if rows >= MANY_ROWS else 2) * int(import_heyoka().recommended_simd_size())
 
 
-# ---- tables of starts that are no grid and no box ---------------------------------------------
+# ---- tables of starts other than grids and boxes ----------------------------------------------
 
 
 def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Array, Array]]) -> pandas.DataFrame:

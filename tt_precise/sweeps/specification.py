@@ -244,7 +244,7 @@ def _number(name: str, value: Any, what: str) -> Fraction:
 def read_specification(path: str | Path) -> Specification:
     """Read a TOML file.
 
-        scene = "reference"            # a shipped name, or a path beside this file
+        scene = "reference"            # a shipped name, or a path relative to this file
         until = "8"                    # s; by default the scene's
         record = ["climb_A", "max_nu_y"]
         contact = "unilateral"         # or "bilateral"

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 SCHEMA = "tt_precise.sweep_store/3"
 MANIFEST, SUMMARY = "sweep.json", "summary.json"
 OURS = b"tt_precise"  # the key of what a chunk's metadata state
-# pyarrow's errors about what is no Parquet are of these kinds
+# pyarrow's errors about files that are not Parquet
 UNREADABLE = (OSError, ValueError, KeyError, TypeError, NotImplementedError, MemoryError)
 EXPECTED = "expected the folder, URL or file of a sweep"
 

@@ -41,12 +41,12 @@ def padded(count: int) -> int:
 class Kernel:
     """What stands where, and the functions that compute it, in so many ``parts``.
 
-    ``outputs`` are series to be kept beside the entries: pairs of one and whether its rate is
+    ``outputs`` are series to be kept with the entries: pairs of a series and whether its rate is
     wanted in its place. A step is a block of ``order`` + 2 rows of ``columns`` numbers:
     coefficients of the entries and behind them of the outputs, of powers of time over a unit that
-    is a power of two about as long as the step, so that they are in range. The parts of the
-    numbers of all steps stand one behind the other, ``plane`` doubles apart. ``orders`` are, for
-    the functions, how many coefficients are computed in 3 parts, in 2 or more, in 1 or more.
+    is a power of two about as long as the step, so that they are in range. The parts of the numbers
+    of all steps stand one behind the other, ``plane`` doubles apart. ``orders`` are, for the
+    functions, how many coefficients are computed in 3 parts, in 2 or more, in 1 or more.
     """
 
     def __init__(

@@ -16,7 +16,7 @@ from tt_precise.runtime.values import Array
 RUN, ROWS = "piinpdddpp", "pinpnpip"
 MOST_PARTS = 3  # of a number
 MOST_ORDER = 99  # of a step, for which a kernel has reciprocals
-TIMES = 6  # numbers of a step that they keep beside its series, see ``kernel``
+TIMES = 6  # numbers of a step stored with its series, see ``kernel``
 _LETTERS = {
     "p": ctypes.c_void_p, "n": ctypes.c_void_p, "i": ctypes.c_int64, "d": ctypes.c_double,
 }  # fmt: skip

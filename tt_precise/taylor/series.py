@@ -28,7 +28,7 @@ def powered(base: Scalar, power: Scalar) -> Scalar:
     Raises
     ------
     InputError
-        It is none: the power is no whole number above 0.
+        The power is not a whole number above 0.
     """
     if not isinstance(power, int) or power < 1:
         raise InputError(

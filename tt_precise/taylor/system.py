@@ -89,7 +89,7 @@ class System:
         longest: float = math.inf,
         first: float | None = None,
     ) -> Iterator[StepBlock]:
-        """Taylor steps from time 0, until they reach ``until`` or are no numbers.
+        """Taylor steps from time 0, until they reach ``until`` or contain NaN.
 
         No step is longer than ``longest``; the ``first`` one has a bound of its own if it is
         given, and is a piece of its own then. The last one may end later than ``until``.
@@ -156,7 +156,7 @@ class StepBlock:
         self.end_time = tuple(times[taken, 1:4].tolist())
         self.end_row = self.row(taken)
         suspect = times[:taken, 5].nonzero()[0]
-        # what is no number in the series of an entry leaves none where the step ends
+        # a NaN in the series of an entry makes the state at the end of the step NaN
         finite = numpy.isfinite(self.lengths) & (self.lengths > 0)
         finite &= numpy.isfinite(data[0, 1 : taken + 1, 0, :entries]).all(axis=1)
         finite[suspect] &= numpy.isfinite(self.coefficients[suspect, :, entries:]).all(axis=(1, 2))

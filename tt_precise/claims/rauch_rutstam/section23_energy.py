@@ -443,7 +443,7 @@ def _correlation(name: str, run: Run) -> float:
     quote="The graphs ... of energy transfer between modes, are oscillatory",
     where="Sec. 2.3, Fig. 5",
     definition="reference solution; extrema found as events; oscillatory: more than "
-    f"{MANY} extrema and, but for E_dot, which cannot change sign, {MANY + 1} changes of sign",
+    f"{MANY} extrema and, except for E_dot, which cannot change sign, {MANY + 1} changes of sign",
     counterexample={"run": Run(variant(until="0.05"))},
 )
 def rates_oscillate(run: Run = REFERENCE) -> Finding:
