@@ -548,10 +548,10 @@ def integrate(
     watched = None if events is None else asked_for(events, loaded.model)
 
     def differentiated(trajectory: Trajectory) -> Trajectory:
-        if names := listed(sensitivity):
+        if sensitivity:
             from tt_precise.integration.variational import Derivatives
 
-            trajectory.sensitivity = Derivatives(trajectory, names)
+            trajectory.sensitivity = Derivatives(trajectory, listed(sensitivity))
         return trajectory
 
     def run(rung: Rung) -> Trajectory:
