@@ -134,7 +134,7 @@ GOOD = "','.join(map(str, [t, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0]))"
         (ROWS.format(columns=COLUMNS, row=GOOD.replace("0]", "0, 8, 8]")),
          "unreadable", "more cells than the header"),
         (ROWS.format(columns=(*COLUMNS, "qw"), row=GOOD.replace("0]", "0, 1]")),
-         "unreadable", "columns qw stand there twice"),
+         "unreadable", "columns qw occur twice"),
         ("while True: print('x' * 65536)", "stopped", "wrote more than 20 MB"),
         ("while True: print('x' * 65536, file=sys.stderr)", "stopped", "wrote more than 20 MB"),
         ("import time; time.sleep(60)", "stopped", "still running after 0.5 s"),

@@ -66,7 +66,7 @@ LOW, LOW_BITS = 10, 80  # degree and bits of the polynomials that bound derivati
 TERMS = 80  # of the flow's polynomial at most; strong damping makes them large at first
 SMALL = 1e-12  # term of it, where it ends
 TUBE = arb(2) ** -70
-CLOSEST = arb(2) ** -200  # of a piece, to which a sign is looked for
+CLOSEST = arb(2) ** -200  # of a piece: the search for a sign ends there
 NEWTON = 100  # steps, at most
 VANISHING = 6  # the highest order to which a function may vanish at t = 0
 

@@ -1,4 +1,4 @@
-"""The arithmetics of the second checker, its own: power series, Taylor models, formal numbers."""
+"""The second checker's own arithmetics: power series, Taylor models, formal numbers."""
 
 from __future__ import annotations
 

@@ -284,7 +284,7 @@ def _tallies(
 
 
 def tally(cells: Iterable[tuple[str, arb | None]], zero: Fraction) -> Tally:
-    """The tally of a column of printed numbers with their balls; ``zero`` is what 0 stands for."""
+    """The tally of a column of printed numbers with their balls; see ``printed`` for ``zero``."""
     fewest: int | None = None
     entries = enclosed = correct = wrong = 0
     farthest = Fraction(0)

@@ -248,7 +248,7 @@ class ProvedEvents:
             self.failure = why
 
     def through(self, step: VerifiedStep, end: arb) -> None:
-        """Add the zeros in the next step, up to the end of what it stands for."""
+        """Add the zeros in the next step, up to its valid end."""
         if self.failure:
             return
         begins = self.begins if step.begin == 0 else None

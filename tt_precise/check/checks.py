@@ -79,7 +79,7 @@ class ContactVelocity:
             )
         return (
             f"it sinks and rises by {moved:.1g} m, as a soft contact does: if yours is one, give "
-            f"it a limit of its own, as --limit contact_velocity={_rounded_up(2 * self._worst):g}"
+            f"it a limit, as --limit contact_velocity={_rounded_up(2 * self._worst):g}"
         )
 
 

@@ -39,7 +39,7 @@ from tt_precise.scene.scene import Scene
 from tt_precise.taylor.series import SeriesFunctions, Truncated, coefficients
 
 ON_TABLE = 1e-9  # of R: below this a rigid table is touched
-POINTS = 9  # of an interval, at which a solution is looked at
+POINTS = 9  # points of an interval at which a solution is tested
 State = NewtonState | LiftedState
 SERIES = SeriesFunctions(numpy)
 
@@ -334,7 +334,7 @@ class EquationResidual:
         return residuals
 
     def misfit(self, samples: Samples) -> Array:
-        """The balance (entries, intervals) of the state by the highest order, whatever its error.
+        """The balance (entries, intervals) of the state by the highest order, for any error.
 
         It depends smoothly on the parameters; 0 where it is NaN.
         """
@@ -342,7 +342,7 @@ class EquationResidual:
         return numpy.where(numpy.isfinite(mismatch), mismatch, 0.0)[:-1]
 
     def changes(self, samples: Samples) -> tuple[numpy.ndarray, numpy.ndarray]:
-        """Change of each entry of the state in each interval, and its balance, whatever it is."""
+        """Change of each entry of the state in each interval, and its balance."""
         with numpy.errstate(all="ignore"):
             functions, _ = self._functions(samples.state, 1)
         residuals = self._balance(samples, numpy.arange(1, len(samples.t)))

@@ -48,7 +48,7 @@ from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LIFTED
 
 MEANING = "correct digits of every column"
-USUAL_DIGITS = 12.0  # that a solution is computed to where none are asked for
+USUAL_DIGITS = 12.0  # of a fresh solution if no digits are requested
 IN_DOUBLE = 13.0  # digits that differences of doubles can show
 
 HOLE = 1.5  # intervals without a row, where rows are evenly spaced
@@ -106,7 +106,7 @@ class Evidence:
 class DigitsOverTime:
     """Summarises blocks of measured rows, as in "9 digits until 1.2 s, none from 5 s"."""
 
-    STEPS = (12, 10, 8, 6, 4, 2, 1)  # digits whose end is looked for
+    STEPS = (12, 10, 8, 6, 4, 2, 1)  # numbers of digits whose end is searched
     MOST = 3  # of them are named
     EARLY = 0.02  # part of the span before which an end is not worth a word
     FURTHER = 1.2  # times the end before, for another one to be named
@@ -241,7 +241,7 @@ class GoldenDistance:
         Raises
         ------
         InputError
-            Digits were asked for, but there is nothing to compare with, or not enough.
+            Digits were requested, but there are no golden data, or too few rows to compare.
         """
         notes, evidence = [], self._evidence
         beyond = self._true is not None and (evidence.missed or 0.0) > self._true.times[-1]

@@ -409,7 +409,7 @@ class Kinematics(_OverWindows):
     def note(self) -> str:
         """The checked columns, and those that do not follow from the velocities."""
         fails = f"{self._what} does not follow" if self._worst > self._limit else ""
-        looked = "looked at " + ", ".join(self._looked_at)
+        looked = "checked " + ", ".join(self._looked_at)
         lacking = [name for name in ("spin", "x", "y", "z") if name not in self._looked_at]
         if lacking:
             looked += f", not at {', '.join(lacking)} (no columns)"

@@ -99,7 +99,7 @@ def _printable(text: str) -> str:
 
 SMALLEST = 1e-18  # drawn for an exact zero
 SCHEMA = "tt_precise.check/1"
-FEW_DIGITS = 4  # fewer digits of golden data give a warning, even if no digits were asked for
+FEW_DIGITS = 4  # fewer digits of golden data give a warning, even if no digits were requested
 
 
 def unusable(trajectory: str, scene: str, why: str) -> Result:

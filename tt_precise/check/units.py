@@ -253,7 +253,7 @@ def _misfits(setup: CheckSetup, given: Columns, most: float = numpy.inf) -> dict
     """Which part of the state's change the rows do not explain, in ways that can be convention.
 
     How the axis turns, whether the contact point stays on the table and Jellett's integral hold for
-    every force. The rest is not looked at where the contact point is off by ``most``.
+    every force. The other parts are not tested if the contact point is off by ``most``.
     """
     misfits = {}
     if setup.columns.name == "rigid body" and setup.velocity_given and not setup.scene.lifts:

@@ -354,7 +354,7 @@ def _require_columns(text: str) -> None:
         raise ValueError(f"missing columns {', '.join(missing)}, expected {','.join(COLUMNS)}")
     twice = [name for name in COLUMNS if names.count(name) > 1]
     if twice:
-        raise ValueError(f"columns {', '.join(twice)} stand there twice")
+        raise ValueError(f"columns {', '.join(twice)} occur twice")
 
 
 def _last_line(text: str) -> str:

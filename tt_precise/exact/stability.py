@@ -28,7 +28,7 @@ from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import Parameters, TippeTop, Units
 
 UPRIGHT, INVERTED = 1, -1
-GUARD_DIGITS = 10  # the sign change is seen this much closer than the digits asked for
+GUARD_DIGITS = 10  # additional digits for the search of the sign change
 MOST_REACH = 400  # decades of omega_3^2 R/g searched on either side, at most
 FOLLOWED = 1.2  # ratio of gravities between which an eigenvalue is recognised as the nearest one
 DOUBLINGS = 3  # of the working precision, below which rounding errors decide a sign

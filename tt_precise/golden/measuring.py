@@ -179,7 +179,7 @@ class TrueRows:
             defined = ~numpy.isnan(true)
             errors[here] = numpy.where(defined & numpy.isnan(error), numpy.inf, error)
             measured.bounds[name][here] = numpy.where(defined, 0.0, numpy.nan)
-            # what rounding to double may have to do with is looked at in decimals
+            # errors near the rounding to double are computed in decimals
             rounded = numpy.isclose(given, true, rtol=FAR * EPS, atol=0)
             if largest_only:
                 # what two roundings may add to an error or take from it, with a margin
@@ -316,7 +316,7 @@ class FewestDigits:
 
 
 class Carried(NamedTuple):
-    """Columns by name at the times asked for, and bounds of their errors; NaN where undefined."""
+    """Columns by name at the requested times, and bounds of their errors; NaN where undefined."""
 
     values: dict[str, numpy.ndarray]
     bounds: dict[str, numpy.ndarray]

@@ -2,7 +2,7 @@
 
 A ``Task`` is a computation, a ``Run`` its result; ``reconcile`` keeps the digits that all runs
 share. Runs are text, because heyoka's ``real`` numbers leak memory under NumPy 2.4 and later;
-therefore each scene is computed in a process of its own.
+therefore each scene is computed in a separate process.
 """
 
 from __future__ import annotations

@@ -193,7 +193,7 @@ class Errors:
         import numpy
 
         arrived = self._run.status in ARRIVED
-        # where the model ends before its horizon, each run has an end of its own
+        # if the model ends before its horizon, the runs have different ends
         inner = list(times if arrived else times[:-1])
         end = float(reference.end) * (1 + 1e-15)  # two runs to one horizon differ by roundings
         while inner and inner[-1] > end:

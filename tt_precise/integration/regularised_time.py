@@ -125,7 +125,7 @@ def onset(
     ``state`` is at rest, of mpmath numbers of the context ``fn``; e is its first direction.
     """
     operations: list[Series] = []
-    # the next coefficients are known before they are asked for
+    # the next coefficients are known before they are needed
     entries = [_Registered(operations, lambda c, k: None, [x]) for x in (*state[:6], *e)]
     rate = friction.along_direction(body, NewtonState(*entries))
     ex, ey = entries[6:]

@@ -138,7 +138,7 @@ def commit() -> str:
         ]
     except (OSError, subprocess.CalledProcessError):
         done = [""]
-    # an installed package may lie in somebody else's repository
+    # an installed package may lie in another repository
     if not done[0] or Path(done[0]).resolve() != checkout.resolve():
         return f"none, version {metadata.version('tt-precise')}"
     return done[1] + ("+" if done[2] else "")

@@ -47,8 +47,8 @@ MEASURED = shipped("reports") / "measured"
 def compute(folder: Path = MEASURED, progress: Progress = silent) -> Computed:
     """Judge the claims and make the sections that no judgement is part of.
 
-    ``folder`` holds the tables that commands of their own have measured. ``progress`` is called
-    with the share of claims and sections that are done.
+    ``folder`` holds the tables that other commands have measured. ``progress`` is called with the
+    share of claims and sections that are done.
     """
     claims = calls_for()
     makers = sections_in(folder)

@@ -75,7 +75,7 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
             plan = Plan(_scene(), (x.name, "omega_3"), RECORD, "unilateral")
             starts = numpy.column_stack([along, spins])
             table = integrated(pool, plan, [(name, numpy.arange(len(starts)), starts)])
-            # as asked for, where it was computed back from omega_3 with some eps of error
+            # the requested value: the one computed back from omega_3 has some eps of error
             tables.append(table.assign(**{y.name: up}))
     return pandas.concat(tables, ignore_index=True)
 

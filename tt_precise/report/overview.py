@@ -159,7 +159,7 @@ def all_claims(judged: Sequence[JudgedClaim], run: JudgingRun) -> Section:
 
 TRACK = "track"
 DECIMALS = {"theta": 4, "phi": 3, "psi": 2, "x": 3, "y": 3}  # rad, and radii of the top
-# where map and graph stand in the drawing of 520 x 400 units: left, top, width, height
+# positions of map and graph in the drawing of 520 x 400 units: left, top, width, height
 MAP = (312.0, 22.0, 196.0, 176.0)
 GRAPH = (34.0, 300.0, 474.0, 74.0)
 

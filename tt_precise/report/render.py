@@ -64,7 +64,7 @@ def html(report: Report) -> str:
 
 
 def markdown(report: Report) -> str:
-    """The report as Markdown with LaTeX; its pictures stand in ``figures/``."""
+    """The report as Markdown with LaTeX; its pictures are in ``figures/``."""
     environment = _environment(escaped=False)
     environment.filters |= {
         "prose": prose.markdown,

@@ -51,7 +51,7 @@ def source_hash(*places: str) -> str:
 
 
 class Records:
-    """JSON objects by key in a folder, each in a compressed file of its own.
+    """JSON objects by key in a folder, each in a compressed file.
 
     ``made_by`` identifies their maker (versions, a hash of the code): a record of another maker is
     not returned. If nothing can be written, nothing is cached.

@@ -178,8 +178,8 @@ def _unwritable(target: Path, error: OSError | ValueError) -> InputError:
 # ---- TOML from users -----------------------------------------------------------------------
 
 LARGEST_FILE = 100_000  # bytes; a scene is a page of text
-# tomllib's time grows with the square of the parts of a dotted key, which stands in one line:
-# 0.1 s for so many, 8 s for ten times as many
+# tomllib's time grows with the square of the parts of a dotted key, which is in one line: 0.1 s for
+# so many, 8 s for ten times as many
 MOST_DOTS = 2_000
 
 
@@ -206,7 +206,7 @@ def read_toml(path: Path, what: str) -> str:
 
 
 def parse_toml(text: str) -> dict[str, Json]:
-    """The table in ``text``, with floats as the strings that stand there.
+    """The table in ``text``, with floats as their written strings.
 
     Raises
     ------

@@ -29,9 +29,9 @@ _ours = False
 def in_a_process_of_ours() -> None:
     """Say so, before anything heavy is imported; processes started from here inherit the settings.
 
-    NumPy's OpenBLAS starts no threads, unless the caller wants some: no matrix here is large
-    enough for two, and starting them takes a seventh of the processor time of ``import numpy``.
-    heyoka keeps compiled equations in a folder of ours, unless somebody has chosen another.
+    NumPy's OpenBLAS starts no threads, unless the caller wants some: no matrix here is large enough
+    for two, and starting them takes a seventh of the processor time of ``import numpy``. heyoka
+    keeps compiled equations in the package's cache folder, unless another one is set.
     """
     global _ours
     _ours = True

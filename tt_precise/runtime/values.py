@@ -28,7 +28,7 @@ ContinuousOutput: TypeAlias = Any
 """Dense output of heyoka: ``continuous_output``, or what is called as one."""
 
 Scalar: TypeAlias = Any
-"""A number, or an array or expression that stands for numbers, of one arithmetic."""
+"""A number, or an array or expression of numbers, in one arithmetic."""
 
 Array: TypeAlias = Any
 """A NumPy array; shape and entries are stated where it is used."""
@@ -48,7 +48,7 @@ def listed(names: str | Iterable[str]) -> tuple[str, ...]:
 
 
 def distinct(what: str, asked: Iterable[Any]) -> tuple[Any, ...]:
-    """Return what was asked for, by name or as something that has a name, each once.
+    """Return the requested things, given by name or as objects with a name, each once.
 
     Raises
     ------

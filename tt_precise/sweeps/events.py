@@ -28,7 +28,7 @@ from tt_precise.taylor.series import SeriesFunctions, Truncated
 
 heyoka = import_heyoka()
 
-ALONE = {"batch_parallel": False}  # the other cores have sweeps of their own
+ALONE = {"batch_parallel": False}  # the other cores have their own chunks
 EARLY = 2.0**-26.5  # dimensionless; closer to t = 0 an event may be the start itself
 # The cubic through values and rates at both ends is off by h^4/384 of the fourth derivative at
 # most. A step is 0.13 of the radius of convergence, which makes that 2e-5 of the function's size.

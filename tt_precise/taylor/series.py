@@ -1,4 +1,4 @@
-"""Power series in any arithmetic, whose coefficients are computed when they are asked for.
+"""Power series in any arithmetic, whose coefficients are computed when needed.
 
 A ``Series`` is a scalar like any other to a function that is generic in its arithmetic. As each
 coefficient follows from earlier ones, equations of motion can be run on the series of their own

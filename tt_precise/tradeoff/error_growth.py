@@ -94,7 +94,7 @@ def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Json]]:
         state,
         numpy.outer(list(values.values()), numpy.ones(len(seeds))),
     )
-    # of the rounded body and start: what is looked at is what the steps add, and no more
+    # of the rounded body and start, so that only the errors of the steps count
     first = integrals(form, values, state)
     unit = float(starts[0].units.time)
     rows = []

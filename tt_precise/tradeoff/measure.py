@@ -280,7 +280,7 @@ def prepare(trial: Trial) -> CompiledTrial:
     Raises
     ------
     ArithmeticError, InputError
-        The method does not get through, or cannot be asked for this.
+        The method fails, or does not support this request.
     """
     problem = golden_problem(trial.scene, trial.coordinates, trial.until, trial.truth_bits)
     settings = Settings(trial.tolerance, trial.arithmetic)
@@ -470,7 +470,7 @@ def _workload(baseline: Action, when: str) -> Machine:
 
 
 def _imports() -> Iterator[Machine]:
-    """Seconds to start Python and import a package, in a process of its own; and without one."""
+    """Seconds to start Python and import a package in a new process; and without a package."""
     for name in ("", *(name for name in IMPORTED if find_spec(name.partition(".")[0]))):
         command = [sys.executable, "-c", f"import {name}" if name else ""]
         seconds = timed(partial(subprocess.run, command, check=True))

@@ -72,7 +72,7 @@ def _shared(form: Formulation) -> tuple[list[tuple[Scalar, Scalar]], list[Scalar
 
 
 class SolverResult(NamedTuple):
-    """What a solver returns: a state for each time asked for, and what it took.
+    """The result of a solver: a state for each requested time, and its cost.
 
     ``work`` counts evaluations of the right-hand side, of a Taylor method the coefficients of
     each state entry (steps times order). ``lanes`` trajectories were made at once.
@@ -94,7 +94,7 @@ Solve = Callable[
 
 
 class Settings(NamedTuple):
-    """What a method is asked for: its tolerance (0: the best it has), and its arithmetic."""
+    """The request to a method: its tolerance (0: its best), and its arithmetic."""
 
     tolerance: float
     precision: Precision
@@ -174,7 +174,7 @@ def solve_ivp(method: Any, compiled: bool, problem: GoldenProblem, settings: Set
 
 
 def odeint(compiled: bool, problem: GoldenProblem, settings: Settings) -> Solve:
-    """``scipy.integrate.odeint``; tolerance 0 stands for its own defaults, as the paper used it."""
+    """``scipy.integrate.odeint``; tolerance 0 means its defaults, as in the paper."""
     import scipy.integrate
 
     function = right_hand_side(problem, settings, compiled)

@@ -52,7 +52,7 @@ STEP = 26  # -log10 of s; central differences over it are off by some 1e-45
 class StateCase:
     """One state: a top, its law, and a start turned about the vertical by a rational angle.
 
-    ``law`` is that of friction, "rolling" (v_A = 0, by whatever force it takes), "sticking"
+    ``law`` is that of friction, "rolling" (v_A = 0, by the constraint force), "sticking"
     (Coulomb's, v_A = 0 and that force within the cone), "none" (free flight), or the force of an
     elastic table, on which friction is regularised. ``half`` is (cos, sin) of half the azimuth.
     Those named as in ``JOINED`` stick or slip soon.

@@ -293,7 +293,7 @@ def _largest_size(name: str, run: Run, span: Span) -> float:
 @claim(
     "NUM-02",
     quote="inverting solutions with lambda about 2 lambda",
-    definition="the factor between lambda of the reference start and what stands behind the 2",
+    definition="the ratio of lambda of the reference start and the quantity after the 2",
     counterexample={"behind": "lambda_thres"},
 )
 def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Finding:
