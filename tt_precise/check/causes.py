@@ -62,12 +62,12 @@ def cause(
             name: (residual_at(1.0 + NUDGE) - here) / NUDGE for name, residual_at in at.items()
         }
         along = {
-            name: abs(_dot(here, slope)) / math.sqrt(_dot(slope, slope) or 1.0)
+            name: float(abs(numpy.vdot(here, slope)) / math.sqrt(numpy.vdot(slope, slope) or 1.0))
             for name, slope in slopes.items()
         }
         for name in sorted(at, key=along.__getitem__, reverse=True):
-            if not along[name] > ALIGNED * math.sqrt(_dot(here, here)):
-                break
+            if not along[name] > ALIGNED * math.sqrt(numpy.vdot(here, here)):
+                continue
             factor, left = _fitted(at[name], slopes[name], here)
             words = _words(name, factor)
             if left < least and words:
@@ -82,15 +82,11 @@ def _words(free: str, factor: float) -> str:
     return f"{free} {factor:.4g} times the scene's" if 1 / FARTHEST < factor < FARTHEST else ""
 
 
-def _dot(a: Array, b: Array) -> float:
-    return float((a * b).sum())
-
-
 def _fitted(at: Callable[[float], Array], slope: Array, here: Array) -> tuple[float, float]:
     """The factor that minimises the residual, and the remaining residual."""
     factor = 1.0
     for _ in range(STEPS):
-        step = _dot(here, slope) / _dot(slope, slope)
+        step = float(numpy.vdot(here, slope) / numpy.vdot(slope, slope))
         factor -= step
         if not abs(factor) < 10 * FARTHEST:
             return factor, math.inf
