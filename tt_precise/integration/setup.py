@@ -139,7 +139,7 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
                 f"events: got {event!r:.60}, expected names, such as theta_max or all, or "
                 "functions of the motion"
             )
-    return distinct("events", asked)
+    return distinct("events", asked) if asked else ()
 
 
 def full_tolerance(precision: Precision) -> Scalar:
