@@ -116,6 +116,21 @@ def test_a_spoiled_proof_never_counts_as_the_recorded_one(proved: Path) -> None:
             store.read_whole(NAME, proved.parent)
 
 
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [({"schema": "tt_precise.golden/1"}, "got schema"), ({"files": {}}, "missing required field"),
+     ({"files": []}, "Expected `object`")],
+)  # fmt: skip
+def test_another_form_under_a_right_hash_is_refused(
+    proved: Path, change: dict[str, object], what: str
+) -> None:
+    content = json.loads((proved / MANIFEST).read_text("utf-8")) | change
+    del content[store.MANIFEST_HASH]
+    (proved / MANIFEST).write_text(store.manifest_text(content), "utf-8")
+    with pytest.raises(InputError, match=what):
+        store.read_whole(NAME, proved.parent)
+
+
 def test_one_way_to_name_golden_data(
     small: Small, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
