@@ -31,6 +31,7 @@ GUARD = 40  # bits after those of the run, within which numbers with guard bits 
 SUSPICIOUS = 1e-10  # of its summands: a lobe as shallow as this is tested with all bits
 NEAREST = 64  # parts of the first step, where series converge so slowly
 NEWTONS = 60
+ENLARGED = 8  # how often the time until which a function is lost is found from the one before
 TO_THE_EXTREMUM = 3  # Newton's steps from a nearby zero
 
 
@@ -147,9 +148,8 @@ def _first_zeros(
                     zeros[name] = None
                     continue
                 if zero[0]:
-                    below = _eps(setup) * close[name][0]
-                    terms = ((k, float(abs(x))) for k, x in enumerate(c) if not zero[k])
-                    reach[name] = min((below / x) ** (1 / k) for k, x in terms)
+                    terms = {k: float(abs(x)) for k, x in enumerate(c) if not zero[k]}
+                    reach[name] = _lost_until(terms, close[name], _eps(setup))
                     ends[name] = max(FIRST_STEP, reach[name])
                 c = c[zero.index(False) :]
             series[name] = c
@@ -167,7 +167,21 @@ def _first_zeros(
                 zeros[name] = [*already, EventRecord(name, time, direction, tuple(there))]
         begin = begin + length
         row = [sum(x * length**k for k, x in enumerate(e.upto(order))) for e in entries]
+    reach.update({name: min(end, float(begin)) for name, end in reach.items()})
     return zeros
+
+
+def _lost_until(terms: Mapping[int, float], sizes: Sequence[float], eps: float) -> float:
+    """Until when a function with these ``terms`` of its series may look like a touch of zero.
+
+    Where the largest term is of order k, its lobe before a zero is a 4k-th as deep. ``sizes`` are
+    those of the summands of the coefficients, which grow with the tilt.
+    """
+    until = 0.0
+    for _ in range(ENLARGED):
+        below = eps * sum(size * until**k for k, size in enumerate(sizes))
+        until = max(until, min((4 * k * below / x) ** (1 / k) for k, x in terms.items()))
+    return until
 
 
 def _converges(c: Sequence[Scalar], bits: int) -> Scalar:
