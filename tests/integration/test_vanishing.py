@@ -60,9 +60,9 @@ def test_a_shallow_lobe_beside_the_start_is_no_touch(tolerance: float) -> None:
     """nu_x is lost in its summands, which grow, somewhat longer than its first term says."""
     scene = load_scene("elastic-linear").varied(
         m="0.02", R="0.02", alpha="0.5196", I1="0.7315", I3="0.3560", g="9.8", mu="0.6456611",
-        epsilon="10", theta="pi - 1.494801e-07", theta_dot="7.5528", phi_dot="23.2212", omega_3="36.3989",
-        nu_x="0", nu_y="0", height="-0.0002", rise="0", stiffness="167.5019", damping="0",
-        until="1e-4",
+        epsilon="10", theta="pi - 1.494801e-07", theta_dot="7.5528", phi_dot="23.2212",
+        omega_3="36.3989", nu_x="0", nu_y="0", height="-0.0002", rise="0", stiffness="167.5019",
+        damping="0", until="1e-4",
     )  # fmt: skip
     events = integrate(scene, tolerance=tolerance, events=("nu_x_zero",)).events
     assert list(events["t"]) == pytest.approx([1.29895194008e-7], rel=1e-9)
