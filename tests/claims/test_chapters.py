@@ -48,6 +48,13 @@ def test_no_measured_number_is_typed_into_a_note(module: Path) -> None:
     assert list(typed_into_notes(module.read_text("utf-8"))) == []
 
 
+@pytest.mark.parametrize(
+    "note", ["'All of them invert.'", "'None of these starts.'", "f'It ends at 3.19 s, {x}.'"]
+)
+def test_a_typed_number_is_found(note: str) -> None:
+    assert list(typed_into_notes(f"v.all_of(check, {note})"))
+
+
 NEAR = ("phi_dot", "phi_dot near the end")
 
 
@@ -100,3 +107,10 @@ def verdicts_typed_in(source: str) -> list[str]:
 @pytest.mark.parametrize("module", MODULES, ids=lambda path: path.stem)
 def test_only_rules_make_verdicts(module: Path) -> None:
     assert verdicts_typed_in(module.read_text("utf-8")) == []
+
+
+@pytest.mark.parametrize(
+    "spoiled", ["Finding('refuted', 'a', 'b', 'c')", "x = v.Verdict.REFUTED", "x = 'misprint'"]
+)
+def test_a_typed_in_verdict_is_found(spoiled: str) -> None:
+    assert verdicts_typed_in(spoiled)

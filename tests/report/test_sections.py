@@ -12,8 +12,8 @@ import pytest
 
 from tt_precise.claims import counts, judge
 from tt_precise.claims.committed import JudgedClaim, committed, run_record
-from tt_precise.report import build, overview
-from tt_precise.report.document import Card, Claims, Section, Text
+from tt_precise.report import build, overview, sections
+from tt_precise.report.document import Card, Claims, PageTable, Section, Text
 from tt_precise.report.measured import jellett_alone
 from tt_precise.report.overview import verdict
 from tt_precise.runtime.values import InputError
@@ -63,6 +63,14 @@ def test_verdicts_of_a_report_are_read_again(judged: list[JudgedClaim], tmp_path
 def test_the_verdict_counts_readings_apart(judged: list[JudgedClaim]) -> None:
     numbers = re.findall(r"\d+", verdict(counts(judged), len(judged)))
     assert numbers[:3] == ["7", "2", "1"]
+
+
+def test_thresholds_state_forty_agreeing_digits() -> None:
+    section = sections.threshold_values()
+    table = next(block for block in section.blocks if isinstance(block, PageTable))
+    agreed = [int(row[3]) for row in table.rows]
+    assert len(agreed) == 9
+    assert min(agreed) >= 40
 
 
 def test_what_lambda_alone_would_show() -> None:
