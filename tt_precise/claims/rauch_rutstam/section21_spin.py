@@ -199,7 +199,7 @@ def monotonous_spin(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     return v.all_of(
         v.statement(
             rise < 0.01 * (fall - rise),
-            "almost monotonically decreasing",
+            "almost monotonously decreasing",
             f"rises sum up to {v.decimal(rise, 4)}, falls to {v.decimal(fall, 5)} rad/s",
         ),
         f"It has {len(values) - 2} local extrema, wherever nu_y vanishes, and starts with a "

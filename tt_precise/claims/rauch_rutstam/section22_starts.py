@@ -182,7 +182,7 @@ def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") 
         {
             "no turning point after that": v.statement(
                 max(times) <= float(time) and max(angles) <= float(angle),
-                f"monotonic from {time} s, {angle} rad on",
+                f"monotonous from {time} s, {angle} rad on",
                 f"turns for the last time at {v.decimal(min(times), 3)} to "
                 f"{v.decimal(max(times), 3)} s, {v.decimal(min(angles), 3)} to "
                 f"{v.decimal(max(angles), 3)} rad",

@@ -193,7 +193,7 @@ def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> Finding:
         ),
     }  # fmt: skip
     return v.readings(
-        v.statements("almost monotonically decreasing", parts),
+        v.statements("almost monotonously decreasing", parts),
         "The paper's reason, D = I3 omega_3 sqrt(d(cos theta)), ignores the oscillation of "
         "d(cos theta), which is larger than the oscillation of omega_3.",
     )
