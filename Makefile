@@ -59,7 +59,7 @@ report:   ## write the precision report into reports/
 report: $(DEV)
 	$(BIN)/tt-precise report $(ARGS)
 
-test:     ## the default tests: none of the marked ones, about 8 minutes at first
+test:     ## the default tests: none of the marked ones, about 6 minutes at first
 test: $(DEV)
 	$(PYTEST) -n $(JOBS) --dist worksteal $(ARGS)
 
