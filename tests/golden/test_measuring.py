@@ -60,6 +60,20 @@ def test_a_relative_error_is_found_as_it_was_made(delay: float, name: str) -> No
     assert ((found.bounds[name] == 0) == (delay == 0)).all()
 
 
+@pytest.mark.parametrize(("wrong", "digits"), [("0", 33), ("1e-25", 24)])
+def test_whole_turns_of_an_angle_cost_no_digit(wrong: str, digits: int) -> None:
+    stored = read("track")
+    true = TrueRows(stored.scene, stored.trajectory)
+    turns = EXACT.multiply(measuring.TURN, 3)
+    cells = [
+        str(EXACT.add(EXACT.subtract(Decimal(cell), turns), Decimal(wrong)))
+        for cell in stored.trajectory.column("phi")
+    ]
+    values = {"phi": numpy.array(cells, float)}
+    measured = true.measure(true.times, values, lambda row, names: [cells[row]])
+    assert digits <= measured.digits()["phi"].min() < digits + 2
+
+
 def spoiled(cell: str, error: str, digits: int) -> str:
     """A printed number with a relative error, written with so many digits."""
     factor = EXACT.add(1, Decimal(error))

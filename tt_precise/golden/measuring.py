@@ -175,12 +175,13 @@ class TrueRows:
         close: dict[int, list[str]] = {}
         for name, errors in measured.errors.items():
             given, true = values[name][here], self._numbers[name][rows]
-            error = abs(turned_back(name, given - true)) / self._sizes[name][rows]
+            apart = abs(turned_back(name, given - true))
+            error = apart / self._sizes[name][rows]
             defined = ~numpy.isnan(true)
             errors[here] = numpy.where(defined & numpy.isnan(error), numpy.inf, error)
             measured.bounds[name][here] = numpy.where(defined, 0.0, numpy.nan)
             # errors near the rounding to double are computed in decimals
-            rounded = numpy.isclose(given, true, rtol=FAR * EPS, atol=0)
+            rounded = apart <= FAR * EPS * numpy.fmax(abs(given), abs(true))
             if largest_only:
                 # what two roundings may add to an error or take from it, with a margin
                 slack = (2 * EPS * (abs(given) + abs(true)) + TINY) / self._sizes[name][rows]
