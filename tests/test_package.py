@@ -5,6 +5,7 @@ import importlib
 import inspect
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -45,6 +46,11 @@ def test_the_import_the_help_and_a_scene_need_nothing_heavy(command: str) -> Non
     assert imported_by(code) == set()
 
 
+def test_the_check_of_it_sees_an_import() -> None:
+    assert "numpy" in imported_by("import tt_precise, numpy")
+    assert "mpmath" in imported_by("import tt_precise as tt; tt.integrate")
+
+
 @pytest.mark.parametrize(
     "before",
     [
@@ -79,6 +85,10 @@ def test_examples_of_its_docstrings_are_true(name: str) -> None:
     result = doctest.testmod(importlib.import_module(name))
     assert result.attempted >= 3
     assert result.failed == 0
+
+
+def test_the_package_is_typed() -> None:
+    assert Path(tt_precise.__file__).with_name("py.typed").is_file()
 
 
 def test_signatures_name_the_arguments() -> None:

@@ -3,12 +3,14 @@
 import json
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import pytest
 
 from tt_precise import cli
 from tt_precise.integration import EVENTS, TERMINAL, Trajectory, catalogue, integrate
 from tt_precise.integration.events import JOINING, change
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 
 SCHEMA = "tt_precise.events/1"
@@ -128,3 +130,9 @@ def test_lost_contact_is_said(capsys: pytest.CaptureFixture[str]) -> None:
 def test_events_are_asked_for_by_name(asked: str | tuple[str, ...]) -> None:
     scene = replace(load_scene("reference"), until=Fraction(1, 20))
     assert "theta_max" in set(integrate(scene, events=asked).events["name"])
+
+
+@pytest.mark.parametrize("asked", [7, [7], "none_such"])
+def test_what_names_no_event_is_refused(asked: Any) -> None:
+    with pytest.raises(InputError, match="expected"):
+        integrate("reference", events=asked)

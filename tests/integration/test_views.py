@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from tt_precise.integration import Trajectory, integrate
-from tt_precise.integration.views import _Picture, sampled
+from tt_precise.integration.views import ELEVATION, _Picture, _seen, _towards, sampled
 from tt_precise.runtime import plotting
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
@@ -88,6 +88,13 @@ def test_words_and_panels_stand_inside_the_picture(short: Trajectory) -> None:
         assert 0 < box.y0 < box.y1 < drawn.bbox.y1
 
 
+def test_what_is_nearer_to_the_eye_hides_what_is_behind() -> None:
+    """Seen along +Y and a little down: to the eye there is no way across or up the picture."""
+    toward = np.array([[0.0], [-np.cos(ELEVATION)], [np.sin(ELEVATION)]])
+    assert _towards(toward) == pytest.approx([1])
+    assert np.ravel(_seen(toward)) == pytest.approx([0, 0])
+
+
 def test_the_track_is_below_the_centre_of_the_sphere(short: Trajectory) -> None:
     """Where the contact point is, by integrating v_A - omega x a, the velocity of the place."""
     frames = sampled(short, 0.0, 0.5, 5)
@@ -121,6 +128,11 @@ def test_mp4_needs_ffmpeg(
     monkeypatch.setattr(FFMpegWriter, "isAvailable", lambda: False)
     with pytest.raises(InputError, match="needs ffmpeg"):
         short.animate(tmp_path / "top.mp4")
+
+
+def test_equal_runs_make_equal_pictures(half: Scene) -> None:
+    first, second = (plotting.svg_text(integrate(half).plot("theta")) for _ in range(2))
+    assert first == second
 
 
 def test_estimated_errors_are_columns_and_can_be_drawn(half: Scene) -> None:

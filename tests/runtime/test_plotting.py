@@ -79,3 +79,11 @@ def test_thinning_keeps_every_extremum() -> None:
     assert chosen[-1] == len(TIMES) - 1
     assert VALUES[chosen].max() == 1e4
     assert VALUES[chosen].min() == VALUES.min()
+
+
+def test_every_other_sample_would_lose_the_spike() -> None:
+    assert VALUES[:: len(VALUES) // (4 * plotting.BINS)].max() < 2
+
+
+def test_short_series_stay_as_they_are() -> None:
+    assert len(plotting.thinned(TIMES[:50], VALUES[:50])) == 50

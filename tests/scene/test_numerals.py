@@ -81,6 +81,20 @@ def test_rounds_once_into_mpmath(text: str, digits: int) -> None:
     assert abs(value - exact(text)) <= half_ulp
 
 
+def test_a_float_on_the_way_would_show() -> None:
+    context = mpmath.MPContext()
+    context.dps = 50
+    good, spoiled = to_mpmath(exact("9.82"), context), context.mpf(9.82)
+    assert 1e-17 < abs(good - spoiled) < 1e-15
+
+
+def test_leaves_the_precision_of_the_context_alone() -> None:
+    context = mpmath.MPContext()
+    context.prec = 77
+    to_mpmath(Fraction(1, 3), context)
+    assert context.prec == 77
+
+
 @given(lists(floats(width=64) | floats(-1e-3, 1e-3) | integers(-(10**18), 10**18).map(float)))
 @example([0.0, -0.0, math.nan, math.inf, -math.inf, 5e-324, 1e-4, 9.999999999999999e-05])
 @example([1e16, 9999999999999998.0, 1e15, 1e17, 123456789012345680.0, 1e22, 1.7976931348623157e308])

@@ -7,7 +7,7 @@ import pandas
 import pytest
 
 from tt_precise.runtime.values import InputError
-from tt_precise.sweeps.picture import curve, map_of
+from tt_precise.sweeps.picture import curve, label_of, map_of
 
 
 def rows(grid: bool = True) -> pandas.DataFrame:
@@ -62,3 +62,8 @@ def test_map_shows_every_row(grid: bool, z: str) -> None:
 def test_unknown_columns_are_refused() -> None:
     with pytest.raises(InputError, match="expected one of: mu"):
         curve(rows(), "mu", "nothing")
+
+
+def test_labels_have_units() -> None:
+    assert label_of("max_nu_y") == "max_nu_y (m/s)"
+    assert label_of("lambda_ratio") == "lambda_ratio"
