@@ -34,6 +34,15 @@ def test_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
     assert [line.split()[0] for line in lines[start + 1 :]] == list(TERMINAL)
 
 
+def test_the_catalogue_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["events", "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["schema"] == SCHEMA
+    assert printed["events"] == {name: event.meaning for name, event in EVENTS.items()}
+    assert printed["joining"] == JOINING
+    assert printed["terminal"] == TERMINAL
+
+
 def test_the_events_of_a_scene(capsys: pytest.CaptureFixture[str], trajectory: Trajectory) -> None:
     assert cli.main(["events", "reference"]) == 0
     lines = capsys.readouterr().out.splitlines()

@@ -7,6 +7,7 @@ import numpy
 import pytest
 
 import tt_precise as tt
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene, parse_scene
 
 TEXT = """
@@ -126,3 +127,17 @@ def test_epsilon_to_zero_is_coulomb_at_order_2_while_the_top_glides() -> None:
     errors = [numpy.abs(final(regularised(str(w))) - limit).max() for w in widths]
     orders = numpy.log2(numpy.array(errors[:-1]) / errors[1:])
     assert orders == pytest.approx([2, 2], abs=0.1)
+
+
+def test_scene_files() -> None:
+    scene = regularised("1e-3")
+    assert scene.body.law == "regularised"
+    assert scene.varied(epsilon="1e-2").body != scene.body
+    assert scene.perturbed(mu="1e-9").body.mu == Fraction(5, 100) * (1 + Fraction("1e-9"))
+
+
+def test_what_cannot_take_the_law_says_so() -> None:
+    from tt_precise.sweeps.specification import Specification
+
+    with pytest.raises(InputError, match="dry: got coulomb friction, expected the viscous law"):
+        Specification(dry(COULOMB))

@@ -9,11 +9,11 @@ import mpmath
 import pytest
 
 from tt_precise.integration import Trajectory, heyoka_backend, integrate
-from tt_precise.integration.equations import SLOW_SPEED, longest_step
+from tt_precise.integration.equations import SLOW_SPEED, Equations, longest_step
 from tt_precise.integration.heyoka_backend import IntegratorPool
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
-from tt_precise.mechanics.formulations import FORMULATIONS, SLOW
+from tt_precise.mechanics.formulations import FORMULATIONS, SLOW, integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -66,6 +66,22 @@ def test_a_coarser_tolerance_lowers_the_order_and_loosens_conservation(half: Sce
     by_option = Setup.of(half, "double", options={"tol": 1e-6})
     assert Trajectory.of(half, by_option).state == coarse.state
     assert coarse.drift["jellett"] > 1000 * fine.drift["jellett"]
+
+
+@pytest.mark.parametrize(
+    ("model", "coordinates", "expected"),
+    [
+        ("gliding", "newton", ["contact_lost", "singular_contact"]),
+        ("gliding", "euler", ["contact_lost", "singular_contact", "pole"]),
+        ("rolling", "newton", ["contact_lost"]),
+        ("rolling", "euler", ["contact_lost", "pole"]),
+    ],
+)
+def test_terminal_functions(model: str, coordinates: str, expected: list[str]) -> None:
+    form = integrated(model, coordinates)
+    equations = Equations.of(form)
+    found = heyoka_backend.terminal_functions(form, equations.motion, equations.variables[0])
+    assert list(found) == expected
 
 
 def test_integrators_are_lent_to_one_at_a_time_and_do_not_pile_up() -> None:

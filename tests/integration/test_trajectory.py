@@ -1,5 +1,6 @@
 """Trajectories: what must be conserved is, what must agree does, and spoiled equations show."""
 
+import itertools
 import subprocess
 import sys
 from collections.abc import Callable
@@ -7,11 +8,13 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy
 import pytest
 
 import tt_precise
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics.conserved import conserved
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
 
 NEWTON = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
@@ -144,6 +147,21 @@ def test_what_a_trajectory_says_of_itself(double: Trajectory, rough: Scene) -> N
     assert list(double.events) == ["name", "t", "direction", *NEWTON, *EULER]
     assert double.events["t"].is_monotonic_increasing
     assert set(double.events["direction"]) == {-1, 1}
+
+
+def test_several_times_at_once(double: Trajectory, half_quad: Trajectory) -> None:
+    times = [0, 0.25, 0.5]
+    for trajectory, kind in ((double, float), (half_quad, object)):
+        several = trajectory.at(numpy.array(times))
+        assert several.theta.shape == several.t.shape == (3,)
+        assert several.theta.dtype == kind
+        for one, name in itertools.product(range(3), ("t", "theta", "vx")):
+            assert getattr(several, name)[one] == getattr(trajectory.at(times[one]), name)
+        assert several.as_text()["kz"] == [trajectory.at(t).as_text()["kz"] for t in times]
+    with pytest.raises(InputError, match=r"t: got 9 s, expected 0 to 8 s"):
+        double.at([1, 9])
+    with pytest.raises(InputError, match="t: got 'now'"):
+        double.at(["now"])
 
 
 def test_the_road_from_a_scene_to_a_state_is_short() -> None:

@@ -19,12 +19,27 @@ from tt_precise.runtime.files import (
 from tt_precise.runtime.values import InputError
 
 
-def test_writes_text_and_bytes_over_what_was_there_and_nothing_beside(tmp_path: Path) -> None:
-    file = tmp_path / "b" / "c" / "a.csv"
-    for content, data in (("g_nμ\n", "g_nμ\n".encode()), (b"\x00\n", b"\x00\n")):
-        atomic_write(str(file), content)
-        assert file.read_bytes() == data
-        assert list(file.parent.iterdir()) == [file]
+@pytest.mark.parametrize(
+    ("content", "data"), [("g_nμ\n", "g_nμ\n".encode()), (b"\x00\n", b"\x00\n")]
+)
+def test_writes_text_and_bytes_as_they_are(
+    tmp_path: Path, content: str | bytes, data: bytes
+) -> None:
+    atomic_write(tmp_path / "a.csv", content)
+    assert (tmp_path / "a.csv").read_bytes() == data
+
+
+def test_replaces_and_leaves_nothing_beside(tmp_path: Path) -> None:
+    file = tmp_path / "a.csv"
+    file.write_text("old")
+    atomic_write(str(file), "new")
+    assert file.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_makes_the_folder(tmp_path: Path) -> None:
+    atomic_write(tmp_path / "b" / "c" / "a.csv", "")
+    assert (tmp_path / "b" / "c" / "a.csv").exists()
 
 
 def test_of_several_files_none_is_written_where_one_cannot_be(tmp_path: Path) -> None:
