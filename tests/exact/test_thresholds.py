@@ -1,5 +1,7 @@
 """lambda, thresholds and asymptotic values to any digits; what Theorem 1.1 decides of inversion."""
 
+import subprocess
+import sys
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -207,6 +209,15 @@ def test_a_difference_in_the_30th_digit_is_seen(
 def test_refuses_digits(digits: Any) -> None:
     with pytest.raises(InputError, match="digits: got"):
         thresholds(load_scene("reference"), digits)
+
+
+def test_import_is_light() -> None:
+    code = (
+        "import sys, tt_precise.exact.thresholds; "
+        "print(sorted({'heyoka', 'sympy', 'pandas', 'numpy', 'matplotlib'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
 
 
 def verdict(

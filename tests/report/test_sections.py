@@ -65,6 +65,11 @@ def test_the_verdict_counts_readings_apart(judged: list[JudgedClaim]) -> None:
     assert numbers[:3] == ["7", "2", "1"]
 
 
+def test_a_card_says_whether_the_paper_agrees(judged: list[JudgedClaim]) -> None:
+    agrees = {claim.id: overview._agrees(claim.verdict) for claim in judged}
+    assert [agrees[id] for id in ("NUM-01", "NUM-02", "NUM-04")] == [True, False, None]
+
+
 def test_thresholds_state_forty_agreeing_digits() -> None:
     section = sections.threshold_values()
     table = next(block for block in section.blocks if isinstance(block, PageTable))
