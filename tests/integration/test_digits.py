@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any
 
+import numpy
 import pytest
 
 import tt_precise as tt
@@ -83,6 +84,12 @@ def test_a_retry_that_cannot_help_is_not_made() -> None:
 def test_digits_that_are_refused(wanted: Any, more: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=f"digits: got {said}"):
         integrate("reference", digits=wanted, **more)
+
+
+def test_whole_numbers_of_numpy_are_taken(short: Scene) -> None:
+    assert integrate(short, digits=numpy.int64(9)).digits_throughout >= 9  # type: ignore[arg-type]
+    assert integrate(short, "mp", bits=numpy.int64(80)).precision.bits == 80  # type: ignore[arg-type]
+    assert tt.thresholds(short, digits=numpy.int64(20)).digits == 20  # type: ignore[arg-type]
 
 
 def test_digits_that_would_take_days_are_refused_with_the_largest_that_is_practical() -> None:

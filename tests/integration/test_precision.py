@@ -79,9 +79,10 @@ def test_finer_has_at_least_three_more_digits(precision: Precision) -> None:
         ("quad", 200, "expected bits only with mp"),
         ("mp", 53, "expected 54 to 20000"),
         ("mp", 20_001, "expected 54 to 20000"),
+        ("mp", 200.5, "got 200.5, expected 54 to 20000"),
     ],
 )
-def test_refuses(name: str, bits: int | None, expected: str) -> None:
+def test_refuses(name: str, bits: Any, expected: str) -> None:
     with pytest.raises(InputError, match=expected):
         precision_named(name, bits)
 

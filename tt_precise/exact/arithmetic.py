@@ -8,7 +8,7 @@ from fractions import Fraction
 from mpmath import MPContext
 
 from tt_precise.runtime.values import Arithmetic, Functions, InputError, Scalar
-from tt_precise.scene.numerals import to_mpmath
+from tt_precise.scene.numerals import to_mpmath, whole
 
 MOST_DIGITS = 2000  # more digits take hours; this limit catches typing errors
 
@@ -38,11 +38,12 @@ def checked_digits(digits: int) -> int:
     InputError
         It is not a whole number between 1 and ``MOST_DIGITS``.
     """
-    if isinstance(digits, bool) or not isinstance(digits, int) or not 1 <= digits <= MOST_DIGITS:
+    number = whole(digits)
+    if number is None or not 1 <= number <= MOST_DIGITS:
         raise InputError(
             f"digits: got {digits!r}, expected a whole number between 1 and {MOST_DIGITS}"
         )
-    return digits
+    return number
 
 
 def agreed_digits(a: Scalar, b: Scalar, most: int, context: Functions) -> int:

@@ -19,7 +19,7 @@ import mpmath
 
 from tt_precise.runtime.mpfr import Mpfr, mpfr_of
 from tt_precise.runtime.values import Arithmetic, Functions, InputError, Scalar
-from tt_precise.scene.numerals import to_mpmath
+from tt_precise.scene.numerals import to_mpmath, whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -247,12 +247,12 @@ def precision_named(name: str, bits: int | None = None) -> Precision:
         raise InputError(f"precision: got {name!r}, expected one of: {', '.join(KINDS)}")
     if bits is not None and name != "mp":
         raise InputError(f"bits: got {bits} with precision {name}, expected bits only with mp")
-    bits = KINDS[name].bits if bits is None else bits
-    if name == "mp" and not FEWEST_BITS <= bits <= MOST_BITS:
-        raise InputError(f"bits: got {bits}, expected {FEWEST_BITS} to {MOST_BITS}")
+    number = whole(KINDS[name].bits if bits is None else bits)
+    if number is None or (name == "mp" and not FEWEST_BITS <= number <= MOST_BITS):
+        raise InputError(f"bits: got {bits!r}, expected {FEWEST_BITS} to {MOST_BITS}")
     if not is_available(name):
         raise InputError(f"precision: got {name} on a machine without it, expected quad or mp")
-    return Precision(name, bits)
+    return Precision(name, number)
 
 
 def is_available(name: str) -> bool:

@@ -28,7 +28,7 @@ from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar, listed
 from tt_precise.scene.body import Dimension
-from tt_precise.scene.numerals import as_fraction, exact, shortest_texts
+from tt_precise.scene.numerals import as_fraction, exact, shortest_texts, whole
 from tt_precise.scene.scene import RECORDABLE, Scene, load_scene
 from tt_precise.taylor.graph import ArcTangentError
 
@@ -621,7 +621,7 @@ def integrate_to_digits(
     InputError
         The digits are not a whole number in range, cannot be reached, or would take too long.
     """
-    if not isinstance(wanted, int) or isinstance(wanted, bool) or wanted < 1:
+    if (whole(wanted) or 0) < 1:
         raise InputError(f"digits: got {wanted!r}, expected a whole number from 1")
     _require_practical(wanted, scene)
     ours = is_available("double-double") and not (euler or refused_in_doubles(scene))

@@ -49,6 +49,11 @@ class WithPi(NamedTuple):
             return Fraction(decimal.Decimal(value.numerator) / decimal.Decimal(value.denominator))
 
 
+def whole(value: Any) -> int | None:
+    """A whole number of Python or NumPy as an int; None for anything else."""
+    return None if isinstance(value, bool) or not isinstance(value, Integral) else int(value)
+
+
 def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
     """The exact value of a decimal ("0.02", "1e-9"), a fraction, or a quotient or product of these.
 
@@ -72,8 +77,8 @@ def read(value: str | int | Fraction, what: str = "number", unit: str = "") -> W
     """
     if isinstance(value, Fraction):
         return WithPi(value)
-    if isinstance(value, int) and not isinstance(value, bool):
-        return WithPi(Fraction(value))
+    if (number := whole(value)) is not None:
+        return WithPi(Fraction(number))
     if isinstance(value, str) and len(value) <= LONGEST:
         text = value.strip()
         try:
