@@ -57,13 +57,11 @@ BESIDE = (
 
 
 @claim(
-    "EQ-21",
-    quote="equations of motion (2)-(6) are equivalent to the following equations",
+    "EQ-21", counterexample={"factor": f"{DETERMINANT}/theta_dot"}, slow=True,
     definition="both systems are linear in the five accelerations; they are equivalent where the "
     "determinant of the integrated form does not vanish",
-    counterexample={"factor": f"{DETERMINANT}/theta_dot"},
-    slow=True,
-)
+    quote="equations of motion (2)-(6) are equivalent to the following equations",
+)  # fmt: skip
 def equivalent_form(factor: str = DETERMINANT) -> Finding:
     """The rates of lambda, D, E~ and m r_dot are equivalent to eqs (2) to (6)."""
     symbols = f.chart()
@@ -110,12 +108,10 @@ def _determinant() -> Scalar:
 
 
 @claim(
-    "EQ-26",
-    quote="sigma=(1-alpha)/(gamma+alpha^2-1)",
-    where="Sec. 1 and Sec. 2.1",
+    "EQ-26", where="Sec. 1 and Sec. 2.1", counterexample={"printed": CORRECT_CONDITION},
     definition="the condition under which d(z) is the square of a polynomial",
-    counterexample={"printed": CORRECT_CONDITION},
-)
+    quote="sigma=(1-alpha)/(gamma+alpha^2-1)",
+)  # fmt: skip
 def rationality_condition(printed: str = CONDITION) -> Finding:
     """The printed relation of sigma, gamma and alpha makes d(z) a square."""
     checks = map(_square, (printed, CORRECT_CONDITION))
@@ -123,11 +119,9 @@ def rationality_condition(printed: str = CONDITION) -> Finding:
 
 
 @claim(
-    "EQ-27",
+    "EQ-27", counterexample={"printed": CORRECT_CONDITION}, definition="for all lambda and D",
     quote="V(z,D(t),lambda) is a rational function of cos theta",
-    definition="for all lambda and D",
-    counterexample={"printed": CORRECT_CONDITION},
-)
+)  # fmt: skip
 def rational_potential(printed: str = CONDITION) -> Finding:
     """V is a rational function of cos theta when the printed condition holds."""
     return v.misprint(
@@ -159,10 +153,9 @@ def _square(text: str, what: str = "") -> Check:
 
 
 @claim(
-    "EQ-24",
+    "EQ-24", counterexample={"printed": {**ASYMPTOTIC, "D1": ASYMPTOTIC["D1"][1:]}},
     quote="lambda=R(1-alpha)L0=R(1+alpha)L1. So lim D(t)=D0=...",
-    counterexample={"printed": {**ASYMPTOTIC, "D1": ASYMPTOTIC["D1"][1:]}},
-)
+)  # fmt: skip
 def asymptotic_formulas(printed: Mapping[str, str] = ASYMPTOTIC) -> Finding:
     """The formulas for lambda, D and E~ of the upright and the inverted spin."""
     return v.theorem(
@@ -190,12 +183,10 @@ def _of_the_spin(name: str, text: str) -> Check:
 
 
 @claim(
-    "EQ-25",
-    quote="E(t)->E1=lim V(z_min(t),D(t),lambda)",
+    "EQ-25", counterexample={"limit": "E0"}, quote="E(t)->E1=lim V(z_min(t),D(t),lambda)",
     definition="the toy with the reference lambda, D = D1 + e |D1| for e = 1e-4 ... 1e-12; E1 is "
     "the energy of the inverted spin",
-    counterexample={"limit": "E0"},
-)
+)  # fmt: skip
 def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Finding:
     """The minimum of V tends to the energy of the inverted spin as D tends to D1."""
     fn = own_context(DIGITS)
@@ -221,25 +212,18 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "TH-08",
+    "TH-08", where="Proposition 1.1 i)", counterexample={"multiples": ("0.2",)}, definition=BESIDE,
     quote="has a minimum z_min in the interval [-1,-1+eps] for D=D1+delta/(...)",
-    where="Proposition 1.1 i)",
-    definition=BESIDE,
-    counterexample={"multiples": ("0.2",)},
-)
+)  # fmt: skip
 def minimum_beside_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> Finding:
     """For D slightly above D1 the potential has a minimum close to z = -1."""
     return _beside(-1, multiples, -1)
 
 
 @claim(
-    "TH-09",
-    quote="has a minimum z_min in the interval [1-eps,1] for D=D0-delta/(...)",
-    where="Proposition 1.1 ii)",
-    definition=BESIDE,
-    counterexample={"claimed": -1},
-    slow=True,
-)
+    "TH-09", where="Proposition 1.1 ii)", counterexample={"claimed": -1}, slow=True,
+    definition=BESIDE, quote="has a minimum z_min in the interval [1-eps,1] for D=D0-delta/(...)",
+)  # fmt: skip
 def minimum_beside_the_upright_pole(
     multiples: tuple[str, ...] = MULTIPLES, claimed: int = 1
 ) -> Finding:
@@ -275,14 +259,12 @@ def _beside(pole: int, multiples: tuple[str, ...], claimed: int) -> Finding:
 
 
 @claim(
-    "TH-10",
-    quote="the minimum z_min is moving from an eps-neighborhood of z=1 to ... z=-1",
-    where="Sec. 1, after Proposition 1.1",
+    "TH-10", where="Sec. 1, after Proposition 1.1", counterexample={"until": 0.5},
     definition="the toy, whose potential is rational, reference lambda; "
     f"{POTENTIAL_STEPS} values of D between D0 and D1; z = 1 and z = -1 count as reached within "
     "0.1 rad",
-    counterexample={"until": 0.5},
-)
+    quote="the minimum z_min is moving from an eps-neighborhood of z=1 to ... z=-1",
+)  # fmt: skip
 def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
     """As D goes from D0 to D1 the minimum of V moves from z = 1 to z = -1."""
     body, lambda_ = _double_body(REFERENCE)
@@ -304,12 +286,11 @@ def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
 
 
 @claim(
-    "TH-11",
-    quote="the time of passage for theta(t) between two turning points has a uniform bound T_upp",
+    "TH-11", counterexample={"factor": 0.1},
     definition="reference solution. T_upp at the most favourable D of each gap; the frozen motion "
     f"has the D and E~ of the solution, every {EVERY} s",
-    counterexample={"factor": 0.1},
-)
+    quote="the time of passage for theta(t) between two turning points has a uniform bound T_upp",
+)  # fmt: skip
 def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -> Finding:
     """The time between two turning points of theta is at most T_upp."""
     body, lambda_ = _double_body(run)
@@ -341,12 +322,11 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
 
 
 @claim(
-    "TH-12",
-    quote="If ... T_inv>10 T_upp, then theta(t) has to perform several oscillations",
+    "TH-12", quote="If ... T_inv>10 T_upp, then theta(t) has to perform several oscillations",
+    counterexample={"run": Run(variant(theta="0.01", phi_dot="197", mu="0.05", until="40"))},
     definition="reference solution, T_inv in definition A, T_upp at its largest, D = D1; an "
     "oscillation is a minimum of theta during the climb",
-    counterexample={"run": Run(variant(theta="0.01", phi_dot="197", mu="0.05", until="40"))},
-)
+)  # fmt: skip
 def several_oscillations(run: Run = REFERENCE) -> Finding:
     """T_inv is more than 10 T_upp, and theta oscillates several times during the climb."""
     body, lambda_ = _double_body(run)
@@ -365,11 +345,10 @@ def several_oscillations(run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "TH-13",
-    quote="due to energy dissipation, its position theta(t) goes toward the minimum theta_min(t)",
+    "TH-13", counterexample={"end": "0.05"},
     definition="distance: E~ above the minimum of V, on the reference solution continued to 10 s",
-    counterexample={"end": "0.05"},
-)
+    quote="due to energy dissipation, its position theta(t) goes toward the minimum theta_min(t)",
+)  # fmt: skip
 def theta_goes_to_the_minimum(end: str = "10") -> Finding:
     """Dissipation brings theta towards the minimum of the moving potential."""
     run = Run(variant(until=end))

@@ -114,8 +114,7 @@ def gone_beyond(beyond: str = VANISHES) -> Finding:
 
 
 @claim(
-    "SWP-03", counterexample={"near": "200"},
-    definition="Climbing time in definition A.",
+    "SWP-03", counterexample={"near": "200"}, definition="Climbing time in definition A.",
     quote="With further increase of phi_dot(0) ... the climbing time is shortened",
 )  # fmt: skip
 def climb_shortened(near: str = "150", far: str = "200") -> Finding:
@@ -141,8 +140,7 @@ def climb_shortened(near: str = "150", far: str = "200") -> Finding:
 
 
 @claim(
-    "SWP-04", definition=f"t_init in definition A. {HORIZON}",
-    counterexample={"peak": "0"},
+    "SWP-04", counterexample={"peak": "0"}, definition=f"t_init in definition A. {HORIZON}",
     quote="The initiation time also decreases as phi_dot(0) becomes negative",
 )  # fmt: skip
 def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Finding:
@@ -197,9 +195,8 @@ def longest_at_zero(zero: str = "0") -> Finding:
 
 
 @claim(
-    "SWP-07", where="Sec. 2.2, Summary", counterexample={"series": "box"},
-    definition=f"{INVERTS} {HORIZON}",
-    quote="Numerical simulations confirm that all such sample solutions invert",
+    "SWP-07", quote="Numerical simulations confirm that all such sample solutions invert",
+    where="Sec. 2.2, Summary", counterexample={"series": "box"}, definition=f"{INVERTS} {HORIZON}",
 )  # fmt: skip
 def all_invert(series: str = "phi_dot") -> Finding:
     """Every start with phi_dot(0) in [-200, 200] inverts."""
@@ -341,9 +338,8 @@ def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Fin
 
 
 @claim(
-    "SWP-11", counterexample={"limit": "6"},
+    "SWP-11", counterexample={"limit": "6"}, quote="the climbing time remains below 7-8 s",
     definition=f"t_end - t_init in definition A, of the starts that invert. {TESTED} {HORIZON}",
-    quote="the climbing time remains below 7-8 s",
 )  # fmt: skip
 def climb_stays_short(limit: str = "8") -> Finding:
     """The climb takes less than 7 to 8 s."""

@@ -48,12 +48,9 @@ STARTS = ("0", "50", "83", "100", "150", "180", "195", "200")
 
 
 @claim(
-    "EQ-42",
-    quote="the dynamical equations (2)-(6)",
-    where="Sec. 3; captions of Figs 2 and 7",
-    definition="numbers counted in the order of the printed equations",
-    counterexample={"last": 5},
-)
+    "EQ-42", quote="the dynamical equations (2)-(6)", where="Sec. 3; captions of Figs 2 and 7",
+    counterexample={"last": 5}, definition="numbers counted in the order of the printed equations",
+)  # fmt: skip
 def cross_reference(first: int = 2, last: int = 6) -> Finding:
     """The dynamical equations are (2) to (6)."""
     cited = RAUCH_RUTSTAM.equations[first - 1 : last]
@@ -73,13 +70,11 @@ def cross_reference(first: int = 2, last: int = 6) -> Finding:
 
 
 @claim(
-    "QUAL-26",
-    quote="from large negative values to large positive values of phi_dot",
-    where="Summary c)",
+    "QUAL-26", where="Summary c)", counterexample={"phase": "climb"},
     definition="the least phi_dot before the initiation time A (extremum event), against the "
     f"largest phi_dot at the maxima of theta before it; large: {FACTOR} times as large",
-    counterexample={"phase": "climb"},
-)
+    quote="from large negative values to large positive values of phi_dot",
+)  # fmt: skip
 def large_negative_values(phase: str = "synchronisation", run: Run = REFERENCE) -> Finding:
     """Before t_init phi_dot reaches large negative values."""
     span = getattr(run, phase)
@@ -99,13 +94,11 @@ def large_negative_values(phase: str = "synchronisation", run: Run = REFERENCE) 
 
 
 @claim(
-    "NUM-19",
+    "NUM-19", where="Summary", counterexample={"printed": "84"},
+    definition="t_init = 0 or not, in definition A; threshold as for NUM-18",
     quote="phi_dot(0) > 83 rad/s start to invert directly, phi_dot(0) <= 83 require a "
     "synchronisation time-interval",
-    where="Summary",
-    definition="t_init = 0 or not, in definition A; threshold as for NUM-18",
-    counterexample={"printed": "84"},
-)
+)  # fmt: skip
 def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> Finding:
     """Starts with phi_dot(0) above 83 rad/s climb at once, others do not."""
     root = threshold(theta)
@@ -217,11 +210,10 @@ def energy_close_toleast_energy(close: str = CLOSE) -> Finding:
 
 
 @claim(
-    "SUM-04",
-    quote="This transfer is due to the torque that changes the components of angular velocity",
+    "SUM-04", counterexample={"torque": "dot(omega, cross(F, a))"},
     definition="the power of the torque is omega.(a x F)",
-    counterexample={"torque": "dot(omega, cross(F, a))"},
-)
+    quote="This transfer is due to the torque that changes the components of angular velocity",
+)  # fmt: skip
 def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Finding:
     """The torque changes omega and transfers the energy between the three modes."""
     q = f.motion()
@@ -244,13 +236,12 @@ def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Finding:
 
 
 @claim(
-    "SUM-06",
-    quote="These oscillations are well visible in all graphs of a fully inverting Tippe Top",
+    "SUM-06", counterexample={"around": 0.001},
     definition=f"phi_dot(0) = {', '.join(STARTS)} rad/s, otherwise the reference start, 12 s; "
     "those that invert. Peak: largest |phi_dot| at turning points of theta within 0.3 s of the "
     "ending time (definition A), against those from the equator to 0.3 s before it",
-    counterexample={"around": 0.001},
-)
+    quote="These oscillations are well visible in all graphs of a fully inverting Tippe Top",
+)  # fmt: skip
 def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = STARTS) -> Finding:
     """phi_dot oscillates with high amplitude at the ending time of every inverting solution."""
     peaks = [_peak(phi_dot, around) for phi_dot in starts]
