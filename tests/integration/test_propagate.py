@@ -187,8 +187,7 @@ def test_a_failure_under_way_ends_at_the_last_good_step(
 ) -> None:
     """Equations that know no square root of cos theta < 0."""
     spoiled_rates(
-        "newton",
-        lambda state, rates: rates._replace(kx=rates.kx * (state.kz**0.5 / state.kz**0.5)),
+        "newton", lambda state, rates: rates._replace(kx=rates.kx * (state.kz**0.5 / state.kz**0.5))
     )
     failed = integrate(reference)
     equator = float(double.inversion.equator)

@@ -123,9 +123,7 @@ def runs(request: pytest.FixtureRequest) -> Iterator[tuple[Trajectory, Trajector
         yield runs[0], by_row
 
 
-def test_text_is_the_nearest_double(
-    runs: tuple[Trajectory, Trajectory],
-) -> None:
+def test_text_is_the_nearest_double(runs: tuple[Trajectory, Trajectory]) -> None:
     arrays, by_row = runs
     found = arrays.frame(*QUANTITIES, "kx", "vx", "phi", "x", numbers="text")
     for name, column in by_row.frame_by_row.items():  # type: ignore[attr-defined]

@@ -11,14 +11,7 @@ import pytest
 
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.numerals import exact, to_mpmath
-from tt_precise.scene.scene import (
-    Inclination,
-    Scene,
-    Start,
-    load_scene,
-    parse_scene,
-    shipped,
-)
+from tt_precise.scene.scene import Inclination, Scene, Start, load_scene, parse_scene, shipped
 
 TEXT = """\
 title = "A top"
@@ -248,8 +241,7 @@ def test_python_takes_the_tables_of_a_file() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "same"),
-    [("180 deg", "pi"), ("pi/1", "pi"), ("0 deg", "0"), ("90 deg", "pi/2")],
+    ("text", "same"), [("180 deg", "pi"), ("pi/1", "pi"), ("0 deg", "0"), ("90 deg", "pi/2")]
 )
 def test_degrees_and_shares_of_pi(text: str, same: str) -> None:
     assert Inclination.parse(text) == Inclination.parse(same)
