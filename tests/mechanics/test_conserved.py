@@ -15,20 +15,15 @@ from tt_precise.scene.scene import load_scene
 @pytest.mark.parametrize(
     ("scene", "names"),
     [
-        ("reference", {"jellett", "axis_norm"}),
-        ("rolling", {"jellett", "axis_norm", "energy", "routh", "modified_energy"}),
-        (
-            "frictionless",
-            {
-                "jellett", "axis_norm", "energy", "spin", "vertical_angular_momentum",
-                "momentum_x", "momentum_y",
-            },
-        ),
+        ("reference", ""),
+        ("rolling", "energy routh modified_energy"),
+        ("frictionless", "energy spin vertical_angular_momentum momentum_x momentum_y"),
     ],
-)  # fmt: skip
-def test_conserved_by_the_scene(scene: str, names: set[str]) -> None:
+)
+def test_conserved_by_the_scene(scene: str, names: str) -> None:
     loaded = load_scene(scene)
-    assert {integral.name for integral in conserved(loaded.model, loaded.body)} == names
+    found = {integral.name for integral in conserved(loaded.model, loaded.body)}
+    assert found == {"jellett", "axis_norm", *names.split()}
 
 
 def test_drift_is_relative_to_the_start(body: TippeTop, mp: Any, rounded: Any) -> None:

@@ -1,13 +1,10 @@
-"""The paper's Euler-angle equations: exact answers, and the misprint of lambda."""
+"""The paper's Euler-angle equations: exact answers."""
 
-from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
 import pytest
 
-from tt_precise.mechanics import euler, newton
-from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics import euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.scene.body import Parameters, TippeTop
 
@@ -58,41 +55,6 @@ def test_steady_precession_of_a_ball_with_heavy_core() -> None:
     assert (rate.theta_dot, rate.phi_dot, rate.omega_3) == (0, 0, 0)
     faster = free._replace(phi_dot=phi_dot + Fraction(1, 10**40))
     assert euler.rates(ball, faster, Pythagorean).theta_dot != 0
-
-
-def test_rates_are_newtons_in_numbers(
-    body: TippeTop, euler_states: list[EulerState], mp: Any, rounded: Any
-) -> None:
-    """L.k and the contact velocity change as the vectors say, at azimuth 0; eqs (4) to (6)."""
-    numbers = body.numbers(rounded)
-    for exact in euler_states:
-        now = EulerState(*map(rounded, exact))
-        rate = euler.rates(numbers, now, mp)
-        vectors = vectors_from_euler(numbers, now, mp)
-        by_newton = newton.rates(numbers, vectors)
-        # d/dt (nu_x x + nu_y y) with x turning at phi_dot
-        assert abs(rate.nu_x - now.phi_dot * now.nu_y - by_newton.vx) < mp.mpf(10) ** -55
-        assert abs(rate.nu_y + now.phi_dot * now.nu_x - by_newton.vy) < mp.mpf(10) ** -55
-        off = replace(numbers, mu=numbers.mu * (1 + mp.mpf(10) ** -40))
-        assert abs(euler.rates(off, now, mp).nu_x - rate.nu_x) > mp.mpf(10) ** -50
-
-
-def test_jellett_needs_the_factor_that_the_paper_drops(
-    body: TippeTop, euler_states: list[EulerState], mp: Any, rounded: Any
-) -> None:
-    """Eq (14) equals -L.a; the expression after eq (7) lacks R in its second term."""
-    numbers = body.numbers(rounded)
-    for exact in euler_states:
-        now = EulerState(*map(rounded, exact))
-        vectors = vectors_from_euler(numbers, now, mp)
-        a = newton.contact_arm(numbers, vectors.k)
-        truth = -sum(p * q for p, q in zip(vectors.L, a, strict=True))
-        assert abs(euler.jellett(numbers, now, mp) - truth) < mp.mpf(10) ** -57
-        s, c = mp.sin(now.theta), mp.cos(now.theta)
-        misprint = numbers.R * numbers.I1 * now.phi_dot * s**2 - numbers.I3 * now.omega_3 * (
-            numbers.alpha - c
-        )
-        assert abs(misprint - truth) > mp.mpf(10) ** -6
 
 
 @pytest.mark.parametrize("alone", ["theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"])

@@ -58,12 +58,8 @@ def test_coordinates_tell_the_same_motion(
     numbers = body.numbers(rounded)
     newton, *others = (
         form.motion(numbers, beginning(form, body, mp, rounded), mp)
-        for form in (
-            formulation(model, "newton"),
-            formulation(model, "euler"),
-            integrated(model, "newton"),
-            integrated(model, "euler"),
-        )
+        for kind in (formulation, integrated)
+        for form in (kind(model, "newton"), kind(model, "euler"))
     )
     assert isinstance(newton, Motion)
     for motion in others:
@@ -132,13 +128,15 @@ def test_equations_use_the_listed_parameters_only(
         assert (form.rates(changed, state, mp) != truth) is (name in form.parameters), name
 
 
-@pytest.mark.parametrize("coordinates", ["Newton", "", "quaternion"])
-def test_refuses_unknown_coordinates(coordinates: str) -> None:
-    with pytest.raises(InputError, match="expected one of: newton, euler"):
-        formulation("gliding", coordinates)
-
-
-def test_unknown_model_is_not_taken_for_unknown_coordinates() -> None:
-    # an elastic table's formulations are those of ``elastic``
-    with pytest.raises(InputError, match="model: got 'linear', expected one of: gliding, rolling"):
-        formulation("linear", "newton")
+@pytest.mark.parametrize(
+    ("model", "coordinates", "said"),
+    [
+        ("gliding", "Newton", "got 'Newton', expected one of: newton, euler"),
+        ("gliding", "", "expected one of: newton, euler"),
+        # an elastic table's formulations are those of ``elastic``
+        ("linear", "newton", "model: got 'linear', expected one of: gliding, rolling"),
+    ],
+)
+def test_refuses(model: str, coordinates: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        formulation(model, coordinates)

@@ -29,11 +29,3 @@ def test_lagrange_and_jacobi(seed: int) -> None:
     assert dot(a, cross(a, b)) == dot(b, cross(a, b)) == 0
     assert not any(added(cross(a, cross(b, c)), cross(b, cross(c, a)), cross(c, cross(a, b))))
     assert any(added(cross(a, cross(b, c)), cross(b, cross(c, a)), cross(c, cross(b, a))))
-
-
-def test_adding_leaves_the_arguments_alone() -> None:
-    a = (1, 2, 3)
-    assert added(a, X, Y) == (2, 3, 3)
-    assert a == (1, 2, 3)
-    assert added(a) == a
-    assert subtracted(a, a) == (0, 0, 0)
