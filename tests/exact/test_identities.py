@@ -98,17 +98,6 @@ def test_for_one_body_what_holds_for_all_holds() -> None:
         assert IDENTITIES[name].prove(ONE_BODY).holds
 
 
-def test_a_flipped_sign_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    def flipped(*given: Any) -> Any:
-        rate = original(*given)
-        return rate._replace(nu_y=-rate.nu_y)
-
-    original = euler.rates
-    monkeypatch.setattr(euler, "rates", flipped)
-    proof = prove("Euler form = Newton form")
-    assert set(proof.failed) == {7}  # vy, where the axis is tilted along X
-
-
 def test_jellett_without_its_factor_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     """The expression that the paper prints after eq (7)."""
 
