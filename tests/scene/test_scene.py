@@ -46,14 +46,11 @@ def refused(text: str) -> str:
 
 
 def test_shipped_scenes_load() -> None:
-    assert {"reference", "phi-dot-195", "rolling", "frictionless", "upright", "inverted"} <= set(
-        shipped()
-    )
+    assert len(shipped()) > 20
     for name in shipped():
         scene = load_scene(name)
         assert scene.name == name
-        assert scene.title
-        assert scene.source
+        assert "" not in (scene.title, scene.source)
     assert load_scene("frictionless").body.mu == 0
 
 
@@ -64,13 +61,8 @@ def test_reference_is_the_papers() -> None:
     assert scene.until == 8
     assert scene.model == "gliding"
     assert load_scene("phi-dot-195").start.phi_dot == 195
-
-
-@pytest.mark.parametrize(("name", "from_pi"), [("upright", False), ("inverted", True)])
-def test_special_starts_are_exact(name: str, from_pi: bool) -> None:
-    theta = load_scene(name).start.theta
-    assert theta == Inclination(Fraction(0), from_pi)
-    assert theta.at_pole
+    assert load_scene("upright").start.theta == Inclination(Fraction(0))
+    assert load_scene("inverted").start.theta == Inclination(Fraction(0), from_pi=True)
 
 
 def test_what_is_missing_is_zero() -> None:
@@ -163,11 +155,13 @@ def test_sample_times_are_exact_and_end_at_the_end() -> None:
     assert none.sample_times == (Fraction(0),)
 
 
-@pytest.mark.parametrize("text", ["0", "0.1", "1.5", "pi", "pi - 1e-300", "pi - 3"])
+@pytest.mark.parametrize("text", ["0", "1/10", "3/2", "pi", f"pi - 1/{10**300}", "pi - 3"])
 def test_inclination_is_accurate_beside_the_poles(text: str) -> None:
     work, finer = mpmath.MPContext(), mpmath.MPContext()
     work.dps, finer.dps = 30, 700
     angle = Inclination.parse(text)
+    assert str(angle) == text
+    assert angle.at_pole == (text in ("0", "pi"))
     sine, cosine = angle.sine_cosine(work, lambda value: to_mpmath(value, work))
     offset = to_mpmath(angle.offset, finer)
     theta = finer.pi - offset if angle.from_pi else offset
@@ -189,29 +183,22 @@ def test_rounding_theta_first_would_lose_the_sine() -> None:
     assert abs(naive / work.mpf("1e-40") - 1) > 1
 
 
-@pytest.mark.parametrize("text", ["0", "1/10", "pi", "pi - 1/1000"])
-def test_inclination_prints_what_it_reads(text: str) -> None:
-    assert str(Inclination.parse(text)) == text
-
-
 def test_a_varied_scene_is_what_its_file_would_say() -> None:
     reference = load_scene("reference")
-    text = reference.text.replace('I1 = "131/350"', 'I1 = "0.37"').replace(
-        'phi_dot = "0"', 'phi_dot = "-30"'
-    )
-    expected = parse_scene(text.replace('until = "8"', 'until = "2"'), "reference", "a test")
+    text = reference.text
+    for old, new in (("131/350", "0.37"), ('phi_dot = "0', 'phi_dot = "-30'), ('"8"', '"2"')):
+        assert old in text
+        text = text.replace(old, new)
+    expected = parse_scene(text, "reference", "a test")
     assert reference.varied(I1="0.37", phi_dot="-30", until="2") == expected
     assert reference.varied() == reference
 
 
 def test_moments_of_inertia_keep_their_ratio_when_m_or_R_are_varied() -> None:
     reference = load_scene("reference")
-    heavy = reference.varied(m="0.05", R="0.03").body
-    assert Fraction("131/350") * Fraction("0.05") * Fraction("0.03") ** 2 == heavy.I1
-    assert (
-        Fraction("0.5") * heavy.I1 / Fraction("131/350") * Fraction("0.02") / Fraction("0.05")
-        == reference.varied(R="0.03", I3="0.5").body.I3
-    )
+    unit = Fraction("0.05") * Fraction("0.03") ** 2
+    assert Fraction("131/350") * unit == reference.varied(m="0.05", R="0.03").body.I1
+    assert Fraction("0.5") * unit == reference.varied(m="0.05", R="0.03", I3="0.5").body.I3
 
 
 def test_a_perturbed_scene_is_off_by_relative_sizes() -> None:

@@ -17,18 +17,20 @@ MP = mpmath.MPContext()
 MP.dps = 120
 
 
+REFERENCE = load_scene("reference")
+
+
 def start(**given: Any) -> Start:
-    return Start.of(load_scene("reference").body, given)
+    return Start.of(REFERENCE.body, given)
 
 
-def test_plain_entries_stay_exact() -> None:
-    assert start(**PLAIN, nu_x="1/3") == Start(
-        Inclination(Fraction(1, 10)), Fraction(155), nu_x=Fraction(1, 3)
-    )
-
-
-def test_floats_are_the_decimals_that_one_writes() -> None:
+def test_one_start_in_several_ways() -> None:
+    plain = Start(Inclination(Fraction(1, 10)), Fraction(155), nu_x=Fraction(1, 3))
+    assert start(**PLAIN, nu_x="1/3") == plain
+    # floats are the decimals that one writes
     assert start(theta=0.1, omega_3=155.0) == start(**PLAIN)
+    assert start(theta="0.1", psi_dot="155") == start(**PLAIN)
+    assert start(**PLAIN, at_rest="contact point") == start(**PLAIN)
     with pytest.raises(InputError, match="omega_3: got nan"):
         start(theta=0.1, omega_3=float("nan"))
 
@@ -60,10 +62,6 @@ def test_an_inclination_just_above_pi_is_refused() -> None:
         Inclination.parse(PI_40[:-1] + "8")
 
 
-def test_psi_dot_without_precession_is_omega_3_exactly() -> None:
-    assert start(theta="0.1", psi_dot="155") == start(**PLAIN)
-
-
 def test_psi_dot_to_a_hundred_digits() -> None:
     found = start(theta="0.1", psi_dot="150", phi_dot="7/3").omega_3
     expected = 150 + MP.mpf(7) / 3 * MP.cos(MP.mpf(1) / 10)
@@ -72,7 +70,7 @@ def test_psi_dot_to_a_hundred_digits() -> None:
 
 
 def test_the_run_has_the_psi_dot_that_was_given() -> None:
-    scene = load_scene("reference").varied(psi_dot="150", phi_dot="-12", until="0")
+    scene = REFERENCE.varied(psi_dot="150", phi_dot="-12", until="0")
     assert integrate(scene).frame("psi_dot")["psi_dot"][0] == pytest.approx(150, abs=1e-12)
 
 
@@ -85,18 +83,10 @@ def test_centre_of_mass_at_rest_is_what_another_team_starts_from() -> None:
 
 
 def test_centre_of_mass_at_rest_with_all_rates() -> None:
-    scene = load_scene("reference").varied(
-        theta_dot="3", phi_dot="-5", at_rest="centre of mass", until="0"
-    )
+    scene = REFERENCE.varied(theta_dot="3", phi_dot="-5", at_rest="centre of mass", until="0")
     row = integrate(scene).frame("s_dot_x", "s_dot_y", "nu_x", "nu_y").iloc[0]
-    assert abs(row["s_dot_x"]) < 1e-16
-    assert abs(row["s_dot_y"]) < 1e-16
-    assert abs(row["nu_x"]) > 0.01
-    assert abs(row["nu_y"]) > 0.01
-
-
-def test_contact_point_at_rest_is_the_default() -> None:
-    assert start(**PLAIN, at_rest="contact point") == start(**PLAIN)
+    assert (row[["s_dot_x", "s_dot_y"]].abs() < 1e-16).all()
+    assert (row[["nu_x", "nu_y"]].abs() > 0.01).all()
 
 
 @pytest.mark.parametrize(
@@ -117,22 +107,20 @@ def test_what_is_refused(given: dict[str, Any], said: str) -> None:
 
 
 def test_a_scene_takes_a_mapping_and_checks_it() -> None:
-    body = load_scene("reference").body
-    mapping: Any = PLAIN
-    scene = Scene("mine", "gliding", body, mapping, Fraction(1), Fraction(1, 10))
-    assert scene.start == start(**PLAIN)
-    wrong: list[tuple[Any, Any, str]] = [
-        (body, {"theta": "0.1"}, r"missing key start\.omega_3"),
-        (body, "upright", "start: got a str, expected a Start or a mapping"),
-        ({"m": "1"}, PLAIN, "body: got a dict, expected a TippeTop"),
-    ]
-    for some_body, some_start, said in wrong:
-        with pytest.raises(InputError, match=said):
-            Scene("mine", "gliding", some_body, some_start, Fraction(1), Fraction(1, 10))
+    def scene(begun: Any, body: Any = REFERENCE.body) -> Scene:
+        return Scene("mine", "gliding", body, begun, Fraction(1), Fraction(1, 10))
+
+    assert scene(PLAIN).start == start(**PLAIN)
+    with pytest.raises(InputError, match=r"missing key start\.omega_3"):
+        scene({"theta": "0.1"})
+    with pytest.raises(InputError, match="start: got a str, expected a Start or a mapping"):
+        scene("upright")
+    with pytest.raises(InputError, match="body: got a dict, expected a TippeTop"):
+        scene(PLAIN, {"m": "1"})
 
 
 def test_derived_entries_follow_what_is_varied() -> None:
-    scene = load_scene("reference").varied(psi_dot="150", at_rest="centre of mass")
+    scene = REFERENCE.varied(psi_dot="150", at_rest="centre of mass")
     moved = scene.varied(phi_dot="10")
     expected = 150 + 10 * MP.cos(MP.mpf(1) / 10)
     assert float(moved.start.omega_3) == pytest.approx(float(expected), abs=1e-12)
@@ -143,6 +131,6 @@ def test_derived_entries_follow_what_is_varied() -> None:
 
 
 def test_a_start_that_was_replaced_forgets_what_was_given() -> None:
-    scene = load_scene("reference").varied(psi_dot="150", phi_dot="10")
+    scene = REFERENCE.varied(psi_dot="150", phi_dot="10")
     plain = replace(scene, start=start(**PLAIN))
     assert plain.varied(phi_dot="3").start == start(**PLAIN, phi_dot="3")
