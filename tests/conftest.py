@@ -1,14 +1,18 @@
 """What holds for all tests."""
 
 import gc
+import json
 import os
+import shlex
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tt_precise import cli
 from tt_precise.integration import heyoka_backend
 from tt_precise.scene.body import TippeTop
 from tt_precise.taylor import machine
@@ -41,6 +45,40 @@ def few_lanes() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("heyoka.recommended_simd_size", lambda: 2)
         yield
+
+
+Said = Callable[..., str]
+Printed = Callable[..., Any]
+
+
+@pytest.fixture
+def said(capsys: pytest.CaptureFixture[str]) -> Said:
+    """What a command prints, or says of input that it refuses with status 2.
+
+    Its words stand in texts, as in a shell; a path may stand alone.
+    """
+
+    def run(*words: str | Path, status: int = 0) -> str:
+        capsys.readouterr()
+        typed = (shlex.split(word) if isinstance(word, str) else [str(word)] for word in words)
+        assert cli.main(list(chain.from_iterable(typed))) == status
+        out, err = capsys.readouterr()
+        told, silent = (err, out) if status == 2 else (out, err)
+        assert silent == ""
+        return told
+
+    return run
+
+
+@pytest.fixture
+def printed(said: Said) -> Printed:
+    """The JSON object that a command prints."""
+
+    def run(*words: str | Path, status: int = 0) -> Any:
+        text = said(*words, "--json", status=status)
+        return json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+
+    return run
 
 
 # the paper's top

@@ -1,28 +1,19 @@
 """``tt-precise columns``: names, units, frames."""
 
-import json
-
-import pytest
-
-from tt_precise import cli
+from tests.conftest import Printed, Said
 from tt_precise.check.columns import COLUMN_SETS
 
 
-def test_a_person_reads_every_column(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["columns"]) == 0
-    printed = capsys.readouterr().out
-    for found in COLUMN_SETS.values():
-        assert f"\n{found.name}\n" in printed
-        for name in found.names:
-            assert f"\n  {name} " in printed
+def test_a_person_reads_every_column(said: Said) -> None:
+    text = said("columns")
+    for columns in COLUMN_SETS.values():
+        assert f"\n{columns.name}\n" in text
+        assert all(f"\n  {name} " in text for name in columns.names)
 
 
-def test_json(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["columns", "--json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
-    assert printed["schema"] == "tt_precise.columns/1"
-    rigid = printed["sets"]["rigid body"]
-    assert rigid["t"]["required"]
-    assert rigid["qw"]["required"]
-    assert not rigid["vcx"]["required"]
-    assert rigid["wx"]["unit"] == "rad/s"
+def test_json(printed: Printed) -> None:
+    columns = printed("columns")
+    assert columns["schema"] == "tt_precise.columns/1"
+    rigid = columns["sets"]["rigid body"]
+    required = [rigid[name]["required"] for name in ("t", "qw", "vcx")]
+    assert (required, rigid["wx"]["unit"]) == ([True, True, False], "rad/s")

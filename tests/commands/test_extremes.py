@@ -1,13 +1,11 @@
 """``tt-precise extremes``: what it prints, and its exit status, on two cases of its own."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
 import pytest
 
-from tt_precise import cli
+from tests.conftest import Printed, Said
 from tt_precise.extremes import ExtremeCase
 from tt_precise.extremes.case import noted
 
@@ -23,32 +21,23 @@ BAD = ExtremeCase(
 
 @pytest.fixture(autouse=True)
 def two_cases(monkeypatch: pytest.MonkeyPatch) -> None:
-    def chosen(topics: tuple[str, ...], quick: bool) -> tuple[ExtremeCase, ...]:
-        return (GOOD,) if quick else (GOOD, BAD)
+    monkeypatch.setattr(
+        "tt_precise.extremes.cases", lambda _, quick: (GOOD,) if quick else (GOOD, BAD)
+    )
 
-    monkeypatch.setattr("tt_precise.extremes.cases", chosen)
 
-
-def test_a_failed_case_is_reported_and_fails_the_command(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_a_failed_case_is_reported_and_fails_the_command(said: Said, tmp_path: Path) -> None:
     file = tmp_path / "extremes.json"
-    assert cli.main(["extremes", "--out", str(file)]) == 1
-    printed = capsys.readouterr().out
-    assert "FAIL" in printed
-    assert "all [well]" in printed
+    text = said("extremes --out", file, status=1)
+    assert "FAIL" in text
+    assert "all [well]" in text
     assert json.loads(file.read_text())["verdict"] == "fail"
 
 
-def test_json(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["extremes", "--quick", "--json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
-    assert printed["schema"] == "tt_precise.extremes/1"
-    (case,) = printed["cases"]
+def test_json_and_a_line_for_every_case_with_full(printed: Printed, said: Said) -> None:
+    document = printed("extremes --quick")
+    assert document["schema"] == "tt_precise.extremes/1"
+    (case,) = document["cases"]
     assert (case["name"], case["verdict"], case["value"]) == ("mu = 1", "pass", 1.0)
     assert (case["expected"], case["found"]) == ("all [well]", "1 eps")
-
-
-def test_every_case_has_a_line_with_full(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["extremes", "--quick", "--full"]) == 0
-    assert "mu = 1" in capsys.readouterr().out
+    assert "mu = 1" in said("extremes --quick --full")

@@ -5,41 +5,40 @@ from pathlib import Path
 
 import pytest
 
+from tests.conftest import Printed, Said
 from tt_precise.cli import main
 from tt_precise.sweeps import spot_check
 
 pytestmark = pytest.mark.usefixtures("few_lanes")
 
-GRID = ["--until", "0.3", "--vary", "phi_dot=0:20:3", "--workers", "1", "--recheck", "0"]
-
 
 def test_sweep_writes_rows_and_prints_a_summary(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, said: Said, printed: Printed
 ) -> None:
-    out = tmp_path / "sweep"
-    assert main(["sweep", "reference", *GRID, "--out", str(out), "--csv", "--json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
-    assert printed["schema"] == "tt_precise.sweep/1"
-    assert printed["rows"] == 3
-    assert json.loads((out / "summary.json").read_text("utf-8")) == printed
+    out, picture = tmp_path / "sweep", tmp_path / "picture.svg"
+    grid = "--until 0.3 --vary phi_dot=0:20:3 --workers 1 --recheck 0"
+    summary = printed("sweep reference", grid, "--csv --out", out)
+    assert (summary["schema"], summary["rows"]) == ("tt_precise.sweep/1", 3)
+    assert json.loads((out / "summary.json").read_text("utf-8")) == summary
     header, *rows = (out / "rows.csv").read_text("utf-8").splitlines()
     assert header.startswith("index,phi_dot,outcome,t_init_A,t_init_B,t_init_C,t_end_A")
     assert len(rows) == 3
-    for wanted in (["--y", "min_g_n"], ["--y", "steps", "--colour", "outcome"]):
-        picture = tmp_path / "picture.svg"
-        plot = ["sweep", "plot", str(out), "--x", "phi_dot", *wanted, "--out", str(picture)]
-        assert main(plot) == 0
+    for wanted in ("--y min_g_n", "--y steps --colour outcome"):
+        said("sweep plot", out, "--x phi_dot", wanted, "--out", picture)
         assert picture.read_text("utf-8").startswith("<?xml")
-    capsys.readouterr()
-    assert main(["sweep", "plot", str(out), "--x", "phi_dot", "--y", "climb"]) == 2
-    assert "none of 3 rows has a value" in capsys.readouterr().err
+    refused = said("sweep plot", out, "--x phi_dot --y climb", status=2)
+    assert "none of 3 rows has a value" in refused
 
 
-def test_sweep_reads_toml(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
     path = tmp_path / "small.toml"
     path.write_text('scene = "reference"\nuntil = "0.3"\n[vary]\nmu = "0.3,0.4"\n', "utf-8")
-    assert main(["sweep", str(path), "--workers", "1", "--recheck", "0"]) == 0
-    assert "2 of 2 rows" in capsys.readouterr().out
+    return path
+
+
+def test_sweep_reads_toml(file: Path, said: Said) -> None:
+    assert "2 of 2 rows" in said("sweep", file, "--workers 1 --recheck 0")
 
 
 @pytest.mark.parametrize(
@@ -48,14 +47,10 @@ def test_sweep_reads_toml(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
      "--record climb_A", "--contact bilateral"],
 )  # fmt: skip
 def test_what_a_sweep_s_file_says_is_not_said_beside_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
+    file: Path, said: Said, option: str
 ) -> None:
-    path = tmp_path / "small.toml"
-    path.write_text('scene = "reference"\nuntil = "0.3"\n[vary]\nmu = "0.3,0.4"\n', "utf-8")
-    assert main(["sweep", str(path), *option.split()]) == 2
-    captured = capsys.readouterr()
-    assert captured.err.startswith(f"tt-precise: {option.split()[0]}: got it with ")
-    assert captured.out == ""
+    refused = said("sweep", file, option, status=2)
+    assert refused.startswith(f"tt-precise: {option.split()[0]}: got it with ")
 
 
 @pytest.mark.parametrize(
@@ -74,7 +69,7 @@ def test_a_row_that_the_spot_check_contradicts_is_no_success(
     monkeypatch.setattr(
         spot_check, "recomputed", lambda scene, record: {**right(scene, record), **again}
     )
-    asked = ["--until", "0.1", "--vary", "phi_dot=90", "--workers", "1", "--recheck", "1"]
-    assert main(["sweep", "reference", *asked]) == (1 if message else 0)
+    asked = "sweep reference --until 0.1 --vary phi_dot=90 --workers 1 --recheck 1"
+    assert main(asked.split()) == (1 if message else 0)
     expected = f"tt-precise: THE SPOT CHECK CONTRADICTS ROWS OF THE SWEEP: {message}"
     assert capsys.readouterr().err == (expected if message else "")
