@@ -5,7 +5,6 @@ Seeded and short by default; ``make fuzz`` takes as long as it is given.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import hypothesis
@@ -21,9 +20,8 @@ from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene, parse_scene
 
 TEXT = load_scene("reference").text
-SHORT = hypothesis.settings(max_examples=40, deadline=None, derandomize=True, database=None)
-LONG = hypothesis.settings(max_examples=30_000, deadline=None, derandomize=True, database=None)
-QUICK = hypothesis.HealthCheck.function_scoped_fixture
+SETTINGS = hypothesis.settings(deadline=None, derandomize=True, database=None)
+several = pytest.mark.parametrize("examples", [40, pytest.param(30_000, marks=pytest.mark.fuzz)])
 
 NUMBERS = st.one_of(
     st.sampled_from(["0", "-0", "1/0", "1e999", "1e-999", "nan", "inf", "0x1", "1_0", "", "pi"]),
@@ -75,17 +73,14 @@ def scene_or_error(text: str) -> Scene | None:
     return scene
 
 
-@SHORT
-@hypothesis.given(spoiled())
-def test_scenes_short(text: str) -> None:
-    scene_or_error(text)
+@several
+def test_scenes(examples: int) -> None:
+    def read(text: str) -> None:
+        scene_or_error(text)
 
-
-@pytest.mark.fuzz
-@LONG
-@hypothesis.given(st.one_of(spoiled(), st.text(), st.binary().map(lambda b: b.decode("latin-1"))))
-def test_scenes_long(text: str) -> None:
-    scene_or_error(text)
+    texts = st.one_of(spoiled(), st.text(), st.binary().map(lambda b: b.decode("latin-1")))
+    anything = hypothesis.given(spoiled() if examples < 100 else texts)
+    hypothesis.settings(SETTINGS, max_examples=examples)(anything(read))()
 
 
 def test_the_fuzzer_meets_both_outcomes() -> None:
@@ -106,32 +101,17 @@ def test_astronomical_numbers_are_reported_briefly(line: str, value: str) -> Non
     assert (scene is None) == ((line[:6], value) != ("sample", "1e999"))
 
 
-TABLES = st.lists(st.lists(CELLS, max_size=8), max_size=6)
+@several
+def test_tables(examples: int, tmp_path: Path) -> None:
+    def table_or_error(rows: list[list[str]]) -> None:
+        lines = ["t,kx,ky,kz,Lx,Ly,Lz", *(",".join(row) for row in rows)]
+        path = tmp_path / "f.csv"
+        path.write_text("\n".join(lines), "utf-8", errors="replace")
+        try:
+            with numpy.errstate(all="ignore"):
+                tt.check.conservation(path, "reference")
+        except InputError as error:
+            one_line(error)
 
-
-def table_or_error(path: Path, rows: list[list[str]]) -> None:
-    lines = ["t,kx,ky,kz,Lx,Ly,Lz", *(",".join(row) for row in rows)]
-    path.write_text("\n".join(lines), "utf-8", errors="replace")
-    try:
-        with numpy.errstate(all="ignore"):
-            tt.check.conservation(path, "reference")
-    except InputError as error:
-        one_line(error)
-
-
-@pytest.fixture
-def place(tmp_path: Path) -> Callable[[], Path]:
-    return lambda: tmp_path / "f.csv"
-
-
-@hypothesis.settings(SHORT, suppress_health_check=[QUICK])
-@hypothesis.given(TABLES)
-def test_tables_short(place: Callable[[], Path], rows: list[list[str]]) -> None:
-    table_or_error(place(), rows)
-
-
-@pytest.mark.fuzz
-@hypothesis.settings(LONG, suppress_health_check=[QUICK])
-@hypothesis.given(TABLES)
-def test_tables_long(place: Callable[[], Path], rows: list[list[str]]) -> None:
-    table_or_error(place(), rows)
+    anything = hypothesis.given(st.lists(st.lists(CELLS, max_size=8), max_size=6))
+    hypothesis.settings(SETTINGS, max_examples=examples)(anything(table_or_error))()
