@@ -6,7 +6,6 @@ like, and in the tests that take too long to be run each time.
 
 import json
 import re
-import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -15,9 +14,9 @@ from pathlib import Path
 import click
 import pytest
 
+from tests.conftest import Said
 from tests.test_documentation import check_words
-from tests.test_schemas import OUTPUTS, SLOW
-from tt_precise import cli
+from tests.test_schemas import SLOW
 from tt_precise.integration import integrate
 
 ROOT = Path(__file__).parents[1]
@@ -52,34 +51,28 @@ def test_named_commands_exist(paths: list[Path]) -> None:
                 pytest.fail(f"{path}: {command}: {error.format_message()}")
 
 
-@pytest.mark.parametrize("name", [*OUTPUTS, *SLOW])
-def test_commands_of_the_schemas_exist(name: str) -> None:
-    for words, _ in {**OUTPUTS, **SLOW}[name]:
-        check_words(shlex.join(["tt-precise", *words.split(), "--json"]))
+def test_commands_of_the_slow_schemas_and_of_the_examples_exist() -> None:
+    for (words, _), *_ in SLOW.values():
+        check_words(f"tt-precise {words} --json")
+    for name in ("workflow.yml", "pre-commit-config.yaml"):
+        commands = re.findall(r"tt-precise check [^'|>\n]+", (CI / name).read_text("utf-8"))
+        assert commands
+        for command in commands:
+            check_words(command)
 
 
-@pytest.mark.parametrize("name", ["workflow.yml", "pre-commit-config.yaml"])
-def test_commands_of_the_examples_exist(name: str) -> None:
-    words = re.findall(r"tt-precise check [^'|>\n]+", (CI / name).read_text("utf-8"))
-    assert words
-    for command in words:
-        check_words(command)
-
-
-def test_an_annotation_for_each_check_that_failed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_annotation_for_each_check_that_failed(tmp_path: Path, said: Said) -> None:
     frame = integrate("reference", until="0.1").frame()
     frame.to_csv(tmp_path / "right.csv", index=False)
     frame["Lx"] *= 1.01
     frame.to_csv(tmp_path / "wrong.csv", index=False)
     for name, status in (("right", 0), ("wrong", 1)):
-        argv = ["check", str(tmp_path / f"{name}.csv"), "--scene", "reference", "--json"]
-        assert cli.main(argv) == status
-        printed = capsys.readouterr().out
-        (tmp_path / "check.json").write_text(printed, "utf-8")
-        failed = [one["name"] for one in json.loads(printed)["checks"] if one["verdict"] == "fail"]
-        annotations = [sys.executable, str(CI / "annotations.py"), str(tmp_path / "check.json")]
+        file = tmp_path / "check.json"
+        file.write_text(said("check", tmp_path / f"{name}.csv", "--scene reference --json",
+                             status=status), "utf-8")  # fmt: skip
+        checks = json.loads(file.read_text("utf-8"))["checks"]
+        failed = [one["name"] for one in checks if one["verdict"] == "fail"]
+        annotations = [sys.executable, str(CI / "annotations.py"), str(file)]
         lines = subprocess.run(annotations, capture_output=True, text=True, check=True).stdout
         titles = [line.split("::")[1].split()[1] for line in lines.splitlines()]
         assert titles == [f"title={one}" for one in failed]

@@ -12,6 +12,7 @@ import click
 import jsonschema
 import pytest
 
+from tests.conftest import Printed, Said
 from tt_precise import cli
 from tt_precise.integration.dense_output import Status
 from tt_precise.integration.precision import KINDS
@@ -19,6 +20,7 @@ from tt_precise.scene.scene import MODELS
 
 ROOT = Path(__file__).parents[1]
 SCHEMAS = ROOT / "docs/schemas"
+NAMES = {file.name.removesuffix(".schema.json") for file in SCHEMAS.glob("*.json")}
 _made = runpy.run_path(str(ROOT / "docs/_ext/schemas.py"))
 DOCUMENTS, text = _made["DOCUMENTS"], _made["text"]
 # command line and exit status; those that take more than a second or two stand in SLOW
@@ -31,7 +33,7 @@ OUTPUTS: dict[str, list[tuple[str, int]]] = {
     ],
     "thresholds": [("thresholds reference --digits 10", 0)],
     "events": [("events", 0), ("events upright", 0), ("events flight", 0)],
-    "check": [("check {mine} --scene reference", 0), ("check {spoiled} --scene reference", 1)],
+    "check": [("check mine.csv --scene reference", 0), ("check spoiled.csv --scene reference", 1)],
     "claims": [("claims EQ-14", 0)],
     "scene": [("scene show reference", 0), ("scene show rolling", 0), ("scene show flight", 0)],
     "scene-list": [("scene list", 0)],
@@ -42,12 +44,12 @@ OUTPUTS: dict[str, list[tuple[str, int]]] = {
 SLOW = {
     "sweep": [("sweep reference --vary phi_dot=0:10:2 --until 0.2", 0)],
     "golden-verify": [("golden verify upright", 0)],
-    "golden-build": [("golden build upright --folder {folder}", 0)],
-    "golden-certify": [("golden certify upright --folder {copied}", 0)],
-    "golden-certify-check": [("golden certify upright --folder {copied} --check", 0)],
+    "golden-build": [("golden build upright --folder made", 0)],
+    "golden-certify": [("golden certify upright --folder copied", 0)],
+    "golden-certify-check": [("golden certify upright --folder copied --check", 0)],
     "extremes": [("extremes --quick --topic contact", 0)],
     "tradeoff": [("tradeoff --quick", 0)],
-    "report": [("report --out {folder}", 0)],
+    "report": [("report --out made", 0)],
 }
 STORED = {
     "golden-manifest": "reference_data/*/manifest.json",
@@ -89,42 +91,32 @@ def validate(name: str, value: Any) -> None:
 
 
 @pytest.fixture
-def printed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+def document(
+    tmp_path: Path, said: Said, printed: Printed, monkeypatch: pytest.MonkeyPatch
 ) -> Callable[[str, int], Any]:
-    """The JSON that a command prints."""
-    mine = tmp_path / "mine.csv"
+    """The JSON that a command prints, in a folder with the files that it names."""
+    monkeypatch.chdir(tmp_path)
 
     def run(words: str, status: int) -> Any:
-        if "{mine}" in words or "{spoiled}" in words:
-            assert cli.main(["run", "reference", "--until", "0.1", "--out", str(mine)]) == 0
-            first, *rows = mine.read_text("utf-8").splitlines()
+        if ".csv" in words:
+            said("run reference --until 0.1 --out mine.csv")
+            first, *rows = Path("mine.csv").read_text("utf-8").splitlines()
             rows[5] = rows[5].replace("9", "8", 3)
-            (tmp_path / "spoiled.csv").write_text("\n".join([first, *rows]), "utf-8")
-        if "{copied}" in words:
+            Path("spoiled.csv").write_text("\n".join([first, *rows]), "utf-8")
+        if "copied" in words:
             scene = words.split()[2]
-            shutil.copytree(ROOT / "reference_data" / scene, tmp_path / "copied" / scene)
-        places = {"mine": mine, "spoiled": tmp_path / "spoiled.csv"}
-        places |= {name: tmp_path / name for name in ("folder", "copied")}
-        argv = [word.format(**places) for word in words.split()]
-        capsys.readouterr()
-        assert cli.main([*argv, "--json"]) == status
-        return json.loads(capsys.readouterr().out)
+            shutil.copytree(ROOT / "reference_data" / scene, Path("copied") / scene)
+        return printed(words, status=status)
 
     return run
 
 
-@pytest.mark.parametrize("name", OUTPUTS)
-def test_what_a_command_prints(name: str, printed: Callable[[str, int], Any]) -> None:
-    for words, status in OUTPUTS[name]:
-        validate(name, printed(words, status))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SLOW)
-def test_what_a_slow_command_prints(name: str, printed: Callable[[str, int], Any]) -> None:
-    for words, status in SLOW[name]:
-        validate(name, printed(words, status))
+@pytest.mark.parametrize(
+    "name", [*OUTPUTS, *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)]
+)
+def test_what_a_command_prints(name: str, document: Callable[[str, int], Any]) -> None:
+    for words, status in (OUTPUTS | SLOW)[name]:
+        validate(name, document(words, status))
 
 
 @pytest.mark.parametrize("name", STORED)
@@ -145,11 +137,18 @@ def test_every_schema_is_one_and_says_what_each_key_means(file: Path) -> None:
             assert child.get("description"), key
 
 
-def test_schemas_are_those_of_the_records() -> None:
+def test_schemas_are_those_of_the_records_and_in_the_documentation() -> None:
     """``make schemas`` writes them."""
     assert {name: text(record) for name, record in DOCUMENTS.items()} == {
         name: (SCHEMAS / f"{name}.schema.json").read_text("utf-8") for name in DOCUMENTS
     }
+    page = (ROOT / "docs/reference/files.md").read_text("utf-8")
+    assert [name for name in NAMES if f"{{generated}} schema {name}\n" not in page] == []
+    # the words of a run are those that there are
+    keys = read("run")["properties"]
+    assert set(keys["model"]["enum"]) == set(MODELS)
+    assert set(keys["precision"]["enum"]) == set(KINDS)
+    assert set(keys["status"]["enum"]) < set(get_args(Status))  # which has those of pieces too
 
 
 def with_json(command: click.Command, words: str = "") -> Iterator[str]:
@@ -168,21 +167,8 @@ def test_every_command_that_prints_json_has_a_schema() -> None:
     called = {"scene show": "scene", "sweep run": "sweep"}
     names = {called.get(words, words.replace(" ", "-")) for words in with_json(cli.group)}
     assert len(names) > 15
-    assert names <= {file.name.removesuffix(".schema.json") for file in SCHEMAS.glob("*.json")}
+    assert names <= NAMES
     assert names - {*OUTPUTS, *SLOW} == {"engines"}  # what it stores is validated
-
-
-def test_the_words_of_a_run_are_those_that_there_are() -> None:
-    keys = read("run")["properties"]
-    assert set(keys["model"]["enum"]) == set(MODELS)
-    assert set(keys["precision"]["enum"]) == set(KINDS)
-    assert set(keys["status"]["enum"]) < set(get_args(Status))  # which has those of pieces too
-
-
-def test_every_schema_is_in_the_documentation() -> None:
-    page = (ROOT / "docs/reference/files.md").read_text("utf-8")
-    names = [file.name.removesuffix(".schema.json") for file in SCHEMAS.glob("*.schema.json")]
-    assert [name for name in names if f"{{generated}} schema {name}\n" not in page] == []
 
 
 SPOILT: tuple[Callable[[Any], Any], ...] = (
@@ -196,9 +182,8 @@ SPOILT: tuple[Callable[[Any], Any], ...] = (
 )
 
 
-def test_another_object_is_refused(printed: Callable[[str, int], Any]) -> None:
-    value = printed("check {mine} --scene reference", 0)
-    validate("check", value)
+def test_another_object_is_refused(document: Callable[[str, int], Any]) -> None:
+    value = document("check mine.csv --scene reference", 0)
     for spoil in SPOILT:
         other = copy.deepcopy(value)
         spoil(other)
@@ -206,15 +191,10 @@ def test_another_object_is_refused(printed: Callable[[str, int], Any]) -> None:
             validate("check", other)
 
 
-def test_every_column_and_event_stands_in_its_table(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_column_and_event_stands_in_its_table(printed: Printed) -> None:
     """Of the documentation, which makes its tables of the package."""
     pytest.importorskip("docutils", reason="needs the extra docs")
     generated = runpy.run_path(str(ROOT / "docs/_ext/generated.py"))
-
-    def printed(command: str) -> Any:
-        assert cli.main([command, "--json"]) == 0
-        return json.loads(capsys.readouterr().out)
-
     sets = printed("columns")["sets"].values()
     lines = [line for line in generated["columns"]("") if line.startswith("| `")]
     assert [line.split("`")[1] for line in lines] == [name for columns in sets for name in columns]
