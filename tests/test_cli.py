@@ -6,13 +6,13 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import click
 import pytest
 
 import tt_precise
+from tests.conftest import Said
 from tt_precise import cli
 from tt_precise.commands.options import FINITE
 from tt_precise.runtime.values import InputError
@@ -33,32 +33,20 @@ heyoka_backend._advance = interrupted_soon
 sys.argv = ["tt-precise", "run", "frictionless", "--until", "100000", *sys.argv[1:]]
 cli.entry()
 """
+REFERENCE = load_scene("reference").text
 
 
 @pytest.fixture
-def scene_file(tmp_path: Path) -> Callable[..., str]:
-    """Write the reference scene with one piece of text replaced; its path."""
-
-    def write(old: str, new: str) -> str:
-        text = load_scene("reference").text
-        assert text.count(old) >= 1
-        file = tmp_path / "mine.toml"
-        file.write_text(text.replace(old, new, 1), "utf-8")
-        return str(file)
-
-    return write
-
-
-def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
+def refused(said: Said) -> Said:
     """The one line that is said about input which cannot be used."""
-    status = cli.main(list(argv))
-    out, err = capsys.readouterr()
-    assert status == 2
-    assert out == ""
-    assert err.startswith("tt-precise: ")
-    assert err.count("\n") == 1 == len(err.splitlines())
-    assert "Traceback" not in err
-    return err
+
+    def run(*words: str | Path) -> str:
+        line = said(*words, status=2)
+        assert line.startswith("tt-precise: ")
+        assert line.count("\n") == 1 == len(line.splitlines())
+        return line
+
+    return run
 
 
 @pytest.mark.parametrize(
@@ -70,74 +58,66 @@ def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
         ('model = "gliding"', 'model = "gliding', "not a TOML file"),
     ],
 )
-def test_a_bad_scene(
-    scene_file: Callable[..., str], capsys: pytest.CaptureFixture[str],
-    old: str, new: str, message: str,
-) -> None:  # fmt: skip
-    file = scene_file(old, new)
-    line = refused(capsys, "run", file)
+def test_a_bad_scene(refused: Said, tmp_path: Path, old: str, new: str, message: str) -> None:
+    file = tmp_path / "mine.toml"
+    assert old in REFERENCE
+    file.write_text(REFERENCE.replace(old, new, 1), "utf-8")
+    line = refused("run", file)
     assert f"tt-precise: {file}: " in line
     assert message in line
 
 
 @pytest.mark.parametrize(
-    ("argv", "message"),
+    ("words", "message"),
     [
-        (["run", "nowhere"], "scene: got 'nowhere', expected a path to a .toml file or one of: "),
-        (["run", "nowhere.toml"], "nowhere.toml: No such file or directory"),
-        (["run", "reference", "--until", "-1"], "until: got -1"),
-        (["run", "reference", "--until", "1e-999"], "until: got less than 1e-300 s"),
-        (["run", "upright", "--formulation", "euler"], "theta = 0 is a pole"),
-        (["run", "reference", "--formulation", "lagrange"], "expected one of: newton, euler"),
-        (["run", "reference", "--out", "no/such/folder/a.csv"], "expected a file in a folder"),
-        (["run", "reference", "--until", "0", "--out", "/proc/a.csv"], "expected a place that can"),
-        (["run", "reference", "--out", "."], "is a directory"),
-        (["run", "reference", "--columns", "g_n"], "expected --out FILE too"),
-        (
-            ["run", "reference", "--columns", "gn", "--out", "a.csv"],
-            "--columns: got 'gn', expected",
-        ),
-        (["run", "reference", "--events", "theta_min,perigee"], "event: got 'perigee'"),
-        (["run", "reference", "--record", "theta"], "expected one of: phi, psi, x, y"),
-        (["run", "reference", "--digits", "0"], "digits: got 0, expected a whole number"),
-        (
-            ["run", "reference", "--digits", "9", "--precision", "quad"],
-            "digits: got a precision too",
-        ),
-        (["run", "reference", "--bits", "200"], "expected bits only with mp"),
-        (["run"], "Missing argument 'SCENE'"),
-        (["run", "reference", "again"], "unexpected extra argument"),
-        (["run", "reference", "--fast"], "No such option"),
-        (["events", "reference", "--only", "perigee"], "event: got 'perigee'"),
-        (["events", "--only", "equator"], "expected the SCENE too"),
-        (["events", "reference", "--only", ""], "--only: got '', expected names"),
-        (["thresholds", "reference", "--digits", "0"], "expected a whole number between 1 and"),
-        (["invert"], "command: got 'invert', expected one of: run, thresholds, scene, "),
-        (["run", "reference", "--until", "0", "--out", "-"], "-: got a dash, expected a file"),
-        (["run", "reference", "--plot", "a.svg", "--out", "./a.svg"], "which is --out too"),
-        (["run", "reference", "--out", "a.xlsx"], "'.xlsx'"),
-        (["run", "reference", "--plot", "a.jpg"], "a.jpg"),
-        (["run", "reference", "--plot", "none/a.svg"], "--plot: got"),
-        (["run", "reference", "--animate", "a.svg"], "animate: got"),
-        (["claims", "NUM-99"], "NUM-99"),
-        (["claims", "NUM-23", "é"], "é"),
-        (["claims", "--verdict", "wrong"], "wrong"),
-        (["claims", "--kind", "x"], "x"),
-        (["claims", "--workers", "0"], "0"),
-        (["extremes", "--topic", "weather"], "weather"),
-        (["sweep", "nothing", "--vary", "mu=1,2"], "scene"),
-        (["sweep", "reference", "--vary", "mu"], "--vary"),
-        (["sweep", "reference", "--vary", "mu=1,2", "--csv"], "--csv"),
-        (["sweep", "plot", "nowhere", "--x", "mu", "--y", "t_init"], "no rows"),
-        (["sweep", "plot", "a", "--x", "b", "--y", "c", "--colour", "d", "--map", "e"], "--map"),
+        ("run nowhere", "scene: got 'nowhere', expected a path to a .toml file or one of: "),
+        ("run nowhere.toml", "nowhere.toml: No such file or directory"),
+        ("run reference --until -1", "until: got -1"),
+        ("run reference --until 1e-999", "until: got less than 1e-300 s"),
+        ("run upright --formulation euler", "theta = 0 is a pole"),
+        ("run reference --formulation lagrange", "expected one of: newton, euler"),
+        ("run reference --out no/such/folder/a.csv", "expected a file in a folder"),
+        ("run reference --until 0 --out /proc/a.csv", "expected a place that can"),
+        ("run reference --out .", "is a directory"),
+        ("run reference --columns g_n", "expected --out FILE too"),
+        ("run reference --columns gn --out a.csv", "--columns: got 'gn', expected"),
+        ("run reference --events theta_min,perigee", "event: got 'perigee'"),
+        ("run reference --record theta", "expected one of: phi, psi, x, y"),
+        ("run reference --digits 0", "digits: got 0, expected a whole number"),
+        ("run reference --digits 9 --precision quad", "digits: got a precision too"),
+        ("run reference --bits 200", "expected bits only with mp"),
+        ("run", "Missing argument 'SCENE'"),
+        ("run reference again", "unexpected extra argument"),
+        ("run reference --fast", "No such option"),
+        ("events reference --only perigee", "event: got 'perigee'"),
+        ("events --only equator", "expected the SCENE too"),
+        ("events reference --only ''", "--only: got '', expected names"),
+        ("thresholds reference --digits 0", "expected a whole number between 1 and"),
+        ("invert", "command: got 'invert', expected one of: run, thresholds, scene, "),
+        ("run reference --until 0 --out -", "-: got a dash, expected a file"),
+        ("run reference --plot a.svg --out ./a.svg", "which is --out too"),
+        ("run reference --out a.xlsx", "'.xlsx'"),
+        ("run reference --plot a.jpg", "a.jpg"),
+        ("run reference --plot none/a.svg", "--plot: got"),
+        ("run reference --animate a.svg", "animate: got"),
+        ("claims NUM-99", "NUM-99"),
+        ("claims NUM-23 é", "é"),
+        ("claims --verdict wrong", "wrong"),
+        ("claims --kind x", "x"),
+        ("claims --workers 0", "0"),
+        ("extremes --topic weather", "weather"),
+        ("sweep nothing --vary mu=1,2", "scene"),
+        ("sweep reference --vary mu", "--vary"),
+        ("sweep reference --vary mu=1,2 --csv", "--csv"),
+        ("sweep plot nowhere --x mu --y t_init", "no rows"),
+        ("sweep plot a --x b --y c --colour d --map e", "--map"),
     ],
 )
 def test_bad_arguments(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-    argv: list[str], message: str,
-) -> None:  # fmt: skip
+    refused: Said, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str, message: str
+) -> None:
     monkeypatch.chdir(tmp_path)
-    assert message in refused(capsys, *argv)
+    assert message in refused(words)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -159,7 +139,7 @@ def test_a_bug_is_neither_bad_input_nor_a_failed_check(
 
 
 @pytest.mark.parametrize(
-    ("error", "said"),
+    ("error", "message"),
     [
         (InputError("got this\nand that"), "tt-precise: got this and that\n"),
         (MemoryError(), "expected "),
@@ -168,13 +148,13 @@ def test_a_bug_is_neither_bad_input_nor_a_failed_check(
     ],
 )
 def test_what_is_reported_is_always_one_line(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, error: Exception, said: str
+    refused: Said, monkeypatch: pytest.MonkeyPatch, error: Exception, message: str
 ) -> None:
     def fail(*_: object, **__: object) -> None:
         raise error
 
     monkeypatch.setattr(cli.group, "main", fail)
-    assert said in refused(capsys)
+    assert message in refused()
 
 
 # what is no number, or none that anybody means
@@ -212,32 +192,26 @@ def test_what_is_no_number_is_refused(value: str) -> None:
 
 @pytest.mark.parametrize(("command", "option"), numeric_options())
 def test_every_option_refuses_what_is_no_number(
-    capsys: pytest.CaptureFixture[str], command: tuple[str, ...], option: str
+    refused: Said, command: tuple[str, ...], option: str
 ) -> None:
     needed = {
-        ("check",): ["-", "--scene", "reference"],
-        ("run",): ["reference"],
-        ("sweep", "run"): ["reference", "--vary", "phi_dot=1,2", "--workers", "1"],
-        ("thresholds",): ["reference"],
-    }.get(command, [])
-    refused(capsys, *command, *needed, option, "ten")
+        ("check",): "- --scene reference",
+        ("run",): "reference",
+        ("sweep", "run"): "reference --vary phi_dot=1,2 --workers 1",
+        ("thresholds",): "reference",
+    }.get(command, "")
+    refused(*command, needed, option, "ten")
 
 
 @pytest.mark.parametrize("name", cli.COMMANDS)
-def test_every_command_explains_itself(capsys: pytest.CaptureFixture[str], name: str) -> None:
-    assert cli.main(["--help"]) == 0
-    assert re.search(rf"^  {name} ", capsys.readouterr().out, re.MULTILINE)
-    assert cli.main([name, "--help"]) == 0
-    assert f"Usage: tt-precise {name}" in capsys.readouterr().out
+def test_every_command_explains_itself(said: Said, name: str) -> None:
+    assert re.search(rf"^  {name} ", said("--help"), re.MULTILINE)
+    assert f"Usage: tt-precise {name}" in said(name, "--help")
 
 
-def test_no_command_shows_the_help_and_fails(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main([]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("Usage: tt-precise")
-    assert cli.main(["--version"]) == 0
-    assert capsys.readouterr().out.split()[-1] == tt_precise.__version__
+def test_no_command_shows_the_help_and_fails(said: Said) -> None:
+    assert said(status=2).startswith("Usage: tt-precise")
+    assert said("--version").split()[-1] == tt_precise.__version__
 
 
 def test_the_package_runs_as_the_command() -> None:
@@ -257,19 +231,17 @@ def test_the_package_runs_as_the_command() -> None:
     ],
 )
 def test_what_is_read_is_not_written_over(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, scene_file: Callable[..., str],
-    words: str, option: str,
-) -> None:  # fmt: skip
-    scene, mine = scene_file('title = "', 'title = "My '), tmp_path / "mine.csv"
-    assert cli.main(["run", scene, "--until", "0.05", "--out", str(mine)]) == 0
-    (tmp_path / "link").symlink_to(mine)
-    before = Path(scene).read_bytes(), mine.read_bytes()
-    capsys.readouterr()
-    places = {"scene": scene, "mine": mine, "link": tmp_path / "link"}
-    message = refused(capsys, *words.format(**places).split())
+    said: Said, refused: Said, tmp_path: Path, words: str, option: str
+) -> None:
+    scene, mine, link = (tmp_path / name for name in ("scene.toml", "mine.csv", "link"))
+    scene.write_text(REFERENCE, "utf-8")
+    said("run", scene, "--until 0.05 --out", mine)
+    link.symlink_to(mine)
+    before = scene.read_bytes(), mine.read_bytes()
+    message = refused(words.format(scene=scene, mine=mine, link=link))
     assert f"{option}: got " in message
     assert "which is read; expected another file" in message
-    assert (Path(scene).read_bytes(), mine.read_bytes()) == before
+    assert (scene.read_bytes(), mine.read_bytes()) == before
 
 
 @pytest.mark.parametrize("precision", ["double", "quad"])
