@@ -11,6 +11,7 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPool
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -27,21 +28,20 @@ from tt_precise.runtime.workers import (
 )
 
 TRIES = 3
+IN_FLIGHT = 2 * IN_FLIGHT_EACH  # calls of two workers
 
 
 def square(number: int) -> int:
     return number * number
 
 
-def fail_on_three(number: int) -> int:
-    if number == 3:
-        raise ValueError("three is not\nto be had")
-    return number
-
-
 # what a worker evaluates: it need not find this file, which is no part of an installed package
 KILLS = "number if number != 3 else os.kill(os.getpid(), 9)"
 KILLS_ONCE = "number if number != 3 or mark.exists() else mark.touch() or os.kill(os.getpid(), 9)"
+FIRST_SEEN = """(
+    __import__("os").getpid(),
+    __import__("builtins").__dict__.setdefault("seen " + name, __import__("time").monotonic_ns()),
+)"""
 
 
 def evaluated(code: str, **names: Any) -> list[Call]:
@@ -49,8 +49,12 @@ def evaluated(code: str, **names: Any) -> list[Call]:
     return [Call(number, (code, {"number": number, **names})) for number in range(12)]
 
 
-def calls(count: int, *more: Any) -> Iterator[Call]:
-    return (Call(number, (number, *more)) for number in range(count))
+def calls(count: int, taken: list[int] | None = None) -> Iterator[Call]:
+    """Calls with a number, which is noted in ``taken`` when a call is made."""
+    for number in range(count):
+        if taken is not None:
+            taken.append(number)
+        yield Call(number, (number,))
 
 
 def results(pool: Pool, work: Callable[..., Any], some: Any, *progress: Any) -> dict[int, Any]:
@@ -73,75 +77,44 @@ def test_a_failing_task_is_tried_again_and_then_reported() -> None:
 
     def work(number: int) -> int:
         tried.append(number)
-        return fail_on_three(number)
+        if number == 3:
+            raise ValueError("three is not\nto be had")
+        return number
 
     found = results(Pool(Inline(), lambda: 1, tries=TRIES), work, calls(6))
     assert tried.count(3) == TRIES
-    assert isinstance(found[3], Failure)
-    assert found[3].reason == "ValueError: three is not to be had"
-    assert {number: found[number] for number in (0, 1, 2, 4, 5)} == {n: n for n in (0, 1, 2, 4, 5)}
+    assert found.pop(3).reason == "ValueError: three is not to be had"
+    assert found == {number: number for number in (0, 1, 2, 4, 5)}
 
 
-def test_flight_is_bounded() -> None:
-    class Counting(Executor):
-        def __init__(self) -> None:
-            self.waiting: list[tuple[Future[Any], Any]] = []
-            self.most = 0
-
-        def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-            future: Future[Any] = Future()
-            self.waiting.append((future, fn(*args)))
-            self.most = max(self.most, len(self.waiting))
-            if len(self.waiting) == 2 * IN_FLIGHT_EACH:
-                for one, value in self.waiting:
-                    one.set_result(value)
-                self.waiting.clear()
-            return future
-
-    taken = []
-
-    def some() -> Iterator[Call]:
-        for number in range(40):
-            taken.append(number)
-            yield Call(number, (number,))
-
-    executor = Counting()
-    stream = Pool(executor, lambda: 2).perform(square, some())
-    next(stream)
-    assert len(taken) == 2 * IN_FLIGHT_EACH  # the rest is not even made yet
-    assert len(list(stream)) == 39
-    assert executor.most == 2 * IN_FLIGHT_EACH
-
-
-def test_one_process_does_one_task_at_a_time() -> None:
-    taken = []
-
-    def some() -> Iterator[Call]:
-        for number in range(5):
-            taken.append(number)
-            yield Call(number, (number,))
-
-    for done, _ in enumerate(local_pool(1).perform(square, some()), start=1):
-        assert len(taken) == done
-
-
-def test_what_has_succeeded_comes_before_what_has_failed() -> None:
+def test_flight_is_bounded_and_successes_come_before_failures() -> None:
     class Late(Executor):
+        """Answers when as many calls wait as may be in flight; call 1 fails."""
+
         def __init__(self) -> None:
-            self.futures: list[tuple[Future[Any], int]] = []
+            self.futures: list[Future[Any]] = []
 
         def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-            self.futures.append((Future(), args[0]))
-            if len(self.futures) == 4:
-                for future, number in self.futures:
+            self.futures.append(Future())
+            if len(self.futures) % IN_FLIGHT == 0:
+                for number, future in list(enumerate(self.futures))[-IN_FLIGHT:]:
                     if number == 1:
                         future.set_exception(ArithmeticError())
                     else:
                         future.set_result(number)
-            return self.futures[-1][0]
+            return self.futures[-1]
 
-    found = [call.key for call, _ in Pool(Late(), lambda: 2).perform(square, list(calls(4)))]
-    assert found == [0, 2, 3, 1]
+    taken: list[int] = []
+    stream = Pool(Late(), lambda: 2).perform(square, calls(40, taken))
+    assert [next(stream)[0].key for _ in range(IN_FLIGHT)] == [0, 2, 3, 1]
+    assert len(taken) == IN_FLIGHT  # the rest is not even made yet
+    assert len(list(stream)) == 40 - IN_FLIGHT
+
+
+def test_one_process_does_one_task_at_a_time() -> None:
+    taken: list[int] = []
+    for done, _ in enumerate(local_pool(1).perform(square, calls(5, taken)), start=1):
+        assert len(taken) == done
 
 
 @pytest.mark.parametrize("workers", [0, -1, 100_000])
@@ -159,32 +132,18 @@ def test_a_killed_worker_loses_and_doubles_nothing(tmp_path: Path) -> None:
 
 def test_a_scheduler_that_goes_is_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed", reason="needs the extra dask")
-    threads = {"one": 2}
-
-    class Client:
-        def __init__(self, *_: Any, **__: Any) -> None:
-            pass
-
-        def get_executor(self, **_: Any) -> Executor:
-            return Inline()
-
-        def nthreads(self) -> dict[str, int]:
-            if not threads:
-                raise OSError("connection reset\nby peer")
-            return threads
-
-        def close(self) -> None:
-            threads["closed"] = 0
-
-    monkeypatch.setattr(distributed, "Client", Client)
+    client = Mock()
+    client.get_executor.return_value = Inline()
+    client.nthreads.side_effect = [{"one": 2}, OSError("connection reset\nby peer")]
+    monkeypatch.setattr(distributed, "Client", Mock(return_value=client))
     with dask_pool("tcp://somewhere:8786") as pool:
         assert pool.size() == 2
-        threads.clear()
         with pytest.raises(
             InputError, match=r"tcp://somewhere:8786 no longer answers \(connection reset by"
         ):
             pool.size()
-    assert threads == {"closed": 0}
+        client.close.assert_not_called()
+    client.close.assert_called_once_with()
 
 
 @pytest.mark.parametrize("address", ["nonsense", "tcp://a:b", "foo://a:1", ""])
@@ -228,11 +187,6 @@ from tt_precise.runtime.workers import Call, local_pool
 with local_pool(2) as pool:
     print(list(pool.perform(abs, [Call(0, (-1,))])))
 """
-# what a worker evaluates: it need not find this file, which is no part of an installed package
-FIRST_SEEN = """(
-    __import__("os").getpid(),
-    __import__("builtins").__dict__.setdefault("seen " + name, __import__("time").monotonic_ns()),
-)"""
 
 
 @pytest.fixture(scope="module")
