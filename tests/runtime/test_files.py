@@ -19,27 +19,16 @@ from tt_precise.runtime.files import (
 from tt_precise.runtime.values import InputError
 
 
-@pytest.mark.parametrize(
-    ("content", "data"), [("g_nμ\n", "g_nμ\n".encode()), (b"\x00\n", b"\x00\n")]
-)
-def test_writes_text_and_bytes_as_they_are(
-    tmp_path: Path, content: str | bytes, data: bytes
+@pytest.mark.parametrize("content", ["g_nμ\n", b"\x00\n"])
+@pytest.mark.parametrize("name", ["a.csv", "a" * 251 + ".csv"])  # the longest name that there is
+def test_makes_the_folder_replaces_and_leaves_nothing_beside(
+    tmp_path: Path, name: str, content: str | bytes
 ) -> None:
-    atomic_write(tmp_path / "a.csv", content)
-    assert (tmp_path / "a.csv").read_bytes() == data
-
-
-def test_replaces_and_leaves_nothing_beside(tmp_path: Path) -> None:
-    file = tmp_path / "a.csv"
-    file.write_text("old")
-    atomic_write(str(file), "new")
-    assert file.read_text() == "new"
-    assert list(tmp_path.iterdir()) == [file]
-
-
-def test_makes_the_folder(tmp_path: Path) -> None:
-    atomic_write(tmp_path / "b" / "c" / "a.csv", "")
-    assert (tmp_path / "b" / "c" / "a.csv").exists()
+    file = tmp_path / "b" / "c" / name
+    for data in ("old", content):
+        atomic_write(str(file), data)
+        assert file.read_bytes() == (data.encode() if isinstance(data, str) else data)
+    assert list(file.parent.iterdir()) == [file]
 
 
 def test_of_several_files_none_is_written_where_one_cannot_be(tmp_path: Path) -> None:
@@ -72,20 +61,19 @@ def test_a_full_disk_is_seen_before_the_work_and_nothing_is_left(
     assert list(tmp_path.iterdir()) == []
 
 
-def write_half(file: Path, interruption: type[BaseException]) -> None:
-    with replacing(file) as temporary:
-        temporary.write_text("half of the n")
-        raise interruption
-
-
 @pytest.mark.parametrize("interruption", [RuntimeError, KeyboardInterrupt])
 def test_an_interruption_leaves_the_old_file(
     tmp_path: Path, interruption: type[BaseException]
 ) -> None:
+    def write_half() -> None:
+        with replacing(file) as temporary:
+            temporary.write_text("half of the n")
+            raise interruption
+
     file = tmp_path / "a.csv"
     file.write_text("old")
     with pytest.raises(interruption):
-        write_half(file, interruption)
+        write_half()
     assert file.read_text() == "old"
     assert list(tmp_path.iterdir()) == [file]
 
@@ -146,12 +134,6 @@ def test_a_pipe_is_written_to_and_not_replaced(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [pipe]
 
 
-def test_the_longest_names_can_be_written(tmp_path: Path) -> None:
-    file = tmp_path / ("a" * 251 + ".csv")
-    atomic_write(file, "new")
-    assert file.read_text() == "new"
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -172,17 +154,11 @@ def test_refuses_what_nobody_writes(text: str, message: str) -> None:
         parse_toml(text)
 
 
-def test_reads_the_longest_keys_it_allows() -> None:
+def test_reads_the_longest_keys_and_text_of_every_system(tmp_path: Path) -> None:
     line = ".".join(["a"] * (MOST_DOTS + 1))
     assert list(parse_toml(f"{line} = 1")) == ["a"]
-
-
-def test_numbers_stay_as_they_are_written() -> None:
-    assert parse_toml("a = 0.10\nb = 1e-400")["a"] == "0.10"
-    assert parse_toml("a = 0.10\nb = 1e-400")["b"] == "1e-400"
-
-
-def test_reads_text_of_every_system(tmp_path: Path) -> None:
+    # numbers stay as they are written
+    assert parse_toml("a = 0.10\nb = 1e-400") == {"a": "0.10", "b": "1e-400"}
     file = tmp_path / "a.toml"
     file.write_bytes(b"\xef\xbb\xbftitle = 'a'\r\n")
     assert read_toml(file, "a scene") == "title = 'a'\n"

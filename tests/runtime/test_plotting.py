@@ -67,23 +67,24 @@ def test_other_endings_are_refused(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-TIMES = numpy.linspace(0, 8, 100_001)
-VALUES = numpy.sin(40 * TIMES)
-VALUES[61_803] = 1e4  # a spike of one sample
-
-
 def test_thinning_keeps_every_extremum() -> None:
-    chosen = plotting.thinned(TIMES, VALUES)
+    times = numpy.linspace(0, 8, 100_001)
+    values = numpy.sin(40 * times)
+    values[61_803] = 1e4  # a spike of one sample
+    chosen = plotting.thinned(times, values)
     assert len(chosen) <= 4 * plotting.BINS
-    assert chosen[0] == 0
-    assert chosen[-1] == len(TIMES) - 1
-    assert VALUES[chosen].max() == 1e4
-    assert VALUES[chosen].min() == VALUES.min()
+    assert (chosen[0], chosen[-1]) == (0, len(times) - 1)
+    assert values[chosen].max() == 1e4
+    assert values[chosen].min() == values.min()
+    assert values[:: len(values) // (4 * plotting.BINS)].max() < 2  # every other one would not
+    assert len(plotting.thinned(times[:50], values[:50])) == 50
 
 
-def test_every_other_sample_would_lose_the_spike() -> None:
-    assert VALUES[:: len(VALUES) // (4 * plotting.BINS)].max() < 2
-
-
-def test_short_series_stay_as_they_are() -> None:
-    assert len(plotting.thinned(TIMES[:50], VALUES[:50])) == 50
+def test_the_last_bits_of_times_choose_no_other_points() -> None:
+    """Samples on the edges of spans fell into either, by the rounding of a machine."""
+    times = numpy.arange(2801) / 350
+    values = numpy.sin(40 * times)
+    chosen = plotting.thinned(times, values)
+    for towards in (-1.0, 9.0):
+        moved = numpy.nextafter(times, towards)
+        assert (plotting.thinned(moved, values) == chosen).all()

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,7 +15,6 @@ from tt_precise.runtime import terminal
 from tt_precise.runtime.terminal import one_line, progress_bar, say, silent, visible
 
 HOSTILE = "a\x1b[2J\x07\r\x9bb\u2028d\ue000\udcff"
-ENTRY = [sys.executable, "-c", "from tt_precise.cli import entry; entry()"]
 
 
 class Terminal(io.StringIO):
@@ -22,12 +22,24 @@ class Terminal(io.StringIO):
         return True
 
 
+@pytest.fixture
+def _xterm(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+
+
+def entry(closed: str, *words: str) -> "subprocess.CompletedProcess[str]":
+    """A command in a process of its own, some of whose streams are closed."""
+    code = "from tt_precise.cli import entry; entry()"
+    line = ["sh", "-c", f'"$@" {closed}', "sh", sys.executable, "-c", code, *words]
+    return subprocess.run(line, capture_output=True, text=True, check=False)
+
+
 def test_what_is_hidden_is_shown_and_json_reads_it_back() -> None:
     shown = visible(HOSTILE)
     assert shown == "a\\u001b[2J\\u0007\\u000d\\u009bb\\u2028d\ue000\\udcff"
-    assert json.loads(f'"{visible(HOSTILE.replace(chr(0xDCFF), ""))}"') == HOSTILE.replace(
-        chr(0xDCFF), ""
-    )
+    plain = HOSTILE.replace("\udcff", "")
+    assert json.loads(f'"{visible(plain)}"') == plain
 
 
 @pytest.mark.parametrize("text", ["θ = π/2 · 1e-300 m²\t≈ 3 µs\n", "日本語 ½ – “x” 😀", ""])
@@ -52,9 +64,8 @@ def test_everything_that_a_command_prints_is_sanitized(
     assert err.count("\n") == 2
 
 
+@pytest.mark.usefixtures("_xterm")
 def test_rich_draws_around_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.delenv("NO_COLOR", raising=False)
     monkeypatch.setattr(sys, "stdout", screen := Terminal())
     with terminal.sanitized():
         print("\x1b[31mred")
@@ -76,22 +87,16 @@ def test_a_stream_that_lacks_a_character_gets_its_number(monkeypatch: pytest.Mon
 def test_closed_streams_are_as_dev_null(closed: str, tmp_path: Path) -> None:
     """And no file that is opened later takes their place."""
     out = tmp_path / "x.csv"
-    words = [*ENTRY, "run", "reference", "--until", "0.01", "--out", str(out)]
-    done = subprocess.run(
-        ["sh", "-c", f'"$@" {closed}', "sh", *words], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0
-    assert done.stderr == ""
+    done = entry(closed, "run", "reference", "--until", "0.01", "--out", str(out))
+    assert (done.returncode, done.stderr) == (0, "")
     assert ("complete" in done.stdout) == (">&-" not in closed.replace("2>&-", ""))
-    assert out.read_text().startswith("t,")
-    assert len(out.read_text().splitlines()) == 3
+    header, *rows = out.read_text().splitlines()
+    assert header.startswith("t,")
+    assert len(rows) == 2
 
 
 def test_a_closed_input_is_an_empty_one() -> None:
-    done = subprocess.run(
-        ["sh", "-c", '"$@" <&-', "sh", *ENTRY, "check", "-", "--scene", "reference"],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = entry("<&-", "check", "-", "--scene", "reference")
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert "Traceback" not in done.stderr
@@ -103,31 +108,18 @@ def test_open_streams_are_left_alone() -> None:
     assert sorted(os.listdir("/proc/self/fd")) == before
 
 
-def test_silent_where_nobody_looks(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.usefixtures("_xterm")
+@pytest.mark.parametrize("stream", [io.StringIO, Terminal])
+def test_progress_is_for_terminals(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, stream: Any
 ) -> None:
-    file = io.StringIO()
-    monkeypatch.setattr(sys, "stderr", file)
-    with progress_bar("integrating") as progress:
-        assert progress is silent
-        progress(0.5)
-    assert file.getvalue() == ""
-    assert capsys.readouterr().out == ""
-
-
-def test_a_terminal_sees_the_label_and_the_fraction(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.delenv("NO_COLOR", raising=False)
-    terminal = Terminal()
-    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(sys, "stderr", screen := stream())
     with progress_bar("integrating") as progress:
         for percent in range(0, 101, 10):
             progress(percent / 100)
-    shown = terminal.getvalue()
-    assert "integrating" in shown
-    assert "100%" in shown
+    assert (progress is silent) == (stream is io.StringIO)
+    shown = screen.getvalue()
+    assert bool(shown) == ("integrating" in shown) == ("100%" in shown) == (stream is Terminal)
     assert capsys.readouterr().out == ""
 
 
