@@ -112,6 +112,12 @@ def test_entries_that_vanish_altogether_are_compared_with_their_unit(toppling: S
     assert 13 < trajectory.digits < 16
 
 
+def test_an_error_of_the_time_of_the_end_counts(rough: Scene) -> None:
+    lost = integrate(rough, tolerance=1e-9)
+    lost.errors.at_end["t_end"] = lost.t_end / 100
+    assert lost.digits_throughout == pytest.approx(2)
+
+
 def test_two_arithmetics_that_end_differently_leave_no_digits(rough: Scene) -> None:
     """A horizon so close to the loss of contact that double cannot decide which comes first."""
     at_the_edge = rough.varied(until="0.65771882639144194")
