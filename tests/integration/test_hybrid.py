@@ -14,7 +14,8 @@ from tt_precise import golden
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics import flight, friction
 from tt_precise.mechanics.conversion import RigidBodyState
-from tt_precise.runtime.values import InputError
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.numerals import to_mpmath
 from tt_precise.scene.scene import Scene, load_scene, parse_scene
 
@@ -392,6 +393,22 @@ def test_at_rest_it_rolls_or_begins_to_glide() -> None:
     assert glides.pieces[0].model == "gliding"
     assert glides.frame("vx", numbers="text")["vx"][0] in ("0.0", "-0.0")
     assert float(glides.drift["jellett"]) < 1e-14
+
+
+def test_events_just_after_rest() -> None:
+    """Even before the first place at which changes of sign are looked for, and with direction."""
+
+    def gliding(q: Motion) -> Scalar:
+        return q.state.vx**2 + q.state.vy**2 - 1e-12
+
+    def resting(q: Motion) -> Scalar:
+        return -gliding(q)
+
+    run = tt.integrate(scene(nu_y="0", mu="0.001", until="0.01"), events=(gliding, resting))
+    assert list(run.events["direction"]) == [1, -1]
+    unit = math.sqrt(run.scene.body.R * run.scene.body.g)
+    speed = numpy.hypot(run.events["vx"], run.events["vy"])
+    assert list(speed) == pytest.approx([1e-6 * unit] * 2)
 
 
 def regularised(epsilon: float, until: str) -> Scene:

@@ -267,6 +267,7 @@ class RegularisedTimeOutput(RowwiseOutput):
 
 
 PLACES = 16  # at which events look for changes of sign
+VANISHED = 1000  # eps of its largest value: a function as small at rest vanishes there
 TERMS_OF_MP = 0.35  # for each bit: fewer series terms cost accuracy, more of them only time
 
 
@@ -354,14 +355,14 @@ class OnsetOutput(RowwiseOutput):
 
     def _hits(self) -> list[EventRecord]:
         fn, number = self.precision.context, self.precision.number
-        times = (
-            [self._until * k / PLACES for k in range(1, PLACES + 1)] if self.setup.events else []
-        )
+        times = [self._until * k / PLACES for k in range(PLACES + 1)] if self.setup.events else []
         motions = dict(zip(times, map(self._motion, times), strict=True))
         hits = []
         for name, event in self.setup.watched.items():
             value = partial(self._value, event, motions)
             values = [value(t) for t in times]
+            if not abs(values[0]) > VANISHED * self.precision.eps * max(map(abs, values)):
+                values[0] = values[1]
             for before, after, low, high in zip(values, values[1:], times, times[1:], strict=False):
                 direction = 1 if after > before else -1
                 wanted = not event.direction or event.direction == direction
