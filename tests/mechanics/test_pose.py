@@ -78,5 +78,6 @@ def test_the_quaternion_is_that_of_the_euler_angles(body: TippeTop, theta: float
 
 def test_the_centre_of_mass_is_at_its_height(body: TippeTop, mp: Any) -> None:
     numbers = body.numbers(lambda value: mp.mpf(value.numerator) / value.denominator)
-    _, low = made(numbers, mp.mpf("1e-30"), mp)
-    assert abs(low.z - numbers.R * (1 - numbers.alpha)) < mpmath.mpf("1e-50")
+    for theta in map(mp.mpf, ("1e-30", "2")):
+        _, at = made(numbers, theta, mp)
+        assert abs(at.z - numbers.R * (1 - numbers.alpha * mp.cos(theta))) < mpmath.mpf("1e-50")

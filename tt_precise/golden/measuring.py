@@ -228,8 +228,6 @@ class TrueRows:
 
     def _nearest(self, t: numpy.ndarray) -> tuple[numpy.ndarray, numpy.ndarray]:
         times = self.times
-        if len(times) == 1:
-            return numpy.zeros(len(t), int), t - times[0]
         near = numpy.clip(numpy.searchsorted(times, t), 1, len(times) - 1)
         near -= abs(times[near - 1] - t) <= abs(times[near] - t)
         return near, t - times[near]
