@@ -80,263 +80,222 @@ def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     browser.quit()
 
 
+class Page:
+    """A page in the browser."""
+
+    def __init__(self, driver: Any, address: str):
+        self.driver, self.address, self.run = driver, address, driver.execute_script
+        self.wait = driver.execute_async_script
+
+    def open(
+        self, hash: str = "", width: int = 1400, scheme: str = "light", motion: str = "reduce"
+    ) -> None:
+        """Open it anew in a window of that width, for a reader with these preferences."""
+        preferences = {"prefers-color-scheme": scheme, "prefers-reduced-motion": motion}
+        features = [{"name": name, "value": value} for name, value in preferences.items()]
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+        metrics = {"width": width, "height": WIDTHS[width], "deviceScaleFactor": 1, "mobile": False}
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+        self.driver.get("about:blank")
+        for log in ("browser", "performance"):
+            self.driver.get_log(log)
+        self.driver.get(self.address + hash)
+
+    def each(self, selector: str, what: str = "e") -> Any:
+        script = f"return [...document.querySelectorAll(arguments[0])].map(e => {what})"
+        return self.run(script, selector)
+
+    @property
+    def shown(self) -> list[str]:
+        return self.each("#claims .claim:not([hidden])", "e.id")
+
+    def fits(self, width: int) -> bool:
+        wide = self.run("return document.documentElement.scrollWidth")
+        return wide <= width and self.run(OVERFLOWING) == []
+
+
 @pytest.fixture(params=["small", "committed"])
-def page(request: pytest.FixtureRequest, small_report: Report, tmp_path: Path) -> str:
-    if request.param == "committed":
-        return COMMITTED.as_uri()
-    file = tmp_path / "report.html"
-    file.write_text(render.html(small_report), "utf-8")
-    return file.as_uri()
-
-
-def look(driver: Any, width: int = 1400, scheme: str = "light", motion: str = "reduce") -> None:
-    """Set the window's size and what the reader prefers."""
-    features = {"prefers-color-scheme": scheme, "prefers-reduced-motion": motion}
-    driver.execute_cdp_cmd(
-        "Emulation.setEmulatedMedia",
-        {"features": [{"name": name, "value": value} for name, value in features.items()]},
-    )
-    metrics = {"width": width, "height": WIDTHS[width], "deviceScaleFactor": 1, "mobile": False}
-    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
-
-
-def opened(driver: Any, page: str, hash: str = "") -> None:
-    driver.get("about:blank")
-    driver.get_log("browser")
-    driver.get_log("performance")
-    driver.get(page + hash)
-
-
-def in_page(driver: Any, selector: str, what: str = "e") -> Any:
-    script = f"return [...document.querySelectorAll(arguments[0])].map(e => {what})"
-    return driver.execute_script(script, selector)
-
-
-def shown(driver: Any) -> list[str]:
-    return driver.execute_script(
-        "return [...document.querySelectorAll('#claims .claim')].filter(e => !e.hidden)"
-        ".map(e => e.id)"
-    )
+def page(request: pytest.FixtureRequest, driver: Any, small_report: Report, tmp_path: Path) -> Page:
+    file = COMMITTED
+    if request.param == "small":
+        file = tmp_path / "report.html"
+        file.write_text(render.html(small_report), "utf-8")
+    opened = Page(driver, file.as_uri())
+    opened.open()
+    return opened
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", WIDTHS)
-def test_is_clean_at_every_width(driver: Any, page: str, width: int, scheme: str) -> None:
-    look(driver, width, scheme)
-    opened(driver, page)
-    assert driver.get_log("browser") == []
-    assert driver.execute_script("return document.documentElement.scrollWidth") <= width
-    assert driver.execute_script(OVERFLOWING) == []
-    contrast, where = driver.execute_script(LEAST_CONTRAST)
+def test_is_clean_at_every_width(page: Page, width: int, scheme: str) -> None:
+    page.open("", width, scheme)
+    assert page.driver.get_log("browser") == []
+    assert page.fits(width)
+    contrast, where = page.run(LEAST_CONTRAST)
     assert contrast >= CONTRAST, where
     # with everything unfolded, too
-    driver.execute_script("document.querySelectorAll('details').forEach(d => d.open = true)")
-    assert driver.execute_script("return document.documentElement.scrollWidth") <= width
-    assert driver.execute_script(OVERFLOWING) == []
+    page.run("document.querySelectorAll('details').forEach(d => d.open = true)")
+    assert page.fits(width)
 
 
-def test_the_overflow_and_the_contrast_would_be_seen(driver: Any, page: str) -> None:
-    look(driver, 390)
-    opened(driver, page)
-    driver.execute_script("""
+def test_the_overflow_and_the_contrast_would_be_seen(page: Page) -> None:
+    page.open("", 390)
+    page.run("""
         const p = document.createElement("p");
         p.textContent = "faint"; p.style = "color: #999; width: 500px; max-width: none";
         document.querySelector("main").append(p);
     """)
-    assert driver.execute_script(OVERFLOWING)
-    contrast, where = driver.execute_script(LEAST_CONTRAST)
+    assert page.run(OVERFLOWING)
+    contrast, where = page.run(LEAST_CONTRAST)
     assert contrast < CONTRAST
     assert "faint" in where
 
 
-def test_asks_nobody_for_anything(driver: Any, page: str) -> None:
-    look(driver)
-    opened(driver, page)
-    events = [entry["message"] for entry in driver.get_log("performance")]
+def test_asks_nobody_for_anything(page: Page) -> None:
+    events = [entry["message"] for entry in page.driver.get_log("performance")]
     asked = [re.search(r'"url":"([^"]*)"', one) for one in events if "requestWillBeSent" in one]
     urls = {found[1] for found in asked if found}
     assert urls
     assert all(url.startswith(("file:", "data:")) for url in urls), urls
 
 
-def test_the_first_screen_holds_what_matters(driver: Any, page: str) -> None:
-    look(driver)
-    opened(driver, page)
-    bottoms = in_page(
-        driver, "h1, .sentence, .card, .cell, .legend, .top", "e.getBoundingClientRect().bottom"
-    )
-    assert max(bottoms) <= WIDTHS[1400]
-    look(driver, 390)
-    opened(driver, page)
-    bottoms = in_page(
-        driver, "h1, .sentence, .card, .cell, .top svg", "e.getBoundingClientRect().bottom"
-    )
-    assert max(bottoms) <= WIDTHS[390]
+@pytest.mark.parametrize(("width", "last"), [(1400, ".legend, .top"), (390, ".top svg")])
+def test_the_first_screen_holds_what_matters(page: Page, width: int, last: str) -> None:
+    page.open("", width)
+    matters = f"h1, .sentence, .card, .cell, {last}"
+    assert max(page.each(matters, "e.getBoundingClientRect().bottom")) <= WIDTHS[width]
 
 
-def test_headings_are_in_order_and_everything_is_named(driver: Any, page: str) -> None:
-    look(driver)
-    opened(driver, page)
-    levels = [int(tag[1]) for tag in in_page(driver, "h1, h2, h3, h4", "e.tagName")]
+def test_headings_are_in_order_and_everything_is_named(page: Page) -> None:
+    levels = [int(tag[1]) for tag in page.each("h1, h2, h3, h4", "e.tagName")]
     assert levels[0] == 1
     assert all(after <= before + 1 for before, after in pairwise(levels))
-    unnamed = in_page(
-        driver, "svg[role=img], figure img",
+    named = page.each(
+        "svg[role=img], figure img",
         "(e.alt || document.getElementById(e.getAttribute("
         "'aria-labelledby'))?.textContent || '') && document.getElementById("
         "e.getAttribute('aria-describedby'))?.textContent.trim().length > 20",
-    )  # fmt: skip
-    assert unnamed
-    assert all(unnamed)
-    assert all(in_page(driver, "select, input, button, nav", "!!(e.ariaLabel || e.labels?.length "
-                       "|| e.textContent.trim())"))  # fmt: skip
-
-
-def test_every_claim_can_be_linked_to(driver: Any, page: str) -> None:
-    look(driver)
-    opened(driver, page)
-    cells = in_page(driver, ".cell", "e.hash.slice(1)")
-    assert cells
-    assert sorted(cells) == sorted(in_page(driver, "#claims .claim", "e.id"))
-    broken = driver.execute_script(
-        "return [...document.querySelectorAll('a[href^=\"#\"]')].map(a => a.hash.slice(1)"
-        ".split('/')[0]).filter(id => !document.getElementById(id))"
     )
-    assert broken == []
+    assert named
+    assert all(named)
+    words = "!!(e.ariaLabel || e.labels?.length || e.textContent.trim())"
+    assert all(page.each("select, input, button, nav", words))
+
+
+def test_every_claim_can_be_linked_to(page: Page) -> None:
+    cells = page.each(".cell", "e.hash.slice(1)")
+    assert cells
+    assert sorted(cells) == sorted(page.each("#claims .claim", "e.id"))
+    links = page.each("a[href^='#']", "e.hash.slice(1).split('/')[0]")
+    assert set(links) <= set(page.each("[id]", "e.id"))
     for id in (cells[0], cells[-1]):
-        opened(driver, page, f"#{id}")
-        where = in_page(driver, f"#{id}", "[e.open, e.getBoundingClientRect().top]")
-        ((is_open, top),) = where
+        page.open(f"#{id}")
+        ((is_open, top),) = page.each(f"#{id}", "[e.open, e.getBoundingClientRect().top]")
         assert is_open
         assert 0 <= top < 900
 
 
-def test_filters_show_as_many_as_the_text_says(driver: Any, page: str) -> None:
-    look(driver)
-    opened(driver, page)
-    every = shown(driver)
-    legend = in_page(driver, ".legend a", "[e.hash, parseInt(e.textContent)]")
-    counted = 0
-    for link, number in legend:
-        opened(driver, page, link)
-        found = shown(driver)
-        text = in_page(driver, "#claims [role=status]", "e.textContent")
-        opened(driver, page, link.split("/")[0])
-        if "verdict" not in link:  # the mark before the number is no digit
-            assert link == "#claims/proved"
-        number = int(in_page(driver, f".legend a[href='{link}']", "e.lastChild.data.trim()")[0]
-                     .split()[0])  # fmt: skip
-        assert len(found) == number
+def test_filters_show_as_many_as_the_text_says(page: Page) -> None:
+    every, counted = page.shown, 0
+    for link in page.each(".legend a", "e.hash"):
+        page.open(link)
+        shown, text = page.shown, page.each("#claims [role=status]", "e.textContent")
+        page.open(link.split("/")[0])
+        # the mark before the number is no digit
+        (told,) = page.each(f".legend a[href='{link}']", "e.lastChild.data.trim()")
+        number = int(told.split()[0])
+        assert len(shown) == number
         assert text == [f"{number} of {len(every)}"]
-        counted += number if "verdict" in link else 0
+        if "verdict" in link:
+            counted += number
+        else:
+            assert link == "#claims/proved"
     assert counted == len(every)
 
 
-def test_search_and_filters_combine(driver: Any, page: str) -> None:
-    look(driver)
-    opened(driver, page)
-    every = shown(driver)
-    choose = """
-        const control = document.querySelector("#claims .tools " + arguments[0]);
-        if (control.type === "checkbox") control.checked = arguments[1];
-        else control.value = arguments[1];
-        control.dispatchEvent(new Event("input", {bubbles: true}));
-    """
-    driver.execute_script(choose, "select[name=kind]", "equation")
-    assert all(id.startswith("EQ-") for id in shown(driver))
-    driver.execute_script(choose, "input[name=proved]", True)
-    equations = shown(driver)
-    assert equations
-    assert in_page(driver, "#claims .claim:not([hidden])", "'proved' in e.dataset") == (
-        [True] * len(equations)
-    )
-    driver.execute_script(choose, "input[name=proved]", False)
-    driver.execute_script(choose, "select[name=kind]", "")
-    driver.execute_script(choose, "input[type=search]", "NUM-02")
-    assert "NUM-02" in shown(driver)
-    assert len(shown(driver)) < len(every)
-    driver.execute_script(choose, "input[type=search]", "theta_dot")  # by a symbol's name
-    assert shown(driver)
-    driver.execute_script(choose, "input[type=search]", "no such text anywhere")
-    assert shown(driver) == []
-    assert in_page(driver, "#claims .group", "e.hidden") == [True] * len(
-        in_page(driver, "#claims .group")
-    )
-    driver.get(f"{driver.current_url.split('#')[0]}#{every[0]}")  # a link to what is filtered out
-    assert every[0] in shown(driver)
+def test_search_and_filters_combine(page: Page) -> None:
+    def choose(control: str, value: Any) -> list[str]:
+        script = """
+            const control = document.querySelector("#claims .tools " + arguments[0]);
+            if (control.type === "checkbox") control.checked = arguments[1];
+            else control.value = arguments[1];
+            control.dispatchEvent(new Event("input", {bubbles: true}));
+        """
+        page.run(script, control, value)
+        return page.shown
+
+    kind, proved, search = "select[name=kind]", "input[name=proved]", "input[type=search]"
+    every = page.shown
+    assert all(id.startswith("EQ-") for id in choose(kind, "equation"))
+    assert choose(proved, True)
+    assert all(page.each("#claims .claim:not([hidden])", "'proved' in e.dataset"))
+    choose(proved, False)
+    assert choose(kind, "") == every
+    assert "NUM-02" in choose(search, "NUM-02")
+    assert len(page.shown) < len(every)
+    assert choose(search, "theta_dot")  # by a symbol's name
+    assert choose(search, "no such text anywhere") == []
+    assert all(page.each("#claims .group", "e.hidden"))
+    page.driver.get(f"{page.address}#{every[0]}")  # a link to what is filtered out
+    assert every[0] in page.shown
 
 
-def test_the_keyboard_reaches_everything(driver: Any, page: str) -> None:
-    look(driver)
-    opened(driver, page)
-    unreachable = in_page(
-        driver, "a[href], button, select, input, summary",
-        "e.tabIndex < 0 ? e.outerHTML.slice(0, 80) : ''",
-    )  # fmt: skip
-    assert not any(unreachable)
-    assert in_page(driver, ".scroll", "e.tabIndex") == [0] * len(in_page(driver, ".scroll"))
-    driver.execute_script("document.querySelector('.skip').focus()")
-    assert in_page(driver, ".skip", "e.getBoundingClientRect().left >= 0") == [True]
+def test_the_keyboard_reaches_everything(page: Page) -> None:
+    reached = "a[href], button, select, input, summary"
+    assert not any(page.each(reached, "e.tabIndex < 0 ? e.outerHTML.slice(0, 80) : ''"))
+    assert not any(page.each(".scroll", "e.tabIndex"))
+    page.run("document.querySelector('.skip').focus()")
+    assert page.each(".skip", "e.getBoundingClientRect().left >= 0") == [True]
 
 
-def test_the_contents_follow_the_scroll(driver: Any, page: str) -> None:
-    look(driver)
-    opened(driver, page)
+def test_the_contents_follow_the_scroll(page: Page) -> None:
     current = ".contents a[aria-current]"
-    assert in_page(driver, current, "e.hash") == ["#overview"]
-    driver.execute_script(
+    assert page.each(current, "e.hash") == ["#overview"]
+    page.run(
         "document.documentElement.style.scrollBehavior = 'auto';"
         "document.getElementById('claims').scrollIntoView()"
     )
-    driver.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
-    assert in_page(driver, current, "e.hash") == ["#claims"]
+    page.wait("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    assert page.each(current, "e.hash") == ["#claims"]
 
 
-def test_the_top_moves_stops_and_can_be_dragged(driver: Any, page: str) -> None:
+def test_the_top_moves_stops_and_can_be_dragged(page: Page) -> None:
     moved = """
         const done = arguments[0], slider = document.getElementById("top-time");
         const first = slider.value;
         setTimeout(() => done(slider.value !== first), 400);
     """
-    look(driver, motion="no-preference")
-    opened(driver, page)
-    assert driver.execute_async_script(moved)
-    driver.execute_script("document.getElementById('top-play').click()")
-    assert not driver.execute_async_script(moved)
-    assert in_page(driver, "#top-play", "e.textContent") == ["Play"]
+    assert not page.wait(moved)
+    page.open(motion="no-preference")
+    assert page.wait(moved)
+    page.run("document.getElementById('top-play').click()")
+    assert not page.wait(moved)
+    assert page.each("#top-play", "e.textContent") == ["Play"]
     drag = """
         const slider = document.getElementById("top-time");
         slider.value = arguments[0];
         slider.dispatchEvent(new Event("input", {bubbles: true}));
         return document.getElementById("top-angle").textContent;
     """
-    start, end = (driver.execute_script(drag, t) for t in ("0", "8"))
-    assert start == f"θ = {180 * 0.1 / 3.141592653589793:.1f}°"
-    assert float(end.split()[2].rstrip("°")) > 179
-    look(driver, motion="reduce")
-    opened(driver, page)
-    assert not driver.execute_async_script(moved)
+    assert page.run(drag, "0") == f"θ = {180 * 0.1 / 3.141592653589793:.1f}°"
+    assert float(page.run(drag, "8").split()[2].rstrip("°")) > 179
 
 
-def test_print_is_short_and_has_all_errata(driver: Any, page: str) -> None:
-    look(driver, scheme="dark")
-    opened(driver, page)
-    pdf = base64.b64decode(
-        driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})["data"]
-    )
-    pages = len(re.findall(rb"/Type\s*/Page\b(?!s)", pdf))
-    assert 1 <= pages <= MOST_PAGES
-    driver.execute_script("dispatchEvent(new Event('beforeprint'))")
-    assert all(in_page(driver, ".erratum", "e.open"))
-    assert in_page(driver, "#top-play", "e.textContent") == ["Play"]
-    driver.execute_script("dispatchEvent(new Event('afterprint'))")
-    assert not any(in_page(driver, ".erratum", "e.open"))
+def test_print_is_short_and_has_all_errata(page: Page) -> None:
+    page.open(scheme="dark")
+    printed = page.driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})
+    pages = re.findall(rb"/Type\s*/Page\b(?!s)", base64.b64decode(printed["data"]))
+    assert 1 <= len(pages) <= MOST_PAGES
+    page.run("dispatchEvent(new Event('beforeprint'))")
+    assert all(page.each(".erratum", "e.open"))
+    assert page.each("#top-play", "e.textContent") == ["Play"]
+    page.run("dispatchEvent(new Event('afterprint'))")
+    assert not any(page.each(".erratum", "e.open"))
 
 
-def test_the_committed_page_is_no_longer_than_it_should(driver: Any) -> None:
+@pytest.mark.parametrize("page", ["committed"], indirect=True)
+def test_the_committed_page_is_no_longer_than_it_should(page: Page) -> None:
     assert COMMITTED.stat().st_size < LARGEST
-    look(driver)
-    opened(driver, COMMITTED.as_uri())
-    assert driver.execute_script("return document.documentElement.scrollHeight") <= HIGHEST_AT_1400
-    assert len(in_page(driver, ".cell")) == len(claims())
-    assert len(in_page(driver, "figure.picture")) > 20
+    assert page.run("return document.documentElement.scrollHeight") <= HIGHEST_AT_1400
+    assert len(page.each(".cell")) == len(claims())
+    assert len(page.each("figure.picture")) > 20
