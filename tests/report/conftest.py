@@ -4,19 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from tt_precise.claims import Claim
+from tt_precise.claims import Claim, verdicts
 from tt_precise.claims.committed import JudgedClaim, run_record
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import (
-    EXACT,
-    Finding,
-    all_of,
-    misprint,
-    readings,
-    rounds_to,
-    statement,
-    untestable,
-)
 from tt_precise.report import overview
 from tt_precise.report.document import (
     Block,
@@ -38,7 +28,7 @@ PRINTED = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))"
 CORRECT = "R*I1*phi_dot*sin(theta)**2 - R*I3*omega_3*(alpha - cos(theta))"
 
 
-def _judged(id: str, finding: Finding, section: str = "1") -> JudgedClaim:
+def _judged(id: str, finding: verdicts.Finding, section: str = "1") -> JudgedClaim:
     claim = Claim(
         id, RAUCH_RUTSTAM, section, f"claim {id} <b> of theta_dot", "a quote", f"Sec. {section}",
         "as in theta", lambda: finding, None,
@@ -49,18 +39,18 @@ def _judged(id: str, finding: Finding, section: str = "1") -> JudgedClaim:
 @pytest.fixture
 def judged() -> list[JudgedClaim]:
     """One claim of each verdict, in five sections of the paper."""
-    holds = statement(True, "1", "1")
-    fails = statement(False, "2", "3 | 4")
-    right = statement(True, CORRECT, "equal")
-    wrong = statement(False, PRINTED, "off by 0.4 of its size")
+    holds = verdicts.statement(True, "1", "1")
+    fails = verdicts.statement(False, "2", "3 | 4")
+    right = verdicts.statement(True, CORRECT, "equal")
+    wrong = verdicts.statement(False, PRINTED, "off by 0.4 of its size")
     return [
-        _judged("EQ-01", misprint((wrong, right), CORRECT, "A factor R.", EXACT)),
-        _judged("NUM-01", all_of(holds, "As printed."), "2.1"),
-        _judged("NUM-02", all_of(fails, "It is 3."), "2.2"),
-        _judged("NUM-03", all_of(rounds_to("1.5", 1.49), "Rounded."), "2.3"),
-        _judged("NUM-04", readings({"so": holds, "or so": fails}, "Either."), "3"),
-        _judged("NUM-05", all_of({"first": holds, "second": fails}, "Both."), "2.1"),
-        _judged("NT-01", all_of(untestable("words"), "Words."), "2.1"),
+        _judged("EQ-01", verdicts.misprint((wrong, right), CORRECT, "A factor R.", verdicts.EXACT)),
+        _judged("NUM-01", verdicts.all_of(holds, "As printed."), "2.1"),
+        _judged("NUM-02", verdicts.all_of(fails, "It is 3."), "2.2"),
+        _judged("NUM-03", verdicts.all_of(verdicts.rounds_to("1.5", 1.49), "Rounded."), "2.3"),
+        _judged("NUM-04", verdicts.readings({"so": holds, "or so": fails}, "Either."), "3"),
+        _judged("NUM-05", verdicts.all_of({"first": holds, "second": fails}, "Both."), "2.1"),
+        _judged("NT-01", verdicts.all_of(verdicts.untestable("words"), "Words."), "2.1"),
     ]
 
 
@@ -100,13 +90,8 @@ def small_report(judged: list[JudgedClaim]) -> Report:
         Card("x", "2", "3", "", good=False),
         Card("y", "2", "3", ""),
     ]
-    first = Overview(
-        "All of 7 claims.",
-        [entry(claim) for claim in judged],
-        cards,
-        overview.motion((3.19, 7.82)),
-        {"a": 1},
-    )
+    entries, motion = [entry(claim) for claim in judged], overview.motion((3.19, 7.82))
+    first = Overview("All of 7 claims.", entries, cards, motion, {"a": 1})
     sections = [
         overview.errata(judged),
         Section("one", "One", blocks),

@@ -1,5 +1,6 @@
 """What the worker processes of a report are handed."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -7,13 +8,6 @@ import pytest
 from tt_precise.claims.claim import calls_for
 from tt_precise.report import collect as computing
 from tt_precise.report.collect import SHARING, compute, sections_in
-from tt_precise.report.document import Section
-
-FIRST, SECOND = "EQ-01", "NUM-23"
-
-
-def test_what_shares_runs_is_there(tmp_path: Path) -> None:
-    assert set(SHARING) <= set(sections_in(tmp_path))
 
 
 def test_claims_are_grouped_by_their_evidence() -> None:
@@ -23,35 +17,42 @@ def test_claims_are_grouped_by_their_evidence() -> None:
     assert groups["NUM-11"] == f"{name}section22_starts"
 
 
-def test_every_part_finds_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def few(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Some sections and claims in place of all."""
+
+    def chosen(titles: list[str], sharing: str, claims: list[str]) -> None:
+        every = sections_in(tmp_path)
+        monkeypatch.setattr(computing, "SHARING", {sharing: SHARING["Conservation"]})
+        monkeypatch.setattr(computing, "CONSERVATION", sharing)
+        monkeypatch.setattr(
+            computing, "sections_in", lambda _: {name: every[name] for name in titles}
+        )
+        monkeypatch.setattr(computing, "calls_for", lambda: calls_for(claims))
+        monkeypatch.setattr(computing, "headlines", dict)
+        monkeypatch.setattr(computing, "precisions", str)
+
+    return chosen
+
+
+def test_every_part_finds_its_place(tmp_path: Path, few: Callable[..., None]) -> None:
     """Cheap sections and claims, in processes as ever."""
-    titles = [title for title in sections_in(tmp_path) if title not in SHARING][-3:]
     every = sections_in(tmp_path)
-    monkeypatch.setattr(computing, "SHARING", {titles[1]: SHARING["Conservation"]})
-    monkeypatch.setattr(computing, "CONSERVATION", titles[1])
-    monkeypatch.setattr(computing, "sections_in", lambda _: {name: every[name] for name in titles})
-    monkeypatch.setattr(computing, "calls_for", lambda: calls_for([SECOND, FIRST]))
-    monkeypatch.setattr(computing, "headlines", dict)
-    monkeypatch.setattr(computing, "precisions", str)
+    assert set(SHARING) <= set(every)
+    titles = [title for title in every if title not in SHARING][-3:]
+    few(titles, titles[1], ["NUM-23", "EQ-01"])
     shares: list[float] = []
     found = compute(tmp_path, shares.append)
-    assert [one.id for one in found.judged] == [FIRST, SECOND]
+    assert [one.id for one in found.judged] == ["EQ-01", "NUM-23"]
     assert [one.title for one in found.sections] == [every[title]().title for title in titles]
-    assert all(isinstance(one, Section) for one in found.sections)
     assert found.precisions == ""
     assert found.seconds > 0
     assert shares == sorted(shares)
     assert len(shares) == len(titles) + 4
 
 
-def test_a_part_that_fails_fails_the_report(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_part_that_fails_fails_the_report(tmp_path: Path, few: Callable[..., None]) -> None:
     (tmp_path / "extremes.json").write_text("{")
-    monkeypatch.setattr(computing, "SHARING", {"Extremes": SHARING["Conservation"]})
-    monkeypatch.setattr(computing, "CONSERVATION", "Extremes")
-    monkeypatch.setattr(computing, "calls_for", lambda: [])
-    monkeypatch.setattr(computing, "headlines", dict)
-    monkeypatch.setattr(computing, "precisions", str)
+    few(list(sections_in(tmp_path)), "Extremes", [])
     with pytest.raises(Exception, match=r"extremes\.json"):
         compute(tmp_path)

@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-import pytest
-
 from tt_precise.report import measured
 from tt_precise.report.document import Figure, PageTable
 
@@ -23,8 +21,7 @@ def case(name: str, **more: Any) -> dict[str, Any]:
     return entry | more
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def test_a_row_for_each_family_and_for_each_failure_and_pictures(tmp_path: Path) -> None:
     cases = [
         *(
             case(f"mu = {mu}", value=float(mu), data={"mu": mu, "steps": 10 * mu, "seconds": 0.1})
@@ -41,14 +38,9 @@ def folder(tmp_path: Path) -> Path:
         ),
         case("a start", family="a start", verdict="fail", found="accepted", value=None),
     ]  # fmt: skip
-    (tmp_path / measured.EXTREMES).write_text(
-        json.dumps({"schema": "tt_precise.extremes/1", "verdict": "fail", "cases": cases})
-    )
-    return tmp_path
-
-
-def test_a_row_for_each_family_and_for_each_failure(folder: Path) -> None:
-    section = measured.extremes(folder)
+    document = {"schema": "tt_precise.extremes/1", "verdict": "fail", "cases": cases}
+    (tmp_path / measured.EXTREMES).write_text(json.dumps(document))
+    section = measured.extremes(tmp_path)
     (table,) = (block for block in section.blocks if isinstance(block, PageTable))
     assert [row[1] for row in table.rows] == [
         "mu = … (3 cases)", "limit … (3 cases)", "off … (4 cases)", "a start",
@@ -56,10 +48,7 @@ def test_a_row_for_each_family_and_for_each_failure(folder: Path) -> None:
     assert table.rows[0][4] == "1 eps [the worst: mu = 100]"
     assert table.rows[-1][4:] == ("accepted", "fail")
     assert section.results["failed"] == ["a start"]
-
-
-def test_pictures_are_drawn(folder: Path) -> None:
-    figures = [block for block in measured.extremes(folder).blocks if isinstance(block, Figure)]
+    figures = [block for block in section.blocks if isinstance(block, Figure)]
     assert [figure.name for figure in figures] == [
         "extremes-poles", "extremes-friction", "extremes-threshold",
     ]  # fmt: skip

@@ -1,6 +1,7 @@
 """The motion of the first screen is that of the golden data."""
 
 import math
+from typing import Any
 
 import numpy
 import pytest
@@ -13,9 +14,12 @@ from tt_precise.scene.scene import load_scene
 CLIMB = (3.19, 7.82)  # s
 
 
-def test_the_courses_are_those_of_the_golden_scene() -> None:
-    found = motion(CLIMB)
-    assert found is not None
+@pytest.fixture(scope="module")
+def found() -> Any:
+    return motion(CLIMB)
+
+
+def test_the_courses_are_those_of_the_golden_scene(found: Any) -> None:
     trajectory = golden.load(TRACK)
     assert len(found["theta"]) == len(trajectory) == 801
     for name in ("theta", "phi", "psi"):
@@ -26,10 +30,8 @@ def test_the_courses_are_those_of_the_golden_scene() -> None:
     assert found["end"] == 8.0
 
 
-def test_the_contact_point_glides_as_the_sphere_rolls_and_slips() -> None:
+def test_the_contact_point_glides_as_the_sphere_rolls_and_slips(found: Any) -> None:
     """Its path's rate is that of the sphere's centre: v_A + omega x R z, horizontally."""
-    found = motion(CLIMB)
-    assert found is not None
     frame = golden.load(TRACK).astype(float)
     body = load_scene(TRACK).body.numbers(float)
     k, L = (frame[list(names)].to_numpy() for names in (("kx", "ky", "kz"), ("Lx", "Ly", "Lz")))
@@ -45,9 +47,7 @@ def test_the_contact_point_glides_as_the_sphere_rolls_and_slips() -> None:
     assert abs(found["x"][-1]) > 20
 
 
-def test_map_and_graph_lie_inside_the_drawing() -> None:
-    found = motion(CLIMB)
-    assert found is not None
+def test_map_and_graph_lie_inside_the_drawing(found: Any) -> None:
     for path, (left, top, width, height) in (
         (found["track"], animation.MAP), (found["curve"], animation.GRAPH),
     ):  # fmt: skip

@@ -19,45 +19,26 @@ def _tables(one: Section) -> list[PageTable]:
     return [block for block in one.blocks if isinstance(block, PageTable)]
 
 
-def _copied(folder: Path, patch: pytest.MonkeyPatch) -> Path:
-    for name in ("reference", "upright"):
-        shutil.copytree(store.home() / name, folder / name)
-    patch.setattr(store, "home", lambda: folder)
-    return folder
-
-
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A copy of two scenes' golden data, which the section reads instead."""
-    return _copied(tmp_path, monkeypatch)
+    for name in ("reference", "upright"):
+        shutil.copytree(store.home() / name, tmp_path / name)
+    monkeypatch.setattr(store, "home", lambda: tmp_path)
+    return tmp_path
 
 
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Section:
-    """The section on two proofs that are whole."""
-    with pytest.MonkeyPatch.context() as patch:
-        _copied(tmp_path_factory.mktemp("golden"), patch)
-        return section()
-
-
-def test_every_scene_of_the_folder_has_a_row(whole: Section) -> None:
-    digits, *_ = _tables(whole)
-    assert [row[0] for row in digits.rows] == ["reference", "upright"]
-    assert set(whole.results) == {"reference", "upright"}
-
-
-def test_times_are_those_of_the_proof(whole: Section) -> None:
-    _, times, _ = _tables(whole)
+def test_rows_hold_what_is_proved() -> None:
+    whole = section()
+    digits, times, ends = _tables(whole)
+    assert [row[0] for row in digits.rows] == list(whole.results) == ["reference", "upright"]
     (row,) = (row for row in times.rows if row[:2] == ("reference", "B"))
     proved = whole.results["reference"]["inversion"]["B"]
     for cell, which in zip(row[2:4], ("t_init", "t_end"), strict=True):
         exact = Decimal(proved[which]["middle"])
         assert abs(Decimal(cell) - exact) <= Decimal("5e-25")
     assert int(row[4]) >= 25
-
-
-def test_the_theorem_for_ever_has_its_constants(whole: Section) -> None:
-    _, _, ends = _tables(whole)
+    # the theorem for ever has its constants
     held, final = (row for row in ends.rows if row[0] == "reference")
     assert held[1] == final[1] == "pi"
     assert float(held[2]) < float(final[2]) == 8

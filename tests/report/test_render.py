@@ -41,24 +41,16 @@ class _Tags(HTMLParser):
         assert self.open.pop() == tag
 
 
-def parsed(page: str) -> _Tags:
+def test_html_is_whole_escaped_and_its_links_lead_somewhere(small_report: Report) -> None:
+    page = render.html(small_report)
     tags = _Tags()
     tags.feed(page)
     assert tags.open == []
-    return tags
-
-
-def test_html_is_whole_and_every_link_leads_somewhere(small_report: Report) -> None:
-    tags = parsed(render.html(small_report))
     assert [id for id, times in Counter(tags.ids).items() if times > 1] == []
     inside = [link.split("/")[0][1:] for link in tags.links if link.startswith("#")]
     assert set(inside) <= set(tags.ids)
     assert tags.headings[0] == "h1"
     assert tags.headings.count("h1") == 1
-
-
-def test_text_is_escaped_and_nothing_comes_from_elsewhere(small_report: Report) -> None:
-    page = render.html(small_report)
     assert "alert(1)" in page
     assert "<script>alert" not in page
     assert not re.search(r'(?:src|href)="(?!#|data:|https://arxiv\.org)', page)
@@ -102,15 +94,14 @@ def test_markdown_is_a_twin(small_report: Report) -> None:
     assert all(line.endswith(" |") for line in lines)
 
 
-def test_a_section_leads_with_its_picture(small_report: Report) -> None:
+def test_a_section_leads_with_its_picture_and_long_tables_and_texts_fold(
+    small_report: Report,
+) -> None:
     page = render.laid_out(small_report.sections[1])
     assert page["picture"].name == "circle"
     assert [figure.name for figure in page["pictures"]] == ["ring"]
     assert [table.caption for table in page["side_tables"]] == ["A short one."]
     assert [table.name for table in page["tables"]] == ["cases-table"]
-
-
-def test_long_tables_and_long_texts_fold() -> None:
     rows = [("1",)] * (render.LONGEST_ROWS + 1)
     assert render.folds(PageTable(("a",), rows))
     assert not render.folds(PageTable(("a",), rows[:-1]))
@@ -119,9 +110,7 @@ def test_long_tables_and_long_texts_fold() -> None:
     ((shown, folded),) = render.laid_out(Section("a", "A", [Text(text.strip())]))["texts"]
     assert len(shown.text) < render.LONGEST_TEXT
     assert len(shown.text) + len(folded) > 1000
-
-
-def test_sentences_are_distinguished() -> None:
+    # sentences are distinguished
     text = "Figure 2 of sec. 2.1 at 0.5 s. Bears on EQ-01, eq. (3). More."
     assert render.lead(text) == "Figure 2 of sec. 2.1 at 0.5 s."
     assert render.rest(text) == "Bears on EQ-01, eq. (3). More."
@@ -166,12 +155,7 @@ def test_the_command_opens_what_it_wrote(
     small_report: Report, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened: list[str] = []
-
-    def browser(url: str) -> bool:
-        opened.append(url)
-        return True
-
-    monkeypatch.setattr("webbrowser.open", browser)
+    monkeypatch.setattr("webbrowser.open", opened.append)
     monkeypatch.setattr(build, "build", lambda folder, *_: build.write(small_report, folder))
     assert main(["report", "--open", "--out", str(tmp_path / "out")]) == 0
     page = tmp_path / "out" / "precision-report.html"

@@ -21,37 +21,37 @@ from tt_precise.runtime.values import InputError
 RUN = run_record(1, 1, {"date": "today", "commit": "abc", "versions": "heyoka 1"})
 
 
-def _claims(section: Section) -> list[Claims]:
-    return [block for block in section.blocks if isinstance(block, Claims)]
+def _claims(section: Section) -> dict[str, list[str]]:
+    blocks = [block for block in section.blocks if isinstance(block, Claims)]
+    return {block.title: [one.id for one in block.entries] for block in blocks}
 
 
 def test_errata_hold_what_fails_and_only_that(judged: list[JudgedClaim]) -> None:
     section = overview.errata(judged)
-    groups = {block.title: [one.id for one in block.entries] for block in _claims(section)}
-    assert groups == {
+    assert _claims(section) == {
         "Misprints (1)": ["EQ-01"],
         "Refuted (2)": ["NUM-02", "NUM-05"],
         "Claims that depend on the reading (1)": ["NUM-04"],
     }
-    assert all(block.errata for block in _claims(section))
-    assert isinstance(section.blocks[0], Text)
-    assert section.blocks[0].text.startswith("4 statements")
+    first, *others = section.blocks
+    assert isinstance(first, Text)
+    assert first.text.startswith("4 statements")
+    assert all(isinstance(block, Claims) and block.errata for block in others)
 
 
-def test_all_claims_stand_by_section_of_the_paper(judged: list[JudgedClaim]) -> None:
+def test_all_claims_stand_by_section_of_the_paper(
+    judged: list[JudgedClaim], tmp_path: Path
+) -> None:
     section = overview.all_claims(judged, RUN)
-    assert [[one.id for one in block.entries] for block in _claims(section)] == [
+    assert list(_claims(section).values()) == [
         ["EQ-01"], ["NUM-01", "NUM-05", "NT-01"], ["NUM-02"], ["NUM-03"], ["NUM-04"],
     ]  # fmt: skip
     assert section.results["counts"]["refuted"] == 2
     assert len(section.results["claims"]) == 7
     assert section.results["run"]["date"] == "today"
-
-
-def test_verdicts_of_a_report_are_read_again(judged: list[JudgedClaim], tmp_path: Path) -> None:
-    results = overview.all_claims(judged, RUN).results
+    # verdicts of a report are read again
     file = tmp_path / "results.json"
-    file.write_text(json.dumps({"claims": results}), "utf-8")
+    file.write_text(json.dumps({"claims": section.results}), "utf-8")
     found = committed(file)
     assert found is not None
     assert found.by_id["NUM-02"].verdict == "refuted"
@@ -60,31 +60,26 @@ def test_verdicts_of_a_report_are_read_again(judged: list[JudgedClaim], tmp_path
         committed(file)
 
 
-def test_the_verdict_counts_readings_apart(judged: list[JudgedClaim]) -> None:
+def test_the_verdict_counts_readings_apart_and_a_card_says_whether_the_paper_agrees(
+    judged: list[JudgedClaim],
+) -> None:
     numbers = re.findall(r"\d+", verdict(counts(judged), len(judged)))
     assert numbers[:3] == ["7", "2", "1"]
-
-
-def test_a_card_says_whether_the_paper_agrees(judged: list[JudgedClaim]) -> None:
     agrees = {claim.id: overview._agrees(claim.verdict) for claim in judged}
     assert [agrees[id] for id in ("NUM-01", "NUM-02", "NUM-04")] == [True, False, None]
 
 
 def test_thresholds_state_forty_agreeing_digits() -> None:
-    section = sections.threshold_values()
-    table = next(block for block in section.blocks if isinstance(block, PageTable))
-    agreed = [int(row[3]) for row in table.rows]
-    assert len(agreed) == 9
-    assert min(agreed) >= 40
+    table, *_ = (b for b in sections.threshold_values().blocks if isinstance(b, PageTable))
+    assert len(table.rows) == 9
+    assert min(int(row[3]) for row in table.rows) >= 40
 
 
 def test_what_lambda_alone_would_show() -> None:
-    rows = [
-        ("dropped term", drift, caught)
-        for drift, caught in [("1e-3", "True"), ("2e-7", "True"), ("", "False")]
-    ]
+    rows = [("1e-3", "True"), ("2e-7", "True"), ("", "False")]
     table = pandas.DataFrame(
-        [*rows, ("healthy", "1e-3", "True")], columns=["kind", "jellett", "at_1e-06"]
+        [*(("dropped term", *row) for row in rows), ("healthy", "1e-3", "True")],
+        columns=["kind", "jellett", "at_1e-06"],
     )
     numbers = re.findall(r"(?<![\de-])\d+(?!e)", jellett_alone(table))
     assert [one for one in numbers if one in "123"] == ["3", "1", "2"]
@@ -108,9 +103,10 @@ def test_the_commit_is_that_of_the_package_itself(
     identity = ["-c", "user.name=a", "-c", "user.email=a@b.c"]
     empty = ["commit", "-q", "--allow-empty", "-m", "Begun"]
     subprocess.run(["git", "-C", tmp_path, *identity, *empty], check=True)
-    inside = tmp_path / "site-packages" / "tt_precise" / "report" / "build.py"
-    monkeypatch.setattr(build, "__file__", str(inside))
-    inside.parent.mkdir(parents=True)
-    assert build.commit().startswith("none, version ")
-    monkeypatch.setattr(build, "__file__", str(tmp_path / "tt_precise" / "report" / "build.py"))
-    assert len(build.commit()) in range(7, 13)
+    commits = []
+    for package in (tmp_path / "site-packages" / "tt_precise", tmp_path / "tt_precise"):
+        (package / "report").mkdir(parents=True)
+        monkeypatch.setattr(build, "__file__", str(package / "report" / "build.py"))
+        commits.append(build.commit())
+    assert commits[0].startswith("none, version ")
+    assert len(commits[1]) in range(7, 13)

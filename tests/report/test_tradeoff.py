@@ -13,13 +13,6 @@ from tt_precise.runtime.values import InputError
 from tt_precise.tradeoff.findings import GROWTH, TABLE
 
 
-@pytest.fixture(scope="module")
-def section(tmp_path_factory: pytest.TempPathFactory) -> Section:
-    folder = tmp_path_factory.mktemp("reports")
-    tables(folder)
-    return measured.tradeoff(folder)
-
-
 def tables(folder: Path) -> None:
     rows = [
         {
@@ -74,15 +67,14 @@ def test_a_table_of_something_else_is_refused_by_name(
         [make(tmp_path) for make in sections]
 
 
-def test_findings_are_computed_from_the_table(section: Section) -> None:
+def test_findings_and_figures_are_computed_from_the_table(tmp_path: Path) -> None:
+    tables(tmp_path)
+    section = measured.tradeoff(tmp_path)
     assert section.results["any peer at 1e-09, newton"] == {"value": "25"}
     assert "SIMD" not in section.results
     costs, _, found = (block for block in section.blocks if isinstance(block, PageTable))
     assert costs.rows[0] == ("heyoka", "2.8", "8", "23", "64")
     assert ("any peer at 1e-09, newton", "25 times") in {row[:2] for row in found.rows}
-
-
-def test_figures_are_drawn_from_the_table(section: Section) -> None:
     figures = [block for block in section.blocks if isinstance(block, Figure)]
     assert [figure.name for figure in figures] == [
         "work-precision", "work-and-digits", "hidden-by-conservation", "growth-of-errors",
