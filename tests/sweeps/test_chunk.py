@@ -67,20 +67,7 @@ def test_rows_equal_the_scalar_integration() -> None:
         assert rows["min_g_n"][row] == pytest.approx(least_force(run), rel=0, abs=CLOSE)
         assert rows["outcome"][row] == "inverts"
         assert rows["t_stop"][row] == 8
-
-
-def test_smallest_force_is_not_sampled() -> None:
-    spec = specification("reference", vary={"phi_dot": "0"})
-    (least,) = compute(spec.plan, values_of(spec), LANES)["min_g_n"]
-    run = tt.integrate("reference")
-    rough = run.frame("g_n", times=[f"{n}/1000" for n in range(8001)])
-    near = int(rough["g_n"].to_numpy().argmin())
-    times = [f"{1000 * near + n}/1000000" for n in range(-1000, 1001)]
-    fine = run.frame("g_n", times=times)["g_n"].min()
-    coarse = run.frame("g_n", times=[f"{n}/20" for n in range(161)])["g_n"].min()
-    assert least <= fine
-    assert fine - least < 1e-9  # curvature 1e3 N/s^2, and a sample within 5e-7 s of the minimum
-    assert coarse - least > 1e-3
+    assert (rows["jellett_drift"] < 100 * 2.0**-52).all()  # 1,400 steps, measured 15 eps
 
 
 @pytest.mark.slow
@@ -120,7 +107,11 @@ def test_rows_do_not_depend_on_order_or_company(
     mixed: tuple[Specification, numpy.ndarray, dict[str, Any]],
 ) -> None:
     spec, values, rows = mixed
-    assert len(set(rows["outcome"])) >= 2  # lanes end at different times, for different reasons
+    # lanes end at different times, for different reasons
+    assert set(rows["outcome"]) == {"inverts", "contact_lost"}
+    lost = numpy.array(rows["outcome"]) == "contact_lost"
+    assert ((rows["t_stop"][lost] > 0) & (rows["t_stop"][lost] < 8)).all()
+    assert (rows["min_g_n"][lost] == 0).all()
     order = numpy.random.default_rng(1).permutation(len(values))
     assert same(compute(spec.plan, values[order], LANES), picked(rows, order))
     pieces = [compute(spec.plan, values[n : n + 5], LANES) for n in range(0, len(values), 5)]
@@ -130,20 +121,6 @@ def test_rows_do_not_depend_on_order_or_company(
     assert same(joined, rows)
     # and the comparison can fail: another start is another row
     assert not same(compute(spec.plan, values + 1e-9, LANES), rows)
-
-
-def test_a_lane_that_loses_contact_leaves_the_others_alone() -> None:
-    spec = specification("reference", until="2", vary={"phi_dot": "0,1,2,3,4,5,6,7"})
-    values = values_of(spec)
-    alone = compute(spec.plan, values, LANES)
-    spoiled = values.copy()
-    spoiled[3] = -200.0
-    rows = compute(spec.plan, spoiled, LANES)
-    assert rows["outcome"][3] == "contact_lost"
-    assert 0 < rows["t_stop"][3] < 2
-    assert rows["min_g_n"][3] == 0
-    others = [0, 1, 2, 4, 5, 6, 7]
-    assert same(picked(rows, others), picked(alone, others))
 
 
 def test_bilateral_goes_on_where_contact_is_lost() -> None:
@@ -157,11 +134,12 @@ def test_bilateral_goes_on_where_contact_is_lost() -> None:
 def test_starts_without_contact_are_rows_too() -> None:
     # centripetal: I1 theta_dot^2 alpha beats gravity at the inverted pole
     spec = specification("reference", until="1", vary={"theta": "0.1,3", "theta_dot": "0,400"})
-    rows = compute(spec.plan, values_of(spec), LANES)
+    values = values_of(spec)
+    rows = compute(spec.plan, values, LANES)
     assert rows["outcome"][3] == "contact_lost"
-    assert rows["t_stop"][3] == 0
-    assert rows["steps"][3] == 0
+    assert (rows["t_stop"][3], rows["steps"][3]) == (0, 0)
     assert rows["min_g_n"][3] < 0
+    assert same(compute(spec.plan, values[3:], LANES), picked(rows, [3]))
 
 
 def test_a_top_that_spins_the_other_way_is_its_mirror_image() -> None:
@@ -194,12 +172,6 @@ def test_the_smallest_force_is_that_of_each_top_alone(
         assert rows["min_g_n"][row] == pytest.approx(least_force(run), rel=1e-12)
     monkeypatch.setattr(extremes, "MOST_HELD", 9)
     assert same(compute(spec.plan, values, LANES), rows)
-
-
-def test_drift_is_small_and_that_of_another_lambda_is_not() -> None:
-    spec = specification("reference", vary={"phi_dot": "0,90"})
-    rows = compute(spec.plan, values_of(spec), LANES)
-    assert (rows["jellett_drift"] < 100 * 2.0**-52).all()  # 1,400 steps, measured 15 eps
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -38,7 +39,7 @@ def test_a_hundred_thousand_starts(tmp_path: Path) -> None:
 def test_a_killed_cluster_worker_loses_and_doubles_nothing(tmp_path: Path) -> None:
     """A real scheduler and two worker processes over loopback TCP; one is killed in the middle."""
     spec = reference_kind(2000)
-    with cluster(2, nanny=True) as (address, workers):
+    with cluster() as (address, workers):
         killed: list[int] = []
 
         def progress(share: float) -> None:
@@ -52,66 +53,49 @@ def test_a_killed_cluster_worker_loses_and_doubles_nothing(tmp_path: Path) -> No
             spec, pool=dask_pool(address), chunk=50, out=out, recheck=0, progress=progress
         )
     assert killed
-    rows = swept.rows
     assert not swept.summary["quarantined"]
-    assert list(rows["index"]) == list(range(2000))
-    mine = run_sweep(spec, recheck=0, chunk=500).rows
-    assert rows.equals(mine)
+    assert list(swept.rows["index"]) == list(range(2000))
+    assert swept.rows.equals(run_sweep(spec, recheck=0, chunk=500).rows)
 
 
 @contextmanager
-def cluster(count: int, nanny: bool = False) -> Iterator[tuple[str, Callable[[], list[int]]]]:
-    """A dask scheduler and its workers as processes; its address, and the workers' ids."""
+def cluster() -> Iterator[tuple[str, Callable[[], list[int]]]]:
+    """A dask scheduler and its two workers as processes; its address, and the workers' ids."""
     pytest.importorskip("distributed", reason="needs the extra dask")
     psutil: Any = pytest.importorskip("psutil", reason="comes with the extra dask")
     from distributed import Client
 
-    common = ["--host", "127.0.0.1"]
-    started = []
-
-    def begin(kind: str, *arguments: str) -> subprocess.Popen[str]:
-        started.append(
-            subprocess.Popen(
-                [sys.executable, "-m", f"distributed.cli.dask_{kind}", *arguments],
-                stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL, text=True,
-            )
-        )  # fmt: skip
-        return started[-1]
-
-    port = free_port()
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = str(free.getsockname()[1])
     address = f"tcp://127.0.0.1:{port}"
-    begin("scheduler", *common, "--port", str(port), "--no-dashboard")
-    watching = "--nanny" if nanny else "--no-nanny"
     single = ["--nthreads", "1", "--death-timeout", "60"]  # no orphans if the test is killed
-    own = [
-        begin("worker", address, *common, *single, watching, "--no-dashboard") for _ in range(count)
-    ]
+    started = [
+        subprocess.Popen(
+            [sys.executable, "-m", f"distributed.cli.dask_{words[0]}", *words[1:],
+             "--host", "127.0.0.1", "--no-dashboard"],
+            stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+        )
+        for words in (["scheduler", "--port", port], *[["worker", address, *single, "--nanny"]] * 2)
+    ]  # fmt: skip
 
     def workers() -> list[int]:
-        # under a nanny the worker is its child
-        found = []
-        for process in own:
-            children = psutil.Process(process.pid).children(recursive=True)
-            found += [child.pid for child in children if "spawn_main" in " ".join(child.cmdline())]
-        return found
+        """Each is the child of its nanny."""
+        children = [
+            child for nanny in started[1:]
+            for child in psutil.Process(nanny.pid).children(recursive=True)
+        ]  # fmt: skip
+        return [child.pid for child in children if "spawn_main" in " ".join(child.cmdline())]
 
     try:
         with Client(address, timeout="60s", set_as_default=False) as client:
-            client.wait_for_workers(count, timeout=60)
+            client.wait_for_workers(2, timeout=60)
         yield address, workers
     finally:
         for process in reversed(started):
             process.terminate()
         for process in started:
             process.wait(timeout=30)
-
-
-def free_port() -> int:
-    import socket
-
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
 
 
 @contextmanager
