@@ -2,7 +2,7 @@
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import pytest
@@ -41,18 +41,6 @@ def typed_into_notes(source: str) -> Iterator[str]:
                     for found in TYPED.finditer(part.value.lower()):
                         if found[0].strip() not in PRINTED:
                             yield f"line {call.lineno}: {found[0].strip()!r}"
-
-
-@pytest.mark.parametrize("module", MODULES, ids=lambda path: path.stem)
-def test_no_measured_number_is_typed_into_a_note(module: Path) -> None:
-    assert list(typed_into_notes(module.read_text("utf-8"))) == []
-
-
-@pytest.mark.parametrize(
-    "note", ["'All of them invert.'", "'None of these starts.'", "f'It ends at 3.19 s, {x}.'"]
-)
-def test_a_typed_number_is_found(note: str) -> None:
-    assert list(typed_into_notes(f"v.all_of(check, {note})"))
 
 
 NEAR = ("phi_dot", "phi_dot near the end")
@@ -105,12 +93,21 @@ def verdicts_typed_in(source: str) -> list[str]:
 
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda path: path.stem)
-def test_only_rules_make_verdicts(module: Path) -> None:
-    assert verdicts_typed_in(module.read_text("utf-8")) == []
+def test_no_verdict_and_no_measured_number_in_a_note_is_typed_in(module: Path) -> None:
+    source = module.read_text("utf-8")
+    assert list(typed_into_notes(source)) == verdicts_typed_in(source) == []
 
 
 @pytest.mark.parametrize(
-    "spoiled", ["Finding('refuted', 'a', 'b', 'c')", "x = v.Verdict.REFUTED", "x = 'misprint'"]
+    ("looks", "spoiled"),
+    [
+        (typed_into_notes, "v.all_of(check, 'All of them invert.')"),
+        (typed_into_notes, "v.all_of(check, 'None of these starts.')"),
+        (typed_into_notes, "v.all_of(check, f'It ends at 3.19 s, {x}.')"),
+        (verdicts_typed_in, "Finding('refuted', 'a', 'b', 'c')"),
+        (verdicts_typed_in, "x = v.Verdict.REFUTED"),
+        (verdicts_typed_in, "x = 'misprint'"),
+    ],
 )
-def test_a_typed_in_verdict_is_found(spoiled: str) -> None:
-    assert verdicts_typed_in(spoiled)
+def test_what_is_typed_in_is_found(looks: Callable[[str], Iterable[str]], spoiled: str) -> None:
+    assert list(looks(spoiled))

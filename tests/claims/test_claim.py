@@ -19,13 +19,9 @@ from tt_precise.runtime.values import InputError
 
 CHEAP = ("NUM-23", "EQ-26", "EQ-29", "TH-17")  # of four chapters
 OTHER = Paper(
-    name="Somebody",
-    package="somebody_else",
-    title="Another top",
-    authors="A. Body",
-    sections=(Section("4", "Section 4: a number"),),
-    prefix="OTHER-",
-)
+    name="Somebody", package="somebody_else", title="Another top", authors="A. Body",
+    sections=(Section("4", "Section 4: a number"),), prefix="OTHER-",
+)  # fmt: skip
 CHAPTER = '''
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.paper import PAPERS
@@ -96,9 +92,6 @@ def test_equations_and_figures_lie_in_the_sections_that_the_paper_has_them_in() 
             assert int(first[2]) in known, one.id
 
 
-# ---- another paper -------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def another_paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """One more folder with one claim, and one more entry."""
@@ -117,14 +110,11 @@ def another_paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[N
         del sys.modules[name]
 
 
-def test_another_paper_is_a_folder_and_an_entry(another_paper: None) -> None:
+def test_another_paper_is_a_folder_and_an_entry_filed_under_its_name(another_paper: None) -> None:
     assert list(claims())[-1] == "OTHER-NUM-01"
     other = judge("other-num-01")
     assert (other.verdict, other.paper, other.section) == ("rounded", "Somebody", "4")
     assert judge("OTHER-NUM-01", printed="1.8").verdict == "refuted"
-
-
-def test_the_report_files_another_paper_under_its_name(another_paper: None) -> None:
     run = run_record(1, 1, {"date": "today", "commit": "abc", "versions": "heyoka 1"})
     section = all_claims(judge_all(["NUM-23", "OTHER-NUM-01"]), run)
     groups = {block.title: [one.id for one in block.entries] for block in section.blocks[1:]}  # type: ignore[union-attr]
@@ -134,17 +124,12 @@ def test_the_report_files_another_paper_under_its_name(another_paper: None) -> N
     }
 
 
-# ---- judging -------------------------------------------------------------------------------------
-
-
 def test_a_judged_claim() -> None:
     record = judge("EQ-29")
     assert (record.verdict, record.kind, record.proved) == ("misprint", "equation", True)
     assert [check.name for check in record.checks] == ["as printed", "as corrected"]
     assert record.note == f"Should read {record.correction}. {record.remark}"
-
-
-def test_changes_reach_the_claim() -> None:
+    # changes reach the claim
     assert judge("NUM-23", printed="1.9").verdict == "rounded"
     other = judge("NUM-23", printed="1.8")
     assert other.verdict == "refuted"
@@ -158,18 +143,12 @@ def test_workers_find_the_same() -> None:
     assert [one.id for one in judged] == ["EQ-26", "EQ-29", "TH-17", "NUM-23"]
     assert seen == sorted(seen)
     assert seen[-1] == 1
-
-
-def test_an_unknown_id_stops_everything_before_it_starts() -> None:
+    assert counts(judged) == {
+        "reproduced": 0, "rounded": 1, "reading": 1, "refuted": 0, "misprint": 2, "untestable": 0,
+    }  # fmt: skip
     with pytest.raises(InputError):
         judge_all(["NUM-23", "NUM-99"])
     assert judge_all([]) == []
-
-
-def test_counts_list_every_verdict() -> None:
-    assert counts(judge_all(CHEAP)) == {
-        "reproduced": 0, "rounded": 1, "reading": 1, "refuted": 0, "misprint": 2, "untestable": 0,
-    }  # fmt: skip
 
 
 def test_an_error_names_the_claim(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,18 +11,14 @@ from tt_precise.claims.evidence import formulas as f
 from tt_precise.mechanics.quantities import d
 
 
-def test_the_point_lies_on_the_relations_of_the_chart() -> None:
+def test_the_point_lies_on_the_relations_of_the_chart_and_has_no_symmetry() -> None:
     at = {name: Fraction(text) for name, text in f.POINT.items()}
     assert at["s"] ** 2 + at["c"] ** 2 == at["S"] ** 2 + at["C"] ** 2 == 1
     body: Any = SimpleNamespace(
         alpha=at["alpha"], gamma=at["I1"] / at["I3"], sigma=at["m"] * at["R"] ** 2 / at["I3"]
     )
     assert at["q"] ** 2 == at["I3"] ** 2 * d(body, at["c"])
-
-
-def test_the_point_has_no_symmetry() -> None:
-    at = {name: abs(Fraction(text)) for name, text in f.POINT.items()}
-    generic = [value for name, value in at.items() if name not in ("S", "C", "phi", "theta")]
+    generic = [abs(at[name]) for name in at if name not in ("S", "C", "phi", "theta")]
     assert len(set(generic)) == len(generic)
     assert not {Fraction(0), Fraction(1)} & set(generic)
 
@@ -43,11 +39,9 @@ def test_equal_holds_for_identities_only(printed: str, holds: bool) -> None:
     assert ("equal" in check.measured) is holds
 
 
-def test_a_difference_is_reported_as_a_fraction_of_the_larger_side() -> None:
+def test_a_difference_is_a_fraction_of_the_larger_side() -> None:
     assert f.equal("3*R", f.read("4*R")).measured == "off by 0.250 of its size"
-
-
-def test_vectors_differ_where_one_entry_does() -> None:
+    # vectors differ where one entry does
     one, two = f.read("R"), f.read("m")
     assert f.equal_vectors((one, two), (one, two), "a = b").holds
     assert not f.equal_vectors((one, one), (one, two), "a = b").holds
@@ -64,12 +58,9 @@ def test_a_formula_reaches_nothing_but_its_words() -> None:
             f.read(text)
 
 
-def test_rates_are_those_of_the_motion() -> None:
+def test_rates_are_those_of_the_motion_and_a_printed_root_that_of_d() -> None:
     assert f.equal("theta_dot", f.rate(f.chart().state.theta)).holds
     assert f.equal("-theta_dot*sin(theta)", f.rate(f.chart().c)).holds
     assert f.equal("0", f.rate_of("lambda")).holds
-
-
-def test_a_printed_root_is_the_root_of_d() -> None:
     printed = f.read("sqrt(d(cos(theta)))")
     assert f.equal(printed**2, f.read("d(cos(theta))"), "d").holds

@@ -3,8 +3,10 @@
 import math
 from dataclasses import replace
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
+import numpy
 import pytest
 
 from tt_precise.claims.evidence.motions import (
@@ -89,9 +91,8 @@ def test_no_well_is_lower_than_the_minimum(share: str) -> None:
         return effective_potential(body, z, D, lambda_, fn)
 
     z = minimum(body, D, lambda_, fn)
-    assert V(z) < min(V(fn.tanh(fn.mpf(i) / 8)) for i in range(-160, 161))
-    assert V(z) < V(fn.tanh(fn.atanh(z) + fn.mpf(10) ** -15))
-    assert V(z) < V(fn.tanh(fn.atanh(z) - fn.mpf(10) ** -15))
+    near = [fn.atanh(z) + sign * fn.mpf(10) ** -15 for sign in (-1, 1)]
+    assert V(z) < min(V(fn.tanh(u)) for u in (*near, *(fn.mpf(i) / 8 for i in range(-160, 161))))
 
 
 def test_cases_lie_in_the_region_and_are_the_same_each_time() -> None:
@@ -122,23 +123,17 @@ def test_spins_change_their_stability_at_the_thresholds(
 
 
 @pytest.mark.parametrize("z", ["-0.6", "0.1", "0.8"])
-def test_tumbling_is_a_motion_with_constant_theta(z: str) -> None:
-    body = TOY.body(FN)
-    cosine = FN.mpf(z)
+def test_tumbling_is_a_motion_with_constant_theta_between_the_thresholds(z: str) -> None:
+    body, cosine, tiny = TOY.body(FN), FN.mpf(z), FN.mpf(10) ** -35
     phi_dot = FN.sqrt(body.alpha / body.I3 / (body.alpha - (1 - body.gamma) * cosine))
     state = EulerState(FN.acos(cosine), 0, phi_dot, phi_dot * (cosine - body.alpha), 0, 0)
-    rates = euler.rates(body, state, FN)
-    assert max(abs(rate) for rate in rates) < FN.mpf(10) ** -35
-    assert abs(euler.normal_force(body, state, FN) - 1) < FN.mpf(10) ** -35
+    assert max(abs(rate) for rate in euler.rates(body, state, FN)) < tiny
+    assert abs(euler.normal_force(body, state, FN) - 1) < tiny
     lambda_ = euler.jellett(body, state, FN)
-    assert abs(lambda_**2 - tumbling_lambda_squared(body, cosine)) < FN.mpf(10) ** -35
-
-
-def test_tumbling_ends_at_the_thresholds() -> None:
-    body = TOY.body(FN)
-    for z, threshold in ((-1, lambda_thres), (1, lambda_up)):
-        limit = tumbling_lambda_squared(body, FN.mpf(z))
-        assert abs(limit - threshold(body, FN) ** 2) < FN.mpf(10) ** -35
+    assert abs(lambda_**2 - tumbling_lambda_squared(body, cosine)) < tiny
+    for end, threshold in ((-1, lambda_thres), (1, lambda_up)):
+        limit = tumbling_lambda_squared(body, FN.mpf(end))
+        assert abs(limit - threshold(body, FN) ** 2) < tiny
 
 
 @pytest.mark.parametrize(("multiple", "exists"), [("0.99", True), ("1.01", False)])
@@ -160,31 +155,16 @@ def test_the_own_way_is_close_and_its_errors_are_seen() -> None:
     assert 1e-12 < state_errors(SHORT)["theta"] < 1e-6
 
 
-def test_a_past_that_was_given_up_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    from scipy import integrate as scipy_integrate
-
-    whole = scipy_integrate.solve_ivp
-
-    def given_up(*arguments: Any, **keywords: Any) -> Any:
-        solution = whole(*arguments, **keywords)
-        solution.status = -1
-        return solution
-
-    monkeypatch.setattr(scipy_integrate, "solve_ivp", given_up)
-    with pytest.raises(ArithmeticError, match="gave up"):
-        past(variant(until="0.31"))
-
-
-def test_an_odeint_that_gave_up_is_no_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    from scipy import integrate as scipy_integrate
-
-    whole = scipy_integrate.odeint
-
-    def given_up(*arguments: Any, **keywords: Any) -> Any:
-        rows, _ = whole(*arguments, **{**keywords, "full_output": True})
-        told = {"message": "Excess work done on this call."}
-        return (rows, told) if keywords.get("full_output") else rows
-
-    monkeypatch.setattr(scipy_integrate, "odeint", given_up)
-    with pytest.raises(ArithmeticError, match="up: Excess work"):
-        paper_odeint(variant(until="0.05"))
+@pytest.mark.parametrize(
+    ("solver", "answer", "given_up"),
+    [
+        ("solve_ivp", SimpleNamespace(status=-1, message="steps"), past),
+        ("odeint", (numpy.zeros((1, 6)), {"message": "Excess work"}), paper_odeint),
+    ],
+)
+def test_what_a_solver_gave_up_is_no_run(
+    solver: str, answer: Any, given_up: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(f"scipy.integrate.{solver}", lambda *_, **__: answer)
+    with pytest.raises(ArithmeticError, match=r"gave .*up: (steps|Excess work)"):
+        given_up(variant(until="0.31"))

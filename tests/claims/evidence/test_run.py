@@ -10,14 +10,11 @@ from tt_precise.claims.evidence.run import FINE, REFERENCE, Run, Span, variant
 from tt_precise.integration import integrate
 
 SHORT = Run(variant(until="0.3"))
-KICKED = Run("kicked")
 
 
 def test_a_variant_changes_what_it_names_and_nothing_else() -> None:
     scene = variant(mu="0.5", phi_dot="195", until="2")
-    assert scene.body.mu == Fraction(1, 2)
-    assert scene.start.phi_dot == 195
-    assert scene.until == 2
+    assert [scene.body.mu, scene.start.phi_dot, scene.until] == [Fraction(1, 2), 195, 2]
     assert variant(scene, mu="0.3", phi_dot="0", until="8") == variant()
 
 
@@ -95,9 +92,7 @@ def test_closed_in_extreme_is_that_of_the_event() -> None:
     # where the value is flat the time has half the digits
     assert when == pytest.approx(times[values.argmax()], abs=1e-7)
     assert settled.digits >= 12
-
-
-def test_extreme_at_an_end_is_the_value_there() -> None:
+    # at an end it is the value there
     settled = REFERENCE.extreme("E", largest=True)
     assert float(settled.value) == pytest.approx(float(REFERENCE.at("E", "0").value), rel=1e-15)
 
@@ -109,16 +104,13 @@ def test_the_spike_is_in_the_course_and_not_in_samples() -> None:
     assert abs(sampled["phi_dot"]).max() < 10_000
 
 
-def test_least_in_each_nutation_is_below_a_grid_and_above_the_whole() -> None:
+def test_nutations_and_the_least_in_each() -> None:
     spans = REFERENCE.nutations(span=Span(4.0, 5.0))
     least = REFERENCE.least_in(spans, "nu_x")
     for span, value in zip(spans, least, strict=True):
         grid = REFERENCE.columns(["nu_x"], list(numpy.linspace(*span, 50)))["nu_x"]
         assert value <= grid.min() < value + 1e-3
     assert min(least) > REFERENCE.extrema("nu_x")[1].min()
-
-
-def test_nutations_follow_each_other() -> None:
-    spans = KICKED.nutations()
+    spans = Run("kicked").nutations()
     assert len(spans) > 100
     assert all(a.end == b.begin for a, b in pairwise(spans))
