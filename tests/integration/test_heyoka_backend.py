@@ -10,7 +10,7 @@ import pytest
 
 from tt_precise.integration import Trajectory, heyoka_backend, integrate
 from tt_precise.integration.equations import SLOW_SPEED, Equations, longest_step
-from tt_precise.integration.heyoka_backend import IntegratorPool
+from tt_precise.integration.heyoka_backend import KINDS, lent
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import FORMULATIONS, SLOW, integrated
@@ -28,7 +28,7 @@ def builds(monkeypatch: pytest.MonkeyPatch) -> list[Setup]:
         built.append(setup)
         return original(setup)
 
-    monkeypatch.setattr(heyoka_backend, "_pool", IntegratorPool(build))
+    monkeypatch.setattr(heyoka_backend, "build", build)
     return built
 
 
@@ -85,15 +85,18 @@ def test_terminal_functions(model: str, coordinates: str, expected: list[str]) -
 
 
 def test_integrators_are_lent_to_one_at_a_time_and_do_not_pile_up() -> None:
-    pool: IntegratorPool[str, object] = IntegratorPool(lambda key: object(), most=3)
-    with pool.lent("a") as one, pool.lent("a") as another, pool.lent("b"), pool.lent("b"):
+    made: list[str] = []
+
+    def make(key: str) -> object:
+        made.append(key)
+        return object()
+
+    with lent(make, "a") as one, lent(make, "a") as another:
         assert one is not another
-    assert pool.waiting("a") + pool.waiting("b") == 3  # one is let go
-    few: IntegratorPool[str, object] = IntegratorPool(lambda key: object(), kinds=2)
-    for key in "abac":
-        with few.lent(key):
+    for key in ("a", *map(str, range(KINDS)), "a"):  # of many kinds the oldest goes
+        with lent(make, key):
             pass
-    assert [few.waiting(key) for key in "abc"] == [1, 0, 1]  # of many kinds the oldest goes
+    assert made == ["a", "a", *map(str, range(KINDS)), "a"]
 
 
 @pytest.mark.parametrize("formulation", ["newton", "euler"])

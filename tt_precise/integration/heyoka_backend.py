@@ -5,12 +5,11 @@ Everything is integrated in dimensionless units (m = R = g = 1).
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cache, partial
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from functools import cache, lru_cache, partial
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from tt_precise.integration.dense_output import (
     DenseOutput,
@@ -57,8 +56,7 @@ GRAZING = 2.0**-20  # in units of sqrt(g R): no landing is as slow, but a take-o
 OPTIMISATION = {"loop": 3, "compact": 1, "wide": 0}
 Key = TypeVar("Key", bound=Hashable)
 Made = TypeVar("Made")
-MOST = 32  # idle integrators of a kind: one for each thread of a busy program
-KINDS = 6  # idle integrators in all: each takes 3 to 5 MB, and most kinds are used once
+KINDS = 6  # of which idle integrators are kept: each takes 3 to 5 MB, most kinds are used once
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
@@ -463,44 +461,23 @@ def _loss(heyoka: ModuleType, numerator: Scalar, fp_type: type, losses: list[Sca
     return heyoka.nt_event(numerator, callback, direction=heyoka_direction(-1), fp_type=fp_type)
 
 
-class IntegratorPool(Generic[Key, Made]):
-    """Lends the results of ``build`` by key; several threads may use it."""
-
-    def __init__(self, build: Callable[[Key], Made], most: int = MOST, kinds: int = KINDS):
-        self._build, self._most, self._kinds = build, most, kinds
-        self._waiting: dict[Key, list[Made]] = {}
-        self._lock = threading.Lock()
-
-    @contextmanager
-    def lent(self, key: Key) -> Iterator[Made]:
-        """An idle integrator of an earlier run for this key, or a new one."""
-        with self._lock:
-            waiting = self._waiting.get(key)
-            taken = waiting.pop() if waiting else None
-        if taken is None:
-            taken = self._build(key)
-        yield taken
-        # only after a run without an exception: an interrupted integrator is not reused
-        with self._lock:
-            self._keep(key, taken)
-
-    def _keep(self, key: Key, made: Made) -> None:
-        """Keep an idle integrator; if there are too many kinds, drop the least recently used."""
-        waiting = self._waiting.pop(key, [])
-        self._waiting[key] = waiting
-        while len(self._waiting) > self._kinds:
-            del self._waiting[next(iter(self._waiting))]
-        if sum(map(len, self._waiting.values())) < self._most:
-            waiting.append(made)
-
-    def waiting(self, key: Key) -> int:
-        """The number of idle integrators with this key."""
-        return len(self._waiting.get(key, ()))
+@lru_cache(maxsize=KINDS)
+def _idle(make: Callable[[Hashable], Any], key: Hashable) -> list[Any]:
+    return []
 
 
-_pool = IntegratorPool(build)
+@contextmanager
+def lent(make: Callable[[Key], Made], key: Key) -> Iterator[Made]:
+    """``make(key)``, or an idle one of an earlier call; several threads may ask."""
+    idle = _idle(make, key)
+    try:
+        made: Made = idle.pop()
+    except IndexError:
+        made = make(key)
+    yield made
+    idle.append(made)  # only after a run without an exception: an interrupted one is not reused
 
 
 def integrator(setup: Setup) -> AbstractContextManager[Integrator]:
     """An integrator for ``setup``: an idle one of an earlier run, or a newly compiled one."""
-    return _pool.lent(setup)
+    return lent(build, setup)
