@@ -110,15 +110,6 @@ def test_the_nearest_whole_number() -> None:
     assert list(map(WIDE.back, found)) == list(map(CONTEXT.nint, values))
 
 
-def test_text_is_that_of_mpmath() -> None:
-    values = [*_numbers(7, 20_000), *(CONTEXT.mpf(10) ** k for k in range(-60, 60))]
-    # nines that are rounded up, and a five that is cut off before that
-    values += [1 - CONTEXT.mpf(10) ** -60, CONTEXT.mpf("9.5e-48"), CONTEXT.mpf(1) / 8]
-    texts = WIDE.texts(WIDE.array(values), DIGITS)
-    for text, value in zip(texts, values, strict=True):
-        assert text == CONTEXT.nstr(value, DIGITS, min_fixed=0, max_fixed=0)
-
-
 def test_exact_numbers_are_rounded_once() -> None:
     fractions = [Fraction(1, 3), Fraction(-131, 350), Fraction(2), Fraction(1, 10**30)]
     found = list(map(WIDE.back, WIDE.of_fractions(fractions)))

@@ -5,13 +5,10 @@ from fractions import Fraction
 from typing import Any
 
 import mpmath
-import numpy
 import pytest
-from hypothesis import example, given
-from hypothesis.strategies import floats, integers, lists
 
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.numerals import LONGEST, WithPi, exact, read, shortest_texts, to_mpmath
+from tt_precise.scene.numerals import LONGEST, WithPi, exact, read, to_mpmath
 
 
 @pytest.mark.parametrize(
@@ -75,13 +72,3 @@ def test_rounds_once_into_mpmath(text: str, digits: int) -> None:
     assert abs(value - exact(text)) <= half_ulp
     # a float on the way would show
     assert digits == 15 or abs(Fraction(float(exact(text))) - exact(text)) > half_ulp
-
-
-@given(lists(floats(width=64) | floats(-1e-3, 1e-3) | integers(-(10**18), 10**18).map(float)))
-@example([0.0, -0.0, math.nan, math.inf, -math.inf, 5e-324, 1e-4, 9.999999999999999e-05])
-@example([1e16, 9999999999999998.0, 1e15, 1e17, 123456789012345680.0, 1e22, 1.7976931348623157e308])
-def test_doubles_are_written_as_repr_writes_them(values: list[float]) -> None:
-    expected = [None if math.isnan(value) else repr(value) for value in values]
-    assert shortest_texts(numpy.array(values)) == expected
-    column_of_a_table = numpy.array([values, values]).T[:, 1]
-    assert shortest_texts(column_of_a_table) == expected

@@ -7,7 +7,6 @@ which holds for one thread.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from fractions import Fraction
@@ -16,8 +15,6 @@ from typing import Any
 
 from tt_precise.runtime.values import Array, Functions, Scalar
 
-BITS_A_DIGIT = math.log(10, 2)
-CUT_DIGITS, CUT_BITS = 3, 10  # additional digits of mpmath beyond the printed ones
 HYPOT_BITS = 4
 EXACT_BITS = 2200  # from the largest double's first bit to the least one's last
 
@@ -113,11 +110,15 @@ class Mpfr:
         return numpy.stack(doubles, axis=1)
 
     def texts(self, values: Iterable[Scalar], digits: int) -> list[str | None]:
-        """Decimals with the given digits, as ``mpmath.nstr`` prints them with exponents.
+        """Decimals with the given digits; None for NaN."""
 
-        None for NaN.
-        """
-        return [_text(value, digits) if self._gmpy2.is_finite(value) else None for value in values]
+        def text(value: Scalar) -> str | None:
+            number = self.back(value)
+            if number is None:
+                return None
+            return str(self.context.nstr(number, digits, min_fixed=0, max_fixed=0))
+
+        return list(map(text, values))
 
     def sqrt(self, x: Scalar) -> Scalar:
         """Square root."""
@@ -173,32 +174,3 @@ def _array(values: Sequence[Scalar]) -> Array:
     array = numpy.empty(len(values), dtype=object)
     array[:] = values
     return array
-
-
-def _text(value: Scalar, digits: int) -> str:
-    """As ``mpmath.libmp.to_str``, to the last digit: it cuts off before it rounds."""
-    mantissa, exponent = value.as_mantissa_exp()
-    if not mantissa:
-        return "0.0"
-    sign, mantissa = ("-", -mantissa) if mantissa < 0 else ("", mantissa)
-    bits = int((digits + CUT_DIGITS) * BITS_A_DIGIT) + CUT_BITS
-    places = max(bits - int(exponent) - mantissa.bit_length(), 0)
-    decimals = int(places / BITS_A_DIGIT + 0.5)
-    shift = int(exponent) + places
-    fixed = mantissa << shift if shift >= 0 else mantissa >> -shift
-    decimal = str(fixed * _power_of_ten(decimals) >> places)
-    power = len(decimal) - decimals - 1
-    kept = decimal[:digits]
-    if decimal[digits : digits + 1] >= "5":
-        kept = str(int(kept) + 1)
-        if len(kept) > digits:
-            kept, power = kept[:digits], power + 1
-    tail = kept[1:].rstrip("0") or "0"
-    return f"{sign}{kept[0]}.{tail}" + (f"e{power:+d}" if power else "")
-
-
-@cache
-def _power_of_ten(exponent: int) -> Scalar:
-    import gmpy2
-
-    return gmpy2.mpz(10) ** exponent
