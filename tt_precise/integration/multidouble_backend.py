@@ -27,7 +27,6 @@ from tt_precise.integration.equations import (
     terminal_functions,
 )
 from tt_precise.integration.events import FIRST_STEP, MOST_EVENTS, EventRecord
-from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.terminal import Progress
@@ -79,31 +78,6 @@ class ReadPiece:
         return numbers_of(self.at(moments([time]))[0], self._fn)
 
 
-class _Beginning(NamedTuple):
-    """A start in the form for a system's run; computed once for all runs from it."""
-
-    rows: tuple[Array, Array]
-    until: float
-    limits: dict[int, float]
-
-    @classmethod
-    def of(cls, start: InitialState, setup: Setup, system: System) -> _Beginning:
-        fn, form = setup.precision.context, setup.formulation
-
-        def made() -> _Beginning:
-            row = start.first_row(form, setup.record)
-            return cls(system.begun(row, start.parameters(form), fn), float(start.until), {})
-
-        return start.once(system, made)
-
-    def longest(self, start: InitialState, precision: Precision, order: int) -> float:
-        """The longest step that keeps the digits of a tilt near a pole."""
-        if order not in self.limits:
-            limit = longest_step(start.body, start.vectors, order, precision)
-            self.limits[order] = math.inf if limit is None else float(limit)
-        return self.limits[order]
-
-
 def propagate_in_doubles(
     setup: Setup,
     start: InitialState,
@@ -123,12 +97,14 @@ def propagate_in_doubles(
     run = _Run(setup, start)
     tolerance = float(setup.tolerance or full_tolerance(setup.precision))
     order = order_of(tolerance)
-    begun = _Beginning.of(start, setup, run.system)
+    row = start.first_row(setup.formulation, setup.record)
+    begun = run.system.begun(row, start.parameters(setup.formulation), fn)
+    longest = longest_step(start.body, start.vectors, order, setup.precision)
     pieces = run.system.pieces(
-        begun.rows, begun.until, tolerance, begun.longest(start, setup.precision, order),
+        begun, float(until), tolerance, math.inf if longest is None else float(longest),
         FIRST_STEP if setup.events else None,
     )  # fmt: skip
-    end = _End("complete", fn.mpf(0), start.first_row(setup.formulation, setup.record), 0)
+    end = _End("complete", fn.mpf(0), row, 0)
     steps = 0
     for piece in pieces if until else ():
         end = run.take(piece)
