@@ -45,7 +45,7 @@ from tt_precise.certify.checker_arithmetic import (
     solution,
 )
 from tt_precise.certify.comparison import Enclosed, Happening
-from tt_precise.integration.equations import QUADRATURE_SCALE, extended_rates
+from tt_precise.integration.equations import QUADRATURE_SCALE, Layout
 from tt_precise.integration.events import TERMINAL, Event, catalogue, event_named
 from tt_precise.mechanics import compliant
 from tt_precise.mechanics.formulations import (
@@ -131,7 +131,7 @@ class Checker:
         self.form, self.entered = phase.form, time
         record, body = self.scene.record, self.start.body
         self.rates = Rates(
-            lambda y: extended_rates(phase.form, record, body, tuple(y), Balls), len(state)
+            lambda y: Layout(phase.form, record).rates(body, tuple(y), Balls), len(state)
         )
         if phase.ends != "landing" and not phase.function(self.motion(state)) > 0:
             raise Refused(f"the motion is not proved to begin before {phase.ends}")

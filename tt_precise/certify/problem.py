@@ -20,7 +20,7 @@ import flint
 from flint import arb
 
 from tt_precise.certify.balls import Balls, NotProved, ball
-from tt_precise.integration.equations import QUADRATURE_SCALE, extended_rates
+from tt_precise.integration.equations import QUADRATURE_SCALE, Layout
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import (
     STATE_DIMENSIONS,
@@ -175,7 +175,7 @@ def problem_of(
     def rates(
         parameters: Sequence[Scalar], state: Sequence[Scalar], fn: Functions
     ) -> Sequence[Scalar]:
-        return extended_rates(form, scene.record, form.body(parameters), tuple(state), fn)
+        return Layout(form, scene.record).rates(form.body(parameters), tuple(state), fn)
 
     known: dict[int, Sequence[arb]] = {}
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES, motion
+from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.conversion import horizontal_length
@@ -108,7 +108,8 @@ class Columns:
     """
 
     def __init__(self, setup: Setup, start: InitialState):
-        self.form, self.record, self.precision = setup.formulation, setup.record, setup.precision
+        self.layout, self.precision = setup.layout, setup.precision
+        self.form, self.record = self.layout
         self.start, self.lifts = start, setup.lifts
 
     @property
@@ -140,7 +141,7 @@ class Columns:
 
     def motion(self, row: Row) -> Motion:
         """The ``Motion`` of a row."""
-        return motion(self.form, self.record, self.start.body, row, self.precision.context)
+        return self.layout.motion(self.start.body, row, self.precision.context)
 
     def of_rows(self, names: Sequence[Name], rows: Sequence[Row]) -> dict[Any, list[Scalar | None]]:
         """Named columns (SI) of ``rows``; None where a quantity is undefined."""
@@ -197,7 +198,7 @@ class Columns:
         import numpy
 
         body = self.start.once(("body", number), lambda: self.start.body.map(number))
-        return motion(self.form, self.record, body, entries, fn or numpy)
+        return self.layout.motion(body, entries, fn or numpy)
 
     def states(self, times: Sequence[Scalar], rows: Sequence[Row]) -> list[State]:
         """The ``State`` (SI) of each row, at dimensionless times with guard bits."""

@@ -15,7 +15,6 @@ from functools import cached_property
 from typing import Literal, NamedTuple, Protocol
 
 from tt_precise.integration.columns import Columns, Row
-from tt_precise.integration.equations import extended_rates
 from tt_precise.integration.events import EventRecord
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup
@@ -156,9 +155,8 @@ class StoredPieces:
         number = 8 * (precision.doubles or 1 + (precision.bits > 53))
         if precision.bits > 113 and precision.in_software:
             number = precision.bits // 8 + 40
-        entries = len(setup.formulation.columns) + len(setup.record)
         order = precision.bits * 0.35 + 2  # about, of the finest tolerance
-        self._bytes_of_a_step = number * entries * order
+        self._bytes_of_a_step = number * len(setup.layout.columns) * order
         self.clear()
 
     def clear(self) -> None:
@@ -324,7 +322,7 @@ class DenseOutput(Span):
         import numpy
 
         mpfr, parts = self.precision.mpfr, self.precision.doubles
-        size = len(self.setup.formulation.columns) + len(self.setup.record)
+        size = len(self.setup.layout.columns)
         if not len(seconds):
             return tuple(seconds for _ in range(size))
         if not (parts and self.stored):
@@ -436,10 +434,7 @@ class DenseOutput(Span):
         # times; one Euler step over the rounding (about 1e-14) corrects that
         if not delay:
             return row
-        setup = self.setup
-        rates = extended_rates(
-            setup.formulation, setup.record, self.start.body, row, self.precision.context
-        )
+        rates = self.setup.layout.rates(self.start.body, row, self.precision.context)
         return tuple(x + rate * delay for x, rate in zip(row, rates, strict=True))
 
 
@@ -470,7 +465,7 @@ def moved_arrays(
 
     doubles = tuple(entry.astype(float, copy=False) for entry in entries)
     with numpy.errstate(all="ignore"):
-        rates = extended_rates(setup.formulation, setup.record, body, doubles, numpy)
+        rates = setup.layout.rates(body, doubles, numpy)
         moved = [x + rate * delay for x, rate in zip(entries, rates, strict=True)]
     # at a pole the rates of phi and psi are undefined; there the entry stands as it is
     return tuple(numpy.where(numpy.isfinite(m), m, x) for m, x in zip(moved, entries, strict=True))

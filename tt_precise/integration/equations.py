@@ -9,7 +9,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from tt_precise.integration.events import Event
 from tt_precise.integration.precision import Precision
@@ -34,56 +34,47 @@ SINGULAR_DENOMINATOR = 1e-6  # of I1; from there the blow-up is about 1e-12 sqrt
 LARGE_TILT = 2.0**-7
 
 
-def extended_rates(
-    form: Formulation,
-    record: tuple[str, ...],
-    body: Parameters,
-    state: tuple[Scalar, ...],
-    fn: Functions,
-) -> list[Scalar]:
-    """Rates of the state, followed by those of the recorded quadratures (scaled down)."""
-    size = len(form.columns)
-    rates = list(form.rates(body, form.State(*state[:size]), fn))
-    if record:
-        q = motion(form, record, body, state, fn)
-        recorded = [QUANTITIES[QUADRATURES[name]].evaluate(q) / QUADRATURE_SCALE for name in record]
-        if form.clock:
-            clock = form.clock(form.State(*state[:size]), fn)
-            recorded = [clock * rate for rate in recorded]
-        rates += recorded
-    return rates
+class Layout(NamedTuple):
+    """The rows of an integration: the state of ``form``, then the quadratures ``record``, scaled."""
 
+    form: Formulation
+    record: tuple[str, ...] = ()
 
-def motion(
-    form: Formulation,
-    record: tuple[str, ...],
-    body: Parameters,
-    state: tuple[Scalar, ...],
-    fn: Functions,
-) -> Motion:
-    """The ``Motion`` of an extended state; the azimuth is the recorded phi, or 0."""
-    size = len(form.columns)
-    phi: Scalar = 0
-    if form.coordinates == "euler" and "phi" in record:
-        phi = state[size + record.index("phi")] * QUADRATURE_SCALE
-    return form.motion(body, form.State(*state[:size]), fn, phi)
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the entries of a row."""
+        return (*self.form.columns, *self.record)
 
+    def rates(self, body: Parameters, row: Sequence[Scalar], fn: Functions) -> list[Scalar]:
+        """The rates of the entries."""
+        state = self.form.State(*row[: len(self.form.columns)])
+        rates = list(self.form.rates(body, state, fn))
+        if self.record:
+            q = self.motion(body, row, fn)
+            recorded = [
+                QUANTITIES[QUADRATURES[name]].evaluate(q) / QUADRATURE_SCALE for name in self.record
+            ]
+            if self.form.clock:
+                clock = self.form.clock(state, fn)
+                recorded = [clock * rate for rate in recorded]
+            rates += recorded
+        return rates
 
-def moving(
-    form: Formulation,
-    record: tuple[str, ...],
-    body: Parameters,
-    row: Sequence[Scalar],
-    fn: Functions,
-) -> tuple[tuple[Series, ...], Motion]:
-    """Power series in time of the extended state from ``row``, and their ``Motion``."""
-    functions = SeriesFunctions(fn)
+    def motion(self, body: Parameters, row: Sequence[Scalar], fn: Functions) -> Motion:
+        """The ``Motion`` of a row; the azimuth is the recorded phi, or 0."""
+        size = len(self.form.columns)
+        phi: Scalar = 0
+        if self.form.coordinates == "euler" and "phi" in self.record:
+            phi = row[size + self.record.index("phi")] * QUADRATURE_SCALE
+        return self.form.motion(body, self.form.State(*row[:size]), fn, phi)
 
-    def rates(entries: tuple[Series, ...]) -> list[Scalar]:
-        return extended_rates(form, record, body, entries, functions)
-
-    entries = solution(rates, row)
-    return entries, motion(form, record, body, entries, functions)
+    def moving(
+        self, body: Parameters, row: Sequence[Scalar], fn: Functions
+    ) -> tuple[tuple[Series, ...], Motion]:
+        """Power series in time of the entries from ``row``, and their ``Motion``."""
+        functions = SeriesFunctions(fn)
+        entries = solution(lambda series: self.rates(body, series, functions), row)
+        return entries, self.motion(body, entries, functions)
 
 
 def event_value(event: Event, q: Motion) -> Scalar:
@@ -177,19 +168,16 @@ class Equations:
     variables: tuple[Scalar, ...]
     rates: tuple[Scalar, ...]
     motion: Motion
-    form: Formulation
-    record: tuple[str, ...]
+    layout: Layout
 
     @classmethod
     def of(cls, form: Formulation, record: tuple[str, ...] = ()) -> Equations:
         """The equations of ``form``, followed by the quadratures ``record``."""
-        heyoka = import_heyoka()
-        variables = tuple(heyoka.make_vars(*form.columns, *record))
+        heyoka, layout, fn = import_heyoka(), Layout(form, record), HeyokaFunctions()
+        variables = tuple(heyoka.make_vars(*layout.columns))
         body = form.body([heyoka.par[i] for i in range(len(form.parameters))])
-        fn = HeyokaFunctions()
-        rates = extended_rates(form, record, body, variables, fn)
-        q = motion(form, record, body, variables, fn)
-        return cls(variables, tuple(rates), q, form, record)
+        rates = tuple(layout.rates(body, variables, fn))
+        return cls(variables, rates, layout.motion(body, variables, fn), layout)
 
     def exact(self, precision: Precision) -> Equations:
         """The same with ``Exact`` variables, whose ``motion`` keeps all digits of constants."""
@@ -199,13 +187,12 @@ class Equations:
 
         variables = tuple(Exact(expression, number) for expression in self.variables)
         body = self.motion.body.map(lambda expression: Exact(expression, number))
-        q = motion(self.form, self.record, body, variables, self.motion.fn)
+        q = self.layout.motion(body, variables, self.motion.fn)
         return replace(self, variables=variables, motion=q)
 
     def moving(self) -> Motion:
         """The same for the power series in time of the solution through the variables."""
-        _, q = moving(self.form, self.record, self.motion.body, self.variables, self.motion.fn)
-        return q
+        return self.layout.moving(self.motion.body, self.variables, self.motion.fn)[1]
 
     @property
     def system(self) -> list[tuple[Scalar, Scalar]]:

@@ -25,7 +25,7 @@ from tt_precise.integration.columns import (
     worst_digits,
 )
 from tt_precise.integration.dense_output import ARRIVED, Segment, Times, in_parts, long_double
-from tt_precise.integration.equations import event_value, moving
+from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.precision import finer
 from tt_precise.integration.run import Run
@@ -492,7 +492,7 @@ def _zeros(
     else:
         rows = tuple(map(fn.array, zip(*segment.output.rows(inner), strict=True)))
     body = segment.output.start.body.map(number)
-    entries, q = moving(setup.formulation, setup.record, body, rows, fn)
+    entries, q = setup.layout.moving(body, rows, fn)
     value = event_value(event, q)
     if not isinstance(value, Series):
         return numpy.full(len(times), math.inf), rows

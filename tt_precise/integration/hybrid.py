@@ -16,7 +16,7 @@ from dataclasses import replace
 from typing import Any
 
 from tt_precise.integration.dense_output import DenseOutput, SampleTimes, Segment, StoredPieces
-from tt_precise.integration.equations import SLOW_SPEED, motion
+from tt_precise.integration.equations import SLOW_SPEED
 from tt_precise.integration.events import existing
 from tt_precise.integration.heyoka_backend import propagate, repeating
 from tt_precise.integration.regularised_time import (
@@ -91,7 +91,7 @@ def after(output: DenseOutput, before: InitialState, *, at_rest: bool = False) -
     """The start of the next piece: the end of the last piece, as a row of its formulation."""
     setup, fn = output.setup, output.precision.context
     row = output.end_row
-    q = motion(setup.formulation, setup.record, output.start.body, row, fn)
+    q = setup.layout.motion(output.start.body, row, fn)
     vectors = q.state
     if at_rest:
         vectors = vectors._replace(vx=fn.mpf(0), vy=fn.mpf(0))

@@ -20,12 +20,7 @@ from tt_precise.integration.dense_output import (
     Status,
     StoredPieces,
 )
-from tt_precise.integration.equations import (
-    extended_rates,
-    longest_step,
-    motion,
-    terminal_functions,
-)
+from tt_precise.integration.equations import longest_step, terminal_functions
 from tt_precise.integration.events import FIRST_STEP, MOST_EVENTS, EventRecord
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
 from tt_precise.mechanics.initial_state import InitialState
@@ -45,21 +40,20 @@ class _Compiled(NamedTuple):
 
 @lru_cache(maxsize=32)
 def _compiled(setup: Setup) -> _Compiled:
-    form, record = setup.formulation, setup.record
+    form, layout = setup.formulation, setup.layout
     terminal: dict[str, Scalar] = {}
 
     def define(
         entries: tuple[Scalar, ...], parameters: Sequence[Scalar], fn: Functions
     ) -> tuple[list[Scalar], list[tuple[Scalar, bool]]]:
         body = form.body(parameters)
-        q = motion(form, record, body, entries, fn)
+        q = layout.motion(body, entries, fn)
         terminal.update(terminal_functions(form, q, entries[0]))
         outputs = [(function, False) for function in terminal.values()]
         outputs += [(event.function(q), event.of_rate) for event in setup.watched.values()]
-        return extended_rates(form, record, body, entries, fn), outputs
+        return layout.rates(body, entries, fn), outputs
 
-    entries = len(form.columns) + len(record)
-    system = System(setup.precision.doubles, entries, len(form.parameters), define)
+    system = System(setup.precision.doubles, len(layout.columns), len(form.parameters), define)
     return _Compiled(system, tuple(terminal))
 
 
@@ -172,7 +166,7 @@ class _Run:
         self.setup, self.start, self.fn = setup, start, setup.precision.context
         self.system, self.terminal = _compiled(setup.but(tolerance=0.0, contact="", options=()))
         self.names = (*self.terminal, *setup.watched)
-        self.size = len(setup.formulation.columns) + len(setup.record)
+        self.size = len(setup.layout.columns)
         own = (event.direction for event in setup.watched.values())
         directions = (*(-1 for _ in self.terminal), *own)
         self.watch = Watch(len(self.system.graph.entries), directions, self.fn)

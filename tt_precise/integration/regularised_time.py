@@ -23,7 +23,7 @@ import numpy
 
 from tt_precise.integration.columns import Row
 from tt_precise.integration.dense_output import DenseOutput, Propagation, Times
-from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES, motion
+from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES
 from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics import friction, newton, rolling
@@ -348,10 +348,9 @@ class OnsetOutput(RowwiseOutput):
         return Motion(self.start.body, state, fn)
 
     def _motion(self, time: Scalar) -> Motion:
-        setup, fn = self.setup, self.precision.context
-        quadratures = tuple(fn.mpf(0) for _ in setup.record)
-        row = (*self._state(time), *quadratures)
-        return motion(setup.formulation, setup.record, self.start.body, row, fn)
+        layout, fn = self.setup.layout, self.precision.context
+        row = (*self._state(time), *(fn.mpf(0) for _ in layout.record))
+        return layout.motion(self.start.body, row, fn)
 
     def _hits(self) -> list[EventRecord]:
         fn, number = self.precision.context, self.precision.number

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from tt_precise.integration.equations import Layout
 from tt_precise.integration.events import Asked, Event, catalogue, event_named
 from tt_precise.integration.precision import Precision, precision_named
 from tt_precise.mechanics.formulations import (
@@ -100,6 +101,11 @@ class Setup:
             contact=contact,
             lifts=scene.lifts,
         )
+
+    @property
+    def layout(self) -> Layout:
+        """What stands where in a row."""
+        return Layout(self.formulation, self.record)
 
     @property
     def watched(self) -> dict[str, Event]:

@@ -14,7 +14,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from tt_precise.integration.equations import event_value, moving
+from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import FIRST_STEP, Event, EventRecord
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.initial_state import InitialState
@@ -51,7 +51,7 @@ def functions_along(
     setup: Setup, events: Mapping[str, Event], body: Scalar, row: Sequence[Scalar], fn: Functions
 ) -> tuple[tuple[Series, ...], dict[str, Scalar]]:
     """The series of the state from ``row``, and of each event's function along it."""
-    entries, q = moving(setup.formulation, setup.record, body, row, fn)
+    entries, q = setup.layout.moving(body, row, fn)
     return entries, {name: event_value(event, q) for name, event in events.items()}
 
 
@@ -356,7 +356,7 @@ def _sizes(
     """
     import numpy
 
-    columns = (*setup.formulation.columns, *setup.record)
+    columns = setup.layout.columns
     own = dict(zip(columns, map(abs, rows), strict=True))
 
     def norm(*names: str) -> Array:
