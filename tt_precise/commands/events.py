@@ -24,13 +24,9 @@ SCHEMA = "tt_precise.events/1"
 @click.option("--only", help="Events, separated by commas; also extremum:QUANTITY, zero:QUANTITY.")
 @options.JSON
 def command(
-    scene: str | None,
-    precision: str | None,
-    digits: int | None,
-    until: str | None,
-    only: str | None,
-    as_json: bool,
-) -> int:
+    scene: str | None, precision: str | None, digits: int | None, until: str | None,
+    only: str | None, as_json: bool,
+) -> int:  # fmt: skip
     """List the catalogue of events; with SCENE, all events of that scene, and the climb.
 
     Each line has the time, the kind (minimum or maximum, up or down through zero), theta, and the

@@ -164,15 +164,12 @@ def job(
         contact,
         friction,
         Start(
-            [0.0, 0.0, float(body.R * (1 - body.alpha * q.k[2]))],
-            [w, x, y, z],
-            [x, y, z, w],
-            [float(x) for x in q.s_dot],
-            [float(x) for x in q.omega],
+            [0.0, 0.0, float(body.R * (1 - body.alpha * q.k[2]))], [w, x, y, z], [x, y, z, w],
+            [float(x) for x in q.s_dot], [float(x) for x in q.omega],
         ),
         float(step),
         [float(t) for t in scene.sample_times],
-    )
+    )  # fmt: skip
     plain: dict[str, Json] = msgspec.to_builtins(made)
     return plain
 

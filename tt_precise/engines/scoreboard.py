@@ -159,18 +159,15 @@ def as_dict(
         "verdicts": VERDICTS,
         "engines": [
             {
-                "name": engine.name,
-                "version": engine.version,
-                "precision": engine.precision,
-                "friction": engine.friction,
-                "settings": engine.settings,
+                "name": engine.name, "version": engine.version, "precision": engine.precision,
+                "friction": engine.friction, "settings": engine.settings,
             }
             for engine in engines
         ],
         "rungs": [{"name": rung.name, "meaning": rung.meaning} for rung in ladder],
         "rows": [row.as_dict() for row in rows],
         "skipped": list(skipped),
-    }
+    }  # fmt: skip
 
 
 def line(row: dict[str, Json]) -> str:

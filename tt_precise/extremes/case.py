@@ -37,13 +37,9 @@ from tt_precise.runtime.workers import Call, Failure, local_pool
 CASES_OF_A_WORKER = 200
 # the module of each topic
 TOPICS = {
-    "geometry": "geometry",
-    "parameters": "parameters",
-    "contact": "contact",
-    "time": "horizons",
-    "sensitivity": "sensitivity",
-    "machine": "machine",
-}
+    "geometry": "geometry", "parameters": "parameters", "contact": "contact", "time": "horizons",
+    "sensitivity": "sensitivity", "machine": "machine",
+}  # fmt: skip
 _topic_of = {module: topic for topic, module in TOPICS.items()}
 LIMIT_S = 60.0  # a longer case counts as hanging
 
@@ -102,16 +98,10 @@ class ExtremeCase:
 
     def _record(self, check: Check) -> CaseRecord:
         return CaseRecord(
-            topic=self.topic,
-            family=self.family,
-            name=self.name,
-            expected=self.expected,
-            source=self.source,
-            found=check.measured,
-            verdict="pass" if check.holds else "fail",
-            value=check.value,
-            data=check.parts or UNSET,
-        )
+            topic=self.topic, family=self.family, name=self.name, expected=self.expected,
+            source=self.source, found=check.measured, verdict="pass" if check.holds else "fail",
+            value=check.value, data=check.parts or UNSET,
+        )  # fmt: skip
 
 
 class CaseRecord(Record, frozen=True, kw_only=True):
@@ -221,17 +211,10 @@ def case(
         for arguments in combinations(over):
             filled = name.format(**arguments)
             made = ExtremeCase(
-                topic=topic,
-                family=name,
-                name=filled,
-                expected=expected.format(**arguments),
-                source=source,
-                function=function,
-                arguments=arguments,
-                control=dict(control),
-                quick=quick(**arguments) if callable(quick) else quick,
-                limit_s=limit_s,
-            )
+                topic=topic, family=name, name=filled, expected=expected.format(**arguments),
+                source=source, function=function, arguments=arguments, control=dict(control),
+                quick=quick(**arguments) if callable(quick) else quick, limit_s=limit_s,
+            )  # fmt: skip
             if filled in _registered:
                 raise ValueError(f"case {filled}: got it twice, expected each name once")
             _registered[filled] = made

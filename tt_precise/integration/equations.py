@@ -35,7 +35,7 @@ LARGE_TILT = 2.0**-7
 
 
 class Layout(NamedTuple):
-    """The rows of an integration: the state of ``form``, then the quadratures ``record``, scaled."""
+    """A row of an integration: the state of ``form``, then the quadratures ``record``, scaled."""
 
     form: Formulation
     record: tuple[str, ...] = ()

@@ -133,19 +133,15 @@ EVENTS = {event.name: event for event in _ALL}
 
 # with the same changes of sign, and smooth at the poles or at rest
 SMOOTH: dict[str, Callable[[Motion], Scalar]] = {
-    "zero:theta_dot": lambda q: -axis_fall(q),
-    "zero:phi_dot": precession,
-    "zero:psi_dot": own_rotation,
-    "zero:xi": balance,
-    "zero:nu_x": gliding_along_tilt,
-    "zero:nu_y": gliding_across_tilt,
-    "zero:tau_x": torque_along_tilt,
+    "zero:theta_dot": lambda q: -axis_fall(q), "zero:phi_dot": precession,
+    "zero:psi_dot": own_rotation, "zero:xi": balance, "zero:nu_x": gliding_along_tilt,
+    "zero:nu_y": gliding_across_tilt, "zero:tau_x": torque_along_tilt,
     "zero:tau_y": torque_across_tilt,
     "zero:theta": lambda q: q.state.kx * q.state.kx + q.state.ky * q.state.ky,
     "extremum:theta": lambda q: -q.state.kz,
     "zero:gliding_speed": lambda q: q.state.vx * q.state.vx + q.state.vy * q.state.vy,
     "extremum:gliding_speed": lambda q: q.state.vx * q.state.vx + q.state.vy * q.state.vy,
-}
+}  # fmt: skip
 
 TERMINAL = {
     "contact_lost": "g_n reaches 0: the top leaves the table and the model ends",

@@ -233,15 +233,9 @@ def _propagation_of(
 
         hits, touches = settled(hits, setup, start, time)
     return Propagation(
-        status=status,
-        time=time,
-        time_low=time_low,
-        state=_values(made.adaptive),
-        steps=steps,
-        order=made.adaptive.order,
-        hits=hits,
-        touches=touches,
-    )
+        status=status, time=time, time_low=time_low, state=_values(made.adaptive), steps=steps,
+        order=made.adaptive.order, hits=hits, touches=touches,
+    )  # fmt: skip
 
 
 def _time_before_failure(

@@ -97,13 +97,9 @@ def after(output: DenseOutput, before: InitialState, *, at_rest: bool = False) -
         vectors = vectors._replace(vx=fn.mpf(0), vy=fn.mpf(0))
     euler = q.euler if setup.formulation.coordinates == "euler" else before.euler
     return replace(
-        before,
-        model=setup.formulation.model,
-        vectors=vectors,
-        euler=euler,
-        until=before.until - output.end_time,
-        row=row[len(setup.formulation.columns) :],
-    )
+        before, model=setup.formulation.model, vectors=vectors, euler=euler,
+        until=before.until - output.end_time, row=row[len(setup.formulation.columns) :],
+    )  # fmt: skip
 
 
 def entering(here: InitialState, form: Formulation, fn: Functions) -> InitialState:

@@ -51,13 +51,10 @@ class Kind(NamedTuple):
 # extended has none below 150 times. Two and three doubles hold 106 and 159 bits, of which their
 # sums and products leave these.
 KINDS = {
-    "double": Kind(53, steps=20_000, coarse=400, rough=1000),
-    "extended": Kind(64, steps=2_000),
-    "double-double": Kind(104, doubles=2),
-    "quad": Kind(113, steps=200, in_software=True),
-    "triple-double": Kind(155, doubles=3),
-    "mp": Kind(200, steps=200, in_software=True),
-}
+    "double": Kind(53, steps=20_000, coarse=400, rough=1000), "extended": Kind(64, steps=2_000),
+    "double-double": Kind(104, doubles=2), "quad": Kind(113, steps=200, in_software=True),
+    "triple-double": Kind(155, doubles=3), "mp": Kind(200, steps=200, in_software=True),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -287,14 +287,10 @@ class OnsetOutput(RowwiseOutput):
         super().__init__(setup, start, None)  # type: ignore[arg-type]
         number = setup.precision.number
         self.propagation = Propagation(
-            status="complete" if self.arrives else "fast",
-            time=number(self._until),
-            time_low=number(context.mpf(0)),
-            state=tuple(map(number, self.end_row)),
-            steps=1,
-            order=onset.coefficients.shape[1] - 1,
-            hits=tuple(self._hits()),
-        )
+            status="complete" if self.arrives else "fast", time=number(self._until),
+            time_low=number(context.mpf(0)), state=tuple(map(number, self.end_row)), steps=1,
+            order=onset.coefficients.shape[1] - 1, hits=tuple(self._hits()),
+        )  # fmt: skip
 
     @cached_property
     def end_time(self) -> Scalar:

@@ -79,17 +79,14 @@ def compute(folder: Path = MEASURED, progress: Progress = silent) -> Computed:
 def sections_in(folder: Path) -> dict[str, Callable[[], Section]]:
     """What makes the sections, by title, in order."""
     return {
-        REFERENCE: sections.reference,
-        CONSERVATION: sections.conservation,
-        "Other starts": sections.other_starts,
-        THRESHOLDS: sections.threshold_values,
-        "Golden data": golden.golden_section,
-        "Proofs": golden.proved,
+        REFERENCE: sections.reference, CONSERVATION: sections.conservation,
+        "Other starts": sections.other_starts, THRESHOLDS: sections.threshold_values,
+        "Golden data": golden.golden_section, "Proofs": golden.proved,
         measured.TRADEOFF_TITLE: partial(measured.tradeoff, folder),
         "Extremes": partial(measured.extremes, folder),
         measured.ENGINES_TITLE: partial(measured.engines, folder),
         measured.FAULTS_TITLE: partial(measured.faults, folder),
-    }
+    }  # fmt: skip
 
 
 def _timed(work: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:

@@ -33,15 +33,11 @@ def golden_section() -> Section:
         ]
         rows.append(
             (
-                name,
-                manifest["title"],
-                manifest["status"],
-                manifest["t_end"][:12],
-                str(manifest["files"]["trajectory.csv"]["rows"]),
-                str(manifest["digits"]),
+                name, manifest["title"], manifest["status"], manifest["t_end"][:12],
+                str(manifest["files"]["trajectory.csv"]["rows"]), str(manifest["digits"]),
                 str(math.floor(min(agreed))) if agreed else "all",
             )
-        )
+        )  # fmt: skip
         results[name] = {"digits": manifest["digits"], "status": manifest["status"]}
     return Section(
         "golden",
@@ -106,28 +102,20 @@ def proved() -> Section:
         content = record.content
         rows.append(
             (
-                name,
-                verdict,
-                f"{float(record.until_s):.4g}",
-                str(content["bits"]),
-                str(content["steps"]),
-                str(record.digits),
-                f"{content['rounded']} of {content['entries']}",
-                _events(content),
+                name, verdict, f"{float(record.until_s):.4g}", str(content["bits"]),
+                str(content["steps"]), str(record.digits),
+                f"{content['rounded']} of {content['entries']}", _events(content),
                 _contact(content["contact"]),
             )
-        )
+        )  # fmt: skip
         digits.append((name, store.read(name).manifest["digits"], record.digits or 0))
         times += _times(name, content["inversion"])
         ends += _ends(name, content["forever"])
         results[name] = {
-            "proof": verdict,
-            **record.summary,
-            "contact": content["contact"],
-            "proved_events": content["proved_events"],
-            "inversion": content["inversion"],
+            "proof": verdict, **record.summary, "contact": content["contact"],
+            "proved_events": content["proved_events"], "inversion": content["inversion"],
             "forever": content["forever"],
-        }
+        }  # fmt: skip
     return Section(
         "proofs",
         "Proved digits",
@@ -207,16 +195,13 @@ def _ends(scene: str, forever: dict[str, Json]) -> list[tuple[str, ...]]:
     """What is proved for ever; empty unless the solution tends to a vertical spin."""
     return [
         (
-            scene,
-            block["theta_tends_to"],
-            block["since_s"],
-            block["sin_theta_at_most"],
+            scene, block["theta_tends_to"], block["since_s"], block["sin_theta_at_most"],
             f"g_n > {Decimal(block['g_n_at_least_mg']):f} m g",
             *(f"{Decimal(block['limits'][name]['middle']):.12g}" for name in ("D", "E")),
         )
         for block in (forever.get(name) for name in ("held", "at_the_end"))
         if block
-    ]
+    ]  # fmt: skip
 
 
 def _shown(ball: dict[str, str] | None) -> str:

@@ -213,14 +213,10 @@ def _engine_row(row: dict[str, Json]) -> tuple[str, ...]:
         moments = ("never" if t is None else f"{t:.2f} s" for t in row["equator"])
         outcome += f": axis horizontal at {', '.join(moments)}"
     return (
-        row["engine"],
-        row["rung"],
-        outcome,
-        ", ".join(f"{digits:.1f}" for digits in row["digits"]),
+        row["engine"], row["rung"], outcome, ", ".join(f"{digits:.1f}" for digits in row["digits"]),
         "" if row["order"] is None else f"{row['order']:.2f}",
-        "" if row["floor"] is None else f"{row['floor']:.1e}",
-        drift,
-    )
+        "" if row["floor"] is None else f"{row['floor']:.1e}", drift,
+    )  # fmt: skip
 
 
 FAULTS = "faults.csv"

@@ -101,12 +101,9 @@ def overview(judged: Sequence[JudgedClaim], computed: Headlines) -> Overview:
                 comment = TRIED[good].format(len(claim.checks))
             cards[claim.id] = replace(cards[claim.id], good=good, comment=comment)
     return Overview(
-        verdict(counts(judged), len(judged)),
-        [entry(claim) for claim in judged],
-        list(cards.values()),
-        computed.animation,
-        computed.results,
-    )
+        verdict(counts(judged), len(judged)), [entry(claim) for claim in judged],
+        list(cards.values()), computed.animation, computed.results,
+    )  # fmt: skip
 
 
 def verdict(tally: dict[str, int], total: int) -> str:

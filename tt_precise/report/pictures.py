@@ -352,14 +352,10 @@ def _label(row: dict[str, Json] | None) -> str:
 LIMIT = 1e-6  # the paper's precision of lambda
 SMALLEST = 1e-16
 KINDS = {
-    "healthy": (style.GREEN, "o"),
-    "parameter": (style.BLUE, "^"),
-    "dropped term": (style.RED, "x"),
-    "simulator": (style.RED, "+"),
-    "RK4": (style.PURPLE, "s"),
-    "float32": (style.BLACK, "*"),
+    "healthy": (style.GREEN, "o"), "parameter": (style.BLUE, "^"), "dropped term": (style.RED, "x"),
+    "simulator": (style.RED, "+"), "RK4": (style.PURPLE, "s"), "float32": (style.BLACK, "*"),
     "column": (style.ORANGE, "D"),
-}
+}  # fmt: skip
 
 
 @style.figure("planted-faults", [3.6])

@@ -86,25 +86,14 @@ def _environment(*, escaped: bool) -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
-        loader=PackageLoader("tt_precise.report"),
-        autoescape=escaped,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
+        loader=PackageLoader("tt_precise.report"), autoescape=escaped, undefined=StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
+    )  # fmt: skip
     environment.filters |= {
-        "mark": _mark,
-        "lead": lead,
-        "rest": rest,
-        "folds": folds,
-        "choices": choices,
-        "laid_out": laid_out,
-        "tally": _tally,
-        "meaning": lambda verdict: Verdict(verdict).meaning,
-        "words": _words,
-        "slug": lambda name: name.replace(" ", "-"),
-    }
+        "mark": _mark, "lead": lead, "rest": rest, "folds": folds, "choices": choices,
+        "laid_out": laid_out, "tally": _tally, "meaning": lambda verdict: Verdict(verdict).meaning,
+        "words": _words, "slug": lambda name: name.replace(" ", "-"),
+    }  # fmt: skip
     return environment
 
 

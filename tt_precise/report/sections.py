@@ -81,15 +81,11 @@ def conservation() -> Section:
         at_end = run.drift["jellett"][-1]
         rows.append(
             (
-                run.label,
-                str(trajectory.steps),
-                str(trajectory.order),
-                short(largest["jellett"]),
-                short(at_end),
-                short(largest["axis_norm"]),
+                run.label, str(trajectory.steps), str(trajectory.order), short(largest["jellett"]),
+                short(at_end), short(largest["axis_norm"]),
                 short(run.state_error) if run.state_error is not None else "reference run",
             )
-        )
+        )  # fmt: skip
         results[run.label] = {
             "steps": trajectory.steps,
             "jellett_drift": short(largest["jellett"], 3),

@@ -141,13 +141,10 @@ def _needed(package: str) -> Any:
 
 
 FORMATS = {
-    "": Format(_csv),
-    ".csv": Format(_csv),
-    ".json": Format(_json, _read_json),
+    "": Format(_csv), ".csv": Format(_csv), ".json": Format(_json, _read_json),
     ".parquet": Format(_parquet, package="pyarrow"),
-    ".arrow": Format(_feather, _read_feather, "pyarrow"),
-    ".h5": Format(_hdf5, _read_hdf5, "h5py"),
-}
+    ".arrow": Format(_feather, _read_feather, "pyarrow"), ".h5": Format(_hdf5, _read_hdf5, "h5py"),
+}  # fmt: skip
 
 
 def as_html(caption: str, rows: Iterable[tuple[str, object]]) -> str:

@@ -182,12 +182,9 @@ class Lanes:
     def _advance(self) -> list[Any]:
         before = self._steps
         self._batch.propagate_until(
-            self._goals,
-            max_delta_t=self._longest,
-            max_steps=min(STEPS_BETWEEN, ROOM - before),
-            callback=self._record_step,
-            write_tc=True,
-        )
+            self._goals, max_delta_t=self._longest, max_steps=min(STEPS_BETWEEN, ROOM - before),
+            callback=self._record_step, write_tc=True,
+        )  # fmt: skip
         outcomes = [outcome for outcome, _ in self._batch.step_res]
         if heyoka.taylor_outcome.err_nf_state in outcomes:
             self._record_step(self._batch)  # heyoka skips the callback of such a step

@@ -101,16 +101,9 @@ def sweep(
         An argument cannot be used.
     """
     spec = specification(
-        scene,
-        vary=vary,
-        box=box,
-        until=until,
-        samples=samples,
-        sampler=sampler,
-        seed=seed,
-        record=listed(record),
-        contact=contact,
-    )
+        scene, vary=vary, box=box, until=until, samples=samples, sampler=sampler, seed=seed,
+        record=listed(record), contact=contact,
+    )  # fmt: skip
     swept = run_sweep(spec, out=out, workers=workers, recheck=recheck)
     rows = swept.rows
     rows.attrs["summary"] = dict(swept.summary)
@@ -188,16 +181,11 @@ def run_sweep(
             serving = at_work.size()
         computed = missing - (spec.rows - store.rows)
         how = {
-            "batch": lanes,
-            "workers": serving,
-            "chunk": store.size,
-            "chunks_found": before,
-            "damaged": store.damaged,
-            "rows_computed": computed,
-            "seconds": round(seconds, 3),
+            "batch": lanes, "workers": serving, "chunk": store.size, "chunks_found": before,
+            "damaged": store.damaged, "rows_computed": computed, "seconds": round(seconds, 3),
             "rows_per_second": round(computed / seconds, 1) if computed else 0.0,
             "seconds_checking": round(checked, 3),
-        }
+        }  # fmt: skip
         summary = summary_of(store, rechecked, how)
         store.finish(summary)
     return Swept(summary, store)

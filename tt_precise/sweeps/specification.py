@@ -131,19 +131,15 @@ class Specification:
         scene, body, start = self.scene, self.scene.body, self.scene.start
         given = {name: str(value) for name, value in scene.given.items()}
         return ({"given": given} if given else {}) | {
-            "scene": scene.name,
-            "model": scene.model,
+            "scene": scene.name, "model": scene.model,
             "body": {name: str(value) for name, value in body.numbers_by_name.items()},
             "start": {entry.name: str(getattr(start, entry.name)) for entry in fields(start)},
             "until": str(scene.until),
             "vary": {name: [str(value) for value in values] for name, values in self.vary.items()},
             "box": {name: [str(value) for value in ends] for name, ends in self.box.items()},
-            "samples": self.samples,
-            "sampler": self.sampler,
-            "seed": self.seed,
-            "record": list(self.record),
-            "contact": self.contact,
-        }
+            "samples": self.samples, "sampler": self.sampler, "seed": self.seed,
+            "record": list(self.record), "contact": self.contact,
+        }  # fmt: skip
 
     @cached_property
     def fingerprint(self) -> str:

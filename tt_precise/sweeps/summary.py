@@ -93,9 +93,6 @@ def _recheck(rechecked: Mapping[int, dict[str, Json]]) -> dict[str, Json]:
             elif name not in largest or difference >= largest[name]["value"]:
                 largest[name] = {"value": difference, "index": index}
     return {
-        "rows": len(rechecked),
-        "largest_difference": dict(sorted(largest.items())),
-        "other_outcome": other,
-        "only_in_one": unmatched,
-        "errors": errors,
-    }
+        "rows": len(rechecked), "largest_difference": dict(sorted(largest.items())),
+        "other_outcome": other, "only_in_one": unmatched, "errors": errors,
+    }  # fmt: skip

@@ -71,17 +71,13 @@ def findings(tables: TradeoffTables) -> list[Finding]:
     computed = (
         finding
         for compute, table in (
-            (_peers, tables.rows),
-            (_variants, tables.rows),
-            (_digits, tables.rows),
-            (_machine, tables.rows),
-            (_conservation, tables.rows),
-            (_growth, tables.long_runs),
+            (_peers, tables.rows), (_variants, tables.rows), (_digits, tables.rows),
+            (_machine, tables.rows), (_conservation, tables.rows), (_growth, tables.long_runs),
             (_estimates, tables.estimates),
         )
         if table is not None
         for finding in compute(table)
-    )
+    )  # fmt: skip
     return [finding for finding in computed if not math.isnan(finding.value)]
 
 

@@ -43,13 +43,10 @@ def setup_of(
 ) -> Setup:
     """What ``integrate`` would compile for these settings."""
     return Setup(
-        formulation=problem.form,
-        precision=settings.precision,
-        events=tuple(events),
-        record=tuple(record),
-        tolerance=settings.tolerance,
+        formulation=problem.form, precision=settings.precision, events=tuple(events),
+        record=tuple(record), tolerance=settings.tolerance,
         options=tuple((option, True) for option in options),
-    )
+    )  # fmt: skip
 
 
 def bare(problem: GoldenProblem, settings: Settings, *options: str) -> Solve:
@@ -172,12 +169,9 @@ def user(request: str, problem: GoldenProblem, settings: Settings) -> Solve:
             for name in names
         ]
         return SolverResult(
-            [state],
-            trajectory.steps,
-            trajectory.steps * trajectory.order,
-            trajectory.order,
+            [state], trajectory.steps, trajectory.steps * trajectory.order, trajectory.order,
             published=True,
-        )
+        )  # fmt: skip
 
     return solve
 

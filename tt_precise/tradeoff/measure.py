@@ -72,25 +72,15 @@ class Group(NamedTuple):
 
 # tolerances of each peer that it takes at all and bears: RK45 needs a minute for 1e-12
 TOLERANCES: dict[str, tuple[float, ...]] = {
-    "SciPy DOP853, numba": DECADES,
-    "SciPy RK45, numba": DECADES[:7],
-    "SciPy LSODA, numba": DECADES[:10],
-    "SciPy odeint, numba": (0.0, *DECADES[:11]),
-    "SciPy Radau, numba": (1e-3, 1e-4, 1e-5),
-    "SciPy DOP853, Python": COARSE,
-    "SciPy RK45, Python": (1e-3, 1e-6),
-    "SciPy LSODA, Python": (1e-3, 1e-6, 1e-9),
-    "SciPy odeint, Python": (0.0, 1e-9, 1e-12),
-    "SciPy Radau, Python": (1e-3,),
-    "diffrax Dopri8": DECADES,
-    "diffrax Tsit5": DECADES[:11],
-    "CyRK DOP853": DECADES,
-    "CyRK VERN8": DECADES,
-    "CyRK TSIT5": DECADES[:10],
-    "CyRK LSODA": DECADES[:11],
-    "SUNDIALS CVODE Adams": DECADES[:11],
-    "SUNDIALS CVODE BDF": (1e-3, 1e-6),
-}
+    "SciPy DOP853, numba": DECADES, "SciPy RK45, numba": DECADES[:7],
+    "SciPy LSODA, numba": DECADES[:10], "SciPy odeint, numba": (0.0, *DECADES[:11]),
+    "SciPy Radau, numba": (1e-3, 1e-4, 1e-5), "SciPy DOP853, Python": COARSE,
+    "SciPy RK45, Python": (1e-3, 1e-6), "SciPy LSODA, Python": (1e-3, 1e-6, 1e-9),
+    "SciPy odeint, Python": (0.0, 1e-9, 1e-12), "SciPy Radau, Python": (1e-3,),
+    "diffrax Dopri8": DECADES, "diffrax Tsit5": DECADES[:11], "CyRK DOP853": DECADES,
+    "CyRK VERN8": DECADES, "CyRK TSIT5": DECADES[:10], "CyRK LSODA": DECADES[:11],
+    "SUNDIALS CVODE Adams": DECADES[:11], "SUNDIALS CVODE BDF": (1e-3, 1e-6),
+}  # fmt: skip
 # with these alone the quick plan and the other scenes are measured
 BEST_PEERS = ("SciPy DOP853, numba", "diffrax Dopri8", "CyRK DOP853", "CyRK VERN8")
 QUICK_PEERS = (*BEST_PEERS, "SciPy odeint, numba", "SUNDIALS CVODE Adams")
@@ -388,12 +378,9 @@ def measure(groups: Iterable[Group], notify: Notify, progress: Progress = silent
             began, share = time.monotonic(), len(group.trials) / total
             ready = list(_prepared(group.trials, skip))
             times = interleaved(
-                [trial.run for trial in ready],
-                baseline,
-                rounds=group.rounds,
-                budget_s=group.budget_s,
-                progress=report,
-            )
+                [trial.run for trial in ready], baseline, rounds=group.rounds,
+                budget_s=group.budget_s, progress=report,
+            )  # fmt: skip
             rows += map(_row, ready, times)
             done += share
             notify(f"{group.name}: {len(ready)} settings, {time.monotonic() - began:.0f} s")
@@ -434,27 +421,16 @@ def _compiled_anew() -> Iterator[Callable[[], None]]:
 def _row(compiled: CompiledTrial, times: Timings) -> Row:
     trial, end, errors = compiled.trial, compiled.ended, compiled.errors()
     return Row(
-        scene=trial.scene,
-        horizon_s=float(compiled.problem.until),
-        method=trial.method,
-        setting=_setting(trial),
-        precision=trial.precision,
-        bits=trial.arithmetic.bits,
-        formulation=trial.coordinates,
-        tolerance=trial.tolerance,
-        peer=METHODS[trial.method].peer,
+        scene=trial.scene, horizon_s=float(compiled.problem.until), method=trial.method,
+        setting=_setting(trial), precision=trial.precision, bits=trial.arithmetic.bits,
+        formulation=trial.coordinates, tolerance=trial.tolerance, peer=METHODS[trial.method].peer,
         error=float(errors.error),
         error_on_way=None if errors.error_on_way is None else float(errors.error_on_way),
-        seconds=min(times.seconds) / end.lanes,
-        seconds_median=times.median / end.lanes,
-        ratio=times.ratio / end.lanes,
-        rounds=len(times.seconds),
-        setup_s=compiled.setup_s,
-        steps=end.steps or None,
-        work=end.work or None,
-        order=end.order,
+        seconds=min(times.seconds) / end.lanes, seconds_median=times.median / end.lanes,
+        ratio=times.ratio / end.lanes, rounds=len(times.seconds), setup_s=compiled.setup_s,
+        steps=end.steps or None, work=end.work or None, order=end.order,
         jellett_drift=float(errors.jellett_drift),
-    )
+    )  # fmt: skip
 
 
 def _setting(trial: Trial) -> str:
