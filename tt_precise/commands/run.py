@@ -10,7 +10,7 @@ import click
 from tt_precise.commands import options
 from tt_precise.mechanics.digits import RULE
 from tt_precise.runtime.files import require_apart, require_writable
-from tt_precise.runtime.records import Meta, Record
+from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.tables import FORMATS
 from tt_precise.runtime.values import InputError, Json, Scalar, listed
 
@@ -29,50 +29,50 @@ Arithmetic = Literal["double", "extended", "double-double", "quad", "triple-doub
 Ending = Literal[
     "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole", "failed"
 ]
-STATE = Meta(description="the state (SI), decimals; null where undefined")
+STATE = means("the state (SI), decimals; null where undefined")
 
 
 class ClimbRecord(Record, frozen=True):
     """Initiation and ending time of the climb in one definition."""
 
-    t_init: Annotated[str | None, Meta(description="begin in s; null if there is none")]
-    t_end: Annotated[str | None, Meta(description="end in s; null if there is none")]
+    t_init: Annotated[str | None, means("begin in s; null if there is none")]
+    t_end: Annotated[str | None, means("end in s; null if there is none")]
 
 
 class ClimbsRecord(Record, frozen=True):
     """The climb, as `tt-precise events` defines it."""
 
-    precision: Annotated[str, Meta(description="arithmetic of the run with these times")]
-    equator: Annotated[str, Meta(description="when theta first crosses pi/2, in s")]
-    A: Annotated[ClimbRecord, Meta(description="signed perigee")]
-    B: Annotated[ClimbRecord, Meta(description="L.k = L.z and L.k = -L.z")]
-    C: Annotated[ClimbRecord, Meta(description="phi_dot > 0")]
+    precision: Annotated[str, means("arithmetic of the run with these times")]
+    equator: Annotated[str, means("when theta first crosses pi/2, in s")]
+    A: Annotated[ClimbRecord, means("signed perigee")]
+    B: Annotated[ClimbRecord, means("L.k = L.z and L.k = -L.z")]
+    C: Annotated[ClimbRecord, means("phi_dot > 0")]
 
 
 class StretchRecord(Record, frozen=True):
     """A stretch of one kind of motion."""
 
-    model: Annotated[str, Meta(description="gliding, rolling, flight, or contact (elastic table)")]
-    begin: Annotated[str, Meta(description="begin in s")]
-    end: Annotated[str, Meta(description="end in s")]
-    ended: Annotated[str, Meta(description="stick, slip, lift_off, ...; the status at the end")]
+    model: Annotated[str, means("gliding, rolling, flight, or contact (elastic table)")]
+    begin: Annotated[str, means("begin in s")]
+    end: Annotated[str, means("end in s")]
+    ended: Annotated[str, means("stick, slip, lift_off, ...; the status at the end")]
 
 
 class NormalForceRecord(Record, frozen=True):
     """The smallest normal force at a sample."""
 
-    value: Annotated[str, Meta(description="g_n in N, as a double")]
-    t: Annotated[str, Meta(description="time of the sample in s")]
+    value: Annotated[str, means("g_n in N, as a double")]
+    t: Annotated[str, means("time of the sample in s")]
 
 
 class EventRecord(Record, frozen=True):
     """A recorded event."""
 
-    name: Annotated[str, Meta(description="name")]
-    t: Annotated[str, Meta(description="time in s")]
+    name: Annotated[str, means("name")]
+    t: Annotated[str, means("time in s")]
     change: Annotated[
         Literal["minimum", "maximum", "up", "down", ""],
-        Meta(description="up and down are through zero; empty where stretches join"),
+        means("up and down are through zero; empty where stretches join"),
     ]
     state: Annotated[State, STATE]
 
@@ -80,43 +80,37 @@ class EventRecord(Record, frozen=True):
 class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.run/1"):
     """What `tt-precise run SCENE --json` prints. Numbers beyond counts are decimal strings."""
 
-    scene: Annotated[str, Meta(description="name of the scene")]
-    model: Annotated[
-        Literal["gliding", "rolling", "flight"], Meta(description="equations of motion")
-    ]
-    formulation: Annotated[Literal["newton", "euler"], Meta(description="coordinates")]
-    precision: Annotated[Arithmetic, Meta(description="arithmetic")]
-    bits: Annotated[int, Meta(description="working precision in bits")]
-    tolerance: Annotated[str, Meta(description="relative tolerance")]
-    status: Annotated[Ending, Meta(description="how the trajectory ended")]
-    t_end: Annotated[str, Meta(description="end in s")]
-    inverted: Annotated[
-        bool, Meta(description="whether theta has crossed pi/2, and is beyond it at the end")
-    ]
+    scene: Annotated[str, means("name of the scene")]
+    model: Annotated[Literal["gliding", "rolling", "flight"], means("equations of motion")]
+    formulation: Annotated[Literal["newton", "euler"], means("coordinates")]
+    precision: Annotated[Arithmetic, means("arithmetic")]
+    bits: Annotated[int, means("working precision in bits")]
+    tolerance: Annotated[str, means("relative tolerance")]
+    status: Annotated[Ending, means("how the trajectory ended")]
+    t_end: Annotated[str, means("end in s")]
+    inverted: Annotated[bool, means("whether theta has crossed pi/2, and is beyond it at the end")]
     climb: Annotated[
         ClimbsRecord | None,
-        Meta(description="times of the climb; null if theta does not cross pi/2 at the samples"),
+        means("times of the climb; null if theta does not cross pi/2 at the samples"),
     ]
-    contact_lost: Annotated[str | None, Meta(description="time of the first loss of contact in s")]
-    smallest_g_n: Annotated[
-        NormalForceRecord | None, Meta(description="smallest normal force at the samples")
-    ]
+    contact_lost: Annotated[str | None, means("time of the first loss of contact in s")]
+    smallest_g_n: Annotated[NormalForceRecord | None, means("smallest normal force at the samples")]
     stretches: Annotated[
-        tuple[StretchRecord, ...], Meta(description="gliding, rolling, flight, in order of time")
+        tuple[StretchRecord, ...], means("gliding, rolling, flight, in order of time")
     ]
-    steps: Annotated[int, Meta(description="steps taken")]
-    order: Annotated[int, Meta(description="order of the Taylor method")]
+    steps: Annotated[int, means("steps taken")]
+    order: Annotated[int, means("order of the Taylor method")]
     state: Annotated[State, STATE]
     error_estimate: Annotated[
-        dict[str, str], Meta(description="estimated absolute error of each entry, decimals")
+        dict[str, str], means("estimated absolute error of each entry, decimals")
     ]
-    digits: Annotated[float, Meta(description="significant digits (see the explanation)")]
+    digits: Annotated[float, means("significant digits (see the explanation)")]
     drift: Annotated[
         dict[str, str],
-        Meta(description="largest relative drift of each conserved quantity, decimals"),
+        means("largest relative drift of each conserved quantity, decimals"),
     ]
-    events: Annotated[tuple[EventRecord, ...], Meta(description="recorded events in order of time")]
-    touches: Annotated[tuple[str, ...], Meta(description=f"events whose function {TOUCHES}")]
+    events: Annotated[tuple[EventRecord, ...], means("recorded events in order of time")]
+    touches: Annotated[tuple[str, ...], means(f"events whose function {TOUCHES}")]
 
 
 @click.command("run", epilog=f"Digits: {RULE}")

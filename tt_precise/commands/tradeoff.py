@@ -8,7 +8,7 @@ from typing import Annotated
 import click
 
 from tt_precise.commands.options import JSON, emit
-from tt_precise.runtime.records import Meta, Record
+from tt_precise.runtime.records import Record, means
 from tt_precise.tradeoff.findings import Finding
 from tt_precise.tradeoff.measure import Machine, Row
 
@@ -18,14 +18,14 @@ REPORTS = Path("reports/measured")
 class Measured(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff/2"):
     """What `tt-precise tradeoff --json` prints."""
 
-    rows: Annotated[tuple[Row, ...], Meta(description="one entry for each method and setting")]
+    rows: Annotated[tuple[Row, ...], means("one entry for each method and setting")]
     machine: Annotated[
         tuple[Machine, ...],
-        Meta(description="one trajectory at the start and at the end of the run, and imports"),
+        means("one trajectory at the start and at the end of the run, and imports"),
     ]
-    ratios: Annotated[dict[str, float], Meta(description="value of each finding by its name")]
-    findings: Annotated[tuple[Finding, ...], Meta(description="the same with definitions")]
-    skipped: Annotated[tuple[str, ...], Meta(description="skipped methods, with the reason")]
+    ratios: Annotated[dict[str, float], means("value of each finding by its name")]
+    findings: Annotated[tuple[Finding, ...], means("the same with definitions")]
+    skipped: Annotated[tuple[str, ...], means("skipped methods, with the reason")]
 
 
 @click.command("tradeoff")

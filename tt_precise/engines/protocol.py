@@ -29,7 +29,7 @@ from tt_precise.mechanics.conversion import axis_of
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import multiplied
-from tt_precise.runtime.records import Record
+from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.values import Arithmetic, Array, InputError, Json
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.laws import LAWS
@@ -55,23 +55,16 @@ Quaternion = Annotated[list[float], Meta(min_length=4, max_length=4)]
 class Body(Record, frozen=True, forbid_unknown_fields=True):
     """A rigid sphere whose centre of mass lies off its centre."""
 
-    mass: Annotated[float, Meta(gt=0, description="kg")]
-    radius: Annotated[float, Meta(gt=0, description="m, of the sphere")]
+    mass: Annotated[float, means("kg", gt=0)]
+    radius: Annotated[float, means("m, of the sphere", gt=0)]
     centre_offset: Annotated[
-        float,
-        Meta(
-            gt=0,
-            description="m: the sphere's centre is at (0, 0, centre_offset) in the body frame",
-        ),
+        float, means("m: the sphere's centre is at (0, 0, centre_offset) in the body frame", gt=0)
     ]
     I1: Annotated[
         float,
-        Meta(
-            gt=0,
-            description="kg m^2 about the body's first and second axis through the centre of mass",
-        ),
+        means("kg m^2 about the body's first and second axis through the centre of mass", gt=0),
     ]
-    I3: Annotated[float, Meta(gt=0, description="kg m^2 about the axis of symmetry")]
+    I3: Annotated[float, means("kg m^2 about the axis of symmetry", gt=0)]
 
 
 def friction_of(scene: Scene) -> dict[str, Json]:
@@ -102,22 +95,17 @@ FRICTION = {
 class Start(Record, frozen=True, forbid_unknown_fields=True):
     """Pose and twist at t = 0."""
 
-    position: Annotated[Vector, Meta(description="m, of the centre of mass")]
-    quaternion_wxyz: Annotated[
-        Quaternion, Meta(description="body frame to inertial frame, scalar first")
-    ]
-    quaternion_xyzw: Annotated[Quaternion, Meta(description="the same, scalar last")]
-    velocity: Annotated[Vector, Meta(description="m/s, of the centre of mass, inertial frame")]
-    angular_velocity: Annotated[Vector, Meta(description="rad/s, inertial frame")]
+    position: Annotated[Vector, means("m, of the centre of mass")]
+    quaternion_wxyz: Annotated[Quaternion, means("body frame to inertial frame, scalar first")]
+    quaternion_xyzw: Annotated[Quaternion, means("the same, scalar last")]
+    velocity: Annotated[Vector, means("m/s, of the centre of mass, inertial frame")]
+    angular_velocity: Annotated[Vector, means("rad/s, inertial frame")]
 
 
 class Job(
-    Record,
-    frozen=True,
-    forbid_unknown_fields=True,
-    tag_field="schema",
+    Record, frozen=True, forbid_unknown_fields=True, tag_field="schema",
     tag="tt_precise.engine-job/1",
-):
+):  # fmt: skip
     """A job for a physics engine: a sphere on a horizontal table at z = 0.
 
     SI throughout; the inertial frame has z up, the body frame has its origin at the centre of mass
@@ -125,17 +113,14 @@ class Job(
     """
 
     body: Body
-    gravity: Annotated[float, Meta(gt=0, description="m/s^2, downwards")]
-    contact: Annotated[Literal["rigid", "none"], Meta(description="none: no table, free flight")]
+    gravity: Annotated[float, means("m/s^2, downwards", gt=0)]
+    contact: Annotated[Literal["rigid", "none"], means("none: no table, free flight")]
     friction: Annotated[dict[str, Json], Meta(extra_json_schema=FRICTION)]
     start: Start
-    step: Annotated[float, Meta(gt=0, description="s, the fixed step to use")]
+    step: Annotated[float, means("s, the fixed step to use", gt=0)]
     sample_times: Annotated[
         list[float],
-        Meta(
-            min_length=1,
-            description="s, rising from 0, multiples of the step: one row of output each",
-        ),
+        means("s, rising from 0, multiples of the step: one row of output each", min_length=1),
     ]
 
 

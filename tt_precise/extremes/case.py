@@ -28,7 +28,7 @@ from functools import cache
 from itertools import product
 from typing import Annotated, Literal
 
-from tt_precise.runtime.records import UNSET, Meta, Record, Unset
+from tt_precise.runtime.records import UNSET, Record, Unset, means
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Check, Scalar, Verdict
 from tt_precise.runtime.workers import Call, Failure, local_pool
@@ -107,24 +107,22 @@ class ExtremeCase:
 class CaseRecord(Record, frozen=True, kw_only=True):
     """A case and its outcome."""
 
-    topic: Annotated[str, Meta(description="topic")]
-    family: Annotated[str, Meta(description="name of the family of cases, with braces")]
-    name: Annotated[str, Meta(description="name of the case")]
-    expected: Annotated[str, Meta(description="expected outcome from theory or a finer arithmetic")]
-    source: Annotated[str, Meta(description="source of the expectation")]
-    found: Annotated[str, Meta(description="observed outcome")]
-    verdict: Annotated[
-        Literal["pass", "fail"], Meta(description="whether the outcome is as expected")
-    ]
-    value: Annotated[float | None, Meta(description="the measured number, if any")]
-    data: Annotated[dict[str, float] | Unset, Meta(description="numbers for a picture")] = UNSET
+    topic: Annotated[str, means("topic")]
+    family: Annotated[str, means("name of the family of cases, with braces")]
+    name: Annotated[str, means("name of the case")]
+    expected: Annotated[str, means("expected outcome from theory or a finer arithmetic")]
+    source: Annotated[str, means("source of the expectation")]
+    found: Annotated[str, means("observed outcome")]
+    verdict: Annotated[Literal["pass", "fail"], means("whether the outcome is as expected")]
+    value: Annotated[float | None, means("the measured number, if any")]
+    data: Annotated[dict[str, float] | Unset, means("numbers for a picture")] = UNSET
 
 
 class Extremes(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.extremes/1"):
     """What `tt-precise extremes --json` prints; `reports/measured/extremes.json`."""
 
-    verdict: Annotated[Literal["pass", "fail"], Meta(description="pass if every case passes")]
-    cases: Annotated[tuple[CaseRecord, ...], Meta(description="the cases")]
+    verdict: Annotated[Literal["pass", "fail"], means("pass if every case passes")]
+    cases: Annotated[tuple[CaseRecord, ...], means("the cases")]
 
     @classmethod
     def of(cls, cases: Iterable[CaseRecord]) -> Extremes:

@@ -19,7 +19,7 @@ from tt_precise.report.collect import WORKERS, Computed, compute
 from tt_precise.report.document import Report
 from tt_precise.report.precision import SCENE
 from tt_precise.runtime.files import write_together
-from tt_precise.runtime.records import UNSET, Meta, Record, Unset, encode, load
+from tt_precise.runtime.records import UNSET, Record, Unset, encode, load, means
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import InputError, Json
 
@@ -33,12 +33,12 @@ Part = dict[str, Json]
 class Provenance(Record, frozen=True):
     """What made the report; commit and day are those of the last run that changed anything."""
 
-    versions: Annotated[str, Meta(description="versions of the packages")]
-    machine: Annotated[str, Meta(description="interpreter and processor")]
-    precision: Annotated[str, Meta(description="precisions of the reference scene")]
-    command: Annotated[str, Meta(description="the command")]
-    commit: Annotated[str, Meta(description="commit of the code")]
-    date: Annotated[str, Meta(description="day of the run")]
+    versions: Annotated[str, means("versions of the packages")]
+    machine: Annotated[str, means("interpreter and processor")]
+    precision: Annotated[str, means("precisions of the reference scene")]
+    command: Annotated[str, means("the command")]
+    commit: Annotated[str, means("commit of the code")]
+    date: Annotated[str, means("day of the run")]
 
 
 class Results(
@@ -47,28 +47,26 @@ class Results(
 ):  # fmt: skip
     """The numbers of the report in `results.json`, of which `tt-precise claims` reads `claims`."""
 
-    provenance: Annotated[Provenance, Meta(description="origin of the report")]
-    summary: Annotated[Part, Meta(description="drift of lambda by precision, ratio of energies")]
-    claims: Annotated[Committed, Meta(description="the verdicts on the paper's claims")]
+    provenance: Annotated[Provenance, means("origin of the report")]
+    summary: Annotated[Part, means("drift of lambda by precision, ratio of energies")]
+    claims: Annotated[Committed, means("the verdicts on the paper's claims")]
     conservation: Annotated[
-        dict[str, Part] | Unset, Meta(description="the reference scene in each precision")
+        dict[str, Part] | Unset, means("the reference scene in each precision")
     ] = UNSET
-    thresholds: Annotated[Part | Unset, Meta(description="as `tt-precise thresholds`")] = UNSET
-    golden: Annotated[
-        dict[str, Part] | Unset, Meta(description="digits and status of each golden scene")
-    ] = UNSET
-    proofs: Annotated[
-        dict[str, Part] | Unset, Meta(description="proved statements about each golden scene")
-    ] = UNSET
-    tradeoff: Annotated[
-        dict[str, Part] | Unset, Meta(description="findings on speed against accuracy")
-    ] = UNSET
-    extremes: Annotated[
-        Part | Unset, Meta(description="number of cases by topic, and names of failed cases")
-    ] = UNSET
-    engines: Annotated[dict[str, str] | Unset, Meta(description="verdict by engine and test")] = (
+    thresholds: Annotated[Part | Unset, means("as `tt-precise thresholds`")] = UNSET
+    golden: Annotated[dict[str, Part] | Unset, means("digits and status of each golden scene")] = (
         UNSET
     )
+    proofs: Annotated[
+        dict[str, Part] | Unset, means("proved statements about each golden scene")
+    ] = UNSET
+    tradeoff: Annotated[dict[str, Part] | Unset, means("findings on speed against accuracy")] = (
+        UNSET
+    )
+    extremes: Annotated[
+        Part | Unset, means("number of cases by topic, and names of failed cases")
+    ] = UNSET
+    engines: Annotated[dict[str, str] | Unset, means("verdict by engine and test")] = UNSET
 
 
 def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]:

@@ -18,7 +18,7 @@ A document is a ``Record``; its tag is the name and version under the key ``sche
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from msgspec import UNSET, Meta, Struct, UnsetType, ValidationError, convert
 from msgspec import json as msgspec_json
@@ -46,9 +46,9 @@ class Record(Struct, frozen=True):
 Document = TypeVar("Document", bound=Record)
 
 
-def means(description: str) -> Meta:
-    """The meaning of a field, for ``Annotated``."""
-    return Meta(description=description)
+def means(description: str, **bounds: Any) -> Meta:
+    """The meaning of a field and bounds of its values, for ``Annotated``."""
+    return Meta(description=description, **bounds)
 
 
 def encode(record: Record | dict[str, Json]) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from tt_precise.runtime.records import Meta, Record
+from tt_precise.runtime.records import Record, means
 from tt_precise.tradeoff import error_growth
 from tt_precise.tradeoff.measure import EVENTS, LADDER, RECORDS, SCENE, SHORT, WORKLOAD
 
@@ -60,10 +60,10 @@ def read(folder: Path) -> TradeoffTables:
 class Finding(Record, frozen=True):
     """A number from the tables, with its definition."""
 
-    name: Annotated[str, Meta(description="what it is")]
-    value: Annotated[float, Meta(description="its value")]
-    definition: Annotated[str, Meta(description="how it is computed")]
-    unit: Annotated[str, Meta(description="its unit")] = "times"
+    name: Annotated[str, means("what it is")]
+    value: Annotated[float, means("its value")]
+    definition: Annotated[str, means("how it is computed")]
+    unit: Annotated[str, means("its unit")] = "times"
 
 
 def findings(tables: TradeoffTables) -> list[Finding]:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 from msgspec.structs import asdict
 
 from tt_precise.integration.precision import Precision, precision_named
-from tt_precise.runtime.records import Meta, Record
+from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.tradeoff.heyoka_methods import OWN
@@ -295,48 +295,42 @@ Notify = Callable[[str], None]
 class Row(Record, frozen=True):
     """A method at a setting on a scene."""
 
-    scene: Annotated[str, Meta(description="name of the scene")]
-    horizon_s: Annotated[float, Meta(description="horizon in s")]
-    method: Annotated[str, Meta(description="name of the method")]
-    setting: Annotated[str, Meta(description="arithmetic, tolerance, formulation")]
-    precision: Annotated[str, Meta(description="the arithmetic")]
-    bits: Annotated[int, Meta(description="bits of its significand")]
-    formulation: Annotated[str, Meta(description="newton or euler")]
-    tolerance: Annotated[float, Meta(description="the method's tolerance; 0: its best or default")]
-    peer: Annotated[bool, Meta(description="whether it is another project's integrator")]
+    scene: Annotated[str, means("name of the scene")]
+    horizon_s: Annotated[float, means("horizon in s")]
+    method: Annotated[str, means("name of the method")]
+    setting: Annotated[str, means("arithmetic, tolerance, formulation")]
+    precision: Annotated[str, means("the arithmetic")]
+    bits: Annotated[int, means("bits of its significand")]
+    formulation: Annotated[str, means("newton or euler")]
+    tolerance: Annotated[float, means("the method's tolerance; 0: its best or default")]
+    peer: Annotated[bool, means("whether it is another project's integrator")]
     error: Annotated[
         float | None,
-        Meta(description="largest absolute error of k, L, v at the end, dimensionless; null: none"),
+        means("largest absolute error of k, L, v at the end, dimensionless; null: none"),
     ]
-    error_on_way: Annotated[
-        float | None, Meta(description="the largest such error at the golden times")
-    ]
-    seconds: Annotated[float, Meta(description="least time of one trajectory in s")]
-    seconds_median: Annotated[float, Meta(description="median time of one trajectory in s")]
-    ratio: Annotated[
-        float, Meta(description="median of the ratios to a bare heyoka loop timed just before")
-    ]
-    rounds: Annotated[int, Meta(description="number of timings")]
-    setup_s: Annotated[float, Meta(description="time in s of compiling and building, done once")]
-    steps: Annotated[int | None, Meta(description="steps taken; null: not reported")]
+    error_on_way: Annotated[float | None, means("the largest such error at the golden times")]
+    seconds: Annotated[float, means("least time of one trajectory in s")]
+    seconds_median: Annotated[float, means("median time of one trajectory in s")]
+    ratio: Annotated[float, means("median of the ratios to a bare heyoka loop timed just before")]
+    rounds: Annotated[int, means("number of timings")]
+    setup_s: Annotated[float, means("time in s of compiling and building, done once")]
+    steps: Annotated[int | None, means("steps taken; null: not reported")]
     work: Annotated[
         int | None,
-        Meta(description="evaluations of the right-hand side, or Taylor coefficients of an entry"),
+        means("evaluations of the right-hand side, or Taylor coefficients of an entry"),
     ]
-    order: Annotated[int | None, Meta(description="order of the method if it is fixed")]
-    jellett_drift: Annotated[
-        float | None, Meta(description="largest relative change of Jellett's integral")
-    ]
+    order: Annotated[int | None, means("order of the method if it is fixed")]
+    jellett_drift: Annotated[float | None, means("largest relative change of Jellett's integral")]
 
 
 class Machine(Record, frozen=True):
     """How fast the machine was."""
 
-    method: Annotated[str, Meta(description='"reference workload" or "import"')]
-    setting: Annotated[str, Meta(description="start or end of the run, or the imported package")]
-    seconds: Annotated[float, Meta(description="least time in s")]
-    seconds_median: Annotated[float, Meta(description="median time in s")]
-    rounds: Annotated[int, Meta(description="number of timings")]
+    method: Annotated[str, means('"reference workload" or "import"')]
+    setting: Annotated[str, means("start or end of the run, or the imported package")]
+    seconds: Annotated[float, means("least time in s")]
+    seconds_median: Annotated[float, means("median time in s")]
+    rounds: Annotated[int, means("number of timings")]
 
 
 class Tradeoff(NamedTuple):
