@@ -121,10 +121,7 @@ def flown(scene: Scene) -> States:
 def integrated(scene: Scene) -> States:
     """The scene's solution, integrated in double to its full accuracy.
 
-    Raises
-    ------
-    ArithmeticError
-        The solution ends before the scene's horizon.
+    Raises ``ArithmeticError``: the solution ends before the scene's horizon.
     """
     trajectory = integrate(scene, events=(), record=())
     if trajectory.status != "complete":

@@ -215,10 +215,7 @@ def run(
 
     ``stop`` ends it early. Afterwards the program and its children have ended.
 
-    Raises
-    ------
-    InputError
-        There is no such program, or it cannot be started.
+    Raises ``InputError``: there is no such program, or it cannot be started.
     """
     with (
         tempfile.TemporaryFile() as source,

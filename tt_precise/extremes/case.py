@@ -169,10 +169,7 @@ def together(*checks: Check) -> Check:
 def finite(values: Iterable[Scalar], what: str = "output") -> list[Scalar]:
     """The values as a list (missing ones left out).
 
-    Raises
-    ------
-    NotFiniteError
-        A value is NaN or infinite, which fails the case.
+    Raises ``NotFiniteError``: a value is NaN or infinite, which fails the case.
     """
     given = [value for value in values if value is not None]
     for value in given:

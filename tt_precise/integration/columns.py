@@ -263,10 +263,8 @@ def expanded(names: Iterable[Any]) -> tuple[Name, ...]:
 def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:
     """The pose of a motion with ``recorded`` phi, psi, x and y; for one row or arrays.
 
-    Raises
-    ------
-    InputError
-        The recorded phi lost the half turn at a passage of the axis through the vertical.
+    Raises ``InputError``: the recorded phi lost the half turn at a passage of the axis through the
+    vertical.
     """
     import numpy
 

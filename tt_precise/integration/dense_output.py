@@ -195,10 +195,7 @@ class Span:
     def dimensionless_time(self, t: Scalar) -> Scalar:
         """A time in s as a dimensionless time with guard bits.
 
-        Raises
-        ------
-        InputError
-            It lies outside the trajectory.
+        Raises ``InputError``: it lies outside the trajectory.
         """
         wanted = as_fraction(t)
         time = to_mpmath(wanted, self.precision.context)
@@ -344,10 +341,7 @@ class DenseOutput(Span):
     def times(self, times: Sequence[Fraction]) -> Times:
         """Exact times in s for ``arrays``; those within ``TIME_TOLERANCE`` of the end are the end.
 
-        Raises
-        ------
-        InputError
-            A time lies outside the trajectory.
+        Raises ``InputError``: a time lies outside the trajectory.
         """
         import numpy
 

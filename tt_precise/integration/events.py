@@ -187,10 +187,7 @@ def existing(names: Iterable[Asked], model: str) -> tuple[Asked, ...]:
 def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:
     """The event called ``name``, or the extremum or zero of a quantity; an ``Event`` unchanged.
 
-    Raises
-    ------
-    InputError
-        There is no such event, or not in this model.
+    Raises ``InputError``: there is no such event, or not in this model.
     """
     if isinstance(name, Event):
         return name

@@ -112,10 +112,8 @@ def propagate(
     to its last good step, at most ``cuts`` times, and has the status "failed", as has a propagation
     whose steps are too short ever to reach the horizon.
 
-    Raises
-    ------
-    InputError
-        There are more than ``MOST_EVENTS`` events, or the function of an event became undefined.
+    Raises ``InputError``: there are more than ``MOST_EVENTS`` events, or the function of an event
+    became undefined.
     """
     form = setup.formulation
     number, zero = setup.precision.number, setup.precision.context.mpf(0)

@@ -133,10 +133,8 @@ def sticking_and_slipping(
 ) -> list[Segment]:
     """The pieces of the motion of scene ``name`` from ``start`` to its end.
 
-    Raises
-    ------
-    InputError
-        More pieces than ``MOST_SEGMENTS``, or gliding can begin in no direction, or in several.
+    Raises ``InputError``: more pieces than ``MOST_SEGMENTS``, or gliding can begin in no direction,
+    or in several.
     """
     segments: list[Segment] = []
     begin = start.until * 0
@@ -243,10 +241,7 @@ def bouncing(
     unless the scene gives a height. A damped table loses contact before it has risen, and makes
     contact again where its force would push again.
 
-    Raises
-    ------
-    InputError
-        There are too many pieces.
+    Raises ``InputError``: there are too many pieces.
     """
     fn, contact = setup.precision.context, setup.formulation
     here = replace(start.pressed_in(fn), row=tuple(fn.mpf(0) for _ in setup.record))

@@ -81,11 +81,8 @@ def propagate_in_doubles(
 ) -> Propagation:
     """As ``propagate``; numbers have guard bits and are rounded when they become doubles.
 
-    Raises
-    ------
-    InputError
-        There are more than ``MOST_EVENTS`` events, or an event needs a function that does not exist
-        here.
+    Raises ``InputError``: there are more than ``MOST_EVENTS`` events, or an event needs a function
+    that does not exist here.
     """
     fn, until = setup.precision.context, start.until
     run = _Run(setup, start)

@@ -234,11 +234,8 @@ def _printed(precision: Precision, context: Functions) -> type:
 def precision_named(name: str, bits: int | None = None) -> Precision:
     """The precision called ``name``; ``bits`` only for ``mp``.
 
-    Raises
-    ------
-    InputError
-        Unknown name, bits for a type that has its own, ``extended`` on a machine without 80-bit
-        floats, or several doubles without llvmlite.
+    Raises ``InputError``: unknown name, bits for a type that has its own, ``extended`` on a machine
+    without 80-bit floats, or several doubles without llvmlite.
     """
     if name not in KINDS:
         raise InputError(f"precision: got {name!r}, expected one of: {', '.join(KINDS)}")

@@ -398,11 +398,8 @@ def integrated(
     With ``opposite_rounding`` every number of body and start is rounded to the other side of the
     exact value: the difference between both runs contains the effect of this rounding.
 
-    Raises
-    ------
-    InputError
-        The top is not on the table at t = 0, there are too many events, or no backend supports the
-        set-up.
+    Raises ``InputError``: the top is not on the table at t = 0, there are too many events, or no
+    backend supports the set-up.
     """
     thread = threading.get_ident()
     start = beginning(scene, setup.precision, setup.contact, opposite_rounding, thread)

@@ -61,10 +61,7 @@ class Setup:
     ) -> Setup:
         """The set-up of one integration of ``scene``; arguments as of ``integrate``.
 
-        Raises
-        ------
-        InputError
-            An argument cannot be used, or cannot be used with this scene.
+        Raises ``InputError``: an argument cannot be used, or cannot be used with this scene.
         """
         working, coordinates = precision_named(precision or "double", bits), formulation or "newton"
         law, spring = scene.body.friction, scene.body.spring
@@ -119,10 +116,7 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
 
     A function of the motion has an event with its name at each change of sign.
 
-    Raises
-    ------
-    InputError
-        ``events`` has another type.
+    Raises ``InputError``: ``events`` has another type.
     """
     if isinstance(events, str):
         events = listed(events)
@@ -197,11 +191,8 @@ def ended_at_start(start: InitialState, contact: str, fn: Functions) -> NoContac
 def require_contact(name: str, start: InitialState, fn: Functions, contact: str) -> None:
     """Refuse a start, of the scene ``name``, that the model does not cover.
 
-    Raises
-    ------
-    InputError
-        The top would not stay on the table at t = 0: g_n or its denominator is not positive.
-        With ``contact`` "bilateral" g_n may be negative.
+    Raises ``InputError``: the top would not stay on the table at t = 0: g_n or its denominator is
+    not positive. With ``contact`` "bilateral" g_n may be negative.
     """
     sticks = start.model == "gliding" and not start.body.friction.smooth_at_rest
     if contact == "bilateral" and sticks:

@@ -616,10 +616,8 @@ def integrate_to_digits(
     The error estimate of the run decides, for every entry at every sample, in every event and at
     the end. The next rung adds the digits that are missing.
 
-    Raises
-    ------
-    InputError
-        The digits are not a whole number in range, cannot be reached, or would take too long.
+    Raises ``InputError``: the digits are not a whole number in range, cannot be reached, or would
+    take too long.
     """
     if (whole(wanted) or 0) < 1:
         raise InputError(f"digits: got {wanted!r}, expected a whole number from 1")

@@ -58,10 +58,7 @@ def functions_along(
 def at_start(setup: Setup, start: InitialState) -> AtStart:
     """The events of a setup in the series at the start.
 
-    Raises
-    ------
-    InputError
-        An event is undefined at the start.
+    Raises ``InputError``: an event is undefined at the start.
     """
     import numpy
 

@@ -146,10 +146,7 @@ def sensitivity(
 
     By default at the scene's samples; times after the end of the model are left out.
 
-    Raises
-    ------
-    InputError
-        The scene cannot be used, or the times do not rise from 0.
+    Raises ``InputError``: the scene cannot be used, or the times do not rise from 0.
     """
     import heyoka
     import numpy

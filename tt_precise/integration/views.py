@@ -166,11 +166,8 @@ def animate(
 ) -> Path:
     """Write the animation of ``trajectory`` from ``begin`` to ``end`` (s).
 
-    Raises
-    ------
-    InputError
-        An unknown suffix, an empty span of time, no frames, a trajectory without a pose, or .mp4
-        without ffmpeg.
+    Raises ``InputError``: an unknown suffix, an empty span of time, no frames, a trajectory without
+    a pose, or .mp4 without ffmpeg.
     """
     import matplotlib
     from matplotlib.animation import FuncAnimation
@@ -201,10 +198,7 @@ def animate(
 def sampled(trajectory: Trajectory, begin: float, end: float | None, count: int) -> Frames:
     """``count`` poses, equally spaced in time.
 
-    Raises
-    ------
-    InputError
-        The span is empty or reaches beyond the trajectory.
+    Raises ``InputError``: the span is empty or reaches beyond the trajectory.
     """
     import numpy
     from scipy.spatial.transform import Rotation

@@ -219,10 +219,7 @@ def integrated(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation:
 def formulation(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation:
     """The formulation of ``model`` in ``coordinates``, with that law of friction.
 
-    Raises
-    ------
-    InputError
-        There is no such model, or there are no such coordinates.
+    Raises ``InputError``: there is no such model, or there are no such coordinates.
     """
     if coordinates not in COORDINATES:
         raise InputError(

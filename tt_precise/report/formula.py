@@ -47,10 +47,7 @@ class NoFormulaError(ValueError):
 def latex(text: str, other: str = "") -> str:
     """A formula as LaTeX without dollars; what ``other``, if given, has not is underlined.
 
-    Raises
-    ------
-    NoFormulaError
-        It is not a formula, or only a number or a symbol.
+    Raises ``NoFormulaError``: it is not a formula, or only a number or a symbol.
     """
     return _Writer(text, other, r"\underline{...}", " ").formula()
 

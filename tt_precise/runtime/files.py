@@ -28,10 +28,8 @@ def replacing(path: str | Path) -> Iterator[Path]:
     A link stays a link: its target is replaced. A device or a pipe, such as /dev/stdout, is not
     replaced but written to, from a temporary file elsewhere.
 
-    Raises
-    ------
-    InputError
-        The place cannot be written, or is full; or it is a dash, which means a stream elsewhere.
+    Raises ``InputError``: the place cannot be written, or is full; or it is a dash, which means a
+    stream elsewhere.
     """
     import tempfile  # here, as much imports this that does not write
 
@@ -74,10 +72,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
 def require_apart(outputs: Mapping[str, str | Path | None], *inputs: str) -> None:
     """Refuse to overwrite an input, or to write two outputs to one file; ``outputs`` by option.
 
-    Raises
-    ------
-    InputError
-        An output is one of the files ``inputs``, or is named twice.
+    Raises ``InputError``: an output is one of the files ``inputs``, or is named twice.
     """
     # a bare word is the name of a scene that ships
     taken = {_place(given): "which is read" for given in inputs if os.sep in given or "." in given}
@@ -120,10 +115,7 @@ def write_together(files: Mapping[str | Path, str | bytes]) -> None:
 def require_writable(path: str | Path) -> None:
     """Refuse a file that cannot be written, or whose disk is full, before long work.
 
-    Raises
-    ------
-    InputError
-        It cannot be written.
+    Raises ``InputError``: it cannot be written.
     """
     with suppress(_GivenUpError), replacing(path) as temporary:
         temporary.write_bytes(bytes(A_PAGE))
@@ -134,10 +126,7 @@ def require_writable(path: str | Path) -> None:
 def locked(folder: Path, work: str) -> Iterator[None]:
     """Lock ``folder`` against other processes with the same ``work``, until this process ends.
 
-    Raises
-    ------
-    InputError
-        Another process works in the folder, or the folder cannot be written.
+    Raises ``InputError``: another process works in the folder, or the folder cannot be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -186,10 +175,7 @@ MOST_DOTS = 2_000
 def read_toml(path: Path, what: str) -> str:
     """The text of a TOML file, without a byte order mark; errors say that ``what`` is expected.
 
-    Raises
-    ------
-    InputError
-        It cannot be read, is too large, or is not UTF-8.
+    Raises ``InputError``: it cannot be read, is too large, or is not UTF-8.
     """
     try:
         with path.open("rb") as file:
@@ -208,10 +194,7 @@ def read_toml(path: Path, what: str) -> str:
 def parse_toml(text: str) -> dict[str, Json]:
     """The table in ``text``, with floats as their written strings.
 
-    Raises
-    ------
-    InputError
-        It is not TOML, or exceeds the bounds.
+    Raises ``InputError``: it is not TOML, or exceeds the bounds.
     """
     if any(line.count(".") > MOST_DOTS for line in text.splitlines()):
         raise InputError(f"not a TOML file: more than {MOST_DOTS} dots in a line")
@@ -239,10 +222,7 @@ MISSHAPEN = (ValueError, KeyError, IndexError, TypeError, AttributeError)
 def parse_json(content: str | bytes, **hooks: Any) -> Json:
     """The value of a JSON text, by Python's reader with its ``hooks``.
 
-    Raises
-    ------
-    ValueError
-        It is not JSON, or nested too deeply.
+    Raises ``ValueError``: it is not JSON, or nested too deeply.
     """
     try:
         return json.loads(content, **hooks)
@@ -255,10 +235,7 @@ def read_json(path: Path, what: str) -> dict[str, Json]:
 
     Errors say that ``what`` is expected.
 
-    Raises
-    ------
-    InputError
-        It cannot be read, or does not hold such an object.
+    Raises ``InputError``: it cannot be read, or does not hold such an object.
     """
     try:
         content = parse_json(

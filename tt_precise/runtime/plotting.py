@@ -96,10 +96,7 @@ def thinned(times: Array, values: Array, bins: int = BINS) -> Array:
 def require_format(path: str | Path) -> None:
     """Refuse a file name that ends in no known format, before anything has been computed.
 
-    Raises
-    ------
-    InputError
-        Neither .svg nor .png nor .pdf.
+    Raises ``InputError``: neither .svg nor .png nor .pdf.
     """
     if Path(path).suffix.lower() not in FORMATS:
         raise InputError(f"picture: got {path}, expected a name that ends in {', '.join(FORMATS)}")
@@ -108,10 +105,7 @@ def require_format(path: str | Path) -> None:
 def save(figure: Figure, path: str | Path) -> None:
     """Write a picture in the format of the suffix of ``path``.
 
-    Raises
-    ------
-    InputError
-        Another ending than ``FORMATS``, or the place cannot be written.
+    Raises ``InputError``: another ending than ``FORMATS``, or the place cannot be written.
     """
     require_format(path)
     ending = Path(path).suffix.lower()

@@ -71,10 +71,7 @@ def import_heyoka() -> ModuleType:
 def user_folder() -> Path:
     """The user's cache folder for this package; it need not exist.
 
-    Raises
-    ------
-    OSError
-        The user has no home folder.
+    Raises ``OSError``: the user has no home folder.
     """
     try:
         home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"

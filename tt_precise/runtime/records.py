@@ -60,10 +60,7 @@ def encode(record: Record | dict[str, Json]) -> str:
 def load(path: Path, kind: type[Document], what: str) -> Document:
     """The record in a file; errors say that ``what`` is expected.
 
-    Raises
-    ------
-    InputError
-        It cannot be read, has another schema, or a value has the wrong type.
+    Raises ``InputError``: it cannot be read, has another schema, or a value has the wrong type.
     """
     return record_of(read(path, what), kind, shown(path), what)
 
@@ -71,10 +68,7 @@ def load(path: Path, kind: type[Document], what: str) -> Document:
 def read_as_record(path: Path, kind: type[Document], what: str) -> dict[str, Json]:
     """The JSON object in a file, unchanged, after checking that it has the form of a record.
 
-    Raises
-    ------
-    InputError
-        As ``load``.
+    Raises ``InputError``: as ``load``.
     """
     content = read(path, what)
     record_of(content, kind, shown(path), what)
@@ -84,10 +78,7 @@ def read_as_record(path: Path, kind: type[Document], what: str) -> dict[str, Jso
 def record_of(content: Json, kind: type[Document], origin: str, what: str) -> Document:
     """The record of plain JSON values; ``origin`` is their source.
 
-    Raises
-    ------
-    InputError
-        They have another schema, or a value has the wrong type.
+    Raises ``InputError``: they have another schema, or a value has the wrong type.
     """
     config = kind.__struct_config__
     if config.tag is not None:

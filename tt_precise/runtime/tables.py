@@ -43,10 +43,8 @@ def as_csv(table: Table) -> str:
 def write_table(path: str | Path, table: Table) -> None:
     """Write columns to a file, completely or not at all: numbers as text or floats, or None.
 
-    Raises
-    ------
-    InputError
-        The format is unknown, needs a missing package, or the place cannot be written.
+    Raises ``InputError``: the format is unknown, needs a missing package, or the place cannot be
+    written.
     """
     write = format_of(path).write
     with replacing(path) as temporary:
@@ -56,10 +54,7 @@ def write_table(path: str | Path, table: Table) -> None:
 def format_of(path: str | Path) -> Format:
     """The format of a file; without a suffix it is CSV.
 
-    Raises
-    ------
-    InputError
-        The format is unknown, or needs a package that is not installed.
+    Raises ``InputError``: the format is unknown, or needs a package that is not installed.
     """
     suffix = Path(path).suffix
     if suffix not in FORMATS:

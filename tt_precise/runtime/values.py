@@ -50,10 +50,7 @@ def listed(names: str | Iterable[str]) -> tuple[str, ...]:
 def distinct(what: str, asked: Iterable[Any]) -> tuple[Any, ...]:
     """Return the requested things, given by name or as objects with a name, each once.
 
-    Raises
-    ------
-    InputError
-        Two have one name, as two lambdas have.
+    Raises ``InputError``: two have one name, as two lambdas have.
     """
     by_name: dict[str, Any] = {}
     for one in asked:

@@ -182,10 +182,7 @@ class Pool:
         A worker must be able to import ``work``. Of a list of calls ``progress`` gets the fraction
         done.
 
-        Raises
-        ------
-        InputError
-            The executor no longer works.
+        Raises ``InputError``: the executor no longer works.
         """
         rest = self._tasks(calls)
         again: list[tuple[Call, ...]] = []
@@ -291,10 +288,7 @@ def local_pool(
     prepare
         Called first in each process, for example to import slow modules.
 
-    Raises
-    ------
-    InputError
-        ``workers`` is out of range.
+    Raises ``InputError``: ``workers`` is out of range.
     """
     workers = cores() if workers is None else workers
     if not 1 <= workers <= most_workers():
@@ -307,10 +301,7 @@ def local_pool(
 def dask_pool(address: str, *, tries: int = 1) -> Pool:
     """The workers of the dask.distributed scheduler at ``address``.
 
-    Raises
-    ------
-    InputError
-        The extra ``dask`` is not installed, or the scheduler does not answer.
+    Raises ``InputError``: the extra ``dask`` is not installed, or the scheduler does not answer.
     """
     try:
         from distributed import Client

@@ -199,10 +199,7 @@ UNIT_KEYS = {
 def body_numbers(given: Mapping[str, Json]) -> dict[str, Fraction]:
     """The numbers of a table ``[body]`` in SI, except I1 and I3 in units of m R^2.
 
-    Raises
-    ------
-    InputError
-        A quantity is given twice, or is not a number.
+    Raises ``InputError``: a quantity is given twice, or is not a number.
     """
     values = {name: written(given[name], name) for name in NAMES if name in given}
     for key, (name, unit) in UNIT_KEYS.items():
@@ -232,10 +229,7 @@ def top_of(
 
     A top that flies continues after loss of contact. ``frictionless`` needs no mu.
 
-    Raises
-    ------
-    InputError
-        A key is unknown, missing or given twice, or a value is refused.
+    Raises ``InputError``: a key is unknown, missing or given twice, or a value is refused.
     """
     require_keys(body, {}, {*NAMES, *UNIT_KEYS}, "body.")
     given: dict[str, Any] = body_numbers(body)
@@ -290,10 +284,7 @@ def require_keys(
 ) -> None:
     """Refuse a table with an unknown key, or without a required one.
 
-    Raises
-    ------
-    InputError
-        A key is unknown or missing.
+    Raises ``InputError``: a key is unknown or missing.
     """
     known = {*required, *optional}
     for key in table:
@@ -315,10 +306,8 @@ PLAUSIBLE_DENSITY = Fraction(1, 10), Fraction(100_000)  # kg/m^3 of the sphere; 
 def require_si(body: TippeTop) -> None:
     """Refuse a body whose numbers are evidently not in the units of a scene file.
 
-    Raises
-    ------
-    InputError
-        A moment of inertia, gravity, or mass and radius together are impossible for a top.
+    Raises ``InputError``: a moment of inertia, gravity, or mass and radius together are impossible
+    for a top.
     """
     unit = body.m * body.R**2
     low, high = PLAUSIBLE_MOMENT

@@ -146,10 +146,7 @@ VISCOUS, REGULARISED, COULOMB = (LAWS[name] for name in ("viscous", "regularised
 def law_named(name: str) -> Law:
     """The law of that name.
 
-    Raises
-    ------
-    InputError
-        There is none.
+    Raises ``InputError``: there is none.
     """
     if name not in LAWS:
         raise InputError(f"friction.law: got {name!r}, expected one of: {', '.join(LAWS)}")

@@ -58,10 +58,8 @@ def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
 
     A value with pi ("pi/18") is rounded to ``IRRATIONAL_DIGITS`` digits.
 
-    Raises
-    ------
-    InputError
-        For anything else: a float is already rounded; NaN and infinity are refused.
+    Raises ``InputError`` for anything else: a float is already rounded; NaN and infinity are
+    refused.
     """
     return read(value, what).rational
 
@@ -69,10 +67,7 @@ def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
 def read(value: str | int | Fraction, what: str = "number", unit: str = "") -> WithPi:
     """As ``exact``, with pi kept apart; ``unit`` is "deg" or "deg/s" if that unit is allowed.
 
-    Raises
-    ------
-    InputError
-        As ``exact``.
+    Raises ``InputError``: as ``exact``.
     """
     if isinstance(value, Fraction):
         return WithPi(value)
@@ -129,10 +124,7 @@ def _product(text: str) -> WithPi:
 def written(value: str | float | Fraction, what: str = "number", unit: str = "") -> Fraction:
     """``exact`` for numbers in files and code: a float stands for its shortest decimal, as in TOML.
 
-    Raises
-    ------
-    InputError
-        As ``exact``; NaN and infinity too.
+    Raises ``InputError``: as ``exact``; NaN and infinity too.
     """
     return read(decimal_of(value), what, unit).rational
 
@@ -147,10 +139,7 @@ def decimal_of(value: Any) -> Any:
 def within_doubles(value: Fraction, what: str) -> Fraction:
     """The value, if it is within the range of doubles.
 
-    Raises
-    ------
-    InputError
-        It is beyond ``LARGEST``.
+    Raises ``InputError``: it is beyond ``LARGEST``.
     """
     if abs(value) > LARGEST:
         digits = len(str(abs(value.numerator) // value.denominator))
@@ -171,10 +160,7 @@ def to_mpmath(value: Fraction, context: Functions) -> Scalar:
 def as_fraction(t: Scalar) -> Fraction:
     """The exact value of a time: a string, an int, a fraction, or a float of any kind.
 
-    Raises
-    ------
-    InputError
-        It is not a finite number.
+    Raises ``InputError``: it is not a finite number.
     """
     if hasattr(t, "_mpf_"):
         sign, mantissa, power, _ = t._mpf_

@@ -97,10 +97,7 @@ def part_named(name: str) -> Part | None:
 def check_names(record: tuple[str, ...], model: str) -> None:
     """Refuse columns that do not exist.
 
-    Raises
-    ------
-    InputError
-        A column is unknown, named twice, or a default column.
+    Raises ``InputError``: a column is unknown, named twice, or a default column.
     """
     for name in record:
         if name in FIXED or record.count(name) > 1:

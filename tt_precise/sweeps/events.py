@@ -117,10 +117,7 @@ class Zeros:
     def read(self, steps: Steps) -> None:
         """Find the zeros in some steps.
 
-        Raises
-        ------
-        InputError
-            There are more events than fit into memory.
+        Raises ``InputError``: there are more events than fit into memory.
         """
         signs, values = self._signs(steps)
         for number in range(len(self._detectors)):

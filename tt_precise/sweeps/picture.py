@@ -94,10 +94,7 @@ def draw_map(
 def column_named(rows: pandas.DataFrame, name: str) -> str:
     """The column for ``name``; t_init, t_end and climb use definition A.
 
-    Raises
-    ------
-    InputError
-        There is no such column.
+    Raises ``InputError``: there is no such column.
     """
     wanted = SHORT.get(name, name)
     if wanted in rows.columns or (wanted.startswith("climb_") and "t_end_A" in rows.columns):

@@ -161,10 +161,7 @@ def run_sweep(
     progress
         Called with the share of rows that are done.
 
-    Raises
-    ------
-    InputError
-        An argument cannot be used.
+    Raises ``InputError``: an argument cannot be used.
     """
     if recheck < 0:
         raise InputError(f"recheck: got {recheck}, expected 0 (none) or a number of rows")

@@ -70,10 +70,8 @@ class Specification:
     is sampled. ``contact`` is "unilateral" (a trajectory ends where g_n reaches 0) or "bilateral"
     (it continues with g_n < 0, as the paper's equations do). ``record`` names further columns.
 
-    Raises
-    ------
-    InputError
-        A name or value cannot be used; checked for both ends of every axis and interval.
+    Raises ``InputError``: a name or value cannot be used; checked for both ends of every axis and
+    interval.
     """
 
     scene: Scene
@@ -254,10 +252,8 @@ def read_specification(path: str | Path) -> Specification:
         sampler = "sobol"              # or "latin"
         seed = 1
 
-    Raises
-    ------
-    InputError
-        The file does not exist, is not TOML, or its content is refused; the line names the file.
+    Raises ``InputError``: the file does not exist, is not TOML, or its content is refused; the line
+    names the file.
     """
     path = Path(path)
     text = read_toml(path, "a TOML file of a sweep")

@@ -42,10 +42,8 @@ class Store:
 
     Opening an interrupted sweep resumes it: ``known`` has the numbers of its chunks.
 
-    Raises
-    ------
-    InputError
-        It holds another sweep, cannot be used, or the extra ``parquet`` is not installed.
+    Raises ``InputError``: it holds another sweep, cannot be used, or the extra ``parquet`` is not
+    installed.
     """
 
     def __init__(self, spec: Specification, out: str | Path | None, size: int | None):
@@ -159,10 +157,8 @@ def read_rows(path: str | Path) -> pandas.DataFrame:
     path
         The folder or URL of ``out``, one of its chunks, or a CSV file, which nothing is known of.
 
-    Raises
-    ------
-    InputError
-        There are no rows, they cannot be read, or they have changed since they were written.
+    Raises ``InputError``: there are no rows, they cannot be read, or they have changed since they
+    were written.
     """
     import pandas
 
@@ -227,10 +223,7 @@ def write_chunk(out: str, fingerprint: str, number: int, frame: pandas.DataFrame
 def read_chunk(out: str, fingerprint: str, number: int) -> pandas.DataFrame:
     """The rows of a chunk.
 
-    Raises
-    ------
-    InputError
-        They are missing, or have changed since they were written.
+    Raises ``InputError``: they are missing, or have changed since they were written.
     """
     content = read(out, f"chunks/{name_of(number)}")
     if content is None:
@@ -274,10 +267,7 @@ def _digest(frame: pandas.DataFrame) -> str:
 def parquet() -> Any:
     """The module ``pyarrow.parquet``.
 
-    Raises
-    ------
-    InputError
-        It is not installed.
+    Raises ``InputError``: it is not installed.
     """
     try:
         import fsspec  # noqa: F401

@@ -286,10 +286,7 @@ class ArcTangentError(InputError):
 def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Traced]:
     """The series ``wanted`` and all their operands, operands first.
 
-    Raises
-    ------
-    ArcTangentError
-        A series is an angle.
+    Raises ``ArcTangentError``: a series is an angle.
     """
     reached: set[Traced] = set()
     left = [name for name in wanted if isinstance(name, Traced)]

@@ -25,10 +25,7 @@ def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
 def powered(base: Scalar, power: Scalar) -> Scalar:
     """A product of equal factors.
 
-    Raises
-    ------
-    InputError
-        The power is not a whole number above 0.
+    Raises ``InputError``: the power is not a whole number above 0.
     """
     if not isinstance(power, int) or power < 1:
         raise InputError(

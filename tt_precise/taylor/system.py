@@ -21,10 +21,8 @@ SPARE = 4  # orders computed in more parts than they need in theory
 def order_of(tolerance: float) -> int:
     """The order that costs least: measured, on the reference scene.
 
-    Raises
-    ------
-    ValueError
-        The tolerance is not between 0 and 1, or needs an order above ``MOST_ORDER``.
+    Raises ``ValueError``: the tolerance is not between 0 and 1, or needs an order above
+    ``MOST_ORDER``.
     """
     order = round(20 - math.log(tolerance) / 3) if 0 < tolerance < 1 else 0
     if not 0 < order <= MOST_ORDER:

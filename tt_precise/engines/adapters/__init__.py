@@ -52,10 +52,7 @@ def serve(simulate: Callable[[dict[str, Json]], Iterable[Row]]) -> None:
 def friction_of(job: dict[str, Json], engine: str, *laws: str) -> float:
     """The friction coefficient of the job, whose law has to be one of ``laws``, or none at all.
 
-    Raises
-    ------
-    RefusedError
-        It is another law.
+    Raises ``RefusedError``: it is another law.
     """
     friction = job["friction"]
     if friction["law"] == "none" or job["contact"] == "none":
