@@ -77,22 +77,6 @@ class Balls:
         return square.nonnegative_part().sqrt() if isinstance(square, arb) else square.sqrt()
 
 
-class Ring:
-    """Operations that follow from addition, negation and multiplication."""
-
-    def __radd__(self: Scalar, other: Scalar) -> Scalar:
-        return self + other
-
-    def __sub__(self: Scalar, other: Scalar) -> Scalar:
-        return self + (-other)
-
-    def __rsub__(self: Scalar, other: Scalar) -> Scalar:
-        return -self + other
-
-    def __rmul__(self: Scalar, other: Scalar) -> Scalar:
-        return self * other
-
-
 @contextmanager
 def series_length(terms: int) -> Iterator[None]:
     """Let power series have ``terms`` terms inside the block."""

@@ -8,9 +8,10 @@ from operator import add, mul, neg
 from flint import arb, arb_poly, arb_series, fmpq, fmpq_poly
 from gmpy2 import isqrt, mpz
 
-from tt_precise.certify.balls import Balls, Ring, series_length
+from tt_precise.certify.balls import Balls, series_length
 from tt_precise.certify.certificate import Refused
 from tt_precise.runtime.values import Scalar
+from tt_precise.taylor.series import Ring
 
 NONE, ONE, ZERO = fmpq_poly([]), fmpq_poly([1]), fmpq(0)
 

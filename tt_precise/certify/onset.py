@@ -23,7 +23,7 @@ from typing import Any
 import flint
 from flint import arb, fmpq, fmpq_poly
 
-from tt_precise.certify.balls import Balls, NotProved, Ring, ball
+from tt_precise.certify.balls import Balls, NotProved, ball
 from tt_precise.certify.problem import form_of
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
@@ -34,7 +34,7 @@ from tt_precise.runtime.values import Scalar
 from tt_precise.scene.body import Units
 from tt_precise.scene.scene import Inclination, Scene
 from tt_precise.scene.start import LIFTED, LiftedStart
-from tt_precise.taylor.series import Series, SeriesFunctions, solution
+from tt_precise.taylor.series import Ring, Series, SeriesFunctions, solution
 
 MOST_ORDER = 6
 MOST_BITS = 1 << 16

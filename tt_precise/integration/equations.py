@@ -23,7 +23,7 @@ from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.numerals import as_fraction
-from tt_precise.taylor.series import Series, SeriesFunctions, rate, solution
+from tt_precise.taylor.series import Ring, Series, SeriesFunctions, rate, solution
 
 QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
 QUADRATURE_SCALE = 1024
@@ -85,7 +85,7 @@ def event_value(event: Event, q: Motion) -> Scalar:
     return value
 
 
-class Exact:
+class Exact(Ring):
     """A heyoka expression; ``number`` rounds a plain number combined with it once.
 
     heyoka replaces x / 10 by a product with the double nearest to 1/10.
@@ -111,8 +111,6 @@ class Exact:
     def __add__(self, other: Scalar) -> Scalar:
         return self.made(operator.add, self, other)
 
-    __radd__ = __add__
-
     def __sub__(self, other: Scalar) -> Scalar:
         return self.made(operator.sub, self, other)
 
@@ -121,8 +119,6 @@ class Exact:
 
     def __mul__(self, other: Scalar) -> Scalar:
         return self.made(operator.mul, self, other)
-
-    __rmul__ = __mul__
 
     def __truediv__(self, other: Scalar) -> Scalar:
         return self.made(operator.truediv, self, other)

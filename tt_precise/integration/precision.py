@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 GUARD_BITS = 64  # additional bits of mpmath, so that its rounding never shows
 FEWEST_BITS, MOST_BITS = 54, 20_000
-SCALE = 512  # binary exponents; 113 bits below it are still far inside the range of double
 
 
 class Kind(NamedTuple):
@@ -160,14 +159,14 @@ class Precision:
 
         The exact value lies between the two. A value of this precision stays unchanged.
         """
-        if self.is_float:
-            nearest = float(value)
-            if nearest == value:
-                return value
-            towards = math.inf if nearest < value else -math.inf
-            return self.context.mpf(math.nextafter(nearest, towards))
-        if self.doubles:
-            return self._opposite_neighbour_of_doubles(value)
+        parts = 1 if self.is_float else self.doubles
+        if parts:
+            near, left = self.context.mpf(0), value
+            for _ in range(parts - 1):
+                near, left = near + float(left), left - float(left)
+            last = float(left)
+            towards = math.inf if last < left else -math.inf
+            return value if last == left else near + math.nextafter(last, towards)
         rounded = self.with_guard_bits(self.number(value))
         if rounded == value:
             return value
@@ -175,25 +174,15 @@ class Precision:
         gap = self.context.ldexp(1, exponent - self.bits)
         return rounded + gap if rounded < value else rounded - gap
 
-    def _opposite_neighbour_of_doubles(self, value: Scalar) -> Scalar:
-        near, left = self.context.mpf(0), value
-        for _ in range(self.doubles - 1):
-            near, left = near + float(left), left - float(left)
-        last = float(left)
-        towards = math.inf if last < left else -math.inf
-        return value if last == left else near + math.nextafter(last, towards)
-
     @property
     def with_guard_bits(self) -> Callable[[Scalar], Scalar]:
         """Function that converts a number of heyoka's type to the equal mpmath number."""
         context, bits = self.context, self.bits
         if self.is_float:
             return lambda value: context.mpf(float(value))
-        if self.name == "mp":
-            return lambda value: _read_back(str(value), bits, context)
         if self.doubles:
             return lambda value: value
-        return lambda value: _sum_of_floats(value, context)
+        return lambda value: _read_back(str(value), bits, context)
 
     def text(self, value: Scalar) -> str:
         """An mpmath number in enough decimals to recover this precision."""
@@ -295,23 +284,7 @@ def _has_80_bit_floats() -> bool:
 
 
 def _read_back(text: str, bits: int, context: Functions) -> Scalar:
-    # heyoka prints a real with enough digits to recover it, by rounding to its own bits
+    # a number is printed with enough digits to recover it, by rounding to its own bits
+    if "nan" in text:  # a quotient of zeros has a sign
+        return context.nan
     return context.make_mpf(mpmath.libmp.from_str(text, bits, "n"))
-
-
-def _sum_of_floats(value: Scalar, context: Functions) -> Scalar:
-    kind, shift = type(value), 0
-    if not 2.0**-SCALE <= abs(float(value)) <= 2.0**SCALE:
-        if value != value or abs(value) == kind("inf"):
-            return context.mpf(float(value))  # NaN or an infinity
-        # doubles have fewer exponents; powers of two bring the number, and its last bit, among them
-        while abs(value) > 2.0**SCALE:
-            value, shift = value * kind(2.0**-SCALE), shift + SCALE
-        while 0 < abs(value) < 2.0**-SCALE:
-            value, shift = value * kind(2.0**SCALE), shift - SCALE
-    total = context.mpf(0)
-    while value != 0:
-        leading = float(value)
-        total += leading
-        value = value - kind(leading)
-    return context.ldexp(total, shift)

@@ -11,10 +11,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from tt_precise.runtime.values import Functions, InputError, Scalar
-from tt_precise.taylor.series import powered
+from tt_precise.taylor.series import Ring, powered
 
 
-class Operand:
+class Operand(Ring):
     """What is made of numbers, parameters and entries: ``args``, in a ``kind`` of way."""
 
     __slots__ = ("args", "graph", "kind")
@@ -26,21 +26,11 @@ class Operand:
     def __add__(self, other: Scalar) -> Scalar:
         return self.graph.added(self, other)
 
-    __radd__ = __add__
-
     def __neg__(self) -> Scalar:
         return self.graph.times(-1, self)
 
-    def __sub__(self, other: Scalar) -> Scalar:
-        return self.graph.added(self, -1 * other)
-
-    def __rsub__(self, other: Scalar) -> Scalar:
-        return self.graph.added(-self, other)
-
     def __mul__(self, other: Scalar) -> Scalar:
         return self.graph.times(other, self)
-
-    __rmul__ = __mul__
 
     def __truediv__(self, other: Scalar) -> Scalar:
         return self.graph.divided(self, other)

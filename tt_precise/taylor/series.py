@@ -35,6 +35,24 @@ def powered(base: Scalar, power: Scalar) -> Scalar:
     return base if power == 1 else base * powered(base, power - 1)
 
 
+class Ring:
+    """What follows from sums, products and negative values of an operand."""
+
+    __slots__ = ()
+
+    def __radd__(self: Scalar, other: Scalar) -> Scalar:
+        return self + other
+
+    def __sub__(self: Scalar, other: Scalar) -> Scalar:
+        return self + -other
+
+    def __rsub__(self: Scalar, other: Scalar) -> Scalar:
+        return -self + other
+
+    def __rmul__(self: Scalar, other: Scalar) -> Scalar:
+        return self * other
+
+
 class Series:
     """``sum(s[k] h**k)``; ``step(c, k)`` gives coefficient k, where ``c`` are those before it."""
 
@@ -99,7 +117,7 @@ class Series:
         return self.made(lambda c, k: (-_dot(c, self.upto(k)[k:0:-1]) if k else other) / self[0])
 
 
-class Truncated(Series):
+class Truncated(Ring, Series):
     """A series cut off behind its last coefficient, of arrays: ``c`` has shape (terms, rows).
 
     Sums and products are those of whole arrays: a polynomial of few rows takes a quarter of the
@@ -126,16 +144,8 @@ class Truncated(Series):
         c[0] += other
         return Truncated(c)
 
-    __radd__ = __add__
-
     def __neg__(self) -> Series:
         return Truncated(-self.c)
-
-    def __sub__(self, other: Scalar) -> Series:
-        return self + -other
-
-    def __rsub__(self, other: Scalar) -> Series:
-        return -self + other
 
     def __mul__(self, other: Scalar) -> Series:
         if isinstance(other, Truncated):
@@ -144,8 +154,6 @@ class Truncated(Series):
                 product[k:] += self.c[k] * other.c[:-k]
             return Truncated(product)
         return super().__mul__(other) if isinstance(other, Series) else Truncated(self.c * other)
-
-    __rmul__ = __mul__
 
 
 class SeriesFunctions:
@@ -264,7 +272,7 @@ def coefficients(
     return table
 
 
-class Sized:
+class Sized(Ring):
     """A number or array, and the size of the summands that it is made of.
 
     What relative errors of ``eps`` in those make of it is at most about ``eps * size``.
@@ -281,24 +289,14 @@ class Sized:
             return Sized(self.value + other.value, self.size + other.size)
         return Sized(self.value + other, self.size + abs(other))
 
-    __radd__ = __add__
-
     def __neg__(self) -> Sized:
         return Sized(-self.value, self.size)
-
-    def __sub__(self, other: Scalar) -> Sized:
-        return self + -other
-
-    def __rsub__(self, other: Scalar) -> Sized:
-        return -self + other
 
     def __mul__(self, other: Scalar) -> Sized:
         if isinstance(other, Sized):
             size = abs(self.value) * other.size + self.size * abs(other.value)
             return Sized(self.value * other.value, size)
         return Sized(self.value * other, self.size * abs(other))
-
-    __rmul__ = __mul__
 
     def __truediv__(self, other: Scalar) -> Sized:
         if isinstance(other, Sized):
