@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import click
@@ -41,35 +40,24 @@ def command(
     from tt_precise.integration.events import TERMINAL
     from tt_precise.integration.setup import asked_for
     from tt_precise.runtime.terminal import progress_bar
-    from tt_precise.scene.numerals import exact
     from tt_precise.scene.scene import load_scene
 
     loaded = load_scene(scene)
-    if until is not None:
-        loaded = replace(loaded, until=exact(until, "until"))
     names = asked_for("all" if only is None else only, loaded.model)
     if not names:
         raise InputError(f"--only: got {only!r}, expected names separated by commas")
     with progress_bar(f"integrating {loaded.name}") as progress:
-        run = integrate(loaded, precision, digits=digits, events=names, progress=progress)
-    climb = {}
-    if loaded.model != "flight":  # in free flight a top turns over without a climb
-        climb = {
-            f"{when}_{definition}": getattr(getattr(run.inversion, definition), when)
-            for definition in "ABC"
-            for when in ("t_init", "t_end")
-        }
-    text, context = run.precision.text, run.precision.context
+        run = integrate(
+            loaded, precision, digits=digits, events=names, until=until, progress=progress
+        )
+    # in free flight a top turns over without a climb
+    climb = run.inversion.times if loaded.model != "flight" else {}
+    text = run.precision.text
     content = {
-        "schema": SCHEMA,
-        "scene": loaded.name,
-        "status": run.status,
-        "t_end": text(context.mpf(run.t_end)),
-        "events": event_rows(run),
-        "touches": run.touches,
-        "climb": {key: None if t is None else text(context.mpf(t)) for key, t in climb.items()}
-        or None,
-    }
+        "schema": SCHEMA, "scene": loaded.name, "status": run.status, "t_end": text(run.t_end),
+        "events": event_rows(run), "touches": run.touches,
+        "climb": {key: text(time) for key, time in climb.items()} or None,
+    }  # fmt: skip
     shown = _lines(run)
     shown += [f"{name}: its function {TOUCHES}" for name in run.touches]
     shown += [f"{key:>9}: {_seconds(time)}" for key, time in climb.items()]

@@ -222,21 +222,18 @@ def command(
 
 def summary(trajectory: Trajectory, outcome: dict[str, Any]) -> RunRecord:
     """The JSON object of the command, with the ``answers``; numbers beyond a count are strings."""
-    text, context = trajectory.precision.text, trajectory.precision.context
+    context = trajectory.precision.context
 
     def short(value: Scalar) -> str:
         return str(context.nstr(context.mpf(value), 3, min_fixed=0, max_fixed=0))
-
-    def full(value: Scalar) -> str:
-        return text(context.mpf(value))
 
     return RunRecord(
         scene=trajectory.scene.name, model=cast(Any, trajectory.scene.model),
         formulation=cast(Any, trajectory.formulation),
         precision=cast(Any, trajectory.precision.name), bits=trajectory.precision.bits,
         tolerance=short(trajectory.tolerance), status=cast(Any, trajectory.status),
-        t_end=full(trajectory.t_end), **outcome, steps=trajectory.steps, order=trajectory.order,
-        state=trajectory.state.as_text(),
+        t_end=trajectory.precision.text(trajectory.t_end), **outcome,
+        steps=trajectory.steps, order=trajectory.order, state=trajectory.state.as_text(),
         error_estimate={name: short(e) for name, e in trajectory.error_estimate.items()},
         digits=round(trajectory.digits, 1),
         drift={name: short(value) for name, value in trajectory.drift.items()},
@@ -249,7 +246,7 @@ def answers(trajectory: Trajectory) -> dict[str, Any]:
     """The outcome: the entries of ``RunRecord`` from ``inverted`` to ``stretches``."""
     import numpy
 
-    text, context = trajectory.precision.text, trajectory.precision.context
+    text = trajectory.precision.text
     table = trajectory.table("kz", "g_n", numbers="float")
     t, height, force = (numpy.asarray(table[name], float) for name in ("t", "kz", "g_n"))
     climb = None
@@ -260,12 +257,9 @@ def answers(trajectory: Trajectory) -> dict[str, Any]:
         least = int(numpy.nanargmin(force))
         smallest = NormalForceRecord(repr(float(force[least])), repr(float(t[least])))
     stretches = tuple(
-        StretchRecord(
-            stretch.model, text(context.mpf(stretch.begin)), text(context.mpf(stretch.end)),
-            stretch.status,
-        )
-        for stretch in trajectory.pieces
-    )  # fmt: skip
+        StretchRecord(piece.model, text(piece.begin), text(piece.end), piece.status)
+        for piece in trajectory.pieces
+    )
     return {
         "inverted": climb is not None and bool(height[-1] < 0),
         "climb": climb,
@@ -286,34 +280,28 @@ def _climbs(trajectory: Trajectory) -> ClimbsRecord | None:
     if not set(NEEDED) <= set(run.setup.events):
         double = precision_named("double")
         run = run.again(precision=double, tolerance=0.0, events=NEEDED, record=())
-    text, context = run.precision.text, run.precision.context
-    inversion = run.inversion
+    text, inversion = run.precision.text, run.inversion
     if inversion.equator is None:
         return None
-
-    def full(time: Scalar) -> str | None:
-        return None if time is None else text(context.mpf(time))
-
     climbs = [
-        ClimbRecord(full(c.t_init), full(c.t_end)) for c in (inversion.A, inversion.B, inversion.C)
+        ClimbRecord(text(c.t_init), text(c.t_end)) for c in (inversion.A, inversion.B, inversion.C)
     ]
-    return ClimbsRecord(run.precision.name, text(context.mpf(inversion.equator)), *climbs)
+    return ClimbsRecord(run.precision.name, text(inversion.equator), *climbs)
 
 
 def event_rows(trajectory: Trajectory) -> list[dict[str, Json]]:
     """The recorded events for JSON: name, t, what changes, and the state there as strings."""
     from tt_precise.integration.events import change
 
-    text, context = trajectory.precision.text, trajectory.precision.context
-    events = trajectory.event_table()
+    text, events = trajectory.precision.text, trajectory.event_table()
     rows = [dict(zip(events, row, strict=True)) for row in zip(*events.values(), strict=True)]
     return [
         {
             "name": row["name"],
-            "t": text(context.mpf(row["t"])),
+            "t": text(row["t"]),
             "change": change(row["name"], int(row["direction"])),
             "state": {
-                name: None if value is None else text(context.mpf(value))
+                name: text(value)
                 for name, value in row.items()
                 if name not in ("name", "t", "direction")
             },

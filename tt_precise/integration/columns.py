@@ -96,9 +96,8 @@ class State:
     def _text(self, value: Scalar) -> Json:
         if hasattr(value, "__len__"):
             return [self._text(entry) for entry in value]
-        if value is None or value != value:
-            return None
-        return self.precision.text(self.precision.context.mpf(value))
+        text: Json = None if value != value else self.precision.text(value)
+        return text
 
 
 class Columns:

@@ -78,6 +78,12 @@ class InversionTimes:
     B: Climb
     C: Climb
 
+    @property
+    def times(self) -> dict[str, Scalar]:
+        """Begin and end in each definition, such as ``t_init_A``."""
+        ends = ("t_init", "t_end")
+        return {f"{end}_{d}": getattr(getattr(self, d), end) for d in "ABC" for end in ends}
+
 
 def from_events(
     events: Mapping[str, Array], pi: Scalar, *, mirrored: bool = False

@@ -184,9 +184,12 @@ class Precision:
             return lambda value: value
         return lambda value: _read_back(str(value), bits, context)
 
-    def text(self, value: Scalar) -> str:
-        """An mpmath number in enough decimals to recover this precision."""
-        return str(self.context.nstr(value, self.decimals, min_fixed=0, max_fixed=0))
+    def text(self, value: Scalar | None) -> Any:
+        """A number in enough decimals to recover this precision; None as it is."""
+        if value is None:
+            return None
+        number = self.context.mpf(value)
+        return str(self.context.nstr(number, self.decimals, min_fixed=0, max_fixed=0))
 
     def with_error(self, value: Scalar, error: Scalar | None) -> str:
         """A number in the decimals that its error leaves, with "+-" if the error is known."""

@@ -371,10 +371,9 @@ class Derivatives:
         context = self.run.start.units.time.context
         mirrored = bool(jellett(self.run.start.motion(context)) < 0)
         climbs = from_events(events, context.pi, mirrored=mirrored)
-        known = {"equator": climbs.equator}
-        for name, climb in (("A", climbs.A), ("B", climbs.B), ("C", climbs.C)):
-            known |= {f"{name}.t_init": climb.t_init, f"{name}.t_end": climb.t_end}
-        return {name: t for name, t in known.items() if t is not None}
+        known = {f"{name[-1]}.{name[:-2]}": t for name, t in climbs.times.items()}
+        every = {"equator": climbs.equator, **known}
+        return {name: t for name, t in every.items() if t is not None}
 
 
 def _by_entry(

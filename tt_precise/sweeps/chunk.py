@@ -29,7 +29,7 @@ from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.runtime.values import Arithmetic, Array
 from tt_precise.scene.body import NAMES, Parameters
-from tt_precise.sweeps.columns import DEFINITIONS, Part, detectors, extremes, outcomes, part_named
+from tt_precise.sweeps.columns import TIMES, Part, detectors, extremes, outcomes, part_named
 from tt_precise.sweeps.events import EARLY, Events
 from tt_precise.sweeps.lanes import Build, LaneResult, LaneStart, lanes
 from tt_precise.sweeps.specification import PARAMETERS, Plan
@@ -118,10 +118,9 @@ class _Integrated:
         times = self._inversion_times()
         unit = numpy.array([start.units.time for start in self.starts])
         columns: dict[str, Array] = {"outcome": self._outcomes(times)}
-        for when in ("t_init", "t_end"):
-            for which in DEFINITIONS:
-                values = [getattr(getattr(climb, which), when) for climb in times]
-                columns[f"{when}_{which}"] = numpy.array(values, dtype=float) * unit
+        ends = [climb.times for climb in times]
+        for name in TIMES:
+            columns[name] = numpy.array([end[name] for end in ends], dtype=float) * unit
         lost = [result.status == "contact_lost" and result.time > 0 for result in self.results]
         columns["min_g_n"] = numpy.where(lost, 0.0, self._part("min", "g_n"))
         columns["jellett_drift"] = self._drift()

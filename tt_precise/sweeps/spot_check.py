@@ -51,12 +51,10 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
         return {"outcome": ended, "t_stop": 0.0}
     run = _integrated(scene, events)
     times = run.inversion
-    results: dict[str, Json] = {}
-    for which in DEFINITIONS:
-        climb = getattr(times, which)
-        results[f"t_init_{which}"], results[f"t_end_{which}"] = climb.t_init, climb.t_end
-        results[f"climb_{which}"] = climb.duration
-    results |= {"t_stop": run.t_end, "t_equator": times.equator}
+    results: dict[str, Json] = {
+        **times.times, **{f"climb_{d}": getattr(times, d).duration for d in DEFINITIONS},
+        "t_stop": run.t_end, "t_equator": times.equator,
+    }  # fmt: skip
     for part in parts(record):
         frame = run.frame(part.quantity, times=[0, run.t_end], numbers="exact")
         ends = frame[part.quantity].tolist()
