@@ -235,16 +235,10 @@ class RungResult:
 
 
 def climb(
-    engine: str,
-    command: Sequence[str],
-    rungs: Sequence[Rung],
-    steps: Sequence[Fraction] = STEPS,
-    *,
-    order: float | None = None,
-    time_limit: float = TIME_LIMIT_S,
-    workers: int = 1,
+    engine: str, command: Sequence[str], rungs: Sequence[Rung], steps: Sequence[Fraction] = STEPS,
+    *, order: float | None = None, time_limit: float = TIME_LIMIT_S, workers: int = 1,
     progress: Progress = silent,
-) -> Iterator[RungResult]:
+) -> Iterator[RungResult]:  # fmt: skip
     """Run the program on every rung at every step, and return the results.
 
     ``steps`` (s) are three or more, each half of the previous one. ``order`` is the order of its
@@ -282,12 +276,9 @@ def climb(
 
 
 def measured(
-    engine: str,
-    rung: Rung,
-    steps: Sequence[Fraction],
-    runs: Sequence[ProgramRun],
+    engine: str, rung: Rung, steps: Sequence[Fraction], runs: Sequence[ProgramRun],
     promised: float | None = None,
-) -> RungResult:
+) -> RungResult:  # fmt: skip
     """What runs at halved steps, as ``climb`` takes them, say about an engine of this order."""
     engine = next((run.name for run in runs if run.name), engine)
     for step, outcome in zip(steps, runs, strict=True):

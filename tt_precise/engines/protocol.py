@@ -125,12 +125,9 @@ class Job(
 
 
 def job(
-    scene: Scene,
-    step: Fraction,
-    friction: dict[str, Json],
-    *,
+    scene: Scene, step: Fraction, friction: dict[str, Json], *,
     contact: Literal["rigid", "none"] = "rigid",
-) -> dict[str, Json]:
+) -> dict[str, Json]:  # fmt: skip
     """The job, as plain values, to simulate ``scene`` with the fixed ``step`` (s).
 
     ``contact`` is "rigid" (a horizontal table at z = 0) or "none" (free flight). The sample times

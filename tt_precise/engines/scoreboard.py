@@ -112,15 +112,10 @@ ENGINES = (
 
 
 def measure(
-    engines: Sequence[Engine],
-    steps: Sequence[Fraction],
-    *,
-    chosen: Callable[[Rung], bool] = lambda rung: True,
-    time_limit: float,
-    workers: int,
-    note: Callable[[str], None] = lambda line: None,
-    progress: Progress = silent,
-) -> dict[str, Json]:
+    engines: Sequence[Engine], steps: Sequence[Fraction], *,
+    chosen: Callable[[Rung], bool] = lambda rung: True, time_limit: float, workers: int,
+    note: Callable[[str], None] = lambda line: None, progress: Progress = silent,
+) -> dict[str, Json]:  # fmt: skip
     """Run every installed engine on every chosen rung; others are skipped with a line."""
     rows: list[RungResult] = []
     skipped: list[str] = []
@@ -143,12 +138,9 @@ def measure(
 
 
 def as_dict(
-    engines: Sequence[Engine],
-    ladder: Sequence[Rung],
-    steps: Sequence[Fraction],
-    rows: Sequence[RungResult],
-    skipped: Sequence[str] = (),
-) -> dict[str, Json]:
+    engines: Sequence[Engine], ladder: Sequence[Rung], steps: Sequence[Fraction],
+    rows: Sequence[RungResult], skipped: Sequence[str] = (),
+) -> dict[str, Json]:  # fmt: skip
     """The scoreboard as plain values, without times of day."""
     return {
         "schema": SCHEMA,

@@ -182,15 +182,10 @@ _registered: dict[str, ExtremeCase] = {}
 
 
 def case(
-    name: str,
-    *,
-    expected: str,
-    source: str,
-    control: Mapping[str, object],
+    name: str, *, expected: str, source: str, control: Mapping[str, object],
     over: Mapping[str, Iterable[object]] | Sequence[Mapping[str, object]] = (),
-    quick: bool | Callable[..., bool] = False,
-    limit_s: float = LIMIT_S,
-) -> Callable[[Callable[..., Check]], Callable[..., Check]]:
+    quick: bool | Callable[..., bool] = False, limit_s: float = LIMIT_S,
+) -> Callable[[Callable[..., Check]], Callable[..., Check]]:  # fmt: skip
     """Register the decorated function as a case, or as one for each combination in ``over``.
 
     Parameters

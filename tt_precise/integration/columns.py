@@ -158,12 +158,9 @@ class Columns:
             }
 
     def of_arrays(
-        self,
-        names: Sequence[Name],
-        entries: tuple[Array, ...],
-        number: Callable[[Scalar], Scalar] = float,
-        fn: Functions = None,
-    ) -> dict[Any, Array]:
+        self, names: Sequence[Name], entries: tuple[Array, ...],
+        number: Callable[[Scalar], Scalar] = float, fn: Functions = None,
+    ) -> dict[Any, Array]:  # fmt: skip
         """An array for each column, from an array for each entry; NaN where undefined.
 
         ``number`` converts numbers with guard bits to the type of the arrays: ``float``,
@@ -188,11 +185,8 @@ class Columns:
         return start.once((dimension, number), lambda: number(start.units.of_dimension(dimension)))
 
     def array_motion(
-        self,
-        entries: tuple[Array, ...],
-        number: Callable[[Scalar], Scalar],
-        fn: Functions = None,
-    ) -> Motion:
+        self, entries: tuple[Array, ...], number: Callable[[Scalar], Scalar], fn: Functions = None,
+    ) -> Motion:  # fmt: skip
         """The ``Motion`` of rows, given as an array for each entry."""
         import numpy
 

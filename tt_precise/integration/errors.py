@@ -183,12 +183,8 @@ class Errors:
         return float(min(digits))
 
     def _distances(
-        self,
-        reference: Run,
-        names: Sequence[Name],
-        times: Sequence[Fraction],
-        own: States | None,
-    ) -> dict[Name, Array]:
+        self, reference: Run, names: Sequence[Name], times: Sequence[Fraction], own: States | None,
+    ) -> dict[Name, Array]:  # fmt: skip
         """Distances of the columns from those of a reference; NaN where a value is undefined."""
         import numpy
 
@@ -211,12 +207,9 @@ class Errors:
 
 
 def compared(
-    run: Run,
-    reference: Run,
-    names: Sequence[Name],
-    times: Sequence[Fraction],
+    run: Run, reference: Run, names: Sequence[Name], times: Sequence[Fraction],
     states: States | None = None,
-) -> dict[Name, Array]:
+) -> dict[Name, Array]:  # fmt: skip
     """Absolute distances (SI) of the columns ``names`` of two runs, as float64 arrays.
 
     To first order from the exact differences of their ``states``, if both integrate the same
@@ -471,12 +464,9 @@ def _beside(
 
 
 def _zeros(
-    segment: Segment,
-    times: Sequence[Scalar],
-    event: Event,
-    number: Callable[[Scalar], Scalar],
+    segment: Segment, times: Sequence[Scalar], event: Event, number: Callable[[Scalar], Scalar],
     fn: Functions,
-) -> tuple[Array, tuple[Array, ...]]:
+) -> tuple[Array, tuple[Array, ...]]:  # fmt: skip
     """The delays after ``times`` at which an event's function vanishes, and the states there.
 
     By one step of Newton's method along the power series at ``times``, or at the segment's end.

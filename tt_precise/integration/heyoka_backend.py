@@ -67,12 +67,9 @@ def refuses(scene: Scene, setup: Setup) -> str | None:
 
 
 def run(
-    scene: Scene,
-    setup: Setup,
-    start: InitialState,
-    samples: SampleTimes | None,
+    scene: Scene, setup: Setup, start: InitialState, samples: SampleTimes | None,
     progress: Progress | None,
-) -> list[Segment]:
+) -> list[Segment]:  # fmt: skip
     """The run from ``start``, in one segment."""
     if setup.precision.is_float:
         taken = None if samples is None else samples.doubles.rounded[1:]
@@ -95,15 +92,9 @@ def repeating(setup: Setup, start: InitialState, first: Propagation) -> Repeat:
 
 
 def propagate(
-    setup: Setup,
-    start: InitialState,
-    *,
-    until: Scalar = None,
-    dense: Pieces | None = None,
-    samples: Array | None = None,
-    progress: Progress | None = None,
-    cuts: int = MOST_CUTS,
-) -> Propagation:
+    setup: Setup, start: InitialState, *, until: Scalar = None, dense: Pieces | None = None,
+    samples: Array | None = None, progress: Progress | None = None, cuts: int = MOST_CUTS,
+) -> Propagation:  # fmt: skip
     """Propagate once from ``start``; returns the outcome in heyoka's numbers.
 
     ``until`` (a number of heyoka's type) replaces the horizon of the start. ``dense`` receives
@@ -164,14 +155,9 @@ def propagate(
 
 
 def _advance(
-    made: Integrator,
-    goals: list[Scalar],
-    dense: Pieces | None,
-    samples: Array | None,
-    progress: Progress | None,
-    precision: Precision,
-    limits: dict[str, Any],
-) -> tuple[Any, int, Array | None]:
+    made: Integrator, goals: list[Scalar], dense: Pieces | None, samples: Array | None,
+    progress: Progress | None, precision: Precision, limits: dict[str, Any],
+) -> tuple[Any, int, Array | None]:  # fmt: skip
     """Outcome, steps and states at ``samples`` of a propagation from goal to goal, by pieces.
 
     Between the pieces, and between the steps of wide arithmetics, Python runs: then progress is
@@ -218,12 +204,8 @@ def _advance(
 
 
 def _propagation_of(
-    setup: Setup,
-    start: InitialState,
-    made: Integrator,
-    status: Status,
-    steps: int,
-) -> Propagation:
+    setup: Setup, start: InitialState, made: Integrator, status: Status, steps: int,
+) -> Propagation:  # fmt: skip
     time, time_low = made.adaptive.dtime
     hits, touches = tuple(made.hits), frozenset[str]()
     if setup.events:
@@ -411,12 +393,9 @@ def heyoka_direction(direction: int) -> Any:
 
 
 def _events(
-    heyoka: ModuleType,
-    setup: Setup,
-    events: dict[str, Event],
-    equations: Equations,
+    heyoka: ModuleType, setup: Setup, events: dict[str, Event], equations: Equations,
     hits: list[EventRecord],
-) -> list[Any]:
+) -> list[Any]:  # fmt: skip
     """heyoka's events; a function that is constant has none."""
     nt_events = []
     for event in events.values():

@@ -56,12 +56,9 @@ def refuses(scene: Scene, setup: Setup) -> str | None:
 
 
 def run(
-    scene: Scene,
-    setup: Setup,
-    start: InitialState,
-    samples: SampleTimes | None,
+    scene: Scene, setup: Setup, start: InitialState, samples: SampleTimes | None,
     progress: Progress | None,
-) -> list[Segment]:
+) -> list[Segment]:  # fmt: skip
     """The run from ``start``, segment by segment."""
     if scene.model == "flight":
         segments = flying(setup, start)

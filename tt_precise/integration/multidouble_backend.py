@@ -73,12 +73,9 @@ class ReadPiece:
 
 
 def propagate_in_doubles(
-    setup: Setup,
-    start: InitialState,
-    *,
-    dense: Pieces | None = None,
+    setup: Setup, start: InitialState, *, dense: Pieces | None = None,
     progress: Progress | None = None,
-) -> Propagation:
+) -> Propagation:  # fmt: skip
     """As ``propagate``; numbers have guard bits and are rounded when they become doubles.
 
     Raises ``InputError``: there are more than ``MOST_EVENTS`` events, or an event needs a function
@@ -132,12 +129,9 @@ def refuses(scene: Scene, setup: Setup) -> str | None:
 
 
 def run(
-    scene: Scene,
-    setup: Setup,
-    start: InitialState,
-    samples: SampleTimes | None,
+    scene: Scene, setup: Setup, start: InitialState, samples: SampleTimes | None,
     progress: Progress | None,
-) -> list[Segment]:
+) -> list[Segment]:  # fmt: skip
     """The run from ``start``, in one segment whose series are stored."""
     stored = StoredPieces(setup)
     propagation = propagate_in_doubles(setup, start, dense=stored, progress=progress)

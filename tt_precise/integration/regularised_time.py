@@ -112,14 +112,9 @@ def directions_from_rest(
 
 
 def onset(
-    body: Parameters,
-    state: NewtonState,
-    e: tuple[Scalar, Scalar],
-    terms: int,
-    eps: Scalar,
-    fn: Functions,
-    on_the_cone: bool,
-) -> OnsetSeries:
+    body: Parameters, state: NewtonState, e: tuple[Scalar, Scalar], terms: int, eps: Scalar,
+    fn: Functions, on_the_cone: bool,
+) -> OnsetSeries:  # fmt: skip
     """The series of ``terms`` coefficients, and the time until which its last terms stay below eps.
 
     ``state`` is at rest, of mpmath numbers of the context ``fn``; e is its first direction.

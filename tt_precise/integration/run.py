@@ -193,13 +193,9 @@ class Run(Span):
         return {n: numpy.array(c, dtype=float if double else object) for n, c in columns.items()}
 
     def _of_segment(
-        self,
-        segment: Segment,
-        names: Sequence[Name],
-        times: Sequence[Fraction],
-        numbers: Numbers,
+        self, segment: Segment, names: Sequence[Name], times: Sequence[Fraction], numbers: Numbers,
         progress: Progress | None = None,
-    ) -> dict[Any, Array]:
+    ) -> dict[Any, Array]:  # fmt: skip
         """The columns of one segment, over its own time."""
         if self.in_arrays:
             return _array_columns(segment, names, times, numbers, progress)
@@ -331,12 +327,9 @@ def _local(segment: Segment, time: Fraction) -> Fraction:
 
 
 def _array_columns(
-    segment: Segment,
-    names: Sequence[Name],
-    exact: Sequence[Fraction],
-    numbers: Numbers,
+    segment: Segment, names: Sequence[Name], exact: Sequence[Fraction], numbers: Numbers,
     progress: Progress | None,
-) -> dict[Any, Array]:
+) -> dict[Any, Array]:  # fmt: skip
     """Columns of a run in double: text is the shortest that recovers the number."""
     import numpy
 
@@ -362,13 +355,9 @@ class Backend(Protocol):
         """Why it cannot integrate ``scene`` with this set-up, in one line; None if it can."""
 
     def run(
-        self,
-        scene: Scene,
-        setup: Setup,
-        start: InitialState,
-        samples: SampleTimes | None,
+        self, scene: Scene, setup: Setup, start: InitialState, samples: SampleTimes | None,
         progress: Progress | None,
-    ) -> list[Segment]:
+    ) -> list[Segment]:  # fmt: skip
         """The run from ``start``; ``samples`` are times at which it will be read, if any."""
 
 
@@ -387,12 +376,9 @@ def backends(scene: Scene) -> Iterator[Backend]:
 
 
 def integrated(
-    scene: Scene,
-    setup: Setup,
-    progress: Progress | None = None,
-    *,
+    scene: Scene, setup: Setup, progress: Progress | None = None, *,
     opposite_rounding: bool = False,
-) -> Run:
+) -> Run:  # fmt: skip
     """The run of ``scene``, integrated once with ``setup``.
 
     With ``opposite_rounding`` every number of body and start is rounded to the other side of the

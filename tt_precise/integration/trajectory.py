@@ -252,12 +252,9 @@ class Trajectory:
         return {getattr(name, "name", name): column for name, column in columns.items()}
 
     def _columns(
-        self,
-        wanted: Sequence[Name],
-        times: Iterable[Scalar] | None,
-        numbers: Numbers,
+        self, wanted: Sequence[Name], times: Iterable[Scalar] | None, numbers: Numbers,
         progress: Progress | None,
-    ) -> dict[Any, Array]:
+    ) -> dict[Any, Array]:  # fmt: skip
         exact = self.sample_times if times is None else tuple(map(as_fraction, times))
         if any(map(is_estimate, wanted)):
             if times is not None:

@@ -107,13 +107,9 @@ def _sized(value: Scalar) -> Sized:
 
 
 def _first_zeros(
-    setup: Setup,
-    start: InitialState,
-    events: Mapping[str, Event],
-    close: Mapping[str, Sequence[float]],
-    order: int,
-    reach: dict[str, float],
-) -> dict[str, list[EventRecord] | None]:
+    setup: Setup, start: InitialState, events: Mapping[str, Event],
+    close: Mapping[str, Sequence[float]], order: int, reach: dict[str, float],
+) -> dict[str, list[EventRecord] | None]:  # fmt: skip
     """Of functions that are ``close`` to zero at the start: their zeros in the first step.
 
     And up to ``reach``, into which goes how far those that vanish at the start are below the errors

@@ -121,12 +121,9 @@ class InitialState:
 
 
 def _state(
-    start: Start,
-    arithmetic: Arithmetic,
-    body: Parameters,
-    units: Units | None,
+    start: Start, arithmetic: Arithmetic, body: Parameters, units: Units | None,
     given: Mapping[str, Scalar],
-) -> tuple[NewtonState, EulerState]:
+) -> tuple[NewtonState, EulerState]:  # fmt: skip
     fn, exact = arithmetic.fn, arithmetic.exact
     if "theta" in given:
         theta = given["theta"]

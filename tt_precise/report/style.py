@@ -106,13 +106,8 @@ def _short(match: re.Match[str]) -> str:
 
 
 def curve(
-    axes: Axes,
-    times: Array,
-    values: Array,
-    label: str,
-    colour: str,
-    **style: Any,
-) -> None:
+    axes: Axes, times: Array, values: Array, label: str, colour: str, **style: Any,
+) -> None:  # fmt: skip
     """Draw a course, thinned to what the width can show without losing an extremum."""
     at = thinned(times, values)
     axes.plot(times[at], values[at], color=colour, label=label, **style)

@@ -219,12 +219,9 @@ def body_numbers(given: Mapping[str, Json]) -> dict[str, Fraction]:
 
 
 def top_of(
-    body: Mapping[str, Json],
-    friction: Mapping[str, Json] | None = None,
-    contact: Mapping[str, Json] | None = None,
-    *,
-    frictionless: bool = False,
-) -> tuple[TippeTop, bool]:
+    body: Mapping[str, Json], friction: Mapping[str, Json] | None = None,
+    contact: Mapping[str, Json] | None = None, *, frictionless: bool = False,
+) -> tuple[TippeTop, bool]:  # fmt: skip
     """The top of a scene's tables ``[body]``, ``[friction]`` and ``[contact]``; whether it flies.
 
     A top that flies continues after loss of contact. ``frictionless`` needs no mu.

@@ -96,15 +96,9 @@ class _Integrated:
     """The rows of a chunk after the integration: everything is evaluated for all at once."""
 
     def __init__(
-        self,
-        plan: Plan,
-        form: Formulation,
-        build: Build,
-        starts: Sequence[InitialState],
-        results: Sequence[LaneResult],
-        events: Events,
-        peaks: Mapping[Part, tuple[Array, Array]],
-    ):
+        self, plan: Plan, form: Formulation, build: Build, starts: Sequence[InitialState],
+        results: Sequence[LaneResult], events: Events, peaks: Mapping[Part, tuple[Array, Array]],
+    ):  # fmt: skip
         self.peaks = peaks
         self.plan, self.form, self.starts, self.results = plan, form, starts, results
         self.detectors = build.detectors

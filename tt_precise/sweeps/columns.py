@@ -149,13 +149,8 @@ def extremes(record: tuple[str, ...]) -> tuple[Part, ...]:
 
 
 def outcomes(
-    body: Parameters,
-    z: Array,
-    lambda_: Array,
-    energy: Array,
-    crossed: Array,
-    falling: bool = True,
-) -> list[str]:
+    body: Parameters, z: Array, lambda_: Array, energy: Array, crossed: Array, falling: bool = True,
+) -> list[str]:  # fmt: skip
     """The outcomes of tops that kept contact.
 
     Parameters

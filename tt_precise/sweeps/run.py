@@ -132,16 +132,10 @@ class Swept:
 
 
 def run_sweep(
-    spec: Specification,
-    *,
-    out: str | Path | None = None,
-    workers: int = 1,
-    pool: Pool | None = None,
-    batch: int | None = None,
-    chunk: int | None = None,
-    recheck: int = spot_check.ONE_IN,
-    progress: Progress = silent,
-) -> Swept:
+    spec: Specification, *, out: str | Path | None = None, workers: int = 1,
+    pool: Pool | None = None, batch: int | None = None, chunk: int | None = None,
+    recheck: int = spot_check.ONE_IN, progress: Progress = silent,
+) -> Swept:  # fmt: skip
     """Integrate every row of ``spec``.
 
     Parameters

@@ -165,13 +165,9 @@ class Specification:
 
 
 def specification(
-    scene: str | Scene,
-    *,
-    vary: Mapping[str, Values] | None = None,
-    box: Mapping[str, Ends] | None = None,
-    until: str | int | None = None,
-    **others: Any,
-) -> Specification:
+    scene: str | Scene, *, vary: Mapping[str, Values] | None = None,
+    box: Mapping[str, Ends] | None = None, until: str | int | None = None, **others: Any,
+) -> Specification:  # fmt: skip
     """A ``Specification`` from text, as on the command line, or from numbers.
 
     ``others`` are further fields of it.

@@ -50,12 +50,9 @@ class Kernel:
     """
 
     def __init__(
-        self,
-        parts: int,
-        graph: Graph,
-        rates: Sequence[Scalar],
+        self, parts: int, graph: Graph, rates: Sequence[Scalar],
         outputs: Sequence[tuple[Scalar, bool]],
-    ):
+    ):  # fmt: skip
         self.parts, self.entries = parts, graph.entries
         self.rates = list(map(graph.named, rates))
         self.outputs = [(graph.named(value), slope) for value, slope in outputs]

@@ -80,13 +80,9 @@ class System:
         )
 
     def pieces(
-        self,
-        begun: tuple[Array, Array],
-        until: float,
-        tolerance: float,
-        longest: float = math.inf,
+        self, begun: tuple[Array, Array], until: float, tolerance: float, longest: float = math.inf,
         first: float | None = None,
-    ) -> Iterator[StepBlock]:
+    ) -> Iterator[StepBlock]:  # fmt: skip
         """Taylor steps from time 0, until they reach ``until`` or contain NaN.
 
         No step is longer than ``longest``; the ``first`` one has a bound of its own if it is

@@ -126,12 +126,9 @@ def chosen(rows: pandas.DataFrame, **wanted: object) -> pandas.DataFrame:
 
 
 def costs(
-    rows: pandas.DataFrame,
-    formulation: str,
-    cost: str,
-    accuracies: Iterable[float] = ACCURACIES,
+    rows: pandas.DataFrame, formulation: str, cost: str, accuracies: Iterable[float] = ACCURACIES,
     precision: str = "double",
-) -> dict[str, dict[float, float]]:
+) -> dict[str, dict[float, float]]:  # fmt: skip
     """For each method the cost of each accuracy that it reaches, over the whole horizon.
 
     ``cost`` is a column: "seconds", or "ratio" to the bare heyoka loop.

@@ -35,12 +35,9 @@ SPREAD = 1e-6  # of the starts in a batch: lanes that all take the same steps wo
 
 
 def setup_of(
-    problem: GoldenProblem,
-    settings: Settings,
-    events: Sequence[str] = (),
-    record: Sequence[str] = (),
-    options: Sequence[str] = (),
-) -> Setup:
+    problem: GoldenProblem, settings: Settings, events: Sequence[str] = (),
+    record: Sequence[str] = (), options: Sequence[str] = (),
+) -> Setup:  # fmt: skip
     """What ``integrate`` would compile for these settings."""
     return Setup(
         formulation=problem.form, precision=settings.precision, events=tuple(events),
@@ -77,11 +74,8 @@ def supplied(
 
 
 def _solver(
-    adaptive: Adaptive,
-    problem: GoldenProblem,
-    settings: Settings,
-    made: Integrator | None = None,
-) -> Solve:
+    adaptive: Adaptive, problem: GoldenProblem, settings: Settings, made: Integrator | None = None,
+) -> Solve:  # fmt: skip
     import heyoka
     import numpy
 

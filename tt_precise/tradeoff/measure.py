@@ -197,13 +197,9 @@ class Timings:
 
 
 def interleaved(
-    actions: Sequence[Action],
-    baseline: Action,
-    *,
-    rounds: int,
-    budget_s: float,
+    actions: Sequence[Action], baseline: Action, *, rounds: int, budget_s: float,
     progress: Progress = silent,
-) -> list[Timings]:
+) -> list[Timings]:  # fmt: skip
     """Time every action in turn, ``rounds`` times, and each just after the baseline.
 
     An action has at least one turn, and no further one that would bring it above ``budget_s``.
