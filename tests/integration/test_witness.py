@@ -7,21 +7,22 @@ import random
 from typing import Any
 
 import gmpy2
+import numpy
 import pytest
 
-from tests.integration.witness import BITS, Top, cross, dot, follow, plus, times
+from tests.integration.witness import BITS, Top, cross, dot, follow
 from tt_precise.integration import catalogue, integrate
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.scene import parse_scene
+from tt_precise.scene.scene import Scene
 
 SCENES = int(os.environ.get("WITNESS_SCENES", "300"))
 ELASTIC = 30
-UNITS = 2.0  # of sqrt(R/g), which is what is compared of each
+UNTIL_S = "0.090351"  # 2 sqrt(R/g)
 DIGITS = 9
 SEEN = 1e-11  # s; earlier zeros are lost beside one at the start itself
 TOUCH = 1e-9  # of the time, between two zeros: the square root of what the witness leaves
 ARITHMETICS = ("digits", "double", "double-double")
-LAWS = {"viscous": "", "regularised": 'epsilon = "0.01"\n', "coulomb": ""}
+LAWS: dict[str, dict[str, str]] = {"viscous": {}, "regularised": {"epsilon": "0.01"}, "coulomb": {}}
 
 
 def number(text: str) -> Any:
@@ -29,7 +30,7 @@ def number(text: str) -> Any:
 
 
 class Case:
-    """A scene as text, and as the witness has it."""
+    """A scene, and as the witness has it."""
 
     def __init__(self, seed: int, elastic: bool = False):
         r = random.Random(seed)
@@ -63,30 +64,24 @@ class Case:
         self.kind, self.law, self.seed = kind, law, seed
 
     @property
-    def text(self) -> str:
-        theta = f"pi - {self.offset}" if self.from_pi else self.offset
-        start = "".join(f'{name} = "{value}"\n' for name, value in self.start.items())
-        mu = friction = height = contact = ""
-        model = self.kind
+    def tables(self) -> dict[str, Any]:
+        body = {"m": "0.02", "R": "0.02", "g": "9.8"}
+        body |= {"alpha": self.alpha, "I1": self.I1, "I3": self.I3}
+        start = {"theta": f"pi - {self.offset}" if self.from_pi else self.offset, **self.start}
+        more: dict[str, Any] = {}
         if self.law != "viscous":
-            friction = f'[friction]\nlaw = "{self.law}"\nmu = "{self.mu}"\n{LAWS[self.law]}'
+            more["friction"] = {"law": self.law, "mu": self.mu, **LAWS[self.law]}
         elif self.kind != "flight":
-            mu = f'mu = "{self.mu}"\n'
+            body["mu"] = self.mu
         if self.kind == "flight":
-            height = 'height = "0.02"\nrise = "0.3"\n'
+            start |= {"height": "0.02", "rise": "0.3"}
         if self.kind == "spring":
-            height, model = 'height = "-0.0002"\nrise = "0"\n', "gliding"
-            contact = (
-                '[contact]\nlaw = "compliant"\nforce = "linear"\n'
-                f'stiffness = "{self.stiffness}"\ndamping = "{self.damping}"\n'
-            )
-        return (
-            f'title = "case {self.seed}"\nsource = "random"\nmodel = "{model}"\n'
-            f'[body]\nm = "0.02"\nR = "0.02"\nalpha = "{self.alpha}"\nI1 = "{self.I1}"\n'
-            f'I3 = "{self.I3}"\ng = "9.8"\n{mu}[start]\ntheta = "{theta}"\n{start}{height}'
-            f'{friction}{contact}[run]\nuntil = "{UNITS * 0.04517539514526256:.6f}"\n'
-            'sample_every = "0.01"\n'
-        )
+            start |= {"height": "-0.0002", "rise": "0"}
+            spring = {"stiffness": self.stiffness, "damping": self.damping}
+            more["contact"] = {"law": "compliant", "force": "linear", **spring}
+        model = "gliding" if self.kind == "spring" else self.kind
+        run = {"until": UNTIL_S, "sample_every": "0.01"}
+        return {"model": model, "body": body, "start": start, "run": run, **more}
 
     def witness(self) -> tuple[Top, list[Any], float, Any]:
         """The top, its start, its horizon, and the unit of time in s."""
@@ -95,42 +90,33 @@ class Case:
         mu, epsilon = number(self.mu), number("1/100") / speed
         coefficient = {
             "viscous": lambda square: mu * speed + 0 * square,
-            "regularised": lambda square: mu / _root(square + epsilon * epsilon),
-            "coulomb": lambda square: mu / _root(square),
+            "regularised": lambda square: mu / (square + epsilon * epsilon) ** gmpy2.mpfr("0.5"),
+            "coulomb": lambda square: mu / square ** gmpy2.mpfr("0.5"),
         }[self.law]
         alpha, I1, I3 = number(self.alpha), number(self.I1), number(self.I3)
         stiffness, damping = (
-            number(one) / number("2/100") / g * unit
-            for one, unit in ((self.stiffness, R), (self.damping, speed))
+            number(text) / number("2/100") / g * unit
+            for text, unit in ((self.stiffness, R), (self.damping, speed))
         )
         top = Top(alpha, I1, I3, self.kind, coefficient, stiffness, damping)
         sine, cosine = gmpy2.sin_cos(number(self.offset))
-        k = (sine, gmpy2.mpfr(0), -cosine if self.from_pi else cosine)
-        y, one = (0 * sine, 0 * sine + 1, 0 * sine), (k[2], 0 * sine, -k[0])
-        rate = {name: number(self.start[name]) for name in ("theta_dot", "phi_dot", "omega_3")}
-        omega = plus(
-            times(-rate["phi_dot"] * sine / second, one),
-            times(rate["theta_dot"] / second, y),
-            times(rate["omega_3"] / second, k),
+        k = numpy.array((sine, gmpy2.mpfr(0), -cosine if self.from_pi else cosine))
+        across = numpy.array((k[2], 0, -sine))
+        theta_dot, phi_dot, omega_3 = (
+            number(self.start[name]) / second for name in ("theta_dot", "phi_dot", "omega_3")
         )
-        L = plus(times(I1, omega), times((I3 - I1) * dot(omega, k), k))
-        rise = number("3/10") if self.kind == "flight" else gmpy2.mpfr(0)
-        nu = [number(self.start.get(name, "0")) for name in ("nu_x", "nu_y")]
-        v = (nu[0] / speed, nu[1] / speed, rise / speed)
-        a = (alpha * k[0], alpha * k[1], alpha * k[2] - 1)
-        s = plus(v, times(-1, cross(omega, a)))
+        omega = omega_3 * k - phi_dot * sine * across + theta_dot * numpy.array((0, 1, 0))
+        L = I1 * omega + (I3 - I1) * dot(omega, k) * k
+        nu = [number(self.start.get(name, "0")) / speed for name in ("nu_x", "nu_y")]
+        rise = number("3/10") / speed if self.kind == "flight" else gmpy2.mpfr(0)
+        s = numpy.array((*nu, rise)) - cross(omega, alpha * k - numpy.array((0, 0, 1)))
         height = {"flight": gmpy2.mpfr(1), "spring": number("-1/100")}.get(self.kind, gmpy2.mpfr(0))
-        until = float(number(f"{UNITS * 0.04517539514526256:.6f}") * second)
-        return top, [*k, *L, *s, height], until, 1 / second
-
-
-def _root(square: Any) -> Any:
-    return square ** gmpy2.mpfr("0.5")
+        return top, [*k, *L, *s, height], float(number(UNTIL_S) * second), 1 / second
 
 
 def compared(case: Case) -> str:
     """What was compared, or why nothing was; raises where the two disagree."""
-    scene = parse_scene(case.text, f"case-{case.seed}", "case.toml")
+    scene = Scene.of(name=f"case-{case.seed}", **case.tables)
     names = catalogue(scene.model)
     runs, refused = {}, ""
     for one in ARITHMETICS:
@@ -140,9 +126,9 @@ def compared(case: Case) -> str:
         except InputError as refusal:
             refused = str(refusal)
     if not runs:
-        assert "g_n is" in refused, f"{refused}\n{case.text}"
+        assert "g_n is" in refused, f"{refused}\n{case.tables}"
         return "refused"
-    assert "double" in runs, f"{refused}\n{case.text}"
+    assert "double" in runs, f"{refused}\n{case.tables}"
     with gmpy2.context(precision=BITS):
         top, start, until, second = case.witness()
         events, end, ended = follow(top, start, until)
@@ -177,13 +163,13 @@ def _agree(
         rel, absolute = (1e-4, 1e-7) if arithmetic == "double" else (1e-6, 1e-9)
         assert found == pytest.approx(true, rel=rel, abs=absolute), (
             f"{name} in {arithmetic}, {run.status} at {float(run.t_end)}, followed to {last}\n"
-            f"{found}\n{true}\n{case.text}"
+            f"{found}\n{true}\n{case.tables}"
         )
     if ended:
         separated = table["t"][table["name"] == "separation"] if case.kind == "spring" else []
         end_time = float([*separated, run.t_end][0])
         assert end_time == pytest.approx(last, rel=1e-9, abs=1e-12), (
-            f"{arithmetic}: {run.status}\n{case.text}"
+            f"{arithmetic}: {run.status}\n{case.tables}"
         )
 
 

@@ -3,7 +3,8 @@
 Newton's equations of a sphere with an axis, from the laws of linear and angular momentum, with the
 contact force solved for numerically from what it has to achieve, in numbers of 113 bits. Each step
 is a polynomial through Chebyshev's points, found by Picard's iteration; events are sign changes of
-functions along it, between the zeros of their derivatives. In units of m = R = g = 1.
+functions along it, between the zeros of their derivatives. In units of m = R = g = 1. Vectors and
+states have axes (entry, point).
 """
 
 from __future__ import annotations
@@ -15,29 +16,21 @@ from typing import Any
 
 import gmpy2
 import numpy
+from numpy.polynomial import chebyshev
 
 BITS, POINTS = 113, 28
 TAIL = 1e-22  # of a step's polynomials, in their last three coefficients
 FIRST, LONGEST, SHORTEST = 1e-12, 0.25, 1e-14
 MOST_ITERATIONS = 80
-Vector = tuple[Any, Any, Any]
+UNITS = numpy.array([[[1], [0], [0]], [[0], [1], [0]], [[0], [0], [1]]], dtype=object)
 
 
-def cross(a: Vector, b: Vector) -> Vector:
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+def cross(a: Any, b: Any) -> Any:
+    return numpy.cross(a, b, axis=0)
 
 
-def dot(a: Vector, b: Vector) -> Any:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def plus(*vectors: Vector) -> Vector:
-    x, y, z = (sum(parts[1:], start=parts[0]) for parts in zip(*vectors, strict=True))
-    return (x, y, z)
-
-
-def times(c: Any, a: Vector) -> Vector:
-    return (c * a[0], c * a[1], c * a[2])
+def dot(a: Any, b: Any) -> Any:
+    return (a * b).sum(axis=0)
 
 
 @dataclass(frozen=True)
@@ -56,66 +49,45 @@ class Top:
     stiffness: Any = 0
     damping: Any = 0
 
-    def spin(self, k: Vector, L: Vector) -> Vector:
-        return plus(times(1 / self.I1, L), times((1 / self.I3 - 1 / self.I1) * dot(L, k), k))
-
-    def contact(self, y: Any) -> tuple[Vector, Vector, Vector, Vector, Vector]:
+    def contact(self, y: Any) -> tuple[Any, Any, Any, Any, Any]:
         """k, L, omega, a, and the velocity of the lowest point."""
-        k, L, s = tuple(y[:3]), tuple(y[3:6]), tuple(y[6:9])
-        omega = self.spin(k, L)
-        a = (self.alpha * k[0], self.alpha * k[1], self.alpha * k[2] - 1)
-        return k, L, omega, a, plus(s, cross(omega, a))
+        k, L, s = y[:3], y[3:6], y[6:9]
+        omega = L / self.I1 + (1 / self.I3 - 1 / self.I1) * dot(L, k) * k
+        a = self.alpha * k - UNITS[2]
+        return k, L, omega, a, s + cross(omega, a)
 
-    def acceleration(self, y: Any, force: Vector) -> Vector:
+    def acceleration(self, y: Any, force: Any) -> Any:
         """That of the lowest point, as a point of the body that follows it, under ``force``."""
         k, L, omega, a, _ = self.contact(y)
         torque, moving = cross(a, force), cross(omega, k)
-        kappa = 1 / self.I3 - 1 / self.I1
-        turning = plus(
-            times(1 / self.I1, torque),
-            times(kappa * (dot(torque, k) + dot(L, moving)), k),
-            times(kappa * dot(L, k), moving),
-        )
-        x, y_, z = plus(force, cross(turning, a), cross(omega, times(self.alpha, moving)))
-        return (x, y_, z - 1)
+        along = (dot(torque, k) + dot(L, moving)) * k + dot(L, k) * moving
+        turning = torque / self.I1 + (1 / self.I3 - 1 / self.I1) * along
+        return force + cross(turning, a) + cross(omega, self.alpha * moving) - UNITS[2]
 
-    def force(self, y: Any) -> Vector:
-        zero = 0 * y[0]
+    def force(self, y: Any) -> Any:
+        none = 0 * y[:3]
         if self.kind == "flight":
-            return (zero, zero, zero)
-        *_, v = self.contact(y)
-        if self.kind == "rolling":
-            return self._holding(y)
-        c = self.coefficient(v[0] * v[0] + v[1] * v[1])
-        slant = (-c * v[0], -c * v[1], 1 + zero)
+            return none
+        without = self.acceleration(y, none)
+        if self.kind == "rolling":  # the lowest point is not accelerated; Cramer's rule
+            a, b, c = (self.acceleration(y, none + unit) - without for unit in UNITS)
+            parts = (
+                dot(without, cross(b, c)),
+                dot(a, cross(without, c)),
+                dot(a, cross(b, without)),
+            )
+            return -numpy.array(parts) / dot(a, cross(b, c))
+        v = self.contact(y)[4]
+        slant = UNITS[2] - self.coefficient(v[0] * v[0] + v[1] * v[1]) * v * [[1], [1], [0]]
         if self.kind == "spring":
-            return times(-self.stiffness * y[9] - self.damping * v[2], slant)
-        without = self.acceleration(y, (zero, zero, zero))[2]
-        return times(-without / (self.acceleration(y, slant)[2] - without), slant)
+            return (-self.stiffness * y[9] - self.damping * v[2]) * slant
+        return -without[2] / (self.acceleration(y, slant) - without)[2] * slant
 
-    def _holding(self, y: Any) -> Vector:
-        """The force under which the lowest point is not accelerated; Cramer's rule."""
-        zero = 0 * y[0]
-        rest = self.acceleration(y, (zero, zero, zero))
-        columns = []
-        for x, y_, z in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
-            moved = self.acceleration(y, (zero + x, zero + y_, zero + z))
-            columns.append(plus(moved, times(-1, rest)))
-        a, b, c = columns
-        size = dot(a, cross(b, c))
-        down = times(-1, rest)
-        return (
-            dot(down, cross(b, c)) / size, dot(a, cross(down, c)) / size,
-            dot(a, cross(b, down)) / size,
-        )  # fmt: skip
-
-    def rates(self, y: Any) -> list[Any]:
+    def rates(self, y: Any) -> Any:
         k, _, omega, a, v = self.contact(y)
         force = self.force(y)
-        height = v[2] if self.kind in ("flight", "spring") else 0 * v[2]
-        return [
-            *cross(omega, k), *cross(a, force), force[0], force[1], force[2] - 1, height,
-        ]  # fmt: skip
+        height = v[2:] if self.kind in ("flight", "spring") else 0 * v[2:]
+        return numpy.concatenate((cross(omega, k), cross(a, force), force - UNITS[2], height))
 
     def functions(self, y: Any) -> dict[str, Any]:
         """What is zero at an event; minima and maxima of theta have one function."""
@@ -123,100 +95,70 @@ class Top:
         moving = cross(omega, k)
         spin, towards = dot(L, k), v[0] * k[0] + v[1] * k[1]
         across = v[1] * k[0] - v[0] * k[1]
-        found = {
+        named = {
             "turning": moving[2], "phi_dot_zero": k[0] * moving[1] - k[1] * moving[0],
             "equator": k[2], "omega_3_zero": spin,
             "Lk_equals_Lz": spin - L[2], "Lk_equals_minus_Lz": spin + L[2],
         }  # fmt: skip
         if self.kind not in ("rolling", "flight"):
-            found |= {"nu_x_zero": towards, "nu_y_zero": across, "nu_crossing": across - towards}
-        return found | {"end": y[9] if self.kind == "flight" else self.force(y)[2]}
+            named |= {"nu_x_zero": towards, "nu_y_zero": across, "nu_crossing": across - towards}
+        return named | {"end": y[9] if self.kind == "flight" else self.force(y)[2]}
 
 
 @cache
-def _tables() -> tuple[Any, Any, Any]:
-    """Chebyshev's points on 0 to 1, the matrix of integrals from 0, that of coefficients."""
+def _tables() -> tuple[Any, Any]:
+    """The matrix of integrals from 0 to Chebyshev's points on 0 to 1, that of coefficients."""
     n = POINTS - 1
-    pi = gmpy2.const_pi()
-    angles = [pi * (n - i) / n for i in range(POINTS)]
-    x = numpy.array([gmpy2.cos(a) for a in angles], dtype=object)
-    ends = [gmpy2.mpfr(1) if 0 < j < n else gmpy2.mpfr("0.5") for j in range(POINTS)]
-    cosines = [[gmpy2.cos(j * a) for a in angles] for j in range(POINTS)]
+    angles = [gmpy2.const_pi() * (n - i) / n for i in range(POINTS)]
+    ends = [gmpy2.mpfr(1 if 0 < j < n else 0.5) for j in range(POINTS)]
     to_c = numpy.array(
-        [[2 * ends[i] * ends[j] * cosines[j][i] / n for i in range(POINTS)] for j in range(POINTS)],
-        dtype=object,
+        [
+            [2 * a * b * gmpy2.cos(j * angle) / n for a, angle in zip(ends, angles, strict=True)]
+            for j, b in enumerate(ends)
+        ]
     )
-    integral = []
-    for t in range(POINTS):
-        row = []
-        for j in range(POINTS):
-
-            def whole(m: int, t: int = t) -> Any:
-                return gmpy2.cos(m * angles[t]) - (-1) ** m
-
-            if j == 0:
-                row.append(whole(1))
-            elif j == 1:
-                row.append(whole(2) / 4)
-            else:
-                row.append(whole(j + 1) / (2 * (j + 1)) - whole(j - 1) / (2 * (j - 1)))
-        integral.append(row)
-    to_integral = numpy.array(integral, dtype=object).dot(to_c) / 2
-    return (x + 1) / 2, to_integral, to_c
-
-
-def _value(c: Any, u: Any) -> Any:
-    """The Chebyshev series ``c`` at 0 <= u <= 1; Clenshaw."""
-    x, after, last = 2 * u - 1, 0 * u, 0 * u
-    for one in c[:0:-1]:
-        after, last = one + 2 * x * after - last, after
-    return c[0] + x * after - last
+    x = numpy.array([gmpy2.cos(angle) for angle in angles])
+    return chebyshev.chebval(x, chebyshev.chebint(to_c, lbnd=-1)).T / 2, to_c
 
 
 def _step(top: Top, y: Any, h: Any) -> Any | None:
-    """The states at the points of a step, axes (point, entry), or None where it is too long."""
-    _, integral, to_c = _tables()
-    points = numpy.array([y] * POINTS, dtype=object)
-    before = numpy.inf
+    """The states at the points of a step, or None where it is too long."""
+    integral, to_c = _tables()
+    states, before = y + numpy.zeros(POINTS, dtype=int), numpy.inf
     for _ in range(MOST_ITERATIONS):
-        rates = numpy.array(top.rates(points.T), dtype=object).T
-        found = y + h * integral.dot(rates)
-        moved = float(max(abs(found - points).ravel()))
-        points = found
+        after = y + h * top.rates(states).dot(integral.T)
+        moved, states = float(abs(after - states).max()), after
         if not moved < 1e6:
             return None
         if moved < 1e-30 or (moved >= before and moved < 1e-26):
-            break
+            tail = abs(to_c[-3:].dot(states.T)).max()
+            return states if tail < TAIL * max(1, abs(states).max()) else None
         before = moved
-    else:
-        return None
-    tail = abs(to_c.dot(points)[-3:]).max()
-    return points if tail < TAIL * max(1, abs(points).max()) else None
+    return None
 
 
-def _zeros(values: Any, to_c: Any) -> Iterator[tuple[Any, int]]:
+def _zeros(values: Any) -> Iterator[tuple[Any, int]]:
     """Places in 0 to 1 where the interpolant of ``values`` changes sign, and how."""
-    c = to_c.dot(values)
+    c = _tables()[1].dot(values)
     size = abs(c).max()
     if size < 1e-25:  # rounding of what vanishes identically
         return
-    rough = numpy.array([float(one / size) for one in c])
-    slope = numpy.polynomial.chebyshev.chebder(rough)
-    turns = numpy.polynomial.chebyshev.chebroots(numpy.trim_zeros(slope, "b"))
+    slope = chebyshev.chebder((c / size).astype(float))
+    turns = chebyshev.chebroots(numpy.trim_zeros(slope, "b"))
     inner = sorted(t.real for t in turns if abs(t.imag) < 1e-6 and -1 < t.real < 1)
-    ends = [gmpy2.mpfr(0), *((gmpy2.mpfr(t) + 1) / 2 for t in inner), gmpy2.mpfr(1)]
-    heights = [_value(c, u) for u in ends]
+    ends = [gmpy2.mpfr(-1), *map(gmpy2.mpfr, inner), gmpy2.mpfr(1)]
+    heights = [chebyshev.chebval(x, c) for x in ends]
     for low, high, a, b in zip(ends, ends[1:], heights, heights[1:], strict=False):
         if (a > 0) == (b > 0) or not a or not b:
             continue
         sign = 1 if b > a else -1
         for _ in range(BITS):
             middle = (low + high) / 2
-            if (_value(c, middle) > 0) == (sign > 0):
+            if (chebyshev.chebval(middle, c) > 0) == (sign > 0):
                 high = middle
             else:
                 low = middle
-        yield (low + high) / 2, sign
+        yield (1 + (low + high) / 2) / 2, sign
 
 
 def follow(top: Top, start: Any, until: float) -> tuple[list[tuple[str, Any, int]], Any, bool]:
@@ -225,11 +167,10 @@ def follow(top: Top, start: Any, until: float) -> tuple[list[tuple[str, Any, int
     And whether that is the end.
     """
     with gmpy2.context(precision=BITS):
-        _, _, to_c = _tables()
-        y = numpy.array([gmpy2.mpfr(one) for one in start], dtype=object)
+        y = numpy.array([[gmpy2.mpfr(entry)] for entry in start])
         t, h = gmpy2.mpfr(0), gmpy2.mpfr(FIRST)
         events: list[tuple[str, Any, int]] = []
-        silent = {name for name, f in top.functions(y).items() if abs(f) < 1e-28}
+        silent = {name for name, value in top.functions(y).items() if abs(value[0]) < 1e-28}
         while t < until:
             h = min(h, gmpy2.mpfr(until) - t)
             states = _step(top, y, h)
@@ -238,15 +179,14 @@ def follow(top: Top, start: Any, until: float) -> tuple[list[tuple[str, Any, int
                 if h < max(SHORTEST, t / 1000):  # as where Coulomb's friction comes to rest
                     break
                 continue
-            found = []
-            for name, values in top.functions(states.T).items():
-                if not t and name in silent:
-                    continue  # its zero at the start; there is no other one so soon
-                found += [(name, t + u * h, sign) for u, sign in _zeros(values, to_c)]
-            for name, time, sign in sorted(found, key=lambda one: one[1]):
+            zeros = []
+            for name, values in top.functions(states).items():
+                if t or name not in silent:  # its zero at the start; there is none other so soon
+                    zeros += [(name, t + u * h, sign) for u, sign in _zeros(values)]
+            for name, time, sign in sorted(zeros, key=lambda zero: zero[1]):
                 if name == "end" and sign < 0:
                     return events, time, True
                 if name != "end":
                     events.append((name, time, sign))
-            t, y, h = t + h, states[-1], min(2 * h, gmpy2.mpfr(LONGEST))
+            t, y, h = t + h, states[:, -1:], min(2 * h, gmpy2.mpfr(LONGEST))
         return events, t, t >= until
