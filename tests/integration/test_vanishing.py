@@ -7,13 +7,11 @@ from typing import Any
 import pytest
 
 from tt_precise.integration import catalogue, integrate
-from tt_precise.integration.precision import precision_named
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
 
 ALL = catalogue("gliding")
 ARITHMETICS = ("double", "extended", "double-double", "triple-double", "quad")
-QUAD = precision_named("quad")
 
 
 @pytest.fixture(scope="module")
@@ -44,66 +42,87 @@ def test_zeros_beside_one_at_the_start_are_found(beside_zero: Scene, precision: 
         assert found["theta_min"] == pytest.approx(BESIDE_ZERO["theta_min"], rel=1e-6)
 
 
-def test_the_rounding_of_a_zero_at_the_start_is_no_event() -> None:
-    """omega_3 begins with t^3: rounding makes it cross zero at 4e-8 s."""
-    scene = load_scene("elastic-linear").varied(
-        m="0.02", R="0.02", alpha="0.8584", I1="0.8712", I3="1.3503", g="9.8", mu="0.09525331",
-        theta="pi - 1.282219e-06", phi_dot="11.4524", omega_3="0", theta_dot="0", nu_x="0",
-        nu_y="0", height="-0.0002", rise="0", stiffness="5742.883", damping="0.0629295",
-        until="0.003",
-    )  # fmt: skip
-    assert "omega_3_zero" not in set(integrate(scene, events=("omega_3_zero",)).events["name"])
+def varied(name: str, entries: str) -> Scene:
+    changes = dict(entry.split("=") for entry in entries.replace(", ", ",").split(","))
+    return load_scene(name).varied(**changes)
 
 
-@pytest.mark.parametrize("tolerance", [1e-10, 1e-12, 9.3e-14, 1e-15, 0.0])
-def test_a_shallow_lobe_beside_the_start_is_no_touch(tolerance: float) -> None:
-    """nu_x is lost in its summands, which grow, somewhat longer than its first term says."""
-    scene = load_scene("elastic-linear").varied(
-        m="0.02", R="0.02", alpha="0.5196", I1="0.7315", I3="0.3560", g="9.8", mu="0.6456611",
-        epsilon="10", theta="pi - 1.494801e-07", theta_dot="7.5528", phi_dot="23.2212",
-        omega_3="36.3989", nu_x="0", nu_y="0", height="-0.0002", rise="0", stiffness="167.5019",
-        damping="0", until="1e-4",
-    )  # fmt: skip
-    events = integrate(scene, tolerance=tolerance, events=("nu_x_zero",)).events
-    assert list(events["t"]) == pytest.approx([1.29895194008e-7], rel=1e-9)
+# L lies flat, beside the pole, and the motion is a plane one within 6e-6
+LYING = varied(
+    "reference", "alpha=0.7757, I1=0.8583, I3=1.2540, g=9.8, mu=15.1938, theta=2.196819e-06, "
+    "theta_dot=-12.8152, phi_dot=-35.8928, omega_3=0, until=0.02",
+)  # fmt: skip
+TABLE = "m=0.02, R=0.02, g=9.8, nu_x=0, nu_y=0, height=-0.0002, rise=0, "
+COARSE = tuple({"digits": n} for n in (1, 4, 6, 9))
+DOUBLE = ({"precision": "double"},)
+# a scene; an event and its first times in s, by triple-double; a bound; ways to run
+EARLY: dict[str, tuple[Scene, str, tuple[float, ...], float, tuple[dict[str, Any], ...]]] = {
+    # omega_3 begins with t^3: rounding makes it cross zero at 4e-8 s
+    "the rounding of a zero at the start": (
+        varied("elastic-linear", TABLE + "alpha=0.8584, I1=0.8712, I3=1.3503, mu=0.09525331, "
+        "theta=pi - 1.282219e-06, phi_dot=11.4524, omega_3=0, theta_dot=0, stiffness=5742.883, "
+        "damping=0.0629295, until=0.003"),
+        "omega_3_zero", (), 0, DOUBLE,
+    ),
+    # nu_x is lost in its summands, which grow, somewhat longer than its first term says
+    "a shallow lobe": (
+        varied("elastic-linear", TABLE + "alpha=0.5196, I1=0.7315, I3=0.3560, mu=0.6456611, "
+        "epsilon=10, theta=pi - 1.494801e-07, theta_dot=7.5528, phi_dot=23.2212, omega_3=36.3989, "
+        "stiffness=167.5019, damping=0, until=1e-4"),
+        "nu_x_zero", (1.29895194008e-7,), 1e-9,
+        tuple({"tolerance": size} for size in (1e-10, 1e-12, 9.3e-14, 1e-15, 0.0)),
+    ),
+    # where the functions are below the tolerance of their summands
+    "below the tolerance": (
+        LYING, "nu_x_zero", (1.71422920e-7, 3.42841949e-7, 7.14226777e-3), 1e-7, COARSE,
+    ),
+    "below the tolerance, without friction": (
+        varied("reference", "alpha=0.8797, I1=0.4256, I3=0.4789, g=9.8, mu=0, theta=2.643008e-07, "
+        "theta_dot=-7.1408, phi_dot=-24.9211, omega_3=-0.0240, nu_x=0.1484, until=0.02"),
+        "nu_y_zero", (2.75784165e-5,), 1e-7, COARSE,
+    ),
+    # 1 + cos theta of L.k = L.z is 3e-10 there, and was known to six digits
+    "beside the opposite pole": (
+        varied("regularised-1e-2", "m=0.02, R=0.02, alpha=0.1111, I1=0.4565, I3=0.2501, g=9.8, "
+        "mu=0.01358408, theta=pi - 2.567711e-05, phi_dot=39.2246, omega_3=0, nu_x=0.3289, nu_y=0, "
+        "until=0.01"),
+        "Lk_equals_Lz", (1.990953186810724e-3,), 1e-13, DOUBLE + COARSE[3:],
+    ),
+    # theta_min is at 4.27e-8 s, where a factor 1 - cos theta would have a double zero
+    "a passage of the pole": (
+        varied("coulomb-flight", "m=0.02, R=0.02, alpha=0.305, I1=0.9493, I3=0.988, g=9.8, "
+        "mu=0.1622182, theta=5.316879e-07, theta_dot=-12.4428, phi_dot=0, omega_3=0, nu_x=0.4063, "
+        "nu_y=0.2083, until=0.01"),
+        "Lk_equals_minus_Lz", (8.546113561450657e-08,), 1e-12, DOUBLE,
+    ),
+    # L.z is a fortieth of |L|, and the axis vertical within 1e-6
+    "where L lies flat": (
+        varied("rolling", "theta=3.329295e-07, theta_dot=8.5492, phi_dot=0, omega_3=0.2087, "
+        "alpha=0.3581, I1=0.9321, I3=1.0107, until=1e-6"),
+        "Lk_equals_Lz", (7.439135454e-8,), 1e-6, DOUBLE + COARSE[1::2],
+    ),
+}  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def lying() -> Scene:
-    """L lies flat, beside the pole, and the motion is a plane one within 6e-6."""
-    return load_scene("reference").varied(
-        alpha="0.7757", I1="0.8583", I3="1.2540", g="9.8", mu="15.1938", theta="2.196819e-06",
-        theta_dot="-12.8152", phi_dot="-35.8928", omega_3="0", until="0.02",
-    )  # fmt: skip
-
-
-# in triple-double
-LYING = {"nu_x_zero": (1.71422920e-7, 3.42841949e-7, 7.14226777e-3), "nu_y_zero": (1.04276509e-2,)}
-
-
-@pytest.mark.parametrize("digits", [1, 4, 6, 9])
-def test_a_coarse_run_loses_no_event_beside_the_start(lying: Scene, digits: int) -> None:
-    """They come where the functions are below the tolerance of their summands."""
-    times = integrate(lying, digits=digits, events=("nu_x_zero",)).events["t"]
-    assert list(map(float, times)) == pytest.approx(LYING["nu_x_zero"], rel=1e-7)
-    other = load_scene("reference").varied(
-        alpha="0.8797", I1="0.4256", I3="0.4789", g="9.8", mu="0", theta="2.643008e-07",
-        theta_dot="-7.1408", phi_dot="-24.9211", omega_3="-0.0240", nu_x="0.1484", until="0.02",
-    )  # fmt: skip
-    (found,) = integrate(other, digits=digits, events=("nu_y_zero",)).events["t"]
-    assert float(found) == pytest.approx(2.75784165e-5, rel=1e-7)
+@pytest.mark.parametrize(
+    ("place", "chosen"), [(place, way) for place, (*_, ways) in EARLY.items() for way in ways]
+)
+def test_a_crossing_beside_the_start_is_an_event(place: str, chosen: dict[str, Any]) -> None:
+    scene, event, times, bound, _ = EARLY[place]
+    events = integrate(scene, events=(event,), **chosen).events
+    found = events["t"][events["name"] == event].astype(float)
+    assert list(found) == pytest.approx(times, rel=bound)
 
 
 @pytest.mark.parametrize("precision", ["double", "double-double"])
-def test_crossings_of_a_motion_that_is_nearly_plane_are_no_touches(
-    lying: Scene, precision: str
-) -> None:
-    integrate(lying, tolerance=1e-10, events=tuple(LYING))  # hides nothing of later runs
-    run = integrate(lying, precision, events=tuple(LYING))
+def test_crossings_of_a_motion_that_is_nearly_plane_are_no_touches(precision: str) -> None:
+    names = ("nu_x_zero", "nu_y_zero")
+    integrate(LYING, tolerance=1e-10, events=names)  # hides nothing of later runs
+    run = integrate(LYING, precision, events=names)
     assert not run.touches
-    for name, times in LYING.items():
-        found = run.events["t"][run.events["name"] == name].astype(float)
-        assert list(found) == pytest.approx(times, rel=1e-3)
+    times = (1.71422920e-7, 3.42841949e-7, 7.14226777e-3, 1.04276509e-2)
+    assert list(run.events["t"].astype(float)) == pytest.approx(times, rel=1e-3)
+    assert list(run.events["name"]) == ["nu_x_zero"] * 3 + ["nu_y_zero"]
 
 
 def test_digits_of_events_beside_zero_hold(beside_zero: Scene) -> None:
@@ -125,41 +144,6 @@ def test_what_touches_zero_is_no_event(name: str, precision: str) -> None:
     assert run.touches == ("phi_dot_zero",)
     if precision == "double":
         assert integrate(scene, digits=6, events=("phi_dot_zero",)).events.empty
-
-
-@pytest.mark.parametrize("chosen", [{"digits": 9}, {"precision": "double"}])
-def test_events_keep_their_digits_beside_the_opposite_pole(chosen: dict[str, Any]) -> None:
-    """1 + cos theta of L.k = L.z is 3e-10 there, and was known to six digits."""
-    scene = load_scene("regularised-1e-2").varied(
-        m="0.02", R="0.02", alpha="0.1111", I1="0.4565", I3="0.2501", g="9.8", mu="0.01358408",
-        theta="pi - 2.567711e-05", phi_dot="39.2246", omega_3="0", nu_x="0.3289", nu_y="0",
-        until="0.01",
-    )  # fmt: skip
-    (found,) = integrate(scene, events=("Lk_equals_Lz",), **chosen).events["t"]
-    assert float(found) == pytest.approx(1.990953186810724e-3, rel=1e-13)
-
-
-def test_a_passage_of_the_pole_beside_the_start_hides_no_event() -> None:
-    """theta_min is at 4.27e-8 s, where a factor 1 - cos theta would have a double zero."""
-    scene = load_scene("coulomb-flight").varied(
-        m="0.02", R="0.02", alpha="0.305", I1="0.9493", I3="0.988", g="9.8", mu="0.1622182",
-        theta="5.316879e-07", theta_dot="-12.4428", phi_dot="0", omega_3="0", nu_x="0.4063",
-        nu_y="0.2083", until="0.01",
-    )  # fmt: skip
-    events = integrate(scene, "double", events="all").events
-    (found,) = events["t"][(events["name"] == "Lk_equals_minus_Lz") & (events["t"] < 1e-5)]
-    assert float(found) == pytest.approx(8.546113561450657e-08, rel=1e-12)
-
-
-@pytest.mark.parametrize("chosen", [{"digits": 4}, {"digits": 9}, {"precision": "double"}])
-def test_a_crossing_is_no_touch_where_L_lies_flat(chosen: dict[str, Any]) -> None:
-    """L.z is a fortieth of |L|, and the axis vertical within 1e-6."""
-    scene = load_scene("rolling").varied(
-        theta="3.329295e-07", theta_dot="8.5492", phi_dot="0", omega_3="0.2087", alpha="0.3581",
-        I1="0.9321", I3="1.0107", until="1e-6",
-    )  # fmt: skip
-    (found,) = integrate(scene, events=("Lk_equals_Lz",), **chosen).events["t"]
-    assert float(found) == pytest.approx(7.439135454e-8, rel=1e-6)
 
 
 @pytest.mark.parametrize("precision", ["double", "double-double"])
