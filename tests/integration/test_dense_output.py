@@ -30,8 +30,7 @@ def recorded(half: Scene) -> Trajectory:
 
 def test_dense_output_ends_in_the_end_state(double: Trajectory, half_quad: Trajectory) -> None:
     for trajectory, end in ((double, "8"), (half_quad, "0.5")):
-        assert trajectory.at(end) == trajectory.state
-        assert trajectory.at(trajectory.t_end) == trajectory.state
+        assert trajectory.at(end) == trajectory.at(trajectory.t_end) == trajectory.state
         assert trajectory.state.t == trajectory.t_end == Fraction(end)
         just_before = trajectory.at(Fraction(end) - Fraction(1, 10**12))
         for name, value in trajectory.state.values.items():
@@ -49,25 +48,22 @@ def test_what_is_given_as_the_end_is_the_end(double: Trajectory, half_quad: Traj
     assert half_quad.at(Fraction(1, 2) - Fraction(1, 10**18)) != half_quad.state
 
 
-def test_dense_output_starts_with_the_start(half_quad: Trajectory) -> None:
-    start = half_quad.at(0)
-    context = half_quad.precision.context
-    assert abs(start.kx - context.sin(context.mpf("0.1"))) < 2.0**-113
-    assert abs(start.omega_3 / 155 - 1) < 4 * 2.0**-113
-    assert (start.vx, start.vy, start.theta_dot) == (0, 0, 0)
-
-
-def test_dense_output_is_the_solution_that_ends_there(half: Scene, half_quad: Trajectory) -> None:
+def test_dense_output_starts_with_the_start_and_is_the_solution_that_ends_there(
+    half: Scene, half_quad: Trajectory
+) -> None:
     """A step ends at 1/4 s here and nowhere near it there."""
     ended = integrate(half, "quad", until="0.25")
     passing = half_quad.at("0.25")
     bound_eps = 1000  # of the largest of each kind: 30 steps, and the sensitivity to the start
-    for names in (("kx", "ky", "kz"), ("Lx", "Ly", "Lz"), ("vx", "vy")):
-        scale = max(abs(passing.values[name]) for name in names)
-        for name in names:
-            apart = abs(passing.values[name] - ended.state.values[name])
-            assert apart < bound_eps * 2.0**-112 * scale, name
+    for name in VECTOR_COLUMNS:
+        scale = max(abs(passing.values[other]) for other in VECTOR_COLUMNS if other[0] == name[0])
+        apart = abs(passing.values[name] - ended.state.values[name])
+        assert apart < bound_eps * 2.0**-112 * scale, name
     assert half_quad.at("0.2500000000000000000000000001").kx != passing.kx
+    start, context = half_quad.at(0), half_quad.precision.context
+    assert abs(start.kx - context.sin(context.mpf("0.1"))) < 2.0**-113
+    assert abs(start.omega_3 / 155 - 1) < 4 * 2.0**-113
+    assert (start.vx, start.vy, start.theta_dot) == (0, 0, 0)
 
 
 @pytest.mark.parametrize("time", [-1, "-1e-30", "8.0000000001", 9, "1e300"])
@@ -83,10 +79,8 @@ def test_nothing_is_given_behind_an_early_end(rough: Scene) -> None:
     with pytest.raises(InputError, match=r"0\.65771882639144.* s.*\(contact_lost\)"):
         lost.at("0.6577189")
     frame = lost.frame()
-    assert frame["t"].iloc[-1] == lost.t_end
+    assert frame["t"].tolist() == [k / 100 for k in range(66)] + [lost.t_end]
     assert frame["kx"].iloc[-1] == lost.state.kx
-    assert (frame["t"].diff().iloc[1:] > 0).all()
-    assert len(frame) == 67  # 0 to 0.65 every 0.01 s, and the end
     fine = integrate(rough, "quad")  # whose end is inside, as it is printed
     assert fine.at(fine.precision.context.nstr(fine.t_end, 17)).t <= fine.t_end
 
@@ -154,27 +148,10 @@ def test_undefined_values_are_missing_and_no_zeros(precision: str) -> None:
 
 def test_azimuth_recorded_is_azimuth_seen(recorded: Trajectory) -> None:
     """phi, integrated from phi_dot, against the direction of the axis."""
-    frame = recorded.frame("phi", "kx", "ky", "phi_dot", times=[Fraction(k, 50) for k in range(26)])
-    seen = numpy.arctan2(frame["ky"], frame["kx"])
-    turns = (frame["phi"] - seen) / (2 * numpy.pi)
+    frame = recorded.frame("phi", "kx", "ky", times=[Fraction(k, 50) for k in range(26)])
+    turns = (frame["phi"] - numpy.arctan2(frame["ky"], frame["kx"])) / (2 * numpy.pi)
     assert (abs(turns - turns.round()) < 1e-13).all()  # 70 steps of phi up to 0.6 rad
     assert max(abs(frame["phi"])) > 0.5
-
-
-def test_quadratures_are_the_integrals_of_their_rates(recorded: Trajectory) -> None:
-    from scipy.integrate import cumulative_simpson
-
-    step = 1 / 20_000
-    frame = recorded.frame(
-        "psi", "x", "y", "psi_dot", "s_dot_x", "s_dot_y",
-        times=[Fraction(k, 20_000) for k in range(10_001)],
-    )  # fmt: skip
-    for name, rate in (("psi", "psi_dot"), ("x", "s_dot_x"), ("y", "s_dot_y")):
-        integral = cumulative_simpson(frame[rate].to_numpy(), dx=step, initial=0)
-        scale = abs(frame[name]).max()
-        # Simpson's rule at 50 microseconds; the rates oscillate with about 200 rad/s
-        assert (abs(frame[name] - integral) < 1e-9 * scale).all(), name
-        assert abs(frame[name].iloc[-1]) > 1e-6
 
 
 def test_euler_angles_and_azimuth_give_the_vectors(half: Scene, half_quad: Trajectory) -> None:
