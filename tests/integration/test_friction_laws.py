@@ -7,39 +7,21 @@ import numpy
 import pytest
 
 import tt_precise as tt
+from tests.conftest import RATIOS
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.scene import Scene, load_scene, parse_scene
+from tt_precise.scene.scene import Scene, load_scene
 
-TEXT = """
-model = "gliding"
-[body]
-m = "0.02"
-R = "0.02"
-alpha = "0.3"
-I1 = "131/350"
-I3 = "2/5"
-g = "9.82"
-{mu}
-[friction]
-{friction}
-[start]
-theta = "0.3"
-omega_3 = "155"
-nu_y = "0.92"
-[run]
-until = "0.1"
-"""
+TABLES: dict[str, Any] = {
+    "model": "gliding",
+    "start": {"theta": "0.3", "omega_3": "155", "nu_y": "0.92"},
+    "run": {"until": "0.1"},
+}
+BODY = {name: value for name, value in RATIOS.items() if name != "mu"}
 
 
-def dry(friction: str, **changes: Any) -> Scene:
-    return parse_scene(TEXT.format(friction=friction, mu=""), "dry", "dry.toml").varied(**changes)
-
-
-def regularised(epsilon: str, **changes: Any) -> Scene:
-    return dry(f'law = "regularised"\nmu = "0.05"\nepsilon = "{epsilon}"', **changes)
-
-
-COULOMB = 'law = "coulomb"\nmu = "0.05"'
+def dry(law: str, mu: str = "0.05", **more: str) -> Scene:
+    friction = {"law": law, "mu": mu, **more}
+    return Scene.of(name="dry", body=BODY, friction=friction, **TABLES)
 
 
 def final(scene: Scene) -> Any:
@@ -52,10 +34,10 @@ def final(scene: Scene) -> Any:
 
 
 STRIBECK_1_S = load_scene("stribeck").varied(until="1")
-STRIBECK = 'law = "stribeck"\nmu = "0.04"\nmu_s = "0.06"\nv_s = "0.3"\nepsilon = "0.01"'
+STRIBECK = dry("stribeck", "0.04", mu_s="0.06", v_s="0.3", epsilon="0.01")
 
 
-@pytest.mark.parametrize("scene", [dry(COULOMB), regularised("0.01"), dry(STRIBECK)])
+@pytest.mark.parametrize("scene", [dry("coulomb"), dry("regularised", epsilon="0.01"), STRIBECK])
 def test_two_formulations_agree_and_the_laws_of_conservation_hold(scene: Scene) -> None:
     # extended compiles the Euler form in a fiftieth of the time of double
     newton, euler = (
@@ -74,8 +56,8 @@ def test_two_formulations_agree_and_the_laws_of_conservation_hold(scene: Scene) 
 @pytest.mark.parametrize(
     ("scene", "wrong"),
     [
-        (dry(COULOMB), dry(COULOMB, mu="0.0501")),
-        (dry(COULOMB), regularised("0.1")),
+        (dry("coulomb"), dry("coulomb", "0.0501")),
+        (dry("coulomb"), dry("regularised", epsilon="0.1")),
         (STRIBECK_1_S, STRIBECK_1_S.varied(mu_s="0.3501")),
     ],
 )
@@ -87,17 +69,16 @@ def test_another_law_is_caught(scene: Scene, wrong: Scene) -> None:
 
 
 def test_stribeck_without_a_fall_is_regularised() -> None:
-    flat = dry('law = "stribeck"\nmu = "0.05"\nmu_s = "0.05"\nv_s = "0.3"\nepsilon = "0.01"')
-    assert final(flat) == pytest.approx(final(regularised("0.01")), rel=1e-11)
+    flat = dry("stribeck", mu_s="0.05", v_s="0.3", epsilon="0.01")
+    assert final(flat) == pytest.approx(final(dry("regularised", epsilon="0.01")), rel=1e-11)
 
 
 @pytest.mark.parametrize(("precision", "digits"), [("double-double", 28), ("triple-double", 43)])
 def test_several_doubles_have_an_exponential(precision: str, digits: int) -> None:
-    scene = dry(STRIBECK)
-    truth, found = tt.integrate(scene, "mp").state, tt.integrate(scene, precision).state
+    truth, found = tt.integrate(STRIBECK, "mp").state, tt.integrate(STRIBECK, precision).state
     for name, value in found.values.items():
         assert abs(value - getattr(truth, name)) <= 10.0**-digits * max(abs(value), 1)
-    assert tt.integrate(scene, digits=25).digits_throughout >= 25
+    assert tt.integrate(STRIBECK, digits=25).digits_throughout >= 25
 
 
 def test_a_run_goes_on_from_any_of_its_states() -> None:
@@ -114,30 +95,22 @@ def test_a_run_goes_on_from_any_of_its_states() -> None:
 
 
 def test_viscous_in_the_block_is_the_viscous_law() -> None:
-    plain = TEXT.format(friction="", mu='mu = "0.3"').replace("[friction]\n", "")
-    one = tt.integrate(parse_scene(plain, "plain", "plain.toml"))
-    other = tt.integrate(dry('law = "viscous"\nmu = "0.3"'))
+    one = tt.integrate(Scene.of(name="plain", body=RATIOS, **TABLES))
+    other = tt.integrate(dry("viscous", "0.3"))
     assert one.frame().equals(other.frame())
 
 
 def test_epsilon_to_zero_is_coulomb_at_order_2_while_the_top_glides() -> None:
     # 1/sqrt(v^2 + epsilon^2) = 1/v - epsilon^2/(2 v^3) + ...
-    limit = final(dry(COULOMB))
+    limit = final(dry("coulomb"))
     widths = numpy.array([0.02, 0.01, 0.005])
-    errors = [numpy.abs(final(regularised(str(w))) - limit).max() for w in widths]
+    errors = [numpy.abs(final(dry("regularised", epsilon=str(w))) - limit).max() for w in widths]
     orders = numpy.log2(numpy.array(errors[:-1]) / errors[1:])
     assert orders == pytest.approx([2, 2], abs=0.1)
-
-
-def test_scene_files() -> None:
-    scene = regularised("1e-3")
-    assert scene.body.law == "regularised"
-    assert scene.varied(epsilon="1e-2").body != scene.body
-    assert scene.perturbed(mu="1e-9").body.mu == Fraction(5, 100) * (1 + Fraction("1e-9"))
 
 
 def test_what_cannot_take_the_law_says_so() -> None:
     from tt_precise.sweeps.specification import Specification
 
     with pytest.raises(InputError, match="dry: got coulomb friction, expected the viscous law"):
-        Specification(dry(COULOMB))
+        Specification(dry("coulomb"))

@@ -42,21 +42,6 @@ def test_pieces_make_the_whole(kicked: Sensitivity) -> None:
     assert numpy.abs(whole.by_start[-1] - kicked.by_start[-2]).max() > 0.01
 
 
-def test_the_derivative_by_mu_is_a_difference_quotient(kicked: Sensitivity) -> None:
-    one, other = (
-        integrate(load_scene("kicked").perturbed(mu=size), "quad", until=TIMES[-1])
-        for size in ("1e-9", "-1e-9")
-    )
-    unit = one.start.units.length / one.start.units.time * 2e-9
-    apart = (one.state.vx - other.state.vx, one.state.vy - other.state.vy)
-    quotient = [float(difference / unit) for difference in apart]
-    where = kicked.parameters.index("mu")
-    found = kicked.by_parameters[-1][6:, where] * kicked.values[where]
-    # the quotient's own error is the square of 1e-9; the rest are some steps in double
-    assert numpy.abs(found - quotient).max() < 1000 * EPS * numpy.abs(quotient).max()
-    assert numpy.abs(found).max() > 0.1
-
-
 def test_where_the_model_ends_the_times_end() -> None:
     end = float(integrate("contact-lost").t_end)
     found = sensitivity("contact-lost")
