@@ -9,13 +9,13 @@ import pandas
 import pytest
 
 import tt_precise as tt
+from tests.engines.conftest import PATIENCE_S, climbed, rung_named
 from tt_precise.engines.adapters import rotated
 from tt_precise.engines.ladder import Rung, RungResult, climb, rungs
 from tt_precise.engines.protocol import run
 from tt_precise.engines.scoreboard import ADAPTERS, ENGINES, NODE, Engine, measure
 
 STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))
-PATIENCE_S = 1200  # however busy the machine is
 
 
 def test_there_is_an_adapter_for_each_engine() -> None:
@@ -55,8 +55,7 @@ def test_an_order_takes_three_halved_steps(steps: tuple[Fraction, ...]) -> None:
 def test_engines_fly(engine: Engine) -> None:
     if engine.version is None:
         pytest.skip(engine.missing)
-    (flight,) = (rung for rung in rungs(engine.law) if rung.name == "flight")
-    (found,) = climb(engine.name, engine.command, [flight], STEPS, time_limit=PATIENCE_S)
+    found = climbed(engine.command, rung_named("flight", engine.law), steps=STEPS)
     # cannon-es leaves out the gyroscopic term, which is what this test is for
     expected = {"cannon-es": {"no order", "floor"}}.get(engine.name, {"converges", "floor"})
     if engine.precision == "single":
@@ -85,7 +84,7 @@ def mujoco_on(name: str) -> tuple[Rung, pandas.DataFrame]:
     engine = next(one for one in ENGINES if one.name == "MuJoCo")
     if engine.version is None:
         pytest.skip(engine.missing)
-    rung = next(one for one in rungs() if one.name == name)
+    rung = rung_named(name)
     found = run(engine.command, rung.job(STEPS[-1]), PATIENCE_S)
     assert found.status == "done", found.message
     return rung, pandas.DataFrame(found.columns)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 import json
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -22,15 +21,13 @@ import numpy
 import pytest
 
 from benchmarks.random_scenes import gliding_scenes
-from tt_precise.engines.ladder import EVERY_LAW, climb, rungs
+from tests.engines.conftest import EXAMPLES, ORDER, climbed, compiled_c, rung_named
+from tt_precise.engines.ladder import EVERY_LAW
 from tt_precise.engines.protocol import as_text
 from tt_precise.golden.store import home
 from tt_precise.scene.laws import VISCOUS
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 GOOD = ("converges", "rounding")
-PATIENCE_S = 1200  # however busy the machine is
-ORDER = 4  # of Runge and Kutta's method, which both have
 FLYING, LAWS = "none", ("none", "viscous", "coulomb")
 # before it writes its header, the engine in C writes the rates at the start, and is done
 RATES = """
@@ -146,17 +143,12 @@ Rates = Callable[[Any], list[float]]
 
 def program(language: str, change: tuple[str, str], folder: Path, first: str = "") -> list[str]:
     """The changed engine; the one in C does ``first`` before it writes anything."""
-    if language == "python":
-        spoiled = folder / "engine.py"
-        spoiled.write_text(planted((EXAMPLES / "engine.py").read_text("utf-8"), change))
-        return [sys.executable, str(spoiled)]
-    if shutil.which("cc") is None:
-        pytest.skip("no C compiler on this machine")
-    spoiled, made = folder / "engine.c", folder / "engine"
-    text = planted((EXAMPLES / "engine.c").read_text("utf-8"), change)
-    spoiled.write_text(text.replace("    puts(", f"{first}    puts("))
-    subprocess.run(["cc", "-O1", "-w", "-o", str(made), str(spoiled), "-lm"], check=True)
-    return [str(made)]
+    if language == "c":
+        text = planted((EXAMPLES / "engine.c").read_text("utf-8"), change)
+        return compiled_c(text.replace("    puts(", f"{first}    puts("), folder, "-w")
+    spoiled = folder / "engine.py"
+    spoiled.write_text(planted((EXAMPLES / "engine.py").read_text("utf-8"), change))
+    return [sys.executable, str(spoiled)]
 
 
 both = pytest.mark.parametrize("language", ["c", "python"])
@@ -167,17 +159,14 @@ both = pytest.mark.parametrize("language", ["c", "python"])
 def test_a_fault_is_found_where_it_is_isolated(name: str, language: str, tmp_path: Path) -> None:
     fault = FAULTS[name]
     command = program(language, getattr(fault, language), tmp_path)
-    (rung,) = (one for one in rungs() if one.name == fault.rung)
-    (found,) = climb(name, command, [rung], order=ORDER, time_limit=PATIENCE_S)
+    found = climbed(command, rung_named(fault.rung), order=ORDER)
     assert found.verdict not in GOOD, (found.order, found.floor, found.digits)
 
 
 @pytest.mark.parametrize("name", ["flight", "ice", "gliding"])
 @both
 def test_the_healthy_engines_are_not_flagged(name: str, language: str, tmp_path: Path) -> None:
-    command = program(language, NOTHING, tmp_path)
-    (rung,) = (one for one in rungs() if one.name == name)
-    (found,) = climb("healthy", command, [rung], order=ORDER, time_limit=PATIENCE_S)
+    found = climbed(program(language, NOTHING, tmp_path), rung_named(name), order=ORDER)
     assert found.verdict == "converges"
     assert found.order == pytest.approx(ORDER, abs=0.1)
     checks = {} if name == "flight" else dict.fromkeys(EVERY_LAW, "pass")
@@ -187,9 +176,7 @@ def test_the_healthy_engines_are_not_flagged(name: str, language: str, tmp_path:
 @both
 def test_what_no_friction_law_can_excuse_is_named(language: str, tmp_path: Path) -> None:
     command = program(language, getattr(FAULTS["no gyroscopic term"], language), tmp_path)
-    (gliding,) = (one for one in rungs() if one.name == "gliding")
-    (found,) = climb("spoiled", command, [gliding], time_limit=PATIENCE_S)
-    momentum = found.checks["contact_momentum"]
+    momentum = climbed(command, rung_named("gliding")).checks["contact_momentum"]
     assert momentum["verdict"] == "fail"
     assert "no gyroscopic term" in momentum["note"]
     assert min(momentum["values"]) > 100 * momentum["limit"]  # at no step is it smaller
@@ -201,14 +188,12 @@ def test_no_healthy_engine_is_flagged_in_fifty_seeded_runs(language: str, tmp_pa
     command = program(language, NOTHING, tmp_path)
     flagged = {}
     scenes = itertools.islice(gliding_scenes(Fraction(1, 4)), SEEDED)
-    for scene, rung in zip(scenes, itertools.cycle(rungs(VISCOUS)[i] for i in (0, 3, 4))):
-        if rung.name == "ice":
-            scene = scene.varied(mu="0")
-        (found,) = climb(
-            "healthy", command, [replace(rung, scene=scene)], order=ORDER, time_limit=PATIENCE_S
-        )
+    for scene, name in zip(scenes, itertools.cycle(("flight", "ice", "gliding"))):
+        rung = rung_named(name, VISCOUS)
+        drawn = scene.varied(mu="0") if name == "ice" else scene
+        found = climbed(command, replace(rung, scene=drawn), order=ORDER)
         if found.verdict not in GOOD:
-            flagged[scene.name, rung.name] = found
+            flagged[scene.name, name] = found
     assert flagged == {}
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import os
 import select
-import shutil
-import subprocess
 import sys
 import threading
 from fractions import Fraction
@@ -17,26 +15,22 @@ import jsonschema
 import numpy
 import pytest
 
+from tests.conftest import Said
+from tests.engines.conftest import EXAMPLES, compiled_c, rung_named
 from tt_precise.cli import main
 from tt_precise.engines.adapters import COLUMNS, POSITION, rotated
-from tt_precise.engines.ladder import Rung, rungs
+from tt_precise.engines.ladder import rungs
 from tt_precise.engines.protocol import Job, run
 from tt_precise.runtime.records import json_schema
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.laws import REGULARISED, VISCOUS
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 STEP = Fraction(1, 500)
-
-
-def rung(name: str) -> Rung:
-    (found,) = (one for one in rungs() if one.name == name)
-    return found
 
 
 @pytest.fixture(scope="module")
 def flight_job() -> dict[str, Any]:
-    return rung("flight").job(STEP)
+    return rung_named("flight").job(STEP)
 
 
 def program(tmp_path: Path, text: str) -> list[str]:
@@ -60,7 +54,7 @@ def test_the_job_is_what_the_schema_says(flight_job: dict[str, Any]) -> None:
 
 
 def test_the_start_of_the_job_touches_the_table() -> None:
-    job = rung("gliding").job(STEP)
+    job = rung_named("gliding").job(STEP)
     body, start = job["body"], job["start"]
     w, x, y, z = start["quaternion_wxyz"]
     k = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
@@ -75,38 +69,33 @@ def test_the_start_of_the_job_touches_the_table() -> None:
 
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
-        pytest.skip("no C compiler on this machine")
-    made = tmp_path_factory.mktemp("c") / "engine"
-    words = [compiler, "-std=c99", "-Wall", "-Wextra", "-Werror", "-O1"]
-    subprocess.run([*words, "-o", str(made), str(EXAMPLES / "engine.c"), "-lm"], check=True)
-    return [str(made)]
+    text = (EXAMPLES / "engine.c").read_text("utf-8")
+    folder = tmp_path_factory.mktemp("c")
+    return compiled_c(text, folder, "-std=c99", "-Wall", "-Wextra", "-Werror")
 
 
 @pytest.mark.parametrize("name", ["flight", "ice", "gliding"])
 def test_the_examples_agree_and_are_near_the_reference(name: str, compiled: list[str]) -> None:
-    one = rung(name)
-    job = one.job(STEP)
+    rung = rung_named(name)
+    job = rung.job(STEP)
     job["sample_times"] = job["sample_times"][:11]
     in_c, in_python = (
         run(command, job) for command in (compiled, [sys.executable, str(EXAMPLES / "engine.py")])
     )
     assert (in_c.status, in_python.status) == ("done", "done"), in_c.message + in_python.message
-    assert in_c.states is not None
-    assert in_python.states is not None
-    assert one.truth is not None
     for part in ("k", "omega", "s_dot"):
         mine = getattr(in_c.states, part)
         # the same formulas in another order of additions
         assert mine == pytest.approx(getattr(in_python.states, part), rel=1e-10, abs=1e-10)
-        truth = getattr(one.truth, part)[:11]
+        truth = getattr(rung.truth, part)[:11]
         # 50 steps of Runge and Kutta at 0.3 rad a step
-        assert abs(mine - truth).max() < 1e-3 * one.spin
+        assert abs(mine - truth).max() < 1e-3 * rung.spin
 
 
 def test_a_law_that_a_program_does_not_have_is_refused(compiled: list[str]) -> None:
-    job = rung("gliding").job(STEP) | {"friction": {"law": "regularised", "mu": 1, "epsilon": 1}}
+    job = rung_named("gliding").job(STEP) | {
+        "friction": {"law": "regularised", "mu": 1, "epsilon": 1}
+    }
     found = run(compiled, job)
     assert (found.status, found.message) == ("refused", "no such friction here")
 
@@ -176,22 +165,16 @@ def test_a_first_row_in_another_convention_is_named(
     assert convention in found.message
 
 
-def test_an_engine_has_the_name_that_it_gives_itself(
+def test_comments_and_further_columns_are_passed_over_but_for_the_engines_name(
     flight_job: dict[str, Any], tmp_path: Path
 ) -> None:
-    text = "print('# engine: Mine 1.0')\n" + ROWS.format(columns=COLUMNS, row=GOOD)
-    assert run(program(tmp_path, text), flight_job).name == "Mine 1.0"
-    assert run(program(tmp_path, text.replace("engine:", "")), flight_job).name == ""
-
-
-def test_comments_and_further_columns_are_passed_over(
-    flight_job: dict[str, Any], tmp_path: Path
-) -> None:
-    text = "print('# my engine 1.0')\n" + ROWS.format(columns=(*COLUMNS, "extra"), row=GOOD)
-    found = run(program(tmp_path, text.replace("0, 0, 0]))", "0, 0, 0, 5]))")), flight_job)
-    assert found.status == "done"
-    assert found.states is not None
-    assert found.states.k[-1].tolist() == [0, 0, 1]
+    row = GOOD.replace("0])", "0, 5])")
+    table = ROWS.format(columns=(*COLUMNS, "extra"), row=row)
+    for comment, name in (("engine: Mine 1.0", "Mine 1.0"), ("Mine 1.0", "")):
+        found = run(program(tmp_path, f"print('# {comment}')\n{table}"), flight_job)
+        assert (found.status, found.name) == ("done", name)
+        assert found.states is not None
+        assert found.states.k[-1].tolist() == [0, 0, 1]
 
 
 @pytest.mark.parametrize("given", [(), ("x", "y"), POSITION])
@@ -241,31 +224,26 @@ def test_no_such_program(flight_job: dict[str, Any]) -> None:
         run(["./nowhere"], flight_job)
 
 
-def test_the_command_prints_job_and_schema(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["engines", "--job", "ice", "--step", "1/1000"]) == 0
-    job = json.loads(capsys.readouterr().out)
+def test_the_command_prints_job_and_schema(said: Said) -> None:
+    job = json.loads(said("engines --job ice --step 1/1000"))
     assert (job["step"], job["friction"]["law"]) == (0.001, "none")
-    assert main(["engines", "--schema"]) == 0
-    assert json.loads(capsys.readouterr().out)["title"] == json_schema(Job)["title"]
+    assert json.loads(said("engines --schema")) == json_schema(Job)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
-        (["--engine", "Havok"], "engine: got 'Havok', expected one of: MuJoCo"),
-        (["--rung", "loop"], "rung: got 'loop', expected one of: flight"),
-        (["--step", "0.003"], "step: got 0.003, expected a whole fraction"),
-        (["--run", "./x", "--engine", "DART"], "expected one program"),
-        (["--run", "'./nowhere"], "No closing quotation"),
-        (["--law", "viscous"], "expected --run too"),
+        ("--engine Havok", "engine: got 'Havok', expected one of: MuJoCo"),
+        ("--rung loop", "rung: got 'loop', expected one of: flight"),
+        ("--step 0.003", "step: got 0.003, expected a whole fraction"),
+        ("--run ./x --engine DART", "expected one program"),
+        ("""--run "'./nowhere\"""", "No closing quotation"),
+        ("--law viscous", "expected --run too"),
     ],
 )
-def test_the_command_refuses_in_one_line(
-    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["engines", *arguments]) == 2
-    error = capsys.readouterr().err
-    assert said in error
+def test_the_command_refuses_in_one_line(arguments: str, message: str, said: Said) -> None:
+    error = said("engines", arguments, status=2)
+    assert message in error
     assert error.count("\n") == 1
 
 
@@ -273,17 +251,14 @@ def test_a_healthy_program_passes_and_a_spoiled_one_does_not(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: list[str]
 ) -> None:
     out = tmp_path / "mine.json"
-    arguments = ["engines", "--rung", "flight", "--workers", "1"]
-    assert main([*arguments, "--run", compiled[0], "--out", str(out)]) == 0
+    arguments = ["engines", "--rung", "flight", "--workers", "1", "--run"]
+    assert main([*arguments, compiled[0], "--out", str(out)]) == 0
     (row,) = json.loads(out.read_text())["rows"]
     assert row["verdict"] == "converges"
     assert row["order"] == pytest.approx(4, abs=0.1)
     # the sign of the gyroscopic term
     text = (EXAMPLES / "engine.c").read_text()
-    spoiled = tmp_path / "engine.c"
-    spoiled.write_text(text.replace("torque[i] - (I3 - I1)", "torque[i] + (I3 - I1)"))
-    wrong = tmp_path / "wrong"
-    subprocess.run(["cc", "-O1", "-o", str(wrong), str(spoiled), "-lm"], check=True)
+    spoiled = text.replace("torque[i] - (I3 - I1)", "torque[i] + (I3 - I1)")
     capsys.readouterr()
-    assert main([*arguments, "--run", str(wrong)]) == 1
+    assert main([*arguments, *compiled_c(spoiled, tmp_path)]) == 1
     assert "floor" in capsys.readouterr().out

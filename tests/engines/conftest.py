@@ -1,0 +1,37 @@
+"""The rungs of the ladder by their names, and the example engine in C, compiled."""
+
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tt_precise.engines.ladder import Rung, RungResult, climb, rungs
+from tt_precise.scene.laws import COULOMB, Law
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+ORDER = 4  # of Runge and Kutta's method, which both examples have
+PATIENCE_S = 1200  # however busy the machine is
+
+
+def rung_named(name: str, law: Law = COULOMB) -> Rung:
+    (rung,) = (rung for rung in rungs(law) if rung.name == name)
+    return rung
+
+
+def climbed(command: Sequence[str], rung: Rung, **options: Any) -> RungResult:
+    (found,) = climb("engine", command, [rung], time_limit=PATIENCE_S, **options)
+    return found
+
+
+def compiled_c(text: str, folder: Path, *flags: str) -> list[str]:
+    """A program of that text in C."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None:
+        pytest.skip("no C compiler on this machine")
+    source, program = folder / "engine.c", folder / "engine"
+    source.write_text(text)
+    subprocess.run([compiler, *flags, "-O1", "-o", program, source, "-lm"], check=True)
+    return [str(program)]
