@@ -16,22 +16,25 @@ SLEEP = f"600.{os.getpid()}"  # seconds, and how to find the process among those
 
 
 def one(name: str, function: Any = noted, family: str = "family", **arguments: Any) -> ExtremeCase:
+    arguments = arguments or {"measured": "well"}
     return ExtremeCase("topic", family, name, "all well", "theory", function, arguments)
 
 
-def well(name: str, **more: Any) -> ExtremeCase:
-    return one(name, measured="well", **more)
+def left() -> bool:
+    """Whether a case's child outlived it."""
+    listed = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
+    return f"sleep {SLEEP}" in listed.stdout
 
 
 def test_what_goes_wrong_fails_alone() -> None:
     chosen = [
-        well("first"),
+        one("first"),
         replace(one("hangs", subprocess.run, args=["sleep", SLEEP]), limit_s=0.2),
-        well("after a hang"),
+        one("after a hang"),
         one("crashes", os._exit, status=3),
-        well("after a crash"),
+        one("after a crash"),
         one("raises", int, x="no number"),
-        well("last", family="another"),
+        one("last", family="another"),
     ]
     fractions: list[float] = []
     outcomes = run_all(chosen, fractions.append, workers=2)
@@ -43,8 +46,7 @@ def test_what_goes_wrong_fails_alone() -> None:
     assert "exit status 3" in outcomes[3].found
     assert "TypeError" in outcomes[5].found
     assert fractions[-1] == 1
-    left = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
-    assert f"sleep {SLEEP}" not in left.stdout, "a case's child outlived it"
+    assert not left()
 
 
 def test_an_interruption_leaves_no_process_behind() -> None:
@@ -55,7 +57,6 @@ def test_an_interruption_leaves_no_process_behind() -> None:
 
     hanging = one("hangs", subprocess.run, family="another", args=["sleep", SLEEP])
     with pytest.raises(KeyboardInterrupt):
-        run_all([well("first"), hanging], interrupt, workers=2)
+        run_all([one("first"), hanging], interrupt, workers=2)
     assert multiprocessing.active_children() == []
-    left = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
-    assert f"sleep {SLEEP}" not in left.stdout
+    assert not left()

@@ -35,14 +35,11 @@ def test_the_matrix_worked_out_by_hand_is_that_of_the_equations(side: int) -> No
         assert abs(a - b) < FN.mpf(10) ** -30
 
 
-def test_a_mode_is_an_eigenvector() -> None:
+def test_a_mode_is_an_eigenvector_and_the_tilt_after_no_time_the_start() -> None:
     top, omega_3 = body(), FN.mpf(3)
     for rate in theory.tilt_modes(top, -1, omega_3, FN):
         mode = FN.matrix(list(theory.mode(top, -1, omega_3, rate)))
         assert FN.norm(theory.tilt_matrix(top, -1, omega_3, FN) * mode - rate * mode) < TINY
-
-
-def test_the_tilt_after_no_time_is_the_start() -> None:
     tilt = theory.tilt_at(body(), 1, FN.mpf(2), FN.mpf(0), FN)
     assert abs(tilt.k - 1) + abs(tilt.L - 2 * body().I3) + abs(tilt.v) < TINY
 

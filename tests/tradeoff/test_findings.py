@@ -1,12 +1,22 @@
 """Findings, from a table whose answers are known."""
 
+import math
 from pathlib import Path
 from typing import Any
 
 import pandas
 import pytest
 
-from tt_precise.tradeoff.findings import GROWTH, TABLE, TradeoffTables, findings, read
+from tt_precise.tradeoff.findings import (
+    GROWTH,
+    TABLE,
+    Point,
+    TradeoffTables,
+    cost_of,
+    findings,
+    front,
+    read,
+)
 
 DEFAULTS: dict[str, Any] = {
     "scene": "reference", "horizon_s": 8.0, "precision": "double", "bits": 53,
@@ -37,6 +47,10 @@ CURVES = table(
 )
 
 
+# error = cost^-2, so an accuracy e costs e^(-1/2)
+SQUARE = [Point(10.0 ** (-2 * n), 10.0**n) for n in range(5)]
+
+
 def values(rows: pandas.DataFrame) -> dict[str, float | None]:
     return {one.name: one.value for one in findings(TradeoffTables(rows))}
 
@@ -49,13 +63,8 @@ def test_ratios_to_the_fastest_peer() -> None:
     assert found["SciPy DOP853 at 1e-11, newton"] == pytest.approx(200)
     assert found["full accuracy over 1e-6"] == pytest.approx(128 / 8)
     assert "any peer at 1e-03, euler" not in found
-
-
-def test_the_fastest_peer_is_named() -> None:
-    (found,) = (
-        f for f in findings(TradeoffTables(CURVES)) if f.name == "any peer at 1e-12, newton"
-    )
-    assert "(diffrax Dopri8)" in found.definition
+    named = {one.name: one.definition for one in findings(TradeoffTables(CURVES))}
+    assert "(diffrax Dopri8)" in named["any peer at 1e-12, newton"]
 
 
 def test_what_is_on_top_is_measured_against_what_is_below() -> None:
@@ -99,14 +108,9 @@ def test_what_conservation_hides() -> None:
 
 
 def test_what_requested_digits_deliver() -> None:
-    estimates = pandas.DataFrame(
-        {
-            "status": ["complete", "complete", "contact_lost", "raised"],
-            "wanted": [9, 9, 9, 9],
-            "estimated": [10.0, 11.0, 10.0, None],
-            "right": [10.5, 8.5, 10.25, None],
-        }
-    )
+    rows = [("complete", 9, 10.0, 10.5), ("complete", 9, 11.0, 8.5),
+            ("contact_lost", 9, 10.0, 10.25), ("raised", 9, None, None)]  # fmt: skip
+    estimates = pandas.DataFrame(rows, columns=["status", "wanted", "estimated", "right"])
     found = {one.name: one.value for one in findings(TradeoffTables(None, None, estimates))}
     assert found["digits requested and not delivered"] == 1
     assert found["estimates too optimistic"] == 1
@@ -119,3 +123,18 @@ def test_a_table_survives_its_file(tmp_path: Path) -> None:
     assert tables.long_runs is None
     assert findings(tables) == findings(TradeoffTables(CURVES))
     assert not (tmp_path / GROWTH).exists()
+
+
+def test_interpolation_is_exact_on_a_power_law_and_nothing_is_extrapolated() -> None:
+    for points in (SQUARE, reversed(SQUARE)):
+        assert cost_of(points, 1e-5) == pytest.approx(10**2.5, rel=1e-14)
+    assert math.isnan(cost_of(SQUARE, 1e-9))
+    assert math.isnan(cost_of([], 1e-3))
+    assert cost_of(SQUARE[1:], 1.0) == pytest.approx(10, rel=1e-14)  # the cheapest
+
+
+def test_a_better_point_changes_the_cost_and_a_beaten_one_does_not() -> None:
+    beaten, lucky = Point(1e-3, 1e4), Point(1e-7, 50.0)
+    assert beaten not in front([*SQUARE, beaten])
+    assert cost_of([*SQUARE, beaten], 1e-3) == cost_of(SQUARE, 1e-3)
+    assert cost_of([*SQUARE, lucky], 1e-6) < cost_of(SQUARE, 1e-6)

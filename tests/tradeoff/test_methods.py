@@ -1,5 +1,6 @@
 """The register: every method says what it needs, and does what it says."""
 
+from functools import partial
 from typing import Any
 
 import numpy
@@ -8,7 +9,7 @@ import pytest
 from tt_precise.integration.precision import precision_named
 from tt_precise.tradeoff import measure
 from tt_precise.tradeoff.heyoka_methods import OWN
-from tt_precise.tradeoff.measure import METHODS
+from tt_precise.tradeoff.measure import METHODS, Timings, interleaved
 from tt_precise.tradeoff.methods import PEERS as METHODS_OF_PEERS
 from tt_precise.tradeoff.methods import Settings
 from tt_precise.tradeoff.problem import golden_problem
@@ -21,14 +22,11 @@ LOOSE = ("Radau", "RK45", "BDF", "odeint", "LSODA", "Adams")
 
 
 def error(
-    name: str,
-    tolerance: float,
-    coordinates: str = "newton",
-    until: str = "0.05",
-    precision: Any = None,
-) -> float:
+    name: str, tolerance: float, coordinates: str = "newton", until: str = "0.05",
+    precision: Any = DOUBLE,
+) -> float:  # fmt: skip
     problem = golden_problem("reference", coordinates, until)
-    settings = Settings(tolerance, precision or DOUBLE)
+    settings = Settings(tolerance, precision)
     solve = METHODS[name].prepare(problem, settings)
     times = problem.clock(settings.precision, problem.times)
     worst = 0.0
@@ -78,16 +76,26 @@ def test_peers_converge_to_golden_data(name: str, coordinates: str) -> None:
 
 
 def test_every_case_of_the_plans_is_a_method() -> None:
-    trials = [
-        trial
-        for groups in (measure.whole(), measure.quick())
-        for group in groups
-        for trial in group.trials
-    ]
+    plans = (*measure.whole(), *measure.quick())
+    trials = [trial for group in plans for trial in group.trials]
+    assert len(METHODS) == len(OWN) + len(METHODS_OF_PEERS)  # a name has one method
     assert {trial.method for trial in trials} <= set(METHODS)
     assert len({group.name for group in measure.whole()}) == len(list(measure.whole()))
     assert numpy.all([0 <= trial.tolerance < 1 for trial in trials])
 
 
-def test_a_name_has_one_method() -> None:
-    assert len(METHODS) == len(OWN) + len(METHODS_OF_PEERS)
+def test_actions_are_timed_in_turn_each_beside_the_baseline() -> None:
+    calls: list[str] = []
+    a, b, baseline = (partial(calls.append, name) for name in "aby")
+    times = interleaved([a, b], baseline, rounds=3, budget_s=10.0)
+    assert "".join(calls) == "yayb" * 3
+    assert [len(one.seconds) for one in times] == [3, 3]
+    # what is too slow has one turn
+    (slow,) = interleaved([lambda: sum(range(100_000))], int, rounds=5, budget_s=1e-9)
+    assert len(slow.seconds) == 1
+
+
+def test_the_ratio_is_the_median_of_the_ratios() -> None:
+    """As the report says; not the fastest over the fastest (2), not median over median (1.5)."""
+    times = Timings([3.0, 2.0, 9.0], [1.0, 2.0, 3.0])
+    assert (times.median, times.ratio) == (3.0, 3.0)

@@ -42,6 +42,10 @@ def test_an_error_of_the_state_is_found(short: GoldenProblem) -> None:
     # 1e-9 in the axis, and in the contact velocity what the spin of about 7 makes of it
     assert 0.99e-9 < found.error < 1e-8
     assert found.jellett_drift > 1e-12
+    # in the same entries for the Euler form
+    euler = golden_problem("reference", "euler", "0.03")
+    assert judged(euler, "heyoka", Settings(0.0, QUAD)).error < 1e-31
+    assert judged(euler, "heyoka", Settings(0.0, DOUBLE), spoil=1e-9).error > 5e-10
 
 
 def test_the_rounding_of_the_time_is_no_error_of_the_method() -> None:
@@ -52,12 +56,6 @@ def test_the_rounding_of_the_time_is_no_error_of_the_method() -> None:
     shifted = [t * (1 + 1e-12) for t in times]
     assert fair.error < 1e-13
     assert problem.truth.errors(run.states, DOUBLE, shifted).error > 10 * fair.error
-
-
-def test_the_euler_form_is_measured_in_the_same_entries() -> None:
-    problem = golden_problem("reference", "euler", "0.03")
-    assert judged(problem, "heyoka", Settings(0.0, QUAD)).error < 1e-31
-    assert judged(problem, "heyoka", Settings(0.0, DOUBLE), spoil=1e-9).error > 5e-10
 
 
 @pytest.mark.slow
@@ -80,9 +78,10 @@ def test_samples_end_at_the_end() -> None:
     assert 20 <= len(problem.times) <= 40
     lost = golden_problem("contact-lost")
     assert lost.until < lost.scene.until
-
-
-def test_a_time_without_golden_data_is_refused() -> None:
+    # the clock is exact
+    (number,) = problem.clock(DOUBLE, [Fraction(8)])
+    body = problem.scene.body
+    assert number == pytest.approx(8 * float(body.g / body.R) ** 0.5, rel=1e-15)
     with pytest.raises(InputError, match="time of the golden data"):
         golden_problem("reference", "newton", "0.0123")
 
@@ -95,10 +94,3 @@ def test_what_is_not_a_number_is_infinitely_wrong(short: GoldenProblem, entry: i
     found = short.truth.errors([state], DOUBLE, times)
     assert found.error == numpy.inf
     assert (found.jellett_drift == numpy.inf) == (entry < 6)  # lambda knows no velocity
-
-
-def test_the_clock_is_exact() -> None:
-    problem = golden_problem("reference")
-    (number,) = problem.clock(DOUBLE, [Fraction(8)])
-    body = problem.scene.body
-    assert number == pytest.approx(8 * float(body.g / body.R) ** 0.5, rel=1e-15)

@@ -1,7 +1,6 @@
 """Generated right-hand sides say what the one text of the equations says."""
 
 import math
-from fractions import Fraction
 from typing import Any
 
 import numpy
@@ -11,12 +10,7 @@ from tt_precise.mechanics.formulations import CENTRE, FORMULATIONS, MODELS, Form
 from tt_precise.tradeoff.methods import SHAPES, flat, source
 
 FORMS = [form for (motion, _), form in FORMULATIONS.items() if motion in (*MODELS, CENTRE)]
-VALUES: dict[str, Any] = {
-    "alpha": Fraction(3, 10),
-    "I1": Fraction(131, 350),
-    "I3": Fraction(2, 5),
-    "mu": 0.07,
-}
+VALUES = {"alpha": 3 / 10, "I1": 131 / 350, "I3": 2 / 5, "mu": 0.07}
 STATE = (0.3, -0.2, 0.9, 1.5, -0.4, 2.5, 0.11, -0.23)
 bound_eps = 200  # some 120 operations, each off by half an eps, in another order
 
@@ -25,7 +19,7 @@ bound_eps = 200  # some 120 operations, each off by half an eps, in another orde
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_shape_gives_the_rates(form: Formulation, shape: str) -> None:
     state = STATE[: len(form.columns)]
-    parameters = [float(VALUES[name]) for name in form.parameters]
+    parameters = [VALUES[name] for name in form.parameters]
     body = form.body(parameters)
     expected = numpy.array(form.rates(body, form.State(*state), math))
     found = numpy.array(called(flat(form, shape, parameters), shape, state, parameters))
@@ -46,7 +40,7 @@ def called(rates: Any, shape: str, state: Any, parameters: Any) -> Any:
 
 def test_another_parameter_gives_other_rates() -> None:
     form = FORMULATIONS["gliding", "newton"]
-    parameters = [float(VALUES[name]) for name in form.parameters]
+    parameters = [VALUES[name] for name in form.parameters]
     right = flat(form, "list", parameters)(0.0, STATE)
     wrong = flat(form, "list", [*parameters[:-1], parameters[-1] * (1 + 1e-9)])(0.0, STATE)
     assert max(abs(a - b) for a, b in zip(right, wrong, strict=True)) > 1e-12
