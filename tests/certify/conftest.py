@@ -9,6 +9,8 @@ import pytest
 
 pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 
+from dataclasses import replace
+
 from flint import arb
 
 from tt_precise.certify.balls import bounds
@@ -36,6 +38,15 @@ def seeds(quick: int, many: int) -> list[Any]:
     return [*range(quick), *(pytest.param(n, marks=pytest.mark.proofs) for n in range(quick, many))]
 
 
+def altered(stored: Stored, file: str, table: Table) -> Stored:
+    """The golden data with another table."""
+    return replace(stored, **{file.removesuffix(".csv"): table})  # type: ignore[arg-type]
+
+
+def without(table: Table, row: int) -> Table:
+    return Table(table.columns, (*table.rows[:row], *table.rows[row + 1 :]))
+
+
 def stored_of(scene: Scene, enclosed: Enclosed) -> Stored:
     """Tables with the correctly rounded numbers of what is enclosed."""
     names = columns(scene)[1:]
@@ -46,18 +57,10 @@ def stored_of(scene: Scene, enclosed: Enclosed) -> Stored:
     rows = [(str(exact_decimal(t)), *cells(state)) for t, state in enclosed.rows]
     if enclosed.end:
         rows.append((printed(enclosed.end.time), *cells(enclosed.end.state)))
-    happened = [
-        (float(one.time), ORDER.index(name), (name, printed(one.time), str(one.direction)), one)
-        for name, kind in enclosed.events.items()
-        for one in kind
-    ]
-    events = [
-        (*label, *cells(one.state)) for *_, label, one in sorted(happened, key=lambda x: x[:2])
-    ]
-    return Stored(
-        scene.name,
-        scene.text,
-        Table(("t", *names), tuple(rows)),
-        Table(("name", "t", "direction", *names), tuple(events)),
-        {},
-    )
+    happened = sorted(
+        (float(one.time), ORDER.index(name),
+         (name, printed(one.time), str(one.direction), *cells(one.state)))
+        for name, kind in enclosed.events.items() for one in kind
+    )  # fmt: skip
+    events = Table(("name", "t", "direction", *names), tuple(row for *_, row in happened))
+    return Stored(scene.name, scene.text, Table(("t", *names), tuple(rows)), events, {})

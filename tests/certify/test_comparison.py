@@ -39,26 +39,25 @@ def test_compare(
     assert compared.within >= abs(Fraction(Decimal(text)) - Fraction(Decimal(middle)))
 
 
-def test_a_printed_zero_stands_for_little() -> None:
-    little = Fraction(1, 10**34)
-    assert compare("0", arb(0, 1e-40), little).rounded
-    undecided = compare("0", arb(0, 1e-30), little)
-    assert not undecided.rounded
-    assert not undecided.wrong
-    assert compare("0", arb(1, 1e-30), little).wrong
+@pytest.mark.parametrize(
+    ("middle", "radius", "rounded", "wrong"),
+    [(0, 1e-40, True, False), (0, 1e-30, False, False), (1, 1e-30, False, True)],
+)
+def test_a_printed_zero_stands_for_little(
+    middle: int, radius: float, rounded: bool, wrong: bool
+) -> None:
+    compared = compare("0", arb(middle, radius), Fraction(1, 10**34))
+    assert (compared.rounded, compared.wrong) == (rounded, wrong)
 
 
 def test_a_tally_counts_and_takes_the_worst() -> None:
     last = "0" * 31
     with flint.ctx.workprec(200):
         cells = [
-            (f"1.25{last}e+0", arb("1.25", "1e-9")),
-            (f"1.30{last}e+0", arb("1.31", "1e-9")),
-            (f"1.50{last}e+0", arb("1.5", "1e-40")),
-            ("", arb(1)),
-            (f"1.40{last}e+0", None),
+            (f"1.25{last}e+0", arb("1.25", "1e-9")), (f"1.30{last}e+0", arb("1.31", "1e-9")),
+            (f"1.50{last}e+0", arb("1.5", "1e-40")), ("", arb(1)), (f"1.40{last}e+0", None),
             ("1.4e+0", arb("1.4", "1e-40")),  # not with all digits
-        ]
+        ]  # fmt: skip
         one = tally(cells, Fraction(0))
     assert (one.digits, one.entries, one.enclosed, one.rounded, one.wrong) == (2, 5, 3, 1, 1)
     assert one.within == "1.1e-2"
@@ -66,17 +65,15 @@ def test_a_tally_counts_and_takes_the_worst() -> None:
     assert "enclosed" not in one.as_dict()
 
 
-@pytest.mark.parametrize(
-    "cell", ["0e9", "0.0", "-0", "1.5e+0", "1.50e0", " 0", "nan", f"0.{'1' * 33}e+1",
-             f"1.{'0' * 33}e+00", f"1.{'0' * 33}E+0", f"1.{'0' * 34}e+0", f"+1.{'0' * 33}e+0"],
-)  # fmt: skip
-def test_cells_in_another_form(cell: str) -> None:
-    assert not is_whole(cell)
-
-
-@pytest.mark.parametrize("cell", ["0", f"-1.{'0' * 33}e-12", f"9.{'9' * 33}e+0"])
-def test_cells_in_their_form(cell: str) -> None:
-    assert is_whole(cell)
+def test_cells_in_their_form_and_in_others() -> None:
+    for cell in ("0", f"-1.{'0' * 33}e-12", f"9.{'9' * 33}e+0"):
+        assert is_whole(cell), cell
+    last = "0" * 33
+    for cell in (
+        "0e9", "0.0", "-0", "1.5e+0", "1.50e0", " 0", "nan", f"0.{'1' * 33}e+1", f"1.{last}e+00",
+        f"1.{last}E+0", f"1.{last}0e+0", f"+1.{last}e+0",
+    ):  # fmt: skip
+        assert not is_whole(cell), cell
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ import pandas
 import pytest
 
 import tt_precise as tt
+from tests.certify.conftest import altered
 from tests.golden.tables import other_digit, with_cell
 from tt_precise.certify.balls import NotProved
 from tt_precise.certify.certificate import FILE, Accepted, Refused, TooWide
@@ -47,16 +48,19 @@ def scene() -> tt.Scene:
 def stored(scene: tt.Scene) -> Stored:
     """Tables as golden data have them, printed from heyoka's own numbers at 200 bits."""
     run = tt.integrate(scene, precision="mp", bits=200, events=catalogue("gliding"))
-    trajectory = _printed(run.frame(numbers="exact"))
-    times = map(exact_decimal, scene.sample_times)
-    rows = [(str(t), *row[1:]) for t, row in zip(times, trajectory.rows, strict=True)]
-    return Stored(
-        NAME,
-        scene.text,
-        Table(trajectory.columns, tuple(rows)),
-        _printed(run.events),
-        store.read("reference").manifest,  # whose hashes are those of other tables
-    )
+
+    def cell(value: object) -> str:
+        return "0" if abs(value) < 1e-40 else f"{Decimal(str(value)):.33e}"  # type: ignore[arg-type]
+
+    def printed(frame: pandas.DataFrame) -> dict[str, list[str]]:
+        texts = ("name", "direction")
+        return {str(n): [str(x) if n in texts else cell(x) for x in frame[n]] for n in frame}
+
+    trajectory = printed(run.frame(numbers="exact"))
+    trajectory["t"] = [str(exact_decimal(t)) for t in scene.sample_times]
+    tables = Table.of_columns(trajectory), Table.of_columns(printed(run.events))
+    # a manifest whose hashes are those of other tables
+    return Stored(NAME, scene.text, *tables, store.read("reference").manifest)
 
 
 @pytest.fixture(scope="module")
@@ -69,33 +73,17 @@ def _run(*arguments: str) -> int:
     return status
 
 
-def _printed(frame: pandas.DataFrame) -> Table:
-    def cell(value: object) -> str:
-        return "0" if abs(value) < 1e-40 else f"{Decimal(str(value)):.33e}"  # type: ignore[arg-type]
-
-    texts = ("name", "direction")
-    return Table.of_columns(
-        {str(n): [str(x) if n in texts else cell(x) for x in frame[n]] for n in frame.columns}
-    )
-
-
-def changed(stored: Stored, file: str, table: Table) -> Stored:
-    """The golden data with another table."""
-    field = "events" if file == EVENTS else "trajectory"
-    return replace(stored, **{field: table})  # type: ignore[arg-type]
-
-
 def test_every_printed_digit_is_proved(stored: Stored, proof: Proof) -> None:
     certificate = compared(stored, proof)
     assert certificate.record.complete
     assert not certificate.complete  # the checker was not asked
     assert checked(stored, certificate).complete
     assert certificate.digits == 34
-    assert certificate.content["rounded"] == certificate.content["entries"] > 100
-    assert certificate.content["unproved"] == 0
-    assert certificate.compared.count("wrong") == 0
-    assert certificate.content["contact"]["g_n_positive"]
-    assert certificate.content["contact"]["energy_never_grows"]
+    content = certificate.content
+    assert content["rounded"] == content["entries"] > 100
+    assert (content["unproved"], certificate.compared.count("wrong")) == (0, 0)
+    assert content["contact"]["g_n_positive"]
+    assert content["contact"]["energy_never_grows"]
 
 
 @pytest.mark.parametrize("file", [TRAJECTORY, EVENTS])
@@ -103,47 +91,41 @@ def test_a_digit_spoiled_in_the_30th_place_is_proved_wrong(
     stored: Stored, proof: Proof, file: str
 ) -> None:
     spoiled = with_cell(stored.table(file), 2, "vy", lambda cell: other_digit(cell, 31))
-    certificate = compared(changed(stored, file, spoiled), proof)
+    certificate = compared(altered(stored, file, spoiled), proof)
     assert not certificate.complete
     assert certificate.compared.count("wrong") == 1
     assert certificate.content[file]["columns"]["vy"]["wrong"] == 1
     assert "1 WRONG" in certificate.summary
 
 
-def _emptied(table: Table) -> Table:
-    return with_cell(table, 2, "phi_dot", lambda _: "")
+Tampered = Callable[[Table], Table]
 
 
-def _renamed(table: Table) -> Table:
-    return with_cell(table, 0, "name", lambda _: "eclipse")
+def cell_of(row: int, column: str, text: str) -> Tampered:
+    return lambda table: with_cell(table, row, column, lambda cell: text.format(cell))
 
 
-def _later(table: Table) -> Table:
-    return with_cell(table, 2, "t", lambda _: "0.0200001")
+def rows_of(change: Callable[[tuple[Any, ...]], tuple[Any, ...]]) -> Tampered:
+    return lambda table: Table(table.columns, change(table.rows))
 
 
-def _retold(table: Table) -> Table:
-    """The same time, with another zero."""
-    return with_cell(table, 2, "t", lambda time: f"{time}0")
-
-
-def _widened(table: Table) -> Table:
+def widened(table: Table) -> Table:
     return Table((*table.columns, "luck"), tuple((*row, "7") for row in table.rows))
 
 
-TAMPERINGS = {
-    "an event of another name": (EVENTS, _renamed),
-    "a wrong time": (TRAJECTORY, _later),
-    "a time in other words": (TRAJECTORY, _retold),
-    "the last rows cut off": (TRAJECTORY, lambda t: Table(t.columns, t.rows[:-2])),
-    "the last events cut off": (EVENTS, lambda t: Table(t.columns, t.rows[:-1])),
-    "an emptied cell": (TRAJECTORY, _emptied),
-    "an emptied cell of an event": (EVENTS, _emptied),
-    "an extra row": (TRAJECTORY, lambda t: Table(t.columns, (*t.rows, t.rows[-1]))),
-    "an extra event": (EVENTS, lambda t: Table(t.columns, (*t.rows, t.rows[-1]))),
-    "an extra column": (TRAJECTORY, _widened),
-    "an extra column of events": (EVENTS, _widened),
-    "events in another order": (EVENTS, lambda t: Table(t.columns, t.rows[::-1])),
+TAMPERINGS: dict[str, tuple[str, Tampered]] = {
+    "an event of another name": (EVENTS, cell_of(0, "name", "eclipse")),
+    "a wrong time": (TRAJECTORY, cell_of(2, "t", "0.0200001")),
+    "a time in other words": (TRAJECTORY, cell_of(2, "t", "{}0")),
+    "the last rows cut off": (TRAJECTORY, rows_of(lambda rows: rows[:-2])),
+    "the last events cut off": (EVENTS, rows_of(lambda rows: rows[:-1])),
+    "an emptied cell": (TRAJECTORY, cell_of(2, "phi_dot", "")),
+    "an emptied cell of an event": (EVENTS, cell_of(2, "phi_dot", "")),
+    "an extra row": (TRAJECTORY, rows_of(lambda rows: (*rows, rows[-1]))),
+    "an extra event": (EVENTS, rows_of(lambda rows: (*rows, rows[-1]))),
+    "an extra column": (TRAJECTORY, widened),
+    "an extra column of events": (EVENTS, widened),
+    "events in another order": (EVENTS, rows_of(lambda rows: rows[::-1])),
 }
 
 
@@ -152,11 +134,11 @@ def test_what_was_tampered_with_is_not_certified(stored: Stored, proof: Proof, n
     file, tampered = TAMPERINGS[name]
     table = tampered(stored.table(file))
     assert table != stored.table(file)
-    certificate = compared(changed(stored, file, table), proof)
+    certificate = compared(altered(stored, file, table), proof)
     assert not certificate.complete
     found = certificate.content["mismatches"]
     assert found
-    if tampered is _later:
+    if name == "a wrong time":
         assert found == [f"{TRAJECTORY}, line 4: got t = 0.0200001, expected 0.02"]
 
 
@@ -177,23 +159,27 @@ def test_numbers_that_no_proof_reaches_are_counted(stored: Stored, proof: Proof)
     failed = replace(shorter.enclosure, failure=NotProved("S4", "as if"))
     certificate = compared(stored, replace(shorter, enclosure=failed))
     assert not certificate.complete
-    whole = compared(stored, proof)
-    assert certificate.content["entries"] == whole.content["entries"]
-    assert 0 < certificate.content["rounded"] < whole.content["rounded"]
-    assert certificate.content["unproved"] > 0
-    kx = certificate.content[TRAJECTORY]["columns"]["kx"]
+    content, whole = certificate.content, compared(stored, proof).content
+    assert content["entries"] == whole["entries"]
+    assert 0 < content["rounded"] < whole["rounded"]
+    assert content["unproved"] > 0
+    kx = content[TRAJECTORY]["columns"]["kx"]
     assert (kx["entries"], kx["rounded"]) == (len(stored.trajectory.rows), 3)
 
 
 def test_too_few_bits_prove_fewer_digits(stored: Stored) -> None:
     certificate = compared(stored, prove(stored.scene, bits=100))
     assert certificate.compared.count("wrong") == 0
-    assert certificate.digits is not None
-    assert 15 < certificate.digits < 30
+    assert 15 < (certificate.digits or 0) < 30
     assert certificate.content["rounded"] < certificate.content["entries"]
 
 
-def _write(stored: Stored, folder: Path) -> None:
+@pytest.fixture
+def place(stored: Stored, tmp_path: Path) -> Path:
+    return written(stored, tmp_path)
+
+
+def written(stored: Stored, folder: Path) -> Path:
     texts = {
         SCENE: stored.scene_text,
         TRAJECTORY: stored.trajectory.csv(),
@@ -201,49 +187,47 @@ def _write(stored: Stored, folder: Path) -> None:
         MANIFEST: store.manifest_text(stored.manifest),
     }
     store.replace_folder(folder / NAME, texts)
+    return folder / NAME
 
 
-def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, tmp_path: Path) -> None:
-    _write(stored, tmp_path)
-    assert _run(NAME, "--folder", str(tmp_path)) == 0
-    content = json.loads((tmp_path / NAME / PROOF).read_text())
+def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, place: Path) -> None:
+    folder = place.parent
+    assert _run(NAME, "--folder", str(folder)) == 0
+    content = json.loads((place / PROOF).read_text())
     assert content["failure"] is None
     assert content[TRAJECTORY]["columns"]["theta"]["digits"] == 34
-    enclosure = Table.parse((tmp_path / NAME / ENCLOSURE).read_text())
+    enclosure = Table.parse((place / ENCLOSURE).read_text())
     assert len(enclosure.rows) == 6
-    record = proofs.read(NAME, tmp_path)
+    record = proofs.read(NAME, folder)
     assert record is not None
     assert (record.content, record.digits, record.complete) == (content, 34, True)
-    assert proofs.complaints(store.read(NAME, tmp_path), record) == []
-    proof_of_it, why = proofs.established(stored.scene, tmp_path)
-    assert proof_of_it is not None, why
+    assert proofs.complaints(store.read(NAME, folder), record) == []
+    found, why = proofs.established(stored.scene, folder)
+    assert found is not None, why
+    times = [t for t, *_ in stored.trajectory.rows]
     for name in enclosure.columns[1:]:
-        for (t, *_), printed in zip(
-            stored.trajectory.rows, stored.trajectory.column(name), strict=True
-        ):
-            ball = proof_of_it.at(name, t)
+        for t, printed in zip(times, stored.trajectory.column(name), strict=True):
+            ball = found.at(name, t)
             assert ball is not None
             if printed == "0":
                 assert ball.high - ball.low < Fraction(1, 10**30)
             else:
                 assert (ball.high - ball.low) / abs(ball.low) < Fraction(1, 10**35)
-                assert abs(ball.low / Fraction(Decimal(printed)) - 1) < Fraction(1, 10**33)
+                assert abs(ball.low / Fraction(printed) - 1) < Fraction(1, 10**33)
 
 
 def test_what_the_checker_refuses_is_not_written(
-    stored: Stored, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    _write(stored, tmp_path)
-
     def refused(*given: object) -> None:
         raise Refused("as if")
 
     monkeypatch.setattr("tt_precise.certify.golden_proof.check", refused)
-    certificate = certify(NAME, folder=tmp_path)
+    certificate = certify(NAME, folder=place.parent)
     assert certificate.record.complete
     assert certificate.objection == "the checker: as if"
-    assert not (tmp_path / NAME / PROOF).exists()
-    assert _run(NAME, "--folder", str(tmp_path)) == 1
+    assert not (place / PROOF).exists()
+    assert _run(NAME, "--folder", str(place.parent)) == 1
 
 
 def test_bits_are_added_where_the_checker_needs_them(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -262,11 +246,10 @@ def test_a_wrong_scene_cannot_be_certified(stored: Stored, tmp_path: Path) -> No
     # the tables of one friction, the equations of another that differs in the 30th digit
     text = stored.scene_text.replace('mu = "0.3"', 'mu = "0.300000000000000000000000000001"')
     assert text != stored.scene_text
-    _write(replace(stored, scene_text=text), tmp_path)
-    certificate = certify(NAME, folder=tmp_path)
-    assert not (tmp_path / NAME / PROOF).exists()  # what is not whole is not written
-    assert not (tmp_path / NAME / FILE).exists()
-    assert certificate.compared.count("wrong") > 0
+    place = written(replace(stored, scene_text=text), tmp_path)
+    assert certify(NAME, folder=tmp_path).compared.count("wrong") > 0
+    assert not (place / PROOF).exists()  # what is not whole is not written
+    assert not (place / FILE).exists()
     assert _run(NAME, "--folder", str(tmp_path)) == 1
 
 
@@ -281,8 +264,7 @@ def test_what_is_no_number_is_refused_before_anything_is_proved(
     stored: Stored, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cell: str, file: str,
     column: str,
 ) -> None:  # fmt: skip
-    spoiled = with_cell(stored.table(file), 1, column, lambda _: cell)
-    _write(changed(stored, file, spoiled), tmp_path)
+    written(altered(stored, file, cell_of(1, column, cell)(stored.table(file))), tmp_path)
     monkeypatch.setattr("tt_precise.certify.golden_proof.prove", None)
     with pytest.raises(
         InputError, match=rf"{file}, line 3, {column}: got '{cell}', expected a pri"
@@ -299,17 +281,15 @@ def test_what_is_no_number_is_refused_before_anything_is_proved(
     ],
 )
 def test_what_no_build_wrote_is_neither_proved_nor_sealed(
-    stored: Stored, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    place: Path, monkeypatch: pytest.MonkeyPatch,
     kept: Callable[[dict[str, Any]], dict[str, Any]], message: str,
 ) -> None:  # fmt: skip
-    _write(stored, tmp_path)
-    manifest = tmp_path / NAME / MANIFEST
+    manifest = place / MANIFEST
     manifest.write_text(json.dumps(kept(json.loads(manifest.read_text()))))
     before = manifest.read_text()
-    with pytest.raises(InputError, match=f"manifest.json{message}"):
-        record_proof(tmp_path / NAME)
     monkeypatch.setattr("tt_precise.certify.golden_proof.prove", None)
-    with pytest.raises(InputError, match=f"manifest.json{message}"):
-        certify(NAME, folder=tmp_path)
+    for refused in (lambda: record_proof(place), lambda: certify(NAME, folder=place.parent)):
+        with pytest.raises(InputError, match=f"manifest.json{message}"):
+            refused()
     assert manifest.read_text() == before
-    assert not (tmp_path / NAME / PROOF).exists()
+    assert not (place / PROOF).exists()

@@ -1,6 +1,6 @@
 """How functions begin: exact orders and signs, against series in mpmath, and the false proof."""
 
-from dataclasses import replace
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
@@ -65,10 +65,9 @@ def test_signs_however_small() -> None:
 def test_the_reference_scene() -> None:
     # from rest: phi_dot begins as -t^2, nu_y as -t^2, theta is a maximum of cos theta's minimum
     scene = tt.load_scene("reference")
-    assert begins(scene, "phi_dot_zero") == Onset(2, -1)
-    assert begins(scene, "nu_y_zero") == Onset(2, -1)
-    assert begins(scene, "theta_max") == Onset(1, 1)
-    assert begins(scene, "equator") == Onset(0, 1)
+    orders = {name: begins(scene, name) for name in catalogue(scene.model)}
+    assert orders["phi_dot_zero"] == orders["nu_y_zero"] == Onset(2, -1)
+    assert (orders["theta_max"], orders["equator"]) == (Onset(1, 1), Onset(0, 1))
 
 
 @pytest.mark.parametrize("name", ["upright", "rocking"])
@@ -91,31 +90,32 @@ def test_leading_coefficients_are_those_of_mpmath(name: str) -> None:
         euler = EulerState(None, *start)
         vectors = vectors_from_euler(body, euler, mpmath.mp, sine_cosine=sine_cosine)
         state = [mpmath.mpf(value) for value in vectors[: len(form.columns)]]
-        series = solution(lambda y: form.rates(body, form.State(*y), mpmath.mp), state)
-        motion = form.motion(body, form.State(*series), mpmath.mp)
-        for event in catalogue(scene.model):
-            found = event_named(event, scene.model).function(motion).upto(3)
-            exact = begins(scene, event)
-            assert exact is not None
-            size = max(abs(one) for one in found)
+        for found, exact in coefficients(scene, form, body, state, mpmath.mp, 3):
+            size = max(map(abs, found))
             assert all(abs(one) < size * mpmath.mpf(10) ** -50 for one in found[: exact.order])
             assert mpmath.sign(found[exact.order]) == exact.sign
+
+
+def coefficients(
+    scene: Scene, form: Any, body: Any, start: list[Any], fn: Any, most: int
+) -> Iterator[tuple[list[Any], Onset]]:
+    """The first of the functions of all events, and what is found of them exactly."""
+    series = solution(lambda y: form.rates(body, form.State(*y), fn), start)
+    motion = form.motion(body, form.State(*series), fn)
+    for event in catalogue(scene.model):
+        exact = begins(scene, event)
+        assert exact is not None
+        yield event_named(event, scene.model).function(motion).upto(most), exact
 
 
 @pytest.mark.parametrize("name", ["regularised-1e-2", "coulomb-gliding"])
 def test_leading_coefficients_with_dry_friction_are_those_of_balls(name: str) -> None:
     scene = tt.load_scene(name)
-    form = form_of(scene)
+    form, problem = form_of(scene), problem_of(scene)
     with flint.ctx.workprec(200):
-        body = form_of(scene).body(problem_of(scene).parameters())
-        start = list(problem_of(scene).start())
-        series = solution(lambda y: form.rates(body, form.State(*y), FUNCTIONS), start)
-        motion = form.motion(body, form.State(*series), FUNCTIONS)
+        body, start = form.body(problem.parameters()), list(problem.start())
         orders = set()
-        for event in catalogue(scene.model):
-            found = event_named(event, scene.model).function(motion).upto(2)
-            exact = begins(scene, event)
-            assert exact is not None
+        for found, exact in coefficients(scene, form, body, start, FUNCTIONS, 2):
             orders.add(exact.order)
             assert all(one.contains(0) for one in found[: exact.order])
             assert found[exact.order] * exact.sign > 0
@@ -124,34 +124,27 @@ def test_leading_coefficients_with_dry_friction_are_those_of_balls(name: str) ->
 
 def test_a_sign_that_changes_at_once_is_found() -> None:
     """A gliding velocity of -1e-9 m/s turns phi_dot negative, for 1e-11 s only."""
-    scene = tt.load_scene("tippetopsim")
-    start = replace(
-        scene.start, theta=Inclination.parse("1.5"), nu_x=Fraction(1, 5),
-        nu_y=Fraction(-1, 10**9), omega_3=Fraction(20),
-    )  # fmt: skip
-    body = replace(scene.body, alpha=Fraction(1, 20))
-    proof = prove(replace(scene, start=start, body=body, until=Fraction(1, 50)))
-    found = proof.inversion.C.t_init
+    early = {"theta": "1.5", "nu_x": "0.2", "nu_y": "-1e-9", "omega_3": "20", "alpha": "0.05"}
+    found = prove(tt.load_scene("tippetopsim").varied(**early, until="0.02")).inversion.C.t_init
     with flint.ctx.workprec(300):
         assert found.overlaps(flint.arb("1.04929346828931e-11", "1e-24"))
         assert not found.contains(0)
 
 
 def test_what_begins_at_zero_and_rises_has_no_event_there() -> None:
-    proof = prove(replace(tt.load_scene("tippetopsim"), until=Fraction(1, 500)))
+    proof = prove(tt.load_scene("tippetopsim").varied(until="0.002"))
     assert begins(proof.scene, "phi_dot_zero") == Onset(1, 1)
-    assert proof.all_events["phi_dot_zero"].zeros == []
-    assert proof.all_events["phi_dot_zero"].failure is None
+    found = proof.all_events["phi_dot_zero"]
+    assert (found.zeros, found.failure) == ([], None)
 
 
 def test_phi_dot_that_only_touches_zero_changes_no_sign() -> None:
     # it comes back to zero with each nutation, without friction
-    proof = prove(replace(tt.load_scene("frictionless"), until=Fraction(1, 10)))
+    proof = prove(tt.load_scene("frictionless").varied(until="0.1"))
     assert len(proof.all_events["theta_max"].zeros) >= 2
     found = proof.all_events["phi_dot_zero"]
     assert (found.zeros, found.failure) == ([], None)
     # with the smallest friction nothing of the kind is known, and it is no longer so
-    body = replace(proof.scene.body, mu=Fraction(1, 1000))
-    rubbed = prove(replace(proof.scene, body=body))
-    assert rubbed.all_events["phi_dot_zero"].failure is None
-    assert len(rubbed.all_events["phi_dot_zero"].zeros) > 0
+    rubbed = prove(proof.scene.varied(mu="0.001")).all_events["phi_dot_zero"]
+    assert rubbed.failure is None
+    assert len(rubbed.zeros) > 0

@@ -78,26 +78,25 @@ def test_a_widened_model_contains_all_it_should(frame: Frame) -> None:
 
 def test_a_divisor_with_a_zero_is_refused(frame: Frame) -> None:
     inside = TaylorModel(polynomial([Fraction(-1, 10), Fraction(1)]), frame)
-    with pytest.raises(NotProved, match="division"):
-        1 / inside
     at_start = TaylorModel(polynomial([Fraction(0), Fraction(1)]), frame)
-    with pytest.raises(NotProved, match="division"):
-        1 / at_start
+    nothing = TaylorModel(arb_poly([arb("nan"), 1]), frame)
+    for divisor in (inside, at_start, nothing):
+        with pytest.raises(NotProved, match="division"):
+            1 / divisor
     with pytest.raises(NotProved):
         (inside * inside + arb("0.001") - arb("0.0011")).sqrt()
-    nothing = TaylorModel(arb_poly([arb("nan"), 1]), frame)
-    with pytest.raises(NotProved, match="division"):
-        1 / nothing
 
 
 def test_dual_numbers_have_the_partial_derivatives() -> None:
     x, y = Fraction(3, 7), Fraction(-5, 11)
     a, b = variables([x, y])
-    f = (a * a * b - 2 * b + 1) / (3 - a * b) - 1 / (b - 4) + 0 * a
+    f = (a * a * b - 2 * b + 1) / (3 - a * b) - 1 / (b - 4) + 0 * a + (a - a) + b * b / 3
     u, v = x * x * y - 2 * y + 1, 3 - x * y
-    assert f.value == u / v - 1 / (y - 4)
+    assert f.value == u / v - 1 / (y - 4) + y * y / 3
     assert f.partials[0] == (2 * x * y * v + u * y) / v**2
-    assert f.partials[1] == ((x * x - 2) * v + u * x) / v**2 + 1 / (y - 4) ** 2
+    of_v = ((x * x - 2) * v + u * x) / v**2
+    assert f.partials[1] == of_v + 1 / (y - 4) ** 2 + 2 * y / 3
+    assert DualNumber(Fraction(1), {}).partials == {}
 
 
 def test_the_derivative_of_a_root() -> None:
@@ -107,14 +106,3 @@ def test_the_derivative_of_a_root() -> None:
 
     root = DualNumber(Square(9, 4), {0: Fraction(5)}).sqrt()
     assert (root.value, root.partials[0]) == (Fraction(3, 2), Fraction(5, 3))
-
-
-def test_a_value_without_derivatives_stays_constant() -> None:
-    (a,) = variables([Fraction(2)])
-    assert (a - a).partials[0] == 0
-    assert DualNumber(Fraction(1), {}).partials == {}
-
-
-def test_division_by_an_integer_rounds_nothing() -> None:
-    third = DualNumber(Fraction(1), {0: Fraction(2)}) / 3
-    assert (third.value, third.partials[0]) == (Fraction(1, 3), Fraction(2, 3))
