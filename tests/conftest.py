@@ -27,6 +27,10 @@ os.environ["HEYOKA_CACHE_DIR"] = str(Path(__file__).parents[1] / "build" / "comp
 heyoka_backend.OPTIMISATION.update(loop=0, compact=0)
 machine.OPTIMISATION = 0
 
+# Types of fixtures that many tests ask for.
+Patch = pytest.MonkeyPatch
+Captured = pytest.CaptureFixture[str]
+
 # What a shell starts in the background ignores Ctrl-C, and hands that on to every process it
 # starts; those of the tests are to be interrupted.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:

@@ -1,7 +1,5 @@
 """Running the command line where it is to be mistreated: here, or in a process of its own."""
 
-from __future__ import annotations
-
 import ctypes
 import io
 import os
@@ -81,29 +79,17 @@ class Commands:
         return Answer(status, out.getvalue(), err.getvalue())
 
     def start(
-        self,
-        argv: Sequence[str],
-        *,
-        code: str = ENTRY,
-        before: Callable[[], Any] | None = None,
+        self, argv: Sequence[str], *, before: Callable[[], Any] | None = None,
         stdout: Any = subprocess.PIPE,
-    ) -> subprocess.Popen[str]:
+    ) -> subprocess.Popen[str]:  # fmt: skip
         """The command in a process group of its own; ``before`` is called in it, first of all."""
+        # Python does not notice when a full disk cuts off a compiled module, and every later
+        # process would stumble over it
+        own = {"XDG_CACHE_HOME": str(self._cache), "PYTHONDONTWRITEBYTECODE": "1"}
         process = subprocess.Popen(
-            [sys.executable, "-c", code, *argv],
-            env={
-                **os.environ,
-                "XDG_CACHE_HOME": str(self._cache),
-                # Python does not notice when a full disk cuts off a compiled module, and every
-                # later process would stumble over it
-                "PYTHONDONTWRITEBYTECODE": "1",
-            },
-            stdout=stdout,
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
-            preexec_fn=before,
-        )
+            [sys.executable, "-c", ENTRY, *argv], env={**os.environ, **own}, stdout=stdout,
+            stderr=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=before,
+        )  # fmt: skip
         self._started.append(process)
         return process
 
@@ -133,11 +119,7 @@ def commands(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 @pytest.fixture
-def obey_permissions() -> Callable[[], None]:
+def obey_permissions() -> None:
     """Let file permissions bind the superuser too, from the next program on."""
-
-    def drop() -> None:
-        # fails, without effect, for everybody else, whom they bind anyway
-        ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, CAP_DAC_OVERRIDE, 0, 0, 0)
-
-    return drop
+    # fails, without effect, for everybody else, whom they bind anyway
+    ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, CAP_DAC_OVERRIDE, 0, 0, 0)

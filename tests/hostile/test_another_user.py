@@ -1,18 +1,15 @@
 """Somebody who may read a checkout and nothing more: no home, no cache, nothing to be written."""
 
-from __future__ import annotations
-
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 import tt_precise
-from tests.hostile.conftest import Commands
+from tests.conftest import Patch
+from tests.hostile.conftest import Answer, Commands, obey_permissions
 
-PARTS = ("tt_precise", "reference_data", "reports")
 COMMANDS = (
     "run reference --until 0.2 --out {out}/a.csv",
     "run reference --digits 12 --until 0.1",
@@ -39,10 +36,9 @@ WRITERS = (
 def checkout(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A copy of the checkout in which nothing can be written."""
     place = tmp_path_factory.mktemp("checkout")
-    ignored = shutil.ignore_patterns("__pycache__")
-    for part in PARTS:
+    for part in ("tt_precise", "reference_data", "reports"):
         source = Path(tt_precise.__file__).parents[1] / part
-        shutil.copytree(source, place / part, ignore=ignored)
+        shutil.copytree(source, place / part, ignore=shutil.ignore_patterns("__pycache__"))
     (place / "pyproject.toml").touch()
     entries = [place, *place.rglob("*")]
     for entry in entries:
@@ -54,12 +50,11 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @pytest.fixture
 def visitor(
-    checkout: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+    checkout: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: Patch
 ) -> Iterator[Commands]:
     """Whose home and cache are nowhere."""
     # python -c imports from where it stands
-    place = tmp_path_factory.mktemp("elsewhere")
-    monkeypatch.chdir(place)
+    monkeypatch.chdir(tmp_path_factory.mktemp("elsewhere"))
     monkeypatch.setenv("HOME", "/proc/nowhere")
     monkeypatch.setenv("PYTHONPATH", str(checkout))
     running = Commands(Path("/proc/nowhere/cache"))
@@ -67,33 +62,30 @@ def visitor(
     running.end()
 
 
-def words(command: str, checkout: Path, out: Path) -> list[str]:
-    return command.format(out=out, data=checkout / "reference_data").split()
+def answer(commands: Commands, command: str, checkout: Path, out: Path) -> Answer:
+    words = command.format(out=out, data=checkout / "reference_data").split()
+    return commands.outside(words, before=obey_permissions)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_everything_that_reads_works_and_says_nothing_more(
-    visitor: Commands, checkout: Path, tmp_path: Path, command: str, obey_permissions: Any
+    visitor: Commands, checkout: Path, tmp_path: Path, command: str
 ) -> None:
     shutil.copytree(checkout / "reference_data" / "upright", tmp_path / "upright")
     for entry in (tmp_path / "upright", *(tmp_path / "upright").iterdir()):
         entry.chmod(0o755)
     before = list(checkout.rglob("*"))
-    answer = visitor.outside(words(command, checkout, tmp_path), before=obey_permissions)
-    assert (answer.status, answer.err) == (0, ""), answer
+    found = answer(visitor, command, checkout, tmp_path)
+    assert (found.status, found.err) == (0, ""), found
     assert list(checkout.rglob("*")) == before
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", WRITERS)
 def test_what_would_write_there_is_refused_in_one_line(
-    visitor: Commands,
-    checkout: Path,
-    tmp_path: Path,
-    command: str,
-    obey_permissions: Callable[[], None],
+    visitor: Commands, checkout: Path, tmp_path: Path, command: str
 ) -> None:
-    answer = visitor.outside(words(command, checkout, tmp_path), before=obey_permissions)
-    assert answer.one_line, answer
-    assert "Permission denied" in answer.err
+    found = answer(visitor, command, checkout, tmp_path)
+    assert found.one_line, found
+    assert "Permission denied" in found.err

@@ -1,7 +1,5 @@
 """Signals at random moments of every command that writes: old files or new, never half a file."""
 
-from __future__ import annotations
-
 import csv
 import gzip
 import json
@@ -11,12 +9,12 @@ import shutil
 import signal
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from tests.hostile.conftest import PROVED, arguments
+from tests.hostile.conftest import PROVED, Commands, arguments
 from tt_precise.golden import load
 from tt_precise.golden.proofs import read
 from tt_precise.golden.store import home
@@ -36,7 +34,7 @@ WRITERS = (
 @pytest.mark.parametrize("name", SIGNALS)
 @pytest.mark.parametrize("writer", WRITERS)
 def test_a_signal_leaves_whole_files_and_no_process(
-    commands: Any, tmp_path: Path, writer: str, name: str
+    commands: Commands, tmp_path: Path, writer: str, name: str
 ) -> None:
     """Each moment is drawn anew: within imports, work, writing.
 
@@ -47,16 +45,16 @@ def test_a_signal_leaves_whole_files_and_no_process(
         interrupted(commands, tmp_path / str(moment), writer, name, drawn)
 
 
-def test_a_run_that_is_killed_leaves_whole_files(commands: Any, tmp_path: Path) -> None:
+def test_a_run_that_is_killed_leaves_whole_files(commands: Commands, tmp_path: Path) -> None:
     interrupted(commands, tmp_path, "run", "SIGKILL", random.Random(SEED))
+    # half a file would be noticed
+    (tmp_path / "out" / "a.csv").write_text("t,half")
+    assert torn(tmp_path / "out") == ["a.csv"]
 
 
-def test_half_a_file_would_be_noticed(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text("t,half")
-    assert torn(tmp_path) == ["a.csv"]
-
-
-def interrupted(commands: Any, place: Path, writer: str, name: str, drawn: random.Random) -> None:
+def interrupted(
+    commands: Commands, place: Path, writer: str, name: str, drawn: random.Random
+) -> None:
     """Start the command, send it the signal at a random moment, and look at what is left."""
     folder = place / "out"
     folder.mkdir(parents=True)
@@ -66,7 +64,10 @@ def interrupted(commands: Any, place: Path, writer: str, name: str, drawn: rando
     if writer == "golden certify":
         for scene in PROVED:
             shutil.copytree(home() / scene, folder / scene)
-    process = commands.start(arguments(writer, folder), before=heed_interrupts)
+    # as at a terminal: what was started in the background has inherited to ignore SIGINT
+    process = commands.start(
+        arguments(writer, folder), before=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)
+    )
     time.sleep(drawn.uniform(FIRST_S, LAST_S))
     process.send_signal(getattr(signal, name))
     _, err = process.communicate(timeout=60)
@@ -76,11 +77,6 @@ def interrupted(commands: Any, place: Path, writer: str, name: str, drawn: rando
     assert "Traceback" not in err or name == "SIGKILL", err
     assert torn(folder) == []
     assert not left_running(process.pid)
-
-
-def heed_interrupts() -> None:
-    """As at a terminal: what was started in the background has inherited to ignore SIGINT."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def torn(folder: Path) -> list[str]:
@@ -96,10 +92,7 @@ def torn(folder: Path) -> list[str]:
         ".parquet": lambda path: path.read_bytes()[-4:] == b"PAR1",
     }
     found = []
-    for path in sorted(folder.rglob("*")):
-        hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
-        if not path.is_file() or hidden or path.name == "rows.csv":
-            continue
+    for path in (folder / name for name in visible(folder) if name != "rows.csv"):
         try:
             if path.parent.name in PROVED:
                 load(path.parent.name, folder=folder)
@@ -109,6 +102,15 @@ def torn(folder: Path) -> list[str]:
         except (InputError, ValueError):
             found.append(path.name)
     return found
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+def visible(folder: Path) -> list[str]:
+    """All but what SIGKILL has left half done, which is hidden."""
+    return [n for n in files(folder) if not any(part[0] == "." for part in Path(n).parts)]
 
 
 def whole_csv(path: Path) -> bool:
@@ -132,13 +134,55 @@ def left_running(group: int) -> bool:
 
 def running(group: int) -> bool:
     """Whether a process of the group lives."""
-    for entry in Path("/proc").iterdir():
-        if not entry.name.isdigit():
-            continue
-        try:
-            state, _, its_group = (entry / "stat").read_text().rpartition(")")[2].split()[:3]
-        except OSError:
-            continue
-        if int(its_group) == group and state != "Z":
-            return True
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            state, _, its_group = stat.read_text().rpartition(")")[2].split()[:3]
+            if int(its_group) == group and state != "Z":
+                return True
     return False
+
+
+# Killed at twenty moments one after the other in the same place, then repeated: what is left is,
+# byte for byte, what an undisturbed run leaves.
+
+
+def certify(folder: Path) -> list[str]:
+    """Of a scene that takes 2 s, without the proof that ships."""
+    place = folder / "upright"
+    if not place.exists():
+        shutil.copytree(home() / "upright", place)
+        for name in ("proof.json", "enclosure.csv", "events-enclosure.csv"):
+            (place / name).unlink()
+    return ["golden", "certify", "upright", "--folder", str(folder)]
+
+
+def extremes(folder: Path) -> list[str]:
+    return ["extremes", "--quick", "--topic", "geometry", "--out", str(folder / "a.json")]
+
+
+def run(folder: Path) -> list[str]:
+    folder.mkdir(exist_ok=True)
+    return ["run", "reference", "--digits", "6", "--out", str(folder / "a.csv")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", [run, certify, extremes], ids=lambda words: words.__name__)
+def test_what_was_killed_and_repeated_is_what_was_not(
+    commands: Commands, tmp_path: Path, words: Callable[[Path], list[str]]
+) -> None:
+    folder, undisturbed = tmp_path / "killed", tmp_path / "undisturbed"
+    begin = time.monotonic()
+    assert commands.outside(words(undisturbed)).status == 0
+    took = time.monotonic() - begin
+    drawn = random.Random(SEED)
+    for _ in range(20):
+        process = commands.start(words(folder))
+        time.sleep(drawn.uniform(0.1, 1.0) * took)
+        process.send_signal(signal.SIGKILL)
+        process.communicate(timeout=60)
+    answer = commands.outside(words(folder))
+    assert answer.status == 0, answer
+    names = visible(folder)
+    assert names == files(undisturbed)
+    for name in names:
+        assert (folder / name).read_bytes() == (undisturbed / name).read_bytes(), name

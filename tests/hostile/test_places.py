@@ -1,7 +1,5 @@
 """Disks that are full, folders that cannot be written, builds side by side, millions of samples."""
 
-from __future__ import annotations
-
 import resource
 from collections.abc import Callable
 from pathlib import Path
@@ -9,38 +7,21 @@ from typing import Any
 
 import pytest
 
-from tests.hostile.conftest import arguments
+from tests.hostile.conftest import Commands, arguments
 from tt_precise.golden import load
 
 OLD = "old\n"
 LARGEST = 3000  # bytes that a file may have
-WRITERS = ("run", "check", "sweep", "golden build")
-FAST = "run"  # the one that belongs to the default tests
-SLOW_WRITERS = [
-    one if one == FAST else pytest.param(one, marks=pytest.mark.slow) for one in WRITERS
-]
-PRINTERS = (
-    "events",
-    *(
-        pytest.param(command, marks=pytest.mark.slow)
-        for command in (
-            "run reference --until 0.1",
-            "golden list",
-            "sweep --help",
-            "claims EQ-8 --json",
-        )
-    ),
+
+
+def mostly_slow(first: str, *others: str) -> list[Any]:
+    """All but the first are long evidence."""
+    return [first, *(pytest.param(other, marks=pytest.mark.slow) for other in others)]
+
+
+PRINTERS = mostly_slow(
+    "events", "run reference --until 0.1", "golden list", "sweep --help", "claims EQ-8 --json"
 )
-
-
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    """A folder with old results in it."""
-    out = tmp_path / "out"
-    out.mkdir()
-    for old in ("a.csv", "a.svg"):
-        (out / old).write_text(OLD)
-    return out
 
 
 def files_of(most: int) -> Callable[[], None]:
@@ -48,25 +29,26 @@ def files_of(most: int) -> Callable[[], None]:
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 
 
-@pytest.mark.parametrize("writer", SLOW_WRITERS)
+@pytest.mark.parametrize("writer", mostly_slow("run", "check", "sweep", "golden build"))
 def test_a_full_disk_leaves_the_old_files_and_no_other(
-    commands: Any, folder: Path, writer: str
+    commands: Commands, tmp_path: Path, writer: str
 ) -> None:
     """Writing fails in the middle of a file."""
+    olds = [tmp_path / "a.csv", tmp_path / "a.svg"]
+    for old in olds:
+        old.write_text(OLD)
     alone = ["--workers", "1"] if writer == "golden build" else []
-    argv = [*arguments(writer, folder), *alone]
-    answer = commands.outside(argv, before=files_of(LARGEST))
+    answer = commands.outside([*arguments(writer, tmp_path), *alone], before=files_of(LARGEST))
     assert answer.one_line, answer
-    assert {path.name: path.read_text() for path in folder.glob("a.*")} == {
-        "a.csv": OLD, "a.svg": OLD,
-    }  # fmt: skip
-    files = [path for path in folder.rglob("*") if path.is_file()]
+    assert [old.read_text() for old in olds] == [OLD, OLD]
+    assert sorted(tmp_path.glob("a.*")) == olds
+    files = [path for path in tmp_path.rglob("*") if path.is_file()]
     assert [path.name for path in files if path.stat().st_size >= LARGEST] == []
-    assert list(folder.rglob(".*")) == []
+    assert list(tmp_path.rglob(".*")) == []
 
 
 @pytest.mark.parametrize("command", PRINTERS)
-def test_a_full_disk_behind_stdout_is_one_line(commands: Any, command: str) -> None:
+def test_a_full_disk_behind_stdout_is_one_line(commands: Commands, command: str) -> None:
     """What a pipeline into a file meets."""
     with open("/dev/full", "w") as sink:
         answer = commands.outside(command.split(), stdout=sink)
@@ -76,7 +58,7 @@ def test_a_full_disk_behind_stdout_is_one_line(commands: Any, command: str) -> N
 @pytest.mark.slow
 @pytest.mark.parametrize("builds", [1, 2])
 def test_of_builds_of_one_scene_at_once_one_does_it(
-    commands: Any, tmp_path: Path, builds: int
+    commands: Commands, tmp_path: Path, builds: int
 ) -> None:
     """The other is refused in one line (flock(2)), and waits for nobody; the data are whole."""
     folder = tmp_path / "golden"

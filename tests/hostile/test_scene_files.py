@@ -1,7 +1,5 @@
 """Files and names from people who mean no good: one line, status 2, and nothing executed."""
 
-from __future__ import annotations
-
 import pickle
 import sys
 from collections.abc import Callable
@@ -11,6 +9,8 @@ from typing import Any
 
 import pytest
 
+import tt_precise as tt
+from tests.hostile.conftest import Commands
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 
@@ -26,7 +26,7 @@ TEXTS: dict[str, Callable[[], bytes]] = {
 @pytest.mark.parametrize("text", TEXTS)
 @pytest.mark.parametrize("reader", ["thresholds", "sweep"])
 def test_a_hostile_toml_file_is_refused(
-    commands: Any, tmp_path: Path, reader: str, text: str
+    commands: Commands, tmp_path: Path, reader: str, text: str
 ) -> None:
     """At once; tests/runtime/test_toml.py has what the parser refuses."""
     file = tmp_path / "a.toml"
@@ -36,23 +36,12 @@ def test_a_hostile_toml_file_is_refused(
 
 
 NAMES = {
-    "a file above": "../../etc/passwd",
-    "an endless device": "/dev/zero",
-    "this folder": ".",
-    "the root": "/",
-    "nothing": "",
-    "a blank": " ",
-    "a dash": "-",
-    "two lines": "a\nb",
-    "an escape sequence": "\x1b[31m",
-    "a null character": "a\0b",
-    "no Unicode": "\udcff.toml",
-    "5000 letters": "a" * 5000,
-    "a file name too long": "a" * 300 + ".toml",
-    "an address": "file:///etc/passwd",
-    "a command": "$(touch hacked)",
-    "the folder above": "..",
-}
+    "a file above": "../../etc/passwd", "an endless device": "/dev/zero", "this folder": ".",
+    "the root": "/", "nothing": "", "a blank": " ", "a dash": "-", "two lines": "a\nb",
+    "an escape sequence": "\x1b[31m", "a null character": "a\0b", "no Unicode": "\udcff.toml",
+    "5000 letters": "a" * 5000, "a file name too long": "a" * 300 + ".toml",
+    "an address": "file:///etc/passwd", "a command": "$(touch hacked)", "the folder above": "..",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -60,40 +49,31 @@ NAMES = {
     [*(("run", kind) for kind in NAMES), ("thresholds", "a file above"), ("events", "two lines"),
      *(("golden verify", kind) for kind in ("the folder above", "the root", "nothing"))],
 )  # fmt: skip
-def test_a_hostile_scene_name_is_refused(commands: Any, kind: str, command: str) -> None:
+def test_a_hostile_scene_name_is_refused(commands: Commands, kind: str, command: str) -> None:
     """Names of scenes are names of shipped ones or paths of files, and nothing else."""
     answer = commands.here(*command.split(), NAMES[kind])
     assert answer.one_line, answer
 
 
-BUILD = ["golden", "build", "--workers", "1", "--folder"]
-
-
-def scene_file(folder: Path, name: str) -> Path:
-    """A scene of ten milliseconds in a file with this name."""
-    file = folder / name
-    file.write_text(load_scene("upright").text.replace('until = "8"', 'until = "0.01"'))
-    return file
-
-
 @pytest.mark.parametrize("name", ["...toml", "..toml", ".new-upright.toml", "a b.toml", "-x.toml"])
 def test_a_scene_s_name_cannot_lead_golden_data_elsewhere(
-    commands: Any, tmp_path: Path, name: str
+    commands: Commands, tmp_path: Path, name: str
 ) -> None:
     """The scene's name becomes the name of a folder; Path("...toml").stem is the folder above."""
-    folder = tmp_path / "golden" / "data"
-    answer = commands.here(*BUILD, str(folder), "--", str(scene_file(tmp_path, name)))
+    folder, file = tmp_path / "golden" / "data", tmp_path / name
+    file.write_text(load_scene("upright").text.replace('until = "8"', 'until = "0.01"'))
+    build = ["golden", "build", "--workers", "1", "--folder", str(folder), "--"]
+    answer = commands.here(*build, str(file))
     assert answer.one_line, answer
     assert [path for path in folder.parent.glob("*") if path != folder] == []
     assert not folder.exists() or list(folder.glob("*")) == []
 
 
 def test_a_scene_of_more_samples_than_anybody_keeps_is_refused(
-    commands: Any, tmp_path: Path
+    commands: Commands, tmp_path: Path
 ) -> None:
     """Before the work, not by a kill of the system an hour later."""
-    file = tmp_path / "many.toml"
-    text = load_scene("reference").text
+    file, text = tmp_path / "many.toml", load_scene("reference").text
     file.write_text(text.replace('sample_every = "0.01"', 'sample_every = "1e-9"'))
     answer = commands.here("run", str(file))
     assert answer.one_line, answer
@@ -102,13 +82,8 @@ def test_a_scene_of_more_samples_than_anybody_keeps_is_refused(
 
 
 FORBIDDEN = (
-    "pickle.find_class",
-    "os.system",
-    "subprocess.Popen",
-    "os.exec",
-    "os.posix_spawn",
-    "exec",
-)
+    "pickle.find_class", "os.system", "subprocess.Popen", "os.exec", "os.posix_spawn", "exec",
+)  # fmt: skip
 
 
 class Payload:
@@ -139,19 +114,15 @@ def test_no_code_in_a_data_file_is_run(tmp_path: Path, kind: str) -> None:
     path.write_bytes(content)
     read(path)  # imports, which do execute code, are done here
     assert audited(lambda: read(path)) == []
-
-
-def test_code_that_is_run_is_heard_of() -> None:
+    # what is run is heard of
     assert audited(lambda: pickle.loads(PAYLOAD)) == ["pickle.find_class"]
 
 
 def read(path: Path) -> None:
     """As the commands read the files that others hand them."""
-    import tt_precise as tt
-
     with suppress(InputError):
         if path.suffix == ".toml":
-            tt.load_scene(str(path))
+            load_scene(str(path))
         elif path.suffix == ".json":
             tt.golden.load(path.parent.name, folder=path.parent.parent)
         else:
