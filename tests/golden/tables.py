@@ -1,7 +1,9 @@
 """One cell of a table changed: in a file, whose lines count from 1, or in memory, from 0."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from tt_precise.golden.table import Table
 
@@ -24,3 +26,13 @@ def other_digit(cell: str, place: int) -> str:
     """A printed number with another digit at ``place``, counted from 1."""
     at = cell.index(".") + place - 1
     return f"{cell[:at]}{(int(cell[at]) + 5) % 10}{cell[at + 1 :]}"
+
+
+def edit_json(
+    path: Path, change: Callable[[Any], object], write: Callable[[Any], str] = json.dumps
+) -> None:
+    content = json.loads(path.read_text("utf-8"))
+    change(content)
+    text = write(content)
+    assert text != path.read_text("utf-8")
+    path.write_text(text, "utf-8")
