@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -53,12 +52,6 @@ def rehash(place: Path) -> None:
 
 
 @pytest.fixture(scope="session")
-def shorten() -> Callable[[str, str], Scene]:
-    """The function that gives a shipped scene another horizon."""
-    return shortened
-
-
-@pytest.fixture(scope="session")
 def small_built(tmp_path_factory: pytest.TempPathFactory) -> Small:
     place = tmp_path_factory.mktemp("golden")
     scene = shortened("reference", "0.06")
@@ -73,11 +66,3 @@ def small(small_built: Small, tmp_path: Path) -> Small:
     """The small scene with a copy of its data that a test may spoil."""
     folder = shutil.copytree(small_built.folder, tmp_path / "data")
     return Small(small_built.scene, small_built.runs, small_built.shelf, folder, small_built.built)
-
-
-@pytest.fixture(scope="session")
-def committed() -> list[str]:
-    """Names of the scenes with committed data."""
-    names = store.scenes()
-    assert names, "no golden data in this checkout"
-    return names

@@ -1,13 +1,13 @@
 """The command: what it prints, its JSON, and its exit status."""
 
-from __future__ import annotations
-
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from tests.conftest import Captured, Patch
 from tests.golden.conftest import Small
 from tests.golden.tables import edit_cell
 from tt_precise.cli import main
@@ -15,43 +15,45 @@ from tt_precise.golden.store import MANIFEST, TRAJECTORY
 from tt_precise.runtime import files
 from tt_precise.runtime.values import InputError
 
+Golden = Callable[..., str]
 
-def test_list_names_what_is_there_and_what_is_missing(
-    small: Small, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["golden", "list", "--folder", str(small.folder)]) == 0
-    out = capsys.readouterr().out
+
+@pytest.fixture
+def golden(small: Small, capsys: Captured) -> Callable[..., str]:
+    """``golden("list")``: what the command prints of the small data, with a status of 0."""
+
+    def run(*words: str, status: int = 0, folder: Path | None = small.folder) -> str:
+        where = ["--folder", str(folder)] if folder else []
+        assert main(["golden", *words, *where]) == status
+        captured = capsys.readouterr()
+        assert captured.err.count("\n") == (status == 2)
+        assert not (status == 2 and captured.out)
+        return captured.out + captured.err
+
+    return run
+
+
+def test_list_names_what_is_there_what_is_missing_and_what_is_proved(golden: Golden) -> None:
+    out = golden("list")
     assert "reference              34 digits, none proved          7 rows" in out
     assert "without golden data: " in out
-    assert main(["golden", "list", "--folder", str(small.folder), "--json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
+    printed = json.loads(golden("list", "--json"))
     assert printed["schema"] == "tt_precise.golden.list/1"
     assert [(one["scene"], one["proof"]) for one in printed["scenes"]] == [("reference", None)]
-
-
-def test_list_says_what_is_proved(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["golden", "list"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    lines = golden("list", folder=None).splitlines()
     (line,) = (line for line in lines if line.startswith("reference "))
     assert "34 digits, 34 proved " in line
-    assert main(["golden", "list", "--json"]) == 0
-    (proof,) = (
-        one["proof"]
-        for one in json.loads(capsys.readouterr().out)["scenes"]
-        if one["scene"] == "reference"
-    )
+    scenes = json.loads(golden("list", "--json", folder=None))["scenes"]
+    (proof,) = (one["proof"] for one in scenes if one["scene"] == "reference")
     assert proof["complete"]
     assert proof["rounded"] == proof["entries"] > 20_000
 
 
-def test_verify_fails_with_status_1_and_names_the_damage(
-    small: Small, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_verify_fails_with_status_1_and_names_the_damage(small: Small, golden: Golden) -> None:
     path = small.folder / "reference" / TRAJECTORY
     path.write_text(path.read_text().replace("0.02,", "0.02,-", 1))
-    asked = ["golden", "verify", "reference", "--folder", str(small.folder), "--json"]
-    assert main([*asked, "--workers", "1"]) == 1
-    printed = json.loads(capsys.readouterr().out)
+    out = golden("verify", "reference", "--json", "--workers", "1", status=1)
+    printed = json.loads(out)
     assert printed["schema"] == "tt_precise.golden.verify/1"
     (one,) = printed["scenes"]
     assert (one["scene"], one["verdict"], one["digits_claimed"]) == ("reference", "fail", 34)
@@ -60,18 +62,16 @@ def test_verify_fails_with_status_1_and_names_the_damage(
 
 
 @pytest.mark.parametrize("what", ["build", "verify"])
-def test_unknown_scenes_have_status_2(
-    small: Small, capsys: pytest.CaptureFixture[str], what: str
-) -> None:
-    assert main(["golden", what, "nowhere", "--folder", str(small.folder)]) == 2
-    captured = capsys.readouterr()
-    assert captured.err.count("\n") == 1
-    assert "nowhere" in captured.err
+def test_unknown_scenes_have_status_2(golden: Golden, what: str) -> None:
+    assert "nowhere" in golden(what, "nowhere", status=2)
 
 
-@pytest.mark.parametrize("wrong", ["no such scene", "a place that cannot be written"])
+@pytest.mark.parametrize(
+    ("scenes", "said"),
+    [("reference nowhere", "got 'nowhere'"), ("reference", "proof.json: Permission denied")],
+)
 def test_what_cannot_be_certified_is_found_out_before_the_work(
-    small: Small, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, wrong: str
+    golden: Golden, monkeypatch: Patch, scenes: str, said: str
 ) -> None:
     pytest.importorskip("flint", reason="needs the extra certify")
     from tt_precise.certify import golden_proof
@@ -80,49 +80,34 @@ def test_what_cannot_be_certified_is_found_out_before_the_work(
         raise InputError(f"{path}: Permission denied")
 
     monkeypatch.setattr(golden_proof, "attempted", lambda *_: pytest.fail("minutes of work"))
-    scenes = ["reference"]
-    if wrong == "no such scene":
-        scenes.append("nowhere")
-    else:
+    if scenes == "reference":
         monkeypatch.setattr(files, "require_writable", unwritable)
-    argv = ["golden", "certify", *scenes, "--folder", str(small.folder), "--workers", "1"]
-    assert main(argv) == 2
-    said = "got 'nowhere'" if wrong == "no such scene" else "proof.json: Permission denied"
-    assert said in capsys.readouterr().err
+    assert said in golden("certify", *scenes.split(), "--workers", "1", status=2)
 
 
 @pytest.mark.parametrize("cell", ["nan", "inf", "1e9z"])
 def test_a_cell_that_is_no_number_is_a_problem_and_no_bug(
-    small: Small, capsys: pytest.CaptureFixture[str], cell: str
+    small: Small, golden: Golden, cell: str
 ) -> None:
     edit_cell(small.folder / "reference" / TRAJECTORY, 2, "kx", lambda _: cell)
     problem = f"trajectory.csv, line 2, kx: got {cell!r}, expected a printed number"
-    assert main(["golden", "verify", "--folder", str(small.folder), "--workers", "1"]) == 1
-    assert problem in capsys.readouterr().out
-    assert main(["golden", "list", "--folder", str(small.folder)]) == 0
+    assert problem in golden("verify", "--workers", "1", status=1)
+    golden("list")
 
 
-def test_a_manifest_that_lacks_what_is_listed_is_one_line(
-    small: Small, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_manifest_that_lacks_what_is_listed_is_one_line(small: Small, golden: Golden) -> None:
     (small.folder / "reference" / MANIFEST).write_text("{}")
-    assert main(["golden", "list", "--folder", str(small.folder)]) == 2
-    captured = capsys.readouterr()
-    assert "manifest.json: got schema 'None'" in captured.err
-    assert captured.err.count("\n") == 1
+    assert "manifest.json: got schema 'None'" in golden("list", status=2)
 
 
-def test_certificates_are_checked_or_written(capsys: pytest.CaptureFixture[str]) -> None:
+def test_certificates_are_checked_or_written(golden: Golden) -> None:
     pytest.importorskip("flint", reason="needs the extra certify")
-    assert main(["golden", "certify", "upright", "--check", "--certificate"]) == 2
-    assert "--check: got --certificate too" in capsys.readouterr().err
+    words = ("certify", "upright", "--check", "--certificate")
+    assert "--check: got --certificate too" in golden(*words, folder=None, status=2)
 
 
 def test_certificates_of_ones_own_data_are_found(
-    small: Small,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    small: Small, golden: Golden, tmp_path: Path, monkeypatch: Patch
 ) -> None:
     pytest.importorskip("flint", reason="needs the extra certify")
     from tt_precise.certify import certificate
@@ -130,8 +115,8 @@ def test_certificates_of_ones_own_data_are_found(
     mine = shutil.copytree(small.folder / "reference", tmp_path / "golden" / "mytop")
     (mine / certificate.FILE).write_bytes(b"nothing that anybody wrote")
     monkeypatch.chdir(tmp_path)
-    assert main(["golden", "certify", "mytop", "--check"]) == 1
-    assert "mytop: refused: the certificate cannot be read" in capsys.readouterr().out
+    said = "mytop: refused: the certificate cannot be read"
+    assert said in golden("certify", "mytop", "--check", folder=None, status=1)
 
 
 @pytest.mark.parametrize("place", ["empty", "missing"])
@@ -139,12 +124,9 @@ def test_certificates_of_ones_own_data_are_found(
     "what", ["verify", "verify --json", "certify", "certify --check", "certify --check --json"]
 )
 def test_nothing_to_look_at_is_no_pass(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], what: str, place: str
+    golden: Golden, tmp_path: Path, what: str, place: str
 ) -> None:
     pytest.importorskip("flint", reason="needs the extra certify")
     (tmp_path / "empty").mkdir()
-    assert main(["golden", *what.split(), "--folder", str(tmp_path / place)]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert f"golden data: got none in {tmp_path / place}, expected" in captured.err
-    assert captured.err.count("\n") == 1
+    said = golden(*what.split(), folder=tmp_path / place, status=2)
+    assert f"golden data: got none in {tmp_path / place}, expected" in said

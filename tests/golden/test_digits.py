@@ -1,7 +1,5 @@
 """What is printed of an entry is what all computed values round to."""
 
-from __future__ import annotations
-
 import math
 import random
 from decimal import Decimal, localcontext

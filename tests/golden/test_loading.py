@@ -1,10 +1,8 @@
-"""Loaded numbers are the printed ones, the pose has as many digits, damage is not handed out."""
-
-from __future__ import annotations
+"""Tables are what they parse to, loaded numbers the printed ones; damage is not handed out."""
 
 import math
 from decimal import Decimal
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mpmath
 import pandas
@@ -21,7 +19,44 @@ from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from tt_precise.golden.loading import Numbers
+    pass
+
+
+TEXT = "t,kx\n0,1.0e-1\n0.01,\n"
+
+
+def test_a_table_comes_back_from_its_own_csv() -> None:
+    table = Table.parse(TEXT)
+    assert table.columns == ("t", "kx")
+    assert table.column("kx") == ("1.0e-1", "")
+    assert table.csv() == TEXT
+    assert table.floats("t") == (0.0, 0.01)
+    assert str(table.floats("kx")) == "(0.1, nan)"
+    empty = Table(("t", "kx"), ())
+    assert (empty.column("kx"), empty.floats("kx")) == ((), ())
+
+
+@pytest.mark.parametrize(
+    ("other", "same"),
+    [
+        # line ends and spaces are no content
+        (TEXT.replace("\n", "\r\n"), True), (TEXT.replace(",", " , ") + "\n\n", True),
+        (TEXT.replace("0.01", '"0.01"'), True), ("\n" + TEXT, True),
+        (TEXT.replace("1.0e-1", "1.1e-1"), False), (TEXT.replace("0.01,\n", ""), False),
+        ("kx,t\n1.0e-1,0\n", False),
+    ],
+)  # fmt: skip
+def test_content_alone_changes_the_hash(other: str, same: bool) -> None:
+    assert (Table.parse(other).sha256 == Table.parse(TEXT).sha256) is same
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("", "header"), ("t,t\n0,0\n", "twice"), ("t,kx\n0,1\n0,1,2\n", "line 3")],
+)
+def test_refuses_what_is_no_table(text: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        Table.parse(text)
 
 
 def test_floats_are_correctly_rounded(small: Small) -> None:
@@ -30,8 +65,7 @@ def test_floats_are_correctly_rounded(small: Small) -> None:
     for name in text.columns:
         assert frame[name].dtype == float
         for value, cell in zip(frame[name], text.column(name), strict=True):
-            error = abs(Decimal(value) - Decimal(cell))
-            assert error <= Decimal(math.ulp(value)) / 2
+            assert abs(Decimal(value) - Decimal(cell)) <= Decimal(math.ulp(value)) / 2
 
 
 def test_brings_events_and_manifest(small: Small) -> None:
@@ -54,7 +88,7 @@ def test_mpmath_numbers_keep_all_digits(small: Small) -> None:
 
 
 @pytest.mark.parametrize("numbers", ["float", "exact"])
-def test_undefined_entries_are_missing(numbers: Numbers) -> None:
+def test_undefined_entries_are_missing(numbers: Any) -> None:
     frame = tt.golden.load("upright", numbers)
     assert frame["phi_dot"].isna().all()
     assert not frame["omega_3"].isna().any()

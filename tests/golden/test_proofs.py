@@ -1,7 +1,5 @@
 """Proofs beside golden data: every damage to them is found and named, and ends what they prove."""
 
-from __future__ import annotations
-
 import json
 import random
 import shutil
@@ -17,9 +15,9 @@ from typing import Any
 import mpmath
 import pytest
 
-from tests.golden.tables import edit_cell
+from tests.golden.tables import edit_cell, edit_json
 from tt_precise.golden import proofs, store
-from tt_precise.golden.digits import last_place
+from tt_precise.golden.digits import EXACT, last_place
 from tt_precise.golden.proofs import ENCLOSURE, EVENTS_ENCLOSURE, PROOF, Interval, established
 from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
 from tt_precise.golden.table import Table
@@ -42,40 +40,23 @@ def scene() -> Scene:
     return load_scene(NAME)
 
 
-def edit(folder: Path, file: str, change: Callable[[str], str]) -> None:
-    path = folder / NAME / file
-    before = path.read_text()
-    path.write_text(change(before))
-    assert path.read_text() != before
-
-
-def edit_proof(folder: Path, change: Callable[[dict[str, Any]], None], *, seal: bool) -> None:
-    def changed(text: str) -> str:
-        content = json.loads(text)
-        change(content)
-        return store.proof_text(content) if seal else json.dumps(content)
-
-    edit(folder, PROOF, changed)
+def edit_proof(folder: Path, change: Callable[[dict[str, Any]], object], *, seal: bool) -> None:
+    edit_json(folder / NAME / PROOF, change, store.proof_text if seal else json.dumps)
 
 
 def added(folder: Path, file: str, line: int, column: str, count: int) -> None:
     """Add ``count`` units in the last place to one cell of a table."""
 
     def change(cell: str) -> str:
-        mantissa, e, power = cell.partition("e")
-        lead, point, decimals = mantissa.partition(".")
-        digits = str(int(lead + decimals) + count)
-        cut = len(digits) - len(decimals)
-        return f"{digits[:cut]}{point}{digits[cut:]}{e}{power}"
+        return str(EXACT.add(Decimal(cell), count * Decimal(f"1e{last_place(cell)}")))
 
     edit_cell(folder / NAME / file, line, column, change)
 
 
 def problems(folder: Path) -> list[str]:
-    stored = store.read(NAME, folder)
     record = proofs.read(NAME, folder)
     assert record is not None
-    return proofs.complaints(stored, record)
+    return proofs.complaints(store.read(NAME, folder), record)
 
 
 def refused(scene: Scene, folder: Path) -> str:
@@ -90,14 +71,13 @@ def test_the_committed_proof_establishes_its_scene(scene: Scene) -> None:
     assert proof is not None, why
     assert (proof.record.complete, proof.record.digits) == (True, 34)
     assert proof.contact["g_n_positive"] is True
-    for definition in "ABC":
-        for which in ("t_init", "t_end"):
-            moment = proof.moment(definition, which)
-            assert moment is not None
-            assert moment.high - moment.low < Fraction(1, 10**25)
-            # the scene begins where the climb does: that time is known exactly
-            begins = which == "t_init" and moment.low == moment.high == 0
-            assert begins or 0 < moment.low < moment.high
+    for definition, which in product("ABC", ("t_init", "t_end")):
+        moment = proof.moment(definition, which)
+        assert moment is not None
+        assert moment.high - moment.low < Fraction(1, 10**25)
+        # the scene begins where the climb does: that time is known exactly
+        begins = which == "t_init" and moment.low == moment.high == 0
+        assert begins or 0 < moment.low < moment.high
     assert proof.moment("D", "t_init") is None
 
 
@@ -128,34 +108,25 @@ def test_enclosures_hold_what_is_exact(scene: Scene) -> None:
         assert ball.low <= exact <= ball.high < ball.low + Fraction(1, 10**30)
 
 
-def test_an_edited_proof_is_found(folder: Path, scene: Scene) -> None:
-    edit_proof(folder, lambda stated: stated["contact"].update(g_n_positive=False), seal=False)
-    found = problems(folder)
-    assert found == [f"{PROOF}: edited after it was written"]
-    assert established(scene, folder) == (None, found[0])
-    assert inspect(NAME, folder)[1] == found
-
-
-def test_a_spoiled_enclosure_is_found_and_named(folder: Path, scene: Scene) -> None:
+def test_an_edited_proof_or_enclosure_is_found_and_named(folder: Path, scene: Scene) -> None:
     added(folder, ENCLOSURE, 7, "Ly", 5000)
     assert problems(folder) == [f"{ENCLOSURE}: changed since it was written"]
     assert refused(scene, folder)
+    edit_proof(folder, lambda stated: stated["contact"].update(g_n_positive=False), seal=False)
+    found = problems(folder)
+    assert found[0] == f"{PROOF}: edited after it was written"
+    assert established(scene, folder) == (None, found[0])
+    assert inspect(NAME, folder)[1] == found
 
 
 @pytest.mark.parametrize(
     ("file", "column", "count"),
     [
-        (TRAJECTORY, "theta", 1),
-        (TRAJECTORY, "phi_dot", 1),
-        (TRAJECTORY, "nu_y", -1),
-        (EVENTS, "t", 4_999_999_999_999),
-        (EVENTS, "Lx", 999_999),
-        (EVENTS, "t", 1),
-        (EVENTS, "kz", -1),
-        (EVENTS, "theta", 1),
-        (EVENTS, "omega_3", 1),
+        (TRAJECTORY, "theta", 1), (TRAJECTORY, "phi_dot", 1), (TRAJECTORY, "nu_y", -1),
+        (EVENTS, "t", 4_999_999_999_999), (EVENTS, "Lx", 999_999), (EVENTS, "t", 1),
+        (EVENTS, "kz", -1), (EVENTS, "theta", 1), (EVENTS, "omega_3", 1),
     ],
-)
+)  # fmt: skip
 def test_every_printed_number_is_held_against_its_enclosure(
     folder: Path, file: str, column: str, count: int
 ) -> None:
@@ -175,6 +146,7 @@ def _moved(content: dict[str, Any]) -> None:
     ball["middle"] = str(Decimal(ball["middle"]) + Decimal("1e-32"))
 
 
+KX, T = (lambda c: c[TRAJECTORY]["columns"]["kx"]), (lambda c: c[EVENTS]["columns"]["t"])
 EDITS: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "contact": (lambda c: c["contact"].update(g_n_at_least_mg="0.9"), "contact force"),
     "energy": (lambda c: c["contact"].update(energy_never_grows=False), "energy may grow"),
@@ -187,10 +159,10 @@ EDITS: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "event counts": (lambda c: c["proved_events"].update(theta_min=999), "999 events theta_min"),
     "kinds of events": (lambda c: c["proved_events"].pop("equator"), "kinds of events"),
     "digits": (lambda c: c.update(digits=99), "digits is not the least"),
-    "digits of a column": (lambda c: c[TRAJECTORY]["columns"]["kx"].update(digits=35), "35 digits"),
-    "entries": (lambda c: c[EVENTS]["columns"]["t"].update(entries=7), "other entries of t"),
-    "rounded ones": (lambda c: c[EVENTS]["columns"]["t"].update(rounded=-1), "other entries of t"),
-    "wrong ones": (lambda c: c[EVENTS]["columns"]["t"].update(wrong=1), "1 entries of t are"),
+    "digits of a column": (lambda c: KX(c).update(digits=35), "35 digits"),
+    "entries": (lambda c: T(c).update(entries=7), "other entries of t"),
+    "rounded ones": (lambda c: T(c).update(rounded=-1), "other entries of t"),
+    "wrong ones": (lambda c: T(c).update(wrong=1), "1 entries of t are"),
     "rounded": (lambda c: c.update(rounded=7), "rounded is not the sum"),
 }
 
@@ -200,24 +172,24 @@ def test_a_proof_edited_with_its_seal_renewed_is_found(folder: Path, name: str) 
     change, complaint = EDITS[name]
     edit_proof(folder, change, seal=True)
     assert any(complaint in one for one in problems(folder))
+    if name == "digits":  # the list of scenes checks what it says
+        listed = proofs.summary(store.read(NAME, folder), folder)
+        assert listed == {"problem": f"{PROOF}: digits is not the least over the columns"}
 
 
-def test_the_list_checks_what_it_says(folder: Path) -> None:
-    edit_proof(folder, lambda content: content.update(digits=99), seal=True)
-    stated = proofs.summary(store.read(NAME, folder), folder)
-    assert stated == {"problem": f"{PROOF}: digits is not the least over the columns"}
-
-
-def test_other_events_are_not_those_that_were_proved(folder: Path, scene: Scene) -> None:
-    edit(folder, EVENTS, lambda text: text.replace(text.splitlines()[5] + "\n", ""))
-    assert any("not the table that was proved" in one for one in problems(folder))
-    assert refused(scene, folder)
-
-
-def test_another_scene_is_not_proved(folder: Path, scene: Scene) -> None:
+def test_other_events_and_another_scene_are_not_those_that_were_proved(
+    folder: Path, scene: Scene
+) -> None:
     body = replace(scene.body, mu=scene.body.mu + Fraction(1, 10**45))
     assert "another start, body or horizon" in refused(replace(scene, body=body), folder)
-    edit(folder, SCENE, lambda text: text.replace('mu = "0.3"', 'mu = "0.30001"'))
+    path = folder / NAME / EVENTS
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[:5] + lines[6:]))
+    assert any("not the table that was proved" in one for one in problems(folder))
+    assert refused(scene, folder)
+    path.write_text("".join(lines))
+    path = folder / NAME / SCENE
+    path.write_text(path.read_text().replace('mu = "0.3"', 'mu = "0.30001"'))
     assert problems(folder) == [f"{PROOF}: about another scene than {SCENE} says"]
 
 
@@ -262,23 +234,18 @@ def test_a_proof_by_another_prover_is_refused(folder: Path, scene: Scene, versio
     assert verify_scene(NAME, folder).verdict == "fail"
 
 
-ENDS = [Fraction(x) for x in ("-3", "-0.5", "0", "0.25", "2")]
-INTERVALS = [(a, b) for a, b in product(ENDS, ENDS) if a <= b]
-
-
-@pytest.mark.parametrize("one", INTERVALS, ids=str)
-def test_intervals_reach_from_the_least_corner_to_the_largest(
-    one: tuple[Fraction, Fraction],
-) -> None:
-    for other in INTERVALS:
-        for operation in (add, sub, mul, truediv):
-            if operation is truediv and other[0] <= 0 <= other[1]:
-                with pytest.raises(ZeroDivisionError):
-                    Interval(*one) / Interval(*other)
-                continue
-            corners = [operation(a, b) for a, b in product(one, other)]
-            found = operation(Interval(*one), Interval(*other))
-            assert (found.low, found.high) == (min(corners), max(corners))
+def test_intervals_reach_from_the_least_corner_to_the_largest() -> None:
+    ends = [Fraction(x) for x in ("-3", "-0.5", "0", "0.25", "2")]
+    intervals = [(a, b) for a, b in product(ends, ends) if a <= b]
+    for one, other, operation in product(intervals, intervals, (add, sub, mul, truediv)):
+        if operation is truediv and other[0] <= 0 <= other[1]:
+            with pytest.raises(ZeroDivisionError):
+                Interval(*one) / Interval(*other)
+            continue
+        corners = [operation(a, b) for a, b in product(one, other)]
+        found = operation(Interval(*one), Interval(*other))
+        assert (found.low, found.high) == (min(corners), max(corners))
+    for one, other in product(intervals, intervals):
         below = one[1] < other[0]
         assert (Interval(*one) < Interval(*other)) == below == (Interval(*other) > Interval(*one))
 
@@ -311,7 +278,10 @@ def printed(rng: random.Random) -> str:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_ball_comes_back_from_its_last_digits(seed: int) -> None:
-    """It holds the interval, and is as narrow as three more digits than are printed, or as it."""
+    """It holds the interval, and is as narrow as three more digits than are printed, or as it.
+
+    What it excludes by a comparison of integers is what fractions say.
+    """
     rng = random.Random(seed)
     for _ in range(100):
         text = rng.choice([printed(rng), "0"])
@@ -323,30 +293,6 @@ def test_a_ball_comes_back_from_its_last_digits(seed: int) -> None:
         found = Interval.of_ball(text, ball, SCALE)
         assert found.low <= middle - reach < middle + reach <= found.high
         assert found.high - found.low <= max(2 * unit, 40 * reach)
-
-
-@pytest.mark.parametrize(
-    ("text", "exact", "ball"),
-    [
-        (
-            "9.983341664682815230681419841062203e-2",
-            "9.983341664682815230681419841062202699e-2",
-            "62202699",
-        ),
-        ("-1.5e+0", "-1.4996", "14996"),
-        ("-1.000000000e+0", "-0.9999999996", "-400"),
-        ("0", "-4e-38", "-4"),
-    ],
-)
-def test_the_last_digits_of_a_ball(text: str, exact: str, ball: str) -> None:
-    number = Fraction(exact)
-    assert proofs.ball_text(text, number, number, SCALE) == ball
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_exclusion_is_what_fractions_say(seed: int) -> None:
-    """A comparison of integers, against intervals of exact numbers."""
-    rng = random.Random(seed)
     for _ in range(100):
         text = printed(rng)
         unit = Fraction(10) ** last_place(text)
@@ -356,6 +302,20 @@ def test_exclusion_is_what_fractions_say(seed: int) -> None:
         found = Interval.of_ball(text, ball, SCALE)
         apart = max(found.low - Fraction(text), Fraction(text) - found.high)
         assert proofs.excludes(text, ball, SCALE) == (apart > unit / 2), (text, ball)
+
+
+@pytest.mark.parametrize(
+    ("text", "exact", "ball"),
+    [
+        ("9.983341664682815230681419841062203e-2",
+         "9.983341664682815230681419841062202699e-2", "62202699"),
+        ("-1.5e+0", "-1.4996", "14996"),
+        ("-1.000000000e+0", "-0.9999999996", "-400"),
+        ("0", "-4e-38", "-4"),
+    ],
+)  # fmt: skip
+def test_the_last_digits_of_a_ball(text: str, exact: str, ball: str) -> None:
+    assert proofs.ball_text(text, Fraction(exact), Fraction(exact), SCALE) == ball
 
 
 @pytest.mark.parametrize(

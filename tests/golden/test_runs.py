@@ -1,7 +1,5 @@
 """Only what all runs agree on is published; events are changes of sign, and none is missing."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -9,8 +7,9 @@ from fractions import Fraction
 
 import pytest
 
-from tests.golden.conftest import Small
-from tests.golden.tables import with_cell
+from tests.conftest import Patch
+from tests.golden.conftest import Small, shortened
+from tests.golden.tables import other_digit, with_cell
 from tt_precise.golden.digits import ZERO, digits_of
 from tt_precise.golden.runs import (
     Run,
@@ -21,7 +20,6 @@ from tt_precise.golden.runs import (
     reconcile,
 )
 from tt_precise.golden.table import Table
-from tt_precise.scene.scene import Scene
 
 
 def spoiled(run: Run, row: int, column: str, cell: str, events: bool = False) -> Run:
@@ -40,9 +38,8 @@ def test_all_rows_have_34_digits(small: Small) -> None:
 @pytest.mark.parametrize("which", [1, 2])
 def test_one_deviating_run_costs_digits(small: Small, which: int) -> None:
     cell = small.runs[which].trajectory.column("theta")[2]
-    changed = cell[:12] + ("1" if cell[12] != "1" else "2") + cell[13:]
     runs = list(small.runs)
-    runs[which] = spoiled(runs[which], 2, "theta", changed)
+    runs[which] = spoiled(runs[which], 2, "theta", other_digit(cell, 12))
     consensus = reconcile(small.scene, runs)
     assert not consensus.complete
     assert digits_of(consensus.trajectory.column("theta")[2]) <= 11
@@ -50,8 +47,8 @@ def test_one_deviating_run_costs_digits(small: Small, which: int) -> None:
 
 
 def test_a_last_digit_that_agrees_by_luck_is_not_enough(small: Small) -> None:
-    changed = spoiled(small.runs[1], 2, "omega_3", "1.550000000000000000000000000000000")
-    runs = [spoiled(small.runs[0], 2, "omega_3", "1.5500000000000000000000000000000003"), changed]
+    cells = ("1.5500000000000000000000000000000003", "1.550000000000000000000000000000000")
+    runs = [spoiled(run, 2, "omega_3", x) for run, x in zip(small.runs, cells, strict=False)]
     consensus = reconcile(small.scene, runs)
     assert digits_of(consensus.trajectory.column("omega_3")[2]) == 34
     assert 33 < consensus.agreement < 35
@@ -112,11 +109,11 @@ def test_the_end_of_contact_is_the_last_event(small: Small) -> None:
 
 def test_a_vertical_axis_has_no_tilt(small: Small) -> None:
     run = spoiled(spoiled(small.runs[0], 1, "kx", "1e-50"), 1, "ky", "-1e-50")
-    row = reconcile(small.scene, [run, run]).trajectory
-    assert row.column("kx")[1] == ZERO
-    assert row.column("phi_dot")[1] == ""
-    assert row.column("omega_3")[1] != ""
-    assert reconcile(small.scene, [run, run]).contradictions == ()
+    consensus = reconcile(small.scene, [run, run])
+    kx, phi_dot, omega_3 = (consensus.trajectory.column(n)[1] for n in ("kx", "phi_dot", "omega_3"))
+    assert (kx, phi_dot) == (ZERO, "")
+    assert omega_3 != ""
+    assert consensus.contradictions == ()
 
 
 def test_simultaneous_events_keep_the_catalogue_order(small: Small) -> None:
@@ -146,12 +143,9 @@ def test_a_run_without_a_row_agrees_with_nothing(small: Small) -> None:
             reconcile(small.scene, runs)
 
 
-Shorten = Callable[[str, str], Scene]
-
-
-def test_cusps_are_no_change_of_sign(shorten: Shorten) -> None:
+def test_cusps_are_no_change_of_sign() -> None:
     # from phi_dot = 0 on ice, phi_dot comes back to 0 at each maximum of theta and turns there
-    scene = shorten("frictionless", "0.2")
+    scene = shortened("frictionless", "0.2")
     run = perform(Task(scene.name, scene.text, "mp", 160, "newton"))
     names = Counter(run.events.column("name"))
     assert names["theta_max"] == 5
@@ -159,7 +153,7 @@ def test_cusps_are_no_change_of_sign(shorten: Shorten) -> None:
     assert run.suspects == ()
 
 
-def test_what_does_not_alternate_is_suspect(small: Small, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_does_not_alternate_is_suspect(small: Small, monkeypatch: Patch) -> None:
     seen: list[tuple[str, int]] = []
 
     def suspected(found: Iterable[tuple[str, int]], _: object) -> tuple[str, ...]:

@@ -1,17 +1,17 @@
 """Golden data: where they lie, what is whole, and how a folder is replaced."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import tt_precise as tt
+from tests.conftest import Patch
 from tests.golden.conftest import Small, rehash
-from tests.golden.tables import edit_cell, other_digit
+from tests.golden.tables import edit_cell, edit_json, other_digit
 from tt_precise.golden import proofs, store
 from tt_precise.golden.store import MANIFEST, PROOF, PROVED, SCENE, TRAJECTORY
 from tt_precise.golden.verifying import inspect
@@ -51,6 +51,15 @@ def proof_of_others(place: Path) -> None:
     shutil.copy(store.home() / "steep" / PROOF, place)
 
 
+def problems(place: Path) -> list[str]:
+    return inspect(NAME, place.parent)[1]
+
+
+def edit_manifest(place: Path, change: Callable[[dict[str, Any]], object]) -> None:
+    """With a hash that fits."""
+    edit_json(place / MANIFEST, change, store.manifest_text)
+
+
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
@@ -70,30 +79,20 @@ def test_what_got_changed_is_not_used(
         path = store.home() / NAME / TRAJECTORY
         with pytest.raises(InputError, match=message):
             tt.check.conservation(path, NAME, folder=proved.parent)
-    assert inspect(NAME, proved.parent)[1]
+    assert problems(proved)
 
 
-def test_right_hashes_do_not_get_past_the_proof(proved: Path) -> None:
-    assert inspect(NAME, proved.parent)[1] == []
+def test_right_hashes_do_not_get_past_the_proof(proved: Path, monkeypatch: Patch) -> None:
+    assert problems(proved) == []
     flipped_under_right_hashes(proved)
-    stored, problems = inspect(NAME, proved.parent)
-    assert stored is not None
-    assert "not the table that was proved" in problems[0]
+    assert "not the table that was proved" in problems(proved)[0]
     # without its proof nothing in the folder knows, but the manifest, and for shipped data the code
     no_proof(proved)
-    assert "missing, but manifest.json records" in inspect(NAME, proved.parent)[1][0]
-    manifest = json.loads((proved / MANIFEST).read_text())
-    (proved / MANIFEST).write_text(store.manifest_text(store.with_proof(manifest, None)))
-    assert inspect(NAME, proved.parent)[1] == []
-
-
-def test_the_package_misses_a_shipped_proof(proved: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    flipped_under_right_hashes(proved)
-    no_proof(proved)
-    manifest = json.loads((proved / MANIFEST).read_text())
-    (proved / MANIFEST).write_text(store.manifest_text(store.with_proof(manifest, None)))
+    assert "missing, but manifest.json records" in problems(proved)[0]
+    edit_manifest(proved, lambda manifest: manifest.pop(store.PROOF_HASH))
+    assert problems(proved) == []
     monkeypatch.setattr(store, "home", lambda: proved.parent)
-    assert "the package knows of a proof" in inspect(NAME, proved.parent)[1][0]
+    assert "the package knows of a proof" in problems(proved)[0]
 
 
 def test_data_are_read_once_for_each_manifest(proved: Path) -> None:
@@ -124,20 +123,15 @@ def test_a_spoiled_proof_never_counts_as_the_recorded_one(proved: Path) -> None:
 def test_another_form_under_a_right_hash_is_refused(
     proved: Path, change: dict[str, object], what: str
 ) -> None:
-    content = json.loads((proved / MANIFEST).read_text("utf-8")) | change
-    del content[store.MANIFEST_HASH]
-    (proved / MANIFEST).write_text(store.manifest_text(content), "utf-8")
+    edit_manifest(proved, lambda manifest: manifest.update(change))
     with pytest.raises(InputError, match=what):
         store.read_whole(NAME, proved.parent)
 
 
-def test_one_way_to_name_golden_data(
-    small: Small, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_way_to_name_golden_data(small: Small, tmp_path: Path, monkeypatch: Patch) -> None:
     own = tmp_path / "golden"
     shutil.copytree(small.folder / "reference", own / "mytop")
-    manifest = json.loads((own / "mytop" / MANIFEST).read_text()) | {"scene": "mytop"}
-    (own / "mytop" / MANIFEST).write_text(store.manifest_text(manifest))
+    edit_manifest(own / "mytop", lambda manifest: manifest.update(scene="mytop"))
     toml = tmp_path / "mytop.toml"
     toml.write_text(small.scene.text)
     expected = tt.golden.load("reference", folder=small.folder)
@@ -158,7 +152,7 @@ def test_one_way_to_name_golden_data(
 
 
 def test_a_folder_in_the_working_directory_does_not_beat_the_package(
-    small: Small, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    small: Small, tmp_path: Path, monkeypatch: Patch
 ) -> None:
     shutil.copytree(small.folder / "reference", tmp_path / "reference")
     monkeypatch.chdir(tmp_path)
@@ -183,7 +177,7 @@ def test_a_folder_is_replaced_and_other_files_and_modes_stay(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("at", ["new", "old"])
 def test_an_interrupted_replacement_leaves_the_old_data(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at: str
+    tmp_path: Path, monkeypatch: Patch, at: str
 ) -> None:
     """Interrupted at either renaming; or killed between the two, which the next one mends."""
     target = tmp_path / "scene"
