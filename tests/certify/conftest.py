@@ -1,7 +1,5 @@
 """Golden tables as they would be, for any scene that is proved."""
 
-from __future__ import annotations
-
 from decimal import Decimal, localcontext
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The second checker: it accepts what is right, and no false certificate."""
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import lzma
@@ -20,6 +18,7 @@ from flint import arb, arb_poly
 
 import tt_precise as tt
 from tests.certify.conftest import altered, printed, seeds, stored_of, without
+from tests.conftest import Patch
 from tt_precise.certify import certificate, checker, checker_arithmetic, prove
 from tt_precise.certify.certificate import (
     FILE,
@@ -41,6 +40,7 @@ from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.vectors import dot
 from tt_precise.scene.scene import parse_scene
 
+Content = dict[str, Any]
 UNTIL = Fraction(1, 25)
 MOST_BYTES = 3_000_000
 
@@ -71,12 +71,12 @@ def content(stored: Stored) -> dict[str, Any]:
     return content_of(stored, prove(stored.scene))
 
 
-def refuses(stored: Stored, content: dict[str, Any], why: str = ".") -> None:
+def refuses(stored: Stored, content: Content, why: str = ".") -> None:
     with pytest.raises(Refused, match=why):
         check(stored, content)
 
 
-def test_what_is_right_is_accepted(stored: Stored, content: dict[str, Any]) -> None:
+def test_what_is_right_is_accepted(stored: Stored, content: Content) -> None:
     found = check(stored, unpacked(packed(content)))
     events = len(stored.events.rows)
     assert found == Accepted("reference", len(content["pieces"]), 5 * 14 + events * 15, events)
@@ -107,7 +107,7 @@ def test_the_flow_of_a_strongly_damped_motion(damping: int) -> None:
 # What the checker before this one accepted.
 
 
-def test_other_equations_on_the_way_are_refused(content: dict[str, Any]) -> None:
+def test_other_equations_on_the_way_are_refused(content: Content) -> None:
     """The same top on a rigid table, and any height."""
     whole = store.read("elastic-linear")
     assert 'until = "0.1"' in whole.scene_text
@@ -163,7 +163,7 @@ def test_a_start_is_measured_to_where_the_polynomial_begins() -> None:
     ids=["one digit", "0e9", "35 digits", "another form"],
 )  # fmt: skip
 def test_every_cell_has_all_digits_in_one_form(
-    stored: Stored, content: dict[str, Any], cell: Callable[[str], str]
+    stored: Stored, content: Content, cell: Callable[[str], str]
 ) -> None:
     for file in ("trajectory", "events"):
         rows = [
@@ -174,7 +174,7 @@ def test_every_cell_has_all_digits_in_one_form(
         refuses(altered(stored, file, table), content, "expected 0 or 34 digits")
 
 
-def test_events_are_in_order(stored: Stored, content: dict[str, Any]) -> None:
+def test_events_are_in_order(stored: Stored, content: Content) -> None:
     rows = tuple(sorted(stored.events.rows))
     assert rows != stored.events.rows
     refuses(altered(stored, "events", Table(stored.events.columns, rows)), content, "order")
@@ -203,7 +203,7 @@ def test_an_event_just_after_the_start_is_looked_for() -> None:
 KINDS = ("entry", "entry", "unit", "missing", "doubled", "swapped", "nonsense", "order", "bits")
 
 
-def spoiled(content: dict[str, Any], seed: int) -> dict[str, Any]:
+def spoiled(content: Content, seed: int) -> dict[str, Any]:
     """The certificate with a change of its meaning, its hash made to fit."""
     dice = random.Random(seed)
     pieces = [list(piece) for piece in content["pieces"]]
@@ -276,13 +276,11 @@ def altered_table(dice: random.Random, table: Table, kind: str) -> Table:
 
 
 @pytest.mark.parametrize("seed", seeds(9, 150))
-def test_changed_certificates_are_refused(
-    stored: Stored, content: dict[str, Any], seed: int
-) -> None:
+def test_changed_certificates_are_refused(stored: Stored, content: Content, seed: int) -> None:
     refuses(stored, spoiled(content, seed))
 
 
-def test_200_changed_tables_are_refused(stored: Stored, content: dict[str, Any]) -> None:
+def test_200_changed_tables_are_refused(stored: Stored, content: Content) -> None:
     enclosed = checker.enclose(stored.scene, content)
     assert compare(stored, enclosed).objection == ""
     for seed, kind in zip(range(200), cycle(OF_TABLES), strict=False):
@@ -293,7 +291,7 @@ def test_200_changed_tables_are_refused(stored: Stored, content: dict[str, Any])
 
 
 @pytest.mark.parametrize("other", [None, "another", 7, [], {}])
-def test_every_field_says_something(stored: Stored, content: dict[str, Any], other: Any) -> None:
+def test_every_field_says_something(stored: Stored, content: Content, other: Any) -> None:
     for name in content:
         left = {key: value for key, value in content.items() if key != name}
         for spoiled in ({**content, name: other}, left):
@@ -321,7 +319,7 @@ def test_recorded_angles_are_checked() -> None:
 
 @pytest.mark.proofs
 @pytest.mark.parametrize("name", ["frictionless", "rolling"])
-def test_what_only_touches_zero_is_no_event(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_only_touches_zero_is_no_event(name: str, monkeypatch: Patch) -> None:
     stored = beginning(name)
     content = content_of(stored, prove(stored.scene))
     assert check(stored, content).events == len(stored.events.rows)
@@ -403,7 +401,7 @@ def test_a_function_that_vanishes_formally_is_refused(name: str) -> None:
 # The file.
 
 
-def test_200_damaged_files_are_refused(content: dict[str, Any]) -> None:
+def test_200_damaged_files_are_refused(content: Content) -> None:
     data = packed(content)
     with pytest.raises(Refused, match="more than one"):
         unpacked(data + b" ")
@@ -421,7 +419,7 @@ def test_200_damaged_files_are_refused(content: dict[str, Any]) -> None:
     ids=["a bomb", "a deep nest"],
 )
 def test_what_would_fill_memory_or_stack_is_refused(
-    text: str, why: str, monkeypatch: pytest.MonkeyPatch
+    text: str, why: str, monkeypatch: Patch
 ) -> None:
     monkeypatch.setattr(certificate, "MOST_BYTES", 900_000)
     sealed = hashlib.sha256(text.encode()).hexdigest() + text
@@ -435,7 +433,7 @@ def test_what_would_fill_memory_or_stack_is_refused(
      (0, 10**9), (1, "1p-999999999999")],
 )  # fmt: skip
 def test_what_would_take_for_ever_is_refused(
-    stored: Stored, content: dict[str, Any], name: str | int, value: object
+    stored: Stored, content: Content, name: str | int, value: object
 ) -> None:
     """A number of the certificate, or of its first piece."""
     endless = {**content, "pieces": [[*piece] for piece in content["pieces"]]}
@@ -443,7 +441,7 @@ def test_what_would_take_for_ever_is_refused(
     refuses(stored, endless, "expected a whole number from")
 
 
-def test_another_scene_is_refused(stored: Stored, content: dict[str, Any]) -> None:
+def test_another_scene_is_refused(stored: Stored, content: Content) -> None:
     text = stored.scene_text.replace('mu = "0.3"', 'mu = "0.300000000000000000000000000001"')
     refuses(replace(stored, scene_text=text), content, "another scene")
 

@@ -1,7 +1,5 @@
 """A Monte Carlo of exact problems with closed-form solutions; zeros, and what stays zero."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -15,6 +13,7 @@ from flint import arb
 
 import tt_precise as tt
 from tests.certify.conftest import seeds
+from tests.conftest import Patch
 from tt_precise.certify import NotProved, Problem, balls, enclose, problem_of, prove, zeros
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.interval_newton import _Part
@@ -158,7 +157,7 @@ def test_a_steady_spin_is_exact(name: str) -> None:
     assert end["kz"].contains(-1 if name == "inverted" else 1)  # type: ignore[union-attr]
 
 
-def test_without_outward_rounding_nothing_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_outward_rounding_nothing_is_proved(monkeypatch: Patch) -> None:
     monkeypatch.setattr(balls, "ball", lambda value: ball(value).mid())
     with pytest.raises(NotProved, match="excludes the result"):
         enclose(oscillator(2, 1), BITS)

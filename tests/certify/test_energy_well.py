@@ -1,7 +1,5 @@
 """What holds a motion for ever by its energy: the algebra of the proof, and what denies it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction

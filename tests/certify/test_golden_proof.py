@@ -13,6 +13,7 @@ import pytest
 
 import tt_precise as tt
 from tests.certify.conftest import altered
+from tests.conftest import Patch
 from tests.golden.tables import other_digit, with_cell
 from tt_precise.certify.balls import NotProved
 from tt_precise.certify.certificate import FILE, Accepted, Refused, TooWide
@@ -216,9 +217,7 @@ def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, place: Pat
                 assert abs(ball.low / Fraction(printed) - 1) < Fraction(1, 10**33)
 
 
-def test_what_the_checker_refuses_is_not_written(
-    place: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_the_checker_refuses_is_not_written(place: Path, monkeypatch: Patch) -> None:
     def refused(*given: object) -> None:
         raise Refused("as if")
 
@@ -230,7 +229,7 @@ def test_what_the_checker_refuses_is_not_written(
     assert _run(NAME, "--folder", str(place.parent)) == 1
 
 
-def test_bits_are_added_where_the_checker_needs_them(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bits_are_added_where_the_checker_needs_them(monkeypatch: Patch) -> None:
     def narrow(stored: Stored, content: dict[str, Any], *_: object) -> Accepted:
         if content["bits"] < 264:
             raise TooWide("as if")
@@ -261,7 +260,7 @@ def test_a_wrong_scene_cannot_be_certified(stored: Stored, tmp_path: Path) -> No
     ],
 )  # fmt: skip
 def test_what_is_no_number_is_refused_before_anything_is_proved(
-    stored: Stored, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cell: str, file: str,
+    stored: Stored, tmp_path: Path, monkeypatch: Patch, cell: str, file: str,
     column: str,
 ) -> None:  # fmt: skip
     written(altered(stored, file, cell_of(1, column, cell)(stored.table(file))), tmp_path)
@@ -281,7 +280,7 @@ def test_what_is_no_number_is_refused_before_anything_is_proved(
     ],
 )
 def test_what_no_build_wrote_is_neither_proved_nor_sealed(
-    place: Path, monkeypatch: pytest.MonkeyPatch,
+    place: Path, monkeypatch: Patch,
     kept: Callable[[dict[str, Any]], dict[str, Any]], message: str,
 ) -> None:  # fmt: skip
     manifest = place / MANIFEST

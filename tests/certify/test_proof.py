@@ -12,6 +12,7 @@ from flint import arb
 
 import tt_precise as tt
 import tt_precise.certify
+from tests.conftest import Patch
 from tt_precise.certify import Enclosure, NotProved, Proof, interval_newton, problem_of, prove
 from tt_precise.certify.problem import units_of
 from tt_precise.golden import store
@@ -135,7 +136,7 @@ def test_an_elastic_table_lets_go_and_takes_again(pressed: tt.Scene) -> None:
 
 
 def test_a_table_that_would_push_before_the_top_is_above_it_proves_nothing(
-    pressed: tt.Scene, monkeypatch: pytest.MonkeyPatch
+    pressed: tt.Scene, monkeypatch: Patch
 ) -> None:
     # as if it fell to zero at a height of -1e-6 R, soon after the table let go
     monkeypatch.setattr(
@@ -153,7 +154,7 @@ def test_a_contact_that_sticks_is_refused(name: str) -> None:
         prove(name)
 
 
-def test_coulombs_law_is_not_blamed_without_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_coulombs_law_is_not_blamed_without_the_reason(monkeypatch: Patch) -> None:
     def failed(*given: object, **options: object) -> Enclosure:
         scene = tt.load_scene("coulomb-gliding")
         return Enclosure(problem_of(scene), 200, (), NotProved("S1", "bad luck"))
@@ -255,9 +256,7 @@ def test_a_climb_that_precesses_backwards_has_no_times_in_definition_c(short: tt
     assert times.B.t_init == 0
 
 
-def test_one_undecidable_event_leaves_the_others(
-    proof: Proof, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_undecidable_event_leaves_the_others(proof: Proof, monkeypatch: Patch) -> None:
     begins, whole = interval_newton.onset, proof.all_events
 
     def undecided(scene: tt.Scene, evaluate: Any) -> Any:

@@ -1,7 +1,5 @@
 """Taylor models and dual numbers, against exact arithmetic."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterator
 from fractions import Fraction

@@ -1,14 +1,17 @@
-from __future__ import annotations
-
+import io
+import shutil
+import subprocess
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy
 import pandas
 import pytest
 
 import tt_precise as tt
+from tests.conftest import Patch
 from tt_precise.check import run
 from tt_precise.mechanics.newton import NewtonState, angular_velocity
 from tt_precise.mechanics.quantities import Motion
@@ -16,6 +19,15 @@ from tt_precise.mechanics.quantities import Motion
 VECTORS = ["t", *NewtonState._fields]
 EULER = ["t", "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"]
 Healthy = Callable[..., pandas.DataFrame]
+check, matches = tt.check.conservation, tt.check.assert_matches_golden
+
+
+def refuses(message: str, source: Any, scene: Any = "reference", **words: Any) -> str:
+    """The one line with which a check refuses its input."""
+    with pytest.raises(tt.InputError, match=message) as refused:
+        check(source, scene, **words)
+    assert "\n" not in str(refused.value)
+    return str(refused.value)
 
 
 @pytest.fixture(autouse=True)
@@ -26,7 +38,7 @@ def _no_cause(request: pytest.FixtureRequest) -> None:
 
 
 @pytest.fixture
-def golden_data_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def golden_data_alone(monkeypatch: Patch) -> None:
     """No other check is made, which would take time and may not be what saves the gate."""
     monkeypatch.setattr(run, "checks_of", lambda scene: ())
     monkeypatch.setattr(run, "refuse_other_units", lambda *arguments: None)
@@ -83,3 +95,32 @@ def written(healthy: Healthy, tmp_path: Path) -> Path:
     path = tmp_path / "run.csv"
     healthy()[VECTORS].to_csv(path, index=False)
     return path
+
+
+INNER_HZ = 20_000  # of the engine's own steps
+Engine = Callable[..., pandas.DataFrame]
+
+
+@pytest.fixture(scope="session")
+def engine(tmp_path_factory: pytest.TempPathFactory) -> Engine:
+    """A test engine in C, with faults by name."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None:
+        pytest.skip("no C compiler: the engine with planted faults cannot be built")
+    program = tmp_path_factory.mktemp("engine") / "engine"
+    source = Path(__file__).with_name("engine.c")
+    subprocess.run([compiler, "-O2", "-Wall", "-o", program, source, "-lm"], check=True)
+    body = tt.load_scene("reference").body.numbers(float)
+    parts = [body.m, body.R, body.alpha, body.I1, body.I3, body.g]
+
+    def run(
+        hertz: float = 500, until: float = 1.0, law: str = "viscous", fault: str = "",
+        mu: float = 0.3, start: tuple[float, ...] = (0.1, 0.0, 0.0, 155.0),
+    ) -> pandas.DataFrame:  # fmt: skip
+        inner = max(1, round(INNER_HZ / hertz))
+        numbers = map(repr, (*parts, mu, *start))
+        command = [str(program), str(hertz), str(inner), str(until), law, fault or "none", *numbers]
+        text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        return pandas.read_csv(io.StringIO(text))
+
+    return run

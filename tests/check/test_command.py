@@ -1,97 +1,101 @@
 """``tt-precise check``: exit status, outputs, cold start, memory."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy
+import pyarrow
+import pyarrow.csv
 import pytest
 
 from tests.check.conftest import VECTORS
+from tests.conftest import Captured
+from tt_precise import load_scene
 from tt_precise.cli import main
+from tt_precise.mechanics.newton import NewtonState, rates
 
 
-def test_exit_status_and_json(written: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ["check", str(written), "--scene", "reference", "--json"]
-    assert main(arguments) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["schema"] == "tt_precise.check/1"
-    assert (found["verdict"], found["rows"]) == ("pass", 801)
-    names = {check["name"]: check for check in found["checks"]}
+def test_exit_status_and_json(written: Path, capsys: Captured) -> None:
+    def found(status: int, *options: str) -> Any:
+        assert main(["check", str(written), "--scene", "reference", "--json", *options]) == status
+        return json.loads(capsys.readouterr().out)
+
+    right = found(0)
+    assert right["schema"] == "tt_precise.check/1"
+    assert (right["verdict"], right["rows"]) == ("pass", 801)
+    names = {check["name"]: check for check in right["checks"]}
     assert {"jellett", "energy", "contact", "axis_norm", "golden", "routh"} <= names.keys()
     assert names["jellett"].keys() >= {"name", "verdict", "value", "limit", "at", "reason"}
-    assert main([*arguments, "--limit", "jellett=1e-20"]) == 1
-    assert json.loads(capsys.readouterr().out)["verdict"] == "fail"
+    assert found(1, "--limit", "jellett=1e-20")["verdict"] == "fail"
     both = ["--limit", "1e-9", "--limit", "axis_norm=1e-3"]
     for given in (both, both[2:] + both[:2]):  # the order does not matter
-        assert main([*arguments, *given]) == 0
-        limits = {c["name"]: c["limit"] for c in json.loads(capsys.readouterr().out)["checks"]}
+        limits = {check["name"]: check["limit"] for check in found(0, *given)["checks"]}
         assert (limits["jellett"], limits["axis_norm"]) == (1e-9, 1e-3)
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--limit", "jellett=x"], "--limit: got 'jellett=x', expected NAME=VALUE or VALUE"),
-        (["--limit", "jellett=1e-6", "--limit", "jellett=1e-3"], "--limit: got 'jellett=1e-3', "),
-        (["--limit", "1e-9", "--limit", "1e-6"], "expected NAME=VALUE or VALUE, each once"),
-        (["--limit", "=1e-6"], "--limit: got '=1e-6', expected NAME=VALUE or VALUE"),
-        (["--limit", "jelett=1"], "limit: got 'jelett', expected one of: time, jellett"),
-        (["--columns", "a=b"], "--columns: got 'b' as one of ours"),
-        (["--scene", "nonsense"], "scene: got 'nonsense'"),
-        (["--plot", "x.txt"], "got x.txt, expected a name that ends in .svg"),
-        (["--until", "-1"], "got no rows up to t = -1 s, expected a trajectory"),
-        (["--until", "x"], "expected a finite number"),
-        (["--junit", "/proc/nothing/x.xml"], "/proc/nothing/x.xml"),
+        ("--limit jellett=x", "--limit: got 'jellett=x', expected NAME=VALUE or VALUE"),
+        ("--limit jellett=1e-6 --limit jellett=1e-3", "--limit: got 'jellett=1e-3', "),
+        ("--limit 1e-9 --limit 1e-6", "expected NAME=VALUE or VALUE, each once"),
+        ("--limit =1e-6", "--limit: got '=1e-6', expected NAME=VALUE or VALUE"),
+        ("--limit jelett=1", "limit: got 'jelett', expected one of: time, jellett"),
+        ("--columns a=b", "--columns: got 'b' as one of ours"),
+        ("--scene nonsense", "scene: got 'nonsense'"),
+        ("--plot x.txt", "got x.txt, expected a name that ends in .svg"),
+        ("--until -1", "got no rows up to t = -1 s, expected a trajectory"),
+        ("--until x", "expected a finite number"),
+        ("--junit /proc/nothing/x.xml", "/proc/nothing/x.xml"),
     ],
 )
 def test_bad_arguments_are_one_line(
-    written: Path, arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+    written: Path, arguments: str, message: str, capsys: Captured
 ) -> None:
     scene = [] if "--scene" in arguments else ["--scene", "reference"]
-    assert main(["check", str(written), *scene, *arguments]) == 2
+    assert main(["check", str(written), *scene, *arguments.split()]) == 2
     captured = capsys.readouterr()
     assert message in captured.err
     assert captured.err.count("\n") == 1
 
 
-def test_files_are_written_whatever_the_verdict(written: Path, tmp_path: Path) -> None:
-    out = {name: tmp_path / f"out.{name}" for name in ("xml", "md", "svg")}
-    status = main(
-        [
-            "check", str(written), "--scene", "reference", "--limit", "1e-30",
-            "--junit", str(out["xml"]), "--markdown", str(out["md"]), "--plot", str(out["svg"]),
-        ]
-    )  # fmt: skip
-    assert status == 1
-    assert all(path.stat().st_size > 500 for path in out.values())
+@pytest.fixture
+def out(tmp_path: Path) -> dict[str, str]:
+    """Options, and the files that they ask for."""
+    files = {"junit": "out.xml", "markdown": "out.md", "plot": "out.svg"}
+    return {f"--{name}": str(tmp_path / file) for name, file in files.items()}
+
+
+def test_files_are_written_whatever_the_verdict(written: Path, out: dict[str, str]) -> None:
+    options = [word for pair in out.items() for word in pair]
+    assert main(["check", str(written), "--scene", "reference", "--limit", "1e-30", *options]) == 1
+    assert all(Path(path).stat().st_size > 500 for path in out.values())
 
 
 def test_unusable_input_stands_in_every_format(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, out: dict[str, str], capsys: Captured
 ) -> None:
-    out = {name: tmp_path / f"out.{name}" for name in ("xml", "md")}
-    arguments = ["--junit", str(out["xml"]), "--markdown", str(out["md"]), "--json"]
+    del out["--plot"]
     path = tmp_path / "run.csv"
     path.write_text("t,kx\n0,1\n")
-    assert main(["check", str(path), "--scene", "reference", *arguments]) == 2
+    options = [word for pair in out.items() for word in pair]
+    assert main(["check", str(path), "--scene", "reference", "--json", *options]) == 2
     printed = capsys.readouterr()
     (refused,) = json.loads(printed.out)["checks"]
     assert (refused["name"], refused["verdict"]) == ("input", "fail")
     assert "missing ky" in refused["reason"]
     assert refused["reason"] in printed.err
-    assert all("missing ky" in text.read_text() for text in out.values())
+    assert all("missing ky" in Path(text).read_text() for text in out.values())
 
 
 def test_renames_and_standard_input(written: Path, tmp_path: Path) -> None:
     theirs = written.read_text().replace("t,kx", "time,kx", 1)
+    words = ["check", "-", "--scene", "reference", "--columns", "time=t", "--until", "3"]
     run = subprocess.run(
-        [
-            sys.executable, "-m", "tt_precise.cli", "check", "-", "--scene", "reference",
-            "--columns", "time=t", "--until", "3",
-        ],
+        [sys.executable, "-m", "tt_precise.cli", *words],
         input=theirs, capture_output=True, text=True, check=False, cwd=tmp_path,
     )  # fmt: skip
     assert run.returncode == 0, run.stderr
@@ -113,13 +117,6 @@ def test_nothing_heavy_is_imported(written: Path) -> None:
 
 @pytest.mark.slow
 def test_ten_million_rows(tmp_path: Path) -> None:
-    import numpy
-    import pyarrow
-    import pyarrow.csv
-
-    from tt_precise import load_scene
-    from tt_precise.mechanics.newton import NewtonState, rates
-
     # the exact solution of a scene without a spike, sampled densely: a series about each sample
     # would do, but an upright spin is one in closed form, and costs the check just as much
     scene = load_scene("upright")

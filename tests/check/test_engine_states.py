@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 import tt_precise as tt
+from tests.conftest import Captured
 from tt_precise import cli
 from tt_precise.check.engine_states import CONVENTIONS, engine_columns
 from tt_precise.engines.scoreboard import ENGINES
@@ -16,7 +17,8 @@ from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
 
 UNTIL = "0.3"
-Saved = Callable[[dict[str, np.ndarray]], Path]
+Saved = Callable[..., Path]
+Columns = dict[str, np.ndarray]
 
 
 @pytest.fixture(scope="module")
@@ -29,22 +31,14 @@ def pose(scene: Scene) -> pd.DataFrame:
     return integrate(scene).frame(pose=True)
 
 
-def written(pose: pd.DataFrame, scene: Scene, engine: str) -> dict[str, np.ndarray]:
+def written(pose: pd.DataFrame, scene: Scene, engine: str) -> Columns:
     """The arrays as the engine would write them, made by hand from its documentation."""
     q, w, wb, v, x = (
-        pose[list(names)].to_numpy()
-        for names in (
-            ("qw", "qx", "qy", "qz"), ("wx", "wy", "wz"), ("wbx", "wby", "wbz"),
-            ("vcx", "vcy", "vcz"), ("x", "y", "z"),
-        )
-    )  # fmt: skip
-    k = np.column_stack(
-        [
-            2 * (q[:, 1] * q[:, 3] + q[:, 0] * q[:, 2]),
-            2 * (q[:, 2] * q[:, 3] - q[:, 0] * q[:, 1]),
-            1 - 2 * (q[:, 1] ** 2 + q[:, 2] ** 2),
-        ]
+        pose[names.split()].to_numpy()
+        for names in ("qw qx qy qz", "wx wy wz", "wbx wby wbz", "vcx vcy vcz", "x y z")
     )
+    a, b, c, d = q.T
+    k = np.column_stack([2 * (b * d + a * c), 2 * (c * d - a * b), 1 - 2 * (b * b + c * c)])
     arm = float(scene.body.alpha * scene.body.R) * k
     t = pose["t"].to_numpy()
     centre = v + np.cross(w, arm)
@@ -54,15 +48,16 @@ def written(pose: pd.DataFrame, scene: Scene, engine: str) -> dict[str, np.ndarr
         return {"t": t, "quaternion": q, "velocity": centre, "angular_velocity": w}
     if engine == "ode":
         return {"t": t, "quaternion": q, "velocity": v, "angular_velocity": w}
-    last = np.column_stack([q[:, 1:], q[:, 0]])
-    return {"time": t, "quaternion": last, "velocity": v, "angular_velocity": w}
+    return {"time": t, "quaternion": np.roll(q, -1, 1), "velocity": v, "angular_velocity": w}
 
 
 @pytest.fixture
-def saved(tmp_path: Path) -> Saved:
-    """The function that writes an engine's arrays into a file."""
+def saved(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> Saved:
+    """The function that writes an engine's arrays into a file, changed if need be."""
 
-    def save(arrays: dict[str, np.ndarray]) -> Path:
+    def save(engine: str, change: Callable[[Columns], object] = lambda arrays: None) -> Path:
+        arrays = written(pose, scene, engine)
+        change(arrays)
         np.savez(tmp_path / "run.npz", **arrays)  # type: ignore[arg-type]
         return tmp_path / "run.npz"
 
@@ -83,10 +78,8 @@ def test_every_engine_of_the_adapters_has_a_convention() -> None:
 
 # dart and exudyn share an entry with ode, the others with bullet
 @pytest.mark.parametrize("engine", ["mujoco", "drake", "ode", "bullet"])
-def test_each_engine_passes_in_its_own_convention_only(
-    engine: str, pose: pd.DataFrame, scene: Scene, saved: Saved
-) -> None:
-    path = saved(written(pose, scene, engine))
+def test_each_engine_passes_in_its_own_convention_only(engine: str, saved: Saved) -> None:
+    path = saved(engine)
     assert check(path, engine) == 0
     assert check(path, "ode" if engine == "bullet" else "rapier") in (1, 2)
 
@@ -103,10 +96,9 @@ def test_each_engine_passes_in_its_own_convention_only(
     ],
 )
 def test_the_engine_that_would_have_written_it_is_named(
-    written_by: str, read_as: str, named: str, friction: str, pose: pd.DataFrame, scene: Scene,
-    saved: Saved, capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
-    assert main(saved(written(pose, scene, written_by)), read_as, "--friction", friction) == 2
+    written_by: str, read_as: str, named: str, friction: str, saved: Saved, capsys: Captured
+) -> None:
+    assert main(saved(written_by), read_as, "--friction", friction) == 2
     assert f"if it is read with --from {named}; expected SI" in capsys.readouterr().err
 
 
@@ -123,23 +115,21 @@ def test_csv_says_the_same(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> 
         assert np.abs(found["vcy"] - pose["vcy"]).max() < 1e-13
 
 
-def test_the_origin_can_be_said(pose: pd.DataFrame, scene: Scene, saved: Saved) -> None:
-    arrays = written(pose, scene, "mujoco")
-    arrays["qvel"][:, :3] = pose[["vcx", "vcy", "vcz"]]
-    arrays["qpos"][:, :3] = pose[["x", "y", "z"]]
-    path = saved(arrays)
+def test_the_origin_can_be_said(pose: pd.DataFrame, saved: Saved) -> None:
+    def of_the_centre_of_mass(arrays: Columns) -> None:
+        arrays["qvel"][:, :3] = pose[["vcx", "vcy", "vcz"]]
+        arrays["qpos"][:, :3] = pose[["x", "y", "z"]]
+
+    path = saved("mujoco", of_the_centre_of_mass)
     assert check(path, "mujoco:cm") == 0
     assert check(path, "mujoco") in (1, 2)
 
 
-def test_the_name_of_the_file_is_shown(
-    pose: pd.DataFrame, scene: Scene, saved: Saved, capsys: pytest.CaptureFixture[str]
-) -> None:
-    arrays = written(pose, scene, "ode")
-    check(saved(arrays), "exudyn")
+def test_the_name_of_the_file_is_shown(saved: Saved, capsys: Captured) -> None:
+    check(saved("ode"), "exudyn")
     assert "run.npz against scene reference: pass" in " ".join(capsys.readouterr().out.split())
     # and where it is refused
-    path = saved({**arrays, "t": 1e3 * arrays["t"]})
+    path = saved("ode", lambda arrays: arrays.update(t=1e3 * arrays["t"]))
     assert main(path, "dart") == 2
     refused = capsys.readouterr().err
     assert f"{path}: " in refused
@@ -156,13 +146,10 @@ def test_the_name_of_the_file_is_shown(
         ("mujoco", "t", "no array t or time among qpos, qvel"),
     ],
 )
-def test_what_cannot_be_read(
-    pose: pd.DataFrame, scene: Scene, saved: Saved, engine: str, drop: str, said: str
-) -> None:
-    arrays = written(pose, scene, "mujoco")
-    arrays.pop(drop, None)
+def test_what_cannot_be_read(scene: Scene, saved: Saved, engine: str, drop: str, said: str) -> None:
+    path = saved("mujoco", lambda arrays: arrays.pop(drop, None))
     with pytest.raises(InputError, match=said):
-        engine_columns(saved(arrays), engine, scene)
+        engine_columns(path, engine, scene)
 
 
 def test_no_file_and_no_numbers(scene: Scene, tmp_path: Path) -> None:
@@ -174,11 +161,9 @@ def test_no_file_and_no_numbers(scene: Scene, tmp_path: Path) -> None:
             engine_columns(tmp_path / name, "mujoco", scene)
 
 
-def test_an_engines_file_is_read_by_the_assertions_too(
-    pose: pd.DataFrame, scene: Scene, saved: Saved
-) -> None:
-    path = saved(written(pose, scene, "mujoco"))
-    kept = tt.check.assert_conserves(path, "reference", engine="mujoco", friction="other")
-    assert kept["kinematics"].verdict == "pass"
-    with pytest.raises(tt.InputError, match="got 'ouija', expected one of: mujoco"):
-        tt.check.assert_conserves(path, "reference", engine="ouija")
+def test_an_engines_file_is_read_by_the_assertions_too(saved: Saved) -> None:
+    path, kept = saved("mujoco"), tt.check.assert_conserves
+    found = kept(path, "reference", engine="mujoco", friction="other")
+    assert found["kinematics"].verdict == "pass"
+    with pytest.raises(InputError, match="got 'ouija', expected one of: mujoco"):
+        kept(path, "reference", engine="ouija")

@@ -1,11 +1,10 @@
-"""The balance of changes and rates: its own error bound holds, at every sampling interval."""
+"""The balance of changes and rates, and solutions followed over a span: error bounds hold."""
 
-from __future__ import annotations
-
+import math
+from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from math import comb
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,14 +13,17 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tests.check.conftest import EULER, VECTORS, Healthy
+from tests.check.conftest import EULER, VECTORS, Engine, Healthy, check
 from tt_precise.check.columns import COLUMN_SETS, CheckSetup
-from tt_precise.check.equations import EPS, EquationResidual, SummedResidual, integral
+from tt_precise.check.equations import (
+    EPS,
+    MOST_STEPS,
+    EquationResidual,
+    SummedResidual,
+    follow,
+    integral,
+)
 from tt_precise.check.sources import open_source
-from tt_precise.engines.adapters import COLUMNS
-from tt_precise.engines.protocol import friction_of, job
-
-ENGINE = Path(__file__).parents[2] / "examples/engine.py"
 
 
 def balance(frame: pandas.DataFrame, columns: str, scene: str = "reference") -> tuple[Any, Any]:
@@ -38,8 +40,7 @@ def test_the_error_bound_holds(healthy: Healthy, columns: str, rows: int) -> Non
     resolved = found.bound < 1e-6
     error = numpy.abs(numpy.vstack((found.state, found.energy)))[:, resolved].max(axis=0)
     # the states themselves are rounded, and the coarser the steps, the larger their powers
-    rounding = 1e-12
-    assert (error <= found.bound[resolved] + rounding).all()
+    assert (error <= found.bound[resolved] + 1e-12).all()
     assert resolved.mean() > (0.99 if rows > 80 else 0.2)
 
 
@@ -54,86 +55,50 @@ def test_dense_rows_are_passed_over_and_nothing_is_lost(healthy: Healthy) -> Non
 
 
 def test_coarse_rows_are_reported_with_the_spacing_that_would_do(healthy: Healthy) -> None:
-    result = tt.check.conservation(healthy("reference", 9), "reference")
+    result = check(healthy("reference", 9), "reference")
     equations = result["equations"]
-    assert equations.verdict == "skipped"
+    assert (equations.verdict, result.passed) == ("skipped", True)
     assert equations.note.startswith("rows too far apart: ")
     assert "8 of 8 intervals too wide; rows 0.1 s apart would do" in equations.note
-    assert result.passed
-    closer = tt.check.conservation(healthy("reference", 81), "reference")["equations"]
-    assert closer.verdict == "pass"
-    assert "too wide" not in closer.note
+    closer = check(healthy("reference", 81), "reference")["equations"]
+    assert (closer.verdict, "too wide" in closer.note) == ("pass", False)
 
 
 def test_a_few_resolved_intervals_do_not_vouch_for_the_others(healthy: Healthy) -> None:
     """The last ten rows are of a top that has stopped gliding, at once."""
-    frame = healthy()
-    few = frame.iloc[[0, 1, 2, *range(80, 801, 80)]].copy()
+    few = healthy().iloc[[0, 1, 2, *range(80, 801, 80)]].copy()
     few.loc[80:, ["vx", "vy"]] = 0.0
-    result = tt.check.conservation(few[VECTORS], "reference")
+    result = check(few[VECTORS], "reference")
     for name in ("equations", "energy_balance"):
         assert result[name].verdict == "skipped"
         assert "; 10 of 12 intervals too wide" in result[name].note
 
 
-@pytest.mark.parametrize("columns", ["vectors", "Euler"])
+@pytest.mark.parametrize(("name", "columns"), [("Ly", VECTORS), ("theta_dot", EULER)])
 @pytest.mark.parametrize("size", [1e-3, 1e6, 1e30])
 def test_a_wrong_first_row_fails_however_wrong_it_is(
-    healthy: Healthy, columns: str, size: float
+    healthy: Healthy, name: str, columns: list[str], size: float
 ) -> None:
     """Nothing can be followed from it, and it says what the others are measured in."""
-    name, kept = {"vectors": ("Ly", VECTORS), "Euler": ("theta_dot", EULER)}[columns]
-    frame = healthy("reference", 801)[kept]
-    assert tt.check.conservation(frame, "reference").passed
+    frame = healthy("reference", 801)[columns]
     frame.loc[0, name] += size * abs(frame[name]).max()
-    found = tt.check.conservation(frame, "reference")["equations"]
+    found = check(frame, "reference")["equations"]
     assert (found.verdict, "too wide" in found.note) == ("fail", False)
 
 
-def simulated(change: tuple[str, str]) -> pandas.DataFrame:
-    """Rows of examples/engine.py, changed, on the reference scene: every 1 ms to 0.2 s."""
-    text = ENGINE.read_text("utf-8")
-    assert change[0] in text
-    engine: dict[str, Any] = {"__name__": "engine"}
-    exec(compile(text.replace(*change), "engine.py", "exec"), engine)
-    scene = tt.load_scene("reference").varied(until="0.2", sample_every="0.001")
-    asked = job(scene, Fraction(1, 2000), friction_of(scene))
-    start = asked["start"]
-    y = start["quaternion_wxyz"] + start["angular_velocity"] + start["velocity"]
-    rows = [[0.0, *y]]
-    for t in asked["sample_times"][1:]:
-        for _ in range(2):
-            y = engine["step"](asked, y, asked["step"])
-        rows.append([t, *y])
-    return pandas.DataFrame(rows, columns=list(COLUMNS))
-
-
-@pytest.fixture(scope="module")
-def of_simulators() -> dict[str, pandas.DataFrame]:
-    return {
-        "healthy": simulated(("t - (I3", "t - (I3")),
-        "no gyroscopic term": simulated(("t - (I3", "t - 0 * (I3")),
-        "mu off by 1e-3": simulated(
-            ("-ratio * slip[0], -ratio", "-1.001 * ratio * slip[0], -1.001 * ratio")
-        ),
-    }
-
-
 @pytest.mark.parametrize("every_ms", [1, 2, 5, 10, 20])
-def test_a_wrong_term_is_found_at_every_spacing(
-    of_simulators: dict[str, pandas.DataFrame], every_ms: int
-) -> None:
-    found = {
-        name: tt.check.conservation(frame[::every_ms], "reference", until=0.2)["equations"]
-        for name, frame in of_simulators.items()
-    }
-    # RK4 at 0.5 ms is off by 1e-8 to 1e-7; the terms by what the 1 ms rows say, within a factor
-    assert found["healthy"].verdict == "pass"
-    value = {name: one.value or 0.0 for name, one in found.items()}
-    assert value["healthy"] < 1e-6 / 5
-    for name, size in (("no gyroscopic term", 1e-3), ("mu off by 1e-3", 2e-5)):
-        assert found[name].verdict == "fail"
-        assert size / 4 < value[name] < 4 * size, name
+def test_a_wrong_term_is_found_at_every_spacing(engine: Engine, every_ms: int) -> None:
+    def found(**words: Any) -> Any:
+        return check(engine(1000, 0.2, **words)[::every_ms], "reference", until=0.2)["equations"]
+
+    # the engine is off by 1e-8; the terms by what the 1 ms rows say, within a factor
+    healthy = found()
+    assert healthy.verdict == "pass"
+    assert healthy.value < 1e-6 / 5
+    for words, size in (({"fault": "no gyroscopic term"}, 1e-3), ({"mu": 0.3003}, 2e-5)):
+        wrong = found(**words)
+        assert wrong.verdict == "fail"
+        assert size / 4 < wrong.value < 4 * size, words
 
 
 @pytest.mark.parametrize("columns", ["vectors", "Euler"])
@@ -150,14 +115,14 @@ def test_a_rolling_top_has_no_power_and_no_velocity_of_its_own(
 def test_between_sticking_and_slipping_other_equations_are_found() -> None:
     scene = tt.load_scene("coulomb-stick-slip")
     frame = pandas.DataFrame(tt.golden.load(scene.name))[VECTORS]
-    healthy = tt.check.conservation(frame, scene)["equations"]
+    healthy = check(frame, scene)["equations"]
     # the joints are no question of the spacing
     assert "intervals hold a stick or slip, or are too wide" in healthy.note
     assert "apart would do" not in healthy.note
     for name in ("mu", "I3"):
         more = {name: getattr(scene.body, name) * Fraction("1.001")}
         other = replace(scene, body=replace(scene.body, **more))
-        assert tt.check.conservation(frame, other)["equations"].verdict == "fail", name
+        assert check(frame, other)["equations"].verdict == "fail", name
 
 
 def test_what_was_summed_so_far_goes_on_in_the_next_block() -> None:
@@ -165,11 +130,9 @@ def test_what_was_summed_so_far_goes_on_in_the_next_block() -> None:
     residual: Any = SimpleNamespace(setup=SimpleNamespace(joins=False))
     total = SummedResidual(residual, "state", 0.5)
     samples: Any = SimpleNamespace(t=numpy.array([0.0, 1.0]))
+    nothing, ends = numpy.zeros(1), numpy.array([1])
     for off, expected in ((1.0, 1.0), (2.0, 3.0)):
-        found = SimpleNamespace(
-            bound=numpy.zeros(1), within=numpy.zeros(1), ends=numpy.array([1]),
-            state=numpy.array([[off]]),
-        )  # fmt: skip
+        found = SimpleNamespace(bound=nothing, within=nothing, ends=ends, state=[[off]] * ends)
         residual.balance = lambda _, found=found: found
         assert total(samples).tolist() == pytest.approx([0, expected])
 
@@ -185,3 +148,55 @@ def test_hermites_rule_is_exact_up_to_its_degree_and_not_beyond() -> None:
             error = abs(found * (degree + 1) - 1)
             # the weights alternate: their sum loses up to 2^terms eps
             assert (error < 2 ** (2 * terms) * EPS) == exact, (terms, degree, error)
+
+
+# Solutions followed over a span: closed forms, and an error that is not beyond its bound.
+
+ONE = numpy.ones(1)
+
+
+def oscillator(y: tuple[Any, ...]) -> list[Any]:
+    return [y[1], -y[0]]
+
+
+def growing(y: tuple[Any, ...]) -> list[Any]:
+    return [1.0 * y[0]]
+
+
+def test_every_row_ends_after_its_own_span() -> None:
+    spans = numpy.array([0.1, 1.0, 15.0])
+    start = numpy.array([[1.0, 1.0, 2.0], [0.0, 0.0, 0.0]])
+    found = follow(oscillator, start, spans, numpy.ones(2), 1e-9)
+    wanted = numpy.array([start[0] * numpy.cos(spans), -start[0] * numpy.sin(spans)])
+    assert (abs(found.state - wanted) <= found.error).all()
+    assert (found.error < 100 * EPS).all()  # 24 steps of a motion in which nothing grows
+    assert (found.reached == spans).all()
+
+
+@pytest.mark.parametrize("span", [1.0, 5.0, 10.0])
+def test_the_error_bound_grows_as_the_solution_does(span: float) -> None:
+    found = follow(growing, numpy.array([[1.0]]), span * ONE, ONE, 1e-6)
+    assert abs(found.state[0, 0] - math.exp(span)) <= found.error[0]
+    assert 4 * EPS * math.exp(span) < found.error[0] < 400 * EPS * math.exp(span)
+
+
+@pytest.mark.parametrize(
+    ("rates", "start", "span", "least", "most"),
+    [
+        # 4 eps e^t passes 1e-9 at t = 14; some eps a step come on top
+        (growing, [1.0], 30.0, 8.0, 14.0),
+        # x = 1/(1 - t)
+        (lambda y: [y[0] * y[0]], [1.0], 2.0, 0.9, 1.0),
+        (growing, [math.nan], 1.0, 0.0, 0.0),
+        # a step is some e^-2 of the radius that twenty terms show: 20!^(1/20) = 8.3
+        (oscillator, [1.0, 0.0], 1e6, 1.01 * MOST_STEPS, 1.24 * MOST_STEPS),
+    ],
+)
+def test_what_cannot_be_followed_is_given_up_where_it_cannot(
+    rates: Callable[..., Any], start: list[float], span: float, least: float, most: float
+) -> None:
+    y = numpy.array(start)[:, None]
+    with numpy.errstate(all="ignore"):
+        found = follow(rates, y, span * ONE, numpy.ones(len(y)), 1e-6 if len(y) > 1 else 1e-9)
+    assert found.error[0] == numpy.inf
+    assert least <= found.reached[0] <= most

@@ -1,27 +1,30 @@
 """The result in every form that it takes."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
-import pandas
+import numpy
 import pytest
 
 import tt_precise as tt
-from tests.check.conftest import Healthy
+from tests.check.conftest import Healthy, check, matches
+from tests.conftest import Patch
+from tt_precise.check import run
 from tt_precise.check.checks import checks_of
 from tt_precise.check.result import MOST_POINTS, RunningWorst
 from tt_precise.cli import main
+from tt_precise.golden import store
 
 
 @pytest.fixture
 def failing(healthy: Healthy) -> tt.check.Result:
     frame = healthy()
     frame.loc[400:, "Lz"] *= 1 + 1e-3
-    return tt.check.conservation(frame, "reference")
+    return check(frame, "reference")
 
 
 def test_the_table_fits_a_screen(failing: tt.check.Result) -> None:
@@ -35,15 +38,11 @@ def test_the_table_fits_a_screen(failing: tt.check.Result) -> None:
 
 
 def test_the_frame_has_a_row_for_each_check(failing: tt.check.Result) -> None:
-    frame = failing.frame
-    assert list(frame["name"]) == [
-        "finite",
-        *(check.name for check in checks_of(tt.load_scene("reference"))),
-        "golden",
-    ]
-    assert set(frame["verdict"]) == {"pass", "fail", "skipped"}
-    assert frame.set_index("name").loc["jellett", "limit"] == 1e-6
-    assert failing["jellett"].at == frame.set_index("name").loc["jellett", "at"]
+    names = [one.name for one in checks_of(tt.load_scene("reference"))]
+    assert list(failing.frame["name"]) == ["finite", *names, "golden"]
+    assert set(failing.frame["verdict"]) == {"pass", "fail", "skipped"}
+    jellett = failing.frame.set_index("name").loc["jellett"]
+    assert (jellett["limit"], jellett["at"]) == (1e-6, failing["jellett"].at)
     with pytest.raises(KeyError):
         failing["nonsense"]
 
@@ -53,8 +52,7 @@ def test_the_notebook_and_the_job_summary_show_the_failure(failing: tt.check.Res
     tree = ElementTree.fromstring(f"<div>{html}</div>")
     assert len(tree.findall(".//tbody/tr")) == len(failing.checks)
     assert "FAIL" in html
-    markdown = failing.markdown()
-    rows = [line for line in markdown.splitlines() if line.startswith("| `")]
+    rows = [line for line in failing.markdown().splitlines() if line.startswith("| `")]
     assert len(rows) == len(failing.checks)
     assert sum("**fail**" in row for row in rows) == len(failing.failures)
 
@@ -73,26 +71,20 @@ def test_junit_counts_what_it_holds(failing: tt.check.Result) -> None:
 def test_json_is_json_even_where_a_value_is_infinite(healthy: Healthy) -> None:
     frame = healthy()
     frame.loc[400, "Lz"] = 1e308
-    result = tt.check.conservation(frame, "reference")
-
-    def refuse(text: str) -> None:
-        raise AssertionError(f"{text} is no JSON")
-
-    found = json.loads(json.dumps(result.as_dict()), parse_constant=refuse)
-    assert found["verdict"] == "fail"
-    assert found["schema"] == "tt_precise.check/1"
+    text = json.dumps(check(frame, "reference").as_dict())
+    found = json.loads(text, parse_constant=lambda text: pytest.fail(f"{text} is no JSON"))
+    assert (found["verdict"], found["schema"]) == ("fail", "tt_precise.check/1")
 
 
-@pytest.mark.parametrize("suffix", ["svg", "png"])
-def test_the_plot_is_written(failing: tt.check.Result, tmp_path: Path, suffix: str) -> None:
+@pytest.mark.parametrize(("suffix", "begin"), [("svg", b"<?xml"), ("png", b"\x89PNG")])
+def test_the_plot_is_written(
+    failing: tt.check.Result, tmp_path: Path, suffix: str, begin: bytes
+) -> None:
     path = tmp_path / f"drift.{suffix}"
-    drawn = failing.plot(path)
-    begin = {"svg": b"<?xml", "png": b"\x89PNG"}[suffix]
+    axes = failing.plot(path).axes[0]
     assert path.read_bytes().startswith(begin)
-    axes = drawn.axes[0]
     assert axes.get_yscale() == "log"
-    legend = axes.get_legend()
-    assert legend is not None
+    legend: Any = axes.get_legend()
     labels = [text.get_text() for text in legend.get_texts()]
     drifts = {"jellett", "energy", "energy_balance", "equations", "friction_power", "axis_norm"}
     assert {label.split()[0] for label in labels} == {*drifts, "limit"}
@@ -101,10 +93,7 @@ def test_the_plot_is_written(failing: tt.check.Result, tmp_path: Path, suffix: s
 
 
 def test_a_curve_keeps_the_worst_of_a_long_trajectory() -> None:
-    import numpy
-
-    trace = RunningWorst()
-    rng = numpy.random.default_rng(7)
+    trace, rng = RunningWorst(), numpy.random.default_rng(7)
     for start in range(0, 200_000, 1000):
         values = rng.random(1000)
         if start == 77_000:
@@ -121,10 +110,8 @@ def test_a_curve_keeps_the_worst_of_a_long_trajectory() -> None:
     assert (nothing.worst, nothing.at) == (-numpy.inf, 1)
 
 
-def test_a_limit_of_one_check_alone_is_drawn(failing: tt.check.Result, tmp_path: Path) -> None:
-    path = tmp_path / "run.csv"
-    pandas.DataFrame(tt.golden.load("contact-lost")).to_csv(path, index=False)
-    picture = tmp_path / "drift.svg"
+def test_a_limit_of_one_check_alone_is_drawn(tmp_path: Path) -> None:
+    path, picture = store.home() / "contact-lost" / "trajectory.csv", tmp_path / "drift.svg"
     arguments = ["check", str(path), "--scene", "contact-lost", "--limit", "jellett=1e-5"]
     assert main([*arguments, "--plot", str(picture)]) == 0
     assert picture.read_bytes().startswith(b"<?xml")
@@ -147,19 +134,14 @@ def test_a_name_or_a_reason_cannot_forge_a_line(failing: tt.check.Result) -> Non
 
 
 def test_a_failed_assertion_shows_a_file_s_name_in_one_line(
-    failing: tt.check.Result, monkeypatch: pytest.MonkeyPatch
+    failing: tt.check.Result, monkeypatch: Patch
 ) -> None:
-    from tt_precise.check import run
-
     *others, golden = failing.checks
     failed = replace(failing, trajectory=FORGED, checks=(*others, replace(golden, verdict="fail")))
     monkeypatch.setattr(run, "conservation", lambda *given, **options: failed)
-    for check in (
-        lambda: tt.check.assert_conserves("x", "reference"),
-        lambda: tt.check.assert_matches_golden("x", "reference", digits=40),
-    ):
+    for checked in (tt.check.assert_conserves, partial(matches, digits=40)):
         with pytest.raises(AssertionError) as raised:
-            check()
+            checked("x", "reference")
         first, *lines = str(raised.value).splitlines()
         assert first == "a\\n### forged: pass\\u001b[2J\\u2028.csv against reference:"
         assert all(line.startswith("  ") for line in lines)

@@ -1,7 +1,5 @@
 """A small scene with golden data of its own, built once."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import asdict, dataclass
 from pathlib import Path
