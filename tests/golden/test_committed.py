@@ -5,7 +5,6 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
-from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,7 +13,7 @@ import pytest
 import tt_precise as tt
 from tests.conftest import Patch
 from tt_precise.golden import building, proofs, store
-from tt_precise.golden.digits import as_decimal, correct_digits, relative_error
+from tt_precise.golden.measuring import apart_of
 from tt_precise.golden.store import FILES, MANIFEST, MANIFEST_HASH, PROOF_HASH
 from tt_precise.golden.verifying import inspect
 from tt_precise.integration import integrate
@@ -115,10 +114,8 @@ def test_a_restart_from_the_initiation_goes_on_as_the_reference_does() -> None:
     for row in (0, 100, 300, 481):
         state = whole.at(Fraction(began[1]) + Fraction(golden.column("t")[row]))
         for name in EulerState._fields:
-            column = golden.column(name)
-            scale = max(abs(Decimal(other)) for other in column)
-            error = relative_error(as_decimal(state.values[name]), Decimal(column[row]), scale)
-            assert correct_digits(error) > 28
+            scale = max(abs(number) for number in golden.floats(name))
+            assert abs(apart_of(name, state.values[name], golden.column(name)[row])) < 1e-28 * scale
 
 
 @pytest.mark.golden

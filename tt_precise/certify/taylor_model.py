@@ -36,7 +36,7 @@ class Frame:
         self.beyond = around((end ** (degree + 1)).abs_upper())
 
 
-class TaylorModel:
+class TaylorModel(Ring):
     """A Taylor model: ``polynomial`` (an ``arb_poly``) on the interval of ``frame``."""
 
     __slots__ = ("frame", "polynomial")
@@ -70,22 +70,11 @@ class TaylorModel:
         return TaylorModel(self.polynomial + around(radius), self.frame)
 
     def __add__(self, other: Scalar) -> TaylorModel:
-        if isinstance(other, TaylorModel):
-            return TaylorModel(self.polynomial + other.polynomial, self.frame)
-        return TaylorModel(self.polynomial + other, self.frame)
-
-    __radd__ = __add__
+        more = other.polynomial if isinstance(other, TaylorModel) else other
+        return TaylorModel(self.polynomial + more, self.frame)
 
     def __neg__(self) -> TaylorModel:
         return TaylorModel(-self.polynomial, self.frame)
-
-    def __sub__(self, other: Scalar) -> TaylorModel:
-        if isinstance(other, TaylorModel):
-            return TaylorModel(self.polynomial - other.polynomial, self.frame)
-        return TaylorModel(self.polynomial - other, self.frame)
-
-    def __rsub__(self, other: Scalar) -> TaylorModel:
-        return TaylorModel(other - self.polynomial, self.frame)
 
     def __mul__(self, other: Scalar) -> TaylorModel:
         if isinstance(other, TaylorModel):
@@ -93,8 +82,6 @@ class TaylorModel:
         if isinstance(other, int | float) and other == 1:
             return self
         return TaylorModel(self.polynomial * other, self.frame)
-
-    __rmul__ = __mul__
 
     def inverse(self) -> TaylorModel:
         """The model of 1/g.

@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache, partial
 from pathlib import Path
@@ -26,7 +25,7 @@ import numpy
 from tt_precise.check.columns import TRACK, Block, CheckSetup, Samples
 from tt_precise.check.result import RunningWorst
 from tt_precise.golden import store
-from tt_precise.golden.digits import EXACT, as_decimal, correct_digits
+from tt_precise.golden.digits import correct_digits
 from tt_precise.golden.measuring import (
     RESOLVED,
     SAME_TIME,
@@ -34,6 +33,7 @@ from tt_precise.golden.measuring import (
     FewestDigits,
     Measured,
     TrueRows,
+    apart_of,
     ending,
     turned_back,
 )
@@ -382,7 +382,9 @@ class FreshSolution:
         errors, bounds = {}, {}
         for name, given in rows.values.items():
             if self._exact:
-                apart = self._apart(rows, numpy.flatnonzero(within), name, list(frame[name]))
+                cells = (rows.cells(row, [name])[0] for row in numpy.flatnonzero(within).tolist())
+                pairs = zip(cells, frame[name], strict=True)
+                apart = numpy.array([apart_of(name, cell, number) for cell, number in pairs])
             else:
                 apart = turned_back(name, given[within] - true[name])
             distances = numpy.full(len(times), math.nan)
@@ -402,19 +404,6 @@ class FreshSolution:
         if not self._exact:
             return list(map(Fraction, rows.t.tolist()))
         return [as_fraction(rows.cells(row, ["t"])[0]) for row in range(len(rows.t))]
-
-    @staticmethod
-    def _apart(
-        rows: OpenRows, within: numpy.ndarray, name: str, true: Sequence[str | None]
-    ) -> numpy.ndarray:
-        apart = []
-        for row, cell in zip(within.tolist(), true, strict=True):
-            given = as_decimal(rows.cells(row, [name])[0])
-            if given is None or cell is None:
-                apart.append(math.nan)
-            else:
-                apart.append(float(turned_back(name, EXACT.subtract(given, Decimal(cell)))))
-        return numpy.array(apart)
 
 
 def _golden_rows(setup: CheckSetup, folder: Folder) -> tuple[TrueRows | None, str, str]:

@@ -32,7 +32,6 @@ EXACT = Context(prec=400)  # enough bits that no difference of computed values i
 COARSE = Context(prec=9)  # for a count of digits
 PRINTED = re.compile(r"-?(?:0|\d(?:\.\d+)?e[+-]\d+)", re.ASCII)
 ZERO = "0"
-INFINITE = Decimal("Infinity")
 _FORMS = {
     "name": re.compile(r"\w+", re.ASCII),
     "t": re.compile(rf"{PRINTED.pattern}|\d+(?:\.\d+)?", re.ASCII),
@@ -154,18 +153,9 @@ def misprinted(file: str, table: Table, *, empty: bool = True) -> list[str]:
     ]
 
 
-def relative_error(value: Decimal | None, true: Decimal, size: Decimal) -> Decimal:
-    """Error of ``value`` relative to ``size``: its distance from ``true``; infinite if missing."""
-    if value is None:
-        return INFINITE
-    error = EXACT.subtract(value, true).copy_abs()
-    return COARSE.divide(error, size) if size else error and INFINITE
-
-
-def correct_digits(error: Decimal | float) -> float:
+def correct_digits(error: float) -> float:
     """Correct digits with a relative error, between 0 and 34."""
-    size = float(error)
-    return min(float(DIGITS), max(0.0, -math.log10(size))) if size else float(DIGITS)
+    return min(float(DIGITS), max(0.0, -math.log10(error))) if error else float(DIGITS)
 
 
 def as_decimal(value: Scalar) -> Decimal | None:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy
 
-from tt_precise.golden.digits import DIGITS, EXACT, as_decimal, correct_digits, relative_error
+from tt_precise.golden.digits import DIGITS, EXACT, as_decimal, correct_digits
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.digits import sizes
@@ -30,7 +30,7 @@ from tt_precise.taylor.series import SeriesFunctions, coefficients
 
 EPS = float(numpy.finfo(float).eps)
 TINY = float(numpy.finfo(float).tiny)
-FIGURES = 1e-8  # relative; an exact error is rounded to nine digits
+FIGURES = 1e-8  # relative; far above the rounding of an error
 FAR = 1000  # roundings; a larger error is known to three digits without regard to them
 SAME_TIME = 4 * EPS  # relative; a row at a golden time may miss it by a rounding
 LIFT_OFF = 1e-12  # relative; a last row may lie so far beyond the end of the solution
@@ -191,7 +191,10 @@ class TrueRows:
                 close.setdefault(at, []).append(name)
         for at, names in close.items():
             for name, given in zip(names, exactly(at, names), strict=True):
-                measured.errors[name][at] = self._exact_error(name, int(nearest[at]), given)
+                row = int(nearest[at])
+                error = abs(apart_of(name, given, self._cells[name][row]))
+                error = error and error / float(self._sizes[name][row])
+                measured.errors[name][at] = math.inf if math.isnan(error) else error
 
     def _measure_between(
         self,
@@ -232,14 +235,6 @@ class TrueRows:
         near -= abs(times[near - 1] - t) <= abs(times[near] - t)
         return near, t - times[near]
 
-    def _exact_error(self, name: str, row: int, given: Scalar) -> float:
-        true = Decimal(self._cells[name][row])
-        size = Decimal(self._sizes[name][row])
-        number = as_decimal(given)
-        if number is not None:
-            number = EXACT.add(true, turned_back(name, EXACT.subtract(number, true)))
-        return float(relative_error(number, true, size))
-
 
 def _nothing_measured(t: numpy.ndarray, names: list[str], compared: numpy.ndarray) -> Measured:
     errors, bounds = ({name: numpy.full(len(t), numpy.nan) for name in names} for _ in range(2))
@@ -253,6 +248,14 @@ def ending(status: str, t: float) -> str:
     if status == "contact_lost":
         return f'leaves the table at {t:.6g} s; {until}, or lost = "fly" in the scene\'s [contact]'
     return f"ends at t = {t:.6g} s: {status}; {until}"
+
+
+def apart_of(name: str, given: Scalar, cell: str | None) -> float:
+    """The exact difference of a number from the decimal ``cell``; NaN where one is missing."""
+    number = as_decimal(given)
+    if number is None or cell is None:
+        return math.nan
+    return float(turned_back(name, EXACT.subtract(number, Decimal(cell))))
 
 
 def turned_back(name: str, apart: Scalar) -> Scalar:

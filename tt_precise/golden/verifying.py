@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 from tt_precise.golden import proofs, store
 from tt_precise.golden.building import CONSTANT_TO, constancies, derive
-from tt_precise.golden.digits import EXACT, as_decimal, correct_digits, misprinted
+from tt_precise.golden.digits import correct_digits, misprinted
+from tt_precise.golden.measuring import apart_of
 from tt_precise.golden.runs import (
     LADDER,
     Run,
@@ -413,7 +414,8 @@ def _errors(cells: Sequence[str], fresh: Sequence[str], scale: float | None) -> 
     import numpy
 
     pairs = list(zip(cells, fresh, strict=False))
-    apart = [_apart(cell, other) if cell else 0.0 for cell, other in pairs]
+    apart = numpy.array([abs(apart_of("", new, cell)) if cell else 0.0 for cell, new in pairs])
+    apart[numpy.isnan(apart)] = numpy.inf
     near = numpy.abs([float(cell or 0) for cell, _ in pairs])
     if scale is not None and len(near):
         padded = numpy.pad(near, NEIGHBOURS)
@@ -421,11 +423,6 @@ def _errors(cells: Sequence[str], fresh: Sequence[str], scale: float | None) -> 
         near = numpy.maximum(windows.max(axis=1), scale * DECAYED)
     with numpy.errstate(all="ignore"):
         return numpy.where(numpy.equal(apart, 0), 0.0, numpy.divide(apart, near))
-
-
-def _apart(cell: str, fresh: str) -> float:
-    other = as_decimal(fresh)
-    return math.inf if other is None else abs(float(EXACT.subtract(other, Decimal(cell))))
 
 
 def _scales(stored: Stored) -> dict[str, float]:
