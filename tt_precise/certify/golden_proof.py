@@ -106,7 +106,6 @@ def certify(
     folder: Path | None = None,
     bits: int = BITS,
     pieces: bool = False,
-    progress: Progress = silent,
 ) -> Certificate:
     """Prove the golden data of ``scene``, and write the files if both programs do.
 
@@ -119,7 +118,7 @@ def certify(
     NotProved
         Nothing at all could be proved.
     """
-    made = proved(scene, folder, bits, progress=progress)
+    made = proved(scene, folder, bits)
     if made.complete:
         write(made, folder, pieces)
     return made
@@ -133,7 +132,7 @@ def attempted(scene: str, folder: Path | None, bits: int, pieces: bool) -> Certi
         return str(why)
 
 
-def proved(scene: str, folder: Path | None, bits: int, progress: Progress = silent) -> Certificate:
+def proved(scene: str, folder: Path | None, bits: int) -> Certificate:
     """What can be proved about golden data; nothing is written.
 
     The precision is raised until both programs decide every digit, or ``MOST_BITS`` are reached.
@@ -153,20 +152,20 @@ def proved(scene: str, folder: Path | None, bits: int, progress: Progress = sile
         for misprint in misprinted(file, stored.table(file)):
             raise InputError(f"{stored.name}: {misprint}")
     while True:
-        proof = prove(stored.scene, bits, progress=lambda done: progress(done / 2))
+        proof = prove(stored.scene, bits)
         made = compared(stored, proof)
         more = proof.complete and bits + MORE_BITS <= MOST_BITS
         if made.compared.settled or not more:
-            made = checked(stored, made, lambda done: progress((1 + done) / 2))
+            made = checked(stored, made)
             if not (more and isinstance(made.accepted, TooWide)):
                 return made
         bits += MORE_BITS
 
 
-def checked(stored: Stored, made: Certificate, progress: Progress = silent) -> Certificate:
+def checked(stored: Stored, made: Certificate) -> Certificate:
     """The same with what the second checker says of its pieces."""
     try:
-        accepted: Accepted | Refused = check(stored, unpacked(made.pieces), progress)
+        accepted: Accepted | Refused = check(stored, unpacked(made.pieces))
     except Refused as why:
         accepted = why
     return Certificate(made.record, made.compared, made.pieces, accepted)
