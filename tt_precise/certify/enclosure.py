@@ -164,7 +164,7 @@ class VerifiedStep:
             frame = Frame(self.piece.end, max(p.degree() for p in self.piece.polynomials))
             radii = zip(self.piece.polynomials, self.radius, strict=True)
             tube = [TaylorModel(p, frame).widened(radius) for p, radius in radii]
-            rates = self.problem.traced(self.problem.parameters(), tube)
+            rates = self.problem.rates_at(tube)
             return tuple(tube), tuple(
                 TaylorModel.of(rate, frame) * self.piece.unit for rate in rates
             )

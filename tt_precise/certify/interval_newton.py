@@ -25,7 +25,7 @@ from flint import arb
 from tt_precise.certify.balls import NotProved, between, fraction, largest
 from tt_precise.certify.enclosure import VerifiedStep
 from tt_precise.certify.onset import Onset, onset
-from tt_precise.certify.problem import FUNCTIONS, Function, Observer
+from tt_precise.certify.problem import Function, Observer
 from tt_precise.certify.taylor_model import DualNumber, TaylorModel
 from tt_precise.integration.events import event_named
 from tt_precise.scene.scene import Scene
@@ -192,10 +192,8 @@ class _Part:
 
     def derivative(self, order: int) -> TaylorModel:
         """The model of the derivative of this order divided by its factorial, in problem time."""
-        problem = self.step.problem
         tube = self.step.sharp[0] if self.sharp else self.step.tube
-        parameters = problem.parameters()
-        series = solution(lambda y: problem.rates(parameters, y, FUNCTIONS), tube)
+        series = solution(self.step.problem.rates_at, tube)
         values = self.function(series)
         assert isinstance(values, Series)  # a function of the state
         return TaylorModel.of(values[order], tube[0].frame)

@@ -127,7 +127,7 @@ def cross(problem: Problem, piece: Piece, errors: LohnerSet) -> Crossing:
         bent = [[spread * wi / wj for wj in weights] for wi in weights]
         at_end = [[p(end) for p in row] for row in flow]
         after = _after(errors, at_end, bent, [w * defect * gain for w in weights])
-        moving = problem.traced(problem.parameters(), tube)
+        moving = problem.rates_at(tube)
         rates = tuple(TaylorModel.of(entry, tube[0].frame) * piece.unit for entry in moving)
         return Crossing(tuple((w * reached).upper() for w in weights), after, tube, rates)
 
@@ -136,7 +136,7 @@ def _defects(problem: Problem, piece: Piece) -> list[arb]:
     """S1: bounds of |unit f(p) - dp/ds| on the step, in the working precision."""
     frame = Frame(piece.end, max(1, *(p.degree() for p in piece.polynomials)))
     models = [TaylorModel(p, frame) for p in piece.polynomials]
-    rates = problem.traced(problem.parameters(), models)
+    rates = problem.rates_at(models)
     defects = []
     for rate, p in zip(rates, piece.polynomials, strict=True):
         defect = TaylorModel(
@@ -153,7 +153,7 @@ def _jacobian(problem: Problem, piece: Piece, tube: list[TaylorModel]) -> list[l
     frame = tube[0].frame
     zero = arb_poly([])
     rows = []
-    for rate in problem.traced(problem.parameters(), variables(tube)):
+    for rate in problem.rates_at(variables(tube)):
         partials = getattr(rate, "partials", {})
         rows.append(
             [TaylorModel.of(partials.get(j, zero), frame) * piece.unit for j in range(len(tube))]
