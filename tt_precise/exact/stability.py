@@ -213,9 +213,8 @@ def _narrowed(
 ) -> Scalar:
     """The gravity of the crossing, to the relative ``width``; the signs on both sides are checked.
 
-    Bisection until the eigenvalue that crosses can be followed, then the method of Anderson and
-    Bjoerck (regula falsi of order 1.7) on its real part: the largest real part itself has a kink
-    where two eigenvalues grow equally.
+    Bisection until the eigenvalue that crosses can be followed, then a search for the zero of its
+    real part: the largest real part itself has a kink where two eigenvalues grow equally.
     """
     sign = spectrum(near)[0].sign()
     while max(near / far, far / near) > FOLLOWED:
@@ -230,20 +229,12 @@ def _narrowed(
         values = (eigenvalue.value for eigenvalue in spectrum(gravity))
         return min(values, key=lambda value: abs(value - unstable)).real
 
-    behind, ahead = near, far
-    rate_behind, rate_ahead = rate(behind), rate(ahead)
-    for _ in range(fn.dps):
-        zero = ahead - rate_ahead * (ahead - behind) / (rate_ahead - rate_behind)
-        moved, ahead_before, ahead = abs(zero - ahead), ahead, zero
-        rate_before, rate_ahead = rate_ahead, rate(zero)
-        if moved <= width * zero / 10 or rate_ahead == 0:
-            break
-        if rate_before * rate_ahead < 0:
-            behind, rate_behind = ahead_before, rate_before
-        else:
-            shrink = 1 - rate_ahead / rate_before
-            rate_behind *= shrink if shrink > 0 else fn.mpf(1) / 2
-    below, above = (spectrum(ahead * (1 + shift))[0].sign() for shift in (-width, width))
+    # gravity and rate in units of their own: the tolerance is relative
+    unit = rate(near) - rate(far)
+    settings = {"solver": "anderson", "tol": width / 10, "maxsteps": fn.dps, "verify": False}
+    ends = fn.mpf(1), far / near
+    gravity = near * fn.findroot(lambda ratio: rate(near * ratio) / unit, ends, **settings)
+    below, above = (spectrum(gravity * (1 + shift))[0].sign() for shift in (-width, width))
     if below == above:
         raise _UnresolvedError
-    return ahead
+    return gravity
