@@ -16,15 +16,13 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import lru_cache, partial
-from pathlib import Path
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy
 
 from tt_precise.check.columns import TRACK, Block, CheckSetup, Samples
 from tt_precise.check.result import RunningWorst
-from tt_precise.golden import store
 from tt_precise.golden.digits import correct_digits
 from tt_precise.golden.measuring import (
     RESOLVED,
@@ -417,7 +415,7 @@ def _golden_rows(setup: CheckSetup, folder: Folder) -> tuple[TrueRows | None, st
         where = "" if folder is None else f" in {folder}"
         return None, f"no golden data of a scene {name}{where}", ""
     stored = read_whole(name, place.folder)
-    true = _true_rows(place.path.absolute(), stored.manifest[store.MANIFEST_HASH])
+    true = TrueRows(stored.scene, stored.trajectory)
     scene = stored.scene
     if (scene.model, scene.body, scene.start) != (
         setup.scene.model, setup.scene.body, setup.scene.start,
@@ -425,9 +423,3 @@ def _golden_rows(setup: CheckSetup, folder: Folder) -> tuple[TrueRows | None, st
         return None, f"the golden data of {name} are of another body or start", ""
     status, end = stored.manifest["status"], float(true.times[-1])
     return true, "", "" if status == "complete" else f"the solution {ending(status, end)}"
-
-
-@lru_cache(maxsize=32)
-def _true_rows(place: Path, manifest: str) -> TrueRows:
-    stored = read_whole(place.name, place.parent)
-    return TrueRows(stored.scene, stored.trajectory)

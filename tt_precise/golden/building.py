@@ -343,7 +343,7 @@ def _table(table: Table, scales: dict[str, Decimal]) -> dict[str, Json]:
             computed = [cell for cell in table.column(name) if "e" in cell]
             columns[name]["digits"] = column_digits(computed, scales[name]).digits
         elif name in scales:
-            columns[name] |= column_digits(table.column(name), scales[name]).as_dict()
+            columns[name] |= column_digits(table.column(name), scales[name])._asdict()
     return {"rows": len(table.rows), "sha256": table.sha256, "columns": columns}
 
 

@@ -12,7 +12,6 @@ import re
 from collections.abc import Sequence
 from decimal import Context, Decimal, InvalidOperation, localcontext
 from fractions import Fraction
-from functools import lru_cache
 from typing import NamedTuple
 
 from tt_precise.golden.table import Table
@@ -57,9 +56,6 @@ class ColumnDigits(NamedTuple):
     scale: str
     near_zero: int
     undefined: int
-
-    def as_dict(self) -> dict[str, object]:
-        return self._asdict()
 
 
 def common_text(values: Sequence[Decimal], scale: Decimal) -> str:
@@ -127,11 +123,6 @@ def scales_of(table: Table) -> dict[str, Decimal]:
 
 def column_digits(entries: Sequence[str], scale: Decimal) -> ColumnDigits:
     """The claims of the printed ``entries`` of a column, derived from the text alone."""
-    return _claimed(tuple(entries), scale)
-
-
-@lru_cache(maxsize=256)
-def _claimed(entries: tuple[str, ...], scale: Decimal) -> ColumnDigits:
     present = [entry for entry in entries if entry]
     claimed = [digits_of(entry) for entry in present if not is_near_zero(entry, scale)]
     return ColumnDigits(

@@ -168,10 +168,10 @@ class Stored:
     manifest: dict[str, Json]
     folder: Path = OWN
 
-    @property
+    @cached_property
     def scene(self) -> Scene:
         """The scene that the data are for."""
-        return _scene(self.scene_text, self.name)
+        return parse_scene(self.scene_text, self.name, f"{self.name}/{SCENE}")
 
     @cached_property
     def scales(self) -> dict[str, Decimal]:
@@ -387,11 +387,6 @@ def missing_proof(stored: Stored) -> list[str]:
     if digest != recorded:
         return [f"{PROOF}: not the one that {MANIFEST} records; {again}"]
     return []
-
-
-@lru_cache(maxsize=128)
-def _scene(text: str, name: str) -> Scene:
-    return parse_scene(text, name, f"{name}/{SCENE}")
 
 
 def _table(path: Path) -> Table:

@@ -142,7 +142,7 @@ def verify_scene(name: str, folder: Path) -> Verification:
         runs = [perform(task)]
         if task.precision == FINE:
             runs.append(perform(_rough(stored, "double-double")))
-        verification = judge(stored, problems, [*runs, double], rough)
+        verification = judge(stored, problems, [*runs, double])
         digits = verification.digits_found
         bits = None
         if digits is not None and digits < FRESH_DIGITS:
@@ -174,17 +174,11 @@ def bits_needed(digits: float, bits: int) -> int | None:
     return needed if needed + SPARE_BITS <= MOST_BITS else None
 
 
-def judge(
-    stored: Stored,
-    problems: Sequence[str],
-    runs: Sequence[Run],
-    roughly: WorstEntry | None = None,
-) -> Verification:
+def judge(stored: Stored, problems: Sequence[str], runs: Sequence[Run]) -> Verification:
     """The verdict on data with these ``problems`` in their files.
 
     ``runs`` are the finest run and the run in double; if the finest run does not show how many
-    digits the scene loses, a coarser run between them does. ``roughly`` is the worst entry of the
-    run in double, if known.
+    digits the scene loses, a coarser run between them does.
     """
     finer, double, telling = runs[0], runs[-1], runs[-2]
     complaints = list(problems)
@@ -201,7 +195,7 @@ def judge(
     digits = min((entry.digits for entry in worst), default=None)
     if digits is None:
         complaints.append(f"{finer.label}: no entry could be compared, expected all of them")
-    rough, shown = roughly or _worst(stored, double), _worst(stored, telling)
+    rough, shown = _worst(stored, double), _worst(stored, telling)
     if shown is not None and rough is not None:
         left = shown.digits if telling is not finer or digits is None else digits
         lost = telling.bits * DIGITS_PER_BIT - left
