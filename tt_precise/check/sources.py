@@ -167,7 +167,7 @@ def column_of(values: Any, name: str, where: str) -> Array:
     Raises
     ------
     InputError
-        It has another shape, or a mask, or holds dates or truth values.
+        It has another shape, or a mask, or holds dates, complex numbers or truth values.
     """
     # naming numpy.ma would import it
     if type(values).__name__ == "MaskedArray" and numpy.any(values.mask):
@@ -186,8 +186,8 @@ def column_of(values: Any, name: str, where: str) -> Array:
             f"{where}: column {name}: got {array.dtype}, expected seconds as a number, such as "
             f"({name} - {name}[0]) / numpy.timedelta64(1, 's')"
         )
-    if array.dtype.kind == "b":
-        raise InputError(f"{where}: column {name}: got truth values, expected numbers")
+    if array.dtype.kind in "cb":
+        raise InputError(f"{where}: column {name}: got {array.dtype}, expected real numbers")
     return array
 
 
