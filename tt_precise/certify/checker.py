@@ -47,14 +47,7 @@ from tt_precise.certify.checker_arithmetic import (
 from tt_precise.certify.comparison import Enclosed, Happening
 from tt_precise.integration.equations import QUADRATURE_SCALE, Layout
 from tt_precise.integration.events import TERMINAL, Event, catalogue, event_named
-from tt_precise.mechanics import compliant
-from tt_precise.mechanics.formulations import (
-    STATE_DIMENSIONS,
-    Formulation,
-    elastic,
-    integrated,
-    raised,
-)
+from tt_precise.mechanics import compliant, formulations
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.terminal import Progress, silent
@@ -76,7 +69,7 @@ Function = Callable[[Motion], Scalar]
 class Phase(NamedTuple):
     """Equations that hold until a function falls to zero, which is the event ``ends``."""
 
-    form: Formulation
+    form: formulations.Formulation
     ends: str
     function: Function
 
@@ -86,13 +79,13 @@ def _phases(scene: Scene) -> list[Phase]:
     force, law, spring = QUANTITIES["g_n"].evaluate, scene.body.friction, scene.body.spring
     if scene.flies or spring not in ("", "linear"):
         raise Refused("the scene changes its equations in another way than by a linear spring")
-    form = integrated(scene.model, "newton", law)
+    form = formulations.integrated(scene.model, "newton", law)
     if scene.model == "flight":
         return [Phase(form, "landed", _height)]
     if not spring:
         return [Phase(form, "contact_lost", force)]
-    pressed = Phase(elastic(spring, "newton", law), "separation", force)
-    return [pressed, Phase(raised("newton", spring), "landing", _height)]
+    pressed = Phase(formulations.elastic(spring, "newton", law), "separation", force)
+    return [pressed, Phase(formulations.raised("newton", spring), "landing", _height)]
 
 
 def _begun(scene: Scene, start: InitialState, fn: Functions) -> InitialState:
@@ -434,7 +427,7 @@ class Zeros:
 class Beginning:
     """How functions of a scene begin, at t = 0 exactly."""
 
-    def __init__(self, scene: Scene, form: Formulation):
+    def __init__(self, scene: Scene, form: formulations.Formulation):
         formal, rational = FormalFunctions(), lambda x: fmpq(x.numerator, x.denominator)
         starts = (
             (formal, InitialState.in_si(scene, Arithmetic(formal, rational))),
@@ -461,7 +454,7 @@ class Beginning:
         return [coefficient(function(motion), order) for motion in self.motions]
 
 
-def _moving(form: Formulation, start: InitialState, fn: Functions) -> Motion:
+def _moving(form: formulations.Formulation, start: InitialState, fn: Functions) -> Motion:
     """What follows from a start, as power series in the arithmetic of ``fn``."""
     y = solution(lambda y: form.rates(start.body, form.State(*y), fn), start.state(form))
     return form.motion(start.body, form.State(*y), fn)
@@ -560,7 +553,7 @@ class _Walk:
         columns: dict[str, arb | None] = {}
         quadratures = zip(self.scene.record, recorded, strict=True)
         for name, x in itertools.chain(vectors, euler, quadratures):
-            number = arb(x) * units.of_dimension(STATE_DIMENSIONS[name])
+            number = arb(x) * units.of_dimension(formulations.STATE_DIMENSIONS[name])
             columns[name] = number if number.is_finite() else None
         return columns
 

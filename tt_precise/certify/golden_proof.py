@@ -33,12 +33,7 @@ from tt_precise.certify.comparison import CONTACT_LOST, Comparison, State, compa
 from tt_precise.certify.proof import BITS, Proof, prove
 from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import misprinted
-from tt_precise.golden.store import (
-    Stored,
-    record_proof,
-    require_manifest,
-    scene_sha256,
-)
+from tt_precise.golden.store import Stored
 from tt_precise.golden.table import Table
 from tt_precise.runtime.cache import SOURCES, source_hash
 from tt_precise.runtime.files import atomic_write, locked
@@ -146,7 +141,7 @@ def proved(scene: str, folder: Path | None, bits: int) -> Certificate:
         Nothing at all could be proved.
     """
     stored = store.read(scene, folder)
-    require_manifest(stored)
+    store.require_manifest(stored)
     # before the minutes that a proof takes
     for file in proofs.ENCLOSURES:
         for misprint in misprinted(file, stored.table(file)):
@@ -181,7 +176,7 @@ def check(stored: Stored, content: dict[str, Json], progress: Progress = silent)
     """
     if (content["scene"], content["scene_sha256"]) != (
         stored.name,
-        scene_sha256(stored.scene_text),
+        store.scene_sha256(stored.scene_text),
     ):
         raise Refused("the certificate is about another scene")
     enclosed = checker.enclose(stored.scene, content, progress)
@@ -208,7 +203,7 @@ def write(certificate: Certificate, folder: Path | None = None, pieces: bool = F
         atomic_write(place / store.PROOF, store.proof_text(certificate.content))
         if pieces:
             atomic_write(place / FILE, certificate.pieces)
-        record_proof(place)
+        store.record_proof(place)
 
 
 def compared(stored: Stored, proof: Proof) -> Certificate:
@@ -227,7 +222,7 @@ def compared(stored: Stored, proof: Proof) -> Certificate:
     content = {
         "schema": proofs.SCHEMA,
         "scene": stored.name,
-        "scene_sha256": scene_sha256(stored.scene_text),
+        "scene_sha256": store.scene_sha256(stored.scene_text),
         "theorem": "docstring of tt_precise.certify",
         "prover": {
             "version": proofs.PROVER,

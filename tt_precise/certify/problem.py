@@ -19,14 +19,9 @@ from flint import arb
 
 from tt_precise.certify.balls import Balls, NotProved, ball
 from tt_precise.integration.equations import QUADRATURE_SCALE, Layout
+from tt_precise.mechanics import formulations
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.formulations import (
-    STATE_DIMENSIONS,
-    Formulation,
-    elastic,
-    integrated,
-    raised,
-)
+from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.values import Arithmetic, Functions, Scalar
@@ -102,13 +97,15 @@ def phases_of(scene: Scene) -> tuple[Phase, ...]:
         raise NotProved(
             "equations", f"{law.name} friction needs {' and '.join(missing)}, proofs have none"
         )
-    form = integrated(scene.model, "newton", law)
+    form = formulations.integrated(scene.model, "newton", law)
     if scene.model == "flight":
         return (Phase("landed", form, lambda q: q.state.height),)
     if not spring:
         return (Phase("contact_lost", form, contact_force),)
-    pressed = Phase("separation", elastic(spring, "newton", law), contact_force)
-    return pressed, Phase("landing", raised("newton", spring), lambda q: q.state.height)
+    pressed = Phase("separation", formulations.elastic(spring, "newton", law), contact_force)
+    return pressed, Phase(
+        "landing", formulations.raised("newton", spring), lambda q: q.state.height
+    )
 
 
 def problem_of(
@@ -258,6 +255,6 @@ def columns_in_si(scene: Scene, state: Sequence[arb]) -> dict[str, arb | None]:
     units = units_of(scene)
     columns: dict[str, arb | None] = {}
     for name, value in zip(names, [*motion.state, *motion.euler, *recorded], strict=True):
-        number = arb(value) * units.of_dimension(STATE_DIMENSIONS[name])
+        number = arb(value) * units.of_dimension(formulations.STATE_DIMENSIONS[name])
         columns[name] = number if number.is_finite() else None
     return columns

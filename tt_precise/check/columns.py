@@ -15,11 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.mechanics.conversion import (
-    RigidBodyState,
-    vectors_from_euler,
-    vectors_from_rigid_body,
-)
+from tt_precise.mechanics import conversion
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
@@ -67,12 +63,12 @@ def _from_vectors(body: Parameters, c: Columns, fn: Functions) -> tuple[NewtonSt
 
 def _from_euler(body: Parameters, c: Columns, fn: Functions) -> tuple[NewtonState, Scalar]:
     state = EulerState(*(c[name] for name in EulerState._fields))
-    return vectors_from_euler(body, state, fn), 0
+    return conversion.vectors_from_euler(body, state, fn), 0
 
 
 def _from_rigid_body(body: Parameters, c: Columns, fn: Functions) -> tuple[NewtonState, Scalar]:
-    return vectors_from_rigid_body(
-        body, RigidBodyState(*(c[name] for name in RigidBodyState._fields))
+    return conversion.vectors_from_rigid_body(
+        body, conversion.RigidBodyState(*(c[name] for name in conversion.RigidBodyState._fields))
     )
 
 

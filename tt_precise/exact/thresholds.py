@@ -14,14 +14,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple
 
-from tt_precise.exact.arithmetic import (
-    agreed_digits,
-    arithmetic_of,
-    checked_digits,
-    decimal,
-    own_context,
-    rounding_to,
-)
+from tt_precise.exact import arithmetic
 from tt_precise.exact.stability import INVERTED, UPRIGHT, fineness, marginal_spin
 from tt_precise.mechanics import euler, friction, newton
 from tt_precise.mechanics import thresholds as formulas
@@ -69,7 +62,7 @@ class Thresholds:
         """The same as strings of ``digits`` digits, for ``tt-precise thresholds --json``."""
 
         def text(number: Scalar) -> str | None:
-            return None if number is None else decimal(number, self.digits, self.context)
+            return None if number is None else arithmetic.decimal(number, self.digits, self.context)
 
         return {
             "digits": self.digits,
@@ -95,7 +88,7 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
         The scene does not exist, or ``digits`` is not a whole number from 1 to 2000.
     """
     scene = load_scene(scene)
-    work = _Work(scene, checked_digits(digits))
+    work = _Work(scene, arithmetic.checked_digits(digits))
     lambda_ = work.lambda_()
     quantities = {
         "lambda": lambda_,
@@ -122,7 +115,7 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
 
 def lambda_at_start(scene: Scene, digits: int = 50) -> Scalar:
     """Only lambda, in kg m^3/s, as in ``thresholds``; the thresholds take a second."""
-    return _Work(scene, checked_digits(digits)).lambda_of_vectors()
+    return _Work(scene, arithmetic.checked_digits(digits)).lambda_of_vectors()
 
 
 class _Work:
@@ -132,8 +125,8 @@ class _Work:
         self.scene, self.digits = scene, digits
         # A tilt of 1e-30 leaves sin^2 theta = 1e-60 of phi_dot in lambda.
         guard = fineness(scene.body) + scene.start.theta.offset.denominator.bit_length()
-        self.fn = own_context(digits + GUARD_DIGITS + min(guard, MOST_GUARD))
-        start = InitialState.in_si(scene, arithmetic_of(self.fn))
+        self.fn = arithmetic.own_context(digits + GUARD_DIGITS + min(guard, MOST_GUARD))
+        start = InitialState.in_si(scene, arithmetic.arithmetic_of(self.fn))
         self.top, self.euler, self.motion = start.body, start.euler, start.motion(self.fn)
 
     def lambda_(self) -> Determination:
@@ -224,7 +217,7 @@ class _Work:
         state = EulerState(self.fn.mpf(1), self.fn.mpf(1), 0, self.fn.mpf(1), 0, 0)
         rate = euler.rates(self.top, state, self.fn)
         return self.determined(
-            rounding_to(self.fn)(self.scene.body.gamma),
+            arithmetic.rounding_to(self.fn)(self.scene.body.gamma),
             state.theta_dot * state.omega_3 / (rate.phi_dot * self.fn.sin(state.theta)),
             "value: I1/I3; independent: the gyroscopic response "
             "theta_dot omega_3/(phi_ddot sin theta) of the equations of motion at phi_dot = nu = 0",
@@ -238,7 +231,7 @@ class _Work:
         s_ddot_y = newton.contact_force(rough, vectors_from_euler(rough, state, self.fn))[1]
         s_ddot_y = s_ddot_y / rough.m
         return self.determined(
-            rounding_to(self.fn)(self.scene.body.sigma),
+            arithmetic.rounding_to(self.fn)(self.scene.body.sigma),
             rough.R * spin_up / (s_ddot_y * self.fn.sin(state.theta)),
             "value: m R^2/I3; independent: R omega_3_dot/(s_ddot_y sin theta), the response of "
             "spin (Euler form) and centre of mass (vectors) to friction, with mu = 1 s/m",
@@ -249,7 +242,7 @@ class _Work:
         if value is None or independent is None:
             agreed = None if value is independent else 0
         else:
-            agreed = agreed_digits(value, independent, self.digits, self.fn)
+            agreed = arithmetic.agreed_digits(value, independent, self.digits, self.fn)
         return Determination(value, independent, agreed, how, unit)
 
 

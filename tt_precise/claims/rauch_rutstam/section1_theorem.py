@@ -9,16 +9,10 @@ from itertools import pairwise
 from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence import run as runs
 from tt_precise.claims.evidence.motions import cases, growth, paper_odeint, past, tumbles
 from tt_precise.claims.evidence.proved import count, proofs_of
-from tt_precise.claims.evidence.run import (
-    MANY,
-    REFERENCE,
-    Run,
-    confirming_precision,
-    exact,
-    variant,
-)
+from tt_precise.claims.evidence.run import REFERENCE, Run, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Finding
 from tt_precise.exact.arithmetic import own_context, rounding_to
@@ -211,7 +205,7 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
     run = Run(variant(phi_dot=phi_dot, until="2"))
     solution = integrate(run.loaded, "double")
     end = solution.t_end
-    before, after = exact(solution, "g_n", end * 0.999, end)
+    before, after = runs.exact(solution, "g_n", end * 0.999, end)
     falling = solution.status == "contact_lost" and before > 1e-6 > after
     known = run.thresholds.quantities
     ratio = known["lambda"].value / known["lambda_thres"].value
@@ -243,14 +237,14 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
 )  # fmt: skip
 def conditions_for_inversion(starts: tuple[str, ...] = ("90", "120", "155", "200")) -> Finding:
     """The conditions of Theorem 1.1 are sufficient, and necessary, for inversion."""
-    runs = [integrate(variant(omega_3=omega_3, until="40")) for omega_3 in starts]
+    motions = [integrate(variant(omega_3=omega_3, until="40")) for omega_3 in starts]
     outside = integrate(variant(I1="0.26", theta="0.8", phi_dot="120", omega_3="47.6", until="40"))
-    on_table = [run for run in runs if run.status != "contact_lost"]
+    on_table = [run for run in motions if run.status != "contact_lost"]
     angles = ", ".join(v.decimal(run.state.theta, 6) for run in on_table)
     parts = {
         "sufficient, for solutions with g_n > 0": (
             bool(on_table) and all(map(_inverts, on_table)),
-            f"theta(40 s) = {angles}; contact lost by {len(runs) - len(on_table)}",
+            f"theta(40 s) = {angles}; contact lost by {len(motions) - len(on_table)}",
         ),
         "necessary": (
             not _inverts(outside),
@@ -351,7 +345,7 @@ def _distances(run: Run) -> dict[str, list[float]]:
 
     Empty where the top leaves the table before.
     """
-    solution = Run(variant(run.scene, until=TIMES[-1])).trajectory(confirming_precision())
+    solution = Run(variant(run.scene, until=TIMES[-1])).trajectory(runs.confirming_precision())
     if solution.status != "complete":
         return {}
     fn = solution.precision.context
@@ -515,7 +509,7 @@ def software() -> Finding:
 
 @claim(
     "QUAL-01", where="Abstract; Sec. 1; 2.1", counterexample={"run": Run("smoothest")},
-    definition=f"turning points of theta between 0.2 and pi - 0.2; many: at least {MANY}",
+    definition=f"turning points of theta between 0.2 and pi - 0.2; many: at least {runs.MANY}",
     quote="theta(t) oscillates (meaning that theta_dot(t) changes sign many times)",
 )  # fmt: skip
 def oscillation(run: Run = REFERENCE) -> Finding:
@@ -531,7 +525,7 @@ def oscillation(run: Run = REFERENCE) -> Finding:
     proved = bool(surely) and all(number == len(inside) for number in surely)
     return v.all_of(
         v.statement(
-            len(inside) >= MANY,
+            len(inside) >= runs.MANY,
             "theta_dot changes sign many times",
             f"{len(inside)} times during the inversion, {len(turns)} times in all",
         ),

@@ -11,26 +11,11 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
+from tt_precise.claims.evidence import proved as proofs
+from tt_precise.claims.evidence import run as runs
 from tt_precise.claims.evidence.motions import paper_odeint, state_errors
-from tt_precise.claims.evidence.proved import (
-    digits,
-    enclosed,
-    precession,
-    proofs_of,
-    reversal,
-    settles,
-)
-from tt_precise.claims.evidence.run import (
-    DEFINITIONS,
-    FINE,
-    MANY,
-    REFERENCE,
-    Run,
-    Span,
-    rising,
-    rows_of,
-    variant,
-)
+from tt_precise.claims.evidence.proved import proofs_of
+from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Finding
 from tt_precise.golden.proofs import Interval
@@ -99,7 +84,7 @@ def ending_time(printed: str = END, run: Run = REFERENCE) -> Finding:
     """The climb ends at about 7.87 s."""
     times = _in_all_definitions("t_end", run)
     highest = run.settled(
-        lambda solution: rows_of(solution, "theta_max").sort_values("theta")["t"].iloc[-1]
+        lambda solution: runs.rows_of(solution, "theta_max").sort_values("theta")["t"].iloc[-1]
     )
     times[TOP] = highest, _highest(run)
     off = min(abs(v.fraction_of(time) - Fraction(printed)) for time, _ in times.values())
@@ -133,12 +118,12 @@ def _in_all_definitions(which: str, run: Run) -> Times:
     known = proofs_of(run.scene)
     return {
         reading: (run.moment(name, which), known.moment(name, which))
-        for name, reading in DEFINITIONS.items()
+        for name, reading in runs.DEFINITIONS.items()
     }
 
 
 def _about(printed: str, times: Times, note: str, run: Run) -> Finding:
-    checks, proof = enclosed(
+    checks, proof = proofs.enclosed(
         run.scene, lambda time: v.about(printed, time, "s"), times, "each of these times"
     )
     return v.readings(checks, note, proof)
@@ -162,12 +147,12 @@ def _highest(run: Run) -> Interval | None:
 def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERENCE) -> Finding:
     """The climbing phase lasts from 3.2 to 7.86 s."""
     parts, known, proved, intervals = {}, proofs_of(run.scene), True, []
-    for name, reading in DEFINITIONS.items():
+    for name, reading in runs.DEFINITIONS.items():
         shown, holds = [], True
         for text, which in zip(printed, ENDS, strict=True):
             time, interval = run.moment(name, which), known.moment(name, which)
             check = v.about(text, time)
-            proved &= settles(check, partial(v.about, text), interval)
+            proved &= proofs.settles(check, partial(v.about, text), interval)
             holds &= check.holds
             intervals.append(interval)
             shown.append(str(time))
@@ -176,7 +161,7 @@ def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERE
         v.statements(" to ".join(printed) + " s", parts),
         "Each printed time counts as right within one unit of its last digit. The same section "
         "gives the ending time as 7.87 s and as 7.86 s.",
-        known.says(proved, f"each of these times {digits(intervals)}"),
+        known.says(proved, f"each of these times {proofs.digits(intervals)}"),
     )
 
 
@@ -194,9 +179,9 @@ def precession_at_initiation(printed: str = "80", run: Run = REFERENCE) -> Findi
         "last maximum of theta before": lambda solution: _precession_at_top(solution, 0),
         "first maximum of theta after": lambda solution: _precession_at_top(solution, 1),
     }
-    pairs = zip(values.items(), precession(run.scene), strict=True)
+    pairs = zip(values.items(), proofs.precession(run.scene), strict=True)
     numbers = {name: (run.settled(value), interval) for (name, value), interval in pairs}
-    checks, proof = enclosed(
+    checks, proof = proofs.enclosed(
         run.scene, lambda value: v.about(printed, value, "rad/s"), numbers, "these three values"
     )
     tops = run.events("theta_max")
@@ -225,8 +210,8 @@ def reversals(
     signs = tuple(("-+"[a > 0], "-+"[b > 0]) for a, b in jumps)
     values = [value for pair in jumps for value in pair]
     large = all(abs(value) > LARGE for value in values)
-    peaks = [*reversal(run.scene, "theta_min", "t_init"),
-             *reversal(run.scene, "theta_max", "t_end")]  # fmt: skip
+    peaks = [*proofs.reversal(run.scene, "theta_min", "t_init"),
+             *proofs.reversal(run.scene, "theta_max", "t_end")]  # fmt: skip
     proved = large and all(
         peak is not None and all(end * value > 0 and abs(end) > LARGE for end in peak)
         for peak, value in zip(peaks, values, strict=True)
@@ -242,7 +227,7 @@ def reversals(
         "from large negative to large positive values at the first moment, and from large "
         "positive to large negative values at the second",
         "The heights of these peaks are ill conditioned, their signs are not.",
-        proofs_of(run.scene).says(proved, f"the four peaks {digits(peaks)}"),
+        proofs_of(run.scene).says(proved, f"the four peaks {proofs.digits(peaks)}"),
     )
 
 
@@ -304,8 +289,8 @@ def growth_of_amplitudes(name: str = "phi_dot", run: Run = REFERENCE) -> Finding
 @claim(
     "QUAL-25", counterexample={"run": Run("phi-dot-195")},
     definition="the middle of the nutation band: at the last turning point before t_init lower "
-    f"than at the first, of at least {MANY}; rising from each to the next from t_init to t_end; "
-    "within 0.05 rad of pi after t_end (definition A)",
+    f"than at the first, of at least {runs.MANY}; rising from each to the next from t_init to "
+    "t_end; within 0.05 rad of pi after t_end (definition A)",
     quote="three main phases separated by two moments",
 )  # fmt: skip
 def three_phases(run: Run = REFERENCE) -> Finding:
@@ -325,12 +310,12 @@ def three_phases(run: Run = REFERENCE) -> Finding:
     return v.all_of(
         {
             "synchronisation": v.statement(
-                len(before) >= MANY and before[-1] < before[0],
+                len(before) >= runs.MANY and before[-1] < before[0],
                 "theta does not climb before t_init",
                 f"{len(before)} turning points{fall}",
             ),
             "climb": v.statement(
-                rising(during), "theta climbs from t_init to t_end", f"the middle rises {rise}"
+                runs.rising(during), "theta climbs from t_init to t_end", f"the middle rises {rise}"
             ),
             "stabilisation": v.statement(
                 furthest < 0.05,
@@ -343,7 +328,7 @@ def three_phases(run: Run = REFERENCE) -> Finding:
 
 
 def _precession_at_top(run: Trajectory, place: int) -> Scalar:
-    return _around(rows_of(run, "theta_max"), run.inversion.A.t_init)[place]
+    return _around(runs.rows_of(run, "theta_max"), run.inversion.A.t_init)[place]
 
 
 def _reversal(run: Run, turn: str, which: int) -> tuple[float, float]:
@@ -492,11 +477,11 @@ def small_perturbations(share: str = "0.01", run: Run = REFERENCE) -> Finding:
 def restart(before: str = "0", run: Run = REFERENCE) -> Finding:
     """Started from its state at t_init the top climbs at once."""
     parts = {}
-    for name, reading in DEFINITIONS.items():
+    for name, reading in runs.DEFINITIONS.items():
         again = Run(_restarted(run, name, Fraction(before)))
         t_init = again.inversion.A.t_init
         parts[reading] = (
-            t_init == 0 and rising([turn.middle for turn in again.band[:EARLY]]),
+            t_init == 0 and runs.rising([turn.middle for turn in again.band[:EARLY]]),
             f"t_init = {'none' if t_init is None else v.decimal(t_init, 4)} s, theta passes "
             f"pi/2 after {v.decimal(again.equator, 5)} s",
         )
@@ -521,7 +506,7 @@ def _peaks(run: Trajectory) -> tuple[float, float] | None:
     climb = run.inversion.A
     if not climb.t_init or climb.t_end is None:
         return None
-    turns = rows_of(run, "theta_min", "theta_max")
+    turns = runs.rows_of(run, "theta_min", "theta_max")
     first, last = (
         float(abs(turns["phi_dot"][abs(turns["t"] - moment) < 0.1]).max())
         for moment in (climb.t_init, climb.t_end)
@@ -530,7 +515,7 @@ def _peaks(run: Trajectory) -> tuple[float, float] | None:
 
 
 def _restarted(run: Run, definition: str, before: Fraction) -> Scene:
-    solution = run.trajectory(FINE)
+    solution = run.trajectory(runs.FINE)
     texts = solution.at(getattr(solution.inversion, definition).t_init - float(before)).as_text()
     values = {name: text for name in EulerState._fields if (text := texts[name]) is not None}
     return variant(run.scene, **values, until="6")
@@ -547,7 +532,7 @@ def jellett_drift(printed: str = "1e-6", run: Run = REFERENCE) -> Finding:
     off = state_errors(run.scene)
     # one digit of odeint's drift is the same on every machine
     checks = {"odeint": v.at_most_order(printed, v.Settled(paper_odeint(run.scene)[1], 1))}
-    for precision in ("double", FINE):
+    for precision in ("double", runs.FINE):
         solution = run.trajectory(precision)
         checks[solution.precision.name] = v.at_most_order(printed, solution.drift["jellett"])
     return v.all_of(

@@ -9,17 +9,9 @@ from itertools import pairwise
 from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence import run as runs
 from tt_precise.claims.evidence.proved import enclosed, proofs_of, settles, sign_of_precession
-from tt_precise.claims.evidence.run import (
-    DEFINITIONS,
-    MANY,
-    REFERENCE,
-    Run,
-    Span,
-    exact,
-    rows_of,
-    variant,
-)
+from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Finding
 from tt_precise.integration import Trajectory
@@ -58,7 +50,7 @@ def quotient_before(phase: str = "synchronisation", run: Run = REFERENCE) -> Fin
     return v.all_of(
         {
             "sign": v.statement(
-                len(zeros) >= MANY, "changes sign many times", f"{len(zeros)} times"
+                len(zeros) >= runs.MANY, "changes sign many times", f"{len(zeros)} times"
             ),
             "quotient": v.statement(
                 size < 0.05, "close to 1", f"|1 - q| at most {v.decimal(size, 3)}"
@@ -143,7 +135,7 @@ def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> Finding:
     return v.readings(
         {
             reading: v.rounds_to(printed, run.settled(partial(_spin_at, name)), "rad/s")
-            for name, reading in DEFINITIONS.items()
+            for name, reading in runs.DEFINITIONS.items()
         },
         "Until then friction has reduced the spin only slightly.",
     )
@@ -262,7 +254,7 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> Finding:
 def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """During the climb the projection of omega on the symmetry axis changes sign."""
     zeros_in_double, known = run.zeros(name), proofs_of(run.scene)
-    first = run.settled(lambda solution: rows_of(solution, "omega_3_zero")["t"].iloc[0])
+    first = run.settled(lambda solution: runs.rows_of(solution, "omega_3_zero")["t"].iloc[0])
     at = f", at {v.decimal(first.value, 16)} s" if zeros_in_double else ""
     check = v.statement(
         len(zeros_in_double) == 1 and run.climb.has(zeros_in_double[0]),
@@ -311,7 +303,7 @@ def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> Finding:
 
 def _spin_at(definition: str, run: Trajectory) -> Scalar:
     t = getattr(run.inversion, definition).t_init
-    return exact(run, "omega_3", t)[0]
+    return runs.exact(run, "omega_3", t)[0]
 
 
 @claim(
@@ -350,7 +342,7 @@ def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Find
         crossings = sum((a - weight) * (b - weight) < 0 for a, b in pairwise(values))
         average = run.mean("g_n", span)
         parts[phase] = (
-            abs(average / weight - 1) < 0.01 and crossings >= MANY,
+            abs(average / weight - 1) < 0.01 and crossings >= runs.MANY,
             f"mean {v.decimal(average / weight, 5)} m g, {crossings} crossings",
         )
     strongly = v.statement(

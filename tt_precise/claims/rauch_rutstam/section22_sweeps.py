@@ -8,23 +8,8 @@ from typing import TYPE_CHECKING
 
 from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
+from tt_precise.claims.evidence import sweeps as s
 from tt_precise.claims.evidence.run import variant
-from tt_precise.claims.evidence.sweeps import (
-    ALONE,
-    AMPLITUDES,
-    CONTACTS,
-    HORIZON,
-    both_ways,
-    climbed,
-    counted,
-    greatest,
-    losing_contact,
-    number,
-    reference,
-    share,
-    starts,
-    width,
-)
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.section22_starts import last_turn
 from tt_precise.claims.verdicts import Finding
@@ -46,11 +31,11 @@ T_INIT = (
 VANISHES = "83.1"
 TREND = (
     "Ranges of nu_x, nu_y and theta_dot along the trajectory, and the climbing time in definition "
-    f"A, from each theta(0) to the next, 0.005 rad on; omega_3(0) = 155 rad/s. {HORIZON}"
+    f"A, from each theta(0) to the next, 0.005 rad on; omega_3(0) = 155 rad/s. {s.HORIZON}"
 )
 LIMITS = {"nu_x": "0.3", "nu_y": "0.8", "theta_dot": "15"}
 BOUNDS = tuple(f"{end}_{name}" for name in LIMITS for end in ("min", "max"))
-EVERY = (*ALONE, "box")
+EVERY = (*s.ALONE, "box")
 TESTED = (
     "nu_x(0) in [-0.3, 0.3], nu_y(0) in [-0.8, 0.8] and theta_dot(0) in [-15, 15] one at a time, "
     "and 2,048 starts of the box of the three and phi_dot(0) in [-200, 200]."
@@ -73,7 +58,7 @@ AMONG = (
 )  # fmt: skip
 def shortened_to_zero(printed: str = VANISHES) -> Finding:
     """From phi_dot(0) = 0 on t_init falls, and reaches zero at phi_dot(0) = 83.1 rad/s."""
-    coarse, fine = starts("phi_dot", "held"), starts("phi_dot near the end", "held")
+    coarse, fine = s.starts("phi_dot", "held"), s.starts("phi_dot near the end", "held")
     last = fine[fine["t_init_A"] > 0].iloc[-1]
     after = fine[fine["phi_dot"] > last["phi_dot"]].iloc[0]
     lost = lost_between("0", str(fine["phi_dot"].max()))
@@ -87,9 +72,9 @@ def shortened_to_zero(printed: str = VANISHES) -> Finding:
         checks[f"{column} is zero from"] = v.about(printed, zero, "rad/s")
     return v.all_of(
         checks,
-        f"At {number(last['phi_dot'])} rad/s t_init_A is {number(last['t_init_A'], 2)} s, and "
-        f"{number(after['t_init_A'], 2)} s at the next start, "
-        f"{number(after['phi_dot'] - last['phi_dot'], 3)} rad/s on. {lost} of these starts lose "
+        f"At {s.number(last['phi_dot'])} rad/s t_init_A is {s.number(last['t_init_A'], 2)} s, and "
+        f"{s.number(after['t_init_A'], 2)} s at the next start, "
+        f"{s.number(after['phi_dot'] - last['phi_dot'], 3)} rad/s on. {lost} of these starts lose "
         "contact.",
     )
 
@@ -100,7 +85,7 @@ def shortened_to_zero(printed: str = VANISHES) -> Finding:
 )  # fmt: skip
 def gone_beyond(beyond: str = VANISHES) -> Finding:
     """Beyond phi_dot(0) = 83.1 rad/s the climb is under way from the start."""
-    rows = starts(("phi_dot", "phi_dot near the end"), "held")
+    rows = s.starts(("phi_dot", "phi_dot near the end"), "held")
     rows = rows[rows["phi_dot"] > float(beyond)]
     none = {definition: int((rows[f"t_init_{definition}"] == 0).sum()) for definition in ABC}
     parts = {
@@ -119,7 +104,7 @@ def gone_beyond(beyond: str = VANISHES) -> Finding:
 )  # fmt: skip
 def climb_shortened(near: str = "150", far: str = "200") -> Finding:
     """Beyond phi_dot(0) = 83.1 rad/s the climbing time falls with phi_dot(0)."""
-    rows = starts("phi_dot", "held")
+    rows = s.starts("phi_dot", "held")
     rows = rows[rows["phi_dot"] > float(VANISHES)]
     least = rows.sort_values("climb_A").iloc[0]
     quickest = {
@@ -128,33 +113,33 @@ def climb_shortened(near: str = "150", far: str = "200") -> Finding:
 
     def check(end: str) -> Check:
         some = rows[rows["phi_dot"] <= float(end)]["climb_A"]
-        shown = f"from {number(some.iloc[0])} s to {number(some.iloc[-1])} s at {end} rad/s"
+        shown = f"from {s.number(some.iloc[0])} s to {s.number(some.iloc[-1])} s at {end} rad/s"
         return v.statement(trend(some)[0], "falls", shown)
 
     return v.readings(
         {f"up to {end} rad/s": check(end) for end in (near, far)},
-        f"The climbing time has a minimum, {number(least['climb_A'])} s at "
-        f"{number(least['phi_dot'])} rad/s, from where on it grows; in "
-        f"definition B it is at {number(quickest['B'])} rad/s, in C at {number(quickest['C'])}.",
+        f"The climbing time has a minimum, {s.number(least['climb_A'])} s at "
+        f"{s.number(least['phi_dot'])} rad/s, from where on it grows; in definition "
+        f"B it is at {s.number(quickest['B'])} rad/s, in C at {s.number(quickest['C'])}.",
     )
 
 
 @claim(
-    "SWP-04", counterexample={"peak": "0"}, definition=f"t_init in definition A. {HORIZON}",
+    "SWP-04", counterexample={"peak": "0"}, definition=f"t_init in definition A. {s.HORIZON}",
     quote="The initiation time also decreases as phi_dot(0) becomes negative",
 )  # fmt: skip
 def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Finding:
     """t_init falls from phi_dot(0) = 0 towards negative phi_dot(0)."""
-    top = greatest(starts("phi_dot near the peak", "held"), "t_init_A")
-    every = starts("phi_dot", "unilateral")
+    top = s.greatest(s.starts("phi_dot near the peak", "held"), "t_init_A")
+    every = s.starts("phi_dot", "unilateral")
     lost = every[every["outcome"] == "contact_lost"]["phi_dot"].max()
 
     def check(start: str, contact: str) -> Check:
-        rows = starts("phi_dot", contact)
+        rows = s.starts("phi_dot", contact)
         rows = rows[rows["phi_dot"] <= float(start)].iloc[::-1]
         down, steps = trend(rows["t_init_A"])
-        first, last = (number(rows["t_init_A"].iloc[end]) for end in (0, -1))
-        at = number(rows["phi_dot"].iloc[-1])
+        first, last = (s.number(rows["t_init_A"].iloc[end]) for end in (0, -1))
+        at = s.number(rows["phi_dot"].iloc[-1])
         shown = f"in {steps}, from {first} s at {start} rad/s to {last} s at {at} rad/s"
         return v.statement(down, "falls", shown)
 
@@ -162,11 +147,11 @@ def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Finding:
         {
             f"from {start} rad/s on, {reading}": check(start, contact)
             for start in (first, peak)
-            for contact, reading in CONTACTS.items()
+            for contact, reading in s.CONTACTS.items()
         },
-        f"Left of zero t_init first rises, to {number(top['t_init_A'])} s at "
-        f"{number(top['phi_dot'])} rad/s. Starts with phi_dot(0) of {number(lost)} rad/s and less "
-        "lose contact.",
+        f"Left of zero t_init first rises, to {s.number(top['t_init_A'])} s at "
+        f"{s.number(top['phi_dot'])} rad/s. Starts with phi_dot(0) of {s.number(lost)} rad/s and "
+        "less lose contact.",
     )
 
 
@@ -179,38 +164,39 @@ def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Finding:
 )  # fmt: skip
 def longest_at_zero(zero: str = "0") -> Finding:
     """The longest initiation time of the range belongs to phi_dot(0) of about 0."""
-    rows = starts(("phi_dot", "phi_dot near the peak"), "through")
+    rows = s.starts(("phi_dot", "phi_dot near the peak"), "through")
     parts = {}
     for definition in ABC:
-        peak = greatest(rows, f"t_init_{definition}")
-        shown = f"{number(peak[f't_init_{definition}'])} s at {number(peak['phi_dot'])} rad/s"
+        peak = s.greatest(rows, f"t_init_{definition}")
+        shown = f"{s.number(peak[f't_init_{definition}'])} s at {s.number(peak['phi_dot'])} rad/s"
         distance = abs(peak["phi_dot"] - float(zero))
         parts[f"near zero, {definition}"] = distance <= 5, shown
         parts[f"at zero itself, {definition}"] = distance == 0, shown
     return v.readings(
         v.statements("at about 0", parts),
         "The peak is sharp and lies next to zero, where t_init_A is "
-        f"{number(reference()['t_init_A'])} s.",
+        f"{s.number(s.reference()['t_init_A'])} s.",
     )
 
 
 @claim(
     "SWP-07", quote="Numerical simulations confirm that all such sample solutions invert",
-    where="Sec. 2.2, Summary", counterexample={"series": "box"}, definition=f"{INVERTS} {HORIZON}",
+    where="Sec. 2.2, Summary", counterexample={"series": "box"},
+    definition=f"{INVERTS} {s.HORIZON}",
 )  # fmt: skip
 def all_invert(series: str = "phi_dot") -> Finding:
     """Every start with phi_dot(0) in [-200, 200] inverts."""
     return v.readings(
-        both_ways(series, inverting),
-        f"But {losing_contact(series)} lose contact, and the paper's theorem does not cover these "
-        "starts.",
+        s.both_ways(series, inverting),
+        f"But {s.losing_contact(series)} lose contact, and the paper's theorem does not cover "
+        "these starts.",
     )
 
 
 def lost_between(low: str, high: str) -> str:
     """How many starts with phi_dot(0) in a range lose contact: "0 of 201"."""
-    rows = starts(("phi_dot", "phi_dot near the end"), "unilateral")
-    return counted(rows[rows["phi_dot"].between(float(low), float(high))], "contact_lost")
+    rows = s.starts(("phi_dot", "phi_dot near the end"), "unilateral")
+    return s.counted(rows[rows["phi_dot"].between(float(low), float(high))], "contact_lost")
 
 
 def trend(column: pandas.Series, sign: int = -1) -> tuple[bool, str]:
@@ -232,10 +218,10 @@ def inverting(rows: pandas.DataFrame, how: str = " invert") -> Check:
 )  # fmt: skip
 def flatter_is_calmer(upper: str = "0.1") -> Finding:
     """Below theta(0) = 0.1 oscillations grow and the climbing time falls with theta(0)."""
-    rows, every = starts("theta", "through"), starts("theta", "unilateral")
+    rows, every = s.starts("theta", "through"), s.starts("theta", "unilateral")
     return v.all_of(
         _trends(rows[rows["theta"] <= float(upper)]),
-        f"{counted(every[every['theta'] <= float(upper)], 'contact_lost')} of these starts lose "
+        f"{s.counted(every[every['theta'] <= float(upper)], 'contact_lost')} of these starts lose "
         "contact.",
     )
 
@@ -247,27 +233,27 @@ def flatter_is_calmer(upper: str = "0.1") -> Finding:
 )  # fmt: skip
 def steeper_is_wilder(lower: str = "0.1", upper: str = "0.3") -> Finding:
     """From theta(0) = 0.1 up, oscillations grow and the climbing time falls with theta(0)."""
-    every = starts("theta", "unilateral")
+    every = s.starts("theta", "unilateral")
     lost = every[every["outcome"] == "contact_lost"]["theta"].min()
-    through = starts("theta", "through")
+    through = s.starts("theta", "through")
     quick = through[through["theta"] <= float(upper)].sort_values("climb_A").iloc[0]
 
     def check(contact: str) -> Check:
-        rows = starts("theta", contact)
+        rows = s.starts("theta", contact)
         rows = rows[rows["theta"].between(float(lower), float(upper))]
         parts = _trends(rows)
         shown = "; ".join(f"{name} {part.measured}" for name, part in parts.items())
         return v.statement(
             all(part.holds for part in parts.values()),
             "larger amplitudes, shorter climb",
-            f"to {number(rows['theta'].max())} rad: {shown}",
+            f"to {s.number(rows['theta'].max())} rad: {shown}",
         )
 
     return v.readings(
-        {reading: check(contact) for contact, reading in CONTACTS.items()},
+        {reading: check(contact) for contact, reading in s.CONTACTS.items()},
         "Up to 0.3 rad, where the paper's remark on omega_3(0) begins. Starts from "
-        f"{number(lost)} rad on lose contact. With g_n < 0 allowed, the climb is quickest from "
-        f"{number(quick['theta'])} rad, in {number(quick['climb_A'])} s.",
+        f"{s.number(lost)} rad on lose contact. With g_n < 0 allowed, the climb is quickest from "
+        f"{s.number(quick['theta'])} rad, in {s.number(quick['climb_A'])} s.",
     )
 
 
@@ -279,35 +265,35 @@ def steeper_is_wilder(lower: str = "0.1", upper: str = "0.3") -> Finding:
 )  # fmt: skip
 def more_spin_needed(beyond: str = "0.3") -> Finding:
     """Beyond theta(0) = 0.3 more spin is needed for the same lambda."""
-    fixed, free = starts("theta at lambda", "unilateral"), starts("theta", "unilateral")
+    fixed, free = s.starts("theta at lambda", "unilateral"), s.starts("theta", "unilateral")
     spins = fixed[fixed["theta"] >= float(beyond)]["omega_3"]
     ratio = free[free["theta"] >= float(beyond)]["lambda_ratio"]
-    spin = float(reference()["omega_3"])
+    spin = float(s.reference()["omega_3"])
     return v.all_of(
         {
             "omega_3(0) kept": v.statement(
-                bool((ratio < reference()["lambda_ratio"]).all()),
+                bool((ratio < s.reference()["lambda_ratio"]).all()),
                 "lambda too small",
-                f"{number(ratio.iloc[0])} lambda_thres, {number(ratio.iloc[-1])} at 1 rad",
+                f"{s.number(ratio.iloc[0])} lambda_thres, {s.number(ratio.iloc[-1])} at 1 rad",
             ),
             "lambda kept": v.statement(
                 bool((spins > spin).all() and (spins.diff().iloc[1:] > 0).all()),
                 "omega_3(0) increased",
-                f"{number(spins.iloc[0])} rad/s, {number(spins.iloc[-1])} at 1 rad",
+                f"{s.number(spins.iloc[0])} rad/s, {s.number(spins.iloc[-1])} at 1 rad",
             ),
         },
-        f"At {beyond} rad omega_3(0) has to be {share(spins.iloc[0] / spin - 1)} higher.",
+        f"At {beyond} rad omega_3(0) has to be {s.share(spins.iloc[0] / spin - 1)} higher.",
     )
 
 
 def _trends(rows: pandas.DataFrame) -> dict[str, Check]:
     checks = {}
-    for name in AMPLITUDES:
-        up, steps = trend(width(rows, name), 1)
+    for name in s.AMPLITUDES:
+        up, steps = trend(s.width(rows, name), 1)
         checks[f"range of {name}"] = v.statement(up, "grows", f"grows in {steps}")
     times = rows["climb_A"]
     down, steps = trend(times)
-    shown = f"from {number(times.iloc[0])} s to {number(times.iloc[-1])} s"
+    shown = f"from {s.number(times.iloc[0])} s to {s.number(times.iloc[-1])} s"
     checks["climbing time"] = v.statement(down, "falls", f"falls in {steps}, {shown}")
     return checks
 
@@ -327,51 +313,51 @@ def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Fin
         count = int((some["t_init_A"] > 0).sum())
         return v.statement(count > 0, "may reappear", f"in {count} of {len(some)} starts")
 
-    every = starts(series, "unilateral")
-    through = starts(series, "through")
+    every = s.starts(series, "unilateral")
+    through = s.starts(series, "through")
     waiting = through[(through["phi_dot"] > float(beyond)) & (through["t_init_A"] > 0)]
     again = every[every["index"].isin(waiting["index"])]
     return v.readings(
-        both_ways(series, check),
-        f"{counted(again, 'contact_lost')} starts in which it reappears lose contact.",
+        s.both_ways(series, check),
+        f"{s.counted(again, 'contact_lost')} starts in which it reappears lose contact.",
     )
 
 
 @claim(
     "SWP-11", counterexample={"limit": "6"}, quote="the climbing time remains below 7-8 s",
-    definition=f"t_end - t_init in definition A, of the starts that invert. {TESTED} {HORIZON}",
+    definition=f"t_end - t_init in definition A, of the starts that invert. {TESTED} {s.HORIZON}",
 )  # fmt: skip
 def climb_stays_short(limit: str = "8") -> Finding:
     """The climb takes less than 7 to 8 s."""
 
     def check(rows: pandas.DataFrame) -> Check:
-        longest = greatest(rows, "climb_A")["climb_A"]
-        shown = f"up to {number(longest)} s"
+        longest = s.greatest(rows, "climb_A")["climb_A"]
+        shown = f"up to {s.number(longest)} s"
         return v.statement(longest < float(limit), f"below {limit} s", shown)
 
-    longest = greatest(starts(EVERY, "through"), "climb_A")
+    longest = s.greatest(s.starts(EVERY, "through"), "climb_A")
     return v.readings(
-        both_ways(EVERY, check), f"The longest climb starts with {_start_of(longest)}."
+        s.both_ways(EVERY, check), f"The longest climb starts with {_start_of(longest)}."
     )
 
 
 @claim(
     "SWP-12", where="Sec. 2.2, Summary", counterexample={"series": ("theta",)},
-    definition=f"{INVERTS} {TESTED} {HORIZON}",
+    definition=f"{INVERTS} {TESTED} {s.HORIZON}",
     quote="the main qualitative features of inverting remain intact",
 )  # fmt: skip
 def still_inverts(series: tuple[str, ...] = EVERY) -> Finding:
     """All these starts invert."""
     return v.readings(
-        both_ways(series, partial(inverting, how="")),
-        f"{losing_contact(series)} lose contact; without these "
-        f"{climbed(starts(series, 'held'))} invert. The paper's theorem does not cover a "
+        s.both_ways(series, partial(inverting, how="")),
+        f"{s.losing_contact(series)} lose contact; without these "
+        f"{s.climbed(s.starts(series, 'held'))} invert. The paper's theorem does not cover a "
         "start that loses contact.",
     )
 
 
 @claim(
-    "SWP-13", counterexample={"factor": "5"}, definition=f"{TESTED} {HORIZON}",
+    "SWP-13", counterexample={"factor": "5"}, definition=f"{TESTED} {s.HORIZON}",
     quote="oscillate strongly with amplitudes staying within the same maximal range variability "
     "nu_x in [-0.3,0.3], nu_y in [-0.8,0.8] and theta_dot in [-15,15]",
 )  # fmt: skip
@@ -384,16 +370,16 @@ def stays_in_the_range(factor: str = "1") -> Finding:
         for name, limit in LIMITS.items():
             size = rows[[f"min_{name}", f"max_{name}"]].abs().max(axis=1)
             inside &= size <= float(limit) * float(factor)
-            largest.append(f"{name} up to {number(size.max(), 3)}")
+            largest.append(f"{name} up to {s.number(size.max(), 3)}")
         return v.statement(
             bool(inside.all()),
             "within the range",
             f"{inside.sum()} of {len(rows)} starts; {', '.join(largest)}",
         )
 
-    known = {str(name): number(value, 3) for name, value in reference()[list(BOUNDS)].items()}
+    known = {str(name): s.number(value, 3) for name, value in s.reference()[list(BOUNDS)].items()}
     return v.readings(
-        both_ways(EVERY, check),
+        s.both_ways(EVERY, check),
         "The reference solution itself has nu_y up to {max_nu_y} m/s, nu_x within "
         "[{min_nu_x}, {max_nu_x}] m/s and theta_dot within [{min_theta_dot}, {max_theta_dot}] "
         "rad/s.".format(**known),
@@ -403,30 +389,30 @@ def stays_in_the_range(factor: str = "1") -> Finding:
 @claim(
     "SWP-14", counterexample={"tolerance": "0.01"},
     definition='"Not much": at most 10 %, as much as was perturbed. 512 starts within a tenth of '
-    f"the three ranges, phi_dot(0) = 0; definition A. {HORIZON}",
+    f"the three ranges, phi_dot(0) = 0; definition A. {s.HORIZON}",
     quote="Small perturbations not exceeding 10 % of the range of variability ... do not change "
     "much the parameters and behaviour of inverting solutions",
 )  # fmt: skip
 def small_changes(tolerance: str = "0.1") -> Finding:
     """Perturbations of a tenth of the ranges change the inverting solution little."""
-    known = reference()
+    known = s.reference()
     parts = {}
-    for contact, reading in CONTACTS.items():
-        rows = starts("tenth", contact)
+    for contact, reading in s.CONTACTS.items():
+        rows = s.starts("tenth", contact)
         for name, what in (("climb_A", "climbing time"), ("t_init_A", "initiation time")):
             # NaN, and so no small change, where a start has no such time
             change = float((rows[name] / known[name] - 1).abs().max(skipna=False))
-            parts[f"{what}, {reading}"] = change <= float(tolerance), f"by up to {share(change)}"
+            parts[f"{what}, {reading}"] = change <= float(tolerance), f"by up to {s.share(change)}"
     return v.readings(
         v.statements("not much", parts),
-        f"{climbed(starts('tenth', 'through'))} starts invert. The initiation time has "
+        f"{s.climbed(s.starts('tenth', 'through'))} starts invert. The initiation time has "
         "a sharp peak next to the reference start (SWP-05).",
     )
 
 
 def _start_of(row: pandas.Series) -> str:
     """The varied start values of a row, in words."""
-    return ", ".join(f"{name}(0) = {number(row[name], 3)}" for name in ("phi_dot", *ALONE))
+    return ", ".join(f"{name}(0) = {s.number(row[name], 3)}" for name in ("phi_dot", *s.ALONE))
 
 
 @claim(
@@ -439,16 +425,16 @@ def _start_of(row: pandas.Series) -> str:
 def very_smooth(monotonous_from: str = "0.8", theta: str = "0.1") -> Finding:
     """With phi_dot(0) in [195, 200] oscillations are very small, and theta rises from 0.8 on."""
     rows = _smooth_rows(theta)
-    known = reference()
+    known = s.reference()
     parts = {}
     for name in ("nu_x", "theta_dot"):
-        part = float((width(rows, name) / width(known, name)).max())
-        parts[f"range of {name}"] = part < 0.5, f"at most {number(part, 2)} of the reference's"
+        part = float((s.width(rows, name) / s.width(known, name)).max())
+        parts[f"range of {name}"] = part < 0.5, f"at most {s.number(part, 2)} of the reference's"
     turns = {phi_dot: last_turn(theta, phi_dot)[1] for phi_dot in ENDS}
     turn = max(turns.values())
-    shown = ", ".join(f"{number(angle, 2)} rad for {rate} rad/s" for rate, angle in turns.items())
+    shown = ", ".join(f"{s.number(angle, 2)} rad for {rate} rad/s" for rate, angle in turns.items())
     monotonic = v.statement(
-        turn <= float(monotonous_from), f"from {monotonous_from} rad", f"from {number(turn)} rad"
+        turn <= float(monotonous_from), f"from {monotonous_from} rad", f"from {s.number(turn)} rad"
     )
     return v.all_of(
         {**v.statements("very small", parts), "theta monotonic": monotonic},
@@ -466,19 +452,19 @@ def even_smoother(theta: str = "0.01") -> Finding:
     """With theta(0) = 0.01 these solutions are smoother still."""
     rows, others = _smooth_rows(theta), _smooth_rows("0.1")
     parts = {}
-    for name in AMPLITUDES:
-        shares = width(rows, name) / width(others, name)
-        shown = f"{number(shares.min(), 3)} to {number(shares.max(), 3)} of that at 0.1 rad"
+    for name in s.AMPLITUDES:
+        shares = s.width(rows, name) / s.width(others, name)
+        shown = f"{s.number(shares.min(), 3)} to {s.number(shares.max(), 3)} of that at 0.1 rad"
         parts[f"range of {name}"] = bool((shares < 1).all()), shown
-    lost = starts(SMOOTH, "unilateral")
+    lost = s.starts(SMOOTH, "unilateral")
     lost = lost[lost["theta"] == float(theta)]
     return v.all_of(
-        v.statements("smaller", parts), f"{counted(lost, 'contact_lost')} starts lose contact."
+        v.statements("smaller", parts), f"{s.counted(lost, 'contact_lost')} starts lose contact."
     )
 
 
 def _smooth_rows(theta: str) -> pandas.DataFrame:
-    rows = starts(SMOOTH, "held")
+    rows = s.starts(SMOOTH, "held")
     return rows[rows["theta"] == float(theta)].reset_index(drop=True)
 
 
@@ -490,22 +476,22 @@ def _smooth_rows(theta: str) -> pandas.DataFrame:
 def longest_where_energy_is_least(close: str = CLOSE) -> Finding:
     """Where the synchronisation phase is longest, the energy is close to its minimum."""
     least = least_energy()
-    peak = starts("phi_dot near the peak", "held")
-    longest = float(greatest(peak, "t_init_A")["phi_dot"])
+    peak = s.starts("phi_dot near the peak", "held")
+    longest = float(s.greatest(peak, "t_init_A")["phi_dot"])
     there = v.statement(
         abs(least["phi_dot"] - longest) <= 5,
         "related",
-        f"t_init is longest at {number(longest)} rad/s, the energy least at "
-        f"{number(least['phi_dot'])} rad/s",
+        f"t_init is longest at {s.number(longest)} rad/s, the energy least at "
+        f"{s.number(least['phi_dot'])} rad/s",
     )
     return v.readings(
         {
             "the energy is close to its minimum": closeness(close, least["E"]),
             "the energy is least there": there,
         },
-        f"At fixed lambda it is {number(_energy({'phi_dot': 0.0}))} J at phi_dot(0) = 0 and "
-        f"{number(_energy({'phi_dot': 200.0}))} J at 200 rad/s, where there is no synchronisation "
-        "phase: closeness to the minimum does not make the phase long.",
+        f"At fixed lambda it is {s.number(_energy({'phi_dot': 0.0}))} J at phi_dot(0) = 0 and "
+        f"{s.number(_energy({'phi_dot': 200.0}))} J at 200 rad/s, where there is no "
+        "synchronisation phase: closeness to the minimum does not make the phase long.",
     )
 
 
@@ -539,7 +525,7 @@ def closeness(close: str, least: float) -> Check:
     return v.statement(
         above <= float(close),
         "close to minimal",
-        f"{number(energy)} J, {share(above)} above {number(least)} J",
+        f"{s.number(energy)} J, {s.share(above)} above {s.number(least)} J",
     )
 
 
@@ -578,11 +564,13 @@ def least_energy() -> dict[str, float]:
     names, scales = ("phi_dot", "theta_dot", "nu_x", "nu_y"), (100.0, 1.0, 0.1, 0.1)
 
     def energy(x: Scalar) -> float:
-        return 100 * _energy({n: s * x for n, s, x in zip(names, scales, x.tolist(), strict=True)})
+        return 100 * _energy(
+            {n: unit * x for n, unit, x in zip(names, scales, x.tolist(), strict=True)}
+        )
 
     # a quadratic form in four variables, so any start leads to its one minimum
     minimum = minimize(energy, [0.0] * 4, tol=1e-12)
     return {
         "E": float(minimum.fun) / 100,
-        **{name: s * float(x) for name, s, x in zip(names, scales, minimum.x, strict=True)},
+        **{name: unit * float(x) for name, unit, x in zip(names, scales, minimum.x, strict=True)},
     }

@@ -7,33 +7,12 @@ from typing import TYPE_CHECKING
 from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence import sweeps as s
 from tt_precise.claims.evidence.run import REFERENCE, Run, rows_of, variant
-from tt_precise.claims.evidence.sweeps import (
-    AMPLITUDES,
-    CONTACTS,
-    HORIZON,
-    both_ways,
-    number,
-    reference,
-    share,
-    starts,
-    width,
-)
 from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.rauch_rutstam import section22_sweeps as section22
 from tt_precise.claims.rauch_rutstam.section1_equations import FORMS
 from tt_precise.claims.rauch_rutstam.section22_starts import initiations, threshold
-from tt_precise.claims.rauch_rutstam.section22_sweeps import (
-    ABC,
-    AMONG,
-    CLOSE,
-    EVERY,
-    T_INIT,
-    TESTED,
-    closeness,
-    least_energy,
-    reference_body,
-    reference_lambda,
-)
 from tt_precise.claims.verdicts import Finding
 from tt_precise.mechanics import euler, thresholds
 from tt_precise.mechanics.vectors import cross, dot
@@ -120,7 +99,7 @@ def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> Finding
 
 
 @claim(
-    "SWP-22", where="Summary", definition=T_INIT, counterexample={"limit": "90"},
+    "SWP-22", where="Summary", definition=section22.T_INIT, counterexample={"limit": "90"},
     quote="solutions with phi_dot(0) <= 83 require a synchronisation time-interval before theta "
     "starts to climb",
 )  # fmt: skip
@@ -129,18 +108,20 @@ def needed_up_to(limit: str = "83") -> Finding:
 
     def check(rows: pandas.DataFrame) -> Check:
         some = rows[rows["phi_dot"] <= float(limit)]
-        waiting = int(some[[f"t_init_{definition}" for definition in ABC]].gt(0).all(axis=1).sum())
+        waiting = int(
+            some[[f"t_init_{definition}" for definition in section22.ABC]].gt(0).all(axis=1).sum()
+        )
         return v.statement(
             0 < waiting == len(some), "t_init > 0", f"{waiting} of {len(some)} starts"
         )
 
-    return v.readings(both_ways("phi_dot", check), "In all three definitions.")
+    return v.readings(s.both_ways("phi_dot", check), "In all three definitions.")
 
 
 @claim(
     "SWP-19", where="Summary", counterexample={"tolerance": "0.01"},
     definition="The first time after theta = pi/2 at which nu_y falls through nu_x, and its "
-    f"distance from t_end in definition A, at most 0.1 s. {TESTED} {HORIZON}",
+    f"distance from t_end in definition A, at most 0.1 s. {section22.TESTED} {s.HORIZON}",
     quote="For all tested IC the climbing time-interval ends at the ending time ... the graph of "
     "nu_y crosses the graph of nu_x from above",
 )  # fmt: skip
@@ -153,13 +134,13 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> Finding:
 
     def check(rows: pandas.DataFrame) -> Check:
         count, apart = close(rows)
-        shown = f"{count} of {len(rows)}, at most {number(apart.max(), 2)} s apart"
+        shown = f"{count} of {len(rows)}, at most {s.number(apart.max(), 2)} s apart"
         return v.statement(0 < count == len(rows), "for all tested IC", shown)
 
-    held = starts(("phi_dot", *EVERY), "held")
+    held = s.starts(("phi_dot", *section22.EVERY), "held")
     held = held[held["t_end_A"].notna()]
     return v.readings(
-        both_ways(("phi_dot", *EVERY), check),
+        s.both_ways(("phi_dot", *section22.EVERY), check),
         f"Of the starts that invert and keep contact, {close(held)[0]} of {len(held)} have both "
         "within that time.",
     )
@@ -168,42 +149,45 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> Finding:
 @claim(
     "SWP-20", where="Summary", counterexample={"usually": "0.1"},
     definition="Range of the quantity along the trajectory, against the reference's; "
-    f'"usually": for more than half of the starts, in each of nu_x, nu_y, theta_dot. {TESTED}',
+    '"usually": for more than half of the starts, in each of nu_x, nu_y, theta_dot. '
+    f"{section22.TESTED}",
     quote="amplitudes of oscillations for all dynamical variables usually increases",
 )  # fmt: skip
 def amplitudes_increase(usually: str = "0.5") -> Finding:
     """Starts that glide or nod usually oscillate more than the reference solution."""
 
     def wider(rows: pandas.DataFrame, name: str) -> float:
-        return float((width(rows, name) > width(reference(), name)).mean())
+        return float((s.width(rows, name) > s.width(s.reference(), name)).mean())
 
-    ahead = starts("nu_y", "through")
+    ahead = s.starts("nu_y", "through")
     parts = {}
-    for series in EVERY:
-        for contact, reading in CONTACTS.items():
-            larger = {name: wider(starts(series, contact), name) for name in AMPLITUDES}
-            shown = ", ".join(f"{name} {share(part)}" for name, part in larger.items())
+    for series in section22.EVERY:
+        for contact, reading in s.CONTACTS.items():
+            larger = {name: wider(s.starts(series, contact), name) for name in s.AMPLITUDES}
+            shown = ", ".join(f"{name} {s.share(part)}" for name, part in larger.items())
             parts[f"{series}, {reading}"] = min(larger.values()) > float(usually), shown
     return v.readings(
         v.statements("usually increase", parts),
         "With nu_y(0) > 0 alone, theta_dot ranges wider for "
-        f"{share(wider(ahead[ahead['nu_y'] > 0], 'theta_dot'))} of the starts.",
+        f"{s.share(wider(ahead[ahead['nu_y'] > 0], 'theta_dot'))} of the starts.",
     )
 
 
 @claim(
-    "SWP-21", where="Summary", definition=AMONG, counterexample={"close": "0.01"},
+    "SWP-21", where="Summary", definition=section22.AMONG, counterexample={"close": "0.01"},
     quote="the total energy for the reference solution is close to the minimal value of total "
     "energy among solutions having lambda = 2 lambda_thres",
 )  # fmt: skip
-def energy_close_toleast_energy(close: str = CLOSE) -> Finding:
+def energy_close_toleast_energy(close: str = section22.CLOSE) -> Finding:
     """The energy of the reference solution is close to the least energy with its lambda."""
-    body = reference_body()
-    inverted = float(thresholds.E1(body, reference_lambda()))
+    body = section22.reference_body()
+    inverted = float(thresholds.E1(body, section22.reference_lambda()))
     return v.readings(
         {
-            "among starts with theta(0) = 0.1": closeness(close, least_energy()["E"]),
-            "among all states": closeness(close, inverted),
+            "among starts with theta(0) = 0.1": section22.closeness(
+                close, section22.least_energy()["E"]
+            ),
+            "among all states": section22.closeness(close, inverted),
         },
         "The inverted spin, in which the top ends, has the least energy of all states.",
     )
