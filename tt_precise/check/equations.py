@@ -293,8 +293,7 @@ def integral(left: Array, right: Array, steps: Array, terms: int) -> Array:
     f, m = math.factorial, terms
     for j in range(m):
         weight = f(m) * f(2 * m - j - 1) / (f(2 * m) * f(m - j - 1) * (j + 1))
-        other = right[:, j] if j % 2 == 0 else -right[:, j]
-        total += weight * power * (left[:, j] + other)
+        total += weight * power * (left[:, j] + (-1) ** j * right[:, j])
         power = power * steps
     return total
 
