@@ -3,53 +3,61 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from msgspec import to_builtins
 
 from tt_precise.extremes import case as registry
-from tt_precise.extremes.case import (
-    ExtremeCase,
-    NotFiniteError,
-    families,
-    finite,
-    noted,
-    same,
-    together,
-    within,
-)
 from tt_precise.runtime.values import Check
 
 
-def one(function: Any = noted, **arguments: Any) -> ExtremeCase:
+def one(function: Any = registry.noted, name: str = "name", **arguments: Any) -> Any:
     arguments = arguments or {"measured": "well"}
-    return ExtremeCase("topic", "family", "name", "all well", "theory", function, arguments)
+    return registry.ExtremeCase("topic", "family", name, "well", "theory", function, arguments)
 
 
-def test_an_exception_is_a_failure_in_one_line() -> None:
-    outcome = one(int, x="two\nlines" + "x" * 1000).outcome()
-    assert outcome.verdict == "fail"
-    assert outcome.found.startswith("TypeError: ")
+def test_what_goes_wrong_fails_alone_in_one_line() -> None:
+    chosen = [
+        one(name="first"),
+        replace(one(subprocess.run, "hangs", args=["sleep", "600"]), limit_s=0.2),
+        one(os._exit, "crashes", status=3),
+        one(int, "raises", x="two\nlines" + "x" * 1000),
+        one(name="not a number", measured="well", value=math.nan),
+        one(name="infinite", measured="well", steps=math.inf),
+        one(name="last"),
+    ]
+    fractions: list[float] = []
+    records = registry.run_all(chosen, fractions.append, workers=2)
+    assert [record.name for record in records] == [case.name for case in chosen]
+    assert [record.verdict for record in records] == ["pass", *["fail"] * 5, "pass"]
+    for record, said in zip(
+        records[1:4], ("after 0.2 s", "exit status 3", "TypeError: "), strict=True
+    ):
+        assert said in record.found
+    assert fractions[-1] == 1
     failed = one().failed("two\nlines" + "x" * 1000)
     assert failed.found.startswith("two lines")
     assert len(failed.found) <= 200
 
-    for number in (math.nan, math.inf):
-        for where in ({"value": number}, {"steps": number}):
-            assert one(measured="well", **where).outcome().verdict == "fail"
-
 
 def test_within_and_same_and_together() -> None:
-    assert [within(value, 3, "eps").holds for value in (3, 3.1, math.nan)] == [True, False, False]
-    assert same("complete", "complete").holds
-    assert same("pole", "complete").measured == "pole, not complete"
-    both = together(within(1, 2), same("a", "b"))
+    assert [registry.within(value, 3, "eps").holds for value in (3, 3.1, math.nan)] == [
+        True,
+        False,
+        False,
+    ]
+    assert registry.same("complete", "complete").holds
+    assert registry.same("pole", "complete").measured == "pole, not complete"
+    both = registry.together(registry.within(1, 2), registry.same("a", "b"))
     assert (both.holds, both.value) == (False, 1)
-    assert together(same("a", "a"), within(3, 4)).value == 3
-    assert finite([1.0, None, 2]) == [1.0, 2]
-    with pytest.raises(NotFiniteError):
-        finite([1.0, math.nan])
+    assert registry.together(registry.same("a", "a"), registry.within(3, 4)).value == 3
+    assert registry.finite([1.0, None, 2]) == [1.0, 2]
+    with pytest.raises(registry.NotFiniteError):
+        registry.finite([1.0, math.nan])
 
 
 def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -64,7 +72,7 @@ def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) 
         control={"truth": "c"},
     )
     def echo(k: int, word: str, truth: str = "") -> Check:
-        return same(truth or word, word)
+        return registry.same(truth or word, word)
 
     made = list(registry._registered.values())
     assert [case.name for case in made] == ["k = 1, a", "k = 1, b", "k = 2, a", "k = 2, b"]
@@ -72,7 +80,7 @@ def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) 
     outcomes = [case.outcome() for case in made]
     assert [outcome.verdict for outcome in outcomes] == ["pass"] * 4
     assert made[0].outcome(**made[0].control).verdict == "fail"
-    (family,) = families(outcomes)
+    (family,) = registry.families(outcomes)
     ((name, _, _),) = registry.family_rows(family)
     assert name == "k = …, … (4 cases)"
     with pytest.raises(ValueError, match="got it twice"):

@@ -28,6 +28,7 @@ from tt_precise.runtime.workers import (
 )
 
 TRIES = 3
+SLEEP = f"600.{os.getpid()}"  # seconds, and how to find the process among those of other runs
 IN_FLIGHT = 2 * IN_FLIGHT_EACH  # calls of two workers
 
 
@@ -182,11 +183,6 @@ if __name__ == "__main__":
         for _ in pool.perform(time.sleep, [Call(0, (0,)), Call(1, (60,))]):
             raise SystemExit(3)
 """
-UNGUARDED = """
-from tt_precise.runtime.workers import Call, local_pool
-with local_pool(2) as pool:
-    print(list(pool.perform(abs, [Call(0, (-1,))])))
-"""
 
 
 @pytest.fixture(scope="module")
@@ -239,26 +235,38 @@ def test_an_interruption_is_left_to_the_parent(tmp_path: Path) -> None:
 
 def test_a_script_without_a_main_guard_is_told_so(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
-    script.write_text(UNGUARDED)
-    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=60)
+    script.write_text(PARENT.replace('if __name__ == "__main__":', "if True:"))
+    words = [sys.executable, str(script), "leave"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
     assert done.returncode == 1
     (line,) = [line for line in done.stderr.splitlines() if InputError.__name__ in line]
     assert '__name__ == "__main__"' in line
 
 
 def test_what_goes_wrong_fails_alone(two: Pool) -> None:
-    calls = [Call(n, ("2 ** n", {"n": n})) for n in range(10)]
-    calls[3] = Call(3, ("__import__('os')._exit(3)",))
-    calls[5] = Call(5, ("__import__('time').sleep(600)",), limit_s=0.2)
-    calls[7] = Call(7, ("int('no number')",))
+    code = {
+        3: "os._exit(3)",
+        5: f"subprocess.run(['sleep', '{SLEEP}'])",
+        7: "int('no number')",
+        8: "1 // 0",
+        9: "os._exit(3)",
+    }
+    calls = [
+        Call(n, (f"(os := __import__('os'), subprocess := __import__('subprocess'), "
+                 f"{code.get(n, f'2 ** {n}')})[-1]",),
+             limit_s=0.2 if n == 5 else None, group="dies" if n > 7 else None)
+        for n in range(10)
+    ]  # fmt: skip
     found = {call.key: result for call, result in two.perform(eval, calls)}
-    dead, late, raised = (found.pop(n).error for n in (3, 5, 7))
-    assert found == {n: 2**n for n in found}
-    assert isinstance(dead, WorkerDiedError)
+    dead, late, raised, *group = (found.pop(n).error for n in code)
+    assert found == {n: 2**n for n in (0, 1, 2, 4, 6)}
     assert str(dead).endswith("exit status 3")
+    assert all(isinstance(error, WorkerDiedError) for error in (dead, *group))
     assert isinstance(late, TimeoutError)
     assert "0.2 s" in str(late)
     assert isinstance(raised, ValueError)
+    listed = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
+    assert f"sleep {SLEEP}" not in listed.stdout  # what a worker has started ends with it
 
 
 @pytest.mark.parametrize(
@@ -283,14 +291,6 @@ def test_a_group_shares_a_process_and_what_it_computed(two: Pool) -> None:
     for call, result in two.perform(eval, calls):
         found.setdefault(call.key[0], set()).add(result)
     assert [len(seen) for seen in found.values()] == [1, 1, 1]
-
-
-def test_a_group_that_dies_fails_alone(two: Pool) -> None:
-    code = "1 // 0 if n else __import__('os')._exit(3)"
-    calls = [Call(n, (code, {"n": n}), group="g") for n in range(2)]
-    found = {call.key: result for call, result in two.perform(eval, [*calls, Call(2, ("1",))])}
-    assert all(isinstance(found[n].error, WorkerDiedError) for n in range(2))
-    assert found[2] == 1
 
 
 def test_a_process_is_replaced_after_some_tasks() -> None:
