@@ -1,14 +1,13 @@
 """docs/howto/extend.md: each recipe names all files, and an entry that follows it is found.
 
-Each test adds one invented entry where its recipe says, and uses it as a user would.
+Each test adds one invented entry where its recipe says, and uses it as a user would. Claims and
+papers are added in tests/claims/test_claim.py, engines in tests/engines.
 """
 
 import csv
-import json
 import re
 import sys
 import types
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +15,8 @@ import click
 import pytest
 
 import tt_precise as tt
+from tests.conftest import Printed, Said
 from tt_precise import cli
-from tt_precise.claims import claim, judge, rauch_rutstam
 from tt_precise.integration import events, heyoka_backend, run
 from tt_precise.integration.events import Event
 from tt_precise.mechanics import conserved, quantities
@@ -30,20 +29,12 @@ from tt_precise.scene.laws import DIMENSIONLESS_MU, EPSILON, Law
 
 ROOT = Path(__file__).parents[1]
 RECIPES = (ROOT / "docs/howto/extend.md").read_text("utf-8")
-SHORT = ("--until", "0.05")
-Printed = Callable[..., str]
+SHORT = "run reference --until 0.05"
 
 
-@pytest.fixture
-def printed(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: Any) -> Printed:
-    """What a command prints, in an empty folder."""
+@pytest.fixture(autouse=True)
+def _empty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-
-    def call(*argv: str) -> str:
-        assert cli.main(list(argv)) == 0
-        return capsys.readouterr().out
-
-    return call
 
 
 def test_every_file_that_a_recipe_names_exists() -> None:
@@ -53,15 +44,15 @@ def test_every_file_that_a_recipe_names_exists() -> None:
     assert re.findall(r"`\w+\.py`", RECIPES) == []  # paths are whole
 
 
-def test_a_scene(printed: Printed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scene(said: Said, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = tt.load_scene("reference").text.replace('"155"', '"120"')
     (tmp_path / "invented.toml").write_text(text, "utf-8")
     monkeypatch.setattr(scene, "_folder", lambda: tmp_path)
     assert tt.load_scene("invented").start.omega_3 == 120
-    assert "invented" in printed("scene", "list")
+    assert "invented" in said("scene list")
 
 
-def test_a_quantity(printed: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_quantity(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     def twice_energy(q: Motion) -> Any:
         """Twice the energy E; after eq (9)."""
         return 2 * quantities.QUANTITIES["E"].evaluate(q)
@@ -71,12 +62,10 @@ def test_a_quantity(printed: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
     quantity(ENERGY)(twice_energy)
     frame = tt.integrate("reference", until="0.05").frame("twice_energy", "E")
     assert (frame["twice_energy"] == 2 * frame["E"]).all()
-    printed("run", "reference", *SHORT, "--out", "a.csv", "--columns", "twice_energy")
+    said(SHORT, "--out a.csv --columns twice_energy")
     assert Path("a.csv").read_text("utf-8").startswith("t,twice_energy\n")
-    assert quantities.described("twice_energy") == (
-        "kg m^2/s^2",
-        "Twice the energy E; after eq (9).",
-    )
+    described = ("kg m^2/s^2", "Twice the energy E; after eq (9).")
+    assert quantities.described("twice_energy") == described
 
 
 def test_a_conserved_quantity(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -87,12 +76,11 @@ def test_a_conserved_quantity(monkeypatch: pytest.MonkeyPatch) -> None:
     assert tt.integrate("reference", until="0.05").drift["mass"] == 0
 
 
-def test_an_event(printed: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_event(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     lean = Event("lean", lambda q: 2 * q.state.kz - 1, "theta passes 60 degrees")
     monkeypatch.setitem(events.EVENTS, "lean", lean)
-    assert "theta passes 60 degrees" in printed("events")
-    words = ("events", "reference", "--only", "lean", "--precision", "extended")
-    assert printed(*words).count("lean") % 2 == 1
+    assert "theta passes 60 degrees" in said("events")
+    assert said("events reference --only lean --precision extended").count("lean") % 2 == 1
 
 
 def test_a_friction_law(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,43 +94,15 @@ def test_a_friction_law(monkeypatch: pytest.MonkeyPatch) -> None:
     )  # fmt: skip
     monkeypatch.setitem(laws.LAWS, "half", half)
     body = {"m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82"}
-
-    def end(law: str, mu: str, precision: str) -> Any:
-        friction = {"law": law, "mu": mu, "epsilon": "0.01"}
-        start = {"theta": "0.1", "omega_3": "155"}
-        top = tt.Scene.of(
-            model="gliding", body=body, friction=friction, start=start, run={"until": "0.05"}
-        )
-        return tt.integrate(top, precision).state.theta
-
     for precision in ("double", "double-double"):
-        assert end("half", "0.4", precision) == pytest.approx(
-            end("regularised", "0.2", precision), rel=1e-13
-        )
-
-
-def test_a_claim(printed: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
-    chapter = types.ModuleType(f"{rauch_rutstam.__name__}.invented")
-    text = '''
-from tt_precise.claims.claim import claims_of
-from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import all_of, rounds_to
-
-claim = claims_of(RAUCH_RUTSTAM, "2.3")
-
-@claim("NUM-98", quote="1.86", where="Sec. 2.3", counterexample={"printed": "1.8"})
-def ratio(printed="1.86"):
-    """13/7."""
-    return all_of(rounds_to(printed, 13 / 7), "As computed.")
-'''
-    monkeypatch.setattr(claim, "_registered", dict(claim.claims()))
-    claim.claims.cache_clear()
-    try:
-        exec(text, chapter.__dict__)
-        assert judge("NUM-98").verdict == "rounded"
-        assert judge("NUM-98", printed="1.8").verdict == "refuted"
-    finally:
-        claim.claims.cache_clear()
+        ends = []
+        for law, mu in (("half", "0.4"), ("regularised", "0.2")):
+            top = tt.Scene.of(
+                model="gliding", body=body, friction={"law": law, "mu": mu, "epsilon": "0.01"},
+                start={"theta": "0.1", "omega_3": "155"}, run={"until": "0.05"},
+            )  # fmt: skip
+            ends.append(tt.integrate(top, precision).state.theta)
+        assert ends[0] == pytest.approx(ends[1], rel=1e-13)
 
 
 def test_a_figure(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -153,7 +113,7 @@ def test_a_figure(monkeypatch: pytest.MonkeyPatch) -> None:
     assert sections.figures_of("thresholds") == [drawn()]
 
 
-def test_a_command(printed: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_command(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     module = types.ModuleType("tt_precise.commands.invented")
 
     @click.command("invented")
@@ -164,11 +124,11 @@ def test_a_command(printed: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
     module.__dict__["command"] = command
     monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.setitem(cli.COMMANDS, "invented", "Show that it works.")
-    assert "Show that it works." in printed("--help")
-    assert printed("invented") == "It works.\n"
+    assert "Show that it works." in said("--help")
+    assert said("invented") == "It works.\n"
 
 
-def test_a_table_format(printed: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_table_format(said: Said, printed: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
     def write(path: Path, table: tables.Table) -> None:
         rows = [list(table), *zip(*table.values(), strict=True)]
         path.write_text("\n".join("\t".join(map(str, row)) for row in rows), "utf-8")
@@ -178,8 +138,8 @@ def test_a_table_format(printed: Printed, monkeypatch: pytest.MonkeyPatch) -> No
         return dict(zip(header, zip(*rows, strict=True), strict=True))
 
     monkeypatch.setitem(tables.FORMATS, ".tsv", tables.Format(write, read))
-    printed("run", "reference", *SHORT, "--out", "a.tsv")
-    assert '"verdict": "pass"' in printed("check", "a.tsv", "--scene", "reference", "--json")
+    said(SHORT, "--out a.tsv")
+    assert printed("check a.tsv --scene reference")["verdict"] == "pass"
 
 
 def test_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -198,10 +158,3 @@ def test_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
         assert tt.integrate(name, until="0.0625").status == "complete"
     assert seen
     assert set(seen) == {"reference"}
-
-
-def test_an_engine(printed: Printed) -> None:
-    """A program of one's own; tests/engines adds an adapter."""
-    program = f"{sys.executable} {ROOT / 'examples/engine.py'}"
-    found = json.loads(printed("engines", "--run", program, "--rung", "flight", "--json"))
-    assert [one["verdict"] for one in found["rows"]] == ["converges"]
