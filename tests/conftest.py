@@ -10,6 +10,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+import click
 import pytest
 
 from tt_precise import cli
@@ -83,6 +84,16 @@ def printed(said: Said) -> Printed:
         return json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
 
     return run
+
+
+def every_command(command: Any = cli.group, words: str = "") -> Iterator[tuple[str, Any]]:
+    """How each command is typed, and the command."""
+    if isinstance(command, click.Group):
+        context = click.Context(command)
+        for name in command.list_commands(context):
+            yield from every_command(command.get_command(context, name), f"{words} {name}".strip())
+    else:
+        yield words, command
 
 
 # the paper's top

@@ -62,48 +62,34 @@ def blocks(text: str) -> list[Block]:
 
 def commands(block: Block) -> list[tuple[str, str]]:
     """Each command of a console block, with what it is said to print."""
-    pieces = re.split(r"^\$ ", block.text, flags=re.MULTILINE)
-    assert not pieces[0], f"line {block.line}: expected a line that starts with '$ '"
-    typed = [piece.partition("\n") for piece in pieces[1:]]
-    return [(command, output) for command, _, output in typed]
+    first, *typed = re.split(r"^\$ ", block.text, flags=re.MULTILINE)
+    assert not first, f"line {block.line}: expected a line that starts with '$ '"
+    return [(command, output) for command, _, output in (piece.partition("\n") for piece in typed)]
 
 
 def run_python(text: str, names: dict[str, Any]) -> None:
     """Run a block and hold the comments behind its ``print`` to what they say."""
     if re.search(r"^def test_", text, re.MULTILINE):
-        return run_tests(text)
+        Path("test_block.py").write_text(text, "utf-8")
+        return run_command("pytest -q -p no:cacheprovider test_block.py", "")
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         exec(compile(text, "example", "exec"), names)
     prints = [line for line in text.splitlines() if line.startswith("print(")]
-    outputs = printed.getvalue().splitlines()
-    assert len(prints) == len(outputs)
-    for line, output in zip(prints, outputs, strict=True):
+    for line, output in zip(prints, printed.getvalue().splitlines(), strict=True):
         beginning = BEGINNING.search(line)
-        if beginning:
-            assert output.startswith(beginning[1]), line
+        assert not beginning or output.startswith(beginning[1]), line
     return None
-
-
-def run_tests(text: str) -> None:
-    Path("test_readme_block.py").write_text(text, "utf-8")
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_readme_block.py"],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def run_command(command: str, expected: str) -> None:
     """Run a command, which must end with the status that is said, and print what is said."""
     said = STATUS.search(command)
-    status = int(said[1]) if said else 0
     program, *arguments = shlex.split(command, comments=True)
     assert program in ("tt-precise", "python", "pytest"), command
-    printed = io.StringIO()
     if program == "tt-precise":
-        with contextlib.redirect_stdout(printed):
-            found = cli.main(arguments)
+        with contextlib.redirect_stdout(io.StringIO()) as out:
+            status, printed = cli.main(arguments), out.getvalue()
     else:
         words = [sys.executable, *(("-m", "pytest") if program == "pytest" else ()), *arguments]
         # the package under test, wherever the example runs
@@ -113,13 +99,11 @@ def run_command(command: str, expected: str) -> None:
             words, capture_output=True, text=True, check=False,
             env=os.environ | {"PYTHONPATH": paths},
         )  # fmt: skip
-        found = done.returncode
-        printed.write(done.stdout + done.stderr)
-    assert found == status, f"{command}\n{printed.getvalue()}"
-    checker = doctest.OutputChecker()
+        status, printed = done.returncode, done.stdout + done.stderr
+    assert status == (int(said[1]) if said else 0), f"{command}\n{printed}"
     flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
     if expected.strip():
-        assert checker.check_output(expected, printed.getvalue(), flags), printed.getvalue()
+        assert doctest.OutputChecker().check_output(expected, printed, flags), printed
 
 
 def check_words(command: str, *, partly: bool = False) -> None:
@@ -145,19 +129,21 @@ def check_words(command: str, *, partly: bool = False) -> None:
             raise
 
 
-def check_file(name: str) -> None:
-    """Read a scene or a sweep, which perhaps only a long example does."""
+def write(block: Block) -> bool:
+    """Write a file with a caption; and read it, which perhaps only a long example does."""
+    file = CAPTION.match(block.text)
+    if file is None:
+        return False
+    name = file[1]
+    Path(name).write_text(file[2], "utf-8")
     if name.endswith(".toml"):
-        if is_sweep_file(name):
-            read_specification(name)
-        else:
-            tt_precise.load_scene(name)
+        (read_specification if is_sweep_file(name) else tt_precise.load_scene)(name)
+    return True
 
 
 def is_long(text: str) -> bool:
-    return any(f"tt-precise {words}" in text for words in LONG) or any(
-        words in text for words in LONG_PYTHON
-    )
+    words = (*LONG_PYTHON, *(f"tt-precise {words}" for words in LONG))
+    return any(one in text for one in words)
 
 
 def prose(text: str) -> str:
@@ -174,11 +160,7 @@ def run_all(text: str, *, long: bool) -> int:
     waiting = False  # what follows a long example may need what it made
     for block in blocks(text):
         if block.language.startswith("{code-block}"):
-            file = CAPTION.match(block.text)
-            if file:
-                Path(file[1]).write_text(file[2], "utf-8")
-                check_file(file[1])
-                count += 1
+            count += write(block)
         elif block.language == "python":
             waiting = waiting or is_long(block.text)
             if long or not waiting:
@@ -199,10 +181,10 @@ def run_all(text: str, *, long: bool) -> int:
                 if line.startswith("tt-precise "):
                     check_words(line)
                     count += 1
-    for found in INLINE.finditer(prose(text)):
-        check_words(" ".join(found[1].split()), partly=True)
-        count += 1
-    return count
+    inline = INLINE.findall(prose(text))
+    for found in inline:
+        check_words(" ".join(found.split()), partly=True)
+    return count + len(inline)
 
 
 @pytest.fixture(autouse=True)
@@ -210,15 +192,14 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def document_id(path: Path) -> str:
-    return str(path.relative_to(ROOT))
+every_document = pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=document_id)
-def test_the_examples_run(path: Path) -> None:
-    count = run_all(path.read_text("utf-8"), long=False)
-    if path == README:
-        assert count >= 5
+@every_document
+@pytest.mark.parametrize("long", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_the_examples_run(path: Path, long: bool) -> None:
+    count = run_all(path.read_text("utf-8"), long=long)
+    assert path != README or count >= 5
 
 
 def test_the_scene_in_readme_is_the_reference() -> None:
@@ -229,26 +210,17 @@ def test_the_scene_in_readme_is_the_reference() -> None:
         assert getattr(scene, part) == getattr(reference, part), part
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("path", DOCUMENTS, ids=document_id)
-def test_the_long_examples_run_too(path: Path) -> None:
-    run_all(path.read_text("utf-8"), long=True)
-
-
 def test_make_targets_exist() -> None:
-    readme = README.read_text("utf-8")
     targets = re.findall(r"^([a-z]+):", MAKEFILE.read_text("utf-8"), re.MULTILINE)
-    named = re.findall(r"\bmake ([a-z]+)\b", readme)
-    used = [name for name in named if f"make {name}" in readme and name not in ("each", "it")]
-    assert {"report", "test"} <= set(used) <= set(targets)
+    named = set(re.findall(r"\bmake ([a-z]+)\b", README.read_text("utf-8"))) - {"each", "it"}
+    assert {"report", "test"} <= named <= set(targets)
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=document_id)
+@every_document
 def test_links_lead_somewhere(path: Path) -> None:
     links = re.findall(r"\]\(([^)#]+)\)", prose(path.read_text("utf-8")))
     inside = [link for link in links if "://" not in link]
-    if path == README:
-        assert len(inside) > 3
+    assert path != README or len(inside) > 3
     assert [link for link in inside if not (path.parent / link).exists()] == []
 
 

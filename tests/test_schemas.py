@@ -8,12 +8,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, get_args
 
-import click
 import jsonschema
 import pytest
 
-from tests.conftest import Printed, Said
-from tt_precise import cli
+from tests.conftest import Printed, Said, every_command
 from tt_precise.integration.dense_output import Status
 from tt_precise.integration.precision import KINDS
 from tt_precise.scene.scene import MODELS
@@ -151,21 +149,11 @@ def test_schemas_are_those_of_the_records_and_in_the_documentation() -> None:
     assert set(keys["status"]["enum"]) < set(get_args(Status))  # which has those of pieces too
 
 
-def with_json(command: click.Command, words: str = "") -> Iterator[str]:
-    """The commands, as they are typed, that print JSON."""
-    if isinstance(command, click.Group):
-        context = click.Context(command)
-        for name in command.list_commands(context):
-            found = command.get_command(context, name)
-            assert found is not None
-            yield from with_json(found, f"{words} {name}".strip())
-    elif any("--json" in option.opts for option in command.params):
-        yield words
-
-
 def test_every_command_that_prints_json_has_a_schema() -> None:
     called = {"scene show": "scene", "sweep run": "sweep"}
-    names = {called.get(words, words.replace(" ", "-")) for words in with_json(cli.group)}
+    typed = [words for words, command in every_command()
+             if any("--json" in option.opts for option in command.params)]  # fmt: skip
+    names = {called.get(words, words.replace(" ", "-")) for words in typed}
     assert len(names) > 15
     assert names <= NAMES
     assert names - {*OUTPUTS, *SLOW} == {"engines"}  # what it stores is validated
