@@ -7,6 +7,7 @@ import os
 import select
 import sys
 import threading
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from tests.engines.conftest import EXAMPLES, compiled_c, rung_named
 from tt_precise.cli import main
 from tt_precise.engines.adapters import COLUMNS, POSITION, rotated
 from tt_precise.engines.ladder import rungs
-from tt_precise.engines.protocol import Job, run
+from tt_precise.engines.protocol import Job, ProgramRun, run
 from tt_precise.runtime.records import json_schema
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.laws import REGULARISED, VISCOUS
@@ -33,10 +34,16 @@ def flight_job() -> dict[str, Any]:
     return rung_named("flight").job(STEP)
 
 
-def program(tmp_path: Path, text: str) -> list[str]:
-    path = tmp_path / "engine.py"
-    path.write_text("import json, sys\njob = json.load(sys.stdin)\n" + text)
-    return [sys.executable, "-S", str(path)]
+@pytest.fixture
+def ran(flight_job: dict[str, Any], tmp_path: Path) -> Callable[..., ProgramRun]:
+    """What a program of that text in Python, which has read the job, comes to."""
+
+    def run_it(text: str, limit_s: float = 60.0, stop: threading.Event | None = None) -> ProgramRun:
+        path = tmp_path / "engine.py"
+        path.write_text("import json, sys\njob = json.load(sys.stdin)\n" + text)
+        return run([sys.executable, "-S", str(path)], flight_job, limit_s, stop)
+
+    return run_it
 
 
 def test_the_job_is_what_the_schema_says(flight_job: dict[str, Any]) -> None:
@@ -100,8 +107,13 @@ def test_a_law_that_a_program_does_not_have_is_refused(compiled: list[str]) -> N
     assert (found.status, found.message) == ("refused", "no such friction here")
 
 
-ROWS = "print(','.join({columns!r}))\nfor t in job['sample_times']: print({row})"
-GOOD = "','.join(map(str, [t, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0]))"
+def table(row: str, *further: str) -> str:
+    """A program that prints these rows."""
+    header = ",".join((*COLUMNS, *further))
+    return f"print({header!r})\nfor t in job['sample_times']: print(','.join(map(str, [t, {row}])))"
+
+
+AT_REST, SPIN = "1, 0, 0, 0, 0, 0, 1, 0, 0, 0", "1, 0, 0, 0, 0, 0, {}, 0, 0, 0"
 
 
 @pytest.mark.parametrize(
@@ -112,66 +124,55 @@ GOOD = "','.join(map(str, [t, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0]))"
         ("pass", "unreadable", "got nothing on standard output"),
         ("print('t,qw\\n0,1')", "unreadable", "missing columns qx"),
         (f"print({','.join(COLUMNS)!r}, '\"', sep='\\n')", "unreadable", "not CSV"),
-        (ROWS.format(columns=COLUMNS, row=GOOD.replace("[t,", "[t + 1,")), "unreadable", "row 1"),
-        (ROWS.format(columns=COLUMNS, row=GOOD.replace(", 1, 0,", ", 3, 0,")), "unreadable", "3, "),
-        (ROWS.format(columns=COLUMNS, row=GOOD).replace("'sample_times']", "'sample_times'][:3]"),
+        (table(AT_REST).replace("[t,", "[t + 1,"), "unreadable", "row 1"),
+        (table("3" + AT_REST[1:]), "unreadable", "3, "),
+        (table(AT_REST).replace("'sample_times']", "'sample_times'][:3]"),
          "unreadable", "got 3 rows, expected 51"),
-        (ROWS.format(columns=COLUMNS, row=GOOD.replace("0, 1, 0", "0, 'nan' if t > 0.2 else 1, 0")),
+        (table(SPIN.format("'nan' if t > 0.2 else 1")),
          "diverged", "no numbers from t = 0.21 s on"),
-        (ROWS.format(columns=COLUMNS, row=GOOD.replace("0, 1, 0", "0, 1e200, 0")),
-         "diverged", "no numbers from t = 0 s on"),
-        (ROWS.format(columns=COLUMNS, row=GOOD.replace("0]", "0, 8, 8]")),
-         "unreadable", "more cells than the header"),
-        (ROWS.format(columns=(*COLUMNS, "qw"), row=GOOD.replace("0]", "0, 1]")),
-         "unreadable", "columns qw occur twice"),
+        (table(SPIN.format("1e200")), "diverged", "no numbers from t = 0 s on"),
+        (table(f"{AT_REST}, 8, 8"), "unreadable", "more cells than the header"),
+        (table(f"{AT_REST}, 1", "qw"), "unreadable", "columns qw occur twice"),
         ("while True: print('x' * 65536)", "stopped", "wrote more than 20 MB"),
         ("while True: print('x' * 65536, file=sys.stderr)", "stopped", "wrote more than 20 MB"),
         ("import time; time.sleep(60)", "stopped", "still running after 0.5 s"),
     ],
 )  # fmt: skip
 def test_what_a_program_does_wrong_is_said_in_one_line(
-    text: str, status: str, message: str, flight_job: dict[str, Any], tmp_path: Path
+    text: str, status: str, message: str, ran: Callable[..., ProgramRun]
 ) -> None:
-    limit = 0.5 if "0.5 s" in message else 60.0
-    found = run(program(tmp_path, text), flight_job, limit)
+    found = ran(text, 0.5 if "0.5 s" in message else 60.0)
     assert found.status == status
     assert message in found.message
     assert "\n" not in found.message
 
 
 CONVENTIONS = {
-    "inverse": "[t, *[q[0], -q[1], -q[2], -q[3]], *w, *v]",
-    "scalar last": "[t, *q[1:], q[0], *w, *v]",
-    "body frame": "[t, *q, *body, *v]",
+    "inverse": "q[0], -q[1], -q[2], -q[3], *w, *v",
+    "scalar last": "*q[1:], q[0], *w, *v",
+    "body frame": "*q, *body, *v",
 }
 
 
 @pytest.mark.parametrize("convention", CONVENTIONS)
 def test_a_first_row_in_another_convention_is_named(
-    convention: str, flight_job: dict[str, Any], tmp_path: Path
+    convention: str, flight_job: dict[str, Any], ran: Callable[..., ProgramRun]
 ) -> None:
     start = flight_job["start"]
-    w, x, y, z = start["quaternion_wxyz"]
-    turned = rotated(numpy.array([w, -x, -y, -z]), start["angular_velocity"])
-    text = (
-        f"q, w, v, body = {start['quaternion_wxyz']}, {start['angular_velocity']}, "
-        f"{start['velocity']}, {turned.tolist()}\n"
-    )
-    right = ROWS.format(columns=COLUMNS, row="','.join(map(str, [t, *q, *w, *v]))")
-    assert run(program(tmp_path, text + right), flight_job).status == "done"
-    row = f"','.join(map(str, {CONVENTIONS[convention]}))"
-    found = run(program(tmp_path, text + ROWS.format(columns=COLUMNS, row=row)), flight_job)
+    q, w, v = (start[name] for name in ("quaternion_wxyz", "angular_velocity", "velocity"))
+    body = rotated(numpy.array(q) * [1, -1, -1, -1], w).tolist()
+    text = f"q, w, v, body = {q}, {w}, {v}, {body}\n"
+    assert ran(text + table("*q, *w, *v")).status == "done"
+    found = ran(text + table(CONVENTIONS[convention]))
     assert found.status == "unreadable"
     assert convention in found.message
 
 
 def test_comments_and_further_columns_are_passed_over_but_for_the_engines_name(
-    flight_job: dict[str, Any], tmp_path: Path
+    ran: Callable[..., ProgramRun],
 ) -> None:
-    row = GOOD.replace("0])", "0, 5])")
-    table = ROWS.format(columns=(*COLUMNS, "extra"), row=row)
     for comment, name in (("engine: Mine 1.0", "Mine 1.0"), ("Mine 1.0", "")):
-        found = run(program(tmp_path, f"print('# {comment}')\n{table}"), flight_job)
+        found = ran(f"print('# {comment}')\n{table(f'{AT_REST}, 5', 'extra')}")
         assert (found.status, found.name) == ("done", name)
         assert found.states is not None
         assert found.states.k[-1].tolist() == [0, 0, 1]
@@ -179,13 +180,12 @@ def test_comments_and_further_columns_are_passed_over_but_for_the_engines_name(
 
 @pytest.mark.parametrize("given", [(), ("x", "y"), POSITION])
 def test_a_position_is_kept_where_all_of_it_is_there(
-    given: tuple[str, ...], flight_job: dict[str, Any], tmp_path: Path
+    given: tuple[str, ...], ran: Callable[..., ProgramRun]
 ) -> None:
-    row = GOOD.replace("0])", f"0, {', '.join('234'[: len(given)])}])") if given else GOOD
-    found = run(program(tmp_path, ROWS.format(columns=(*COLUMNS, *given), row=row)), flight_job)
-    kept = (*COLUMNS, *(POSITION if given == POSITION else ()))
-    assert tuple(found.columns) == kept, found.message
-    assert [found.columns[name][3] for name in kept[11:]] == [2, 3, 4][: len(kept) - 11]
+    found = ran(table(", ".join([AT_REST, *"234"[: len(given)]]), *given))
+    kept = POSITION if given == POSITION else ()
+    assert tuple(found.columns) == (*COLUMNS, *kept), found.message
+    assert [found.columns[name][3] for name in kept] == [2, 3, 4][: len(kept)]
 
 
 FORKS = "sys.stdout.flush()\nimport os, time\nif os.fork() == 0: time.sleep(600)"
@@ -193,29 +193,25 @@ FORKS = "sys.stdout.flush()\nimport os, time\nif os.fork() == 0: time.sleep(600)
 
 @pytest.mark.parametrize(
     ("text", "status"),
-    [
-        (f"{ROWS.format(columns=COLUMNS, row=GOOD)}\n{FORKS}", "done"),
-        (f"{FORKS}\ntime.sleep(600)", "stopped"),
-    ],
+    [(f"{table(AT_REST)}\n{FORKS}", "done"), (f"{FORKS}\ntime.sleep(600)", "stopped")],
 )
 def test_nothing_that_a_program_started_stays(
-    text: str, status: str, flight_job: dict[str, Any], tmp_path: Path
+    text: str, status: str, ran: Callable[..., ProgramRun], tmp_path: Path
 ) -> None:
     alive = tmp_path / "alive"
     os.mkfifo(alive)
     reading = os.open(alive, os.O_RDONLY | os.O_NONBLOCK)
-    opens = f"kept = open({str(alive)!r}, 'w')\n"
-    found = run(program(tmp_path, opens + text), flight_job, 60.0 if status == "done" else 1.0)
+    found = ran(f"kept = open({str(alive)!r}, 'w')\n{text}", 60.0 if status == "done" else 1.0)
     assert found.status == status
     ended, _, _ = select.select([reading], [], [], 60)
     os.close(reading)
     assert ended  # nobody has it open any more
 
 
-def test_who_interrupts_does_not_wait(flight_job: dict[str, Any], tmp_path: Path) -> None:
+def test_who_interrupts_does_not_wait(ran: Callable[..., ProgramRun]) -> None:
     stop = threading.Event()
     stop.set()
-    found = run(program(tmp_path, "import time; time.sleep(600)"), flight_job, 600.0, stop)
+    found = ran("import time; time.sleep(600)", 600.0, stop)
     assert (found.status, found.message) == ("stopped", "interrupted")
 
 

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -75,17 +77,17 @@ def test_an_interrupted_sweep_is_resumed(tmp_path: Path, whole: pandas.DataFrame
 
 
 def test_another_sweep_is_refused(tmp_path: Path) -> None:
-    out = tmp_path / "sweep"
+    out, full = tmp_path / "sweep", tmp_path / "full"
     run_sweep(SPEC, out=out, chunk=CHUNK, recheck=0)
-    other = specification("reference", until="0.6", vary={"phi_dot": "-20:20:41"})
-    with pytest.raises(InputError, match="another sweep"):
-        run_sweep(other, out=out, recheck=0)
-    with pytest.raises(InputError, match="chunk"):
-        run_sweep(SPEC, out=out, chunk=CHUNK + 1, recheck=0)
-    (tmp_path / "full").mkdir()
-    (tmp_path / "full" / "mine.txt").write_text("mine", "utf-8")
-    with pytest.raises(InputError, match="not empty"):
-        run_sweep(SPEC, out=tmp_path / "full", recheck=0)
+    full.mkdir()
+    (full / "mine.txt").write_text("mine", "utf-8")
+    other = replace(SPEC, scene=SPEC.scene.varied(until="0.6"))
+    for spec, place, chunk, message in (
+        (other, out, None, "another sweep"), (SPEC, out, CHUNK + 1, "chunk"),
+        (SPEC, full, None, "not empty"),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=message):
+            run_sweep(spec, out=place, chunk=chunk, recheck=0)
 
 
 def test_a_chunk_that_fails_is_quarantined_and_tried_by_the_next_run(
@@ -131,20 +133,12 @@ def test_the_spot_check_finds_what_differs(monkeypatch: pytest.MonkeyPatch) -> N
     spec = specification("reference", until="0.2", vary={"phi_dot": "90,95,100"})
     found = run_sweep(spec, recheck=1).summary["recheck"]
     assert found["rows"] == 3
-    assert not found["other_outcome"]
-    assert not found["only_in_one"]
-    assert not found["errors"]
-    largest = {name: found["value"] for name, found in found["largest_difference"].items()}
+    assert not any(found[name] for name in ("other_outcome", "only_in_one", "errors"))
     # g_n of size 0.2 N over 40 steps: some eps of it, which the stiff force enlarges tenfold
-    assert largest["min_g_n"] < 1e3 * 0.2 * 2.0**-52
+    assert found["largest_difference"]["min_g_n"]["value"] < 1e3 * 0.2 * 2.0**-52
     right = spot_check.recomputed
-    monkeypatch.setattr(
-        spot_check,
-        "recomputed",
-        lambda scene, record: {
-            **right(scene, record), "min_g_n": 0.1, "t_init_A": 0.5, "outcome": "inverts",
-        },
-    )  # fmt: skip
+    wrong = {"min_g_n": 0.1, "t_init_A": 0.5, "outcome": "inverts"}
+    monkeypatch.setattr(spot_check, "recomputed", lambda *given: {**right(*given), **wrong})
     spoiled = run_sweep(spec, recheck=3).summary["recheck"]
     assert spoiled["largest_difference"]["min_g_n"]["value"] > 1e-3
     assert spoiled["other_outcome"]
@@ -175,15 +169,11 @@ def test_long_sweeps_have_more_lanes_and_the_same_rows(
     monkeypatch: pytest.MonkeyPatch, whole: pandas.DataFrame
 ) -> None:
     monkeypatch.setattr("heyoka.recommended_simd_size", lambda: 1)
-    for many, lanes in ((42, 2), (41, 4), (20, 4)):
+    for size, many, lanes in ((1, 42, 2), (1, 41, 4), (1, 20, 4), (2, 20, 4), (2, 21, 2)):
         monkeypatch.setattr(running, "MANY_ROWS", many)
-        found = run_sweep(SPEC, recheck=0)
+        found = run_sweep(SPEC, recheck=0, pool=Pool(Stopping(9), partial(int, size)))
         assert found.summary["how"]["batch"] == lanes
         assert found.rows.equals(whole)
-    for many, lanes in ((20, 4), (21, 2)):
-        monkeypatch.setattr(running, "MANY_ROWS", many)
-        two = Pool(Stopping(9), lambda: 2)
-        assert run_sweep(SPEC, recheck=0, pool=two).summary["how"]["batch"] == lanes
 
 
 def test_differences_tell_missing_values() -> None:
@@ -226,7 +216,7 @@ def test_a_failure_is_bad_input_or_a_bug(
         integrated(pool, TWO.plan, TABLES)
 
 
-def test_rows_come_in_order() -> None:
+def test_rows_of_tables_come_in_order() -> None:
     with local_pool(1) as pool:
         rows = integrated(pool, TWO.plan, TABLES)
     assert (rows["phi_dot"].to_list(), *rows["series"]) == ([-20.0, 20.0], "one", "one")
