@@ -101,10 +101,8 @@ def around(radius: arb) -> arb:
 def largest(numbers: Iterable[arb]) -> arb:
     """An exact number that none of the balls exceeds.
 
-    Raises
-    ------
-    NotProved
-        A ball is not finite. (A comparison with NaN is false, so ``max`` would ignore it.)
+    Raises ``NotProved``: a ball is not finite. (A comparison with NaN is false, so ``max`` would
+    ignore it.)
     """
     tops = [number.upper() for number in numbers]
     if not all(top.is_finite() for top in tops):
@@ -132,10 +130,8 @@ def bounds(number: arb) -> tuple[Fraction, Fraction]:
 def require_outward_rounding() -> None:
     """Compare balls with exact rational arithmetic, before anything is proved with them.
 
-    Raises
-    ------
-    NotProved
-        A ball does not contain the exact result: the library in use is unsound here.
+    Raises ``NotProved``: a ball does not contain the exact result: the library in use is unsound
+    here.
     """
     samples = [Fraction(n, d) for n, d in ((1, 3), (-22, 7), (10**9 + 7, 998_244_353), (5, 2**70))]
     for a in samples:

@@ -88,10 +88,7 @@ def packed(content: dict[str, Json]) -> bytes:
 def unpacked(data: bytes) -> dict[str, Json]:
     """The content of a certificate's file.
 
-    Raises
-    ------
-    Refused
-        It has changed since it was written.
+    Raises ``Refused``: it has changed since it was written.
     """
     try:
         unpacking = lzma.LZMADecompressor()
@@ -115,10 +112,7 @@ def unpacked(data: bytes) -> dict[str, Json]:
 def bounded(number: Json, least: int, most: int) -> int:
     """A whole number of a certificate, which says how much work and memory it takes.
 
-    Raises
-    ------
-    Refused
-        It is not a whole number, or is out of bounds.
+    Raises ``Refused``: it is not a whole number, or is out of bounds.
     """
     if type(number) is not int or not least <= number <= most:
         raise Refused(f"got {str(number)[:20]}, expected a whole number from {least} to {most}")
@@ -133,10 +127,7 @@ def _dyadic(number: arb) -> str:
 def exactly(text: str) -> arb:
     """The number that is written in this way.
 
-    Raises
-    ------
-    Refused
-        The text is not such a number.
+    Raises ``Refused``: the text is not such a number.
     """
     try:
         mantissa, exponent = text.split("p")

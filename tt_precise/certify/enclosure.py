@@ -51,10 +51,7 @@ class Steps:
     def step(self, limit: arb | None = None) -> Piece:
         """The next piece, no longer than ``limit``.
 
-        Raises
-        ------
-        NotProved
-            heyoka found no way forward.
+        Raises ``NotProved``: heyoka found no way forward.
         """
         adaptive = self._adaptive
         limits = {} if limit is None else {"max_delta_t": self._real(_decimal(limit))}

@@ -107,10 +107,8 @@ def forever(
     ``state`` is its proved state at one of the times (s), dimensionless. The ``held`` since the
     first time at which that is proved has the largest bounds, that ``at_the_end`` the smallest.
 
-    Raises
-    ------
-    NotProved
-        It is not even held at the end; the scene may have to be proved for longer.
+    Raises ``NotProved``: it is not even held at the end; the scene may have to be proved for
+    longer.
     """
     if scene.model != "gliding" or not scene.body.mu:
         raise NotProved("W3", "without friction nothing tends to a vertical spin")
@@ -134,10 +132,7 @@ def forever(
 def held(scene: Scene, time: Fraction, known: NewtonState) -> Held:
     """W1 to W5 with t0 = ``time`` (s) and a state there, for the pole that the axis is nearer to.
 
-    Raises
-    ------
-    NotProved
-        One of them could not be verified.
+    Raises ``NotProved``: one of them could not be verified.
     """
     well = _Well(scene, known)
     force, tilt = well.held()
@@ -172,10 +167,7 @@ class _Well:
     def held(self) -> tuple[arb, arb]:
         """Verify W1 to W5: a bound of the contact force from now on, and one of sin theta.
 
-        Raises
-        ------
-        NotProved
-            One of them could not be verified, with any of ``SPEEDS``.
+        Raises ``NotProved``: one of them could not be verified, with any of ``SPEEDS``.
         """
         why = NotProved("W2", "nothing was tried")
         for speed in SPEEDS:
@@ -190,10 +182,7 @@ class _Well:
     def bounds(self, speed: arb | None) -> tuple[arb, arb]:
         """A bound of the contact force in Y, and one of sin theta; v1 = ``speed``.
 
-        Raises
-        ------
-        NotProved
-            One of W1 to W5 could not be verified.
+        Raises ``NotProved``: one of W1 to W5 could not be verified.
         """
         body, pole, lambda_ = self.body, self.pole, self.lambda_
         if speed is not None and not dot(self.now.v, self.now.v) < speed * speed:

@@ -45,10 +45,7 @@ class LohnerSet:
     def moved(self, flow: arb_mat, more: list[arb]) -> LohnerSet:
         """Contains flow x + y for every x in this set and y in the balls ``more``.
 
-        Raises
-        ------
-        NotProved
-            No basis was found, or no bound.
+        Raises ``NotProved``: no basis was found, or no bound.
         """
         image = flow * self._basis
         basis = _basis_for(image, self._box)

@@ -106,12 +106,8 @@ def certify(
 
     With ``pieces`` the certificate for the checker is written as well.
 
-    Raises
-    ------
-    InputError
-        There are no golden data of that name, or a cell of theirs is no number.
-    NotProved
-        Nothing at all could be proved.
+    Raises ``InputError``: there are no golden data of that name, or a cell of theirs is no number;
+    ``NotProved``: nothing at all could be proved.
     """
     made = proved(scene, folder, bits)
     if made.complete:
@@ -132,13 +128,8 @@ def proved(scene: str, folder: Path | None, bits: int) -> Certificate:
 
     The precision is raised until both programs decide every digit, or ``MOST_BITS`` are reached.
 
-    Raises
-    ------
-    InputError
-        There are no golden data of that name, a cell of theirs is no number, or their manifest is
-        not one that was built.
-    NotProved
-        Nothing at all could be proved.
+    Raises ``InputError``: there are no golden data of that name, a cell of theirs is no number, or
+    their manifest is not one that was built; ``NotProved``: nothing at all could be proved.
     """
     stored = store.read(scene, folder)
     store.require_manifest(stored)
@@ -169,10 +160,7 @@ def checked(stored: Stored, made: Certificate) -> Certificate:
 def check(stored: Stored, content: dict[str, Json], progress: Progress = silent) -> Accepted:
     """What a certificate proves of golden data, in the second checker's eyes.
 
-    Raises
-    ------
-    Refused
-        Not every printed number and event.
+    Raises ``Refused``: it does not prove every printed number and event.
     """
     if (content["scene"], content["scene_sha256"]) != (
         stored.name,

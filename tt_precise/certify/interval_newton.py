@@ -84,10 +84,7 @@ def lower_bound(
 ) -> arb:
     """A number that the function is nowhere below on the step, up to a time ``until``.
 
-    Raises
-    ------
-    NotProved
-        The function could not be bounded.
+    Raises ``NotProved``: the function could not be bounded.
     """
     with flint.ctx.workprec(step.bits):
         model = function(step.tube)

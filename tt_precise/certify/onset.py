@@ -115,10 +115,7 @@ class Exact(Ring):
     def sign(self, theta: Inclination) -> int:
         """The sign of a number that is not zero, at this inclination.
 
-        Raises
-        ------
-        NotProved
-            ``MOST_BITS`` do not show it.
+        Raises ``NotProved``: ``MOST_BITS`` do not show it.
         """
         bits = 128
         while bits <= MOST_BITS:

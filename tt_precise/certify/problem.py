@@ -82,11 +82,8 @@ def contact_force(q: Motion) -> Scalar:
 def phases_of(scene: Scene) -> tuple[Phase, ...]:
     """What a motion consists of: one phase, or contact and flight by turns, which may begin.
 
-    Raises
-    ------
-    NotProved
-        It changes its equations in a way that proofs do not cover, or they contain a function that
-        balls lack.
+    Raises ``NotProved``: it changes its equations in a way that proofs do not cover, or they
+    contain a function that balls lack.
     """
     spring, law = scene.body.spring, scene.body.friction
     if scene.flies or spring == "hunt-crossley":

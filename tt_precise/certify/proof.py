@@ -103,10 +103,7 @@ class Proof:
     def rows(self) -> Iterator[tuple[Fraction, dict[str, arb | None]]]:
         """Time in s and state at each sample of the scene that the proof reaches.
 
-        Raises
-        ------
-        NotProved
-            Whether it reaches a sample is undecided.
+        Raises ``NotProved``: whether it reaches a sample is undecided.
         """
         for seconds in self.sample_times:
             yield seconds, self.state(seconds)
@@ -169,10 +166,8 @@ class Proof:
         The identities of the mechanics say that it is zero; so this is an independent check: an
         enclosure that missed the exact solution would exclude it.
 
-        Raises
-        ------
-        NotProved
-            An enclosure excludes what is conserved: something is wrong with the proof.
+        Raises ``NotProved``: an enclosure excludes what is conserved: something is wrong with the
+        proof.
         """
         bounds = {}
         with flint.ctx.workprec(self.enclosure.working_bits):
@@ -191,10 +186,7 @@ class Proof:
     def events(self, name: str) -> ProvedEvents:
         """All zeros after t = 0 of an event of the catalogue.
 
-        Raises
-        ------
-        InputError
-            The catalogue does not have it for this model.
+        Raises ``InputError``: the catalogue does not have it for this model.
         """
         if name not in catalogue(self.scene.model):
             known = ", ".join(catalogue(self.scene.model))
@@ -222,10 +214,7 @@ class Proof:
     def forever(self) -> dict[str, Held]:
         """What holds the solution for ever, near a vertical spin (``energy_well``).
 
-        Raises
-        ------
-        NotProved
-            Nothing is proved of all later times.
+        Raises ``NotProved``: nothing is proved of all later times.
         """
         if self.lost or self.scene.lifts:
             raise NotProved("W2", "the top need not stay on the table")
@@ -270,10 +259,8 @@ class Proof:
     def inversion(self) -> InversionTimes:
         """Initiation and ending times in s, as balls, in the three definitions.
 
-        Raises
-        ------
-        NotProved
-            An event that they depend on is undecided, or the proof ends before the horizon.
+        Raises ``NotProved``: an event that they depend on is undecided, or the proof ends before
+        the horizon.
         """
         if not self.complete:
             raise NotProved("inversion", f"the proof ends at {float(self.finish_s):.6g} s")

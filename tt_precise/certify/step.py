@@ -91,10 +91,7 @@ def _after(
 def cross(problem: Problem, piece: Piece, errors: LohnerSet) -> Crossing:
     """Verify the hypotheses S1 to S4 of the theorem for one piece.
 
-    Raises
-    ------
-    NotProved
-        A hypothesis did not verify; that of a shorter step may.
+    Raises ``NotProved``: a hypothesis did not verify; that of a shorter step may.
     """
     defects, end = _defects(problem, piece), piece.end
     with flint.ctx.workprec(TUBE_BITS):

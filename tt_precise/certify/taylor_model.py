@@ -89,10 +89,7 @@ class TaylorModel(Ring):
         With a polynomial r close to 1/g and |1 - g r| <= e < 1, g has no zero and
         1/g = r/(1 - (1 - g r)) lies within e/(1 - e) of r, relatively.
 
-        Raises
-        ------
-        NotProved
-            g may have a zero.
+        Raises ``NotProved``: g may have a zero.
         """
         terms = self.frame.degree + 1
         middle = arb_poly([c.mid() for c in self.polynomial.coeffs()])
@@ -111,10 +108,7 @@ class TaylorModel(Ring):
         With a positive polynomial r close to it and |g/r^2 - 1| <= e < 1, the root lies within
         e of r, relatively, since |sqrt(1 + x) - 1| <= |x| for |x| <= 1.
 
-        Raises
-        ------
-        NotProved
-            g may have a zero, or be negative.
+        Raises ``NotProved``: g may have a zero, or be negative.
         """
         terms = self.frame.degree + 1
         middle = arb_poly([c.mid() for c in self.polynomial.coeffs()])

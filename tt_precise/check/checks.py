@@ -336,10 +336,7 @@ DEFAULT_LIMITS = {check.name: check.limit for check in CHECKS}
 def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
     """The default limits, changed by those given.
 
-    Raises
-    ------
-    InputError
-        A check of that name does not exist, or its limit is not a number.
+    Raises ``InputError``: a check of that name does not exist, or its limit is not a number.
     """
     for name in given:
         if name not in DEFAULT_LIMITS:
@@ -352,10 +349,7 @@ def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
 def finite(what: str, value: object) -> float:
     """A number given as a limit.
 
-    Raises
-    ------
-    InputError
-        It is not a finite number: every value passes a comparison with NaN.
+    Raises ``InputError``: it is not a finite number: every value passes a comparison with NaN.
     """
     if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
         raise InputError(f"{what}: got {value!r}, expected a finite number")
@@ -367,10 +361,7 @@ def read_limits(texts: Iterable[str], option: str = "--limit") -> dict[str, floa
 
     ``option`` is the name of the option, for errors.
 
-    Raises
-    ------
-    InputError
-        A value is not a number, or a name has two values.
+    Raises ``InputError``: a value is not a number, or a name has two values.
     """
     limits: dict[str, float] = {}
     for text in texts:

@@ -103,10 +103,8 @@ def known_columns(present: Iterable[str]) -> list[str]:
 def choose_set(present: Sequence[str], where: str) -> ColumnSet:
     """The column set to check by.
 
-    Raises
-    ------
-    InputError
-        No set is complete; the message names the missing columns of the nearest set.
+    Raises ``InputError``: no set is complete; the message names the missing columns of the nearest
+    set.
     """
     if "t" not in present:
         raise InputError(
@@ -139,10 +137,7 @@ def choose_set(present: Sequence[str], where: str) -> ColumnSet:
 def renaming(pairs: Iterable[str]) -> dict[str, str]:
     """Read ``theirs=ours`` pairs; a string may have several, separated by commas.
 
-    Raises
-    ------
-    InputError
-        A pair is malformed, or ``ours`` is not a known column.
+    Raises ``InputError``: a pair is malformed, or ``ours`` is not a known column.
     """
     names: dict[str, str] = {}
     for pair in (part for text in pairs for part in text.split(",") if part.strip()):
@@ -161,10 +156,7 @@ def renaming(pairs: Iterable[str]) -> dict[str, str]:
 def renamed(names: Sequence[str], rename: Mapping[str, str], where: str) -> list[str]:
     """Column names after ``rename``; "time" counts as t unless there is a t.
 
-    Raises
-    ------
-    InputError
-        A column to be renamed is missing, or a known name occurs twice.
+    Raises ``InputError``: a column to be renamed is missing, or a known name occurs twice.
     """
     for theirs in rename:
         if theirs not in names:

@@ -60,10 +60,7 @@ def engine_columns(path: str | Path, engine: str, scene: Scene) -> dict[str, num
     ``engine`` is a name in ``CONVENTIONS``; ":cm" or ":centre" after it says that the body's
     origin is the centre of mass, or the centre of the sphere.
 
-    Raises
-    ------
-    InputError
-        No such engine or file, or an array is missing or has another shape.
+    Raises ``InputError``: no such engine or file, or an array is missing or has another shape.
     """
     import numpy
     from scipy.spatial.transform import Rotation
@@ -96,10 +93,7 @@ def engine_columns(path: str | Path, engine: str, scene: Scene) -> dict[str, num
 def engine_source(path: str, engine: str, scene: Scene, rename: Mapping[str, str]) -> ColumnSource:
     """An engine's file as a source of rows, with its readings by other engines' conventions.
 
-    Raises
-    ------
-    InputError
-        As ``engine_columns``.
+    Raises ``InputError``: as ``engine_columns``.
     """
     from tt_precise.check.sources import ColumnSource
 

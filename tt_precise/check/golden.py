@@ -236,10 +236,8 @@ class GoldenDistance:
 
         ``broken`` says why rows are missing at the end, "" if none are.
 
-        Raises
-        ------
-        InputError
-            Digits were requested, but there are no golden data, or too few rows to compare.
+        Raises ``InputError``: digits were requested, but there are no golden data, or too few rows
+        to compare.
         """
         notes, evidence = [], self._evidence
         beyond = self._true is not None and (evidence.missed or 0.0) > self._true.times[-1]
@@ -326,10 +324,7 @@ class GoldenDistance:
 class FreshSolution:
     """The solution of ``scene`` at the times of rows, to a digit more than is ``asked`` for.
 
-    Raises
-    ------
-    InputError
-        This accuracy cannot be reached.
+    Raises ``InputError``: this accuracy cannot be reached.
     """
 
     def __init__(

@@ -126,10 +126,8 @@ def number(value: Any, *, strict: bool) -> float:
 
     Text that is not a number is also NaN, unless ``strict``.
 
-    Raises
-    ------
-    ValueError
-        It is not a real number within the range of a double; the message has the expectation.
+    Raises ``ValueError``: it is not a real number within the range of a double; the message has the
+    expectation.
     """
     if value is None or type(value).__name__ == "NAType":
         return math.nan
@@ -164,10 +162,8 @@ def _number_of_text(text: str, strict: bool) -> float:
 def column_of(values: Any, name: str, where: str) -> Array:
     """``values`` as an array with one entry a row.
 
-    Raises
-    ------
-    InputError
-        It has another shape, or a mask, or holds dates, complex numbers or truth values.
+    Raises ``InputError``: it has another shape, or a mask, or holds dates, complex numbers or truth
+    values.
     """
     # naming numpy.ma would import it
     if type(values).__name__ == "MaskedArray" and numpy.any(values.mask):
@@ -196,10 +192,7 @@ def numbers_of(
 ) -> numpy.ndarray:
     """The numbers in an array of ``column_of``, NaN where there are none; row ``first`` onwards.
 
-    Raises
-    ------
-    InputError
-        An entry is not a real number; the line names the row.
+    Raises ``InputError``: an entry is not a real number; the line names the row.
     """
     if array.dtype.kind in "fiu":
         with numpy.errstate(over="ignore"):
@@ -476,10 +469,7 @@ def open_source(source: object, rename: Mapping[str, str] | None = None) -> RowS
 
     The caller closes it. A source that is open already is returned as it is.
 
-    Raises
-    ------
-    InputError
-        It cannot be opened, or has no header.
+    Raises ``InputError``: it cannot be opened, or has no header.
     """
     rename = rename or {}
     if isinstance(source, RowSource):

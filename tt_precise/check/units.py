@@ -185,10 +185,7 @@ def refuse_other_units(
 ) -> None:
     """Look at the first rows; ``otherwise`` has further readings, those of the file itself.
 
-    Raises
-    ------
-    InputError
-        Units other than SI, or another body, are what explains them.
+    Raises ``InputError``: units other than SI, or another body, are what explains them.
     """
     rows = first.rows(slice(0, LOOKED_AT))
     theta = rows.given.get("theta")

@@ -229,10 +229,7 @@ def judge_all(
 def calls_for(ids: Iterable[str] | None = None) -> list[Call]:
     """The calls of ``judge`` for claims (all of them by default), keyed by id.
 
-    Raises
-    ------
-    InputError
-        There is no claim with one of the ids.
+    Raises ``InputError``: there is no claim with one of the ids.
     """
     wanted = {claim.id: claim for claim in map(claim_named, claims() if ids is None else ids)}
     modules = Counter(claim.group for claim in wanted.values())

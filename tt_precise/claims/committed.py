@@ -140,10 +140,7 @@ class Committed(Record, frozen=True, kw_only=True):
 def committed(file: Path | None = None) -> Committed | None:
     """The verdicts in ``file``, by default the shipped file; None if it does not exist.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, or does not hold verdicts.
+    Raises ``InputError``: the file cannot be read, or does not hold verdicts.
     """
     place = file or shipped("reports") / FILE
     if not place.is_file():

@@ -97,10 +97,7 @@ PAPERS = (RAUCH_RUTSTAM,)
 def named(id: str, known: Mapping[str, T]) -> T:
     """The value of ``known`` for a claim's id (in any case).
 
-    Raises
-    ------
-    InputError
-        There is no such claim.
+    Raises ``InputError``: there is no such claim.
     """
     if id.upper() not in known:
         prefix = id.upper().split("-")[0]

@@ -33,10 +33,7 @@ def rounding_to(context: Functions) -> Callable[[Fraction], Scalar]:
 def checked_digits(digits: int) -> int:
     """``digits`` if it is in range.
 
-    Raises
-    ------
-    InputError
-        It is not a whole number between 1 and ``MOST_DIGITS``.
+    Raises ``InputError``: it is not a whole number between 1 and ``MOST_DIGITS``.
     """
     number = whole(digits)
     if number is None or not 1 <= number <= MOST_DIGITS:

@@ -80,10 +80,8 @@ class Chart:
     def remainder(self, value: Scalar) -> Remainder:
         """Reduce ``value`` modulo the relations.
 
-        Raises
-        ------
-        ZeroDivisionError
-            The denominator vanishes on the relations: ``value`` is undefined.
+        Raises ``ZeroDivisionError``: the denominator vanishes on the relations: ``value`` is
+        undefined.
         """
         element = self.here(value)
         if not element.denom.rem(self._relations):

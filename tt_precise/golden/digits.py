@@ -154,10 +154,7 @@ def as_decimal(value: Scalar) -> Decimal | None:
 
     None for a missing entry, NaN and infinity.
 
-    Raises
-    ------
-    InputError
-        It is not a number.
+    Raises ``InputError``: it is not a number.
     """
     if value is None or value == "":
         return None

@@ -82,10 +82,8 @@ def pose_columns(scene: Scene, table: Table, *, in_full: bool) -> dict[str, tupl
 
     ``in_full`` gives ``DIGITS`` digits, else 17, which takes quad precision only.
 
-    Raises
-    ------
-    InputError
-        The axis is exactly vertical at some time, or the run contradicts the published columns.
+    Raises ``InputError``: the axis is exactly vertical at some time, or the run contradicts the
+    published columns.
     """
     from tt_precise.integration import integrate
     from tt_precise.integration.columns import VECTOR_COLUMNS

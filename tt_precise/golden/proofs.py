@@ -59,10 +59,7 @@ _WIDE = Context(prec=400)
 def _digits_of(text: str) -> tuple[int, int]:
     """A decimal as a whole number and the power of ten of its last digit.
 
-    Raises
-    ------
-    ValueError
-        It is none.
+    Raises ``ValueError``: it is no decimal.
     """
     mantissa, _, exponent = text.partition("e")
     front, _, decimals = mantissa.partition(".")
@@ -91,10 +88,7 @@ class Interval:
     def around(cls, middle: str, radius: str) -> Interval:
         """From the decimals of a ball.
 
-        Raises
-        ------
-        ArithmeticError
-            One of them is not a finite number.
+        Raises ``ArithmeticError``: one of them is not a finite number.
         """
         centre, reach = Decimal(middle), Decimal(radius)
         if not (centre.is_finite() and reach.is_finite() and reach >= 0):
@@ -246,10 +240,7 @@ class Record:
 def read(name: str, folder: Path | None = None) -> Record | None:
     """The proof of the golden tables ``name``; None if there is none.
 
-    Raises
-    ------
-    InputError
-        A file cannot be used, or its prover is not sound.
+    Raises ``InputError``: a file cannot be used, or its prover is not sound.
     """
     place = (folder or store.home()) / name
     files = (PROOF, ENCLOSURE, EVENTS_ENCLOSURE)

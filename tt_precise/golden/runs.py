@@ -216,11 +216,8 @@ def reconcile(scene: Scene, runs: Sequence[Run]) -> Consensus:
 
     A run that ends at a pole (Euler form) counts for the rows before it.
 
-    Raises
-    ------
-    ArithmeticError
-        The runs disagree: another end, another number of events, an event whose directions do not
-        alternate; or no run has a row to compare with the first run.
+    Raises ``ArithmeticError``: the runs disagree: another end, another number of events, an event
+    whose directions do not alternate; or no run has a row to compare with the first run.
     """
     first = runs[0]
     for run in runs:

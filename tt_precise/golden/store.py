@@ -90,10 +90,7 @@ def scenes(folder: Folder = None) -> list[str]:
 def some(names: Iterable[str], folder: Folder = None) -> list[str]:
     """These names of scenes, if there are any: a check without input is an error.
 
-    Raises
-    ------
-    InputError
-        There are none.
+    Raises ``InputError``: there are none.
     """
     chosen = list(names)
     if not chosen:
@@ -117,10 +114,7 @@ def locate(scene: str | Path, folder: Folder = None) -> Located:
     is looked for in ``folder``, or in the package and then in ``golden``, nowhere else. Whether
     such data exist is not checked.
 
-    Raises
-    ------
-    InputError
-        It is not a possible name of a scene.
+    Raises ``InputError``: it is not a possible name of a scene.
     """
     given = Path(scene)
     by_path = isinstance(scene, Path) or os.sep in scene
@@ -142,10 +136,7 @@ def locate(scene: str | Path, folder: Folder = None) -> Located:
 def require(scene: str | Path, folder: Folder = None) -> Located:
     """``locate`` for existing data.
 
-    Raises
-    ------
-    InputError
-        There are none.
+    Raises ``InputError``: there are none.
     """
     try:
         place = locate(scene, folder)
@@ -186,10 +177,7 @@ class Stored:
 def read(scene: str | Path, folder: Folder = None) -> Stored:
     """Read the golden data of ``scene`` (see ``locate``), without verifying them.
 
-    Raises
-    ------
-    InputError
-        There is none, or a file is missing or unreadable.
+    Raises ``InputError``: there is none, or a file is missing or unreadable.
     """
     from tt_precise.golden.documents import Manifest  # what only reads whole data does without
     from tt_precise.runtime.records import read_as_record
@@ -210,10 +198,7 @@ def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
 
     Once a process for each manifest: data that fit it are the same again.
 
-    Raises
-    ------
-    InputError
-        There are no such data, or they have changed since they were built.
+    Raises ``InputError``: there are no such data, or they have changed since they were built.
     """
     place = require(scene, folder)
     return _whole(place.path.absolute(), _text(place.path / MANIFEST))
@@ -241,10 +226,7 @@ def replace_folder(target: Path, files: dict[str, str]) -> None:
 
     Other files in the folder, such as a proof of the digits, stay.
 
-    Raises
-    ------
-    InputError
-        The place cannot be written, or is full; the old data stay.
+    Raises ``InputError``: the place cannot be written, or is full; the old data stay.
     """
     import shutil  # here, because a check does not write
 
@@ -334,10 +316,7 @@ def changed_files(stored: Stored) -> list[str]:
 def require_manifest(stored: Stored) -> None:
     """Refuse to prove data, or record a proof of data, that no build has written.
 
-    Raises
-    ------
-    InputError
-        The manifest does not match its own hash.
+    Raises ``InputError``: the manifest does not match its own hash.
     """
     name = stored.name
     if MANIFEST in changed_files(stored):
@@ -350,10 +329,7 @@ def require_manifest(stored: Stored) -> None:
 def record_proof(place: Path) -> None:
     """Write the hash of the proof in a scene's folder into its manifest.
 
-    Raises
-    ------
-    InputError
-        No build has written the manifest.
+    Raises ``InputError``: no build has written the manifest.
     """
     stored = read(place.name, place.parent)
     require_manifest(stored)

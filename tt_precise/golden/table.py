@@ -36,10 +36,8 @@ class Table:
     def parse(cls, text: str) -> Table:
         """Read CSV text with one header line; quotes around cells say nothing.
 
-        Raises
-        ------
-        InputError
-            No header, a name twice, or a row of another length; the line is named.
+        Raises ``InputError``: no header, a name twice, or a row of another length; the line is
+        named.
         """
         lines = text.replace('"', "").splitlines()
         rows = [tuple(map(str.strip, line.split(","))) for line in lines if line]

@@ -54,10 +54,7 @@ KINDS = {
 def build(folder: Path, progress: Progress = silent) -> list[Path]:
     """Compute the test vectors and write them, and the index of the whole ``folder``.
 
-    Raises
-    ------
-    InputError
-        There are no golden data in ``folder``; this is checked before the work.
+    Raises ``InputError``: there are no golden data in ``folder``; this is checked before the work.
     """
     _scenes(folder)
     place = folder / VECTORS
@@ -83,10 +80,7 @@ def verify(folder: Path, progress: Progress = silent) -> list[str]:
 def stale(folder: Path) -> Iterator[str]:
     """Differences between the index and the files.
 
-    Raises
-    ------
-    InputError
-        There are no golden data in ``folder``.
+    Raises ``InputError``: there are no golden data in ``folder``.
     """
     _scenes(folder)
     file = folder / INDEX
@@ -154,10 +148,7 @@ def index_text(folder: Path) -> str:
 def entries(folder: Path) -> Iterator[Listed]:
     """An entry for each file, in order.
 
-    Raises
-    ------
-    InputError
-        There are no golden data in ``folder``, or a file lacks its metadata.
+    Raises ``InputError``: there are no golden data in ``folder``, or a file lacks its metadata.
     """
     for name in _scenes(folder):
         place = folder / name

@@ -222,10 +222,7 @@ def _seen(
 def state_file() -> list[dict[str, Json]]:
     """The entries of ``states.json``: each state, and after some the same with a mistake.
 
-    Raises
-    ------
-    ArithmeticError
-        Two formulations do not agree.
+    Raises ``ArithmeticError``: two formulations do not agree.
     """
     return [entry for case in cases() for entry in _entries(case)]
 
@@ -284,10 +281,7 @@ def _entry(case: StateCase) -> dict[str, Json]:
 def expected(case: StateCase) -> dict[str, Scalar | Vector]:
     """Every term at the case's state, at its azimuth; vectors as tuples, SI.
 
-    Raises
-    ------
-    ArithmeticError
-        Newton's and Euler's equations do not agree.
+    Raises ``ArithmeticError``: Newton's and Euler's equations do not agree.
     """
     fn, known = case.context, terms(case.motion)
     worst = disagreement(case.motion, known, case.start.euler, fn.mpf(10) ** -STEP)

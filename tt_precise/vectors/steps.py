@@ -27,11 +27,8 @@ VECTORS, ANGLES = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"), ("phi", "psi
 def step_file(progress: Progress = silent) -> list[dict[str, Json]]:
     """The entries of ``steps.json``: name, duration and the state then.
 
-    Raises
-    ------
-    ArithmeticError
-        A motion ends early, or two precisions or formulations do not agree in the digits that are
-        printed.
+    Raises ``ArithmeticError``: a motion ends early, or two precisions or formulations do not agree
+    in the digits that are printed.
     """
     chosen = list(cases())
     entries: list[dict[str, Json]] = []
