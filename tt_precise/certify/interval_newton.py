@@ -116,14 +116,9 @@ class _Part:
 
     @classmethod
     def of(
-        cls,
-        step: VerifiedStep,
-        function: Function,
-        begins: Onset | None,
-        touches: Sequence[arb],
-        *,
-        sharp: bool = False,
-    ) -> _Part:
+        cls, step: VerifiedStep, function: Function, begins: Onset | None, touches: Sequence[arb],
+        *, sharp: bool = False,
+    ) -> _Part:  # fmt: skip
         along = function(_moving(step, sharp))
         local = [(t - step.begin) / step.piece.unit for t in touches]
         return cls(step, function, along.value, along.partials[0], sharp, begins, local)

@@ -135,13 +135,9 @@ OPTIONS = inspect.signature(conservation).parameters
 
 
 def _checked(
-    table: RowSource,
-    setup: CheckSetup,
-    limits: Mapping[str, float],
-    cutoff: float,
-    golden: Callable[[CheckSetup, Sequence[str]], GoldenDistance],
-    progress: Progress,
-) -> Result:
+    table: RowSource, setup: CheckSetup, limits: Mapping[str, float], cutoff: float,
+    golden: Callable[[CheckSetup, Sequence[str]], GoldenDistance], progress: Progress,
+) -> Result:  # fmt: skip
     height = setup.columns.height if setup.height_given else ()
     names = ("t", *(n for n in (*setup.columns.names, *height) if n in table.names))
     also = [name for name in known_columns(table.names) if name not in names]

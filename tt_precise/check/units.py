@@ -177,12 +177,9 @@ FEWEST = 8  # intervals
 
 
 def refuse_other_units(
-    setup: CheckSetup,
-    first: Samples,
-    block: Block,
-    present: Sequence[str],
+    setup: CheckSetup, first: Samples, block: Block, present: Sequence[str],
     otherwise: Mapping[str, Reading],
-) -> None:
+) -> None:  # fmt: skip
     """Look at the first rows; ``otherwise`` has further readings, those of the file itself.
 
     Raises ``InputError``: units other than SI, or another body, are what explains them.

@@ -135,15 +135,10 @@ def claims_of(paper: Paper, section: str) -> Callable[..., Callable[[Function], 
     """The decorator for the claims of a section, at ``where`` ("Sec. 2.1" by default)."""
 
     def claim(
-        id: str,
-        *,
-        quote: str,
-        counterexample: Mapping[str, object] | None,
-        where: str = f"Sec. {section}",
-        definition: str = "",
-        statement: str = "",
+        id: str, *, quote: str, counterexample: Mapping[str, object] | None,
+        where: str = f"Sec. {section}", definition: str = "", statement: str = "",
         slow: bool = False,
-    ) -> Callable[[Function], Function]:
+    ) -> Callable[[Function], Function]:  # fmt: skip
         def register(function: Function) -> Function:
             name, told = paper.prefix + id, statement or " ".join((function.__doc__ or "").split())
             if name in _registered:

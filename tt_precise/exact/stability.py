@@ -137,14 +137,9 @@ def eigenvalues(matrix: list[list[Scalar]], error: Scalar, fn: Functions) -> lis
 
 
 def _search(
-    body: TippeTop,
-    side: int,
-    digits: int,
-    reach: int,
-    accuracy: int,
-    context: Functions,
+    body: TippeTop, side: int, digits: int, reach: int, accuracy: int, context: Functions,
     mu: Fraction | None,
-) -> MarginalMomentum:
+) -> MarginalMomentum:  # fmt: skip
     # Central differences err by (friction step)^2 and by eps/step.
     half = accuracy // 2 + reach
     work = own_context(accuracy + half + 10)

@@ -254,13 +254,9 @@ class InversionVerdict(NamedTuple):
 
 
 def inversion(
-    scene: Scene,
-    lambda_: Scalar,
-    lambda_thres: Scalar,
-    lambda_up: Scalar,
-    on_table: bool,
+    scene: Scene, lambda_: Scalar, lambda_thres: Scalar, lambda_up: Scalar, on_table: bool,
     margin: Scalar,
-) -> InversionVerdict:
+) -> InversionVerdict:  # fmt: skip
     """Whether the scene's motion tends to the inverted spin.
 
     ``lambda_thres`` is None where the inverted spin is unstable at every lambda, ``lambda_up``

@@ -267,12 +267,9 @@ def _compared(name: str, place: Path, new: Consensus) -> tuple[Stored | None, st
 
 
 def compose(
-    scene: Scene,
-    consensus: Consensus,
-    runs: Sequence[Run],
-    constant: Sequence[Constancy],
+    scene: Scene, consensus: Consensus, runs: Sequence[Run], constant: Sequence[Constancy],
     history: Sequence[dict[str, str]],
-) -> dict[str, Json]:
+) -> dict[str, Json]:  # fmt: skip
     """The manifest of the ``consensus`` of ``runs``."""
     derived = derive(scene, consensus.trajectory, consensus.events)
     for file, key in ((TRAJECTORY, "trajectory"), (EVENTS, "events")):

@@ -318,11 +318,9 @@ def _require_same_events(scene: Scene, runs: Sequence[Run], lists: Sequence[list
 
 
 def _merged(
-    names: Cells,
-    labels: Sequence[str],
-    tables: Sequence[Sequence[Cells]],
+    names: Cells, labels: Sequence[str], tables: Sequence[Sequence[Cells]],
     scales: dict[str, Decimal],
-) -> tuple[list[Cells], Agreements, list[str]]:
+) -> tuple[list[Cells], Agreements, list[str]]:  # fmt: skip
     """Published rows, the worst agreement of each later table with the first, contradictions."""
     # a run that ended before the first row has no agreement
     compared = [label for label, t in zip(labels, tables[1:], strict=True) if t or not tables[0]]

@@ -58,20 +58,10 @@ SLOPE, BOUND = "R*mu*g_n*(1 - alpha*cos(theta))", "alpha*sin(theta)/(mu*(1 - alp
 
 
 def identity(
-    section: str,
-    id: str,
-    quote: str,
-    statement: str,
-    remark: str,
-    *,
-    parts: Parts,
-    printed: tuple[str, ...],
-    wrong: str,
-    at: int = 0,
-    where: str = "",
-    definition: str = "",
+    section: str, id: str, quote: str, statement: str, remark: str, *, parts: Parts,
+    printed: tuple[str, ...], wrong: str, at: int = 0, where: str = "", definition: str = "",
     slow: bool = False,
-) -> None:
+) -> None:  # fmt: skip
     """Register an entry of the table as a claim."""
     claims_of(RAUCH_RUTSTAM, section)(
         id,
