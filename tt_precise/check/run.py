@@ -186,14 +186,10 @@ def _checked(
             findings.append(distance.finding(cutoff, ended, progress))
     end = usable.broken.t if usable.broken else 0.0
     return Result(
-        trajectory=table.where,
-        scene=setup.scene.name,
-        columns=setup.columns.name,
-        rows=rows,
+        trajectory=table.where, scene=setup.scene.name, columns=setup.columns.name, rows=rows,
         t_first=float(first.t[0]) if first else end,
-        t_last=float(samples.t[-1]) if samples else end,
-        checks=tuple(findings),
-    )
+        t_last=float(samples.t[-1]) if samples else end, checks=tuple(findings),
+    )  # fmt: skip
 
 
 def _with_advice(findings: list[Check]) -> list[Check]:
@@ -257,16 +253,10 @@ class _Running:
             if holds and getattr(watch, "error_bound", -math.inf) > limit:
                 verdict, reason = "skipped", f"rows too far apart: {reason}"
         return Check(
-            name=check.name,
-            verdict=verdict,
-            value=value,
-            limit=limit if self._watch else None,
-            at=self._worst.at,
-            note=reason,
-            meaning=check.meaning,
-            sense=check.sense,
+            name=check.name, verdict=verdict, value=value, limit=limit if self._watch else None,
+            at=self._worst.at, note=reason, meaning=check.meaning, sense=check.sense,
             curve=self._worst.curve if self._watch else None,
-        )
+        )  # fmt: skip
 
 
 def assert_conserves(

@@ -16,15 +16,9 @@ T = TypeVar("T")
 
 # kinds of claims by the letters of their ids
 KINDS = {
-    "EQ": "equation",
-    "TH": "theorem",
-    "NUM": "number",
-    "QUAL": "quality",
-    "FIG": "figure",
-    "SWP": "sweep",
-    "SUM": "summary",
-    "NT": "setting",
-}
+    "EQ": "equation", "TH": "theorem", "NUM": "number", "QUAL": "quality", "FIG": "figure",
+    "SWP": "sweep", "SUM": "summary", "NT": "setting",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

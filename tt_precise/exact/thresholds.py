@@ -103,13 +103,9 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
     }
     numerator, denominator = contact_terms(scene.model, work.top, work.motion.state, work.fn)
     verdict = inversion(
-        scene,
-        lambda_.value,
-        quantities["lambda_thres"].value,
-        quantities["lambda_up"].value,
-        bool(numerator > 0 and denominator > 0),
-        work.fn.mpf(10) ** -digits,
-    )
+        scene, lambda_.value, quantities["lambda_thres"].value, quantities["lambda_up"].value,
+        bool(numerator > 0 and denominator > 0), work.fn.mpf(10) ** -digits,
+    )  # fmt: skip
     return Thresholds(digits, work.fn, quantities, verdict.inverts, verdict.reason)
 
 

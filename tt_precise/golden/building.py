@@ -346,12 +346,9 @@ def _table(table: Table, scales: dict[str, Decimal]) -> dict[str, Json]:
 
 def _run(run: Run) -> dict[str, Json]:
     content: dict[str, Json] = {
-        "name": run.label,
-        "formulation": run.formulation,
-        "bits": run.bits,
-        "status": run.status,
+        "name": run.label, "formulation": run.formulation, "bits": run.bits, "status": run.status,
         "rows": len(run.trajectory.rows) - (run.status == "pole"),
-    }
+    }  # fmt: skip
     if run.order:
         content |= {"order": run.order, "tolerance": f"2^-{run.bits - 1}"}
     return content

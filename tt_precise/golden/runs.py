@@ -116,27 +116,20 @@ def perform(task: Task) -> Run:
     scene = task.scene
     record = {*scene.record, "phi"} if task.formulation == "euler" else scene.record
     trajectory = integrate(
-        scene,
-        task.precision,
-        bits=task.bits,
-        formulation=task.formulation,
-        events=catalogue(scene.model) if task.events else (),
-        record=record,
-    )
+        scene, task.precision, bits=task.bits, formulation=task.formulation,
+        events=catalogue(scene.model) if task.events else (), record=record,
+    )  # fmt: skip
     names = columns(scene)
     frame = trajectory.frame(*names[1:], numbers="text")
     happened = events_table(trajectory, names)
     return Run(
-        label=task.label,
-        formulation=task.formulation,
-        bits=trajectory.precision.bits,
-        order=trajectory.order,
-        status=trajectory.status,
+        label=task.label, formulation=task.formulation, bits=trajectory.precision.bits,
+        order=trajectory.order, status=trajectory.status,
         trajectory=Table.of_columns({name: list(map(_text, frame[name])) for name in names}),
         events=happened,
         suspects=not_alternating(((row[0], int(row[2])) for row in happened.rows), EVENTS),
         seconds=time.process_time() - began,
-    )
+    )  # fmt: skip
 
 
 def _text(value: Scalar) -> str:

@@ -270,12 +270,9 @@ def _entry(case: StateCase) -> dict[str, Json]:
     four = [_shown(case, part, INPUT_DIGITS) for part in posed[:4]]
     given = {"quaternion_wxyz": four, "quaternion_xyzw": [*four[1:], four[0]], **state}
     return {
-        "name": case.name,
-        "body": numbers("m", "R", "alpha", "I1", "I3", "g"),
-        "friction": friction,
-        "contact": contact,
-        "state": given,
-    }
+        "name": case.name, "body": numbers("m", "R", "alpha", "I1", "I3", "g"),
+        "friction": friction, "contact": contact, "state": given,
+    }  # fmt: skip
 
 
 def expected(case: StateCase) -> dict[str, Scalar | Vector]:

@@ -135,12 +135,9 @@ def definition() -> dict[str, Json]:
     """The definition of the rows: scene, series, columns."""
     scene = _scene()
     return {
-        "version": VERSION,
-        **exact_values(scene),
-        "until": UNTIL,
-        "series": [repr(each) for each in SERIES],
-        "record": RECORD,
-    }
+        "version": VERSION, **exact_values(scene), "until": UNTIL,
+        "series": [repr(each) for each in SERIES], "record": RECORD,
+    }  # fmt: skip
 
 
 def exact_values(scene: Scene) -> dict[str, Json]:

@@ -64,14 +64,10 @@ def identity(
 ) -> None:  # fmt: skip
     """Register an entry of the table as a claim."""
     claims_of(RAUCH_RUTSTAM, section)(
-        id,
-        statement=statement,
-        quote=quote,
-        where=where or f"Sec. {section}",
+        id, statement=statement, quote=quote, where=where or f"Sec. {section}",
         definition=definition,
-        counterexample={"printed": (*printed[:at], wrong, *printed[at + 1 :])},
-        slow=slow,
-    )(partial(_judged, parts, remark, printed=printed))
+        counterexample={"printed": (*printed[:at], wrong, *printed[at + 1 :])}, slow=slow,
+    )(partial(_judged, parts, remark, printed=printed))  # fmt: skip
 
 
 def _judged(parts: Parts, remark: str, printed: tuple[str, ...]) -> Finding:

@@ -228,12 +228,9 @@ def _dotted(name: str) -> str:
 
 for number, (id, name, printed, wrong) in enumerate(RATES, start=2):
     claim(
-        id,
-        statement=f"The equation for {_dotted(name)}.",
-        quote=f"{_dotted(name)}=...",
-        where=f"eq ({number})",
-        counterexample={"printed": wrong},
-    )(partial(_rate, name, printed=printed))
+        id, statement=f"The equation for {_dotted(name)}.", quote=f"{_dotted(name)}=...",
+        where=f"eq ({number})", counterexample={"printed": wrong},
+    )(partial(_rate, name, printed=printed))  # fmt: skip
 
 
 @claim(

@@ -48,13 +48,9 @@ BAND = (
 EARLY = 20
 SINGULAR = 200  # rad/s, above omega_3(0)
 SCALES = {
-    "theta": "0.1",
-    "omega_3": "155",
-    "phi_dot": "200",
-    "theta_dot": "15",
-    "nu_x": "0.3",
+    "theta": "0.1", "omega_3": "155", "phi_dot": "200", "theta_dot": "15", "nu_x": "0.3",
     "nu_y": "0.8",
-}
+}  # fmt: skip
 PERTURBED_UNTIL = "10"  # s; 1 % of the range of phi_dot downwards puts the end off to 9.2 s
 
 
