@@ -7,7 +7,8 @@ import pytest
 
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
-from tt_precise.mechanics.vectors import cross, dot, rotation, scaled, turned
+from tt_precise.mechanics.newton import angular_momentum
+from tt_precise.mechanics.vectors import cross, rotation, turned
 from tt_precise.scene.body import Parameters
 
 BODY = (1.7, 0.6, 0.3, 0.37, 0.41, 9.82, 0)
@@ -21,14 +22,9 @@ def free(mp: Any) -> tuple[Parameters, RigidBodyState]:
     return body, RigidBodyState(*(x / size for x in q), *map(mp.mpf, (3, -4, 5, 0.1, 0.2, 2)))
 
 
-def axis(state: RigidBodyState) -> Any:
-    return turned(state[:4], (0, 0, 1))
-
-
 def momentum(body: Parameters, state: RigidBodyState) -> Any:
-    k, omega = axis(state), (state.wx, state.wy, state.wz)
-    along = scaled((body.I3 - body.I1) * dot(omega, k), k)
-    return tuple(body.I1 * w + a for w, a in zip(omega, along, strict=True))
+    k = turned(state[:4], (0, 0, 1))
+    return angular_momentum(body, k, (state.wx, state.wy, state.wz))
 
 
 def test_angular_momentum_and_spin_are_constant(free: Any, mp: Any) -> None:

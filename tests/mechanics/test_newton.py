@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
+from tests.mechanics.conftest import slopes
 from tt_precise.mechanics import newton
-from tt_precise.mechanics.newton import CentreState, NewtonState
+from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import added, cross, dot, scaled
 from tt_precise.scene.body import Parameters, TippeTop
@@ -120,19 +121,12 @@ def test_slope_of_the_normal_force_is_its_rate(
     body: TippeTop, vector_states: list[NewtonState], mp: Any, rounded: Any
 ) -> None:
     numbers = body.numbers(rounded)
-    h = mp.mpf(10) ** -20
     for exact in vector_states:
         state = NewtonState(*map(rounded, exact))
-        rate = newton.rates(numbers, state)
-        ahead, behind = (
-            newton.normal_force(
-                numbers, NewtonState(*(x + sign * h * r for x, r in zip(state, rate, strict=True)))
-            )
-            for sign in (1, -1)
-        )
-        slope = (ahead - behind) / (2 * h) * newton.contact_terms(numbers, state)[1]
+        rates = newton.rates(numbers, state)
+        (slope,) = slopes(lambda s: [newton.normal_force(numbers, s)], state, rates, mp)
+        slope *= newton.contact_terms(numbers, state)[1]
         found = newton.normal_force_slope(numbers, state)
-        # Central differences of step 1e-20 err by 1e-40 times a third derivative.
         assert abs(slope - found) < mp.mpf(10) ** -34
         assert abs(slope - found * (1 + mp.mpf(10) ** -30)) > mp.mpf(10) ** -34
 
@@ -148,20 +142,12 @@ def test_the_same_motion_as_in_vectors(
     body: TippeTop, vector_states: list[NewtonState], mp: Any, rounded: Any
 ) -> None:
     numbers = body.numbers(rounded)
-    h = mp.mpf(10) ** -20
+    off = replace(numbers, mu=numbers.mu * (1 + mp.mpf(10) ** -30))
     for exact in vector_states:
         vectors = NewtonState(*map(rounded, exact))
         state = newton.centre_from_vectors(numbers, vectors)
-        rate = newton.centre_rates(numbers, state)
-        ahead, behind = (
-            newton.centre_to_vectors(
-                numbers, CentreState(*(x + sign * h * r for x, r in zip(state, rate, strict=True)))
-            )
-            for sign in (1, -1)
-        )
-        truth = newton.rates(numbers, vectors)
-        for one, other, right in zip(ahead, behind, truth, strict=True):
-            # Central differences of step 1e-20 err by 1e-40 times a third derivative.
-            assert abs((one - other) / (2 * h) - right) < mp.mpf(10) ** -34
-        off = newton.rates(replace(numbers, mu=numbers.mu * (1 + mp.mpf(10) ** -30)), vectors)
-        assert abs((ahead.vx - behind.vx) / (2 * h) - off.vx) > mp.mpf(10) ** -33
+        rates = newton.centre_rates(numbers, state)
+        found = slopes(lambda s: newton.centre_to_vectors(numbers, s), state, rates, mp)
+        for one, right in zip(found, newton.rates(numbers, vectors), strict=True):
+            assert abs(one - right) < mp.mpf(10) ** -34
+        assert abs(found[6] - newton.rates(off, vectors).vx) > mp.mpf(10) ** -33

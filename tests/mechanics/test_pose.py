@@ -52,23 +52,13 @@ def test_a_rigid_body_in_this_pose_has_the_same_vectors(
     assert max(abs(a - b) for a, b in zip(wrong, q.state, strict=True)) > 0.1
 
 
-def rotation(theta: float, phi: float, psi: float) -> np.ndarray:
-    """Rz(phi) Ry(theta) Rz(psi), multiplied out."""
-    c, s = np.cos, np.sin
-
-    def z(angle: float) -> np.ndarray:
-        return np.array([[c(angle), -s(angle), 0], [s(angle), c(angle), 0], [0, 0, 1]])
-
-    y = np.array([[c(theta), 0, s(theta)], [0, 1, 0], [-s(theta), 0, c(theta)]])
-    return z(phi) @ y @ z(psi)
-
-
 @pytest.mark.parametrize("theta", [1e-9, 0.4, 2.0, np.pi - 1e-9])
 def test_the_quaternion_is_that_of_the_euler_angles(body: TippeTop, theta: float) -> None:
     from scipy.spatial.transform import Rotation
 
     q, found = made(body.numbers(float), theta, np)
-    matrix = rotation(theta, float(PHI), float(PSI))
+    angles = [float(PHI), theta, float(PSI)]
+    matrix = Rotation.from_euler("ZYZ", angles).as_matrix()
     given = Rotation.from_quat(found[:4], scalar_first=True).as_matrix()
     assert np.abs(given - matrix).max() < 1e-15 * 10  # ten operations
     body_frame = matrix.T @ np.array([found.wx, found.wy, found.wz])
