@@ -9,7 +9,7 @@ import mpmath
 import pytest
 
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.scene.body import TippeTop
+from tt_precise.scene.body import Parameters, TippeTop
 from tt_precise.scene.numerals import to_mpmath
 
 DIGITS = 60
@@ -44,7 +44,7 @@ def draw(seed: int) -> Callable[[], Fraction]:
 
 
 @pytest.fixture
-def vector_states() -> list[NewtonState]:
+def states() -> list[NewtonState]:
     """States with an exactly rational unit axis, anywhere on the sphere."""
     states = []
     for seed in range(8):
@@ -67,3 +67,9 @@ def slopes(function: Callable[[Any], Sequence[Any]], state: Any, rates: Any, mp:
         for step in (h, -h)
     )
     return [(a - b) / (2 * h) for a, b in zip(ahead, behind, strict=True)]
+
+
+@pytest.fixture
+def numbers(body: TippeTop, rounded: Callable[[Fraction], Any]) -> Parameters:
+    """The body in numbers of ``mp``."""
+    return body.numbers(rounded)

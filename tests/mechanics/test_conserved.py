@@ -8,7 +8,7 @@ import pytest
 from tt_precise.mechanics.conserved import INTEGRALS, conserved, drift
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.scene.body import TippeTop
+from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import load_scene
 
 
@@ -26,8 +26,7 @@ def test_conserved_by_the_scene(scene: str, names: str) -> None:
     assert found == {"jellett", "axis_norm", *names.split()}
 
 
-def test_drift_is_relative_to_the_start(body: TippeTop, mp: Any, rounded: Any) -> None:
-    numbers = body.numbers(rounded)
+def test_drift_is_relative_to_the_start(numbers: Parameters, mp: Any) -> None:
     first = NewtonState(*map(mp.mpf, (0, 0, 1, 0, 0, 2, 0, 0)))
     later = first._replace(Lz=mp.mpf("2.5"))
     motions = [Motion(numbers, state, mp) for state in (first, later, first)]
@@ -38,9 +37,9 @@ def test_drift_is_relative_to_the_start(body: TippeTop, mp: Any, rounded: Any) -
 
 @pytest.mark.parametrize("axis", "xy")
 def test_an_integral_that_starts_at_zero_has_a_scale(
-    axis: str, body: TippeTop, mp: Any, rounded: Any
+    axis: str, numbers: Parameters, mp: Any
 ) -> None:
-    numbers = dataclasses.replace(body.numbers(rounded), mu=mp.mpf(0))
+    numbers = dataclasses.replace(numbers, mu=mp.mpf(0))
     first = NewtonState(*map(mp.mpf, (0, 0, 1, 0, 0, 2, 0, 0)))
     moved = first._replace(**{f"v{axis}": mp.mpf("1e-10")})
     motions = [Motion(numbers, one, mp) for one in (first, moved)]

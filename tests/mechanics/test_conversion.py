@@ -53,10 +53,9 @@ def test_there_and_back_in_double(body: TippeTop, seed: int, tilt: str, phi: flo
 
 @pytest.mark.parametrize("tilt", ["0.1", "1e-8", "1e-30"])
 def test_beside_the_inverted_pole_sine_and_cosine_are_given(
-    body: TippeTop, tilt: str, mp: Any, rounded: Any
+    numbers: Parameters, tilt: str, mp: Any
 ) -> None:
     """theta = pi - tilt rounds; with its sine given, the rates keep their digits (at azimuth 0)."""
-    numbers = body.numbers(rounded)
     offset = mp.mpf(tilt)
     state = EulerState(mp.pi - offset, *map(mp.mpf, (3, -5, 7, 2, -4)))
     known = (mp.sin(offset), -mp.cos(offset))
@@ -79,9 +78,8 @@ def test_the_axis_is_tilted_towards_x_hat(body: TippeTop) -> None:
     assert vectors.kz == pytest.approx(math.cos(0.5), abs=2 * EPS)
 
 
-def test_rates_mean_what_their_names_say(body: TippeTop, mp: Any, rounded: Any) -> None:
+def test_rates_mean_what_their_names_say(numbers: Parameters, mp: Any) -> None:
     """omega of the paper, -phi_dot sin theta 1 + theta_dot 2 + omega_3 3, moves the axis so."""
-    numbers = body.numbers(rounded)
     theta, phi = mp.mpf("0.9"), mp.mpf("0.3")
     state = EulerState(theta, *map(mp.mpf, (2, -3, 5, 0, 0)))
 
@@ -104,8 +102,7 @@ def test_without_hypot_a_square_root_serves() -> None:
     assert horizontal_length(np, 3e-200, 4e-200) == pytest.approx(5e-200, rel=2 * EPS, abs=0)
 
 
-def test_poles_have_no_euler_angles(body: TippeTop, mp: Any, rounded: Any) -> None:
-    numbers = body.numbers(rounded)
+def test_poles_have_no_euler_angles(numbers: Parameters, mp: Any) -> None:
     vectors = vectors_from_euler(numbers, EulerState(*map(mp.mpf, (0, 0, 0, 5, 1, 0))), mp)
     assert (vectors.kx, vectors.ky, vectors.kz) == (0, 0, 1)
     with pytest.raises(ZeroDivisionError):

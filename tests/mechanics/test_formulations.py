@@ -20,7 +20,7 @@ from tt_precise.mechanics.formulations import (
 )
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.body import SPRINGS, TippeTop
+from tt_precise.scene.body import SPRINGS, Parameters, TippeTop
 
 Round = Callable[[Fraction], Any]
 EVERY = pytest.mark.parametrize(
@@ -41,21 +41,20 @@ def beginning(form: Any, body: TippeTop, mp: Any, rounded: Round) -> Any:
 
 @EVERY
 def test_state_has_its_columns_and_dimensions(
-    form: Any, body: TippeTop, mp: Any, rounded: Round
+    form: Any, body: TippeTop, numbers: Parameters, mp: Any, rounded: Round
 ) -> None:
     state = beginning(form, body, mp, rounded)
     assert tuple(state._fields) == form.columns
     assert set(form.columns) <= set(STATE_DIMENSIONS)
-    rate = form.rates(body.numbers(rounded), state, mp)
+    rate = form.rates(numbers, state, mp)
     assert rate._fields == state._fields
 
 
 @pytest.mark.parametrize("model", ["gliding", "rolling"])
 def test_coordinates_tell_the_same_motion(
-    model: str, body: TippeTop, mp: Any, rounded: Round
+    model: str, body: TippeTop, numbers: Parameters, mp: Any, rounded: Round
 ) -> None:
     """Every quantity of the start is equal, whichever way it is written."""
-    numbers = body.numbers(rounded)
     newton, *others = (
         form.motion(numbers, beginning(form, body, mp, rounded), mp)
         for kind in (formulation, integrated)
@@ -82,11 +81,11 @@ PAIRS = {
 @pytest.mark.parametrize("model", PAIRS)
 @pytest.mark.parametrize("start", STARTS)
 def test_both_coordinates_move_alike(
-    model: str, start: tuple[int, ...], body: TippeTop, mp: Any, rounded: Round
+    model: str, start: tuple[int, ...], numbers: Parameters, mp: Any, rounded: Round
 ) -> None:
     """From the angles a step later, the vectors of a step later, but for the step's square."""
     newton, euler = PAIRS[model]
-    top, step = body.numbers(rounded), mp.mpf(10) ** -25
+    top, step = numbers, mp.mpf(10) ** -25
     if model not in MODELS:
         top = dataclasses.replace(
             top, spring=model, stiffness=mp.mpf(70), damping=rounded(Fraction(3, 7))

@@ -68,28 +68,26 @@ def test_gyroscopic_axis(body: TippeTop) -> None:
     assert newton.axis_rate(body, about_z) == (0, 2 * state.kx / body.I1, 0)
 
 
-def test_inverse_inertia_inverts_the_inertia(
-    body: TippeTop, vector_states: list[NewtonState]
-) -> None:
-    for state in vector_states:
+def test_inverse_inertia_inverts_the_inertia(body: TippeTop, states: list[NewtonState]) -> None:
+    for state in states:
         omega = newton.angular_velocity(body, state)
         along = scaled(dot(omega, state.k), state.k)
         L = added(scaled(body.I1, omega), scaled(body.I3 - body.I1, along))
         assert L == state.L != scaled(body.I1, omega)
 
 
-def test_axis_moves_as_the_body_turns(body: TippeTop, vector_states: list[NewtonState]) -> None:
+def test_axis_moves_as_the_body_turns(body: TippeTop, states: list[NewtonState]) -> None:
     """k_dot = L x k/I1 = omega x k, orthogonal to k; eq (1)."""
-    for state in vector_states:
+    for state in states:
         k_dot = newton.axis_rate(body, state)
         assert k_dot == cross(newton.angular_velocity(body, state), state.k)
         assert dot(k_dot, state.k) == 0
 
 
 def test_contact_does_not_accelerate_into_the_table(
-    body: TippeTop, vector_states: list[NewtonState]
+    body: TippeTop, states: list[NewtonState]
 ) -> None:
-    for state in vector_states:
+    for state in states:
         force = newton.contact_force(body, state)
         assert newton.contact_acceleration(body, state, force)[2] == 0
         stronger = scaled(1 + Fraction(1, 10**40), force)
@@ -97,9 +95,9 @@ def test_contact_does_not_accelerate_into_the_table(
 
 
 def test_contact_velocity_rel_cm_is_omega_cross_a(
-    body: TippeTop, vector_states: list[NewtonState]
+    body: TippeTop, states: list[NewtonState]
 ) -> None:
-    for state in vector_states:
+    for state in states:
         a, omega = newton.contact_arm(body, state.k), newton.angular_velocity(body, state)
         found = newton.contact_velocity_rel_cm(body, state)
         assert found == cross(omega, a) != cross(omega, added(a, (0, Fraction(1, 10**40), 0)))
@@ -118,10 +116,9 @@ def test_denominator_is_singular_where_eq_7_says(body: TippeTop) -> None:
 
 
 def test_slope_of_the_normal_force_is_its_rate(
-    body: TippeTop, vector_states: list[NewtonState], mp: Any, rounded: Any
+    numbers: Parameters, states: list[NewtonState], mp: Any, rounded: Any
 ) -> None:
-    numbers = body.numbers(rounded)
-    for exact in vector_states:
+    for exact in states:
         state = NewtonState(*map(rounded, exact))
         rates = newton.rates(numbers, state)
         (slope,) = slopes(lambda s: [newton.normal_force(numbers, s)], state, rates, mp)
@@ -131,19 +128,18 @@ def test_slope_of_the_normal_force_is_its_rate(
         assert abs(slope - found * (1 + mp.mpf(10) ** -30)) > mp.mpf(10) ** -34
 
 
-def test_centre_of_mass_there_and_back(body: TippeTop, vector_states: list[NewtonState]) -> None:
-    for vectors in vector_states:
+def test_centre_of_mass_there_and_back(body: TippeTop, states: list[NewtonState]) -> None:
+    for vectors in states:
         state = newton.centre_from_vectors(body, vectors)
         assert newton.centre_to_vectors(body, state) == vectors
         assert newton.centre_velocity(body, state) == Motion(body, vectors, None).s_dot
 
 
 def test_the_same_motion_as_in_vectors(
-    body: TippeTop, vector_states: list[NewtonState], mp: Any, rounded: Any
+    numbers: Parameters, states: list[NewtonState], mp: Any, rounded: Any
 ) -> None:
-    numbers = body.numbers(rounded)
     off = replace(numbers, mu=numbers.mu * (1 + mp.mpf(10) ** -30))
-    for exact in vector_states:
+    for exact in states:
         vectors = NewtonState(*map(rounded, exact))
         state = newton.centre_from_vectors(numbers, vectors)
         rates = newton.centre_rates(numbers, state)

@@ -53,16 +53,16 @@ def test_numpy_gives_the_same_number_for_a_whole_trajectory(
 
 @EVERY
 def test_sympy_gives_the_same_number(
-    name: str, body: TippeTop, vector_states: list[NewtonState], mp: Any, rounded: Any
+    name: str, body: TippeTop, numbers: Parameters, states: list[NewtonState], mp: Any, rounded: Any
 ) -> None:
     import sympy
 
     def rational(value: Fraction) -> Any:
         return sympy.Rational(value.numerator, value.denominator)
 
-    evaluate, exact = QUANTITIES[name].evaluate, vector_states[0]
+    evaluate, exact = QUANTITIES[name].evaluate, states[0]
     symbolic = Motion(body.numbers(rational), NewtonState(*map(rational, exact)), sympy)
-    truth = evaluate(Motion(body.numbers(rounded), NewtonState(*map(rounded, exact)), mp))
+    truth = evaluate(Motion(numbers, NewtonState(*map(rounded, exact)), mp))
     found = mp.mpf(str(sympy.N(evaluate(symbolic), 60)))
     assert abs(found / truth - 1) < mp.mpf(10) ** -55
 
@@ -139,10 +139,8 @@ def test_rolling_keeps_lambda_routh_and_energy(name: str, motion: Motion) -> Non
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_exact_values_of_a_vertical_spin(
-    side: int, body: TippeTop, mp: Any, rounded: Callable[[Fraction], Any]
-) -> None:
-    numbers, spin = body.numbers(rounded), mp.mpf(3)
+def test_exact_values_of_a_vertical_spin(side: int, numbers: Parameters, mp: Any) -> None:
+    spin = mp.mpf(3)
     state = NewtonState(*map(mp.mpf, (0, 0, side, 0, 0, 3, 0, 0)))
     q = Motion(numbers, state, mp)
     height = numbers.R * (1 - side * numbers.alpha)
@@ -160,12 +158,10 @@ def test_exact_values_of_a_vertical_spin(
 
 @pytest.mark.parametrize("side", [1, -1])
 @EVERY
-def test_poles(
-    name: str, side: int, body: TippeTop, mp: Any, rounded: Callable[[Fraction], Any]
-) -> None:
+def test_poles(name: str, side: int, numbers: Parameters, mp: Any) -> None:
     quantity = QUANTITIES[name]
     state = NewtonState(*map(mp.mpf, (0, 0, side, 1, 2, 3, 4, 5)))
-    q = Motion(body.numbers(rounded), state, mp)
+    q = Motion(numbers, state, mp)
     if quantity.pole:
         assert mp.isfinite(quantity.evaluate(q))
     else:

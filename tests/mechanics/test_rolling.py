@@ -16,10 +16,8 @@ def still(state: NewtonState) -> NewtonState:
     return state._replace(vx=Fraction(0), vy=Fraction(0))
 
 
-def test_the_constraint_force_stops_the_contact(
-    body: TippeTop, vector_states: list[NewtonState]
-) -> None:
-    for state in map(still, vector_states):
+def test_the_constraint_force_stops_the_contact(body: TippeTop, states: list[NewtonState]) -> None:
+    for state in map(still, states):
         force = rolling.constraint_force(body, state)
         assert newton.contact_acceleration(body, state, force) == (0, 0, 0)
         pushed = added(force, (0, Fraction(1, 10**40), 0))
@@ -40,9 +38,8 @@ def test_a_centred_ball_rolls_on() -> None:
     assert not any(rolling.rates(ball, state)[3:])
 
 
-def test_upright_top_rocks_at_the_known_frequency(body: TippeTop, mp: Any, rounded: Any) -> None:
+def test_upright_top_rocks_at_the_known_frequency(numbers: Parameters, mp: Any) -> None:
     """Small rocking without spin: theta_ddot = -m g R alpha theta/(I1 + m R^2 (1 - alpha)^2)."""
-    numbers = body.numbers(rounded)
     tilt = mp.mpf(10) ** -20
     rate = rolling.euler_rates(numbers, RollingEulerState(tilt, 0, 0, 0), mp)
     inertia = numbers.I1 + numbers.m * (numbers.R * (1 - numbers.alpha)) ** 2

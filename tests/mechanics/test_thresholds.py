@@ -31,12 +31,12 @@ FORMULAS: dict[str, tuple[Dimension, Callable[[Parameters, Any, Any], Any]]] = {
 
 @pytest.mark.parametrize("name", FORMULAS)
 def test_dimensionless_form_is_si_in_other_units(
-    name: str, body: TippeTop, mp: Any, rounded: Round
+    name: str, body: TippeTop, numbers: Parameters, mp: Any, rounded: Round
 ) -> None:
     dimension, formula = FORMULAS[name]
     units = Units.of(body, mp, rounded)
     lambda_ = mp.mpf("1.25")
-    truth = formula(body.numbers(rounded), lambda_, mp)
+    truth = formula(numbers, lambda_, mp)
     small = formula(body.dimensionless(mp, rounded), lambda_ / units.of_dimension(JELLETT), mp)
     assert abs(small * units.of_dimension(dimension) / truth - 1) < mp.mpf(10) ** -56
     wrong = dimension._replace(time=dimension.time + 1)
@@ -72,8 +72,8 @@ def test_thresholds_are_equal_at_one_gamma(body: TippeTop, mp: Any, rounded: Rou
     assert abs(thres / up - 1) > mp.mpf(10) ** -41
 
 
-def test_the_spins_have_the_same_lambda(body: TippeTop, mp: Any, rounded: Round) -> None:
-    numbers, lambda_ = body.numbers(rounded), mp.mpf(3)
+def test_the_spins_have_the_same_lambda(numbers: Parameters, mp: Any) -> None:
+    lambda_ = mp.mpf(3)
     low, high = 1 - numbers.alpha, 1 + numbers.alpha
     assert abs(thresholds.L0(numbers, lambda_) * numbers.R * low - 3) < 10 * mp.eps
     assert abs(thresholds.L1(numbers, lambda_) * numbers.R * high - 3) < 10 * mp.eps
@@ -116,11 +116,9 @@ def least_of(body: TippeTop, state: NewtonState) -> NewtonState:
     return NewtonState(*k, *L, *newton.contact_velocity_rel_cm(body, still)[:2])
 
 
-def test_least_energy_is_that_of_the_least_state(
-    body: TippeTop, vector_states: list[NewtonState]
-) -> None:
+def test_least_energy_is_that_of_the_least_state(body: TippeTop, states: list[NewtonState]) -> None:
     """E = U(z) + (L - L*).I^-1 (L - L*)/2 + m s_dot^2/2, exactly."""
-    for state in vector_states:
+    for state in states:
         energy, lambda_ = energy_and_lambda(body, state)
         least = least_of(body, state)
         bound = thresholds.least_energy(body, state.kz, lambda_)
@@ -151,10 +149,10 @@ def test_energy_excludes_exactly_up_to_the_barrier(body: TippeTop) -> None:
 
 
 def test_energy_excludes_no_state_that_a_motion_came_to(
-    body: TippeTop, vector_states: list[NewtonState]
+    body: TippeTop, states: list[NewtonState]
 ) -> None:
     """A motion at kz has the energy to be at kz; arrays answer entry by entry."""
-    for state in vector_states:
+    for state in states:
         energy, lambda_ = energy_and_lambda(body, state)
         assert not thresholds.energy_excludes(body, energy, lambda_, state.kz, to=state.kz)
         floor = thresholds.least_energy(body, state.kz, lambda_) - Fraction(1, 1000)
