@@ -2,6 +2,7 @@
 
 from collections import Counter
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import mpmath
@@ -69,7 +70,8 @@ def test_a_sum_is_what_its_terms_are() -> None:
     point, parameter = [Fraction(2, 3), Fraction(-5, 7), Fraction(11, 13)], Fraction(3, 5)
 
     def polynomial(x: Any, y: Any, z: Any, a: Any) -> Any:
-        return (x + 2 * y - a) * (z - x * a) - 3 * (y - x) * (-y + 1) / a
+        product = (x + 2 * y - a) * (z - x * a) - 3 * (y - x) * (-y + 1) / a
+        return product - (2 * (3 * x + 1) - z) + 5 * (a * (3 - 2 * (y * 7 + a))) - (2 * a - 1) * x
 
     def value(one: Any) -> Fraction:
         if not isinstance(one, Traced):
@@ -81,13 +83,10 @@ def test_a_sum_is_what_its_terms_are() -> None:
         offset, terms = one.args
         return value(offset) + sum(value(factor) * value(series) for factor, series in terms)
 
-    class Fractions:
-        mpf = Fraction
-
-    x, y, z = graph.entries
-    traced = polynomial(x, y, z, graph.parameters[0])
-    constant = numbers(constants_of(in_order(graph, [traced])), [parameter], Fractions)
-    assert value(traced) == polynomial(point[0], point[1], point[2], parameter)
+    traced = polynomial(*graph.entries, *graph.parameters)
+    fractions = SimpleNamespace(mpf=Fraction)
+    constant = numbers(constants_of(in_order(graph, [traced])), [parameter], fractions)
+    assert value(traced) == polynomial(*point, parameter)
 
 
 def test_what_needs_an_arc_tangent_is_refused() -> None:
