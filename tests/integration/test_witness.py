@@ -13,7 +13,7 @@ import pytest
 from tests.integration.witness import BITS, Top, cross, dot, follow
 from tt_precise.integration import catalogue, integrate
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import Scene, load_scene
 
 SCENES = int(os.environ.get("WITNESS_SCENES", "300"))
 ELASTIC = 30
@@ -25,98 +25,83 @@ ARITHMETICS = ("digits", "double", "double-double")
 LAWS: dict[str, dict[str, str]] = {"viscous": {}, "regularised": {"epsilon": "0.01"}, "coulomb": {}}
 
 
-def number(text: str) -> Any:
-    return gmpy2.mpfr(gmpy2.mpq(text))
+def drawn(seed: int, elastic: bool = False) -> Scene:
+    r = random.Random(seed)
+
+    def log(low: float, high: float) -> str:
+        return f"{10 ** r.uniform(low, high):.6e}"
+
+    def some(size: float) -> str:
+        return r.choice(("0", f"{r.uniform(-size, size):.4f}"))
+
+    model = r.choice(("gliding",) * 6 + ("rolling", "flight"))
+    law = r.choice(tuple(LAWS)) if model == "gliding" else "viscous"
+    body = {"m": "0.02", "R": "0.02", "g": "9.8"}
+    body |= {"alpha": f"{r.uniform(0.01, 0.99):.4f}", "I1": f"{r.uniform(0.1, 1):.4f}"}
+    body["I3"] = f"{float(body['I1']) * r.uniform(0.3, 1.9):.4f}"
+    mu = r.choice(("0", log(-2, 2))) if law == "viscous" else log(-2, 0)
+    offset = r.choice((log(-7, -1), f"{r.uniform(0.1, 1.5):.4f}"))
+    start = {"theta": f"pi - {offset}" if r.random() < 0.3 else offset}
+    spin = r.choice((5, 50, 200))
+    start |= {"theta_dot": some(20), "phi_dot": some(60), "omega_3": some(spin)}
+    gliding = {"nu_x": some(0.5), "nu_y": some(0.5)}
+    if law == "coulomb":
+        gliding["nu_x"] = f"{r.uniform(0.1, 0.5):.4f}"  # at rest it would roll
+    if model != "rolling":
+        start |= gliding
+    table = {"stiffness": log(2, 4), "damping": r.choice(("0", log(-3, 0)))}
+    more: dict[str, Any] = {}
+    if elastic:
+        model, law, mu = "gliding", "viscous", log(-2, 1)
+        start |= {"height": "-0.0002", "rise": "0"}
+        more["contact"] = {"law": "compliant", "force": "linear", **table}
+    elif model == "flight":
+        start |= {"height": "0.02", "rise": "0.3"}
+    if law != "viscous":
+        more["friction"] = {"law": law, "mu": mu, **LAWS[law]}
+    elif model != "flight":
+        body["mu"] = mu
+    run = {"until": UNTIL_S, "sample_every": "0.01"}
+    return Scene.of(name=f"case-{seed}", model=model, body=body, start=start, run=run, **more)
 
 
-class Case:
-    """A scene, and as the witness has it."""
-
-    def __init__(self, seed: int, elastic: bool = False):
-        r = random.Random(seed)
-
-        def log(low: float, high: float) -> str:
-            return f"{10 ** r.uniform(low, high):.6e}"
-
-        def some(size: float) -> str:
-            return r.choice(("0", f"{r.uniform(-size, size):.4f}"))
-
-        kind = r.choice(("gliding",) * 6 + ("rolling", "flight"))
-        law = r.choice(tuple(LAWS)) if kind == "gliding" else "viscous"
-        self.alpha, self.I1 = f"{r.uniform(0.01, 0.99):.4f}", f"{r.uniform(0.1, 1):.4f}"
-        self.I3 = f"{float(self.I1) * r.uniform(0.3, 1.9):.4f}"
-        self.mu = r.choice(("0", log(-2, 2))) if law == "viscous" else log(-2, 0)
-        offset = r.choice((log(-7, -1), f"{r.uniform(0.1, 1.5):.4f}"))
-        self.from_pi, self.offset = r.random() < 0.3, offset
-        spin = r.choice((5, 50, 200))
-        self.start = {
-            "theta_dot": some(20), "phi_dot": some(60), "omega_3": some(spin),
-            "nu_x": some(0.5), "nu_y": some(0.5),
-        }  # fmt: skip
-        if law == "coulomb":
-            self.start["nu_x"] = f"{r.uniform(0.1, 0.5):.4f}"  # at rest it would roll
-        if kind == "rolling":
-            del self.start["nu_x"], self.start["nu_y"]
-        self.stiffness, self.damping = log(2, 4), r.choice(("0", log(-3, 0)))
-        if elastic:
-            kind, law = "spring", "viscous"
-            self.mu, self.start = log(-2, 1), {"nu_x": "0", "nu_y": "0", **self.start}
-        self.kind, self.law, self.seed = kind, law, seed
-
-    @property
-    def tables(self) -> dict[str, Any]:
-        body = {"m": "0.02", "R": "0.02", "g": "9.8"}
-        body |= {"alpha": self.alpha, "I1": self.I1, "I3": self.I3}
-        start = {"theta": f"pi - {self.offset}" if self.from_pi else self.offset, **self.start}
-        more: dict[str, Any] = {}
-        if self.law != "viscous":
-            more["friction"] = {"law": self.law, "mu": self.mu, **LAWS[self.law]}
-        elif self.kind != "flight":
-            body["mu"] = self.mu
-        if self.kind == "flight":
-            start |= {"height": "0.02", "rise": "0.3"}
-        if self.kind == "spring":
-            start |= {"height": "-0.0002", "rise": "0"}
-            spring = {"stiffness": self.stiffness, "damping": self.damping}
-            more["contact"] = {"law": "compliant", "force": "linear", **spring}
-        model = "gliding" if self.kind == "spring" else self.kind
-        run = {"until": UNTIL_S, "sample_every": "0.01"}
-        return {"model": model, "body": body, "start": start, "run": run, **more}
-
-    def witness(self) -> tuple[Top, list[Any], float, Any]:
-        """The top, its start, its horizon, and the unit of time in s."""
-        R, g = number("2/100"), number("98/10")
-        second, speed = gmpy2.sqrt(g / R), gmpy2.sqrt(g * R)
-        mu, epsilon = number(self.mu), number("1/100") / speed
-        coefficient = {
-            "viscous": lambda square: mu * speed + 0 * square,
-            "regularised": lambda square: mu / (square + epsilon * epsilon) ** gmpy2.mpfr("0.5"),
-            "coulomb": lambda square: mu / square ** gmpy2.mpfr("0.5"),
-        }[self.law]
-        alpha, I1, I3 = number(self.alpha), number(self.I1), number(self.I3)
-        stiffness, damping = (
-            number(text) / number("2/100") / g * unit
-            for text, unit in ((self.stiffness, R), (self.damping, speed))
-        )
-        top = Top(alpha, I1, I3, self.kind, coefficient, stiffness, damping)
-        sine, cosine = gmpy2.sin_cos(number(self.offset))
-        k = numpy.array((sine, gmpy2.mpfr(0), -cosine if self.from_pi else cosine))
-        across = numpy.array((k[2], 0, -sine))
-        theta_dot, phi_dot, omega_3 = (
-            number(self.start[name]) / second for name in ("theta_dot", "phi_dot", "omega_3")
-        )
-        omega = omega_3 * k - phi_dot * sine * across + theta_dot * numpy.array((0, 1, 0))
-        L = I1 * omega + (I3 - I1) * dot(omega, k) * k
-        nu = [number(self.start.get(name, "0")) / speed for name in ("nu_x", "nu_y")]
-        rise = number("3/10") / speed if self.kind == "flight" else gmpy2.mpfr(0)
-        s = numpy.array((*nu, rise)) - cross(omega, alpha * k - numpy.array((0, 0, 1)))
-        height = {"flight": gmpy2.mpfr(1), "spring": number("-1/100")}.get(self.kind, gmpy2.mpfr(0))
-        return top, [*k, *L, *s, height], float(number(UNTIL_S) * second), 1 / second
+def number(exact: Any) -> Any:
+    return gmpy2.mpfr(gmpy2.mpq(exact))
 
 
-def compared(case: Case) -> str:
+def witness(scene: Scene) -> tuple[Top, list[Any], float, Any]:
+    """The top, its start, its horizon, and the unit of time in s."""
+    body, start = scene.body, scene.start
+    kind = "spring" if body.spring else scene.model
+    m, R, g = number(body.m), number(body.R), number(body.g)
+    second, speed = gmpy2.sqrt(g / R), gmpy2.sqrt(g * R)
+    mu, epsilon = number(body.mu), number(body.numbers_by_name.get("epsilon", 0)) / speed
+    coefficient = {
+        "viscous": lambda square: mu * speed + 0 * square,
+        "regularised": lambda square: mu / (square + epsilon * epsilon) ** gmpy2.mpfr("0.5"),
+        "coulomb": lambda square: mu / square ** gmpy2.mpfr("0.5"),
+    }[body.law]
+    alpha, I1, I3 = number(body.alpha), number(body.I1) / (m * R * R), number(body.I3) / (m * R * R)
+    stiffness = number(body.stiffness) * R / (m * g)
+    damping = number(body.damping) * speed / (m * g)
+    top = Top(alpha, I1, I3, kind, coefficient, stiffness, damping)
+    sine, cosine = gmpy2.sin_cos(number(start.theta.offset))
+    k = numpy.array((sine, gmpy2.mpfr(0), -cosine if start.theta.from_pi else cosine))
+    across = numpy.array((k[2], 0, -sine))
+    theta_dot, phi_dot, omega_3, nu_x, nu_y, height, rise = (
+        number(getattr(start, name, 0))
+        for name in ("theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y", "height", "rise")
+    )
+    turning = omega_3 * k - phi_dot * sine * across + theta_dot * numpy.array((0, 1, 0))
+    omega = turning / second
+    L = I1 * omega + (I3 - I1) * dot(omega, k) * k
+    v = numpy.array((nu_x, nu_y, rise)) / speed
+    s = v - cross(omega, alpha * k - numpy.array((0, 0, 1)))
+    return top, [*k, *L, *s, height / R], float(number(scene.until) * second), 1 / second
+
+
+def compared(scene: Scene, witnessed: Scene | None = None) -> str:
     """What was compared, or why nothing was; raises where the two disagree."""
-    scene = Scene.of(name=f"case-{case.seed}", **case.tables)
     names = catalogue(scene.model)
     runs, refused = {}, ""
     for one in ARITHMETICS:
@@ -126,51 +111,46 @@ def compared(case: Case) -> str:
         except InputError as refusal:
             refused = str(refusal)
     if not runs:
-        assert "g_n is" in refused, f"{refused}\n{case.tables}"
+        assert "g_n is" in refused, f"{refused}\n{scene}"
         return "refused"
-    assert "double" in runs, f"{refused}\n{case.tables}"
+    assert "double" in runs, f"{refused}\n{scene}"
     with gmpy2.context(precision=BITS):
-        top, start, until, second = case.witness()
+        top, start, until, second = witness(witnessed or scene)
         events, end, ended = follow(top, start, until)
-        for arithmetic, run in runs.items():
-            _agree(case, arithmetic, run, events, end, second, ended)
+        events = [(name, t * second, sign) for name, t, sign in events]
+        last = float(end * second) * (1 if ended else 0.99)
+        for one, run in runs.items():
+            bounds = (1e-4, 1e-7) if one == "double" else (1e-6, 1e-9)
+            _agree(run, events, last, ended, bounds)
     return f"{len(events)} events" if "digits" in runs else "no digits"
 
 
 def _apart(zeros: list[tuple[Any, int]]) -> list[tuple[Any, int]]:
     """Without pairs so near that the witness cannot tell them from a touch of zero."""
-    found: list[tuple[Any, int]] = []
+    kept: list[tuple[Any, int]] = []
     for time, sign in zeros:
-        if found and time - found[-1][0] < TOUCH * time:
-            found.pop()
+        if kept and time - kept[-1][0] < TOUCH * time:
+            kept.pop()
         else:
-            found.append((time, sign))
-    return found
+            kept.append((time, sign))
+    return kept
 
 
-def _agree(
-    case: Case, arithmetic: str, run: Any, events: Any, end: Any, second: Any, ended: bool
-) -> None:
+def _agree(run: Any, events: list[Any], last: float, ended: bool, bounds: Any) -> None:
     kinds = {"theta_min": -1, "theta_max": 1}
-    last = float(end * second) * (1 if ended else 0.99)
     table = run.events
     for name in run.setup.events:
         function = "turning" if name in kinds else name
-        zeros = _apart([(t * second, sign) for n, t, sign in events if n == function])
+        zeros = _apart([(t, sign) for n, t, sign in events if n == function])
         true = [float(t) for t, sign in zeros if sign == kinds.get(name, sign)]
         true = [t for t in true if SEEN < t <= last]
-        found = [float(t) for t in table["t"][table["name"] == name] if SEEN < t <= last]
-        rel, absolute = (1e-4, 1e-7) if arithmetic == "double" else (1e-6, 1e-9)
-        assert found == pytest.approx(true, rel=rel, abs=absolute), (
-            f"{name} in {arithmetic}, {run.status} at {float(run.t_end)}, followed to {last}\n"
-            f"{found}\n{true}\n{case.tables}"
+        times = [float(t) for t in table["t"][table["name"] == name] if SEEN < t <= last]
+        assert times == pytest.approx(true, *bounds), (
+            f"{name}, {run!r}, followed to {last}\n{times}\n{true}\n{run.scene}"
         )
     if ended:
-        separated = table["t"][table["name"] == "separation"] if case.kind == "spring" else []
-        end_time = float([*separated, run.t_end][0])
-        assert end_time == pytest.approx(last, rel=1e-9, abs=1e-12), (
-            f"{arithmetic}: {run.status}\n{case.tables}"
-        )
+        end = float([*table["t"][table["name"] == "separation"], run.t_end][0])
+        assert end == pytest.approx(last, rel=1e-9, abs=1e-12), f"{run!r}\n{run.scene}"
 
 
 @pytest.mark.slow
@@ -183,22 +163,14 @@ def _agree(
 )
 def test_events_are_those_of_the_witness(first: int, elastic: bool, least: int) -> None:
     seeds = range(first, min(first + 10, ELASTIC if elastic else SCENES))
-    said = [compared(Case(seed, elastic)) for seed in seeds]
+    said = [compared(drawn(seed, elastic)) for seed in seeds]
     assert sum("events" in one for one in said) >= least, said
 
 
 @pytest.mark.slow
 def test_the_witness_finds_the_turning_points_of_the_reference_scene() -> None:
     """And a top with another friction has them elsewhere."""
-    case = Case(0)
-    case.__dict__.update(
-        alpha="3/10", I1="131/350", I3="2/5", mu="0.3", offset="0.1", from_pi=False, kind="gliding",
-        law="viscous", start=dict.fromkeys(case.start, "0") | {"omega_3": "155"},
-    )  # fmt: skip
-    case.start |= {"nu_x": "0", "nu_y": "0"}
-    assert "events" in compared(case)
-    wrong = Case(0)
-    wrong.__dict__.update(case.__dict__ | {"mu": "0.31"})
-    case.witness = wrong.witness  # type: ignore[method-assign]
-    with pytest.raises(AssertionError, match="in digits"):
-        compared(case)
+    scene = load_scene("reference").varied(until=UNTIL_S)
+    assert "events" in compared(scene)
+    with pytest.raises(AssertionError, match="followed to"):
+        compared(scene, scene.varied(mu="0.31"))
