@@ -130,42 +130,6 @@ def test_a_fall_through_the_pole_is_a_minimum_of_theta(toppling: Scene) -> None:
     assert max(vectors.events["theta"]) < 1e-14
 
 
-def test_extrema_of_any_quantity(half: Scene) -> None:
-    names = ("extremum:g_n", "extremum:E_pot", "extremum:phi_dot")
-    found = integrate(half, "extended", events=names)
-    aside = found.precision.context.mpf("1e-6")
-    for name in names:
-        rows = found.events[found.events["name"] == name]
-        assert len(rows) > 3
-        quantity = name.removeprefix(EXTREMUM)
-        here, left, right = (
-            found.frame(quantity, times=rows["t"] + side, numbers="exact")[quantity].to_numpy()
-            for side in (0, -aside, aside)
-        )
-        rising = rows["direction"].to_numpy()
-        assert (rising * (left - here) > 0).all()
-        assert (rising * (right - here) > 0).all()
-
-
-def test_zeros_of_any_quantity(half: Scene) -> None:
-    same = {"zero:nu_y": "nu_y_zero", "zero:omega_3": "omega_3_zero"}
-    found = integrate(half, events=(*same, *same.values(), "zero:tau_x")).events
-    for pair in same.items():
-        times, expected = (found["t"][found["name"] == name].to_numpy() for name in pair)
-        # the same zero of another function: a few eps of 4 s apart
-        assert len(times) == len(expected)
-        assert numpy.abs(times - expected).max(initial=0) < 1e-13
-    rows = found[found["name"] == "zero:tau_x"]
-    assert len(rows) > 2
-    run = integrate(half)
-    before, after = (
-        run.frame("tau_x", times=rows["t"] + side)["tau_x"].to_numpy() for side in (-1e-6, 1e-6)
-    )
-    rising = rows["direction"].to_numpy()
-    assert (rising * before < 0).all()
-    assert (rising * after > 0).all()
-
-
 def test_a_missing_event_is_suspected(double: Trajectory) -> None:
     assert double.suspect_events == ()
     events = double.events
@@ -198,3 +162,35 @@ def test_rolling_scenes_have_no_gliding_events() -> None:
 def test_unknown_names_are_refused(name: str) -> None:
     with pytest.raises(InputError, match="expected one of: theta_min"):
         integrate("reference", events=(name,))
+
+
+@pytest.mark.parametrize("name", ["g_n", "E_pot", "phi_dot"])
+def test_extrema_of_any_quantity(half: Scene, name: str) -> None:
+    found = integrate(half, "extended", events=(EXTREMUM + name,))
+    here, *sides = sides_of(found, name, found.precision.context.mpf("1e-6"))
+    assert len(here) > 3
+    for side in sides:
+        assert (found.events["direction"].to_numpy() * (side - here) > 0).all()
+
+
+def test_zeros_of_any_quantity(half: Scene) -> None:
+    same = {"zero:nu_y": "nu_y_zero", "zero:omega_3": "omega_3_zero"}
+    events = integrate(half, events=(*same, *same.values())).events
+    for pair in same.items():
+        times, expected = (list(events["t"][events["name"] == name]) for name in pair)
+        # the same zero of another function: a few eps of 4 s apart
+        assert times == pytest.approx(expected, abs=1e-13)
+    found = integrate(half, events=("zero:tau_x",))
+    _, before, after = sides_of(found, "tau_x", 1e-6)
+    assert len(before) > 2
+    rising = found.events["direction"].to_numpy()
+    assert (rising * before < 0).all()
+    assert (rising * after > 0).all()
+
+
+def sides_of(run: Trajectory, name: str, aside: Any) -> tuple[Any, ...]:
+    """A quantity at the events, before and after them."""
+    return tuple(
+        run.frame(name, times=run.events["t"] + side, numbers="exact")[name].to_numpy()
+        for side in (0, -aside, aside)
+    )

@@ -49,16 +49,6 @@ def test_a_number_is_rounded_once_on_its_way_in(
 
 
 @each
-def test_control_the_last_bit_is_not_lost(precision: Precision) -> None:
-    one = precision.context.mpf(1)
-    above = precision.number(one + precision.eps)
-    assert precision.with_guard_bits(above) == one + precision.eps
-    assert precision.with_guard_bits(above) != one
-    assert precision.number(one + precision.eps / 4) == precision.number(one)
-    assert precision.text(precision.with_guard_bits(above)) != precision.text(one)
-
-
-@each
 @pytest.mark.parametrize("special", ["nan", "inf", "-inf", "0"])
 def test_what_has_no_digits_stays_as_it_is(precision: Precision, special: str) -> None:
     kind = precision.fp_type

@@ -16,35 +16,11 @@ from tt_precise.scene.scene import Scene, load_scene
 QUAD = precision_named("quad")
 
 
-def test_dimensionless_numbers_of_the_reference_scene(reference: Scene) -> None:
-    start = InitialState.of(reference.varied(nu_y="0.1"), QUAD.arithmetic)
-    with mpmath.workdps(60):
-        second = mpmath.sqrt(mpmath.mpf("0.02") / mpmath.mpf("9.82"))
-        speed = mpmath.sqrt(mpmath.mpf("9.82") * mpmath.mpf("0.02"))
-        pairs = [
-            (start.until, 8 / second),
-            (start.euler.omega_3, 155 * second),
-            (start.euler.nu_y, mpmath.mpf("0.1") / speed),
-        ]
-        # a few roundings of the guarded context, 64 bits finer than quad
-        bound = mpmath.ldexp(1, -113 - 60)
-        for found, expected in pairs:
-            assert abs(mpmath.mpf(found) / expected - 1) < bound
-        assert abs(mpmath.mpf(start.vectors.kx) - mpmath.sin(mpmath.mpf("0.1"))) < bound
-
-
 def test_a_start_1e_300_from_the_inverted_pole_keeps_its_digits(reference: Scene) -> None:
     start = InitialState.of(reference.varied(theta="pi - 1e-300"), QUAD.arithmetic)
     assert start.vectors.kz == -1
     assert abs(start.vectors.kx / mpmath.mpf("1e-300") - 1) < mpmath.mpf("1e-15")
     assert start.vectors.kx > 0
-
-
-@pytest.mark.parametrize(("theta", "kz"), [("0", 1), ("pi", -1)])
-def test_the_poles_are_exact(reference: Scene, theta: str, kz: int) -> None:
-    vectors = InitialState.of(reference.varied(theta=theta), QUAD.arithmetic).vectors
-    assert (vectors.kx, vectors.ky, vectors.kz) == (0, 0, kz)
-    assert vectors.Lx == vectors.Ly == 0
 
 
 @pytest.mark.parametrize("precision", ["double", "quad"])

@@ -3,7 +3,7 @@
 import numpy
 import pytest
 
-from tt_precise.taylor.crossings import crossings, values
+from tt_precise.taylor.crossings import crossings
 
 
 def with_zeros(zeros: list[float]) -> numpy.ndarray:
@@ -60,8 +60,3 @@ def test_a_zero_between_two_pieces_is_found_once(shift: float) -> None:
     assert len(which) == 1
     assert direction.tolist() == [1]
     assert which[0] + place[0] == pytest.approx(1)
-
-
-def test_values_are_horners() -> None:
-    rows = numpy.array([[1.0, -2.0, 3.0], [0.0, 1.0, 0.0]])
-    assert values(rows, numpy.array([2.0, 5.0])).tolist() == [9.0, 5.0]
