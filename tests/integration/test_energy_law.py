@@ -101,11 +101,9 @@ def imbalance(run: Trajectory, scene: Scene) -> float:
 
         # a row at a bound is of the earlier piece
         after = Fraction(piece.begin) + (Fraction(1, 10**15) if piece.begin else 0)
-        ends = run.frame("E", *lifted, times=[after, Fraction(piece.end)], numbers="exact").to_dict(
-            "records"
-        )
-        first, last = (float(row["E"]) for row in ends)
-        held, left = (law.stored(float(row.get("height", 0))) for row in ends)
+        ends = run.frame("E", *lifted, times=[after, Fraction(piece.end)], numbers="exact")
+        first, last = ends["E"].astype(float)
+        held, left = (law.stored(float(row.get("height", 0))) for _, row in ends.iterrows())
         work = integral(power, float(piece.begin), float(piece.end), 1e-16 * unit) + held - left
         found += [abs(last - first - work) / unit, abs(first - before) / unit]
         before, explained = last, explained + work

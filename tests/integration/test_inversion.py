@@ -31,24 +31,9 @@ def turns(rows: Sequence[tuple[float, float, float]]) -> Turns:
 
 # A climb with everything on either side: theta reaches pi/2 at t = 10.
 MARKS = InversionEvents(
-    equator=[10, 12],
-    minima=turns(MINIMA),
-    maxima=turns(MAXIMA),
-    phi_dot_zero=[2, 4, 6, 14, 16],
-    aligned=[1, 6.5],
-    opposed=[3, 14.5, 18],
-)
-
-
-def test_the_definitions_on_a_climb_made_by_hand() -> None:
-    found = from_inversion_events(MARKS, math.pi)
-    assert found.equator == 10
-    # A: from b = -0.1 at 5 to b = 0.3 at 7; from b = 0.3 at 13 to b = -0.1 at 15
-    assert found.A.t_init == pytest.approx(5.5, rel=1e-15)
-    assert found.A.t_end == pytest.approx(14.5, rel=1e-15)
-    assert (found.B.t_init, found.B.t_end) == (6.5, 14.5)
-    assert (found.C.t_init, found.C.t_end) == (6, 14)
-    assert found.C.duration == 8
+    equator=[10, 12], minima=turns(MINIMA), maxima=turns(MAXIMA), aligned=[1, 6.5],
+    opposed=[3, 14.5, 18], phi_dot_zero=[2, 4, 6, 14, 16],
+)  # fmt: skip
 
 
 FORWARD = [turn for turn in MINIMA if turn[2] > 0]
@@ -57,6 +42,10 @@ FORWARD = [turn for turn in MINIMA if turn[2] > 0]
 @pytest.mark.parametrize(
     ("changes", "when", "expected"),
     [
+        # A: from b = -0.1 at 5 to b = 0.3 at 7; from b = 0.3 at 13 to b = -0.1 at 15
+        ({}, "t_init", (5.5, 6.5, 6)),
+        ({}, "t_end", (14.5, 14.5, 14)),
+        ({}, "duration", (9, 8, 8)),
         # a later negative perigee; only those above the equator are counted
         ({"minima": turns([*MINIMA[:3], (7, 0.3, -5), (9, 0.1, 5), MINIMA[4]])}, "t_init",
          (8.5, 6.5, 6)),
@@ -73,7 +62,9 @@ FORWARD = [turn for turn in MINIMA if turn[2] > 0]
          (None, None, None)),
     ],
 )  # fmt: skip
-def test_other_climbs(changes: dict[str, Any], when: str, expected: tuple[Any, ...]) -> None:
+def test_the_definitions_on_climbs_made_by_hand(
+    changes: dict[str, Any], when: str, expected: tuple[Any, ...]
+) -> None:
     found = from_inversion_events(replace(MARKS, **changes), math.pi)
     assert [getattr(climb, when) for climb in (found.A, found.B, found.C)] == [
         one and pytest.approx(one, rel=1e-15) for one in expected

@@ -34,14 +34,17 @@ def golden(scene: str, table: str) -> Table:
         return list(csv.DictReader(lines))
 
 
+# an entry counts beside the largest of its kind, so that one that passes through zero does not
+# decide
+SORTS = ("kx ky kz", "Lx Ly Lz", "vx vy", "nu_x nu_y", "theta", "theta_dot phi_dot omega_3",
+         "phi", "psi", "x y")  # fmt: skip
+
+
 def digits(row: dict[str, str], values: Any) -> float:
     """Significant digits of the worst entry."""
     found = [99.0]
-    # beside the largest of its kind, so that an entry that passes through zero does not decide
-    axis, momentum, speed = ("kx", "ky", "kz"), ("Lx", "Ly", "Lz"), ("vx", "vy")
-    angles = ("nu_x", "nu_y"), ("theta",), ("theta_dot", "phi_dot", "omega_3")
-    for kind in (axis, momentum, speed, *angles, ("phi",), ("psi",), ("x", "y")):
-        names = [n for n in kind if row.get(n) and values.get(n) is not None]
+    for sort in SORTS:
+        names = [n for n in sort.split() if row.get(n) and values.get(n) is not None]
         scale = max((abs(FN.mpf(row[n])) for n in names), default=0)
         errors = [abs(FN.mpf(row[n]) - FN.mpf(values[n])) for n in names]
         found += [float(-FN.log10(one / scale)) for one in errors if one and scale]

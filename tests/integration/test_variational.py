@@ -1,7 +1,7 @@
 """Derivatives of solutions: difference quotients, and what holds without any."""
 
 from fractions import Fraction
-from typing import Any
+from operator import attrgetter
 
 import numpy
 import pytest
@@ -33,10 +33,8 @@ def test_shapes_and_the_start(kicked: Sensitivity) -> None:
 
 def test_pieces_make_the_whole(kicked: Sensitivity) -> None:
     whole = sensitivity("kicked", (TIMES[0], TIMES[-1]))
-    for one, other in (
-        (whole.by_start[-1], kicked.by_start[-1]),
-        (whole.by_parameters[-1], kicked.by_parameters[-1]),
-    ):
+    for name in ("by_start", "by_parameters"):
+        one, other = (getattr(run, name)[-1] for run in (whole, kicked))
         # some steps of a few eps, times the size
         assert numpy.abs(one - other).max() < 1000 * EPS * numpy.abs(one).max()
     assert numpy.abs(whole.by_start[-1] - kicked.by_start[-2]).max() > 0.01
@@ -85,9 +83,7 @@ def test_derivatives_are_difference_quotients(name: str, value: str) -> None:
     climb = run.sensitivity.climb
     assert {"equator", "A.t_init", "B.t_init", "C.t_init"} <= set(climb.index)
     for place, row in climb.iterrows():
-        times: list[Any] = [side.inversion for side in sides]
-        for part in str(place).split("."):
-            times = [getattr(one, part) for one in times]
+        times = [attrgetter(str(place))(side.inversion) for side in sides]
         quotient = float((times[0] - times[1]) / float(2 * size))
         assert row["t"] == pytest.approx(float(times[0]), abs=1e-9)
         assert row[f"d/d {name}"] == pytest.approx(quotient, rel=1e-8, abs=1e-9)
@@ -98,10 +94,9 @@ def test_the_derivative_at_the_start_is_that_of_the_start() -> None:
     run = integrate("reference", until="0.02", sensitivity="theta, omega_3")
     assert run.sensitivity is not None
     first = run.sensitivity.frame("theta", "omega_3", "kx").iloc[0]
-    assert first["d theta/d theta"] == pytest.approx(1, rel=1e-15)
-    assert first["d omega_3/d omega_3"] == pytest.approx(1, rel=1e-15)
-    assert first["d theta/d omega_3"] == 0
-    assert first["d kx/d theta"] == pytest.approx(numpy.cos(0.1), rel=1e-15)
+    names = ("theta/d theta", "omega_3/d omega_3", "theta/d omega_3", "kx/d theta")
+    expected = [1, 1, 0, numpy.cos(0.1)]
+    assert [first[f"d {name}"] for name in names] == pytest.approx(expected, rel=1e-15, abs=0)
 
 
 @pytest.mark.parametrize(

@@ -78,14 +78,10 @@ def test_words_and_panels_stand_inside_the_picture(short: Trajectory) -> None:
     drawn = plotting.new_figure(6.0, 3.9)
     drawn.set_layout_engine("none")
     _Picture(drawn, sampled(short, 0.0, 0.1, 2), "a title").show(0)
-    for axes in drawn.axes:
-        box = axes.get_position()
-        assert 0 <= box.x0 < box.x1 <= 1
-        assert 0 <= box.y0 < box.y1 <= 1
-    for words in drawn.texts:
-        box = words.get_window_extent()
-        assert 0 < box.x0 < box.x1 < drawn.bbox.x1
-        assert 0 < box.y0 < box.y1 < drawn.bbox.y1
+    for thing in (*drawn.axes, *drawn.texts):
+        box = thing.get_window_extent()
+        assert 0 <= box.x0 < box.x1 <= drawn.bbox.x1
+        assert 0 <= box.y0 < box.y1 <= drawn.bbox.y1
 
 
 def test_what_is_nearer_to_the_eye_hides_what_is_behind() -> None:

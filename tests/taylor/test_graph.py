@@ -69,7 +69,8 @@ def test_a_sum_is_what_its_terms_are() -> None:
     graph = Graph(3, 1)
     point, parameter = [Fraction(2, 3), Fraction(-5, 7), Fraction(11, 13)], Fraction(3, 5)
 
-    def polynomial(x: Any, y: Any, z: Any, a: Any) -> Any:
+    def polynomial(*given: Any) -> Any:
+        x, y, z, a = given
         product = (x + 2 * y - a) * (z - x * a) - 3 * (y - x) * (-y + 1) / a
         return product - (2 * (3 * x + 1) - z) + 5 * (a * (3 - 2 * (y * 7 + a))) - (2 * a - 1) * x
 
