@@ -97,33 +97,20 @@ class Claim:
 
     def judged(self, finding: Finding) -> JudgedClaim:
         """The claim with its verdict."""
+        own = ("id", "kind", "section", "statement", "quote", "where", "definition")
+        found = ("printed", "measured", "note", "remark", "proved", "correction")
+        checks = tuple(
+            JudgedCheck(
+                name=check.name, verdict=verdict_of(check).value, printed=check.expected,
+                measured=check.measured,
+            )
+            for check in finding.checks
+        )  # fmt: skip
         return JudgedClaim(
-            id=self.id,
+            **{name: getattr(self, name) for name in own}, paper=self.paper.name, checks=checks,
+            **{name: getattr(finding, name) for name in found}, form=finding.form.value,
             verdict=finding.verdict.value,
-            printed=finding.printed,
-            measured=finding.measured,
-            note=finding.note,
-            kind=self.kind,
-            paper=self.paper.name,
-            section=self.section,
-            statement=self.statement,
-            quote=self.quote,
-            where=self.where,
-            definition=self.definition,
-            remark=finding.remark,
-            form=finding.form.value,
-            checks=tuple(
-                JudgedCheck(
-                    name=check.name,
-                    verdict=verdict_of(check).value,
-                    printed=check.expected,
-                    measured=check.measured,
-                )
-                for check in finding.checks
-            ),
-            proved=finding.proved,
-            correction=finding.correction,
-        )
+        )  # fmt: skip
 
 
 # ---- the registry --------------------------------------------------------------------------------

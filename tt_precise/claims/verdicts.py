@@ -22,6 +22,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
 
 from tt_precise.runtime.values import Check, Scalar
+from tt_precise.scene.numerals import as_fraction
 
 # ---- measured numbers ---------------------------------------------------------------------------
 
@@ -58,15 +59,7 @@ Measured: TypeAlias = Any  # a Settled, an mpmath number, a float, an int or a F
 
 def fraction_of(number: Measured) -> Fraction:
     """The exact value of a number of any arithmetic, so that comparisons are exact."""
-    if isinstance(number, Settled):
-        return fraction_of(number.value)
-    if hasattr(number, "_mpf_"):
-        sign, mantissa, power, _ = number._mpf_
-        if not mantissa and power:
-            raise ValueError(f"measured number: got {number}, expected a finite one")
-        value = Fraction(int(mantissa)) * Fraction(2) ** int(power)
-        return -value if sign else value
-    return Fraction(number)
+    return as_fraction(number.value if isinstance(number, Settled) else number)
 
 
 def measured_text(number: Measured) -> str:

@@ -53,12 +53,9 @@ class Comparison:
             lines.append(f"  {self.unmatched} rows are out of reach of golden data: not compared")
         return "\n".join(lines)
 
+    @styled()
     def figure(self) -> Figure:
         """A picture of the digits over time: vectors above, the other columns below."""
-        with styled():
-            return self._figure()
-
-    def _figure(self) -> Figure:
         vectors = [name for name in self.digits.index if name in NewtonState._fields]
         others = [name for name in self.digits.index if name not in NewtonState._fields]
         panels = [names for names in (vectors, others) if names]

@@ -11,12 +11,12 @@ import math
 import re
 from collections.abc import Sequence
 from decimal import Context, Decimal, InvalidOperation, localcontext
-from fractions import Fraction
 from typing import NamedTuple
 
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.values import InputError, Scalar
+from tt_precise.scene.numerals import as_fraction
 
 DIGITS = 34  # published at most; IEEE decimal128 and Fortran's real(16) hold as many
 RULE = (
@@ -159,7 +159,10 @@ def as_decimal(value: Scalar) -> Decimal | None:
     if value is None or value == "":
         return None
     if hasattr(value, "_mpf_"):
-        return _from_mpmath(value)
+        if value - value != 0:
+            return None
+        exact = as_fraction(value)
+        return EXACT.divide(Decimal(exact.numerator), Decimal(exact.denominator))
     try:
         if isinstance(value, str) and "_" in value:
             raise ValueError
@@ -167,13 +170,3 @@ def as_decimal(value: Scalar) -> Decimal | None:
     except (InvalidOperation, TypeError, ValueError, OverflowError):
         raise InputError(f"trajectory: got {str(value)[:60]!r}, expected a number") from None
     return number if number.is_finite() else None
-
-
-def _from_mpmath(value: Scalar) -> Decimal | None:
-    sign, mantissa, power, _ = value._mpf_
-    if not mantissa:
-        return None if power else Decimal(0)
-    exact = Fraction(int(mantissa)) * Fraction(2) ** int(power)
-    quotient = EXACT.divide(Decimal(exact.numerator), Decimal(exact.denominator))
-    # an operator's minus would round to the 28 digits of decimal's own context
-    return quotient.copy_negate() if sign else quotient

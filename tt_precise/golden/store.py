@@ -138,11 +138,8 @@ def require(scene: str | Path, folder: Folder = None) -> Located:
 
     Raises ``InputError``: there are none.
     """
-    try:
-        place = locate(scene, folder)
-    except InputError:
-        place = None
-    if place is None or not (place.path / MANIFEST).is_file():
+    place = locate(scene, folder)
+    if not (place.path / MANIFEST).is_file():
         known = ", ".join(scenes(folder)) or "none yet; `tt-precise golden build` makes it"
         raise InputError(f"golden data: got {str(scene)[:60]!r}, expected one of: {known}")
     return place
