@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from tt_precise.runtime.cache import SOURCES, source_hash
 from tt_precise.runtime.files import shipped
-from tt_precise.runtime.records import UNSET, Meta, Record, Unset, read, record_of
+from tt_precise.runtime.records import UNSET, Record, Unset, means, read, record_of
 
 PACKAGE = Path(__file__).parents[1]
 FILE = "results.json"  # in reports/
@@ -27,18 +27,16 @@ WHAT = "verdicts, as `tt-precise report` writes them; compute them by --again"
 
 Verdicts = Annotated[
     Literal["reproduced", "rounded", "reading", "refuted", "misprint", "untestable"],
-    Meta(description="the verdict"),
+    means("the verdict"),
 ]
-Printed = Annotated[str, Meta(description="the paper's text")]
-Measured = Annotated[str, Meta(description="the computed result with its correct digits")]
+Printed = Annotated[str, means("the paper's text")]
+Measured = Annotated[str, means("the computed result with its correct digits")]
 
 
 class JudgedCheck(Record, frozen=True, kw_only=True):
     """One part or reading of a claim."""
 
-    name: Annotated[
-        str, Meta(description="name of the part or reading; empty if there is only one")
-    ]
+    name: Annotated[str, means("name of the part or reading; empty if there is only one")]
     verdict: Verdicts
     printed: Printed
     measured: Measured
@@ -47,46 +45,40 @@ class JudgedCheck(Record, frozen=True, kw_only=True):
 class JudgedClaim(Record, frozen=True, kw_only=True):
     """A claim and its verdict."""
 
-    id: Annotated[str, Meta(description="id of the claim")]
+    id: Annotated[str, means("id of the claim")]
     verdict: Verdicts
     printed: Printed
     measured: Measured
-    note: Annotated[str, Meta(description="explanation of the verdict")]
-    kind: Annotated[str, Meta(description="equation, number, sweep, ...")]
-    paper: Annotated[str, Meta(description="the paper's name")]
-    section: Annotated[str, Meta(description="number of the section")]
-    statement: Annotated[str, Meta(description="the claim in words")]
-    quote: Annotated[str, Meta(description="the paper's words")]
-    where: Annotated[str, Meta(description="place in the paper")]
-    definition: Annotated[
-        str, Meta(description="the quantity computed, where the paper leaves it open")
-    ]
-    remark: Annotated[str, Meta(description="the note without the checks and the correction")]
+    note: Annotated[str, means("explanation of the verdict")]
+    kind: Annotated[str, means("equation, number, sweep, ...")]
+    paper: Annotated[str, means("the paper's name")]
+    section: Annotated[str, means("number of the section")]
+    statement: Annotated[str, means("the claim in words")]
+    quote: Annotated[str, means("the paper's words")]
+    where: Annotated[str, means("place in the paper")]
+    definition: Annotated[str, means("the quantity computed, where the paper leaves it open")]
+    remark: Annotated[str, means("the note without the checks and the correction")]
     form: Annotated[
         Literal["all of", "readings", "misprint"],
-        Meta(
-            description="whether the checks are parts, readings, or the printed and corrected form"
-        ),
+        means("whether the checks are parts, readings, or the printed and corrected form"),
     ]
-    checks: Annotated[tuple[JudgedCheck, ...], Meta(description="the checks behind the verdict")]
-    proved: Annotated[
-        bool, Meta(description="whether the verdict rests on a proof or a rigorous enclosure")
-    ]
+    checks: Annotated[tuple[JudgedCheck, ...], means("the checks behind the verdict")]
+    proved: Annotated[bool, means("whether the verdict rests on a proof or a rigorous enclosure")]
     correction: Annotated[
-        str, Meta(description="the correct formula or number of a misprint; empty otherwise")
+        str, means("the correct formula or number of a misprint; empty otherwise")
     ]
 
 
 class JudgingRun(Record, frozen=True, kw_only=True):
     """The run of a report that computed the verdicts."""
 
-    date: Annotated[str, Meta(description="day of the run")]
-    commit: Annotated[str, Meta(description="commit of the code")]
-    versions: Annotated[str, Meta(description="versions of the packages")]
-    seconds: Annotated[int, Meta(description="duration in s")]
-    workers: Annotated[int, Meta(description="number of processes")]
-    sources: Annotated[str, Meta(description="SHA-256 of the code and scenes behind the verdicts")]
-    stale: Annotated[bool | Unset, Meta(description="whether this code has changed since")] = UNSET
+    date: Annotated[str, means("day of the run")]
+    commit: Annotated[str, means("commit of the code")]
+    versions: Annotated[str, means("versions of the packages")]
+    seconds: Annotated[int, means("duration in s")]
+    workers: Annotated[int, means("number of processes")]
+    sources: Annotated[str, means("SHA-256 of the code and scenes behind the verdicts")]
+    stale: Annotated[bool | Unset, means("whether this code has changed since")] = UNSET
 
     @property
     def origin(self) -> str:
@@ -110,8 +102,8 @@ class JudgingRun(Record, frozen=True, kw_only=True):
         return replace(self, stale=self.outdated)
 
 
-Claimed = Annotated[tuple[JudgedClaim, ...], Meta(description="the claims")]
-Counts = Annotated[dict[str, int], Meta(description="number of claims with each verdict")]
+Claimed = Annotated[tuple[JudgedClaim, ...], means("the claims")]
+Counts = Annotated[dict[str, int], means("number of claims with each verdict")]
 
 
 class Claims(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.claims/1"):
@@ -119,9 +111,7 @@ class Claims(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_prec
 
     claims: Claimed
     counts: Counts
-    run: Annotated[
-        JudgingRun | Unset, Meta(description="the run that computed committed verdicts")
-    ] = UNSET
+    run: Annotated[JudgingRun | Unset, means("the run that computed committed verdicts")] = UNSET
 
 
 class Committed(Record, frozen=True, kw_only=True):
@@ -129,7 +119,7 @@ class Committed(Record, frozen=True, kw_only=True):
 
     claims: Claimed
     counts: Counts
-    run: Annotated[JudgingRun, Meta(description="the run that computed them")]
+    run: Annotated[JudgingRun, means("the run that computed them")]
 
     @property
     def by_id(self) -> Mapping[str, JudgedClaim]:
