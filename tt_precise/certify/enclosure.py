@@ -37,8 +37,10 @@ class Steps:
     """
 
     def __init__(self, problem: Problem, bits: int):
+        import heyoka
+
         parameters = [_decimal(p) for p in problem.parameters()]
-        self._real = _reals(bits)
+        self._real: Callable[[str], Scalar] = lambda text: heyoka.real(text, bits)
         self._adaptive = _lent(problem, bits)
         self._adaptive.time = self._real("0")
         for i, x in enumerate(problem.start()):
@@ -73,12 +75,6 @@ class Steps:
         """Return to a state, to continue from there with a shorter limit."""
         for i, value in enumerate(state):
             self._adaptive.state[i] = value
-
-
-def _reals(bits: int) -> Callable[[str], Scalar]:
-    import heyoka
-
-    return lambda text: heyoka.real(text, bits)
 
 
 _compiled: dict[Hashable, Adaptive] = {}

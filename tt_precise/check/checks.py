@@ -237,12 +237,7 @@ def _axis(setup: CheckSetup, first: Samples, limit: float) -> Watch:
 
 def _quaternion(setup: CheckSetup, first: Samples, limit: float) -> Watch:
     names = ("qw", "qx", "qy", "qz")
-
-    def error(samples: Samples) -> numpy.ndarray:
-        squared: Array = sum(samples.given[name] ** 2 for name in names)
-        return abs(numpy.sqrt(squared) - 1)
-
-    return error
+    return lambda samples: abs(numpy.sqrt(sum(samples.given[name] ** 2 for name in names)) - 1)
 
 
 def _residual(part: str) -> Callable[[CheckSetup, Samples, float], Watch]:

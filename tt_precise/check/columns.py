@@ -57,29 +57,25 @@ class ColumnSet(NamedTuple):
         return [name for name in self.required if name not in set(present)]
 
 
-def _from_vectors(body: Parameters, c: Columns, fn: Functions) -> tuple[NewtonState, Scalar]:
-    return NewtonState(*(c[name] for name in NewtonState._fields)), 0
-
-
-def _from_euler(body: Parameters, c: Columns, fn: Functions) -> tuple[NewtonState, Scalar]:
-    state = EulerState(*(c[name] for name in EulerState._fields))
-    return conversion.vectors_from_euler(body, state, fn), 0
-
-
-def _from_rigid_body(body: Parameters, c: Columns, fn: Functions) -> tuple[NewtonState, Scalar]:
-    return conversion.vectors_from_rigid_body(
-        body, conversion.RigidBodyState(*(c[name] for name in conversion.RigidBodyState._fields))
-    )
+def _state(kind: Any, columns: Columns) -> Any:
+    return kind(*(columns[name] for name in kind._fields))
 
 
 _ALL = (
-    ColumnSet("vectors", ("kx", "ky", "kz", "Lx", "Ly", "Lz"), ("vx", "vy"), _from_vectors),
     ColumnSet(
-        "rigid body", ("qw", "qx", "qy", "qz", "wx", "wy", "wz"), ("vcx", "vcy", "vcz"),
-        _from_rigid_body, height=("z",),
+        "vectors", ("kx", "ky", "kz", "Lx", "Ly", "Lz"), ("vx", "vy"),
+        lambda body, c, fn: (_state(NewtonState, c), 0),
     ),
     ColumnSet(
-        "Euler", ("theta", "theta_dot", "phi_dot", "omega_3"), ("nu_x", "nu_y"), _from_euler,
+        "rigid body", ("qw", "qx", "qy", "qz", "wx", "wy", "wz"), ("vcx", "vcy", "vcz"),
+        lambda body, c, fn: conversion.vectors_from_rigid_body(
+            body, _state(conversion.RigidBodyState, c)
+        ),
+        height=("z",),
+    ),
+    ColumnSet(
+        "Euler", ("theta", "theta_dot", "phi_dot", "omega_3"), ("nu_x", "nu_y"),
+        lambda body, c, fn: (conversion.vectors_from_euler(body, _state(EulerState, c), fn), 0),
         azimuth=False,
     ),
 )  # fmt: skip

@@ -42,10 +42,7 @@ HALF = math.sqrt(0.5)
 
 
 def _scaled(factor: float, *names: str) -> Reading:
-    def read(given: Columns, body: Parameters) -> Changed | None:
-        return {name: factor * given[name] for name in names if name in given} or None
-
-    return read
+    return lambda given, body: {n: factor * given[n] for n in names if n in given} or None
 
 
 def _vector(given: Columns, names: tuple[str, str, str]) -> Vector:
@@ -63,29 +60,13 @@ def _turned(given: Columns, vector: Vector) -> Vector:
     return added(vector, added(scaled(2 * given["qw"], half), scaled(2, cross(axis, half))))
 
 
-def _from_body_frame(given: Columns, body: Parameters) -> Changed | None:
-    if "qw" not in given:
-        return None
-    return _named(OMEGA, _turned(given, _vector(given, OMEGA)))
+def _rigid(read: Reading, needs: str = "qw") -> Reading:
+    """A reading of the rigid-body columns, or of those that have the velocity, alone."""
+    return lambda given, body: read(given, body) if needs in given else None
 
 
-def _from_scalar_last(given: Columns, body: Parameters) -> Changed | None:
-    if "qw" not in given:
-        return None
-    ours, theirs = (*AXIS, "qw"), ("qw", *AXIS)
-    return {name: given[other] for name, other in zip(ours, theirs, strict=True)}
-
-
-def _from_inverse(given: Columns, body: Parameters) -> Changed | None:
-    if "qw" not in given:
-        return None
-    return {name: -given[name] for name in AXIS}
-
-
-def _from_geometric_centre(given: Columns, body: Parameters) -> Changed | None:
+def _from_geometric_centre(given: Columns, body: Parameters) -> Changed:
     # the centre of the sphere is alpha R k away from that of mass
-    if "vcx" not in given:
-        return None
     away = _turned(given, (0.0, 0.0, body.R * body.alpha))
     swing = cross(_vector(given, OMEGA), away)
     return _named(CENTRE, subtracted(_vector(given, CENTRE), swing))
@@ -104,9 +85,7 @@ def _with_fitted_time(given: Columns, body: Parameters) -> Changed | None:
     return {"t": factor * t} if factor > 0 else None
 
 
-def _from_y_up(given: Columns, body: Parameters) -> Changed | None:
-    if "qw" not in given:
-        return None
+def _from_y_up(given: Columns, body: Parameters) -> Changed:
     w, x, y, z = given["qw"], *_vector(given, AXIS)
     # turned by a right angle about x, which takes their y to our z
     turned: Changed = {
@@ -119,6 +98,22 @@ def _from_y_up(given: Columns, body: Parameters) -> Changed | None:
     return turned
 
 
+CONVENTIONS: dict[str, Reading] = {
+    "the angular velocity is in the body frame": _rigid(
+        lambda given, body: _named(OMEGA, _turned(given, _vector(given, OMEGA)))
+    ),
+    "the quaternion has its scalar last": _rigid(
+        lambda given, body: {
+            **_named(AXIS, (given["qw"], given["qx"], given["qy"])),
+            "qw": given["qz"],
+        }
+    ),
+    "the quaternion is the inverse one, from the inertial to the body frame": _rigid(
+        lambda given, body: {name: -given[name] for name in AXIS}
+    ),
+    "y is up": _rigid(_from_y_up),
+    "the velocity is that of the sphere's centre": _rigid(_from_geometric_centre, "vcx"),
+}
 READINGS: dict[str, Reading] = {
     "the time is in ms": _scaled(1e-3, "t"),
     "the time is in microseconds": _scaled(1e-6, "t"),
@@ -130,18 +125,13 @@ READINGS: dict[str, Reading] = {
     "the angular velocities are in revolutions/s": _scaled(2 * math.pi, *ANGULAR),
     "the angular velocities are in revolutions/min": _scaled(math.pi / 30, *ANGULAR),
     "the angular velocity has the other sign": _scaled(-1.0, *OMEGA),
-    "the angular velocity is in the body frame": _from_body_frame,
-    "the quaternion has its scalar last": _from_scalar_last,
-    "the quaternion is the inverse one, from the inertial to the body frame": _from_inverse,
-    "y is up": _from_y_up,
-    "the velocity is that of the sphere's centre": _from_geometric_centre,
+    **CONVENTIONS,
     "the velocities are in mm/s": _scaled(1e-3, *LINEAR),
     "the velocities are in cm/s": _scaled(1e-2, *LINEAR),
     "the angular momentum is in g mm^2/s": _scaled(1e-9, *MOMENTUM),
     "the angular momentum is in kg mm^2/s": _scaled(1e-6, *MOMENTUM),
     "the angular momentum is in g cm^2/s": _scaled(1e-7, *MOMENTUM),
 }  # fmt: skip
-CONVENTIONS = [name for name, read in READINGS.items() if read.__name__.startswith("_from")]
 
 
 def readings(alone: bool = False) -> Iterator[tuple[str, Reading]]:
@@ -150,7 +140,7 @@ def readings(alone: bool = False) -> Iterator[tuple[str, Reading]]:
     if alone:
         return
     for first, other in itertools.permutations(CONVENTIONS, 2):
-        yield f"{first} and {other}", _both(READINGS[first], READINGS[other])
+        yield f"{first} and {other}", _both(CONVENTIONS[first], CONVENTIONS[other])
 
 
 def _both(first: Reading, second: Reading) -> Reading:

@@ -476,7 +476,8 @@ def _contact(stored: Stored, record: Record) -> Iterator[str]:
     lost = [row for row in stored.events.rows if row[0] == "contact_lost"]
     if "lost_at_s" in contact:
         ball = Interval.around(**contact["lost_at_s"])
-        if len(lost) != 1 or not ball.meets(_rounding_to(lost[0][1])):
+        half = f"5e{last_place(lost[0][1]) - 1}" if lost else "0"
+        if len(lost) != 1 or not ball.meets(Interval.around(lost[0][1], half)):
             yield f"{PROOF}: contact is lost at another time than {EVENTS} says"
         return
     if lost:
@@ -492,12 +493,6 @@ def _contact(stored: Stored, record: Record) -> Iterator[str]:
         yield f"{PROOF}: a bound of the contact force that {TRAJECTORY} breaks"
     if not contact["energy_never_grows"]:
         yield f"{PROOF}: the energy may grow, although the contact force is positive"
-
-
-def _rounding_to(text: str) -> Interval:
-    """The interval of numbers that round to a printed number."""
-    number, half = Fraction(text), Fraction(10) ** last_place(text) / 2
-    return Interval(number - half, number + half)
 
 
 @dataclass(frozen=True)

@@ -300,7 +300,7 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
         scene = stored.scene
     except InputError as error:
         return None, [str(error)]
-    problems = _problems_of_manifest(stored) + _another_scene(stored)
+    problems = _problems_of_manifest(stored)
     changed = store.changed_files(stored)
     expected = columns(scene)
     wanted = {TRAJECTORY: expected, EVENTS: ("name", "t", "direction", *expected[1:])}
@@ -318,16 +318,13 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
     if not damaged and not {TRAJECTORY, EVENTS} & set(changed):
         stated = derive(scene, stored.trajectory, stored.events)
         problems += _differences(stated, stored.manifest, MANIFEST)
-        problems += _inconstant(scene, stored.trajectory)
+        problems += [
+            f"{TRAJECTORY}: {integral.name} is constant to {integral.digits:.1f} digits, "
+            f"expected {CONSTANT_TO}; worst in line {integral.worst_row + 2}"
+            for integral in constancies(scene, stored.trajectory)
+            if integral.digits < CONSTANT_TO
+        ]
     return stored, problems + _problems_of_proof(stored)
-
-
-def _another_scene(stored: Stored) -> list[str]:
-    """Data that ship are of the scene that ships under their name."""
-    if stored.folder.resolve() != store.home().resolve() or stored.name not in shipped_scenes():
-        return []
-    same = stored.scene == load_scene(stored.name)
-    return [] if same else [f"{SCENE}: another scene than the {stored.name} that ships"]
 
 
 def _problems_of_proof(stored: Stored) -> list[str]:
@@ -342,11 +339,15 @@ def _problems_of_proof(stored: Stored) -> list[str]:
 def _problems_of_manifest(stored: Stored) -> list[str]:
     manifest = stored.manifest
     stated = {"scene": stored.name, "model": stored.scene.model}
-    return [
+    problems = [
         f"{MANIFEST}: {key} is {manifest[key]!r}, expected {value!r}"
         for key, value in stated.items()
         if manifest[key] != value
     ]
+    ships = stored.folder.resolve() == store.home().resolve() and stored.name in shipped_scenes()
+    if ships and stored.scene != load_scene(stored.name):
+        problems.append(f"{SCENE}: another scene than the {stored.name} that ships")
+    return problems
 
 
 def _problems_of_table(
@@ -384,15 +385,6 @@ def _differences(derived: Json, stated: Json, where: str) -> Iterator[str]:
             yield from _differences(value, stated.get(key), f"{where}: {key}" if key else where)
     elif derived != stated:
         yield f"{where} is {str(stated)[:50]!r}, the data say {str(derived)[:50]!r}"
-
-
-def _inconstant(scene: Scene, trajectory: Table) -> Iterator[str]:
-    for integral in constancies(scene, trajectory):
-        if integral.digits < CONSTANT_TO:
-            yield (
-                f"{TRAJECTORY}: {integral.name} is constant to {integral.digits:.1f} digits, "
-                f"expected {CONSTANT_TO}; worst in line {integral.worst_row + 2}"
-            )
 
 
 def _errors(cells: Sequence[str], fresh: Sequence[str], scale: float | None) -> Array:
