@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.conftest import RATIOS, top
+from tests.conftest import top
 from tt_precise.exact.arithmetic import agreed_digits, own_context, rounding_to
 from tt_precise.exact.stability import (
     INVERTED,
@@ -21,7 +21,8 @@ from tt_precise.exact.stability import (
 )
 from tt_precise.mechanics import newton, thresholds
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.scene.body import Parameters, TippeTop
+from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM
+from tt_precise.scene.body import Parameters, TippeTop, Units
 
 SIDES = pytest.mark.parametrize("side", [UPRIGHT, INVERTED])
 
@@ -54,8 +55,8 @@ def test_the_error_of_each_eigenvalue_is_that_of_its_own_place() -> None:
     """
     context = own_context(40)
     roots = [context.mpc(0), context.mpc(1), context.mpc(100)]
-    zero, error = context.mpc(0), context.mpf(10) ** -30
-    matrix = [[roots[i] if i == j else zero for j in range(3)] for i in range(3)]
+    error = context.mpf(10) ** -30
+    matrix = [[root if root == column else 0 for column in roots] for root in roots]
     found = {round(float(one.value.real)): one.error for one in eigenvalues(matrix, error, context)}
     for root in roots:
         slope = context.fprod(abs(root - other) for other in roots if other != root)
@@ -136,19 +137,15 @@ def test_thresholds_of_extreme_tops(side: int, changes: dict[str, str]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "side"),
-    [
-        ({"I1": "0.52"}, INVERTED),  # gamma = 1 + alpha exactly
-        ({"I1": "0.5200000001"}, INVERTED),
-        ({"I1": "5"}, INVERTED),
-        ({"I1": "0.28"}, UPRIGHT),  # gamma = 1 - alpha exactly
-        ({"I1": "0.2799999999"}, UPRIGHT),
-        ({"I1": "0.2"}, UPRIGHT),
+    ("I1", "side"),
+    [  # gamma = 1 + alpha and 1 - alpha exactly, and beyond
+        ("0.52", INVERTED), ("0.5200000001", INVERTED), ("5", INVERTED),
+        ("0.28", UPRIGHT), ("0.2799999999", UPRIGHT), ("0.2", UPRIGHT),
     ],
-)
+)  # fmt: skip
 @pytest.mark.parametrize("mu", [None, Fraction(1)])
-def test_where_no_spin_is_marginal(changes: dict[str, str], side: int, mu: Fraction | None) -> None:
-    found = marginal_spin(top(**changes), side, 30, own_context(40), mu)
+def test_where_no_spin_is_marginal(I1: str, side: int, mu: Fraction | None) -> None:
+    found = marginal_spin(top(I1=I1), side, 30, own_context(40), mu)
     assert (found.exists, found.spin) == (False, None)
     verb = "grow" if side == INVERTED else "decay"
     assert f"perturbations {verb} at every omega_3^2 R/g" in found.reason
@@ -165,21 +162,16 @@ def test_upright_loses_and_inverted_gains_stability_with_spin(side: int) -> None
     """The sign that names the two thresholds: lambda_up is the upright one, lambda_thres not."""
     context = own_context(50)
     body = top().dimensionless(context, rounding_to(context))
+    unit = Units.of(top(), context, rounding_to(context)).of_dimension(ANGULAR_MOMENTUM)
     spin = marginal_spin(top(), side, 20, context).spin
     for factor, grows in (("0.99", side == INVERTED), ("1.01", side == UPRIGHT)):
-        omega_3 = spin * context.mpf(factor) / _unit(context) / body.I3
+        omega_3 = spin * context.mpf(factor) / unit / body.I3
         # omega_3 = 1 with gravity 1/omega_3^2, and the friction coefficient scaled alike.
         gravity = 1 / omega_3**2
         numbers = Parameters(1, 1, body.alpha, body.I1, body.I3, gravity, body.mu * omega_3)
         matrix = linearised(numbers, side, context.mpf(10) ** -15, context)
         fastest = eigenvalues(matrix, context.mpf(10) ** -28, context)[0]
         assert (fastest.sign() > 0) is grows
-
-
-def _unit(context: Any) -> Any:
-    """m R^2 sqrt(g/R) of the top in kg m^2/s."""
-    m, R, g = (context.mpf(RATIOS[name]) for name in ("m", "R", "g"))
-    return m * R**2 * context.sqrt(g / R)
 
 
 @SIDES

@@ -50,19 +50,17 @@ def test_values_are_what_the_printed_formulas_give(reference: Thresholds) -> Non
     """Computed here from the numbers of section 2.1, in mpmath's global context."""
     with mpmath.workdps(60):
         m, R, alpha, g = map(mpmath.mpf, ("0.02", "0.02", "0.3", "9.82"))
-        I3 = mpmath.mpf(2) / 5 * m * R**2
-        gamma = mpmath.mpf(131) / 140
+        I3, gamma, sigma = mpmath.mpf(2) / 5 * m * R**2, mpmath.mpf(131) / 140, mpmath.mpf(5) / 2
         scale = mpmath.sqrt(m * g * R**3 * alpha * I3)
         start = R * (-I3 * 155 * (alpha - mpmath.cos(mpmath.mpf("0.1"))))
+        low, high = 1 - alpha, 1 + alpha
         expected = {
-            "lambda": start,
-            "lambda_thres": scale * (1 + alpha) ** 2 / mpmath.sqrt(1 + alpha - gamma),
-            "lambda_up": scale * (1 - alpha) ** 2 / mpmath.sqrt(alpha + gamma - 1),
-            "E0": start**2 / (2 * R**2 * I3 * (1 - alpha) ** 2) + m * g * R * (1 - alpha),
-            "E1": start**2 / (2 * R**2 * I3 * (1 + alpha) ** 2) + m * g * R * (1 + alpha),
-            "gamma": gamma,
-            "sigma": mpmath.mpf(5) / 2,
-        }
+            "lambda": start, "gamma": gamma, "sigma": sigma,
+            "lambda_thres": scale * high**2 / mpmath.sqrt(high - gamma),
+            "lambda_up": scale * low**2 / mpmath.sqrt(gamma - low),
+            "E0": start**2 / (2 * R**2 * I3 * low**2) + m * g * R * low,
+            "E1": start**2 / (2 * R**2 * I3 * high**2) + m * g * R * high,
+        }  # fmt: skip
         for name, value in expected.items():
             found = mpmath.mpf(reference.as_dict()["quantities"][name]["value"])
             assert abs(found / value - 1) < mpmath.mpf(10) ** -48, name
@@ -213,33 +211,24 @@ def verdict(
 @pytest.mark.parametrize(
     ("size", "thres", "up", "inverts", "reason"),
     [
-        (4, 3, 1, True, "Theorem 1.1"),
-        (4, 1, 3, True, "Theorem 1.1"),
-        (2, 3, 1, False, "the inverted spin is unstable"),
-        (0, 3, 1, False, "the inverted spin is unstable"),
-        (0.5, 1, 3, False, "the inverted spin is unstable"),
+        (4, 3, 1, True, "Theorem 1.1"), (4, 1, 3, True, "Theorem 1.1"),
+        *((*sizes, False, "the inverted spin is unstable") for sizes in (
+            (2, 3, 1), (0, 3, 1), (0.5, 1, 3), (1, 3, 1), (2, 3, None))),
         (2, 1, 3, None, "lambda_thres < |lambda| < lambda_up: upright and inverted spin are both"),
         (3, 3, 1, None, "the inverted spin is marginal"),
         (3, 1, 3, None, "the upright spin is marginal"),
-        (1, 3, 1, False, "the inverted spin is unstable"),
-        (9, None, 1, False, "gamma >= 1 + alpha"),
-        (4, 3, None, None, "gamma <= 1 - alpha"),
-        (2, 3, None, False, "the inverted spin is unstable"),
+        (9, None, 1, False, "gamma >= 1 + alpha"), (4, 3, None, None, "gamma <= 1 - alpha"),
+        # just off the threshold it is decided
+        (3 * (1 + 1e-11), 3, 1, True, ""), (3 * (1 - 1e-11), 3, 1, False, ""),
     ],
-)
-@pytest.mark.parametrize("mirror", [1, -1])
+)  # fmt: skip
 def test_by_lambda(
-    size: float, thres: float | None, up: float | None, inverts: bool | None, reason: str,
-    mirror: int,
-) -> None:  # fmt: skip
-    found = verdict(mirror * size, thres, up)
-    assert found.inverts is inverts
-    assert reason in found.reason
-
-
-def test_just_off_the_threshold_is_decided() -> None:
-    assert verdict(3 * (1 + 1e-11)).inverts is True
-    assert verdict(3 * (1 - 1e-11)).inverts is False
+    size: float, thres: float | None, up: float | None, inverts: bool | None, reason: str
+) -> None:
+    for mirrored in (size, -size):
+        found = verdict(mirrored, thres, up)
+        assert found.inverts is inverts
+        assert reason in found.reason
 
 
 @pytest.mark.parametrize(
