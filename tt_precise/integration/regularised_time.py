@@ -350,9 +350,13 @@ class OnsetOutput(RowwiseOutput):
         hits = []
         for name, event in self.setup.watched.items():
             value = partial(self._value, event, motions)
-            values = [value(t) for t in times]
-            if not abs(values[0]) > VANISHED * self.precision.eps * max(map(abs, values)):
-                values[0] = values[1]
+            values = [value(t) for t in times[1:]]
+            try:  # at rest, where v_A begins, a rate has one side and a quotient by the speed none
+                first = values[0] if event.of_rate else value(times[0])
+            except ZeroDivisionError:
+                first = values[0]
+            vanishes = not abs(first) > VANISHED * self.precision.eps * max(map(abs, values))
+            values.insert(0, values[0] if vanishes else first)
             for before, after, low, high in zip(values, values[1:], times, times[1:], strict=False):
                 direction = 1 if after > before else -1
                 wanted = not event.direction or event.direction == direction
