@@ -51,23 +51,6 @@ def test_help_a_scene_and_committed_verdicts_need_nothing_heavy(words: str) -> N
     assert "mpmath" in imported_by("import tt_precise as tt; tt.integrate")  # the control
 
 
-@pytest.mark.parametrize(
-    "before",
-    ["", *("import tt_precise." + name for name in ("integration", "integration.heyoka_backend")),
-     "from tt_precise import integrate", "from tt_precise.integration import integrate"],
-)  # fmt: skip
-def test_integrate_can_be_called_however_it_was_imported(before: str) -> None:
-    code = (
-        f"{before}\nimport tt_precise as tt\n"
-        "try: tt.integrate('nowhere')\n"
-        "except tt.InputError as error: assert 'nowhere' in str(error)\n"
-        "else: raise AssertionError\n"
-        "import tt_precise.integration as folder\n"
-        "assert folder.Trajectory is tt.Trajectory\n"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)
-
-
 @pytest.mark.parametrize("package", PACKAGES)
 def test_all_names_are_listed_and_there(package: str) -> None:
     if package == "tt_precise.certify":
@@ -89,3 +72,13 @@ def test_the_package_is_typed_and_names_its_arguments() -> None:
     assert {"vary", "box", "until"} <= set(inspect.signature(tt_precise.sweep).parameters)
     trajectory = tt_precise.integrate("reference", until="0.02", sample_every="0.005")
     assert trajectory.table("theta")["t"].tolist() == [0, 0.005, 0.01, 0.015, 0.02]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("argument", "status"), [("digits", 0), ("digit", 1)])
+def test_mypy_sees_the_signatures(argument: str, status: int) -> None:
+    code = f"import tt_precise as tt\ntt.integrate('reference', {argument}=6)"
+    words = [sys.executable, "-m", "mypy", "--config-file=", "--follow-imports=silent", "-c", code]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == status, done.stdout
+    assert ('"digit"' in done.stdout) == bool(status)

@@ -103,6 +103,11 @@ def test_refuses_columns(name: str) -> None:
         specification("reference", vary={"mu": "1,2"}, record=(name,))
 
 
+def test_refuses_other_friction_laws() -> None:
+    with pytest.raises(InputError, match="got coulomb friction, expected the viscous law"):
+        specification("coulomb-gliding", vary={"mu": "1,2"})
+
+
 def test_grid_runs_the_last_axis_fastest() -> None:
     spec = specification("reference", vary={"theta": "0.1,0.2", "mu": "1,2,3"})
     found = numpy.concatenate(list(values_of(spec, 4).values()))
