@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -35,11 +35,6 @@ LONG = (
 ALL = (*CHEAP, *(pytest.param(one, marks=pytest.mark.slow) for one in LONG))
 
 
-def spoil(file: Path, old: str, new: str, count: int = 1) -> None:
-    file.write_text(file.read_text().replace(old, new, count))
-    proofs_of.cache_clear()
-
-
 @pytest.fixture
 def spoilable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A copy of the reference scene's golden data, which the claims read instead."""
@@ -55,41 +50,47 @@ def test_committed_proofs_prove_the_claim(one: str) -> None:
     assert judge(one).proved
 
 
-def test_a_spoiled_proof_proves_nothing(spoilable: Path) -> None:
-    assert judge("NUM-20").proved
-    spoil(spoilable / PROOF, '"g_n_positive": true', '"g_n_positive": false', -1)
-    for one in ("NUM-20", "NUM-04"):
-        finding = judge(one)
-        assert not finding.proved
-        assert f"Not proved: {PROOF}: " in finding.note
-        assert finding.verdict == "rounded"  # what was computed stands as before
+def changed(file: str, old: str, new: str, count: int = 1) -> Callable[[Path], object]:
+    def change(place: Path) -> None:
+        text = (place / file).read_text()
+        assert old in text
+        (place / file).write_text(text.replace(old, new, count))
+
+    return change
 
 
-@pytest.mark.parametrize("file", [ENCLOSURE, store.EVENTS])
-def test_other_digits_prove_nothing(spoilable: Path, file: str) -> None:
-    spoil(spoilable / file, "1", "2")
-    finding = judge("NUM-20")
-    assert not finding.proved
-    assert file != ENCLOSURE or f"Not proved: {ENCLOSURE}: changed" in finding.note
-
-
-def test_a_proof_of_something_else_or_none_does_not_settle_a_claim(spoilable: Path) -> None:
-    # resealed with a time that the proved events do not give
-    record = proofs.read("reference")
-    assert record is not None
-    content = record.content
+def resealed(place: Path) -> None:
+    """With a time that the proved events do not give."""
+    content = cast(Any, proofs.read("reference")).content
     content["inversion"]["B"]["t_init"]["middle"] = "3.9"
-    (spoilable / PROOF).write_text(store.proof_text(content))
-    finding = judge("NUM-04")
-    assert not finding.proved
-    assert "Not proved: proof.json: B, t_init " in finding.note
-    # nor does one that is missing
+    (place / PROOF).write_text(store.proof_text(content))
+
+
+def removed(place: Path) -> None:
     for file in (PROOF, ENCLOSURE):
-        (spoilable / file).unlink()
+        (place / file).unlink()
+
+
+@pytest.mark.parametrize("id", ["NUM-20", "NUM-04"])
+@pytest.mark.parametrize(
+    ("spoil", "note"),
+    [
+        (changed(PROOF, '"g_n_positive": true', '"g_n_positive": false', -1), f"ed: {PROOF}: "),
+        (changed(ENCLOSURE, "1", "2"), f"Not proved: {ENCLOSURE}: changed"),
+        (changed(store.EVENTS, "1", "2"), ""),
+        (resealed, f"Not proved: {PROOF}: B, t_init "),
+        (removed, "golden certify reference"),
+    ],
+    ids=["spoiled", "other enclosure", "other events", "resealed", "missing"],
+)
+def test_other_proofs_prove_nothing(spoilable: Path, spoil: Any, note: str, id: str) -> None:
+    assert judge(id).proved
+    spoil(spoilable)
     proofs_of.cache_clear()
-    finding = judge("NUM-04")
+    finding = judge(id)
     assert not finding.proved
-    assert "golden certify reference" in finding.note
+    assert note in finding.note
+    assert finding.verdict == "rounded"  # what was computed stands as before
 
 
 def test_a_variant_is_not_the_scene_that_was_proved() -> None:
