@@ -1,15 +1,21 @@
-"""The chapters of claims: no verdict, and no measured number in a note, is typed in."""
+"""The chapters of claims: no verdict or measured number is typed in, each has a counterexample."""
 
 import ast
 import re
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
-from tt_precise.claims import judge, rauch_rutstam
+from tt_precise.claims import claims, judge, rauch_rutstam
+from tt_precise.claims import committed as module
+from tt_precise.claims.committed import committed, run_record, sources
 from tt_precise.claims.evidence import sweeps
+from tt_precise.claims.evidence.run import Run, variant
 from tt_precise.claims.verdicts import Verdict
+from tt_precise.runtime.values import InputError
 
 MODULES = sorted(Path(rauch_rutstam.__path__[0]).glob("[!_]*.py"))
 # which is the note
@@ -111,3 +117,75 @@ def test_no_verdict_and_no_measured_number_in_a_note_is_typed_in(module: Path) -
 )
 def test_what_is_typed_in_is_found(looks: Callable[[str], Iterable[str]], spoiled: str) -> None:
     assert list(looks(spoiled))
+
+
+def _every_claim() -> list[Any]:
+    slow = pytest.mark.slow
+    return [pytest.param(one.id, marks=slow if one.slow else ()) for one in claims().values()]
+
+
+@pytest.mark.parametrize("one", _every_claim())
+def test_control_changes_the_verdict(one: str) -> None:
+    counterexample = claims()[one].counterexample
+    judged = judge(one)
+    assert judged.note
+    assert judged.printed
+    if counterexample is None:
+        assert judged.verdict == "untestable", f"{one} can be tested, so it needs a counterexample"
+    else:
+        assert judge(one, **counterexample).verdict != judged.verdict
+
+
+@pytest.mark.parametrize(
+    ("id", "changes"),
+    [
+        ("TH-15", {"run": Run(variant(phi_dot="-300"))}),  # leaves the table
+        ("SWP-02", {"beyond": "300"}),  # no start is there
+        ("SWP-22", {"limit": "-300"}),
+    ],
+)
+def test_what_nothing_shows_does_not_hold(id: str, changes: dict[str, Any]) -> None:
+    assert judge(id, **changes).verdict == "refuted"
+
+
+def test_contact_in_a_run_that_failed_is_not_contact_all_the_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    run = Run(variant(until="0.3"))
+    assert judge("QUAL-15", run=run).verdict == "reproduced"
+    monkeypatch.setattr(Run, "trajectory", lambda *_: SimpleNamespace(status="failed"))
+    assert judge("QUAL-15", run=run).verdict == "refuted"
+
+
+PROVENANCE = {"date": "today", "commit": "abc", "versions": "heyoka 1", "command": "x"}
+
+
+def test_every_claim_has_a_committed_verdict() -> None:
+    verdicts = committed()
+    assert verdicts is not None
+    assert list(verdicts.by_id) == list(claims())
+    assert f"commit {verdicts.run.commit}" in verdicts.run.origin
+    assert f"{verdicts.run.seconds} s with" in verdicts.run.cost
+
+
+@pytest.mark.parametrize("changed", ["claims/verdicts.py", "scenes/reference.toml"])
+def test_a_run_of_other_code_is_stale(monkeypatch: pytest.MonkeyPatch, changed: str) -> None:
+    run = run_record(12.3, 2, PROVENANCE)
+    assert run.seconds == 12
+    before = run.outdated
+    read = Path.read_bytes
+    spoiled = module.PACKAGE / changed
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"\n# x" * (path == spoiled))
+    sources.cache_clear()
+    assert (before, run.outdated) == (False, True)
+    monkeypatch.undo()
+    sources.cache_clear()
+
+
+def test_a_spoiled_file_is_refused_and_a_missing_one_is_none(tmp_path: Path) -> None:
+    file = tmp_path / "results.json"
+    assert committed(file) is None
+    for text in ("{", "{}", '{"claims": {"claims": []}}', '{"claims": {"claims": [1], "run": {}}}'):
+        file.write_text(text, "utf-8")
+        with pytest.raises(InputError, match=r"expected verdicts.* --again"):
+            committed(file)

@@ -1,16 +1,19 @@
-"""The report's figures: complete, small, and bound to statements of the paper that exist."""
+"""The figures and maps of the report: complete, small, bound to statements that exist."""
 
 import re
+from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
 
 from tt_precise.claims import claims
+from tt_precise.report import maps
 from tt_precise.report import solution as paper
 from tt_precise.report import starts as many_starts
 from tt_precise.report.document import Figure
 from tt_precise.report.sections import FIGURES, figures_of
+from tt_precise.runtime.cache import fingerprint, unpacked
 
 LARGEST = 300_000  # characters of SVG
 EXPECTED = {
@@ -62,3 +65,21 @@ def test_all_figures() -> None:
     figures = [figure for section in FIGURES for figure in figures_of(section)]
     assert {figure.name for figure in figures} == EXPECTED
     assert [problem for figure in figures for problem in problems(figure)] == []
+
+
+FILE = Path(__file__).parents[2] / "reports/measured" / maps.FILE
+
+
+def test_the_committed_file_is_of_the_present_definition() -> None:
+    assert unpacked(FILE.read_bytes(), fingerprint(maps.definition())) is not None
+
+
+def test_maps_are_full_grids_and_nothing_stands_inverted_below_the_threshold() -> None:
+    for name, (x, y) in maps.MAPS.items():
+        rows = maps.map_rows(name)
+        pairs = set(zip(rows[x.name], rows[y.name], strict=True))
+        assert len(pairs) == len(rows) == maps.COUNT**2
+        inverted = rows["end_theta"] > 3.1
+        assert inverted.any()
+        assert (rows["outcome"][inverted] == "inverts").all()
+        assert (rows["lambda_ratio"][inverted] > 1).all()

@@ -1,4 +1,4 @@
-"""The motion of the first screen is that of the golden data."""
+"""The motion of the first screen is that of the golden data, and a claim is one line."""
 
 import math
 from typing import Any
@@ -7,7 +7,9 @@ import numpy
 import pytest
 
 from tt_precise import golden
+from tt_precise.claims.committed import JudgedClaim, committed
 from tt_precise.report import overview as animation
+from tt_precise.report.document import MARKS, entry, sections
 from tt_precise.report.overview import TRACK, motion
 from tt_precise.scene.scene import load_scene
 
@@ -61,3 +63,29 @@ def test_map_and_graph_lie_inside_the_drawing(found: Any) -> None:
 def test_without_golden_data_nothing_moves(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(animation, "TRACK", "no such scene")
     assert motion(CLIMB) is None
+
+
+def test_a_line_shows_the_essential(judged: list[JudgedClaim]) -> None:
+    by_id = {claim.id: entry(claim) for claim in judged}
+    misprint = by_id["EQ-01"]  # what should stand
+    assert misprint.correction
+    assert "- R*I3" in misprint.result
+    assert misprint.note == "A factor R."  # not what stands beside it already
+    assert [line.name for line in misprint.lines] == ["as printed", "as corrected"]
+    refuted = [by_id[id] for id in ("NUM-02", "NUM-05")]  # the part that fails
+    assert [one.printed for one in refuted] == ["2", "2"]
+    assert [one.result for one in refuted] == ["3 | 4", "3 | 4 (second)"]
+    assert refuted[1].note == "Both."
+    reading = by_id["NUM-04"]  # which one holds
+    assert (reading.result, reading.note) == ("holds if read as: so", "Either.")
+    lines = [(line.name, line.verdict) for line in reading.lines]
+    assert lines == [("so", "reproduced"), ("or so", "refuted")]
+
+
+def test_every_claim_has_a_section_and_a_mark() -> None:
+    known = committed()
+    assert known is not None
+    found = [entry(claim) for claim in known.claims]
+    assert {one.section for one in found} == set(sections())
+    assert {one.mark for one in found} == set(MARKS.values())
+    assert len(set(MARKS.values())) == 6

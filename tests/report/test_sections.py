@@ -1,4 +1,4 @@
-"""Sections that need no integration, and that a failing claim cannot hide."""
+"""Sections, which a failing claim cannot hide."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ import pytest
 
 from tt_precise.claims import counts, judge
 from tt_precise.claims.committed import JudgedClaim, committed, run_record
+from tt_precise.integration import integrate
+from tt_precise.integration.precision import is_available
 from tt_precise.report import build, overview, sections
 from tt_precise.report.document import Card, Claims, PageTable, Section, Text
 from tt_precise.report.measured import jellett_alone
 from tt_precise.report.overview import verdict
+from tt_precise.report.precision import SCENE, precision_runs, state_distance
 from tt_precise.runtime.values import InputError
 
 RUN = run_record(1, 1, {"date": "today", "commit": "abc", "versions": "heyoka 1"})
@@ -110,3 +113,16 @@ def test_the_commit_is_that_of_the_package_itself(
         commits.append(build.commit())
     assert commits[0].startswith("none, version ")
     assert len(commits[1]) in range(7, 13)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not is_available("triple-double"), reason="no llvmlite on this machine")
+def test_the_finest_run_is_what_200_bits_give() -> None:
+    *others, finest = precision_runs()
+    assert finest.trajectory.precision.name == "triple-double"
+    wide = integrate(SCENE, "mp")
+    assert state_distance(finest.trajectory, wide) < 1e-40
+    for one in others:
+        apart = state_distance(one.trajectory, wide)
+        assert apart == pytest.approx(one.state_error, rel=1e-6)
+        assert apart > 1e-34  # what the first bound would not let pass

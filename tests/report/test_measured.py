@@ -1,0 +1,184 @@
+"""The sections made of measurements: the trade-off, the extremes, the scoreboard of engines."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy
+import pandas
+import pytest
+
+from tt_precise.engines.ladder import STEPS, RungResult, rungs
+from tt_precise.engines.scoreboard import ENGINES, as_dict
+from tt_precise.report import measured, render
+from tt_precise.report.document import Figure, PageTable, Report, Section, Text
+from tt_precise.runtime.values import InputError
+from tt_precise.tradeoff.findings import GROWTH, TABLE
+
+
+def tables(folder: Path) -> None:
+    rows = [
+        {
+            "scene": "reference", "horizon_s": 8.0, "method": method, "setting": "s",
+            "precision": "double", "bits": 53, "formulation": form, "tolerance": 1e-3,
+            "peer": method != "heyoka", "error": 100.0**-n, "error_on_way": 99 * 100.0**-n,
+            "seconds": slow * 2.0**n, "ratio": slow * 2.0**n, "setup_s": 1.0, "work": 1000 * n,
+            "jellett_drift": 1e-3 * 100.0**-n,
+        }
+        for method, slow in (("heyoka", 1e-3), ("diffrax Dopri8", 2.5e-2))
+        for form in ("newton", "euler")
+        for n in range(1, 8)
+    ]  # fmt: skip
+    pandas.DataFrame(rows).to_csv(folder / TABLE, index=False)
+    draw = numpy.random.default_rng(1)
+    long_runs = [
+        {"scene": scene, "seed": seed, "t_s": t, "jellett": 1e-16 * draw.normal() * t**0.5,
+         "energy": 1e-16 * draw.normal() * t**0.5}
+        for scene in ("frictionless", "rolling") for seed in range(4) for t in (1.0, 10.0, 100.0)
+    ]  # fmt: skip
+    pandas.DataFrame(long_runs).to_csv(folder / GROWTH, index=False)
+
+
+@pytest.mark.parametrize(
+    ("make", "command"),
+    [
+        (measured.tradeoff, "tt-precise tradeoff"),
+        (measured.extremes, "tt-precise extremes"),
+        (measured.engines, "tt-precise engines"),
+        (measured.faults, "benchmarks.planted_faults"),
+    ],
+)
+def test_without_a_table_it_says_how_to_make_one(
+    make: Callable[[Path], Section], command: str, tmp_path: Path
+) -> None:
+    (block,) = make(tmp_path).blocks
+    assert isinstance(block, Text)
+    assert command in block.text
+
+
+@pytest.mark.parametrize("name", [TABLE, GROWTH, "faults.csv"])
+@pytest.mark.parametrize("content", ["", "a,b\n1,2\n"])
+def test_a_table_of_something_else_is_refused_by_name(
+    tmp_path: Path, name: str, content: str
+) -> None:
+    sections = [measured.tradeoff, measured.faults]
+    assert all(make(tmp_path).blocks for make in sections)
+    if name == GROWTH:  # which is read beside the other one
+        tables(tmp_path)
+    (tmp_path / name).write_text(content)
+    with pytest.raises(InputError, match=r"\.csv: not of its form .*; expected what"):
+        [make(tmp_path) for make in sections]
+
+
+def test_findings_and_figures_are_computed_from_the_table(tmp_path: Path) -> None:
+    tables(tmp_path)
+    section = measured.tradeoff(tmp_path)
+    assert section.results["any peer at 1e-09, newton"] == {"value": "25"}
+    assert "SIMD" not in section.results
+    costs, _, found = (block for block in section.blocks if isinstance(block, PageTable))
+    assert costs.rows[0] == ("heyoka", "2.8", "8", "23", "64")
+    assert ("any peer at 1e-09, newton", "25 times") in {row[:2] for row in found.rows}
+    figures = [block for block in section.blocks if isinstance(block, Figure)]
+    assert [figure.name for figure in figures] == [
+        "work-precision", "work-and-digits", "hidden-by-conservation", "growth-of-errors",
+    ]  # fmt: skip
+    for figure in figures:
+        assert "<path" in figure.svg
+        assert figure.alt
+        assert len(figure.svg) < 300_000
+
+
+LARGEST = 300_000  # characters of SVG
+
+
+def case(name: str, **more: Any) -> dict[str, Any]:
+    entry = {
+        "topic": "contact", "family": "mu = {mu}", "name": name, "expected": "all well",
+        "source": "theory", "found": "1 eps", "verdict": "pass", "value": 1.0,
+    }  # fmt: skip
+    return entry | more
+
+
+def test_a_row_for_each_family_and_for_each_failure_and_pictures(tmp_path: Path) -> None:
+    cases = [
+        *(
+            case(f"mu = {mu}", value=float(mu), data={"mu": mu, "steps": 10 * mu, "seconds": 0.1})
+            for mu in (1, 10, 100)
+        ),
+        *(
+            case(f"limit {mu}", family="limit {mu}", data={"mu": mu, "distance": 1 / mu})
+            for mu in (1, 10, 100)
+        ),
+        *(
+            case(f"off {off}", family="off {off}",
+                 data={"off": off, "rate": -off, "eigenvalue": -off})
+            for off in (-0.1, -0.01, 0.1, 0.01)
+        ),
+        case("a start", family="a start", verdict="fail", found="accepted", value=None),
+    ]  # fmt: skip
+    document = {"schema": "tt_precise.extremes/1", "verdict": "fail", "cases": cases}
+    (tmp_path / measured.EXTREMES).write_text(json.dumps(document))
+    section = measured.extremes(tmp_path)
+    (table,) = (block for block in section.blocks if isinstance(block, PageTable))
+    assert [row[1] for row in table.rows] == [
+        "mu = … (3 cases)", "limit … (3 cases)", "off … (4 cases)", "a start",
+    ]  # fmt: skip
+    assert table.rows[0][4] == "1 eps [the worst: mu = 100]"
+    assert table.rows[-1][4:] == ("accepted", "fail")
+    assert section.results["failed"] == ["a start"]
+    figures = [block for block in section.blocks if isinstance(block, Figure)]
+    assert [figure.name for figure in figures] == [
+        "extremes-poles", "extremes-friction", "extremes-threshold",
+    ]  # fmt: skip
+    for figure in figures:
+        assert ElementTree.fromstring(figure.svg).tag.endswith("svg")
+        assert len(figure.svg) < LARGEST
+        assert figure.alt
+
+
+@pytest.fixture
+def board() -> dict[str, Any]:
+    momentum = {"values": [0.04, None, 0.03], "limit": 1e-4, "verdict": "fail", "note": "why"}
+    rows = [
+        RungResult("MuJoCo", "flight", "converges", digits=(7.0, 8.2, 9.5), order=4.0, floor=1e-12,
+               drift={"angular_momentum": (1e-8, 1e-9, 1e-10)}),
+        RungResult("MuJoCo", "ice", "floor", digits=(1.0, 1.5, 1.7), order=1.1, floor=0.02,
+                   checks={"contact_momentum": momentum}),
+        RungResult("MuJoCo", "inversion", "measured", equator=(2.9, None, 3.8)),
+        RungResult("Bullet", "flight", "failed", "step 0.001 s: timeout: still running after 60 s"),
+        RungResult("Bullet", "ice", "refused", "Bullet has no viscous friction"),
+    ]  # fmt: skip
+    return as_dict(
+        [one for one in ENGINES if one.name in ("MuJoCo", "Bullet")], rungs(), STEPS, rows,
+        ["DART: not installed"],
+    )  # fmt: skip
+
+
+def test_it_shows_what_was_measured(
+    board: dict[str, Any], small_report: Report, tmp_path: Path
+) -> None:
+    (tmp_path / "engines.json").write_text(json.dumps(board))
+    section = measured.engines(tmp_path)
+    (figure,) = (block for block in section.blocks if isinstance(block, Figure))
+    table, settings = (block for block in section.blocks if isinstance(block, PageTable))
+    assert len(table.rows) == len(board["rows"])
+    shown = "MuJoCo | flight | converges | 7.0, 8.2, 9.5 | 4.00 | 1.0e-12"
+    assert " | ".join(table.rows[0][:6]) == shown
+    assert table.header[-1] == "contact_momentum"
+    assert [row[-1] for row in table.rows[:2]] == ["", "fail 4.0e-02, -, 3.0e-02 (why)"]
+    assert table.rows[2][2] == "measured: axis horizontal at 2.90 s, never, 3.80 s"
+    assert {row[0] for row in settings.rows} == {"MuJoCo", "Bullet"}
+    assert "(1.7)" in figure.svg
+    assert section.results["MuJoCo, ice"] == "floor"
+    assert "DART" in render.markdown(replace(small_report, sections=[section]))
+    # a file that was measured before these checks has no columns for them
+    for row in board["rows"]:
+        del row["checks"]
+    (tmp_path / "engines.json").write_text(json.dumps(board))
+    table = next(one for one in measured.engines(tmp_path).blocks if isinstance(one, PageTable))
+    assert table.header[-1] == "largest drift of conserved quantities"
