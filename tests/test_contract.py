@@ -39,10 +39,17 @@ def test_run(printed: Printed) -> None:
     has(found, "run", "scene model formulation precision status t_end steps state "
                       "error_estimate digits drift events")  # fmt: skip
     assert found["status"] in STATUSES
-    assert set(found["state"]) == set(STATE.split()) <= set(found["error_estimate"])
+    kinds = [found[key] for key in ("scene", "model", "formulation", "precision")]
+    assert kinds == ["reference", "gliding", "newton", "double"]
+    assert list(found["state"]) == STATE.split()
+    assert set(found["error_estimate"]) == {"t_end", *STATE.split()}
     assert all(isinstance(value, str) for value in found["state"].values())
     assert types(found, "t_end", "steps", "digits") == [str, int, float]
-    assert isinstance(found["drift"]["jellett"], str)
+    assert 12 < found["digits"] < 16
+    assert set(found["drift"]) == {"jellett", "axis_norm"}
+    assert all(isinstance(drift, str) and float(drift) < 1e-14 for drift in found["drift"].values())
+    assert float(found["t_end"]) == 0.1
+    assert found["steps"] > 5
     assert found["events"]
     assert all({"name", "t", "state"} <= set(event) for event in found["events"])
 

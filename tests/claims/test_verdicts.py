@@ -64,19 +64,16 @@ def test_a_rule(rule: Any, checks: tuple[Check, Check], verdict: str, note: str)
 
 
 @pytest.mark.parametrize(
-    ("checks", "verdict"),
+    ("printed", "corrected", "verdict"),
     [
-        ((FALSE, TRUE), "misprint"),
-        ((TRUE, TRUE), "reproduced"),
-        ((TRUE, FALSE), "reproduced"),
-        ((ROUNDED, TRUE), "rounded"),
-        ((FALSE, FALSE), "refuted"),
+        (FALSE, TRUE, "misprint"), (TRUE, TRUE, "reproduced"), (TRUE, FALSE, "reproduced"),
+        (ROUNDED, TRUE, "rounded"), (FALSE, FALSE, "refuted"),
     ],
-)
+)  # fmt: skip
 def test_misprint_needs_the_printed_form_to_fail_and_the_corrected_to_hold(
-    checks: tuple[Check, Check], verdict: str
+    printed: Check, corrected: Check, verdict: str
 ) -> None:
-    assert v.misprint(checks, "x", "A note.").verdict == verdict
+    assert v.misprint((printed, corrected), "x", "A note.").verdict == verdict
 
 
 @pytest.mark.parametrize("bad", ["", "1,5", "0x10", "nan", "1.5 s"])

@@ -38,22 +38,6 @@ def changed(tmp_path: Path) -> Any:
     return write
 
 
-def test_json_of_a_complete_run(printed: Printed) -> None:
-    found = printed(SHORT)
-    assert found["schema"] == "tt_precise.run/1"
-    assert [found[key] for key in ("scene", "model", "formulation", "precision", "status")] == [
-        "reference", "gliding", "newton", "double", "complete",
-    ]  # fmt: skip
-    assert float(found["t_end"]) == 0.1
-    assert list(found["state"]) == STATE
-    assert set(found["error_estimate"]) == {"t_end", *STATE}
-    assert set(found["drift"]) == {"jellett", "axis_norm"}
-    assert all(float(drift) < 1e-14 for drift in found["drift"].values())
-    assert 12 < found["digits"] < 16
-    assert found["steps"] > 5
-    assert found["events"] == []
-
-
 def test_numbers_are_those_of_the_trajectory(printed: Printed) -> None:
     found = printed(SHORT, "--precision quad")
     scene = load_scene("reference")

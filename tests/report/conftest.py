@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from xml.etree import ElementTree
+
 import pytest
 
 from tt_precise.claims import Claim, verdicts
@@ -20,12 +22,28 @@ from tt_precise.report.document import (
     entry,
 )
 
+LARGEST_FIGURE = 300_000  # characters of SVG
 FACTS = {
     "versions": "tt-precise 1", "machine": "m", "precision": "p", "command": "c", "commit": "abc",
     "date": "today",
 }  # fmt: skip
 PRINTED = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))"
 CORRECT = "R*I1*phi_dot*sin(theta)**2 - R*I3*omega_3*(alpha - cos(theta))"
+
+
+def tables(section: Section) -> list[PageTable]:
+    return [block for block in section.blocks if isinstance(block, PageTable)]
+
+
+def drawn(section: Section) -> list[str]:
+    """The names of the section's figures, each of which is whole."""
+    figures = [block for block in section.blocks if isinstance(block, Figure)]
+    for figure in figures:
+        assert ElementTree.fromstring(figure.svg).tag.endswith("svg")
+        assert "<path" in figure.svg
+        assert figure.alt
+        assert len(figure.svg) < LARGEST_FIGURE
+    return [figure.name for figure in figures]
 
 
 def _judged(id: str, finding: verdicts.Finding, section: str = "1") -> JudgedClaim:

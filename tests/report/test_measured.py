@@ -7,21 +7,21 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy
 import pandas
 import pytest
 
+from tests.report.conftest import drawn, tables
 from tt_precise.engines.ladder import STEPS, RungResult, rungs
 from tt_precise.engines.scoreboard import ENGINES, as_dict
 from tt_precise.report import measured, render
-from tt_precise.report.document import Figure, PageTable, Report, Section, Text
+from tt_precise.report.document import Figure, Report, Section, Text
 from tt_precise.runtime.values import InputError
 from tt_precise.tradeoff.findings import GROWTH, TABLE
 
 
-def tables(folder: Path) -> None:
+def measure(folder: Path) -> None:
     rows = [
         {
             "scene": "reference", "horizon_s": 8.0, "method": method, "setting": "s",
@@ -69,76 +69,58 @@ def test_a_table_of_something_else_is_refused_by_name(
     sections = [measured.tradeoff, measured.faults]
     assert all(make(tmp_path).blocks for make in sections)
     if name == GROWTH:  # which is read beside the other one
-        tables(tmp_path)
+        measure(tmp_path)
     (tmp_path / name).write_text(content)
     with pytest.raises(InputError, match=r"\.csv: not of its form .*; expected what"):
         [make(tmp_path) for make in sections]
 
 
 def test_findings_and_figures_are_computed_from_the_table(tmp_path: Path) -> None:
-    tables(tmp_path)
+    measure(tmp_path)
     section = measured.tradeoff(tmp_path)
     assert section.results["any peer at 1e-09, newton"] == {"value": "25"}
     assert "SIMD" not in section.results
-    costs, _, found = (block for block in section.blocks if isinstance(block, PageTable))
+    costs, _, found = tables(section)
     assert costs.rows[0] == ("heyoka", "2.8", "8", "23", "64")
     assert ("any peer at 1e-09, newton", "25 times") in {row[:2] for row in found.rows}
-    figures = [block for block in section.blocks if isinstance(block, Figure)]
-    assert [figure.name for figure in figures] == [
+    assert drawn(section) == [
         "work-precision", "work-and-digits", "hidden-by-conservation", "growth-of-errors",
     ]  # fmt: skip
-    for figure in figures:
-        assert "<path" in figure.svg
-        assert figure.alt
-        assert len(figure.svg) < 300_000
 
 
-LARGEST = 300_000  # characters of SVG
+CASE: dict[str, Any] = {
+    "topic": "contact", "family": "a start", "name": "a start", "expected": "all well",
+    "source": "theory", "found": "1 eps", "verdict": "pass", "value": None,
+}  # fmt: skip
 
 
-def case(name: str, **more: Any) -> dict[str, Any]:
-    entry = {
-        "topic": "contact", "family": "mu = {mu}", "name": name, "expected": "all well",
-        "source": "theory", "found": "1 eps", "verdict": "pass", "value": 1.0,
-    }  # fmt: skip
-    return entry | more
+def family(words: str, key: str, numbers: Any, data: Callable[[float], Any]) -> list[Any]:
+    return [
+        CASE | {"family": f"{words} {{{key}}}", "name": f"{words} {number}", "value": abs(number),
+                "data": {key: number} | data(number)}
+        for number in numbers
+    ]  # fmt: skip
 
 
 def test_a_row_for_each_family_and_for_each_failure_and_pictures(tmp_path: Path) -> None:
     cases = [
-        *(
-            case(f"mu = {mu}", value=float(mu), data={"mu": mu, "steps": 10 * mu, "seconds": 0.1})
-            for mu in (1, 10, 100)
-        ),
-        *(
-            case(f"limit {mu}", family="limit {mu}", data={"mu": mu, "distance": 1 / mu})
-            for mu in (1, 10, 100)
-        ),
-        *(
-            case(f"off {off}", family="off {off}",
-                 data={"off": off, "rate": -off, "eigenvalue": -off})
-            for off in (-0.1, -0.01, 0.1, 0.01)
-        ),
-        case("a start", family="a start", verdict="fail", found="accepted", value=None),
+        *family("mu =", "mu", (1, 10, 100), lambda mu: {"steps": 10 * mu, "seconds": 0.1}),
+        *family("limit", "mu", (1, 10, 100), lambda mu: {"distance": 1 / mu}),
+        *family("off", "off", (-0.1, -0.01, 0.1, 0.01),
+                lambda off: {"rate": -off, "eigenvalue": -off}),
+        CASE | {"verdict": "fail", "found": "accepted"},
     ]  # fmt: skip
     document = {"schema": "tt_precise.extremes/1", "verdict": "fail", "cases": cases}
     (tmp_path / measured.EXTREMES).write_text(json.dumps(document))
     section = measured.extremes(tmp_path)
-    (table,) = (block for block in section.blocks if isinstance(block, PageTable))
+    (table,) = tables(section)
     assert [row[1] for row in table.rows] == [
         "mu = … (3 cases)", "limit … (3 cases)", "off … (4 cases)", "a start",
     ]  # fmt: skip
     assert table.rows[0][4] == "1 eps [the worst: mu = 100]"
     assert table.rows[-1][4:] == ("accepted", "fail")
     assert section.results["failed"] == ["a start"]
-    figures = [block for block in section.blocks if isinstance(block, Figure)]
-    assert [figure.name for figure in figures] == [
-        "extremes-poles", "extremes-friction", "extremes-threshold",
-    ]  # fmt: skip
-    for figure in figures:
-        assert ElementTree.fromstring(figure.svg).tag.endswith("svg")
-        assert len(figure.svg) < LARGEST
-        assert figure.alt
+    assert drawn(section) == ["extremes-poles", "extremes-friction", "extremes-threshold"]
 
 
 @pytest.fixture
@@ -165,7 +147,7 @@ def test_it_shows_what_was_measured(
     (tmp_path / "engines.json").write_text(json.dumps(board))
     section = measured.engines(tmp_path)
     (figure,) = (block for block in section.blocks if isinstance(block, Figure))
-    table, settings = (block for block in section.blocks if isinstance(block, PageTable))
+    table, settings = tables(section)
     assert len(table.rows) == len(board["rows"])
     shown = "MuJoCo | flight | converges | 7.0, 8.2, 9.5 | 4.00 | 1.0e-12"
     assert " | ".join(table.rows[0][:6]) == shown
@@ -180,5 +162,6 @@ def test_it_shows_what_was_measured(
     for row in board["rows"]:
         del row["checks"]
     (tmp_path / "engines.json").write_text(json.dumps(board))
-    table = next(one for one in measured.engines(tmp_path).blocks if isinstance(one, PageTable))
-    assert table.header[-1] == "largest drift of conserved quantities"
+    assert (
+        tables(measured.engines(tmp_path))[0].header[-1] == "largest drift of conserved quantities"
+    )

@@ -9,14 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.report.conftest import tables
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import PROOF
-from tt_precise.report.document import PageTable, Section
 from tt_precise.report.golden import proved as section
-
-
-def _tables(one: Section) -> list[PageTable]:
-    return [block for block in one.blocks if isinstance(block, PageTable)]
 
 
 @pytest.fixture(autouse=True)
@@ -30,7 +26,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_rows_hold_what_is_proved() -> None:
     whole = section()
-    digits, times, ends = _tables(whole)
+    digits, times, ends = tables(whole)
     assert [row[0] for row in digits.rows] == list(whole.results) == ["reference", "upright"]
     (row,) = (row for row in times.rows if row[:2] == ("reference", "B"))
     proved = whole.results["reference"]["inversion"]["B"]
@@ -50,14 +46,14 @@ def test_spoiled_and_missing_proofs_count_for_nothing(place: Path) -> None:
     path.write_text(path.read_text().replace('"digits": 34', '"digits": 99', 1))
     shutil.rmtree(place / "upright")
     found = section()
-    digits, times, ends = _tables(found)
+    digits, times, ends = tables(found)
     assert digits.rows == [("reference", f"{PROOF}: edited after it was written", *["-"] * 7)]
     assert times.rows == ends.rows == []
     path.write_text("nonsense")
-    assert "cannot be used" in _tables(section())[0].rows[0][1]
+    assert "cannot be used" in tables(section())[0].rows[0][1]
     for file in (PROOF, proofs.ENCLOSURE, proofs.EVENTS_ENCLOSURE):
         (place / "reference" / file).unlink()
-    assert _tables(section())[0].rows[0][1] == "none"
+    assert tables(section())[0].rows[0][1] == "none"
 
 
 def test_a_proof_that_ends_early_says_where(place: Path) -> None:
@@ -66,5 +62,5 @@ def test_a_proof_that_ends_early_says_where(place: Path) -> None:
     content["failure"] = "not proved (S4): far"
     content["proved_until_s"]["middle"] = "2.5e+00"
     path.write_text(store.proof_text(content))
-    row = _tables(section())[0].rows[0]
+    row = tables(section())[0].rows[0]
     assert row[1:3] == ("not proved (S4): far", "2.5")

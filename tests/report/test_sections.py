@@ -10,12 +10,13 @@ from pathlib import Path
 import pandas
 import pytest
 
+from tests.report.conftest import tables
 from tt_precise.claims import counts, judge
 from tt_precise.claims.committed import JudgedClaim, committed, run_record
 from tt_precise.integration import integrate
 from tt_precise.integration.precision import is_available
 from tt_precise.report import build, overview, sections
-from tt_precise.report.document import Card, Claims, PageTable, Section, Text
+from tt_precise.report.document import Card, Claims, Section, Text
 from tt_precise.report.measured import jellett_alone
 from tt_precise.report.overview import verdict
 from tt_precise.report.precision import SCENE, precision_runs, state_distance
@@ -73,7 +74,7 @@ def test_the_verdict_counts_readings_apart_and_a_card_says_whether_the_paper_agr
 
 
 def test_thresholds_state_forty_agreeing_digits() -> None:
-    table, *_ = (b for b in sections.threshold_values().blocks if isinstance(b, PageTable))
+    table = tables(sections.threshold_values())[0]
     assert len(table.rows) == 9
     assert min(int(row[3]) for row in table.rows) >= 40
 

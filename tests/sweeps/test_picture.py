@@ -26,6 +26,8 @@ def test_curve_shows_every_row() -> None:
     assert axes.get_xlabel() == "mu (s/m)"
     assert axes.get_ylabel() == "t_end_A (s)"
     assert curve(rows(), "mu", "climb", "omega_3").axes[0].get_ylabel() == "climb_A (s)"
+    labels = [label_of(name) for name in ("max_nu_y", "lambda_ratio")]
+    assert labels == ["max_nu_y (m/s)", "lambda_ratio"]
 
 
 def test_the_legend_says_what_an_outcome_states_and_at_which_horizon() -> None:
@@ -38,7 +40,7 @@ def test_the_legend_says_what_an_outcome_states_and_at_which_horizon() -> None:
         assert "at 8 s (5)" in legend.get_texts()[0].get_text()
 
 
-def test_an_empty_picture_is_refused() -> None:
+def test_an_empty_picture_and_unknown_columns_are_refused() -> None:
     nowhere = rows().assign(t_end_A=numpy.nan)
     for draw in (
         lambda: curve(nowhere, "mu", "climb"),
@@ -47,6 +49,8 @@ def test_an_empty_picture_is_refused() -> None:
     ):
         with pytest.raises(InputError, match="none of 6 rows has a value"):
             draw()
+    with pytest.raises(InputError, match="expected one of: mu"):
+        curve(rows(), "mu", "nothing")
 
 
 @pytest.mark.parametrize("grid", [True, False])
@@ -57,13 +61,3 @@ def test_map_shows_every_row(grid: bool, z: str) -> None:
     (drawn,) = axes.collections
     shown: Any = drawn.get_array()
     assert numpy.size(shown) == len(table)
-
-
-def test_unknown_columns_are_refused() -> None:
-    with pytest.raises(InputError, match="expected one of: mu"):
-        curve(rows(), "mu", "nothing")
-
-
-def test_labels_have_units() -> None:
-    assert label_of("max_nu_y") == "max_nu_y (m/s)"
-    assert label_of("lambda_ratio") == "lambda_ratio"
