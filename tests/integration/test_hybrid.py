@@ -366,6 +366,15 @@ def test_at_rest_it_rolls_or_begins_to_glide() -> None:
     assert float(glides.drift["jellett"]) < 1e-14
 
 
+def test_plane_motion_stays_plane_after_a_rest() -> None:
+    plane = {"omega_3": "0", "nu_x": "-0.09", "nu_y": "0", "mu": "0.001", "until": "0.2"}
+    run = tt.integrate(scene(theta="0.63", **plane), events="all")
+    assert not run.frame("vy", "omega_3", "phi_dot")[["vy", "omega_3", "phi_dot"]].any(axis=None)
+    # where the top passes the vertical theta is least and its azimuth turns round
+    assert [*run.events["name"]].count("stick") == 2
+    assert {*run.events["name"]} == {"stick", "theta_min", "theta_max", "nu_x_zero", "nu_crossing"}
+
+
 def test_events_just_after_rest() -> None:
     """Even before the first place at which changes of sign are looked for, and with direction."""
 

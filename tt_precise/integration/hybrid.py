@@ -197,9 +197,9 @@ def _from_rest(name: str, setup: Setup, here: InitialState, status: str) -> Dens
             f"{name}: got {len(directions)} directions in which gliding could begin from rest, "
             "expected one: Coulomb's law does not determine how this motion continues"
         )
-    series = onset(
-        q.body, vectors, directions[0], terms_for(precision.bits), precision.eps, fn, on_the_cone
-    )
+    # plane motion stays plane
+    e = tuple(fn.chop(entry, tol=precision.eps) for entry in directions[0])
+    series = onset(q.body, vectors, e, terms_for(precision.bits), precision.eps, fn, on_the_cone)
     form = FORMULATIONS[SLOW, coordinates]
     begun = replace(here, model="gliding", row=())
     return OnsetOutput(setup.but(formulation=form), begun, series, here.row)
