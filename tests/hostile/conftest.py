@@ -118,7 +118,6 @@ def commands(tmp_path_factory: pytest.TempPathFactory) -> Any:
     running.end()
 
 
-@pytest.fixture
 def obey_permissions() -> None:
     """Let file permissions bind the superuser too, from the next program on."""
     # fails, without effect, for everybody else, whom they bind anyway
