@@ -12,27 +12,26 @@ import pyarrow.csv
 import pytest
 
 from tests.check.conftest import VECTORS
-from tests.conftest import Captured
+from tests.conftest import Captured, Printed, Said
 from tt_precise import load_scene
 from tt_precise.cli import main
 from tt_precise.mechanics.newton import NewtonState, rates
 
 
-def test_exit_status_and_json(written: Path, capsys: Captured) -> None:
-    def found(status: int, *options: str) -> Any:
-        assert main(["check", str(written), "--scene", "reference", "--json", *options]) == status
-        return json.loads(capsys.readouterr().out)
+def test_exit_status_and_json(written: Path, printed: Printed) -> None:
+    def found(options: str = "", status: int = 0) -> Any:
+        return printed("check", written, "--scene reference", options, status=status)
 
-    right = found(0)
+    right = found()
     assert right["schema"] == "tt_precise.check/1"
     assert (right["verdict"], right["rows"]) == ("pass", 801)
     names = {check["name"]: check for check in right["checks"]}
     assert {"jellett", "energy", "contact", "axis_norm", "golden", "routh"} <= names.keys()
     assert names["jellett"].keys() >= {"name", "verdict", "value", "limit", "at", "reason"}
-    assert found(1, "--limit", "jellett=1e-20")["verdict"] == "fail"
-    both = ["--limit", "1e-9", "--limit", "axis_norm=1e-3"]
-    for given in (both, both[2:] + both[:2]):  # the order does not matter
-        limits = {check["name"]: check["limit"] for check in found(0, *given)["checks"]}
+    assert found("--limit jellett=1e-20", status=1)["verdict"] == "fail"
+    # the order does not matter
+    for both in ("--limit 1e-9 --limit axis_norm=1e-3", "--limit axis_norm=1e-3 --limit 1e-9"):
+        limits = {check["name"]: check["limit"] for check in found(both)["checks"]}
         assert (limits["jellett"], limits["axis_norm"]) == (1e-9, 1e-3)
 
 
@@ -53,42 +52,40 @@ def test_exit_status_and_json(written: Path, capsys: Captured) -> None:
     ],
 )
 def test_bad_arguments_are_one_line(
-    written: Path, arguments: str, message: str, capsys: Captured
+    written: Path, arguments: str, message: str, said: Said
 ) -> None:
-    scene = [] if "--scene" in arguments else ["--scene", "reference"]
-    assert main(["check", str(written), *scene, *arguments.split()]) == 2
-    captured = capsys.readouterr()
-    assert message in captured.err
-    assert captured.err.count("\n") == 1
+    scene = "" if "--scene" in arguments else "--scene reference"
+    refused = said("check", written, scene, arguments, status=2)
+    assert message in refused
+    assert refused.count("\n") == 1
 
 
 @pytest.fixture
-def out(tmp_path: Path) -> dict[str, str]:
-    """Options, and the files that they ask for."""
-    files = {"junit": "out.xml", "markdown": "out.md", "plot": "out.svg"}
-    return {f"--{name}": str(tmp_path / file) for name, file in files.items()}
+def out(tmp_path: Path) -> list[Path]:
+    return [tmp_path / name for name in ("out.xml", "out.md", "out.svg")]
 
 
-def test_files_are_written_whatever_the_verdict(written: Path, out: dict[str, str]) -> None:
-    options = [word for pair in out.items() for word in pair]
-    assert main(["check", str(written), "--scene", "reference", "--limit", "1e-30", *options]) == 1
-    assert all(Path(path).stat().st_size > 500 for path in out.values())
+def test_files_are_written_whatever_the_verdict(written: Path, out: list[Path], said: Said) -> None:
+    xml, md, svg = out
+    options = ("--limit 1e-30 --junit", xml, "--markdown", md, "--plot", svg)
+    said("check", written, "--scene reference", *options, status=1)
+    assert all(path.stat().st_size > 500 for path in out)
 
 
 def test_unusable_input_stands_in_every_format(
-    tmp_path: Path, out: dict[str, str], capsys: Captured
+    tmp_path: Path, out: list[Path], capsys: Captured
 ) -> None:
-    del out["--plot"]
+    xml, md, _ = map(str, out)
     path = tmp_path / "run.csv"
     path.write_text("t,kx\n0,1\n")
-    options = [word for pair in out.items() for word in pair]
-    assert main(["check", str(path), "--scene", "reference", "--json", *options]) == 2
+    options = ["--json", "--junit", xml, "--markdown", md]
+    assert main(["check", str(path), "--scene", "reference", *options]) == 2
     printed = capsys.readouterr()
     (refused,) = json.loads(printed.out)["checks"]
     assert (refused["name"], refused["verdict"]) == ("input", "fail")
     assert "missing ky" in refused["reason"]
     assert refused["reason"] in printed.err
-    assert all("missing ky" in Path(text).read_text() for text in out.values())
+    assert all("missing ky" in text.read_text() for text in out[:2])
 
 
 def test_renames_and_standard_input(written: Path, tmp_path: Path) -> None:

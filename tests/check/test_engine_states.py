@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 import tt_precise as tt
-from tests.conftest import Captured
-from tt_precise import cli
+from tests.conftest import Said
 from tt_precise.check.engine_states import CONVENTIONS, engine_columns
+from tt_precise.cli import main
 from tt_precise.engines.scoreboard import ENGINES
 from tt_precise.integration import integrate
 from tt_precise.runtime.values import InputError
@@ -64,12 +64,9 @@ def saved(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> Saved:
     return save
 
 
-def main(path: Path, engine: str, *more: str) -> int:
-    return cli.main(["check", str(path), "--scene", "reference", "--from", engine, *more])
-
-
 def check(path: Path, engine: str) -> int:
-    return main(path, engine, "--until", UNTIL, "--digits", "9")
+    options = ["--scene", "reference", "--until", UNTIL, "--digits", "9"]
+    return main(["check", str(path), "--from", engine, *options])
 
 
 def test_every_engine_of_the_adapters_has_a_convention() -> None:
@@ -96,10 +93,11 @@ def test_each_engine_passes_in_its_own_convention_only(engine: str, saved: Saved
     ],
 )
 def test_the_engine_that_would_have_written_it_is_named(
-    written_by: str, read_as: str, named: str, friction: str, saved: Saved, capsys: Captured
+    written_by: str, read_as: str, named: str, friction: str, saved: Saved, said: Said
 ) -> None:
-    assert main(saved(written_by), read_as, "--friction", friction) == 2
-    assert f"if it is read with --from {named}; expected SI" in capsys.readouterr().err
+    options = f"--scene reference --from {read_as} --friction {friction}"
+    refused = said("check", saved(written_by), options, status=2)
+    assert f"if it is read with --from {named}; expected SI" in refused
 
 
 def test_csv_says_the_same(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> None:
@@ -125,13 +123,12 @@ def test_the_origin_can_be_said(pose: pd.DataFrame, saved: Saved) -> None:
     assert check(path, "mujoco") in (1, 2)
 
 
-def test_the_name_of_the_file_is_shown(saved: Saved, capsys: Captured) -> None:
-    check(saved("ode"), "exudyn")
-    assert "run.npz against scene reference: pass" in " ".join(capsys.readouterr().out.split())
+def test_the_name_of_the_file_is_shown(saved: Saved, said: Said) -> None:
+    found = said("check", saved("ode"), "--scene reference --from exudyn --until", UNTIL)
+    assert "run.npz against scene reference: pass" in " ".join(found.split())
     # and where it is refused
     path = saved("ode", lambda arrays: arrays.update(t=1e3 * arrays["t"]))
-    assert main(path, "dart") == 2
-    refused = capsys.readouterr().err
+    refused = said("check", path, "--scene reference --from dart", status=2)
     assert f"{path}: " in refused
     assert "if the time is in ms" in refused
     assert "the table" not in refused

@@ -14,11 +14,10 @@ import pandas
 import pytest
 
 from tests.check.conftest import VECTORS, Healthy, check, refuses
-from tests.conftest import Captured, Patch
+from tests.conftest import Patch, Said
 from tests.golden.tables import edit_cell
 from tt_precise.check import sources
 from tt_precise.check.sources import open_source
-from tt_precise.cli import main
 from tt_precise.runtime.tables import write_table
 
 
@@ -89,14 +88,12 @@ def test_columns_that_nobody_reads_may_hold_anything(written: Path) -> None:
     ],
 )
 def test_a_bad_cell_is_named(
-    written: Path, column: str, text: str, message: str, capsys: Captured
+    written: Path, column: str, text: str, message: str, said: Said
 ) -> None:
     edit_cell(written, 300, column, lambda _: text)
-    assert main(["check", str(written), "--scene", "reference"]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.count("\n") == 1
-    assert f"run.csv: line 300{message}" in captured.err
+    refused = said("check", written, "--scene reference", status=2)
+    assert refused.count("\n") == 1
+    assert f"run.csv: line 300{message}" in refused
 
 
 @pytest.mark.parametrize(
@@ -159,11 +156,11 @@ def test_files_that_are_no_files(healthy: Healthy, tmp_path: Path) -> None:
     [("kz", "nan", 2.98), ("kz", "-inf", 2.98), ("kz", "", 2.98), ("t", "nan", 2.97)],
 )
 def test_a_simulation_that_blew_up_fails_at_its_time(
-    written: Path, column: str, text: str, at: float, capsys: Captured
+    written: Path, column: str, text: str, at: float, said: Said
 ) -> None:
     edit_cell(written, 300, column, lambda _: text)
-    assert main(["check", str(written), "--scene", "reference"]) == 1
-    assert "fail: 1 check failed" in capsys.readouterr().out.replace("\n", " ")
+    found = said("check", written, "--scene reference", status=1)
+    assert "fail: 1 check failed" in found.replace("\n", " ")
     result = check(written, "reference", digits=8)
     assert [finding.name for finding in result.failures] == ["finite", "golden"]
     assert result["finite"].at == pytest.approx(at)

@@ -2,58 +2,50 @@
 
 import json
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from tests.conftest import Captured, Patch
+from tests.conftest import Patch, Said
 from tests.golden.conftest import Small
 from tests.golden.tables import edit_cell
-from tt_precise.cli import main
 from tt_precise.golden.store import MANIFEST, TRAJECTORY
 from tt_precise.runtime import files
 from tt_precise.runtime.values import InputError
 
-Golden = Callable[..., str]
-
 
 @pytest.fixture
-def golden(small: Small, capsys: Captured) -> Callable[..., str]:
-    """``golden("list")``: what the command prints of the small data, with a status of 0."""
+def golden(small: Small, said: Said) -> Said:
+    """``golden("list")``: what the command prints of the small data."""
 
-    def run(*words: str, status: int = 0, folder: Path | None = small.folder) -> str:
-        where = ["--folder", str(folder)] if folder else []
-        assert main(["golden", *words, *where]) == status
-        captured = capsys.readouterr()
-        assert captured.err.count("\n") == (status == 2)
-        assert not (status == 2 and captured.out)
-        return captured.out + captured.err
+    def run(words: str, status: int = 0, folder: Path | None = small.folder) -> str:
+        text = said("golden", words, *(["--folder", folder] if folder else []), status=status)
+        assert status < 2 or text.count("\n") == 1
+        return text
 
     return run
 
 
-def test_list_names_what_is_there_what_is_missing_and_what_is_proved(golden: Golden) -> None:
+def test_list_names_what_is_there_what_is_missing_and_what_is_proved(golden: Said) -> None:
     out = golden("list")
     assert "reference              34 digits, none proved          7 rows" in out
     assert "without golden data: " in out
-    printed = json.loads(golden("list", "--json"))
+    printed = json.loads(golden("list --json"))
     assert printed["schema"] == "tt_precise.golden.list/1"
     assert [(one["scene"], one["proof"]) for one in printed["scenes"]] == [("reference", None)]
     lines = golden("list", folder=None).splitlines()
     (line,) = (line for line in lines if line.startswith("reference "))
     assert "34 digits, 34 proved " in line
-    scenes = json.loads(golden("list", "--json", folder=None))["scenes"]
+    scenes = json.loads(golden("list --json", folder=None))["scenes"]
     (proof,) = (one["proof"] for one in scenes if one["scene"] == "reference")
     assert proof["complete"]
     assert proof["rounded"] == proof["entries"] > 20_000
 
 
-def test_verify_fails_with_status_1_and_names_the_damage(small: Small, golden: Golden) -> None:
+def test_verify_fails_with_status_1_and_names_the_damage(small: Small, golden: Said) -> None:
     path = small.folder / "reference" / TRAJECTORY
     path.write_text(path.read_text().replace("0.02,", "0.02,-", 1))
-    out = golden("verify", "reference", "--json", "--workers", "1", status=1)
-    printed = json.loads(out)
+    printed = json.loads(golden("verify reference --json --workers 1", status=1))
     assert printed["schema"] == "tt_precise.golden.verify/1"
     (one,) = printed["scenes"]
     assert (one["scene"], one["verdict"], one["digits_claimed"]) == ("reference", "fail", 34)
@@ -62,16 +54,16 @@ def test_verify_fails_with_status_1_and_names_the_damage(small: Small, golden: G
 
 
 @pytest.mark.parametrize("what", ["build", "verify"])
-def test_unknown_scenes_have_status_2(golden: Golden, what: str) -> None:
-    assert "nowhere" in golden(what, "nowhere", status=2)
+def test_unknown_scenes_have_status_2(golden: Said, what: str) -> None:
+    assert "nowhere" in golden(f"{what} nowhere", status=2)
 
 
 @pytest.mark.parametrize(
-    ("scenes", "said"),
+    ("scenes", "why"),
     [("reference nowhere", "got 'nowhere'"), ("reference", "proof.json: Permission denied")],
 )
 def test_what_cannot_be_certified_is_found_out_before_the_work(
-    golden: Golden, monkeypatch: Patch, scenes: str, said: str
+    golden: Said, monkeypatch: Patch, scenes: str, why: str
 ) -> None:
     pytest.importorskip("flint", reason="needs the extra certify")
     from tt_precise.certify import golden_proof
@@ -82,32 +74,32 @@ def test_what_cannot_be_certified_is_found_out_before_the_work(
     monkeypatch.setattr(golden_proof, "attempted", lambda *_: pytest.fail("minutes of work"))
     if scenes == "reference":
         monkeypatch.setattr(files, "require_writable", unwritable)
-    assert said in golden("certify", *scenes.split(), "--workers", "1", status=2)
+    assert why in golden(f"certify {scenes} --workers 1", status=2)
 
 
 @pytest.mark.parametrize("cell", ["nan", "inf", "1e9z"])
 def test_a_cell_that_is_no_number_is_a_problem_and_no_bug(
-    small: Small, golden: Golden, cell: str
+    small: Small, golden: Said, cell: str
 ) -> None:
     edit_cell(small.folder / "reference" / TRAJECTORY, 2, "kx", lambda _: cell)
     problem = f"trajectory.csv, line 2, kx: got {cell!r}, expected a printed number"
-    assert problem in golden("verify", "--workers", "1", status=1)
+    assert problem in golden("verify --workers 1", status=1)
     golden("list")
 
 
-def test_a_manifest_that_lacks_what_is_listed_is_one_line(small: Small, golden: Golden) -> None:
+def test_a_manifest_that_lacks_what_is_listed_is_one_line(small: Small, golden: Said) -> None:
     (small.folder / "reference" / MANIFEST).write_text("{}")
     assert "manifest.json: got schema 'None'" in golden("list", status=2)
 
 
-def test_certificates_are_checked_or_written(golden: Golden) -> None:
+def test_certificates_are_checked_or_written(golden: Said) -> None:
     pytest.importorskip("flint", reason="needs the extra certify")
-    words = ("certify", "upright", "--check", "--certificate")
-    assert "--check: got --certificate too" in golden(*words, folder=None, status=2)
+    found = golden("certify upright --check --certificate", folder=None, status=2)
+    assert "--check: got --certificate too" in found
 
 
 def test_certificates_of_ones_own_data_are_found(
-    small: Small, golden: Golden, tmp_path: Path, monkeypatch: Patch
+    small: Small, golden: Said, tmp_path: Path, monkeypatch: Patch
 ) -> None:
     pytest.importorskip("flint", reason="needs the extra certify")
     from tt_precise.certify import certificate
@@ -115,18 +107,16 @@ def test_certificates_of_ones_own_data_are_found(
     mine = shutil.copytree(small.folder / "reference", tmp_path / "golden" / "mytop")
     (mine / certificate.FILE).write_bytes(b"nothing that anybody wrote")
     monkeypatch.chdir(tmp_path)
-    said = "mytop: refused: the certificate cannot be read"
-    assert said in golden("certify", "mytop", "--check", folder=None, status=1)
+    refused = "mytop: refused: the certificate cannot be read"
+    assert refused in golden("certify mytop --check", folder=None, status=1)
 
 
 @pytest.mark.parametrize("place", ["empty", "missing"])
 @pytest.mark.parametrize(
     "what", ["verify", "verify --json", "certify", "certify --check", "certify --check --json"]
 )
-def test_nothing_to_look_at_is_no_pass(
-    golden: Golden, tmp_path: Path, what: str, place: str
-) -> None:
+def test_nothing_to_look_at_is_no_pass(golden: Said, tmp_path: Path, what: str, place: str) -> None:
     pytest.importorskip("flint", reason="needs the extra certify")
     (tmp_path / "empty").mkdir()
-    said = golden(*what.split(), folder=tmp_path / place, status=2)
-    assert f"golden data: got none in {tmp_path / place}, expected" in said
+    found = golden(what, folder=tmp_path / place, status=2)
+    assert f"golden data: got none in {tmp_path / place}, expected" in found

@@ -15,9 +15,8 @@ import numpy
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.conftest import Captured, Patch
+from tests.conftest import Patch, Said
 from tests.golden.tables import edit_json
-from tt_precise.cli import main
 from tt_precise.golden.store import home
 from tt_precise.mechanics import compliant, euler, flight, newton, rolling
 from tt_precise.mechanics.flight import LiftedState
@@ -310,37 +309,29 @@ def data(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def command(folder: Path, *options: str) -> int:
-    return main(["golden", "vectors", *options, "--folder", str(folder)])
-
-
-def test_what_the_index_finds(data: Path, capsys: Captured) -> None:
-    assert command(data, "--index-only") == 1
-    assert "index.json: missing" in capsys.readouterr().out
-    assert command(data, "--index-only", "--build") == 0
-    assert command(data, "--index-only") == 0
+def test_what_the_index_finds(data: Path, said: Said) -> None:
+    look = ("golden vectors --index-only --folder", data)
+    assert "index.json: missing" in said(*look, status=1)
+    said(*look, "--build")
+    said(*look)
     trajectory = data / "rolling" / "trajectory.csv"
     trajectory.write_text(trajectory.read_text().replace("1", "2", 1))
     (data / "vectors" / "steps.json").unlink()
     shutil.copytree(home() / "upright", data / "upright")
-    capsys.readouterr()
-    assert command(data, "--index-only") == 1
-    lines = capsys.readouterr().out
+    lines = said(*look, status=1)
     assert "rolling/trajectory.csv: not as index.json says" in lines
     assert "vectors/steps.json: listed in index.json, and missing" in lines
     assert "upright/scene.toml: not listed in index.json" in lines
     (data / "index.json").write_text("[]")
-    assert command(data, "--index-only") == 1
-    assert "index.json: no index" in capsys.readouterr().out
+    assert "index.json: no index" in said(*look, status=1)
 
 
 @pytest.mark.parametrize(("file", "key"), [("manifest.json", "digits"), ("proof.json", "schema")])
 def test_a_file_that_says_nothing_of_itself_is_named(
-    file: str, key: str, data: Path, capsys: Captured
+    file: str, key: str, data: Path, said: Said
 ) -> None:
     edit_json(data / "rolling" / file, lambda content: content.pop(key))
-    assert command(data, "--index-only", "--build") == 2
-    shown = capsys.readouterr().err
+    shown = said("golden vectors --index-only --build --folder", data, status=2)
     assert file in shown
     assert key in shown
     assert len(shown.splitlines()) == 1
@@ -384,13 +375,11 @@ def test_an_index_that_was_sealed_again_is_noticed(data: Path, monkeypatch: Patc
 
 @pytest.mark.parametrize("options", ["", "--build", "--index-only --json", "--build --index-only"])
 def test_an_empty_folder_is_refused_before_the_work(
-    tmp_path: Path, capsys: Captured, monkeypatch: Patch, options: str
+    tmp_path: Path, said: Said, monkeypatch: Patch, options: str
 ) -> None:
     monkeypatch.setattr(index, "vector_texts", lambda _: pytest.fail("a minute of work"))
-    assert command(tmp_path, *options.split()) == 2
-    captured = capsys.readouterr()
-    assert "expected one with golden data" in captured.err
-    assert captured.out == ""
+    refused = said("golden vectors", options, "--folder", tmp_path, status=2)
+    assert "expected one with golden data" in refused
     assert list(tmp_path.iterdir()) == []
 
 
