@@ -5,7 +5,6 @@ import hashlib
 import lzma
 import random
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from itertools import cycle
@@ -154,30 +153,6 @@ def test_a_start_is_measured_to_where_the_polynomial_begins() -> None:
     columns = {n: [forged.get(n, x) for x in table.column(n)] for n in table.columns}
     table = Table.of_columns(columns)
     refuses(replace(whole, scene_text=text, trajectory=table), coarse, "are not proved")
-
-
-@pytest.mark.parametrize(
-    "cell",
-    [lambda x: f"{x.lstrip('-')[0]}e{x.partition('e')[2]}", lambda x: "0e9",
-     lambda x: x.replace("e", "0e"), lambda x: x.replace("e+0", "e-0")],
-    ids=["one digit", "0e9", "35 digits", "another form"],
-)  # fmt: skip
-def test_every_cell_has_all_digits_in_one_form(
-    stored: Stored, content: Content, cell: Callable[[str], str]
-) -> None:
-    for file in ("trajectory", "events"):
-        rows = [
-            tuple(cell(x) if "e+" in x or "e-" in x else x for x in row)
-            for row in stored.table(f"{file}.csv").rows
-        ]
-        table = Table(stored.table(f"{file}.csv").columns, tuple(rows))
-        refuses(altered(stored, file, table), content, "expected 0 or 34 digits")
-
-
-def test_events_are_in_order(stored: Stored, content: Content) -> None:
-    rows = tuple(sorted(stored.events.rows))
-    assert rows != stored.events.rows
-    refuses(altered(stored, "events", Table(stored.events.columns, rows)), content, "order")
 
 
 def test_an_event_just_after_the_start_is_looked_for() -> None:

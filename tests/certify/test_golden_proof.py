@@ -122,6 +122,8 @@ TAMPERINGS: dict[str, tuple[str, Tampered]] = {
     "the last events cut off": (EVENTS, rows_of(lambda rows: rows[:-1])),
     "an emptied cell": (TRAJECTORY, cell_of(2, "phi_dot", "")),
     "an emptied cell of an event": (EVENTS, cell_of(2, "phi_dot", "")),
+    "a cell of one digit": (TRAJECTORY, cell_of(2, "kx", "9e-2")),
+    "a cell of an event in another form": (EVENTS, cell_of(2, "kx", "0e9")),
     "an extra row": (TRAJECTORY, rows_of(lambda rows: (*rows, rows[-1]))),
     "an extra event": (EVENTS, rows_of(lambda rows: (*rows, rows[-1]))),
     "an extra column": (TRAJECTORY, widened),

@@ -6,7 +6,7 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tests.check.conftest import EULER, Healthy, check
+from tests.check.conftest import EULER, VECTORS, Healthy, check
 from tests.conftest import Patch
 from tt_precise.check.columns import choose_set, renamed, renaming
 from tt_precise.mechanics.conversion import RigidBodyState, vectors_from_rigid_body
@@ -23,6 +23,9 @@ def test_a_rigid_body_is_checked_like_its_vectors(healthy: Healthy, rigid_body: 
     for name in ("contact_velocity", "quaternion_norm", "equations"):
         assert result[name].verdict == "pass"
     assert result["axis_norm"].verdict == "skipped"
+    # as vectors
+    assert set(result["golden"].parts) == set(VECTORS[1:])
+    assert (result["golden"].value or 0) > 8
     # off the table, and with a drifting quaternion
     lifted = frame.assign(vcz=frame["vcz"] + numpy.where(frame["t"] > 6, 1e-4, 0))
     assert check(lifted, "reference")["contact_velocity"].verdict == "fail"

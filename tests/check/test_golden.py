@@ -344,13 +344,6 @@ def test_a_fresh_solution_is_compared_at_the_rows_own_times() -> None:
     assert bad.parts["kz"] == pytest.approx(8, abs=0.01)
 
 
-@alone
-def test_rigid_bodies_are_compared_as_vectors(healthy: Healthy, rigid_body: Healthy) -> None:
-    found = golden(rigid_body(healthy()))
-    assert set(found.parts) == set(VECTORS[1:])
-    assert found.value > 8
-
-
 def test_digits_over_time_say_where_to_stop(healthy: Healthy) -> None:
     """Errors that grow as those of a coarse integrator."""
     frame = healthy()
