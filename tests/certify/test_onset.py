@@ -69,14 +69,6 @@ def test_signs_however_small() -> None:
     assert (1 - COSINE - SINE * SINE / 2).sign(nought) == 1  # theta^4/8
 
 
-def test_the_reference_scene() -> None:
-    # from rest: phi_dot begins as -t^2, nu_y as -t^2, theta is a maximum of cos theta's minimum
-    scene = tt.load_scene("reference")
-    orders = {name: begins(scene, name) for name in catalogue(scene.model)}
-    assert orders["phi_dot_zero"] == orders["nu_y_zero"] == Onset(2, -1)
-    assert (orders["theta_max"], orders["equator"]) == (Onset(1, 1), Onset(0, 1))
-
-
 @pytest.mark.parametrize("name", ["upright", "rocking"])
 def test_what_vanishes_identically_has_no_order(name: str) -> None:
     assert begins(tt.load_scene(name), "phi_dot_zero") is None
@@ -127,13 +119,6 @@ def test_leading_coefficients_with_dry_friction_are_those_of_balls(name: str) ->
             assert all(one.contains(0) for one in found[: exact.order])
             assert found[exact.order] * exact.sign > 0
         assert orders == {0, 1}
-
-
-def test_what_begins_at_zero_and_rises_has_no_event_there() -> None:
-    proof = prove(tt.load_scene("tippetopsim").varied(until="0.002"))
-    assert begins(proof.scene, "phi_dot_zero") == Onset(1, 1)
-    found = proof.all_events["phi_dot_zero"]
-    assert (found.zeros, found.failure) == ([], None)
 
 
 def test_phi_dot_that_only_touches_zero_changes_no_sign() -> None:

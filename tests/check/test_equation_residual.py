@@ -101,17 +101,6 @@ def test_a_wrong_term_is_found_at_every_spacing(engine: Engine, every_ms: int) -
         assert size / 4 < wrong.value < 4 * size, words
 
 
-@pytest.mark.parametrize("columns", ["vectors", "Euler"])
-def test_a_rolling_top_has_no_power_and_no_velocity_of_its_own(
-    healthy: Healthy, columns: str
-) -> None:
-    """Its contact point rests: E is constant, and v is no part of the state."""
-    found, _ = balance(healthy("rolling", 401), columns, "rolling")
-    assert len(found.state) == (6 if columns == "vectors" else 4)
-    assert abs(found.energy).max() < 1e-12
-    assert (abs(found.state).max(axis=0) <= found.bound + 1e-12).all()
-
-
 def test_between_sticking_and_slipping_other_equations_are_found() -> None:
     scene = tt.load_scene("coulomb-stick-slip")
     frame = pandas.DataFrame(tt.golden.load(scene.name))[VECTORS]

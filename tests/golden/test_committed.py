@@ -13,7 +13,6 @@ import pytest
 import tt_precise as tt
 from tests.conftest import Patch
 from tt_precise.golden import building, proofs, store
-from tt_precise.golden.measuring import apart_of
 from tt_precise.golden.store import FILES, MANIFEST, MANIFEST_HASH, PROOF_HASH
 from tt_precise.golden.verifying import inspect
 from tt_precise.integration import integrate
@@ -101,21 +100,6 @@ def test_a_fresh_build_equals_the_committed_bytes(
     made = json.loads(fresh[MANIFEST])
     assert {key for key in sealed if sealed[key] != made.get(key)} <= {PROOF_HASH, MANIFEST_HASH}
     assert [key for key in sealed if key != PROOF_HASH] == list(made)
-
-
-@pytest.mark.golden
-def test_a_restart_from_the_initiation_goes_on_as_the_reference_does() -> None:
-    # the azimuth starts at 0 again, so Euler angles are compared; the restart's state has 50 digits
-    restart = load_scene("from-initiation")
-    began = re.search(r"t = ([\d.]+) s", restart.source)
-    assert began is not None
-    whole = integrate("reference", "quad")
-    golden = store.read("from-initiation").trajectory
-    for row in (0, 100, 300, 481):
-        state = whole.at(Fraction(began[1]) + Fraction(golden.column("t")[row]))
-        for name in EulerState._fields:
-            scale = max(abs(number) for number in golden.floats(name))
-            assert abs(apart_of(name, state.values[name], golden.column(name)[row])) < 1e-28 * scale
 
 
 @pytest.mark.golden

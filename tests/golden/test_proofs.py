@@ -305,20 +305,6 @@ def test_a_ball_comes_back_from_its_last_digits(seed: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "exact", "ball"),
-    [
-        ("9.983341664682815230681419841062203e-2",
-         "9.983341664682815230681419841062202699e-2", "62202699"),
-        ("-1.5e+0", "-1.4996", "14996"),
-        ("-1.000000000e+0", "-0.9999999996", "-400"),
-        ("0", "-4e-38", "-4"),
-    ],
-)  # fmt: skip
-def test_the_last_digits_of_a_ball(text: str, exact: str, ball: str) -> None:
-    assert proofs.ball_text(text, Fraction(exact), Fraction(exact), SCALE) == ball
-
-
-@pytest.mark.parametrize(
     ("text", "ball", "excluded"),
     [
         ("0", "1001", False),

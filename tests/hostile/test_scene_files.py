@@ -28,7 +28,6 @@ TEXTS: dict[str, Callable[[], bytes]] = {
 def test_a_hostile_toml_file_is_refused(
     commands: Commands, tmp_path: Path, reader: str, text: str
 ) -> None:
-    """At once; tests/runtime/test_toml.py has what the parser refuses."""
     file = tmp_path / "a.toml"
     file.write_bytes(TEXTS[text]())
     answer = commands.here(reader, str(file))
@@ -67,18 +66,6 @@ def test_a_scene_s_name_cannot_lead_golden_data_elsewhere(
     assert answer.one_line, answer
     assert [path for path in folder.parent.glob("*") if path != folder] == []
     assert not folder.exists() or list(folder.glob("*")) == []
-
-
-def test_a_scene_of_more_samples_than_anybody_keeps_is_refused(
-    commands: Commands, tmp_path: Path
-) -> None:
-    """Before the work, not by a kill of the system an hour later."""
-    file, text = tmp_path / "many.toml", load_scene("reference").text
-    file.write_text(text.replace('sample_every = "0.01"', 'sample_every = "1e-9"'))
-    answer = commands.here("run", str(file))
-    assert answer.one_line, answer
-    file.write_text(text)
-    assert commands.here("run", str(file), "--until", "0.1").status == 0
 
 
 FORBIDDEN = (
