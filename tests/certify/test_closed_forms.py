@@ -18,7 +18,7 @@ from tt_precise.certify import NotProved, Problem, balls, enclose, problem_of, z
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.interval_newton import _Part
 from tt_precise.certify.onset import Onset
-from tt_precise.certify.problem import exact_zeros, form_of, restored, without
+from tt_precise.certify.problem import exact_zeros, form_of
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 
@@ -251,17 +251,6 @@ def test_what_stays_zero_in_the_scenes() -> None:
     assert names(problem_of(rocking.varied(omega_3="1e-60"))) == set()
     by_chance = problem(lambda x, y: (1 + 0 * x, x - 1 + y), [arb(1), arb(0)], 1)
     assert names(by_chance) == set()
-
-
-def test_the_problem_without_them() -> None:
-    problem = problem_of(tt.load_scene("rocking"))
-    zeros = exact_zeros(problem)
-    inner = without(problem, zeros)
-    assert inner.columns == ("kx", "kz", "Ly", "s_dot_x")
-    whole = problem.rates(problem.parameters(), problem.start(), None)
-    part = inner.rates(inner.parameters(), inner.start(), None)
-    again = restored(part, zeros, 8, 0)
-    assert all(arb(a).overlaps(arb(b)) for a, b in zip(whole, again, strict=True))
 
 
 @pytest.mark.parametrize(

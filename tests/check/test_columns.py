@@ -1,6 +1,5 @@
 """Column sets: one motion in each of them, the rigid body's way to vectors, and its height."""
 
-import mpmath
 import numpy
 import pandas
 import pytest
@@ -9,10 +8,6 @@ import tt_precise as tt
 from tests.check.conftest import EULER, VECTORS, Healthy, check
 from tests.conftest import Patch
 from tt_precise.check.columns import choose_set, renamed, renaming
-from tt_precise.mechanics.conversion import RigidBodyState, vectors_from_rigid_body
-from tt_precise.mechanics.newton import contact_arm
-from tt_precise.mechanics.vectors import cross
-from tt_precise.scene.numerals import to_mpmath
 
 
 def test_a_rigid_body_is_checked_like_its_vectors(healthy: Healthy, rigid_body: Healthy) -> None:
@@ -34,21 +29,6 @@ def test_a_rigid_body_is_checked_like_its_vectors(healthy: Healthy, rigid_body: 
     resting = check(frame.drop(columns=["vcx", "vcy", "vcz"]), "reference")
     assert resting["jellett"].verdict == "pass"
     assert resting["energy"].note == "needs the velocity: columns vcx, vcy, vcz"
-
-
-def test_the_conversion_in_exact_numbers() -> None:
-    # a quarter turn about y lays the axis along x; spinning about it, the centre at rest
-    body = tt.load_scene("reference").body.numbers(lambda value: to_mpmath(value, mpmath.mp))
-    half = mpmath.sqrt(mpmath.mpf(1) / 2)
-    vectors, lift = vectors_from_rigid_body(
-        body, RigidBodyState(half, 0, half, 0, 5, 0, 0, 0, 0, 0)
-    )
-    v = cross((5, 0, 0), contact_arm(body, (1, 0, 0)))
-    for found, exact in (
-        (vectors.kx, 1), (vectors.kz, 0), (vectors.Lx, 5 * body.I3), (vectors.vx, v[0]),
-        (vectors.vy, v[1]), (vectors.vy, 5 * body.R), (lift, 0),
-    ):  # fmt: skip
-        assert abs(found - exact) < mpmath.mp.eps
 
 
 @pytest.mark.parametrize(

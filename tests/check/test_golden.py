@@ -73,17 +73,6 @@ def test_digits_are_those_of_golden_compare(scene: str) -> None:
     assert found.value == pytest.approx(expected.worst)
 
 
-def test_digits_are_asked_for(healthy: Healthy) -> None:
-    frame = healthy()
-    assert check(frame, "reference", digits=8).passed
-    failed = check(frame, "reference", digits=15)
-    assert [finding.name for finding in failed.failures] == ["golden"]
-    found = golden(frame.assign(ky=frame["ky"] + 1e-7 * (frame["t"] > 3)), digits=8)
-    assert found.verdict == "fail"
-    assert min(found.parts, key=lambda name: found.parts[name]) == "ky"
-    assert found.at > 3
-
-
 @alone
 def test_exactly_the_digits_asked_for_are_enough(healthy: Healthy) -> None:
     worst = golden(healthy()).value

@@ -117,18 +117,9 @@ def test_edited_evidence_and_another_scene_text_are_found(small: Small) -> None:
     assert problems(small) == ""
     edit_manifest(small, lambda m: m["evidence"]["runs"][0].update(bits=200), seal=False)
     assert "manifest.json: changed since it was built" in problems(small)
-
-
-@pytest.mark.parametrize("file", FILES)
-@pytest.mark.parametrize("content", [None, b"", b"\xff\xfe", b"nonsense"])
-def test_a_missing_or_broken_file_is_named(small: Small, file: str, content: bytes | None) -> None:
-    path_of(small, file).unlink()
-    if content is not None:
-        path_of(small, file).write_bytes(content)
-    elif file == MANIFEST:
-        with pytest.raises(InputError, match="golden data"):
-            store.read(small.scene.name, small.folder)
-    assert problems(small) != ""
+    path_of(small, MANIFEST).unlink()
+    with pytest.raises(InputError, match="golden data"):
+        store.read(small.scene.name, small.folder)
 
 
 def test_a_double_that_lost_more_than_the_scene_does_is_found(
@@ -302,7 +293,7 @@ def damaged(place: Path, rng: random.Random) -> str:
         case "delete":
             file.unlink()
         case "cut":
-            file.write_bytes(data[: rng.randrange(len(data))])
+            file.write_bytes(data[: rng.choice([0, rng.randrange(len(data))])])
         case "byte":
             data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
             file.write_bytes(data)
@@ -367,5 +358,7 @@ def test_damage_is_found(small: Small, fresh: list[Run], tmp_path: Path, seeds: 
         shutil.copytree(small.folder, place)
         done = damaged(place / "reference", random.Random(seed))
         stored, problems = inspect("reference", place)
-        if stored and not problems and judge(stored, [], fresh).verdict == "pass":
-            assert said(stored) == whole, f"seed {seed}: {done}"
+        if not problems:
+            assert stored is not None
+            if judge(stored, [], fresh).verdict == "pass":
+                assert said(stored) == whole, f"seed {seed}: {done}"
