@@ -61,6 +61,8 @@ def test_new_data_are_whole_and_the_same_again_to_the_byte(small: Small) -> None
     # no time and no place
     assert set(manifest["versions"]) == {"tt-precise", "heyoka", "mpmath", "python"}
     assert "second" not in "".join(manifest["evidence"])
+    agreements = manifest["files"]["trajectory.csv"]["columns"]["Lz"]["agreement"].values()
+    assert min(agreements) > 34
     assert again(small).outcome == UNCHANGED
     assert contents(small) == before
 

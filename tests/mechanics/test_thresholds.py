@@ -131,6 +131,16 @@ def test_least_energy_is_that_of_the_least_state(body: TippeTop, states: list[Ne
         assert thresholds.least_energy(faulty, state.kz, lambda_) != bound
 
 
+@pytest.mark.parametrize("z", ["-0.6", "0.4"])
+def test_the_least_energy_is_stationary_where_the_top_tumbles(
+    numbers: Parameters, mp: Any, z: str
+) -> None:
+    lambda_ = mp.sqrt(thresholds.tumbling_lambda_squared(numbers, mp.mpf(z)))
+    slope = mp.diff(lambda cosine: thresholds.least_energy(numbers, cosine, lambda_), mp.mpf(z))
+    weight = numbers.m * numbers.g * numbers.R * numbers.alpha
+    assert abs(slope) < mp.mpf("1e-20") * weight
+
+
 def test_energy_excludes_exactly_up_to_the_barrier(body: TippeTop) -> None:
     lambda_, small = Fraction(3), Fraction(1, 10**40)
     for z in (Fraction(99, 100), Fraction(-99, 100)):
