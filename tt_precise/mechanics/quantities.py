@@ -194,6 +194,11 @@ def quantity(
     return register
 
 
+def formulas(*entries: Quantity) -> None:
+    """Register quantities whose functions are one expression."""
+    QUANTITIES.update({entry.name: entry for entry in entries})
+
+
 def d(body: Parameters, z: Scalar) -> Scalar:
     """d(z) = gamma + sigma (alpha - z)^2 + sigma gamma (1 - z^2), z = cos theta; after eq (9)."""
     u = body.alpha - z
@@ -252,22 +257,14 @@ def E(q: Motion) -> Scalar:
     return E_trans(q) + E_rot(q) + E_pot(q)
 
 
-@quantity(POWER)
-def E_trans_dot(q: Motion) -> Scalar:
-    """Rate of translational energy, s_dot.(F - m g z); section 2.3."""
-    return dot(q.s_dot, q.force) - q.body.m * q.body.g * q.s_dot[2]
-
-
-@quantity(POWER)
-def E_rot_dot(q: Motion) -> Scalar:
-    """Rate of rotational energy, omega.(a x F); section 2.3."""
-    return dot(q.omega, q.torque)
-
-
-@quantity(POWER)
-def E_pot_dot(q: Motion) -> Scalar:
-    """Rate of potential energy, m g s_dot.z; section 2.3."""
-    return q.body.m * q.body.g * q.s_dot[2]
+formulas(
+    Quantity("E_trans_dot", lambda q: dot(q.s_dot, q.force) - q.body.m * q.body.g * q.s_dot[2],
+             POWER, "Rate of translational energy, s_dot.(F - m g z); section 2.3."),
+    Quantity("E_rot_dot", lambda q: dot(q.omega, q.torque), POWER,
+             "Rate of rotational energy, omega.(a x F); section 2.3."),
+    Quantity("E_pot_dot", lambda q: q.body.m * q.body.g * q.s_dot[2], POWER,
+             "Rate of potential energy, m g s_dot.z; section 2.3."),
+)  # fmt: skip
 
 
 @quantity(POWER)
@@ -282,10 +279,10 @@ def E_tilde(q: Motion) -> Scalar:
     return q.body.m * dot(q.omega_cross_a, q.omega_cross_a) / 2 + E_rot(q) + E_pot(q)
 
 
-@quantity(POWER)
-def E_tilde_dot(q: Motion) -> Scalar:
-    """Rate of the modified energy, m (omega x a).v_A_dot; eq (12)."""
-    return q.body.m * dot(q.omega_cross_a, q.v_dot)
+formulas(
+    Quantity("E_tilde_dot", lambda q: q.body.m * dot(q.omega_cross_a, q.v_dot), POWER,
+             "Rate of the modified energy, m (omega x a).v_A_dot; eq (12)."),
+)  # fmt: skip
 
 
 @quantity(ANGULAR_MOMENTUM)
@@ -308,83 +305,37 @@ def g_n(q: Motion) -> Scalar:
     return q.force[2]
 
 
-@quantity(SPEED)
-def gliding_speed(q: Motion) -> Scalar:
-    """Speed |v_A| of the contact point."""
-    return horizontal_length(q.fn, q.state.vx, q.state.vy)
-
-
-@quantity(ANGLE, radians=True)
-def theta(q: Motion) -> Scalar:
-    """Inclination of the axis."""
-    return q.fn.atan2(horizontal_length(q.fn, q.state.kx, q.state.ky), q.state.kz)
-
-
-@quantity(RATE, pole=False, radians=True)
-def theta_dot(q: Motion) -> Scalar:
-    """Rate of the inclination."""
-    return q.euler.theta_dot
-
-
-@quantity(RATE, pole=False, radians=True)
-def phi_dot(q: Motion) -> Scalar:
-    """Precession rate of the axis about the vertical."""
-    return q.euler.phi_dot
-
-
-@quantity(RATE, pole=False, radians=True)
-def psi_dot(q: Motion) -> Scalar:
-    """Rate of rotation about the axis, omega_3 - phi_dot cos theta; section 1."""
-    return omega_3(q) - q.euler.phi_dot * q.state.kz
-
-
-@quantity(RATE, radians=True)
-def omega_3(q: Motion) -> Scalar:
-    """Angular velocity about the axis, omega.k; section 1."""
-    return dot(q.state.L, q.k) / q.body.I3
-
-
-@quantity(ACCELERATION, radians=True)
-def omega_3_dot(q: Motion) -> Scalar:
-    """Rate of omega_3, (a x F).k/I3; eq (4)."""
-    return dot(q.torque, q.k) / q.body.I3
-
-
-# The manifests of golden data quote what columns mean: new words need new seals.
-@quantity(SPEED, pole=False)
-def nu_x(q: Motion) -> Scalar:
-    """Gliding velocity towards the lean, v_A.x; section 1."""
-    return q.euler.nu_x
-
-
-@quantity(SPEED, pole=False)
-def nu_y(q: Motion) -> Scalar:
-    """Gliding velocity across the lean, v_A.y; section 1."""
-    return q.euler.nu_y
-
-
-@quantity(TORQUE, pole=False)
-def tau_x(q: Motion) -> Scalar:
-    """Torque along x-hat; section 2.3."""
-    return dot(q.torque, q.x_hat)
-
-
-@quantity(TORQUE, pole=False)
-def tau_y(q: Motion) -> Scalar:
-    """Torque along y-hat; section 2.3."""
-    return q.torque[1] * q.x_hat[0] - q.torque[0] * q.x_hat[1]
-
-
-@quantity(TORQUE)
-def tau_z(q: Motion) -> Scalar:
-    """Torque along the vertical; section 2.3."""
-    return q.torque[2]
-
-
-@quantity(ANGULAR_MOMENTUM, pole=False)
-def xi(q: Motion) -> Scalar:
-    """Gyroscopic balance xi = I3 omega_3 - I1 phi_dot cos theta; section 1."""
-    return dot(q.state.L, q.k) - q.body.I1 * q.euler.phi_dot * q.state.kz
+formulas(
+    Quantity("gliding_speed", lambda q: horizontal_length(q.fn, q.state.vx, q.state.vy), SPEED,
+             "Speed |v_A| of the contact point."),
+    Quantity("theta", lambda q: q.fn.atan2(horizontal_length(q.fn, q.state.kx, q.state.ky),
+                                           q.state.kz),
+             ANGLE, "Inclination of the axis.", radians=True),
+    Quantity("theta_dot", lambda q: q.euler.theta_dot, RATE, "Rate of the inclination.",
+             pole=False, radians=True),
+    Quantity("phi_dot", lambda q: q.euler.phi_dot, RATE,
+             "Precession rate of the axis about the vertical.", pole=False, radians=True),
+    Quantity("psi_dot", lambda q: dot(q.state.L, q.k) / q.body.I3 - q.euler.phi_dot * q.state.kz,
+             RATE, "Rate of rotation about the axis, omega_3 - phi_dot cos theta; section 1.",
+             pole=False, radians=True),
+    Quantity("omega_3", lambda q: dot(q.state.L, q.k) / q.body.I3, RATE,
+             "Angular velocity about the axis, omega.k; section 1.", radians=True),
+    Quantity("omega_3_dot", lambda q: dot(q.torque, q.k) / q.body.I3, ACCELERATION,
+             "Rate of omega_3, (a x F).k/I3; eq (4).", radians=True),
+    # the manifests of golden data quote what columns mean: new words need new seals
+    Quantity("nu_x", lambda q: q.euler.nu_x, SPEED,
+             "Gliding velocity towards the lean, v_A.x; section 1.", pole=False),
+    Quantity("nu_y", lambda q: q.euler.nu_y, SPEED,
+             "Gliding velocity across the lean, v_A.y; section 1.", pole=False),
+    Quantity("tau_x", lambda q: dot(q.torque, q.x_hat), TORQUE,
+             "Torque along x-hat; section 2.3.", pole=False),
+    Quantity("tau_y", lambda q: q.torque[1] * q.x_hat[0] - q.torque[0] * q.x_hat[1], TORQUE,
+             "Torque along y-hat; section 2.3.", pole=False),
+    Quantity("tau_z", lambda q: q.torque[2], TORQUE, "Torque along the vertical; section 2.3."),
+    Quantity("xi", lambda q: dot(q.state.L, q.k) - q.body.I1 * q.euler.phi_dot * q.state.kz,
+             ANGULAR_MOMENTUM,
+             "Gyroscopic balance xi = I3 omega_3 - I1 phi_dot cos theta; section 1.", pole=False),
+)  # fmt: skip
 
 
 @quantity(RATE, pole=False, radians=True)
@@ -400,10 +351,12 @@ def V(q: Motion) -> Scalar:
     return effective_potential(q.body, q.state.kz, D(q), jellett(q), q.fn)
 
 
-@quantity(ENERGY, pole=False)
-def E_tilde_main(q: Motion) -> Scalar:
-    """Right-hand side of the Main Equation, g(cos theta) theta_dot^2 + V; eq (17)."""
-    return effective_mass(q.body, q.state.kz) * q.euler.theta_dot**2 + V(q)
+formulas(
+    Quantity("E_tilde_main",
+             lambda q: effective_mass(q.body, q.state.kz) * q.euler.theta_dot**2 + V(q), ENERGY,
+             "Right-hand side of the Main Equation, g(cos theta) theta_dot^2 + V; eq (17).",
+             pole=False),
+)  # fmt: skip
 
 
 @quantity(ANGULAR_MOMENTUM)
@@ -412,16 +365,12 @@ def L_z(q: Motion) -> Scalar:
     return q.state.Lz
 
 
-@quantity(SPEED)
-def s_dot_x(q: Motion) -> Scalar:
-    """Velocity of the centre of mass along the inertial X axis."""
-    return q.s_dot[0]
-
-
-@quantity(SPEED)
-def s_dot_y(q: Motion) -> Scalar:
-    """Velocity of the centre of mass along the inertial Y axis."""
-    return q.s_dot[1]
+formulas(
+    Quantity("s_dot_x", lambda q: q.s_dot[0], SPEED,
+             "Velocity of the centre of mass along the inertial X axis."),
+    Quantity("s_dot_y", lambda q: q.s_dot[1], SPEED,
+             "Velocity of the centre of mass along the inertial Y axis."),
+)  # fmt: skip
 
 
 class Description(NamedTuple):
