@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.mechanics.vectors import dot
+from tt_precise.mechanics.vectors import Vector, dot
 from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.laws import VISCOUS, Law
 
@@ -51,6 +51,14 @@ class Event:
     of_rate: bool = False
 
 
+def too_many_events() -> InputError:
+    """The error of a run with more than ``MOST_EVENTS``."""
+    return InputError(
+        f"events: got more than {MOST_EVENTS}, expected fewer: ask for a shorter time or for fewer "
+        "kinds of them"
+    )
+
+
 def axis_fall(q: Motion) -> Scalar:
     """I1 times the rate of cos theta: zero where theta turns."""
     return q.state.Lx * q.state.ky - q.state.Ly * q.state.kx
@@ -74,24 +82,14 @@ def alignment(q: Motion, sign: int) -> Scalar:
     return horizontal - sign * s.Lz * (s.kx * s.kx + s.ky * s.ky + below * below) / 2
 
 
-def gliding_along_tilt(q: Motion) -> Scalar:
-    """nu_x sin theta."""
-    return q.state.vx * q.state.kx + q.state.vy * q.state.ky
+def along_tilt(vector: Vector, k: Vector) -> Scalar:
+    """A horizontal component, that towards the tilt, times sin theta."""
+    return vector[0] * k[0] + vector[1] * k[1]
 
 
-def gliding_across_tilt(q: Motion) -> Scalar:
-    """nu_y sin theta."""
-    return q.state.vy * q.state.kx - q.state.vx * q.state.ky
-
-
-def torque_along_tilt(q: Motion) -> Scalar:
-    """tau_x sin theta."""
-    return q.torque[0] * q.state.kx + q.torque[1] * q.state.ky
-
-
-def torque_across_tilt(q: Motion) -> Scalar:
-    """tau_y sin theta."""
-    return q.torque[1] * q.state.kx - q.torque[0] * q.state.ky
+def across_tilt(vector: Vector, k: Vector) -> Scalar:
+    """The other one times sin theta."""
+    return vector[1] * k[0] - vector[0] * k[1]
 
 
 def balance(q: Motion) -> Scalar:
@@ -116,27 +114,24 @@ _ALL = (
     Event("theta_min", axis_fall, "turning point: theta has a local minimum", -1),
     Event("theta_max", axis_fall, "turning point: theta has a local maximum", +1),
     Event("phi_dot_zero", precession, "phi_dot changes sign"),
-    Event("nu_x_zero", gliding_along_tilt, "nu_x changes sign", gliding=True),
-    Event("nu_y_zero", gliding_across_tilt, "nu_y changes sign", gliding=True),
-    Event(
-        "nu_crossing",
-        lambda q: gliding_across_tilt(q) - gliding_along_tilt(q),
-        "nu_y crosses nu_x (rising: from below)",
-        gliding=True,
-    ),
+    Event("nu_x_zero", lambda q: along_tilt(q.state.v, q.k), "nu_x changes sign", gliding=True),
+    Event("nu_y_zero", lambda q: across_tilt(q.state.v, q.k), "nu_y changes sign", gliding=True),
+    Event("nu_crossing", lambda q: across_tilt(q.state.v, q.k) - along_tilt(q.state.v, q.k),
+          "nu_y crosses nu_x (rising: from below)", gliding=True),
     Event("equator", lambda q: q.state.kz, "theta crosses pi/2"),
     Event("omega_3_zero", lambda q: dot(q.state.L, q.k), "omega_3 changes sign"),
     Event("Lk_equals_Lz", lambda q: alignment(q, +1), "L.k = L.z"),
     Event("Lk_equals_minus_Lz", lambda q: alignment(q, -1), "L.k = -L.z"),
-)
+)  # fmt: skip
 EVENTS = {event.name: event for event in _ALL}
 
 # with the same changes of sign, and smooth at the poles or at rest
 SMOOTH: dict[str, Callable[[Motion], Scalar]] = {
     "zero:theta_dot": lambda q: -axis_fall(q), "zero:phi_dot": precession,
-    "zero:psi_dot": own_rotation, "zero:xi": balance, "zero:nu_x": gliding_along_tilt,
-    "zero:nu_y": gliding_across_tilt, "zero:tau_x": torque_along_tilt,
-    "zero:tau_y": torque_across_tilt,
+    "zero:psi_dot": own_rotation, "zero:xi": balance,
+    "zero:nu_x": EVENTS["nu_x_zero"].function, "zero:nu_y": EVENTS["nu_y_zero"].function,
+    "zero:tau_x": lambda q: along_tilt(q.torque, q.k),
+    "zero:tau_y": lambda q: across_tilt(q.torque, q.k),
     "zero:theta": lambda q: q.state.kx * q.state.kx + q.state.ky * q.state.ky,
     "extremum:theta": lambda q: -q.state.kz,
     "zero:gliding_speed": lambda q: q.state.vx * q.state.vx + q.state.vy * q.state.vy,

@@ -34,6 +34,7 @@ from tt_precise.integration.events import (
     MOST_EVENTS,
     Event,
     EventRecord,
+    too_many_events,
 )
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table
@@ -272,28 +273,16 @@ class Integrator:
 
     def begin(self, setup: Setup, start: InitialState) -> None:
         """Go to ``start``, at time zero, and forget earlier events."""
-        key = ("begin", setup.formulation, setup.record, setup.precision)
-        zero, state, parameters = start.once(key, lambda: _first_numbers(setup, start))
-        for i, value in enumerate(state):
-            self.adaptive.state[i] = value
-        for i, value in enumerate(parameters):
-            self.adaptive.pars[i] = value
-        self.adaptive.time = zero
+        form, number = setup.formulation, setup.precision.number
+        for i, value in enumerate(start.first_row(form, setup.record)):
+            self.adaptive.state[i] = number(value)
+        horizon = (start.until,) if form.regularised_time else ()
+        for i, value in enumerate((*start.parameters(form), *horizon)):
+            self.adaptive.pars[i] = number(value)
+        self.adaptive.time = number(setup.precision.context.mpf(0))
         self.adaptive.reset_cooldowns()
         self.hits.clear()
         self.losses.clear()
-
-
-def _first_numbers(setup: Setup, start: InitialState) -> tuple[Scalar, list[Scalar], list[Scalar]]:
-    """Time, state and parameters of ``start`` in heyoka's numbers."""
-    form, number = setup.formulation, setup.precision.number
-    horizon = (start.until,) if form.regularised_time else ()
-    parameters = (*start.parameters(form), *horizon)
-    return (
-        number(setup.precision.context.mpf(0)),
-        list(map(number, start.first_row(form, setup.record))),
-        list(map(number, parameters)),
-    )
 
 
 def build(setup: Setup) -> Integrator:
@@ -415,10 +404,7 @@ def _event(
         if not sign:
             return
         if len(hits) >= MOST_EVENTS:
-            raise InputError(
-                f"events: got more than {MOST_EVENTS}, expected fewer: ask for a shorter time or "
-                "for fewer kinds of them"
-            )
+            raise too_many_events()
         # the state of the integrator is at the end of the step; the event's is interpolated
         hits.append(EventRecord(event.name, time, sign, tuple(adaptive.update_d_output(time))))
 

@@ -21,11 +21,11 @@ from tt_precise.integration.dense_output import (
     StoredPieces,
 )
 from tt_precise.integration.equations import longest_step, terminal_functions
-from tt_precise.integration.events import FIRST_STEP, MOST_EVENTS, EventRecord
+from tt_precise.integration.events import FIRST_STEP, MOST_EVENTS, EventRecord, too_many_events
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import Array, Functions, InputError, Scalar
+from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.crossings import SignChange, Watch
 from tt_precise.taylor.system import StepBlock, System, moments, number, numbers_of, order_of
@@ -174,10 +174,7 @@ class _Run:
             elif name in self.terminal:
                 return _End(name, zero.time, state, self._steps(piece, zero))  # type: ignore[arg-type]
             elif len(self.hits) == MOST_EVENTS:
-                raise InputError(
-                    f"events: got more than {MOST_EVENTS}, expected fewer: ask for a shorter time "
-                    "or for fewer kinds of them"
-                )
+                raise too_many_events()
             else:
                 self.hits.append(EventRecord(name, zero.time, zero.direction, state))
         taken = len(piece.lengths)

@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from tt_precise.integration.columns import Columns, Name, Row, State
 from tt_precise.integration.dense_output import (
@@ -348,21 +348,12 @@ def _array_columns(
 MOST_SAMPLES = 20_000  # states that are kept of a run at its sample times
 
 
-class Backend(Protocol):
-    """An integrator: one file, and an entry in ``backends``."""
+def backends(scene: Scene) -> Iterator[Any]:
+    """All integrators; each is imported when the earlier ones have refused.
 
-    def refuses(self, scene: Scene, setup: Setup) -> str | None:
-        """Why it cannot integrate ``scene`` with this set-up, in one line; None if it can."""
-
-    def run(
-        self, scene: Scene, setup: Setup, start: InitialState, samples: SampleTimes | None,
-        progress: Progress | None,
-    ) -> list[Segment]:  # fmt: skip
-        """The run from ``start``; ``samples`` are times at which it will be read, if any."""
-
-
-def backends(scene: Scene) -> Iterator[Backend]:
-    """All backends; each is imported when the earlier ones have refused."""
+    A module with ``refuses(scene, setup)``, why it cannot, in one line, or None; and
+    ``run(scene, setup, start, samples, progress)``, the segments from a start.
+    """
     from tt_precise.integration import heyoka_backend
 
     yield heyoka_backend
