@@ -142,15 +142,12 @@ def job(
         Body(
             float(body.m), float(body.R), float(body.alpha * body.R), float(body.I1), float(body.I3)
         ),
-        float(body.g),
-        contact,
-        friction,
+        float(body.g), contact, friction,
         Start(
             [0.0, 0.0, float(body.R * (1 - body.alpha * q.k[2]))], [w, x, y, z], [x, y, z, w],
             [float(x) for x in q.s_dot], [float(x) for x in q.omega],
         ),
-        float(step),
-        [float(t) for t in scene.sample_times],
+        float(step), [float(t) for t in scene.sample_times],
     )  # fmt: skip
     plain: dict[str, Json] = msgspec.to_builtins(made)
     return plain

@@ -68,12 +68,10 @@ def compute(folder: Path = MEASURED, progress: Progress = silent) -> Computed:
                 raise result.error
             results[call.key], took[call.key] = result
     return Computed(
-        in_order(results[call.key] for call in claims),
-        [results[title] for title in makers],
-        results["headlines"],
-        results["precisions"],
+        in_order(results[call.key] for call in claims), [results[title] for title in makers],
+        results["headlines"], results["precisions"],
         sum(took[call.key] for call in claims) / WORKERS,
-    )
+    )  # fmt: skip
 
 
 def sections_in(folder: Path) -> dict[str, Callable[[], Section]]:

@@ -52,9 +52,7 @@ def golden_section() -> Section:
             PageTable(
                 ("scene", "title", "ends", "t_end (s)", "rows", "digits claimed",
                  "digits agreed, worst entry"),
-                rows,
-                "Every scene with its digits.",
-                name="golden-table",
+                rows, "Every scene with its digits.", name="golden-table",
             ),
         ],
         results,
@@ -125,10 +123,7 @@ def proved() -> Section:
             PageTable(
                 ("scene", "proof", "to t (s)", "bits", "steps", "digits proved, worst column",
                  "numbers proved correctly rounded", "events proved", "contact force"),
-                rows,
-                "What is proved of each scene.",
-                name="proofs-table",
-                folded=True,
+                rows, "What is proved of each scene.", name="proofs-table", folded=True,
             ),
             Text(
                 "Initiation and ending times of the scenes with a climb. Each time is proved to "
@@ -142,9 +137,7 @@ def proved() -> Section:
             PageTable(
                 ("scene", "theta tends to", "from t (s)", "sin theta at most", "contact force",
                  "D tends to (kg m^2/s)", "E tends to (J)"),
-                ends,
-                "What is proved for all later times.",
-                name="forever-table",
+                ends, "What is proved for all later times.", name="forever-table",
             ),
         ],
         results,

@@ -131,13 +131,10 @@ def extremes(folder: Path) -> Section:
             ],
             "A family of cases has one row, which shows its worst case; a failed case has its own "
             "row. The file has every case.",
-            filters=("topic", "verdict"),
-            verdict="verdict",
-            name="extremes-table",
-            folded=True,
+            filters=("topic", "verdict"), verdict="verdict", name="extremes-table", folded=True,
         ),
         *pictures.all_pictures([case.data for case in cases if case.data]),
-    ]
+    ]  # fmt: skip
     results = {"cases": len(cases), "failed": failed, "by_topic": dict(by_topic)}
     return Section("extremes", EXTREMES_TITLE, blocks, results)
 
@@ -245,12 +242,10 @@ def faults(folder: Path) -> Section:
             Text(f"Measured by `{FAULTS_COMMAND}`, not by the run that wrote this page."),
             PageTable(
                 tuple(name.replace("_", " ") for name in table.columns),
-                [tuple(row) for row in table.itertuples(index=False)],
-                "All that was measured.",
-                name="faults-table",
-                folded=True,
+                [tuple(row) for row in table.itertuples(index=False)], "All that was measured.",
+                name="faults-table", folded=True,
             ),
-        ]
+        ]  # fmt: skip
         return Section("faults", FAULTS_TITLE, blocks)
 
 

@@ -130,13 +130,11 @@ def threshold_values() -> Section:
     known = thresholds(load_scene(SCENE), DIGITS)
     rows = [
         (
-            name,
-            "-" if quantity.value is None else full(quantity.value, SHOWN),
-            quantity.unit,
+            name, "-" if quantity.value is None else full(quantity.value, SHOWN), quantity.unit,
             str(quantity.digits_agreed),
         )
         for name, quantity in known.quantities.items()
-    ]
+    ]  # fmt: skip
     return Section(
         "thresholds",
         "Thresholds and asymptotic values",

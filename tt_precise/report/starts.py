@@ -96,10 +96,8 @@ def _draw(
 
 
 MAP_PANELS = (
-    ("outcome", ""),
-    ("climb_A", "climbing time (s)"),
-    ("min_g_n", r"least $g_n$ / $m g$"),
-)
+    ("outcome", ""), ("climb_A", "climbing time (s)"), ("min_g_n", r"least $g_n$ / $m g$"),
+)  # fmt: skip
 LABELS = {
     "theta": r"$\theta(0)$ (rad)",
     "lambda_ratio": r"$\lambda/\lambda_{thres}$",

@@ -85,11 +85,9 @@ def _starts(plan: Plan, values: Array) -> list[InitialState]:
 def _lane_start(form: Formulation, start: InitialState, order: int) -> LaneStart:
     longest = longest_step(start.body, start.vectors, order, DOUBLE)
     return LaneStart(
-        start.state(form),
-        start.parameters(form),
-        start.until,
+        start.state(form), start.parameters(form), start.until,
         math.inf if longest is None else float(longest),
-    )
+    )  # fmt: skip
 
 
 class _Integrated:

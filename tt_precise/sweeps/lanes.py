@@ -217,17 +217,13 @@ class Lanes:
             times[step + 1, closed] = 0.0
         last = [(count - 1, lanes, self._batch.state), *self._closed]
         steps = Steps(
-            self._rows[:count],
-            times[:count],
-            ends,
-            self._widths[:count],
-            self._series[:count],
+            self._rows[:count], times[:count], ends, self._widths[:count], self._series[:count],
             (
                 numpy.concatenate([numpy.full(len(mine), step) for step, mine, _ in last]),
                 numpy.concatenate([mine for _, mine, _ in last]),
             ),
             numpy.concatenate([states for _, _, states in last], axis=1),
-        )
+        )  # fmt: skip
         self._taken += numpy.bincount(steps.row[steps.taken], minlength=len(self._taken))
         for reader in self._readers:
             reader.read(steps)
@@ -251,10 +247,8 @@ def _compiled(form: Formulation, contact: str, width: int) -> tuple[Adaptive, tu
     options["compact_mode"] |= form.model == "rolling"
     options["opt_level"] = 3  # at 0 the bits of a row would depend on the number of lanes
     made = heyoka.taylor_adaptive_batch(
-        equations.system,
-        numpy.zeros((len(form.columns), width)),
+        equations.system, numpy.zeros((len(form.columns), width)),
         pars=numpy.ones((len(form.parameters), width)),
-        t_events=[heyoka.t_event_batch(function) for function in terminal.values()],
-        **options,
-    )
+        t_events=[heyoka.t_event_batch(function) for function in terminal.values()], **options,
+    )  # fmt: skip
     return made, tuple(terminal)

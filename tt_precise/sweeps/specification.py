@@ -179,11 +179,9 @@ def specification(
     if until is not None:
         loaded = replace(loaded, until=exact(until, "until"))
     return Specification(
-        loaded,
-        {name: grid_values(name, values) for name, values in (vary or {}).items()},
-        {name: box_ends(name, ends) for name, ends in (box or {}).items()},
-        **others,
-    )
+        loaded, {name: grid_values(name, values) for name, values in (vary or {}).items()},
+        {name: box_ends(name, ends) for name, ends in (box or {}).items()}, **others,
+    )  # fmt: skip
 
 
 def grid_values(name: str, values: Values) -> tuple[Fraction, ...]:

@@ -216,11 +216,9 @@ def _digits(rows: pandas.DataFrame) -> Iterator[Finding]:
         error = 10.0**-digits
         prices = costs(own, "newton", "seconds", [error], precision).get(BARE, {})
         yield Finding(
-            f"{digits} digits in {precision}",
-            prices.get(error, math.nan),
-            f"seconds to an error of 1e-{digits} at 8 s, interpolated on the curve",
-            "s",
-        )
+            f"{digits} digits in {precision}", prices.get(error, math.nan),
+            f"seconds to an error of 1e-{digits} at 8 s, interpolated on the curve", "s",
+        )  # fmt: skip
     for low, high in SPANS:
         for column, what in (("seconds", "time"), ("setup_s", "compile time")):
             yield Finding(
@@ -336,8 +334,6 @@ def _estimates(estimates: pandas.DataFrame) -> Iterator[Finding]:
         "scenes",
     )
     yield Finding(
-        "pessimism of the estimates",
-        float(-excess.median()),
-        f"median of right digits less estimated ones; {-excess.min():.2f} at most",
-        "digits",
-    )
+        "pessimism of the estimates", float(-excess.median()),
+        f"median of right digits less estimated ones; {-excess.min():.2f} at most", "digits",
+    )  # fmt: skip

@@ -23,11 +23,9 @@ def bare_batch(setup: Setup, state: Array, parameters: Array) -> Adaptive:
     import heyoka
 
     return heyoka.taylor_adaptive_batch(
-        Equations.of(setup.formulation).system,
-        state.copy(),
-        pars=parameters,
+        Equations.of(setup.formulation).system, state.copy(), pars=parameters,
         **numeric_options(setup),
-    )
+    )  # fmt: skip
 
 
 LANES = (4, 8)
@@ -52,12 +50,10 @@ def bare(problem: GoldenProblem, settings: Settings, *options: str) -> Solve:
 
     setup = setup_of(problem, settings, options=options)
     adaptive = heyoka.taylor_adaptive(
-        Equations.of(setup.formulation).system,
-        problem.state(settings.precision),
-        pars=problem.parameters(settings.precision),
-        fp_type=setup.precision.fp_type,
+        Equations.of(setup.formulation).system, problem.state(settings.precision),
+        pars=problem.parameters(settings.precision), fp_type=setup.precision.fp_type,
         **numeric_options(setup),
-    )
+    )  # fmt: skip
     return _solver(adaptive, problem, settings)
 
 
