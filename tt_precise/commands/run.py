@@ -337,7 +337,6 @@ def lines(trajectory: Trajectory, outcome: dict[str, Any]) -> list[str]:
 
 
 def _told(outcome: dict[str, Any]) -> list[str]:
-    """The outcome for the top, in a few lines."""
 
     def seconds(time: str | None) -> str:
         return "none" if time is None else f"{float(time):.9g} s"

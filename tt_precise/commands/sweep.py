@@ -202,7 +202,6 @@ def pairs(given: tuple[str, ...], option: str) -> dict[str, str]:
 
 
 def _refuse_what_the_file_says(scene: str) -> None:
-    """Refuse options that the file of a sweep states itself."""
     context = click.get_current_context()
     for name in SAID_IN_FILE:
         if context.get_parameter_source(name) is not ParameterSource.DEFAULT:

@@ -139,7 +139,6 @@ def bilateral(what: str, contact: str = "bilateral") -> Check:
 
 
 def _off_the_table(what: str) -> dict[str, str]:
-    """Starts made by hand from eq (7)."""
     if what == "no defect":
         return {}
     if what == "its denominator < 0":

@@ -502,7 +502,6 @@ def _rolling() -> Trajectory:
 
 
 def _constraint_force(run: Trajectory) -> Scalar:
-    """The dimensionless force on the rolling top at the end."""
     momentum = run.start.units.mass * run.start.units.length**2 / run.start.units.time
     state = run.state
     Lx, Ly, Lz = (entry / momentum for entry in (state.Lx, state.Ly, state.Lz))

@@ -429,8 +429,6 @@ class DenseOutput(Span):
 
 
 class _Reader:
-    """Pieces that are read in order and not stored."""
-
     def __init__(self, read: Callable[[ContinuousOutput, Scalar, Scalar], None], end: Scalar):
         self._read, self._end = read, end
         self.clear()

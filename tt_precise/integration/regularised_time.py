@@ -14,7 +14,7 @@ outside the cone at once, v_1 > 0, and the series converges.
 from __future__ import annotations
 
 import bisect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -262,6 +262,7 @@ class RegularisedTimeOutput(RowwiseOutput):
 
 
 PLACES = 16  # at which events look for changes of sign
+SOONEST = 2.0**-40  # of a place, in the place of rest itself, where friction has no direction
 VANISHED = 1000  # eps of its largest value: a function as small at rest vanishes there
 TERMS_OF_MP = 0.35  # for each bit: fewer series terms cost accuracy, more of them only time
 
@@ -344,19 +345,13 @@ class OnsetOutput(RowwiseOutput):
         return layout.motion(self.start.body, row, fn)
 
     def _hits(self) -> list[EventRecord]:
-        fn, number = self.precision.context, self.precision.number
-        times = [self._until * k / PLACES for k in range(PLACES + 1)] if self.setup.events else []
-        motions = dict(zip(times, map(self._motion, times), strict=True))
-        hits = []
+        fn, number, hits = self.precision.context, self.precision.number, []
+        times = [self._until * (k or SOONEST) / PLACES for k in range(PLACES + 1)]
         for name, event in self.setup.watched.items():
-            value = partial(self._value, event, motions)
-            values = [value(t) for t in times[1:]]
-            try:  # at rest, where v_A begins, a rate has one side and a quotient by the speed none
-                first = values[0] if event.of_rate else value(times[0])
-            except ZeroDivisionError:
-                first = values[0]
-            vanishes = not abs(first) > VANISHED * self.precision.eps * max(map(abs, values))
-            values.insert(0, values[0] if vanishes else first)
+            value = partial(self._value, event)
+            values = list(map(value, times))
+            if not abs(values[0]) > VANISHED * self.precision.eps * max(map(abs, values)):
+                values[0] = values[1]
             for before, after, low, high in zip(values, values[1:], times, times[1:], strict=False):
                 direction = 1 if after > before else -1
                 wanted = not event.direction or event.direction == direction
@@ -366,7 +361,7 @@ class OnsetOutput(RowwiseOutput):
                     hits.append(EventRecord(name, number(time), direction, state))
         return sorted(hits, key=lambda hit: hit.time)
 
-    def _value(self, event: Event, motions: Mapping[Scalar, Motion], t: Scalar) -> Scalar:
+    def _value(self, event: Event, t: Scalar) -> Scalar:
         if event.of_rate:
             return self.precision.context.diff(lambda s: event.function(self._motion(s)), t)
-        return event.function(motions[t] if t in motions else self._motion(t))
+        return event.function(self._motion(t))

@@ -220,7 +220,6 @@ class Run(Span):
         return self._converted(self.precision.mpfr.of_fractions(times), numbers)
 
     def _converted(self, values: Array, numbers: Numbers) -> Array:
-        """Wide numbers in the requested form."""
         import numpy
 
         precision = self.precision
@@ -404,6 +403,5 @@ def beginning(
 
 
 def _samples(scene: Scene, start: InitialState) -> SampleTimes | None:
-    """The scene's sample times, if their states shall be stored."""
     few = 0 < scene.until <= MOST_SAMPLES * scene.sample_every
     return SampleTimes.of(scene, start) if few else None

@@ -200,21 +200,18 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
             f"{name}: got contact bilateral with Coulomb's friction, expected unilateral: for "
             "g_n < 0 there is no friction cone"
         )
-    ended = ended_at_start(start, contact, fn)
-    if not ended:
-        return
     numerator, denominator = contact_terms(start.model, start.body, start.vectors, fn)
-    if ended == "singular_contact":
+    if denominator <= 0:
         raise InputError(
             f"{name}: the denominator of g_n is {fn.nstr(denominator / start.body.I1, 6)} I1 "
             "at t = 0, expected above 0: no contact force exists; lower mu or nu_x"
         )
-    weight = numerator / denominator
-    raise InputError(
-        f"{name}: g_n is {fn.nstr(weight, 6)} m g at t = 0, expected above 0: "
-        'the top is not on the table; lower the start\'s rates, or use contact="bilateral" to '
-        "continue past loss of contact"
-    )
+    if ended_at_start(start, contact, fn):
+        raise InputError(
+            f"{name}: g_n is {fn.nstr(numerator / denominator, 6)} m g at t = 0, expected above 0: "
+            'the top is not on the table; lower the start\'s rates, or use contact="bilateral" to '
+            "continue past loss of contact"
+        )
 
 
 def left_the_table(model: str, start: InitialState, fn: Functions, later: bool) -> bool:

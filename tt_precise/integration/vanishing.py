@@ -187,7 +187,6 @@ def _converges(c: Sequence[Scalar], bits: int) -> Scalar:
 
 
 def _places(c: Sequence[Scalar], length: Scalar) -> list[tuple[Scalar, int]]:
-    """Places and directions of the sign changes of the polynomial ``c`` in [0, ``length``]."""
     import numpy
 
     scaled = [x * length**k for k, x in enumerate(c)]

@@ -101,7 +101,6 @@ def _panel(
 
 
 def _drift(axes: Axes, trajectory: Trajectory) -> None:
-    """The relative drift of each conserved quantity, on a logarithmic axis."""
     import numpy
 
     times = [float(t) for t in trajectory.sample_times]

@@ -88,6 +88,5 @@ def sections_in(folder: Path) -> dict[str, Callable[[], Section]]:
 
 
 def _timed(work: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:
-    """The result in a worker process, and the seconds that it took."""
     begun = time.monotonic()
     return work(*arguments), time.monotonic() - begun

@@ -205,7 +205,6 @@ def _shown(ball: dict[str, str] | None) -> str:
 
 
 def _digits(ball: dict[str, str]) -> int:
-    """Significant digits of the middle that the radius leaves."""
     return Decimal(ball["middle"]).adjusted() - Decimal(ball["radius"]).adjusted() - 1
 
 

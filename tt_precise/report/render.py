@@ -184,7 +184,6 @@ def _pair(
 
 
 def _image(figure: Figure) -> Markup:
-    """The figure as a data address."""
     from markupsafe import Markup
 
     svg = quote(figure.svg[figure.svg.index("<svg") :].replace('"', "'"), safe=_AS_THEY_ARE)

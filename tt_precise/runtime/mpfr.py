@@ -32,8 +32,15 @@ def _mpfr(context: Functions, bits: int) -> Mpfr:
 class Mpfr:
     """Arrays of numbers with the precision of an mpmath ``context``, and their functions.
 
-    Arrays hold Python objects; undefined values are NaN or infinite.
+    Arrays hold Python objects; undefined values are NaN or infinite. ``nint`` is the nearest whole
+    number.
     """
+
+    sqrt: Callable[[Scalar], Scalar]
+    exp: Callable[[Scalar], Scalar]
+    sin: Callable[[Scalar], Scalar]
+    cos: Callable[[Scalar], Scalar]
+    nint: Callable[[Scalar], Scalar]
 
     def __init__(self, context: Functions):
         import gmpy2  # here, so that to import this file costs nothing
@@ -41,6 +48,8 @@ class Mpfr:
 
         self.context, self.bits = context, int(context.prec)
         self._gmpy2, self._from_man_exp = gmpy2, from_man_exp
+        for name in ("sqrt", "exp", "sin", "cos", "nint"):
+            setattr(self, name, _elementwise({"nint": "rint"}.get(name, name), 1))
 
     def precision(self) -> AbstractContextManager[Any]:
         """A context in which sums, products and functions are rounded to this precision."""
@@ -120,31 +129,11 @@ class Mpfr:
 
         return list(map(text, values))
 
-    def sqrt(self, x: Scalar) -> Scalar:
-        """Square root."""
-        return _elementwise("sqrt", 1)(x)
-
     def hypot(self, x: Scalar, y: Scalar) -> Scalar:
         """Square root of the sum of squares, which is cut off first as mpmath has it."""
         with self._gmpy2.context(precision=self.bits + HYPOT_BITS, round=self._gmpy2.RoundToZero):
             square = _elementwise("fmma", 4)(x, x, y, y)
         return self.sqrt(square)
-
-    def exp(self, x: Scalar) -> Scalar:
-        """Exponential function."""
-        return _elementwise("exp", 1)(x)
-
-    def sin(self, x: Scalar) -> Scalar:
-        """Sine."""
-        return _elementwise("sin", 1)(x)
-
-    def cos(self, x: Scalar) -> Scalar:
-        """Cosine."""
-        return _elementwise("cos", 1)(x)
-
-    def nint(self, x: Scalar) -> Scalar:
-        """The nearest whole number."""
-        return _elementwise("rint", 1)(x)
 
     def atan2(self, y: Scalar, x: Scalar) -> Scalar:
         """Angle of the point (x, y)."""

@@ -108,5 +108,4 @@ def json_schema(kind: type[Record]) -> dict[str, Json]:
 
 
 def _plain(value: Json) -> Json:
-    """A NumPy scalar as a Python number."""
     return value.item()

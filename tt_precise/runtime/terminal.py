@@ -69,8 +69,6 @@ def open_closed_streams() -> None:
 
 
 class _Sanitizing:
-    """A text stream that filters for another stream."""
-
     def __init__(self, plain: TextIO):
         self.plain = plain
         self.encoding, self.errors = plain.encoding, plain.errors

@@ -123,7 +123,6 @@ def _imports_main() -> bool:
 
 
 def _begin(prepare: Callable[[], object] | None) -> None:
-    """Initialise a worker process."""
     os.setsid()  # what it starts ends with it
     signal.signal(signal.SIGTERM, lambda *_: os.killpg(0, signal.SIGKILL))
     threading.Thread(target=_follow, name="follows its parent", daemon=True).start()
@@ -231,7 +230,6 @@ class Pool:
             raise _unusable(error) from None
 
     def _results(self, future: Future[Any], task: tuple[Call, ...]) -> list[Any]:
-        """Results and failures of the task's calls."""
         try:
             results = future.result()
         except (BrokenExecutor, CancelledError) as error:

@@ -191,7 +191,6 @@ class _Integrated:
 
     @cached_property
     def _turning_points(self) -> tuple[Array, Motion]:
-        """Rows of the turning points of theta, and the motion there."""
         chosen = self._events("theta_min")
         return self.owner[chosen], self._motion(self.states[chosen], self.owner[chosen])
 

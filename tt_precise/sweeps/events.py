@@ -201,7 +201,6 @@ class Zeros:
     def _zeros(
         self, number: int, steps: Steps, step: Array, lane: Array, ends: Array, sure: Array
     ) -> Events:
-        """The zeros of a detector's function in some steps, from its values at their ends."""
         detector = self._detectors[number]
         row, width = steps.row[step, lane], steps.width[step, lane]
         polynomials = self._series(detector, steps, step, lane)

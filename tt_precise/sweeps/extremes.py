@@ -95,7 +95,6 @@ class Extreme:
         return rows, self._states[rows]
 
     def _close_in(self) -> None:
-        """Find the extreme values of the kept steps, and forget the steps."""
         if not self._held:
             return
         parts = [steps.only(steps.ceiling >= self._best[steps.row]) for steps in self._held]

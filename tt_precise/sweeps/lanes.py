@@ -202,7 +202,6 @@ class Lanes:
         return self._terminal[stopped] if 0 <= stopped < len(self._terminal) else ""
 
     def _end(self, lane: int, status: str) -> tuple[str, float, Array]:
-        """Status, time and state of a row that has ended."""
         state = self._batch.state[:, lane]
         if status == "failed":
             begun = float(self._times[self._steps - 1, lane]) if self._age[lane] > 1 else 0.0
@@ -237,7 +236,6 @@ lanes = partial(lent, Lanes)
 
 
 def _compiled(form: Formulation, contact: str, width: int) -> tuple[Adaptive, tuple[str, ...]]:
-    """A batch integrator, and its terminal events."""
     equations = Equations.of(form)
     terminal = terminal_functions(form, equations.motion, equations.variables[0])
     if contact == "bilateral":

@@ -206,7 +206,6 @@ def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Json]:
 
 
 def _compute(store: Store, pool: Pool, batch: int, progress: Progress) -> None:
-    """Compute the chunks that are missing."""
     spec = store.spec
 
     def calls() -> Iterator[Call]:
@@ -258,7 +257,6 @@ def _rows(store: Store, wanted: set[int]) -> Iterator[dict[Hashable, Any]]:
 
 
 def _simd_lanes(rows: int) -> int:
-    """The best number of lanes for a worker with this number of rows."""
     # the Python around each step of a batch costs the same for more lanes, and heyoka takes steps
     # of four vectors in as much time a lane as of two (24 lanes 1.25 times); but to compile them
     # takes 6 s instead of 3

@@ -307,7 +307,6 @@ def blocks(
 
 
 def _sampled(spec: Specification) -> Array:
-    """All points of the box, shape (samples, names)."""
     import warnings
 
     import numpy

@@ -249,7 +249,6 @@ def _unpacked(
 
 
 def _digest(frame: pandas.DataFrame) -> str:
-    """SHA-256 of names and values."""
     import numpy
 
     digest = hashlib.sha256()

@@ -332,7 +332,6 @@ class _RunWriter:
             self.e.store(value, part, place)
 
     def _reciprocal(self, n: Value) -> Number:
-        """1/(n + 1)."""
         return self._read([self.e.behind(self.reciprocals, part) for part in range(MOST_PARTS)],
                           self.e.index(n, MOST_PARTS))  # fmt: skip
 
