@@ -8,7 +8,7 @@ import click
 
 from tt_precise.commands import options
 from tt_precise.mechanics.digits import RULE
-from tt_precise.runtime.terminal import one_line
+from tt_precise.runtime.terminal import one_line, progress_bar
 from tt_precise.runtime.values import InputError
 
 if TYPE_CHECKING:
@@ -69,7 +69,6 @@ def command(
     from tt_precise.check.result import unusable
     from tt_precise.check.run import conservation
     from tt_precise.runtime.files import require_apart
-    from tt_precise.runtime.terminal import progress_bar
 
     outputs = {"--junit": junit, "--markdown": markdown, "--plot": plot}
     require_apart(outputs, trajectory, scene)

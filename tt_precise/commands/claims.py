@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tt_precise.claims.paper import KINDS
+from tt_precise.claims.paper import KINDS, named
 from tt_precise.claims.verdicts import Verdict
 from tt_precise.commands import options
-from tt_precise.runtime.terminal import console
+from tt_precise.runtime.terminal import console, progress_bar
 from tt_precise.runtime.workers import cores
 
 if TYPE_CHECKING:
@@ -87,8 +87,6 @@ def in_full(claim: JudgedClaim) -> list[str]:
 
 
 def _looked_up(ids: Sequence[str], kinds: Sequence[str], known: Committed) -> list[JudgedClaim]:
-    from tt_precise.claims.paper import named
-
     wanted = {named(name, known.by_id).id for name in ids}
     return [
         claim
@@ -101,7 +99,6 @@ def _computed(
     ids: Sequence[str], kinds: Sequence[str], workers: int, known: Committed | None
 ) -> list[JudgedClaim]:
     from tt_precise.claims import claim_named, claims, judge_all
-    from tt_precise.runtime.terminal import progress_bar
 
     every = list(claims().values())
     wanted = [claim_named(name) for name in ids] if ids else every

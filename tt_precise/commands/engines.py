@@ -10,7 +10,9 @@ from pathlib import Path
 import click
 
 from tt_precise.commands import options
+from tt_precise.runtime.terminal import progress_bar
 from tt_precise.runtime.values import InputError
+from tt_precise.runtime.workers import cores
 from tt_precise.scene.laws import COULOMB, LAWS
 
 GOOD = ("rounding", "converges", "measured")
@@ -63,8 +65,6 @@ def command(
     from tt_precise.engines.scoreboard import ENGINES
     from tt_precise.runtime.files import require_writable
     from tt_precise.runtime.records import json_schema
-    from tt_precise.runtime.terminal import progress_bar
-    from tt_precise.runtime.workers import cores
     from tt_precise.scene.numerals import exact
 
     if schema:

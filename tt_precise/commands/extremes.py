@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands import options
-from tt_precise.extremes.case import TOPICS
-from tt_precise.runtime.terminal import console
+from tt_precise.extremes.case import TOPICS, Extremes, families, family_rows
+from tt_precise.runtime.files import require_writable
+from tt_precise.runtime.terminal import console, progress_bar
 from tt_precise.runtime.workers import cores
 
 if TYPE_CHECKING:
@@ -34,9 +35,6 @@ def command(
     Exit status 1 if a case fails.
     """
     from tt_precise.extremes import cases, run_all
-    from tt_precise.extremes.case import Extremes
-    from tt_precise.runtime.files import require_writable
-    from tt_precise.runtime.terminal import progress_bar
 
     chosen = cases(topic, quick)
     if out is not None:
@@ -56,8 +54,6 @@ def command(
 def _table(records: list[CaseRecord], full: bool) -> None:
     from rich.markup import escape
     from rich.table import Table
-
-    from tt_precise.extremes.case import families, family_rows
 
     screen = console()
     for topic in TOPICS:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import time
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from tt_precise.commands import options
-from tt_precise.runtime.values import Json
+from tt_precise.runtime.terminal import progress_bar
+from tt_precise.runtime.values import InputError, Json
+from tt_precise.runtime.workers import Call, Failure, cores, local_pool
 
 if TYPE_CHECKING:
     from tt_precise.golden import Built, Verification
@@ -46,7 +49,6 @@ def build_command(
     if the computations contradict each other.
     """
     from tt_precise.golden import build
-    from tt_precise.runtime.terminal import progress_bar
 
     began = time.monotonic()
     with progress_bar("building golden data") as progress:
@@ -77,7 +79,6 @@ def verify_command(
     A scene is a name, its TOML file, or the folder of its data. Exit status 1 if anything is wrong.
     """
     from tt_precise.golden import verify
-    from tt_precise.runtime.terminal import progress_bar
 
     with progress_bar("verifying golden data") as progress:
         verifications = verify(scenes or None, folder=folder, workers=workers, progress=progress)
@@ -136,8 +137,6 @@ def certify_command(
     writes nothing. Exit status 1 if a printed digit is proved wrong, the proof does not reach the
     end, or a certificate is refused. Needs python-flint (extra `certify`).
     """
-    from tt_precise.runtime.values import InputError
-
     try:
         from tt_precise.certify.golden_proof import attempted
     except ModuleNotFoundError as error:
@@ -150,8 +149,6 @@ def certify_command(
     from tt_precise.golden.store import require, some
     from tt_precise.golden.store import scenes as golden_scenes
     from tt_precise.runtime.files import require_writable
-    from tt_precise.runtime.terminal import progress_bar
-    from tt_precise.runtime.workers import Call, Failure, cores, local_pool
 
     if checked and certificate:
         raise InputError("--check: got --certificate too, expected one of the two")
@@ -197,7 +194,6 @@ def vectors_command(build: bool, index_only: bool, folder: Path | None, as_json:
     """
     from tt_precise.golden.store import home
     from tt_precise.runtime.files import atomic_write
-    from tt_precise.runtime.terminal import progress_bar
     from tt_precise.vectors import index
 
     place = folder or home()
@@ -266,13 +262,10 @@ def _verified_lines(verified: Verification) -> list[str]:
 
 
 def _check(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: bool) -> int:
-    from dataclasses import asdict
-
     from tt_precise.certify import certificate, prove
     from tt_precise.certify.balls import NotProved
     from tt_precise.certify.golden_proof import check
     from tt_precise.golden import store
-    from tt_precise.runtime.terminal import progress_bar
 
     results: list[dict[str, Json]] = []
     for name in scenes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
@@ -9,10 +10,13 @@ import click
 
 from tt_precise.commands import options
 from tt_precise.mechanics.digits import RULE
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.files import require_apart, require_writable
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.tables import FORMATS
 from tt_precise.runtime.values import InputError, Json, Scalar, listed
+from tt_precise.scene.numerals import exact
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
@@ -153,13 +157,10 @@ def command(
     Exit status 1 if the trajectory ended before its horizon, or had g_n < 0 at some time (only with
     --contact bilateral).
     """
-    from dataclasses import replace
-
     from tt_precise.integration import integrate
     from tt_precise.integration.setup import asked_for
     from tt_precise.integration.trajectory import MOST_SECONDS, seconds_for
     from tt_precise.runtime.terminal import progress_bar
-    from tt_precise.scene.numerals import exact
     from tt_precise.scene.scene import RECORDABLE, load_scene
 
     loaded = load_scene(scene)
@@ -369,8 +370,6 @@ def _require_columns(names: tuple[str, ...]) -> bool:
     """Refuse unknown columns; whether the pose is among them."""
     from tt_precise.integration.columns import POSE_COLUMNS
     from tt_precise.integration.run import DIGITS, ERROR
-    from tt_precise.mechanics.formulations import STATE_DIMENSIONS
-    from tt_precise.mechanics.quantities import QUANTITIES
 
     known = dict.fromkeys([*STATE_DIMENSIONS, *QUANTITIES, *POSE_COLUMNS])
     for name in names:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -87,8 +89,6 @@ def show(scene: str, as_json: bool) -> None:
 
 def summary(scene: Scene) -> dict[str, Json]:
     """Return derived numbers and warnings of a scene, for JSON."""
-    from dataclasses import fields
-
     from tt_precise.exact.thresholds import thresholds
 
     known = thresholds(scene, DIGITS)
@@ -218,8 +218,6 @@ def _forces(content: dict[str, Json], body: dict[str, str]) -> str:
 
 def _short(value: str) -> str:
     """A fraction as a decimal where that is short and exact."""
-    from fractions import Fraction
-
     try:
         number = Fraction(value)
     except ValueError:  # pi - 1e-9

@@ -8,9 +8,9 @@ import click
 from click.core import ParameterSource
 
 from tt_precise.commands import options
-from tt_precise.runtime.terminal import say
+from tt_precise.runtime.terminal import progress_bar, say
 from tt_precise.runtime.values import InputError, Json, listed
-from tt_precise.runtime.workers import cores
+from tt_precise.runtime.workers import cores, dask_pool
 
 SOME_FAILED = 1
 CONTRADICTIONS = ("other_outcome", "only_in_one", "errors")  # of the spot check, in the summary
@@ -88,8 +88,6 @@ def run(
     Exit status 1 if rows are missing because their chunk failed repeatedly, or if the recheck in
     double-double contradicts a row: another outcome, a time in only one of the two, or no result.
     """  # noqa: D301 - the mark of click that keeps lines is a control character
-    from tt_precise.runtime.terminal import progress_bar
-    from tt_precise.runtime.workers import dask_pool
     from tt_precise.sweeps import read_specification, run_sweep, specification
     from tt_precise.sweeps.run import TRIES
 

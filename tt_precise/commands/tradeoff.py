@@ -8,8 +8,10 @@ from typing import Annotated
 import click
 
 from tt_precise.commands.options import JSON, emit
+from tt_precise.runtime.files import require_writable, write_together
 from tt_precise.runtime.records import Record, means
-from tt_precise.tradeoff.findings import Finding
+from tt_precise.runtime.terminal import progress_bar
+from tt_precise.tradeoff.findings import GROWTH, TABLE, Finding, TradeoffTables, findings
 from tt_precise.tradeoff.measure import Machine, Row
 
 REPORTS = Path("reports/measured")
@@ -41,10 +43,7 @@ def command(quick: bool, out: Path | None, as_json: bool) -> int:
     An integrator that is not installed is skipped with a line on stderr.
     """
     from tt_precise.report.measured import figures
-    from tt_precise.runtime.files import require_writable, write_together
-    from tt_precise.runtime.terminal import progress_bar
     from tt_precise.tradeoff import error_growth, measure
-    from tt_precise.tradeoff.findings import GROWTH, TABLE, TradeoffTables, findings
 
     folder = out or (None if quick else REPORTS)
     if folder:

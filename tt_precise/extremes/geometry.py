@@ -7,6 +7,8 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
 
+import numpy
+
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes import theory
 from tt_precise.extremes.case import case, finite, noted, same, together, within
@@ -332,7 +334,6 @@ def arithmetic(precision: str) -> RoundTripArithmetic:
         context.prec = bits
         # converting keeps all digits of a number from a finer context; adding nothing rounds it
         return RoundTripArithmetic(context, lambda x: +context.convert(x), FN.convert, eps)
-    import numpy
 
     if precision == "double":
         return RoundTripArithmetic(numpy, lambda x: numpy.float64(float(x)), FN.mpf, eps)

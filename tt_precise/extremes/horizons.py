@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
 
+import numpy
+
 from tt_precise.extremes.case import case, finite, noted, same, together, within
 from tt_precise.extremes.tops import EPS, Integrate, distance, integrating, quad, varied
 from tt_precise.integration import integrate
@@ -46,8 +48,6 @@ TURN = 6.283185307179586
 )
 def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Check:
     """A million turns; the samples lie where theta has to be at rest."""
-    import numpy
-
     known = swing(scene)
     periods = int(Fraction(seconds) / known.period) // 100
     every = periods * known.period * (1 + period_off)

@@ -7,6 +7,8 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
+import numpy
+
 from tt_precise.extremes.case import case, finite, noted, together, within
 from tt_precise.extremes.tops import EPS, Integrate, integrating
 from tt_precise.golden import load, scenes
@@ -47,8 +49,6 @@ def _sensitivity(scene: str) -> Sensitivity:
 )
 def error_against_condition(scene: str, integrate: Integrate = integrate) -> Check:
     """The digits that double can give at each time, and those that it gives."""
-    import numpy
-
     how = _sensitivity(scene)
     run: Trajectory = integrate(scene)
     errors = _errors(run, scene, how)
@@ -68,8 +68,6 @@ def error_against_condition(scene: str, integrate: Integrate = integrate) -> Che
 
 def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Array:
     """Largest error of any entry at each time, relative to the largest entry of the state."""
-    import numpy
-
     golden = load(scene, "exact")
     frame = run.frame(*how.columns, times=list(golden["t"][: len(how.times)]), numbers="exact")
     largest = numpy.zeros(len(how.times))
@@ -91,8 +89,6 @@ def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Array:
 )
 def lambda_carried_along(scene: str, spoil: float = 0.0) -> Check:
     """An independent check of the matrices, without any other integration."""
-    import numpy
-
     how = _sensitivity(scene)
     start = InitialState.of(load_scene(scene), integrate(scene).precision.arithmetic)
     numbers = start.body.numbers_by_name
@@ -136,8 +132,6 @@ def lambda_carried_along(scene: str, spoil: float = 0.0) -> Check:
 )
 def derivative_by_differences(name: str, varied: Integrate = integrate) -> Check:
     """Matrices of variational equations against runs that know nothing of them."""
-    import numpy
-
     how = _sensitivity("reference")
     now = int(how.condition.argmax())
     scene = replace(load_scene("reference"), until=Fraction(round(how.times[now] * 100), 100))

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy
+
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup
@@ -59,8 +61,6 @@ class State:
     @classmethod
     def joined(cls, states: Sequence[State], precision: Precision) -> State:
         """Several states as one: float64 arrays in double, with NaN where undefined."""
-        import numpy
-
         kind, none = (float, numpy.nan) if precision.is_float else (object, None)
 
         def column(values: list[Scalar]) -> Array:
@@ -167,8 +167,6 @@ class Columns:
         ``long_double``, or that of ``mpfr``. ``fn`` has the functions of the arrays, by default
         NumPy's. Entries may also be single numbers; the columns are then single numbers.
         """
-        import numpy
-
         q = self.array_motion(entries, number, fn)
         several, columns = hasattr(entries[0], "__len__"), {}
         with numpy.errstate(all="ignore"):
@@ -188,8 +186,6 @@ class Columns:
         self, entries: tuple[Array, ...], number: Callable[[Scalar], Scalar], fn: Functions = None,
     ) -> Motion:  # fmt: skip
         """The ``Motion`` of rows, given as an array for each entry."""
-        import numpy
-
         body = self.start.once(("body", number), lambda: self.start.body.map(number))
         return self.layout.motion(body, entries, fn or numpy)
 
@@ -259,8 +255,6 @@ def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:
     Raises ``InputError``: the recorded phi lost the half turn at a passage of the axis through the
     vertical.
     """
-    import numpy
-
     fn, phi = q.fn, recorded["phi"]
     pi = fn.atan2(abs(0 * phi), abs(0 * phi) - 1)  # of the arithmetic, whichever it is
     nearest = getattr(fn, "nint", None) or fn.round
@@ -283,8 +277,6 @@ def digits_over_rows(
 
     ``columns`` of a state and their ``errors`` are float64 arrays over rows, in SI.
     """
-    import numpy
-
     unit = {n: float(start.units.of_dimension(STATE_DIMENSIONS[n])) for n in columns}
     with numpy.errstate(all="ignore"):
         own = {name: values / unit[name] for name, values in columns.items()}
@@ -313,7 +305,5 @@ def worst_digits(state: State, errors: Mapping[str, Scalar], start: InitialState
 
 def digits_of_time(error: Array, time: Array, unit: float) -> Array:
     """Correct digits of a time, relative to the larger of the time and the unit of time."""
-    import numpy
-
     with numpy.errstate(divide="ignore"):
         return numpy.maximum(-numpy.log10(error / numpy.maximum(time, unit)), 0.0)

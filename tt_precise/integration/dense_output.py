@@ -14,6 +14,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Literal, NamedTuple, Protocol
 
+import numpy
+
 from tt_precise.integration.columns import Columns, Row
 from tt_precise.integration.events import EventRecord
 from tt_precise.integration.precision import Precision
@@ -51,8 +53,6 @@ class Times(NamedTuple):
     @classmethod
     def of(cls, times: Sequence[Fraction], unit: Scalar) -> Times:
         """Exact ``times`` in s; ``unit`` is the unit of time in s, an mpmath number."""
-        import numpy
-
         above, below = [t.numerator for t in times], [t.denominator for t in times]
         if max(map(abs, above + below), default=0) < EXACT:
             numerator, denominator = (numpy.array(part, dtype=float) for part in (above, below))
@@ -78,8 +78,6 @@ class SampleTimes:
     @cached_property
     def parts(self) -> Array:
         """The dimensionless times, each as three doubles: axes (time, part)."""
-        import numpy
-
         until = self.start.until
         inner = in_parts(self.exact[:-1], self.start.units.time, mpfr_of(until.context))
         return numpy.concatenate([inner, moments([until])])
@@ -101,8 +99,6 @@ def in_parts(times: Sequence[Fraction], unit: Scalar, mpfr: Mpfr) -> Array:
 
 def long_double(value: Scalar) -> Scalar:
     """An mpmath number as NumPy's long double."""
-    import numpy
-
     high = float(value)
     if math.isinf(high):  # ln v at rest
         return numpy.longdouble(high)
@@ -252,8 +248,6 @@ class DenseOutput(Span):
 
         Axes (time, part, entry).
         """
-        import numpy
-
         assert self._pieces
         ends = [float(piece.bounds[1]) for piece in self._pieces[:-1]]
         first = numpy.searchsorted(times[:, 0], ends, side="right")
@@ -312,8 +306,6 @@ class DenseOutput(Span):
 
         The bits equal those of ``rows``, which reads several doubles row by row.
         """
-        import numpy
-
         mpfr, parts = self.precision.mpfr, self.precision.doubles
         size = len(self.setup.layout.columns)
         if not len(seconds):
@@ -339,8 +331,6 @@ class DenseOutput(Span):
 
         Raises ``InputError``: a time lies outside the trajectory.
         """
-        import numpy
-
         samples = self.samples
         if samples and self.propagation.status in ARRIVED and tuple(times) == samples.exact:
             return samples.doubles
@@ -366,8 +356,6 @@ class DenseOutput(Span):
         ``number`` converts numbers with guard bits: ``float``, or ``long_double``, in which an
         entry keeps its change within a delay of less than an ulp of time.
         """
-        import numpy
-
         state, rounded = self.propagation.state, times.rounded
         given = self.precision.fp_type  # double, or extended's long double
         kind = type(number(self.precision.context.mpf(0)))
@@ -449,8 +437,6 @@ def moved_arrays(
 
     ``body`` is the dimensionless body in double, precise enough for these rates.
     """
-    import numpy
-
     doubles = tuple(entry.astype(float, copy=False) for entry in entries)
     with numpy.errstate(all="ignore"):
         rates = setup.layout.rates(body, doubles, numpy)

@@ -17,6 +17,8 @@ from functools import cache, cached_property
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
+import numpy
+
 from tt_precise.integration.columns import (
     POSE_NAMES,
     Name,
@@ -62,8 +64,6 @@ def reference_runs(setup: Setup) -> list[dict[str, Any]]:
 
 def floats(values: Array | Sequence[Scalar]) -> Array:
     """Numbers of any kind as a float64 array, with NaN for undefined values."""
-    import numpy
-
     if isinstance(values, numpy.ndarray) and values.dtype != object:
         return values.astype(float)
     return numpy.array([math.nan if _missing(v) else float(v) for v in values])
@@ -71,8 +71,6 @@ def floats(values: Array | Sequence[Scalar]) -> Array:
 
 def distance(values: Array, others: Array, fn: Functions) -> Array:
     """Absolute distances of two columns, as a float64 array with NaN for undefined values."""
-    import numpy
-
     kinds = [getattr(column, "dtype", None) for column in (values, others)]
     if all(kind in (float, numpy.longdouble) for kind in kinds):
         with numpy.errstate(invalid="ignore"):
@@ -143,8 +141,6 @@ class Errors:
         "digits" are those of the state's worst entry. An error is the largest distance from a
         reference run, infinite if one of them has ended in another way.
         """
-        import numpy
-
         run, state = self._run, self._run.run.columns.names
         every = tuple(dict.fromkeys([*state, *names]))
         times = run.sample_times
@@ -171,8 +167,6 @@ class Errors:
     @cached_property
     def digits_throughout(self) -> float:
         """Significant digits that hold at every sample, in every event, and in ``t_end``."""
-        import numpy
-
         run = self._run
         digits = [*self.over_time()["digits"]]
         if run.event_counts:
@@ -186,8 +180,6 @@ class Errors:
         self, reference: Run, names: Sequence[Name], times: Sequence[Fraction], own: States | None,
     ) -> dict[Name, Array]:  # fmt: skip
         """Distances of the columns from those of a reference; NaN where a value is undefined."""
-        import numpy
-
         arrived = self._run.status in ARRIVED
         # if the model ends before its horizon, the runs have different ends
         inner = list(times if arrived else times[:-1])
@@ -215,8 +207,6 @@ def compared(
     To first order from the exact differences of their ``states``, if both integrate the same
     equations throughout; otherwise column by column.
     """
-    import numpy
-
     segment, other = run.alone, reference.alone
     kinds = [(r.setup.formulation, r.setup.record) for r in (run, reference)]
     if not (segment and other and kinds[0] == kinds[1]) or POSE_NAMES & {*names}:
@@ -244,7 +234,6 @@ def deviations() -> Functions:
     An analytic function of x + i d is f(x) + i d f'(x) up to d^2. ``abs`` and comparisons are not
     analytic and must not be used.
     """
-    import numpy
 
     def atan2(y: Array, x: Array) -> Array:
         # the deviation without the cancellation that a logarithm would have
@@ -297,8 +286,6 @@ class States:
     @cached_property
     def long_doubles(self) -> Array:
         """In long double."""
-        import numpy
-
         return numpy.array(self._output.arrays(self._output.times(self._times), long_double))
 
     @cached_property
@@ -315,8 +302,6 @@ class States:
     @cached_property
     def mpfr(self) -> Array:
         """In wide numbers."""
-        import numpy
-
         return numpy.array(self._output.mpfr_arrays(self.precision.mpfr.of_fractions(self._times)))
 
 
@@ -342,8 +327,6 @@ def event_errors(run: Run, references: Sequence[Run]) -> dict[str, Array]:
     largest of the distances from ``references``, infinite if one of them has ended before, or is in
     another part of its motion.
     """
-    import numpy
-
     unit = float(run.start.units.time)
     others = [(float(reference.end) / unit, _parts(reference)) for reference in references]
     names: list[str] = []
@@ -371,8 +354,6 @@ def _errors_within(
 
     ``others`` are the ends (dimensionless) and the parts of reference runs.
     """
-    import numpy
-
     of = part.segment.columns
     unit = float(of.start.units.time)
     times = numpy.array([float(part.segment.begin) + float(hit.time) for hit in hits]) * unit
@@ -394,8 +375,6 @@ def _errors_within(
 
 def _errors_of_joint(part: Part, others: Sequence[Sequence[Part]]) -> tuple[Array, Array, Array]:
     """Time and error (s) of the event that ends a part, and digits of the state there."""
-    import numpy
-
     of = part.segment.columns
     time, state = _end(part)
     error, digits = 0.0, math.inf
@@ -433,8 +412,6 @@ def _beside(
 
     The reference ends at the time ``last`` (dimensionless).
     """
-    import numpy
-
     late, digits = numpy.full(len(hits), math.inf), numpy.zeros(len(hits))
     hits = [hit for hit in hits if float(part.segment.begin) + float(hit.time) <= last]
     if not hits or part.before != other_part.before:
@@ -471,8 +448,6 @@ def _zeros(
 
     By one step of Newton's method along the power series at ``times``, or at the segment's end.
     """
-    import numpy
-
     setup, end = segment.output.setup, segment.output.end_time
     inner = [min(time, end) for time in times]
     if fn is numpy:

@@ -18,6 +18,8 @@ from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+import numpy
+
 from tt_precise.integration.columns import Columns, Name, Row, State
 from tt_precise.integration.dense_output import (
     ARRIVED,
@@ -174,7 +176,6 @@ class Run(Span):
         """
         if self.alone:
             return self._of_segment(self.alone, names, times, numbers, progress)
-        import numpy
 
         parts, order = [], []
         for segment, places in self._groups(times):
@@ -220,8 +221,6 @@ class Run(Span):
         return self._converted(self.precision.mpfr.of_fractions(times), numbers)
 
     def _converted(self, values: Array, numbers: Numbers) -> Array:
-        import numpy
-
         precision = self.precision
         if numbers == "text":
             return precision.mpfr.texts(values, precision.decimals)
@@ -268,8 +267,6 @@ class Run(Span):
     def _events_of_segment(
         self, segment: Segment, names: Sequence[str], at: Container[str] | None
     ) -> dict[str, Array]:
-        import numpy
-
         of, unit = segment.columns, segment.output.start.units.time
         hits = sorted(segment.output.propagation.hits, key=lambda hit: hit.time)
         directions = numpy.array([hit.direction for hit in hits])
@@ -303,7 +300,6 @@ class Run(Span):
             inner = [zero, *map(self.dimensionless_time, times[:-1]), self.end_time]
             motions = self.motions(inner)
             return {integral.name: drift(integral, motions)[1:] for integral in integrals}
-        import numpy
 
         of, output = self.alone.columns, self.alone.output
         entries = output.arrays(output.times(times), long_double)
@@ -330,8 +326,6 @@ def _array_columns(
     progress: Progress | None,
 ) -> dict[Any, Array]:  # fmt: skip
     """Columns of a run in double: text is the shortest that recovers the number."""
-    import numpy
-
     number = long_double if numbers == "text" else float
     times = segment.output.times(exact)
     entries = segment.output.arrays(times, number, progress)

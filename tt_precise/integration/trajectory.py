@@ -10,6 +10,8 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
+import numpy
+
 from tt_precise.integration.columns import POSE, POSE_NAMES, Name, State, expanded
 from tt_precise.integration.dense_output import ARRIVED, Status
 from tt_precise.integration.errors import Errors
@@ -220,7 +222,6 @@ class Trajectory:
         progress
             Called with the fraction done, if the series of the steps must be computed again.
         """
-        import numpy
         import pandas
 
         if pose:

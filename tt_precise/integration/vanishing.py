@@ -14,6 +14,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy
+
 from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import FIRST_STEP, Event, EventRecord
 from tt_precise.integration.setup import Setup
@@ -60,8 +62,6 @@ def at_start(setup: Setup, start: InitialState) -> AtStart:
 
     Raises ``InputError``: an event is undefined at the start.
     """
-    import numpy
-
     form = setup.formulation
     events = setup.watched
     row = [numpy.float64(float(x)) for x in start.first_row(form, setup.record)]
@@ -187,8 +187,6 @@ def _converges(c: Sequence[Scalar], bits: int) -> Scalar:
 
 
 def _places(c: Sequence[Scalar], length: Scalar) -> list[tuple[Scalar, int]]:
-    import numpy
-
     scaled = [x * length**k for k, x in enumerate(c)]
     largest = max(map(abs, scaled))
     if not largest:
@@ -239,8 +237,6 @@ def _eps(setup: Setup) -> float:
 
 def _crossing(hits: Sequence[EventRecord], setup: Setup, start: InitialState) -> list[bool]:
     """Whether each function crosses zero there by more than its rounding."""
-    import numpy
-
     form, precision = setup.formulation, setup.precision
     eps = _eps(setup)
     rows = [numpy.array([float(hit.state[i]) for hit in hits]) for i in range(len(hits[0].state))]
@@ -279,8 +275,6 @@ def _crossing(hits: Sequence[EventRecord], setup: Setup, start: InitialState) ->
 
 
 def _at(number: Sized, places: Sequence[int], count: int) -> Sized:
-    import numpy
-
     value, size = (numpy.broadcast_to(part, count)[places] for part in (number.value, number.size))
     return Sized(value, size)
 
@@ -293,8 +287,6 @@ def _with_all_bits(
     They are rounded only at the end. A zero that is nearly double is found to half the bits, so
     what is left at the extremum cancels between coefficients at the zero.
     """
-    import numpy
-
     form, mpfr, exact = setup.formulation, setup.precision.mpfr, setup.precision.with_guard_bits
     body = form.body([mpfr.number(x) for x in start.parameters(form)])
     rows = [mpfr.array([exact(hit.state[i]) for hit in hits]) for i in range(len(hits[0].state))]
@@ -319,15 +311,11 @@ def _derivative(c: Sequence[Array], k: int, x: Array) -> Array:
 
 def _depth(c: Sequence[Array]) -> Array:
     """The distance of the vertex of the parabola beyond zero, seen from its open side."""
-    import numpy
-
     return c[1] ** 2 / (4 * abs(c[2])) - c[0] * numpy.sign(c[2])
 
 
 def _passes(c: Sequence[Array], size: Sequence[Array], direction: Array, eps: float) -> Array:
     """Whether the cubics ``c`` cross zero at 0 by more than ``eps`` of their ``size``."""
-    import numpy
-
     deep = _depth(c) > eps * size[0]
     # how far the parabola has to go to come out of rounding
     far = 2 * numpy.sqrt(eps * size[0] / abs(c[2]))
@@ -346,8 +334,6 @@ def _sizes(
     tilt has once been larger. Where L is not near the vertical the axis leaves it only in time,
     which has ``elapsed`` since an exact start.
     """
-    import numpy
-
     columns = setup.layout.columns
     own = dict(zip(columns, map(abs, rows), strict=True))
 

@@ -15,6 +15,8 @@ from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import numpy
+
 from tt_precise.integration.columns import VECTOR_COLUMNS
 from tt_precise.integration.equations import Equations
 from tt_precise.integration.errors import SMALL, deviations
@@ -65,8 +67,6 @@ class Sensitivity:
     @cached_property
     def by_start(self) -> Array:
         """d x(t)/d x(0), shape (n, size, size)."""
-        import numpy
-
         products = [numpy.eye(len(self.columns))]
         for step in self.transitions:
             products.append(step @ products[-1])
@@ -75,8 +75,6 @@ class Sensitivity:
     @cached_property
     def by_parameters(self) -> Array:
         """d x(t)/d p at the same start, shape (n, size, len(parameters))."""
-        import numpy
-
         sums = [numpy.zeros((len(self.columns), len(self.parameters)))]
         for step, push in zip(self.transitions, self.pushes, strict=True):
             sums.append(step @ sums[-1] + push)
@@ -89,8 +87,6 @@ class Sensitivity:
         Relative in the largest entry of the state; the errors of start and parameters at their
         worst, all of one relative size.
         """
-        import numpy
-
         start = self.sizes[0] * numpy.abs(self.by_start).sum(axis=2)
         parameters = (numpy.abs(self.by_parameters) * numpy.abs(self.values)).sum(axis=2)
         return (start + parameters).max(axis=1) / self.sizes
@@ -104,8 +100,6 @@ class Sensitivity:
         |x(s)|)^2)/|x(t)|. With k steps between the times and eps instead of 1, multiply by eps
         sqrt(k).
         """
-        import numpy
-
         size = len(self.columns)
         since = numpy.empty((len(self.times), size, size))  # d x(t)/d x(s), by s
         walk = numpy.empty(len(self.times))
@@ -120,8 +114,6 @@ class Sensitivity:
     @cached_property
     def returning(self) -> float:
         """``rounding`` at the start after a run to the last time and back."""
-        import numpy
-
         back = numpy.eye(len(self.columns))  # d x(0)/d x(s)
         total = 0.0
         for now, size in enumerate(self.sizes):
@@ -134,8 +126,6 @@ class Sensitivity:
     @cached_property
     def sizes(self) -> Array:
         """The largest entry of each state, shape (n,)."""
-        import numpy
-
         return numpy.abs(self.states).max(axis=1)
 
 
@@ -149,7 +139,6 @@ def sensitivity(
     Raises ``InputError``: the scene cannot be used, or the times do not rise from 0.
     """
     import heyoka
-    import numpy
 
     heyoka.set_logger_level_critical()
     scene = load_scene(scene)
@@ -223,7 +212,6 @@ class Derivatives:
 
         "error:" before a name stands for the estimated error. By default theta and omega_3.
         """
-        import numpy
         import pandas
 
         columns = columns or COLUMNS
@@ -262,7 +250,6 @@ class Derivatives:
         To first order, from independent errors of entries with standard deviations ``sigmas``, in
         the units of the scene's file; other entries are exact. By default theta and omega_3.
         """
-        import numpy
         import pandas
 
         for name, sigma in sigmas.items():
@@ -286,8 +273,6 @@ class Derivatives:
     @cached_property
     def _events(self) -> dict[str, Array]:
         """The events that define the climb, from a run in double."""
-        import numpy
-
         double = precision_named("double")
         run = self.run.again(precision=double, tolerance=0.0, events=NEEDED, record=())
         return {
@@ -305,8 +290,6 @@ class Derivatives:
         self, how: Sensitivity, number: int, at: Array, columns: Sequence[str], delay: Scalar = 0.0
     ) -> dict[str, Array]:
         """Derivatives of columns (SI) by a name, at times (s) whose derivative is ``delay``."""
-        import numpy
-
         units, by_units = self._units(number)
         stretched = (delay - how.times[at] * by_units.time / units.time) / units.time
         q = self._moving(how, number, at, stretched)
@@ -326,8 +309,6 @@ class Derivatives:
 
     def _moving(self, how: Sensitivity, number: int | None, at: Array, delay: Scalar) -> Motion:
         """The dimensionless motion, with its deviation by a name (if any) and by ``delay``."""
-        import numpy
-
         form, states = self._form, how.states[at].T
         rates = form.rates(form.body(how.values), form.State(*states), numpy)
         moved = [rate * delay for rate in rates]
@@ -343,8 +324,6 @@ class Derivatives:
 
     def _climb_by(self, how: Sensitivity, number: int) -> dict[str, float]:
         """The derivatives of the times of the climb, by a small change of its events."""
-        import numpy
-
         events, context = self._events, self.run.start.units.time.context
         at = numpy.searchsorted(how.times, events["t"])
         units, by_units = self._units(number)
@@ -380,8 +359,6 @@ def _by_entry(
     scene: Scene, form: Formulation, name: str
 ) -> tuple[Array, Array, tuple[float, float, float]]:
     """Derivatives of the dimensionless start, of the parameters and of the units by an entry."""
-    import numpy
-
     arithmetic = precision_named("mp", START_BITS).arithmetic
     of_body = scene.body.in_file_units().items()
     known = {key: value for key, value in of_body if isinstance(value, Fraction)} | {

@@ -5,8 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
+import numpy
+
 from tt_precise.integration.columns import Name
 from tt_precise.integration.run import DIGITS, ERROR
+from tt_precise.mechanics.quantities import described
 from tt_precise.runtime import plotting
 from tt_precise.runtime.files import replacing
 from tt_precise.runtime.tables import as_html
@@ -80,8 +83,6 @@ def figure(trajectory: Trajectory, names: tuple[Name, ...] = ()) -> Figure:
 def _panel(
     axes: Axes, trajectory: Trajectory, samples: pandas.DataFrame, columns: tuple[Name, ...]
 ) -> None:
-    from tt_precise.mechanics.quantities import described
-
     names = [str(getattr(column, "name", column)) for column in columns]
     for name in names:
         at = plotting.thinned(samples["t"].to_numpy(), samples[name].to_numpy())
@@ -101,8 +102,6 @@ def _panel(
 
 
 def _drift(axes: Axes, trajectory: Trajectory) -> None:
-    import numpy
-
     times = [float(t) for t in trajectory.sample_times]
     floor = max(float(trajectory.precision.eps) * EXACT, TINIEST)
     for name, values in trajectory.drift_over_time().items():
@@ -199,7 +198,6 @@ def sampled(trajectory: Trajectory, begin: float, end: float | None, count: int)
 
     Raises ``InputError``: the span is empty or reaches beyond the trajectory.
     """
-    import numpy
     from scipy.spatial.transform import Rotation
 
     last = float(trajectory.t_end) if end is None else end
@@ -240,7 +238,6 @@ class _Picture:
     """The artists of one drawing: the top close by, and its track from above."""
 
     def __init__(self, drawn: Figure, frames: Frames, title: str):
-        import numpy
         from matplotlib.patches import Circle
 
         self.frames = frames
@@ -282,8 +279,6 @@ class _Picture:
 
     def show(self, number: int) -> list[Artist]:
         """Move everything to frame ``number``."""
-        import numpy
-
         turn, now = self.frames.turn[number], FINER * number
         place, past = self.track[now], self.track[: now + 1]
         middle = numpy.array([[0.0], [0.0], [1.0]])  # of the sphere, seen by an eye that follows
@@ -309,8 +304,6 @@ class _Picture:
 
     def _table(self, place: Array) -> None:
         """Lines on the table, half a radius apart, as seen by an eye that follows the top."""
-        import numpy
-
         reach, half = 3.0, len(self.grid) // 2
         shift = -(place[:2] % 0.5)
         for number, line in enumerate(self.grid):
@@ -326,13 +319,9 @@ class _Picture:
 
 def _seen(points: Array) -> tuple[Array, Array]:
     """The positions of points (3, n) in the picture, seen along +Y and slightly from above."""
-    import numpy
-
     return points[0], points[2] * numpy.cos(ELEVATION) + points[1] * numpy.sin(ELEVATION)
 
 
 def _towards(points: Array) -> Array:
     """The distance of points (3, n) towards the eye."""
-    import numpy
-
     return points[2] * numpy.sin(ELEVATION) - points[1] * numpy.cos(ELEVATION)

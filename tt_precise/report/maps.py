@@ -6,12 +6,16 @@ mu and omega_3(0), and over phi_dot(0) and omega_3(0). All else is as in the ref
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
+import numpy
+
 from tt_precise.claims.evidence.sweeps import exact_values
+from tt_precise.mechanics.thresholds import lambda_thres
 from tt_precise.runtime.cache import cached_table
 from tt_precise.runtime.values import Array, Json
 from tt_precise.scene.scene import Scene, load_scene
@@ -38,8 +42,6 @@ class Side:
 
     def values(self) -> Array:
         """``COUNT`` values, ends included."""
-        import numpy
-
         return numpy.linspace(self.low, self.high, COUNT)
 
 
@@ -64,7 +66,6 @@ def map_rows(name: str) -> pandas.DataFrame:
 
 def compute(workers: int | None = None) -> pandas.DataFrame:
     """Integrate the maps."""
-    import numpy
     import pandas
 
     tables = []
@@ -94,12 +95,6 @@ def _scene() -> Scene:
 
 def _spins(thetas: Array, ratios: Array) -> Array:
     """omega_3 for these lambda/lambda_thres, for starts at rest except for omega_3."""
-    import math
-
-    import numpy
-
-    from tt_precise.mechanics.thresholds import lambda_thres
-
     scene = _scene()
     threshold = lambda_thres(scene.body.dimensionless(math, float), math)
     each = {theta: lambda_of_start(scene, theta) for theta in sorted(set(thetas.tolist()))}

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
+import numpy
+
+from tt_precise.integration.precision import KINDS
 from tt_precise.report import style
 from tt_precise.report.document import Figure
 from tt_precise.report.style import Words
@@ -101,8 +104,6 @@ def work_and_digits(axes: list[Axes], rows: pandas.DataFrame) -> Words:
 @style.figure("hidden-by-conservation", [3.8])
 def hidden_by_conservation(axes: list[Axes], rows: pandas.DataFrame) -> Words:
     """The drift of lambda against the error of the state, a dot for each setting."""
-    import numpy
-
     mine = conservation_scatter(rows)
     (panel,) = axes
     for family, colour in (
@@ -132,8 +133,6 @@ def hidden_by_conservation(axes: list[Axes], rows: pandas.DataFrame) -> Words:
 @style.figure("growth-of-errors", lambda rows: [2.6] * rows["scene"].nunique())
 def growth_of_errors(axes: list[Axes], rows: pandas.DataFrame) -> Words:
     """The errors of lambda and E over long runs, every seed, their rms, and the square root."""
-    import numpy
-
     names = {"jellett": r"$\lambda$", "energy": "$E$"}
     scenes = list(dict.fromkeys(rows["scene"]))
     for panel, scene in zip(axes, scenes, strict=True):
@@ -207,7 +206,6 @@ def all_pictures(points: Sequence[Numbers]) -> list[Figure]:
 def digits_beside_the_poles(axes: list[Axes]) -> Words:
     """Digits of the tilt that theta keeps near pi, in every precision."""
     from tt_precise.extremes.geometry import digits_of_the_tilt
-    from tt_precise.integration.precision import KINDS
 
     decades = range(0, 71, 2)
     (panel,) = axes
@@ -351,7 +349,7 @@ def _label(row: dict[str, Json] | None) -> str:
 
 LIMIT = 1e-6  # the paper's precision of lambda
 SMALLEST = 1e-16
-KINDS = {
+FAULTS = {
     "healthy": (style.GREEN, "o"), "parameter": (style.BLUE, "^"), "dropped term": (style.RED, "x"),
     "simulator": (style.RED, "+"), "RK4": (style.PURPLE, "s"), "float32": (style.BLACK, "*"),
     "column": (style.ORANGE, "D"),
@@ -361,11 +359,10 @@ KINDS = {
 @style.figure("planted-faults", [3.6])
 def faults(axes: list[Axes], table: pandas.DataFrame) -> Words:
     """The drift of lambda for each fault, against the largest deviation in all checks."""
-    import numpy
     import pandas
 
     (panel,) = axes
-    for kind, (colour, marker) in KINDS.items():
+    for kind, (colour, marker) in FAULTS.items():
         mine = table[table["kind"] == kind]
         alone, largest = (
             numpy.clip(pandas.to_numeric(mine[name], errors="coerce"), SMALLEST, 1e3)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy
+
 from tt_precise.claims.evidence.motions import minima
 from tt_precise.claims.evidence.run import REFERENCE, Run, SceneLike
 from tt_precise.mechanics.quantities import effective_potential
@@ -120,8 +122,6 @@ MILLI = 1e3
 @style.figure("figure-4", [2.4, 1.0, 1.0], shared_time=False)
 def figure_4(axes: list[Axes]) -> Words:
     """E and its three parts, and a magnification."""
-    import numpy
-
     parts = {
         "E": (style.BLACK, "$E$"),
         "E_rot": (style.BLUE, "$E_{rot}$"),
@@ -190,8 +190,6 @@ ABOVE = 6e-3  # J of a well's walls drawn above the level of E~
 @style.figure("deforming-potential", [3.2, 2.0], shared_time=False)
 def deforming_potential(axes: list[Axes]) -> Words:
     """V over theta with E~ at six pairs of turning points; theta(t) and the minimum of V."""
-    import numpy
-
     body = load_scene("reference").body.numbers(float)
     lambda_ = float(REFERENCE.thresholds.quantities["lambda"].value)
     angles = numpy.linspace(0.002, math.pi - 0.002, 1200)
@@ -359,8 +357,6 @@ MICRO = 1e-3  # rad, half the width of the magnification
 @style.figure("axis-at-the-pole", [5.0], shared_time=False)
 def axis_at_the_pole(axes: list[Axes]) -> Words:
     """kx, ky from shortly before to shortly after the initiation time, and the pole magnified."""
-    import numpy
-
     turns = REFERENCE.events("theta_min")
     passage = float(turns["t"].iloc[int(turns["theta"].astype(float).argmin())])
     times = numpy.arange(passage - BEFORE, passage + AFTER, PASSAGE_EVERY)
@@ -413,8 +409,6 @@ DRIFT_COLOURS = (style.RED, style.ORANGE, style.SKY, style.GREEN, style.BLUE)
 @style.figure("jellett-drift", [3.4])
 def jellett_drift(axes: list[Axes]) -> Words:
     """Relative drift of lambda over time in every precision, and the paper's 1e-6."""
-    import numpy
-
     worst = {}
     panel = axes[0]
     panel.axhline(DRIFT_PRINTED, color=style.BLACK, linewidth=1, linestyle="--")

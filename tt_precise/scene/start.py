@@ -15,6 +15,7 @@ from tt_precise.scene.numerals import (
     decimal_of,
     exact,
     read,
+    to_mpmath,
     within_doubles,
     written,
 )
@@ -232,8 +233,6 @@ def _with_centre_at_rest(start: Start, body: TippeTop) -> Start:
 
 def _arithmetic() -> tuple[Functions, Callable[[Fraction], Scalar]]:
     import mpmath
-
-    from tt_precise.scene.numerals import to_mpmath
 
     context = mpmath.MPContext()
     context.dps = DERIVED_DIGITS + 10

@@ -14,6 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from tt_precise._version import __version__
+from tt_precise.integration.precision import precision_named
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, InputError, Json, listed
@@ -307,10 +310,6 @@ def lambda_of_start(scene: Scene, theta: float) -> float:
 
     lambda is linear in omega_3.
     """
-    from tt_precise.integration.precision import precision_named
-    from tt_precise.mechanics.initial_state import InitialState
-    from tt_precise.mechanics.quantities import Motion, jellett
-
     start = replace(
         scene.start, theta=Inclination(Fraction(theta)), omega_3=Fraction(1), phi_dot=Fraction(0)
     )

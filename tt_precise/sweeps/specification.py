@@ -8,6 +8,7 @@ values are the scene's. So a row can be recomputed from its own line of the file
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
@@ -16,6 +17,7 @@ from numbers import Integral
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy
 from msgspec import ValidationError, convert
 from msgspec.structs import asdict
 
@@ -288,8 +290,6 @@ def blocks(
 
     ``values`` is float64 of shape (rows, names).
     """
-    import numpy
-
     axes = [numpy.array([float(value) for value in values]) for values in spec.vary.values()]
     sampled = _sampled(spec) if spec.box else None
     for number in range(-(-spec.rows // size)):
@@ -307,9 +307,6 @@ def blocks(
 
 
 def _sampled(spec: Specification) -> Array:
-    import warnings
-
-    import numpy
     from scipy.stats import qmc
 
     low, high = numpy.array([[float(end) for end in ends] for ends in spec.box.values()]).T

@@ -20,6 +20,8 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy
+
 from tt_precise._version import __version__
 from tt_precise.runtime import records
 from tt_precise.runtime.files import locked
@@ -194,7 +196,6 @@ def frame_of(
     names: tuple[str, ...], first: int, values: Array, results: Mapping[str, Array]
 ) -> pandas.DataFrame:
     """The rows from index ``first`` on: index, what was varied, results."""
-    import numpy
     import pandas
 
     index = numpy.arange(first, first + len(values), dtype=numpy.int64)
@@ -249,8 +250,6 @@ def _unpacked(
 
 
 def _digest(frame: pandas.DataFrame) -> str:
-    import numpy
-
     digest = hashlib.sha256()
     for name in frame.columns:
         digest.update(name.encode())

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+import platform
 from collections import Counter
 from collections.abc import Mapping
+
+import numpy
 
 from tt_precise._version import __version__
 from tt_precise.runtime.values import Json
@@ -21,10 +24,7 @@ def summary_of(
 
     ``columns`` gives least, greatest and mean of the values that exist, and how many are missing.
     """
-    import platform
-
     import heyoka
-    import numpy
 
     outcomes: Counter[str] = Counter()
     columns: dict[str, list[tuple[float, float, float, int]]] = {}

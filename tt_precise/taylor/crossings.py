@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy
+
 from tt_precise.runtime.mpfr import mpfr_of
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.taylor.machine import MOST_PARTS
@@ -37,8 +39,6 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
     ``first`` replaces their values at 0: with the end values of the previous polynomials, no zero
     is lost or counted twice between two pieces. Zero counts as positive.
     """
-    import numpy
-
     bernstein = bernstein_of(polynomials)
     bernstein[:, 0] = first
     which, low, high, rising = isolated(bernstein, HALVINGS)
@@ -50,8 +50,6 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
 
 def _refined(polynomials: Array, low: Array, high: Array, direction: Array) -> Array:
     """The zero between ``low`` and ``high``: by Newton's steps, by halving where they leave it."""
-    import numpy
-
     slopes = polynomials[:, 1:] * numpy.arange(1, polynomials.shape[1])
     place = (low + high) / 2
     with numpy.errstate(all="ignore"):
@@ -82,8 +80,6 @@ def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Arra
     Returns which polynomial, the two ends, and whether it rises there, in the order of places.
     After the last halving two zeros count as none, and three as one.
     """
-    import numpy
-
     which, low = numpy.arange(len(bernstein)), numpy.zeros(len(bernstein))
     width, intervals = 1.0, []
     for halving in range(halvings + 1):
@@ -108,8 +104,6 @@ def bernstein_of(polynomials: Array) -> Array:
 
     Unlike a matrix product, sums of whole columns round a row whatever the others are.
     """
-    import numpy
-
     bernstein = numpy.zeros(polynomials.shape)
     for column, row in zip(polynomials.T, _to_bernstein(polynomials.shape[1]), strict=True):
         bernstein += column[:, None] * row
@@ -119,8 +113,6 @@ def bernstein_of(polynomials: Array) -> Array:
 @cache
 def _to_bernstein(terms: int) -> Array:
     """Row j has C(i, j)/C(terms - 1, j), the share of x^j in the i-th coefficient."""
-    import numpy
-
     last = terms - 1
     return numpy.array(
         [[math.comb(i, j) / math.comb(last, j) for i in range(terms)] for j in range(terms)]
@@ -129,8 +121,6 @@ def _to_bernstein(terms: int) -> Array:
 
 def halves(bernstein: Array) -> tuple[Array, Array]:
     """Bernstein's coefficients between 0 and 1/2, and between 1/2 and 1; de Casteljau."""
-    import numpy
-
     lower, upper, row = numpy.empty_like(bernstein), numpy.empty_like(bernstein), bernstein
     for k in range(bernstein.shape[1]):
         lower[:, k], upper[:, -1 - k] = row[:, 0], row[:, -1]
@@ -160,8 +150,6 @@ class Watch:
 
     def zeros(self, piece: StepBlock, until: Scalar) -> list[SignChange]:
         """Those in the steps of ``piece`` that are numbers, before ``until``, in order of time."""
-        import numpy
-
         fn, steps = self._fn, piece.suspect
         before, self._before = self._before, piece
         if not len(steps):
@@ -207,12 +195,8 @@ class Watch:
         return sorted(zeros, key=lambda zero: zero.time)
 
     def _series(self, piece: StepBlock, steps: Array, lengths: Array) -> tuple[Array, Array]:
-        import numpy
-
         series = piece.coefficients[steps][:, :, self._columns].transpose(2, 0, 1)
         return series, numpy.vander(lengths, piece.order + 1, increasing=True)
 
     def _ends(self, piece: StepBlock, steps: Array) -> Array:
-        import numpy
-
         return numpy.einsum("fsn,sn->fs", *self._series(piece, steps, piece.lengths[steps]))

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
+import numpy
 from mpmath.libmp import from_float, fzero, mpf_add, mpf_sub, to_float
 
 from tt_precise.runtime.values import Array, Functions, Scalar
@@ -71,8 +72,6 @@ class System:
 
         Numbers are those of an mpmath context, ``fn``.
         """
-        import numpy
-
         constants = numbers(self.kernel.constants, parameters, fn)
         row = self.graph.with_turned(start, parameters, fn)
         return numpy.array([split(x, self.parts) for x in row]).T, numpy.array(
@@ -88,8 +87,6 @@ class System:
         No step is longer than ``longest``; the ``first`` one has a bound of its own if it is
         given, and is a piece of its own then. The last one may end later than ``until``.
         """
-        import numpy
-
         kernel, order, parts = self.kernel, order_of(tolerance), self.parts
         row, constants = begun
         orders = numpy.array(orders_of(tolerance, parts), dtype=numpy.int64)
@@ -138,8 +135,6 @@ class StepBlock:
     """
 
     def __init__(self, system: System, orders: Array, data: Array, times: Array, taken: int):
-        import numpy
-
         self.system, self.order = system, int(orders[-1]) - 1
         self._orders, self.data, self._times = orders, data, times
         entries = len(system.graph.entries)
@@ -164,15 +159,11 @@ class StepBlock:
 
     def at(self, times: Array) -> Array:
         """All columns at these times, given in three parts: axes (time, part, column)."""
-        import numpy
-
         steps = numpy.searchsorted(self.begins[:, 0], times[:, 0], side="right") - 1
         return self.rows(numpy.maximum(steps, 0), times)
 
     def rows(self, steps: Array, times: Array) -> Array:
         """The same, by the series of given steps."""
-        import numpy
-
         times = numpy.ascontiguousarray(times)
         into = numpy.empty((len(steps), self.system.parts, self.system.kernel.columns))
         self.system.machine.rows(
@@ -198,8 +189,6 @@ def split(value: Scalar, parts: int) -> tuple[float, ...]:
 
 def moments(times: Iterable[Scalar]) -> Array:
     """Times as ``StepBlock`` takes them: axes (time, part), whatever has fewer parts."""
-    import numpy
-
     return numpy.array([split(time, MOST_PARTS) for time in times])
 
 

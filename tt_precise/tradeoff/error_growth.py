@@ -8,9 +8,12 @@ A systematic part grows as t. Seeded starts run in SIMD lanes of heyoka, in doub
 from __future__ import annotations
 
 import math
+import random
 from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
+
+import numpy
 
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
@@ -69,8 +72,6 @@ def log_spaced(until_s: float) -> list[float]:
 
 def seeded(scene: Scene, seed: int) -> Scene:
     """The scene with another theta(0) and omega_3(0), within ``SPREAD``."""
-    import random
-
     draw = random.Random(f"{scene.name} {seed}")
     factors = [1 + SPREAD * Fraction(draw.randrange(-1000, 1001), 1000) for _ in range(2)]
     start, theta = scene.start, scene.start.theta
@@ -82,8 +83,6 @@ def seeded(scene: Scene, seed: int) -> Scene:
 
 
 def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Json]]:
-    import numpy
-
     precision = precision_named("double")
     form = integrated(scene.model, "newton", scene.body.friction)
     starts = [InitialState.of(seeded(scene, seed), precision.arithmetic) for seed in seeds]
@@ -112,8 +111,6 @@ def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Json]]:
 
 def integrals(form: Formulation, values: dict[str, float], state: Array) -> dict[str, Array]:
     """Lambda and E of columns of states, in 80-bit numbers: double would add its own rounding."""
-    import numpy
-
     wide = numpy.longdouble
     body = form.body([wide(values[name]) for name in form.parameters])
     q = form.motion(body, form.State(*numpy.asarray(state, dtype=wide)), numpy)
@@ -135,8 +132,6 @@ def exponent(rows: pandas.DataFrame, scene: str, integral: str, until_s: float) 
     The slope of log rms (over the seeds) against log t by least squares; its standard error from
     leaving out one seed after the other (the jackknife), as the points of one run are correlated.
     """
-    import numpy
-
     mine = rows[(rows["scene"] == scene) & (rows["t_s"] <= until_s * 1.001)]
     errors = mine.pivot(index="seed", columns="t_s", values=integral).dropna().to_numpy()
     times = numpy.log(numpy.unique(mine["t_s"]))
@@ -154,6 +149,4 @@ def exponent(rows: pandas.DataFrame, scene: str, integral: str, until_s: float) 
 
 def slope(x: Array, y: Array) -> float:
     """Exponent p of y = c x^p by least squares in logarithms; at least two points."""
-    import numpy
-
     return float(numpy.polyfit(numpy.log(x), numpy.log(y), 1)[0])

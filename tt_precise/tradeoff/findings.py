@@ -12,6 +12,8 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
+import numpy
+
 from tt_precise.runtime.records import Record, means
 from tt_precise.tradeoff import error_growth
 from tt_precise.tradeoff.measure import EVENTS, LADDER, RECORDS, SCENE, SHORT, WORKLOAD
@@ -103,8 +105,6 @@ def cost_of(points: Iterable[Point], error: float) -> float:
     The cheapest point if it is already better; NaN if no point is good enough: a curve is not
     extrapolated.
     """
-    import numpy
-
     best = front(points)
     if not best or best[-1].error > error:
         return math.nan

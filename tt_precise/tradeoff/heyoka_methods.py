@@ -8,6 +8,8 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+import numpy
+
 from tt_precise.integration.equations import Equations
 from tt_precise.integration.events import catalogue
 from tt_precise.integration.heyoka_backend import Integrator, build, numeric_options
@@ -73,7 +75,6 @@ def _solver(
     adaptive: Adaptive, problem: GoldenProblem, settings: Settings, made: Integrator | None = None,
 ) -> Solve:  # fmt: skip
     import heyoka
-    import numpy
 
     precision = settings.precision
     number = precision.number
@@ -109,8 +110,6 @@ def _solver(
 
 def lanes(width: int, problem: GoldenProblem, settings: Settings) -> Solve:
     """``width`` slightly different starts at once in SIMD lanes; the first is the problem's."""
-    import numpy
-
     precision = settings.precision
     spread = 1 + SPREAD * numpy.arange(width)
     start = numpy.outer(problem.state(precision), spread)

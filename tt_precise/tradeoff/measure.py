@@ -21,6 +21,7 @@ from tt_precise.integration.precision import Precision, precision_named
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import InputError, Scalar
+from tt_precise.scene.scene import load_scene
 from tt_precise.tradeoff.heyoka_methods import OWN
 from tt_precise.tradeoff.methods import PEERS, Settings, Solve, SolverResult
 from tt_precise.tradeoff.problem import GoldenProblem, StateErrors, golden_problem
@@ -160,7 +161,6 @@ def _odefun(bits: tuple[int, ...]) -> Iterator[Trial]:
 
 def _other_scenes() -> Iterator[Trial]:
     from tt_precise import golden
-    from tt_precise.scene.scene import load_scene
 
     for scene in golden.scenes():
         if scene == SCENE:

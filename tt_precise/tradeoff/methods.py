@@ -11,6 +11,7 @@ from functools import cache, partial
 from typing import Any, NamedTuple
 
 import mpmath
+import numpy
 
 from tt_precise.integration.precision import Precision
 from tt_precise.mechanics.formulations import Formulation
@@ -32,8 +33,6 @@ def flat(form: Formulation, shape: str, parameters: Sequence[float] = ()) -> Cal
 
     ``parameters`` are the values of ``form.parameters``, for the shapes that have no ``p``.
     """
-    import numpy
-
     names: dict[str, Json] = {"math": math, "array": numpy.array}
     exec(source(form, shape, tuple(parameters)), names)
     rates: Callable[..., Array] = names["rates"]
@@ -135,7 +134,6 @@ def right_hand_side(
 @cache
 def _jitted(form: Formulation, parameters: tuple[float, ...]) -> Callable[..., Array]:
     import numba
-    import numpy
 
     function = numba.njit(flat(form, "array", parameters))
     function(0.0, numpy.zeros(len(form.columns)) + 0.5)
@@ -208,7 +206,6 @@ def _compiled(form: Formulation, parameters: tuple[float, ...]) -> Any:
 def cyrk(method: str, problem: GoldenProblem, settings: Settings) -> Solve:
     """CyRK's C++ solvers through numba, with one number as relative and absolute tolerance."""
     import CyRK
-    import numpy
 
     start = numpy.array(problem.state(settings.precision))
     parameters = numpy.array(problem.parameters(settings.precision))
@@ -235,7 +232,6 @@ def cyrk(method: str, problem: GoldenProblem, settings: Settings) -> Solve:
 
 def cvode(method: str, problem: GoldenProblem, settings: Settings) -> Solve:
     """SUNDIALS' CVODE, from the wheel of scikit-sundae."""
-    import numpy
     from sksundae.cvode import CVODE
 
     function = _compiled(problem.form, tuple(problem.parameters(settings.precision)))
@@ -265,8 +261,6 @@ MOST_STEPS = 4_000_000
 
 def diffrax_solver(solver: str, problem: GoldenProblem, settings: Settings) -> Solve:
     """``diffrax.diffeqsolve`` with one number as relative and absolute tolerance, jitted."""
-    import numpy
-
     start = numpy.array(problem.state(settings.precision))
     parameters = numpy.array(problem.parameters(settings.precision))
     at_end, at_times = (_diffrax_jitted(solver, problem.form, between) for between in (False, True))
