@@ -115,8 +115,6 @@ def propagate_in_doubles(
 def refuses(scene: Scene, setup: Setup) -> str | None:
     """Refuse motions in several segments, and heyoka's options."""
     name = setup.precision.name
-    if not setup.precision.doubles:
-        return f"{scene.name}: got {name}, expected double-double or triple-double"
     why = refused_in_doubles(scene)
     if why:
         return f"{scene.name}: got {name}, expected double, extended, quad or mp for {why}"

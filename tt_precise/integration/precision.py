@@ -75,10 +75,6 @@ class Precision:
         """heyoka's type of number."""
         import heyoka
 
-        if self.doubles:
-            raise InputError(
-                f"precision: got {self.name}, expected one of heyoka's: double, extended, quad, mp"
-            )
         if self.name == "extended":
             import numpy
 

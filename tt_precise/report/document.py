@@ -105,11 +105,6 @@ class PageTable:
     folded: bool | None = None
     kind: str = "table"
 
-    def __post_init__(self) -> None:
-        for row in self.rows:
-            if len(row) != len(self.header):
-                raise ValueError(f"table row: got {len(row)} cells, expected {len(self.header)}")
-
 
 @dataclass(frozen=True)
 class Figure:

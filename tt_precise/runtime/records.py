@@ -100,8 +100,7 @@ def json_schema(kind: type[Record]) -> dict[str, Json]:
     definitions = schema["$defs"]
     own = definitions.pop(schema["$ref"].rpartition("/")[2])
     title = str(kind.__struct_config__.tag or kind.__name__)
-    if "schema" in own["properties"]:
-        own["properties"]["schema"]["description"] = "name and version of this format"
+    own["properties"]["schema"]["description"] = "name and version of this format"
     rest = {"$defs": definitions} if definitions else {}
     dialect = "https://json-schema.org/draft/2020-12/schema"
     return {"$schema": dialect, **own, "title": title, **rest}
