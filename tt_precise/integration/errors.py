@@ -418,10 +418,8 @@ def _beside(
         return late, digits
     of, other = part.segment.columns, other_part.segment.columns
     exact, mpf, mpfr = (
-        of.precision.with_guard_bits,
-        other.precision.context.mpf,
-        other.precision.mpfr,
-    )
+        of.precision.with_guard_bits, other.precision.context.mpf, other.precision.mpfr,
+    )  # fmt: skip
     shift = mpf(part.segment.begin) - mpf(other_part.segment.begin)
     number: Callable[[Scalar], Scalar] = mpfr.number
     fn: Functions = mpfr

@@ -53,11 +53,9 @@ LINES = {
     "SUNDIALS CVODE Adams": Line("SUNDIALS Adams", style.BLACK, "P"),
 }
 ARITHMETICS = {
-    "double": (style.BLUE, "o"),
-    "extended": (style.SKY, "s"),
-    "quad": (style.GREEN, "D"),
+    "double": (style.BLUE, "o"), "extended": (style.SKY, "s"), "quad": (style.GREEN, "D"),
     "mp": (style.RED, "^"),
-}
+}  # fmt: skip
 
 
 @style.figure("work-precision", [3.6])

@@ -99,12 +99,10 @@ MAP_PANELS = (
     ("outcome", ""), ("climb_A", "climbing time (s)"), ("min_g_n", r"least $g_n$ / $m g$"),
 )  # fmt: skip
 LABELS = {
-    "theta": r"$\theta(0)$ (rad)",
-    "lambda_ratio": r"$\lambda/\lambda_{thres}$",
-    "mu": r"$\mu$ (s/m)",
-    "omega_3": r"$\omega_3(0)$ (rad/s)",
+    "theta": r"$\theta(0)$ (rad)", "lambda_ratio": r"$\lambda/\lambda_{thres}$",
+    "mu": r"$\mu$ (s/m)", "omega_3": r"$\omega_3(0)$ (rad/s)",
     "phi_dot": r"$\dot\varphi(0)$ (rad/s)",
-}
+}  # fmt: skip
 STARTS = "at rest except for omega_3, on a grid"
 
 

@@ -54,11 +54,9 @@ class Parameters:
     def map(self, convert: Callable[[Scalar], Scalar]) -> Parameters:
         """These parameters with every number converted."""
         return of_numbers(
-            {name: convert(value) for name, value in self.numbers_by_name.items()},
-            self.friction,
-            self.spring,
-            Parameters,
-        )
+            {name: convert(value) for name, value in self.numbers_by_name.items()}, self.friction,
+            self.spring, Parameters,
+        )  # fmt: skip
 
     @property
     def law(self) -> str:
@@ -120,11 +118,9 @@ class TippeTop(Parameters):
         if self.spring:
             _require_table(self)
         _require(
-            self.I3 <= 2 * self.I1,
-            "I3",
-            self.I3 / (self.m * self.R**2),
+            self.I3 <= 2 * self.I1, "I3", self.I3 / (self.m * self.R**2),
             f"at most 2 I1 = {_short(2 * self.I1 / (self.m * self.R**2))} (in units of m R^2)",
-        )
+        )  # fmt: skip
 
     @classmethod
     def from_ratios(cls, **given: Any) -> TippeTop:

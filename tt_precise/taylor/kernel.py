@@ -62,11 +62,9 @@ class Kernel:
         self.constants = list(dict.fromkeys([*constants_of(self.nodes), *alone]))
         # the two series whose products a lane adds up
         factors: dict[str, Any] = {
-            "product": lambda node: node.args,
-            "quotient": lambda node: (node, node.args[1]),
-            "root": lambda node: (node, node),
-            "exponential": lambda node: (node.args[1], node),
-        }
+            "product": lambda node: node.args, "quotient": lambda node: (node, node.args[1]),
+            "root": lambda node: (node, node), "exponential": lambda node: (node.args[1], node),
+        }  # fmt: skip
         self.pairs = {n: factors[n.kind](n) for n in self.nodes if n.kind in factors}
         self.lane = {node: i for i, node in enumerate(self.pairs)}
         self.width = padded(max(len(self.pairs), 1))

@@ -21,11 +21,9 @@ from tt_precise.tradeoff.problem import GoldenProblem
 
 # arguments, and what is done with the rates; without a p the parameters are constants of the text
 SHAPES = {
-    "list": ("t, y", "return [{}]"),
-    "array": ("t, y", "return array([{}])"),
-    "filling": ("t, y, dy", ""),
-    "callback": ("dy, t, y, p", ""),
-}
+    "list": ("t, y", "return [{}]"), "array": ("t, y", "return array([{}])"),
+    "filling": ("t, y, dy", ""), "callback": ("dy, t, y, p", ""),
+}  # fmt: skip
 
 
 def flat(form: Formulation, shape: str, parameters: Sequence[float] = ()) -> Callable[..., Array]:
