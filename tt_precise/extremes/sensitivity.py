@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy
 
@@ -13,7 +12,7 @@ from tt_precise.extremes.case import case, finite, noted, together, within
 from tt_precise.extremes.tops import EPS, Integrate, integrating
 from tt_precise.golden import load, scenes
 from tt_precise.integration import Trajectory, integrate
-from tt_precise.integration.variational import sensitivity
+from tt_precise.integration.variational import Sensitivity, sensitivity
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.initial_state import InitialState
@@ -22,9 +21,6 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.values import Array, Check, Scalar
 from tt_precise.scene.body import Parameters, of_numbers
 from tt_precise.scene.scene import Scene, load_scene
-
-if TYPE_CHECKING:
-    from tt_precise.integration.variational import Sensitivity
 
 QUICK = ("reference", "contact-lost", "frictionless", "inverted", "kicked", "rocking")
 VARIED = {"alpha": "parameter", "mu": "parameter", "omega_3": "start", "nu_y": "start"}

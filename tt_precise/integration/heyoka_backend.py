@@ -9,7 +9,8 @@ from collections.abc import Callable, Hashable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache, partial
-from typing import TYPE_CHECKING, Any, TypeVar
+from types import ModuleType
+from typing import Any, TypeVar
 
 from tt_precise.integration.dense_output import (
     DenseOutput,
@@ -44,9 +45,6 @@ from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Adaptive, Array, InputError, Scalar
 from tt_precise.scene.scene import Scene
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 MOST_CUTS = 4  # of a failed propagation, back to its last good step
 LONGEST_REGULARISED_TIME = 2.0**40  # where the state ends the propagation

@@ -9,20 +9,18 @@ from __future__ import annotations
 import math
 import sys
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, lru_cache
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import mpmath
 
 from tt_precise.runtime.mpfr import Mpfr, mpfr_of
 from tt_precise.runtime.values import Arithmetic, Functions, InputError, Scalar
 from tt_precise.scene.numerals import to_mpmath, whole
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 GUARD_BITS = 64  # additional bits of mpmath, so that its rounding never shows
 FEWEST_BITS, MOST_BITS = 54, 20_000

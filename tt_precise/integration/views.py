@@ -17,7 +17,6 @@ from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, InputError
 
 if TYPE_CHECKING:
-    import numpy
     import pandas
     from matplotlib.animation import AbstractMovieWriter
     from matplotlib.artist import Artist
