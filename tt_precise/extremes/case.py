@@ -48,21 +48,10 @@ LIMIT_S = 60.0  # a longer case counts as hanging
 class ExtremeCase:
     """One entry of the table.
 
-    Attributes
-    ----------
-    family, name
-        The name with its braces, and with them filled.
-    expected, source
-        The expected outcome and its source: a theory, a closed form, a higher precision; never the
-        code under test.
-    function, arguments
-        ``function(**arguments)`` gives a ``Check``.
-    control
-        Arguments that make the case fail.
-    quick
-        Whether it belongs to ``--quick``.
-    limit_s
-        Seconds after which the case is stopped and counts as failed.
+    ``family`` is the name with its braces. ``expected`` is the expected outcome, and ``source`` its
+    source: a theory, a closed form, a higher precision; never the code under test.
+    ``function(**arguments)`` gives a ``Check``, which fails with the arguments ``control``.
+    ``quick``: it belongs to ``--quick``. After ``limit_s`` seconds it is stopped, and has failed.
     """
 
     topic: str
@@ -183,12 +172,8 @@ def case(
 ) -> Callable[[Callable[..., Check]], Callable[..., Check]]:  # fmt: skip
     """Register the decorated function as a case, or as one for each combination in ``over``.
 
-    Parameters
-    ----------
-    name, expected
-        Texts with the arguments in braces: "mu = {mu}".
-    quick
-        Whether it belongs to ``--quick``: for all combinations, or a function of the arguments.
+    ``name`` and ``expected`` have the arguments in braces: "mu = {mu}". ``quick`` says whether it
+    belongs to ``--quick``: for all combinations, or as a function of the arguments.
     """
 
     def register(function: Callable[..., Check]) -> Callable[..., Check]:

@@ -25,12 +25,8 @@ MARKS = {
 class Entry(JudgedClaim, frozen=True, kw_only=True):
     """A claim whose ``section`` is a key of ``sections()``, and its ``note`` without repetitions.
 
-    Attributes
-    ----------
-    printed, result
-        The paper's text, and its correction or the computed result; one line each.
-    lines
-        Parts or readings; empty if there is only one.
+    ``printed`` and ``result`` are the paper's text, and its correction or the computed result, one
+    line each; ``lines`` are parts or readings, none if there is only one.
     """
 
     result: str

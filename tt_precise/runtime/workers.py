@@ -268,12 +268,8 @@ def local_pool(
 
     A single worker is this process, unless ``inline`` is False.
 
-    Parameters
-    ----------
-    recycle_after
-        A process is replaced after this many tasks; 0: never.
-    prepare
-        Called first in each process, for example to import slow modules.
+    A process is replaced after ``recycle_after`` tasks; 0: never. ``prepare`` is called first in
+    each process, for example to import slow modules.
 
     Raises ``InputError``: ``workers`` is out of range.
     """

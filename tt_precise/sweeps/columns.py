@@ -153,16 +153,10 @@ def outcomes(
 ) -> list[str]:  # fmt: skip
     """The outcomes of tops that kept contact.
 
-    Parameters
-    ----------
-    body
-        Numbers, or an array with a body for each top.
-    z, lambda_, energy
-        cos theta, Jellett's integral and energy of each top at the end, in the units of ``body``.
-    crossed
-        Whether theta has risen through pi/2.
-    falling
-        Whether the energy can only fall from there; with g_n < 0 it may rise.
+    ``body`` holds numbers, or an array with a body for each top; ``z``, ``lambda_`` and ``energy``
+    are cos theta, Jellett's integral and energy of each top at the end, in its units. ``crossed``:
+    theta has risen through pi/2. ``falling``: the energy can only fall from there; with g_n < 0 it
+    may rise.
     """
     with numpy.errstate(all="ignore"):
         held = energy_excludes(body, energy + SURE * numpy.abs(energy), lambda_, z) & falling

@@ -251,18 +251,9 @@ def zeros(
 ) -> tuple[Array, Array, Array]:
     """All sign changes of polynomials between 0 and 1; 0 counts as positive.
 
-    Parameters
-    ----------
-    polynomials
-        Coefficients of 1, x, x^2 ..., shape (terms, polynomials).
-    first, last
-        Values at 0 and 1, whose signs decide.
-    single
-        Which of them are known to have one zero.
-
-    Returns
-    -------
-    Which polynomial, where, whether it rises there: three arrays, in order for each of them.
+    ``polynomials`` are coefficients of 1, x, x^2 ..., shape (terms, polynomials); the signs of
+    ``first`` and ``last``, the values at 0 and 1, decide; those of ``single`` are known to have one
+    zero. Three arrays, in order for each polynomial: which one, where, whether it rises there.
     """
     known, others = numpy.flatnonzero(single), numpy.flatnonzero(~single)
     bernstein = bernstein_of(polynomials[:, others].T)

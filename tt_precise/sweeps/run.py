@@ -139,24 +139,13 @@ def run_sweep(
     pool: Pool | None = None, batch: int | None = None, chunk: int | None = None,
     recheck: int = spot_check.ONE_IN, progress: Progress = silent,
 ) -> Swept:  # fmt: skip
-    """Integrate every row of ``spec``.
+    """Integrate every row of ``spec``; ``out``, ``workers`` and ``recheck`` as of ``sweep``.
 
-    Parameters
-    ----------
-    out
-        A folder, or a URL that fsspec knows (``file:///...`` for a folder that all machines share).
-        If it holds this sweep already, its rows are verified, and only the missing rows are
-        computed. Without it the rows stay in memory.
-    workers, pool
-        Processes on this machine; or any pool, such as that of a cluster.
-    batch
-        SIMD lanes of a worker; by default two vectors of the processor, four in long sweeps.
-    chunk
-        Rows of one task and of one file.
-    recheck
-        One row in so many is integrated again in a finer arithmetic; 0: none.
-    progress
-        Called with the share of rows that are done.
+    If ``out`` (a folder, or a URL that fsspec knows, such as ``file:///...`` for a folder that all
+    machines share) holds this sweep already, its rows are verified, and only the missing ones are
+    computed. ``pool`` takes the place of the workers, such as that of a cluster. ``batch`` are the
+    SIMD lanes of a worker, by default two vectors of the processor, four in long sweeps; ``chunk``
+    the rows of one task and of one file. ``progress`` gets the share of rows that are done.
 
     Raises ``InputError``: an argument cannot be used.
     """

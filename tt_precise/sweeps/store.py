@@ -152,10 +152,8 @@ def default_chunk(rows: int) -> int:
 def read_rows(path: str | Path) -> pandas.DataFrame:
     """The rows of a sweep as written.
 
-    Parameters
-    ----------
-    path
-        The folder or URL of ``out``, one of its chunks, or a CSV file, which nothing is known of.
+    ``path`` is the folder or URL of ``out``, one of its chunks, or a CSV file, of which nothing is
+    known.
 
     Raises ``InputError``: there are no rows, they cannot be read, or they have changed since they
     were written.
