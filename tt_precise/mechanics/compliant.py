@@ -19,15 +19,11 @@ from tt_precise.runtime.values import Functions, Scalar
 class DeepState(namedtuple("DeepState", "kx ky kz Lx Ly Lz vx vy zeta rise t")):
     """As ``LiftedState`` with the root zeta of the depth for the height, and the time."""
 
-    __slots__ = ()
-
 
 class DeepEulerState(
     namedtuple("DeepEulerState", "theta theta_dot phi_dot omega_3 nu_x nu_y zeta rise t")
 ):
     """As ``LiftedEulerState`` with the root zeta of the depth for the height, and the time."""
-
-    __slots__ = ()
 
 
 def linear_force(body: Any, height: Scalar, rise: Scalar) -> Scalar:

@@ -24,8 +24,6 @@ class RigidBodyState(namedtuple("RigidBodyState", "qw qx qy qz wx wy wz vcx vcy 
     frame; the symmetry axis is the body's third axis. omega and s_dot in the inertial frame.
     """
 
-    __slots__ = ()
-
 
 def horizontal_length(fn: Functions, x: Scalar, y: Scalar) -> Scalar:
     """sqrt(x^2 + y^2), without underflow where the arithmetic offers it."""

@@ -19,8 +19,6 @@ class EulerState(namedtuple("EulerState", "theta theta_dot phi_dot omega_3 nu_x 
     the axis is tilted), nu_y along y-hat = z x x-hat.
     """
 
-    __slots__ = ()
-
 
 def contact_terms(body: Parameters, state: EulerState, fn: Functions) -> tuple[Scalar, Scalar]:
     """Numerator and denominator of g_n; eq (7)."""

@@ -35,8 +35,6 @@ from tt_precise.scene.body import Parameters
 class LiftedState(OfAxis, namedtuple("LiftedState", "kx ky kz Lx Ly Lz vx vy height rise")):
     """As ``NewtonState``, and the height of the lowest point above the table, and its rate."""
 
-    __slots__ = ()
-
     @property
     def v(self) -> Vector:
         """Velocity v_A of the lowest point."""
@@ -47,8 +45,6 @@ class LiftedEulerState(
     namedtuple("LiftedEulerState", "theta theta_dot phi_dot omega_3 nu_x nu_y height rise")
 ):
     """As ``EulerState``, and the height of the lowest point above the table, and its rate."""
-
-    __slots__ = ()
 
 
 def rates(

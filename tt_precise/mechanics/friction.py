@@ -61,15 +61,11 @@ def largest_coefficient(body: Parameters, speed: Scalar) -> Scalar:
 class PolarState(namedtuple("PolarState", "kx ky kz Lx Ly Lz log_v ex ey t")):
     """Axis k, angular momentum L about CM, ln v, the unit direction e of gliding, and the time."""
 
-    __slots__ = ()
-
 
 class PolarEulerState(
     namedtuple("PolarEulerState", "theta theta_dot phi_dot omega_3 log_v ex ey t")
 ):
     """Euler angles and rates, ln v, e in the frame of ``EulerState``, and the time."""
-
-    __slots__ = ()
 
 
 def along_direction(body: Parameters, state: NewtonState) -> NewtonState:

@@ -27,8 +27,6 @@ from tt_precise.scene.body import Parameters
 class OfAxis:
     """The common part of states in vectors."""
 
-    __slots__ = ()
-
     @property
     def k(self: Any) -> Vector:
         """Symmetry axis 3-hat."""
@@ -42,8 +40,6 @@ class OfAxis:
 
 class NewtonState(OfAxis, namedtuple("NewtonState", "kx ky kz Lx Ly Lz vx vy")):
     """Axis k (unit vector), angular momentum L about CM, velocity (vx, vy) of the contact."""
-
-    __slots__ = ()
 
     @property
     def v(self) -> Vector:
@@ -162,8 +158,6 @@ def rates(body: Parameters, state: NewtonState, fn: Functions = None) -> NewtonS
 
 class CentreState(namedtuple("CentreState", "kx ky kz Lx Ly Lz s_dot_x s_dot_y")):
     """Axis k (unit vector), angular momentum L about CM, horizontal velocity s_dot of CM."""
-
-    __slots__ = ()
 
 
 def centre_from_vectors(body: Parameters, vectors: NewtonState) -> CentreState:

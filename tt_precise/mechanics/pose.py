@@ -22,8 +22,6 @@ class Pose(namedtuple("Pose", "qw qx qy qz x y z vcx vcy vcz wx wy wz wbx wby wb
     in the inertial frame, wbx, wby, wbz the same vector in the body frame (rad/s).
     """
 
-    __slots__ = ()
-
 
 def half_angles(fn: Functions, k: Vector, s: Scalar) -> tuple[Scalar, Scalar]:
     """cos(theta/2) and sin(theta/2), with all their digits near either pole.

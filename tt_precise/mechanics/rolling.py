@@ -19,13 +19,9 @@ from tt_precise.scene.body import Parameters
 class RollingState(namedtuple("RollingState", "kx ky kz Lx Ly Lz")):
     """Axis k (unit vector) and angular momentum L about CM, inertial frame; v_A = 0."""
 
-    __slots__ = ()
-
 
 class RollingEulerState(namedtuple("RollingEulerState", "theta theta_dot phi_dot omega_3")):
     """Inclination, its rate, precession rate, spin about the axis: rad, rad/s; v_A = 0."""
-
-    __slots__ = ()
 
 
 def constraint_force(body: Parameters, state: NewtonState) -> Vector:
