@@ -24,8 +24,9 @@ def test_digits_that_do_not_agree_fail(
     printed: Printed, said: Said, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     right = formulas.lambda_thres
-    spoiled = lambda body, fn: right(body, fn) * (1 + fn.mpf("2e-48"))  # noqa: E731
-    monkeypatch.setattr(formulas, "lambda_thres", spoiled)
+    monkeypatch.setattr(
+        formulas, "lambda_thres", lambda body, fn: right(body, fn) * (1 + fn.mpf("2e-48"))
+    )
     found = printed("thresholds reference", status=1)["quantities"]
     agreed = [found[name]["digits_agreed"] for name in ("lambda_thres", "lambda_up")]
     assert agreed == [47, 50]

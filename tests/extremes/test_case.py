@@ -69,13 +69,9 @@ def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(registry, "_registered", {})
 
     @registry.case(
-        "k = {k}, {word}",
-        expected="{word}",
-        source="theory",
-        over={"k": (1, 2), "word": ("a", "b")},
-        quick=lambda k, word: k == 2,
-        control={"truth": "c"},
-    )
+        "k = {k}, {word}", expected="{word}", source="theory", control={"truth": "c"},
+        over={"k": (1, 2), "word": ("a", "b")}, quick=lambda k, word: k == 2,
+    )  # fmt: skip
     def echo(k: int, word: str, truth: str = "") -> Check:
         return registry.same(truth or word, word)
 
@@ -120,10 +116,6 @@ class Spoiled:
         return SimpleNamespace(**{**dict(state.values), self._entry: math.nan})
 
 
-def spoiling(entry: str) -> Any:
-    return lambda *arguments, **options: Spoiled(integrate(*arguments, **options), entry)
-
-
 @pytest.mark.parametrize(
     ("case", "arguments", "entry"),
     [
@@ -136,15 +128,19 @@ def spoiling(entry: str) -> Any:
     ],
 )
 def test_an_entry_of_a_state(
-    case: Any, arguments: tuple[str, ...], entry: str, monkeypatch: pytest.MonkeyPatch
+    case: Any, arguments: tuple[Any, ...], entry: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert case(*arguments).holds
-    spoiled = spoiling(entry)
+
+    def spoiled(*given: Any, **options: Any) -> Spoiled:
+        return Spoiled(integrate(*given, **options), entry)
+
     if case is geometry.start_at_a_pole:
         monkeypatch.setattr(geometry, "integrate", spoiled)
-        spoiled = ""
+    else:
+        arguments = (*arguments, spoiled)
     with pytest.raises(NotFiniteError):
-        case(*arguments, spoiled)
+        case(*arguments)
 
 
 def test_an_integral_of_a_long_run(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,7 +2,6 @@
 
 import json
 import re
-from collections import Counter
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
@@ -22,20 +21,14 @@ VOID = {"img", "meta", "link", "input", "br"}
 
 
 class _Tags(HTMLParser):
+    """The open tags; each is closed before the one around it."""
+
     def __init__(self) -> None:
         super().__init__()
         self.open: list[str] = []
-        self.ids: list[str] = []
-        self.links: list[str] = []
-        self.headings: list[str] = []
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        found = dict(attrs)
-        self.ids += [found["id"] or ""] if "id" in found else []
-        self.links += [found["href"] or ""] if "href" in found else []
-        self.headings += [tag] if re.fullmatch(r"h\d", tag) else []
-        if tag not in VOID:
-            self.open.append(tag)
+    def handle_starttag(self, tag: str, attrs: object) -> None:
+        self.open += [tag] if tag not in VOID else []
 
     def handle_endtag(self, tag: str) -> None:
         assert self.open.pop() == tag
@@ -46,11 +39,13 @@ def test_html_is_whole_escaped_and_its_links_lead_somewhere(small_report: Report
     tags = _Tags()
     tags.feed(page)
     assert tags.open == []
-    assert [id for id, times in Counter(tags.ids).items() if times > 1] == []
-    inside = [link.split("/")[0][1:] for link in tags.links if link.startswith("#")]
-    assert set(inside) <= set(tags.ids)
-    assert tags.headings[0] == "h1"
-    assert tags.headings.count("h1") == 1
+    plain = re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
+    ids = re.findall(r'<[^>]* id="([^"]*)"', plain)
+    assert len(ids) == len(set(ids))
+    assert set(re.findall(r'href="#([^"/]*)', plain)) <= set(ids)
+    headings = re.findall(r"<(h\d)", plain)
+    assert headings.index("h1") == 0
+    assert headings.count("h1") == 1
     assert "alert(1)" in page
     assert "<script>alert" not in page
     assert not re.search(r'(?:src|href)="(?!#|data:|https://arxiv\.org)', page)

@@ -1,7 +1,6 @@
 """Rows: against the scalar integration, and independent of their neighbours."""
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy
@@ -9,7 +8,6 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.integration.inversion import NEEDED
-from tt_precise.scene.scene import Inclination
 from tt_precise.sweeps import extremes, specification
 from tt_precise.sweeps.chunk import compute
 from tt_precise.sweeps.columns import TIMES
@@ -19,6 +17,7 @@ from tt_precise.sweeps.specification import Specification, blocks
 # grows by 1e5 along the way: 8 s * 2e-16 * 1e3
 CLOSE = 2e-12
 LANES = 4
+Mixed = tuple[Specification, numpy.ndarray, dict[str, Any]]
 MIXED = {"phi_dot": "-60:200", "theta_dot": "-5:5", "theta": "0.01:0.4", "mu": "0.1:1"}
 
 
@@ -46,7 +45,7 @@ def picked(rows: dict[str, Any], order: Any) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def mixed() -> tuple[Specification, numpy.ndarray, dict[str, Any]]:
+def mixed() -> Mixed:
     spec = specification("reference", box=MIXED, samples=32, seed=4)
     values = values_of(spec)
     return spec, values, compute(spec.plan, values, LANES)
@@ -57,12 +56,10 @@ def test_rows_equal_the_scalar_integration() -> None:
     values = values_of(spec)
     rows = compute(spec.plan, values, LANES)
     for row, (phi_dot,) in enumerate(values.tolist()):
-        run = tt.integrate(
-            spec.plan.scene_of({"phi_dot": phi_dot}), events=(*NEEDED, "extremum:g_n")
-        )
+        scene = spec.plan.scene_of({"phi_dot": phi_dot})
+        run = tt.integrate(scene, events=(*NEEDED, "extremum:g_n"))
         for name in TIMES:
-            climb = getattr(run.inversion, name[-1])
-            expected = getattr(climb, name[:-2])
+            expected = getattr(getattr(run.inversion, name[-1]), name[:-2])
             assert rows[name][row] == pytest.approx(expected, rel=0, abs=CLOSE)
         assert rows["min_g_n"][row] == pytest.approx(least_force(run), rel=0, abs=CLOSE)
         assert rows["outcome"][row] == "inverts"
@@ -94,18 +91,14 @@ def test_a_peak_between_samples_beside_the_pole_is_found() -> None:
     }  # fmt: skip
     spec = specification("reference", until="0.6", vary=start, record=("min_nu_x",))
     (least,) = compute(spec.plan, values_of(spec), LANES)["min_nu_x"]
-    run = tt.integrate(
-        spec.plan.scene_of({name: float(value) for name, value in start.items()}),
-        events=("extremum:nu_x",),
-    )
+    scene = spec.plan.scene_of({name: float(value) for name, value in start.items()})
+    run = tt.integrate(scene, events=("extremum:nu_x",))
     fine = run.frame("nu_x", times=run.events["t"])["nu_x"].min()
     assert fine < -0.1642
     assert least == pytest.approx(fine, rel=0, abs=1e-9)
 
 
-def test_rows_do_not_depend_on_order_or_company(
-    mixed: tuple[Specification, numpy.ndarray, dict[str, Any]],
-) -> None:
+def test_rows_do_not_depend_on_order_or_company(mixed: Mixed) -> None:
     spec, values, rows = mixed
     # lanes end at different times, for different reasons
     assert set(rows["outcome"]) == {"inverts", "contact_lost"}
@@ -115,9 +108,7 @@ def test_rows_do_not_depend_on_order_or_company(
     order = numpy.random.default_rng(1).permutation(len(values))
     assert same(compute(spec.plan, values[order], LANES), picked(rows, order))
     pieces = [compute(spec.plan, values[n : n + 5], LANES) for n in range(0, len(values), 5)]
-    joined = {
-        name: numpy.concatenate([numpy.asarray(piece[name]) for piece in pieces]) for name in rows
-    }
+    joined = {name: numpy.concatenate([piece[name] for piece in pieces]) for name in rows}
     assert same(joined, rows)
     # and the comparison can fail: another start is another row
     assert not same(compute(spec.plan, values + 1e-9, LANES), rows)
@@ -176,15 +167,13 @@ def test_the_smallest_force_is_that_of_each_top_alone(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("batch", [1, 8, 16])
-def test_batch_sizes_agree_bit_for_bit(
-    batch: int, mixed: tuple[Specification, numpy.ndarray, dict[str, Any]]
-) -> None:
+def test_batch_sizes_agree_bit_for_bit(batch: int, mixed: Mixed) -> None:
     spec, values, rows = mixed
     assert same(compute(spec.plan, values, batch), rows)
 
 
 def test_poles_are_starts_like_others() -> None:
-    spec = replace(specification("upright", until="1", vary={"omega_3": "100,155"}))
+    spec = specification("upright", until="1", vary={"omega_3": "100,155"})
     rows = compute(spec.plan, values_of(spec), LANES)
     assert list(rows["outcome"]) == ["undecided"] * 2  # the energy lets it fall, nothing tips it
     assert rows["min_g_n"] == pytest.approx([0.02 * 9.82] * 2, rel=1e-14)
@@ -196,9 +185,7 @@ def test_tilts_of_any_size_are_integrated_as_alone() -> None:
     spec = specification("reference", vary={"theta": "1e-9,1e-20,0.1"})
     rows = compute(spec.plan, values_of(spec), LANES)
     for row, theta in enumerate(("1e-9", "1e-20", "0.1")):
-        scene = tt.load_scene("reference")
-        start = replace(scene.start, theta=Inclination.parse(theta))
-        alone = tt.integrate(replace(scene, start=start))
+        alone = tt.integrate(tt.load_scene("reference").varied(theta=theta))
         assert rows["t_stop"][row] == alone.t_end == 8
         assert abs(rows["steps"][row] / alone.steps - 1) < 0.05
 

@@ -2,11 +2,8 @@
 
 import os
 import signal
-import socket
-import subprocess
-import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -38,64 +35,24 @@ def test_a_hundred_thousand_starts(tmp_path: Path) -> None:
 
 def test_a_killed_cluster_worker_loses_and_doubles_nothing(tmp_path: Path) -> None:
     """A real scheduler and two worker processes over loopback TCP; one is killed in the middle."""
+    distributed = pytest.importorskip("distributed", reason="needs the extra dask")
     spec = reference_kind(2000)
-    with cluster() as (address, workers):
-        killed: list[int] = []
+    killed: list[int] = []
 
-        def progress(share: float) -> None:
-            if not killed and share > 1 / 4:
-                victim = workers()[0]
-                os.kill(victim, signal.SIGKILL)
-                killed.append(victim)
+    def progress(share: float) -> None:
+        if not killed and share > 1 / 4:
+            killed.append(cluster.workers[0].pid)
+            os.kill(killed[0], signal.SIGKILL)
 
-        out = tmp_path / "sweep"
-        swept = run_sweep(
-            spec, pool=dask_pool(address), chunk=50, out=out, recheck=0, progress=progress
-        )
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as cluster:
+        pool, out = dask_pool(cluster.scheduler_address), tmp_path / "sweep"
+        swept = run_sweep(spec, pool=pool, chunk=50, out=out, recheck=0, progress=progress)
     assert killed
     assert not swept.summary["quarantined"]
     assert list(swept.rows["index"]) == list(range(2000))
     assert swept.rows.equals(run_sweep(spec, recheck=0, chunk=500).rows)
-
-
-@contextmanager
-def cluster() -> Iterator[tuple[str, Callable[[], list[int]]]]:
-    """A dask scheduler and its two workers as processes; its address, and the workers' ids."""
-    pytest.importorskip("distributed", reason="needs the extra dask")
-    psutil: Any = pytest.importorskip("psutil", reason="comes with the extra dask")
-    from distributed import Client
-
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = str(free.getsockname()[1])
-    address = f"tcp://127.0.0.1:{port}"
-    single = ["--nthreads", "1", "--death-timeout", "60"]  # no orphans if the test is killed
-    started = [
-        subprocess.Popen(
-            [sys.executable, "-m", f"distributed.cli.dask_{words[0]}", *words[1:],
-             "--host", "127.0.0.1", "--no-dashboard"],
-            stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-        )
-        for words in (["scheduler", "--port", port], *[["worker", address, *single, "--nanny"]] * 2)
-    ]  # fmt: skip
-
-    def workers() -> list[int]:
-        """Each is the child of its nanny."""
-        children = [
-            child for nanny in started[1:]
-            for child in psutil.Process(nanny.pid).children(recursive=True)
-        ]  # fmt: skip
-        return [child.pid for child in children if "spawn_main" in " ".join(child.cmdline())]
-
-    try:
-        with Client(address, timeout="60s", set_as_default=False) as client:
-            client.wait_for_workers(2, timeout=60)
-        yield address, workers
-    finally:
-        for process in reversed(started):
-            process.terminate()
-        for process in started:
-            process.wait(timeout=30)
 
 
 @contextmanager

@@ -13,6 +13,7 @@ import tt_precise as tt
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import read_specification, specification
+from tt_precise.sweeps.chunk import compute
 from tt_precise.sweeps.specification import (
     MOST_SAMPLES,
     MOST_VALUES,
@@ -70,49 +71,50 @@ def test_an_inclination_may_be_as_a_scene_writes_it(text: str, expected: list[fl
 
 
 @pytest.mark.parametrize(
-    ("vary", "box", "samples", "message"),
+    ("vary", "message"),
     [
-        ({"phi": "1,2"}, {}, 0, "each once of: theta"),
-        ({"phi_dot": "1:2"}, {}, 0, "first:last:count"),
-        ({"phi_dot": "1:2:1"}, {}, 0, "first:last:count"),
-        ({"phi_dot": "1,nan"}, {}, 0, "exact number"),
-        ({"alpha": "0.1,1.5"}, {}, 0, "alpha"),
-        ({"theta": "0.1,4"}, {}, 0, "theta"),
-        ({"theta": "0:16/5:3"}, {}, 0, r"theta: got 3\.2, expected 0 <= theta <= pi"),
-        ({"theta": "1e400"}, {}, 0, "vary theta: got a number of 401 digits"),
-        ({"mu": "10 deg"}, {}, 0, "vary mu: got '10 deg'"),
-        ({"I3": "0.4,0.8"}, {}, 0, "I3"),
-        ({"I1": "3e-6", "I3": "3.1e-6"}, {}, 0, r"body\.I1: got .* in units of m R\^2"),
-        ({"omega_3": "150:155:99999999999999"}, {}, 0, f"expected at most {MOST_VALUES}"),
-        ({}, {"mu": "1:0"}, 4, "lower end first"),
-        ({}, {"mu": "-1:1"}, 4, "mu"),
-        ({}, {"mu": "0:1"}, 0, "both or neither"),
-        ({}, {}, 4, "both or neither"),
-        ({"mu": "1,2"}, {"mu": "0:1"}, 4, "each once of"),
-        ({}, {"mu": "0:1"}, MOST_SAMPLES + 1, "samples: got 10000001, expected at most 10000000"),
+        ({"phi": "1,2"}, "each once of: theta"),
+        ({"phi_dot": "1:2"}, "first:last:count"),
+        ({"phi_dot": "1:2:1"}, "first:last:count"),
+        ({"phi_dot": "1,nan"}, "exact number"),
+        ({"alpha": "0.1,1.5"}, "alpha"),
+        ({"theta": "0.1,4"}, "theta"),
+        ({"theta": "0:16/5:3"}, r"theta: got 3\.2, expected 0 <= theta <= pi"),
+        ({"theta": "1e400"}, "vary theta: got a number of 401 digits"),
+        ({"mu": "10 deg"}, "vary mu: got '10 deg'"),
+        ({"I3": "0.4,0.8"}, "I3"),
+        ({"I1": "3e-6", "I3": "3.1e-6"}, r"body\.I1: got .* in units of m R\^2"),
+        ({"omega_3": "150:155:99999999999999"}, f"expected at most {MOST_VALUES}"),
     ],
 )
-def test_refuses(vary: dict[str, str], box: dict[str, str], samples: int, message: str) -> None:
+def test_refuses_axes(vary: dict[str, str], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        specification("reference", vary=vary, box=box, samples=samples)
+        specification("reference", vary=vary)
 
 
-@pytest.mark.parametrize("name", ["min_g_n", "max_nothing", "g_n", "climb_D"])
-def test_refuses_columns(name: str) -> None:
-    with pytest.raises(InputError, match="record"):
-        specification("reference", vary={"mu": "1,2"}, record=(name,))
-
-
-def test_refuses_other_friction_laws() -> None:
-    with pytest.raises(InputError, match="got coulomb friction, expected the viscous law"):
-        specification("coulomb-gliding", vary={"mu": "1,2"})
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"box": {"mu": "1:0"}, "samples": 4}, "lower end first"),
+        ({"box": {"mu": "-1:1"}, "samples": 4}, "mu"),
+        ({"box": {"mu": "0:1"}}, "both or neither"),
+        ({"samples": 4}, "both or neither"),
+        ({"vary": {"mu": "1,2"}, "box": {"mu": "0:1"}, "samples": 4}, "each once of"),
+        ({"box": {"mu": "0:1"}, "samples": MOST_SAMPLES + 1},
+         "samples: got 10000001, expected at most 10000000"),
+        ({"scene": "coulomb-gliding"}, "got coulomb friction, expected the viscous law"),
+        *(({"record": (name,)}, "record") for name in ("min_g_n", "max_nothing", "g_n", "climb_D")),
+    ],
+)  # fmt: skip
+def test_refuses(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        specification(**{"scene": "reference"} | given)
 
 
 def test_grid_runs_the_last_axis_fastest() -> None:
     spec = specification("reference", vary={"theta": "0.1,0.2", "mu": "1,2,3"})
     found = numpy.concatenate(list(values_of(spec, 4).values()))
-    expected = [[t, m] for t in (0.1, 0.2) for m in (1, 2, 3)]
-    assert found.tolist() == expected
+    assert found.tolist() == [[t, m] for t in (0.1, 0.2) for m in (1, 2, 3)]
 
 
 @pytest.mark.parametrize("sampler", ["sobol", "latin"])
@@ -167,9 +169,7 @@ def test_reads_toml(tmp_path: Path) -> None:
     path = tmp_path / "sweep.toml"
     path.write_text(TOML, "utf-8")
     spec = read_specification(path)
-    assert spec.rows == 16
-    assert spec.names == ("theta", "phi_dot")
-    assert spec.scene.until == 2
+    assert [spec.rows, *spec.names, spec.scene.until] == [16, "theta", "phi_dot", 2]
     assert (spec.sampler, spec.seed, spec.contact) == ("latin", 5, "bilateral")
     assert spec.record == ("climb_A", "max_nu_y")
 
@@ -195,17 +195,12 @@ def test_refuses_toml(tmp_path: Path, old: str, new: str, message: str) -> None:
 
 
 def test_psi_dot_is_swept_like_any_start_value() -> None:
-    from tt_precise.sweeps.chunk import compute
-
     spec = specification("reference", vary={"psi_dot": "150,155", "phi_dot": "0,10"}, until="0.3")
     assert spec.plan.derived
-    rows = [
-        dict(zip(spec.names, row, strict=True)) for _, one in blocks(spec, 9, set()) for row in one
-    ]
-    starts = [spec.plan.scene_of(row).start for row in rows]
+    values = values_of(spec, 9)[0]
+    starts = [spec.plan.scene_of(dict(zip(spec.names, row, strict=True))).start for row in values]
     assert [float(one.omega_3) for one in starts[::2]] == [150, 155]
     assert float(starts[3].omega_3) == pytest.approx(155 + 10 * math.cos(0.1), abs=1e-12)
-    values = numpy.array([[row[name] for name in spec.names] for row in rows])
     found = compute(spec.plan, values, 4)
     plain = specification("reference", vary={"omega_3": "150,155"}, until="0.3")
     same = compute(plain.plan, numpy.array([[150.0], [155.0]]), 4)

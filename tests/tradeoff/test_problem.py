@@ -32,9 +32,8 @@ def short() -> GoldenProblem:
 
 def test_quad_agrees_with_golden_data_to_their_last_digits(short: GoldenProblem) -> None:
     found = judged(short, "heyoka", Settings(0.0, QUAD))
-    assert found.error < 1e-32  # 34 decimals, a few eps of quad beside them
-    assert found.error_on_way < 1e-32
-    assert found.jellett_drift < 1e-32
+    # 34 decimals, a few eps of quad beside them
+    assert max(found.error, found.error_on_way, found.jellett_drift) < 1e-32
 
 
 def test_an_error_of_the_state_is_found(short: GoldenProblem) -> None:
