@@ -205,8 +205,8 @@ def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, place: Pat
     assert record is not None
     assert (record.content, record.digits, record.complete) == (content, 34, True)
     assert proofs.complaints(store.read(NAME, folder), record) == []
-    found, why = proofs.established(stored.scene, folder)
-    assert found is not None, why
+    found = proofs.established(stored.scene, folder)
+    assert found.record is not None, found.why
     times = [t for t, *_ in stored.trajectory.rows]
     for name in enclosure.columns[1:]:
         for t, printed in zip(times, stored.trajectory.column(name), strict=True):

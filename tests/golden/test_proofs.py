@@ -61,16 +61,16 @@ def problems(folder: Path) -> list[str]:
 
 def refused(scene: Scene, folder: Path) -> str:
     """Why the proof establishes nothing."""
-    proof, why = established(scene, folder)
-    assert proof is None
-    return why
+    proof = established(scene, folder)
+    assert proof.record is None
+    return proof.why
 
 
 def test_the_committed_proof_establishes_its_scene(scene: Scene) -> None:
-    proof, why = established(scene)
-    assert proof is not None, why
+    proof = established(scene)
+    assert proof.record is not None, proof.why
     assert (proof.record.complete, proof.record.digits) == (True, 34)
-    assert proof.contact["g_n_positive"] is True
+    assert proof.g_n_positive
     for definition, which in product("ABC", ("t_init", "t_end")):
         moment = proof.moment(definition, which)
         assert moment is not None
@@ -82,9 +82,9 @@ def test_the_committed_proof_establishes_its_scene(scene: Scene) -> None:
 
 
 def test_enclosures_hold_what_is_exact(scene: Scene) -> None:
-    proof, _ = established(scene)
-    assert proof is not None
-    found = proof.happened("equator")
+    proof = established(scene)
+    found = proof.events("equator")
+    assert proof.stored is not None
     assert found is not None
     rows = [row for row in proof.stored.events.rows if row[0] == "equator"]
     assert len(found) == len(rows) > 0
@@ -96,7 +96,7 @@ def test_enclosures_hold_what_is_exact(scene: Scene) -> None:
         assert event["direction"].low == event["direction"].high == int(row[2])
         # cos theta is zero there
         assert Fraction(-1, 10**33) < event["kz"].low <= 0 <= event["kz"].high
-    assert proof.happened("eclipse") is None
+    assert proof.events("eclipse") is None
     # omega_3 of the start is exact: L.k = I3 omega_3
     kx, kz, Lx, Lz = (ball.low for n in ("kx", "kz", "Lx", "Lz") if (ball := proof.at(n, "0")))
     spin = scene.body.I3 * scene.start.omega_3
@@ -115,7 +115,7 @@ def test_an_edited_proof_or_enclosure_is_found_and_named(folder: Path, scene: Sc
     edit_proof(folder, lambda stated: stated["contact"].update(g_n_positive=False), seal=False)
     found = problems(folder)
     assert found[0] == f"{PROOF}: edited after it was written"
-    assert established(scene, folder) == (None, found[0])
+    assert refused(scene, folder) == found[0]
     assert inspect(NAME, folder)[1] == found
 
 

@@ -495,44 +495,116 @@ def _contact(stored: Stored, record: Record) -> Iterator[str]:
         yield f"{PROOF}: the energy may grow, although the contact force is positive"
 
 
+NOTHING: dict[str, Json] = {"contact": {}, "inversion": {}, "forever": {}, "proved_events": {}}
+
+
 @dataclass(frozen=True)
 class Established:
-    """The statements of a valid, complete proof about its scene; all numbers in SI."""
+    """What a valid, complete proof says of its scene, in SI; without one nothing, and ``why``."""
 
-    stored: Stored
-    record: Record
+    stored: Stored | None = None
+    record: Record | None = None
+    why: str = ""
 
     @property
-    def contact(self) -> dict[str, Json]:
-        """The statement about the contact force, as in proof.json."""
-        return self.record.content["contact"]
+    def _content(self) -> dict[str, Json]:
+        return self.record.content if self.record else NOTHING
 
     @cached_property
     def _rows(self) -> dict[str, int]:
-        return {t: row for row, t in enumerate(self.stored.trajectory.column("t"))}
+        times = self.stored.trajectory.column("t") if self.stored else ()
+        return {t: row for row, t in enumerate(times)}
 
     @cached_property
     def _events(self) -> dict[str, list[Event]]:
-        return proved_events(self.stored, self.record)
+        return proved_events(self.stored, self.record) if self.stored and self.record else {}
+
+    @property
+    def g_n_positive(self) -> bool:
+        """Whether g_n > 0 at all times from 0 to the horizon, both included."""
+        return self._content["contact"].get("g_n_positive") is True
+
+    @property
+    def contact_lost(self) -> Interval | None:
+        """The time of the first zero of g_n, a simple zero; None if that is not proved."""
+        ball = self._content["contact"].get("lost_at_s")
+        return Interval.around(**ball) if ball else None
+
+    @property
+    def energy_falls(self) -> bool:
+        """Whether E falls throughout: E' = -mu g_n v_A^2 (EQ-05) is negative except at instants.
+
+        An analytic v_A that is not identically zero vanishes only at isolated instants.
+        """
+        if self.stored is None or not self.g_n_positive or not self.stored.scene.body.mu:
+            return False
+        speeds = (self.at(name, t) for t in self._rows for name in ("vx", "vy"))
+        return any(speed is not None and not speed.low <= 0 <= speed.high for speed in speeds)
+
+    @property
+    def for_ever(self) -> dict[str, Json] | None:
+        """The statement for all later times (``certify.energy_well``); None if there is none.
+
+        With ``theta_tends_to``, ``limits`` and ``g_n_at_least_mg``.
+        """
+        forever = self._content["forever"]
+        return forever.get("at_the_end", forever.get("held"))
+
+    @property
+    def inverts(self) -> bool:
+        """Whether the inverted spin is proved to be the limit of the motion, for t -> infinity."""
+        return bool(self.for_ever and self.for_ever["theta_tends_to"] == "pi")
+
+    @property
+    def span(self) -> str:
+        """In words, the times for which ``g_n_positive`` and ``least_g_n`` hold."""
+        if self.record is None or self.for_ever is not None:
+            return "at all times t >= 0"
+        return f"at all times from 0 to {Decimal(self.record.until_s):.3g} s"
+
+    @property
+    def least_g_n(self) -> str:
+        """A proved lower bound of g_n in units of m g, rounded down; "0" if none is proved."""
+        bound, later = self._content["contact"].get("g_n_at_least_mg"), self.for_ever
+        if not bound:
+            return "0"
+        least = min(Decimal(bound), Decimal(later["g_n_at_least_mg"] if later else bound))
+        return f"{least:f}"
 
     def at(self, column: str, t: str) -> Interval | None:
         """A column at the sampled time ``t`` (s, as printed); None where nothing is proved."""
-        if t not in self._rows:
+        if self.stored is None or self.record is None or t not in self._rows:
             return None
         return enclosed(self.stored, self.record, TRAJECTORY, self._rows[t]).get(column)
 
+    def potential_energy(self, t: str) -> Interval | None:
+        """E_pot in J at the sampled time ``t``; linear in cos theta."""
+        height = self.at("kz", t)
+        if self.stored is None or height is None:
+            return None
+        body, still = self.stored.scene.body.numbers(Fraction), NewtonState(*(0,) * 8)
+        ends = (
+            QUANTITIES["E_pot"].evaluate(Motion(body, still._replace(kz=kz), None)) for kz in height
+        )
+        return Interval(*sorted(ends))
+
     def moment(self, definition: str, which: str) -> Interval | None:
-        """Initiation or ending time (``t_init``, ``t_end``) in a definition (A, B or C)."""
-        ball = self.record.content["inversion"].get(definition, {}).get(which)
-        return Interval.around(ball["middle"], ball["radius"]) if ball else None
+        """``t_init``, ``t_end`` or ``duration`` in s in a definition; None if not proved."""
+        if which == "duration":
+            begin, end = (self.moment(definition, name) for name in ("t_init", "t_end"))
+            return end - begin if begin and end else None
+        ball = self._content["inversion"].get(definition, {}).get(which)
+        return Interval.around(**ball) if ball else None
 
-    def happened(self, name: str) -> list[Event] | None:
-        """Time, state and direction at all events of that name after t = 0, in order.
+    def events(self, *names: str) -> list[Event] | None:
+        """Time, state and direction at all events with one of these names, in order of time.
 
-        None if undecided. A zero of the event's function at t = 0 itself is not an event.
+        None if any is undecided. A zero of the event's function at t = 0 itself is not an event.
         """
-        proved = name in self.record.content["proved_events"]
-        return self._events.get(name, []) if proved else None
+        if any(name not in self._content["proved_events"] for name in names):
+            return None
+        happened = [event for name in names for event in self._events.get(name, [])]
+        return sorted(happened, key=lambda event: event["t"])
 
 
 def summary(stored: Stored, folder: Path | None = None) -> dict[str, Json] | None:
@@ -553,22 +625,23 @@ def summary(stored: Stored, folder: Path | None = None) -> dict[str, Json] | Non
     return {"problem": problems[0]} if problems else record.summary
 
 
-def established(scene: Scene, folder: Path | None = None) -> tuple[Established | None, str]:
-    """The complete and valid proof for exactly this scene; or None, and the reason."""
+def established(scene: Scene, folder: Path | None = None) -> Established:
+    """What the complete and valid proof for exactly this scene says; or why there is none."""
     if scene.name not in store.scenes(folder):
-        return None, f"{scene.name}: no golden data"
+        return Established(why=f"{scene.name}: no golden data")
     stored = store.read(scene.name, folder)
     if stored.scene != scene:
-        return None, f"{scene.name}: the golden data are those of another start, body or horizon"
+        why = f"{scene.name}: the golden data are those of another start, body or horizon"
+        return Established(why=why)
     try:
         record = read(scene.name, folder)
     except InputError as error:
-        return None, str(error)
+        return Established(why=str(error))
     if record is None:
-        return None, f"{scene.name}: no {PROOF}; `tt-precise golden certify {scene.name}` makes it"
-    spoiled = complaints(stored, record)
-    if spoiled:
-        return None, spoiled[0]
+        again = f"`tt-precise golden certify {scene.name}` makes it"
+        return Established(why=f"{scene.name}: no {PROOF}; {again}")
+    if spoiled := complaints(stored, record):
+        return Established(why=spoiled[0])
     if not record.complete:
-        return None, f"{scene.name}: {record.incomplete}"
-    return Established(stored, record), ""
+        return Established(why=f"{scene.name}: {record.incomplete}")
+    return Established(stored, record)

@@ -13,7 +13,6 @@ import pytest
 
 from tt_precise.claims import judge
 from tt_precise.claims.evidence.proved import (
-    Proved,
     count,
     digits,
     precession,
@@ -97,9 +96,9 @@ def test_a_variant_is_not_the_scene_that_was_proved() -> None:
     other = proofs_of(variant(phi_dot="-1000", until="1"))
     assert "another start" in other.why
     assert (other.g_n_positive, other.energy_falls) == (False, False)
-    nothing = (other.proof, other.moment("B", "t_init"), other.events("equator"))
+    nothing = (other.record, other.moment("B", "t_init"), other.events("equator"))
     assert (*nothing, other.potential_energy("0")) == (None,) * 4
-    assert proofs_of(replace(variant(), name="nowhere")).proof is None
+    assert proofs_of(replace(variant(), name="nowhere")).record is None
 
 
 def test_what_is_proved_of_the_reference_scene() -> None:
@@ -161,7 +160,7 @@ def test_an_interval_that_is_too_wide_settles_nothing(monkeypatch: pytest.Monkey
     """Of the whole proof: it is there, and leaves the claim open."""
     assert judge("NUM-20").proved  # the control
     wide = Interval(Fraction("0.001"), Fraction("0.009"))
-    monkeypatch.setattr(Proved, "potential_energy", lambda *names: wide)
+    monkeypatch.setattr(proofs.Established, "potential_energy", lambda *names: wide)
     finding = judge("NUM-20")
     assert not finding.proved
     assert " Not proved: " in finding.note

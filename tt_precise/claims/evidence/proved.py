@@ -7,8 +7,6 @@ check accepts a much wider interval, so the verdict is the same in between.)
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from decimal import Decimal
 from fractions import Fraction
 from functools import cache
 
@@ -16,126 +14,26 @@ from tt_precise.claims.evidence.run import SceneLike
 from tt_precise.claims.verdicts import MOST_DIGITS, Measured, Proof, decade, verdict_of
 from tt_precise.golden import proofs
 from tt_precise.golden.proofs import Established, Interval
-from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.runtime.values import Check, InputError, Json
+from tt_precise.runtime.values import Check, InputError
 from tt_precise.scene.scene import load_scene
 
 Event = dict[str, Interval]
 
 
-@dataclass(frozen=True)
-class Proved:
-    """The statements of ``proof`` about a scene; without a proof, ``why``."""
-
-    proof: Established | None
-    why: str
-
-    def says(self, settled: bool, theorem: str) -> Proof:
-        """For a claim: that ``theorem`` is proved, or that nothing is proved, and why."""
-        if settled:
-            return Proof(True, f" Proved (rigorous enclosure): {theorem}.")
-        return Proof(False, f" Not proved: {self.why or 'the enclosure does not decide it'}.")
-
-    @property
-    def g_n_positive(self) -> bool:
-        """Whether g_n > 0 at all times from 0 to the horizon, both included."""
-        return self.proof is not None and self.proof.contact["g_n_positive"] is True
-
-    @property
-    def contact_lost(self) -> Interval | None:
-        """The time of the first zero of g_n, a simple zero; None if that is not proved."""
-        ball = self.proof.contact.get("lost_at_s") if self.proof else None
-        return Interval.around(ball["middle"], ball["radius"]) if ball else None
-
-    @property
-    def energy_falls(self) -> bool:
-        """Whether E falls throughout: E' = -mu g_n v_A^2 (EQ-05) is negative except at instants.
-
-        An analytic v_A that is not identically zero vanishes only at isolated instants.
-        """
-        if self.proof is None or not self.g_n_positive or not self.proof.stored.scene.body.mu:
-            return False
-        times = self.proof.stored.trajectory.column("t")
-        speeds = (self.proof.at(name, t) for t in times for name in ("vx", "vy"))
-        return any(speed is not None and not speed.low <= 0 <= speed.high for speed in speeds)
-
-    @property
-    def for_ever(self) -> dict[str, Json] | None:
-        """The statement for all later times (``certify.energy_well``); None if there is none.
-
-        With ``theta_tends_to``, ``limits`` and ``g_n_at_least_mg``.
-        """
-        forever = self.proof.record.content["forever"] if self.proof else {}
-        return forever.get("at_the_end", forever.get("held"))
-
-    @property
-    def inverts(self) -> bool:
-        """Whether the inverted spin is proved to be the limit of the motion, for t -> infinity."""
-        return bool(self.for_ever and self.for_ever["theta_tends_to"] == "pi")
-
-    @property
-    def span(self) -> str:
-        """In words, the times for which ``g_n_positive`` and ``least_g_n`` hold."""
-        if self.proof is None or self.for_ever is not None:
-            return "at all times t >= 0"
-        return f"at all times from 0 to {Decimal(self.proof.record.until_s):.3g} s"
-
-    @property
-    def least_g_n(self) -> str:
-        """A proved lower bound of g_n in units of m g, rounded down; "0" if none is proved."""
-        bound = self.proof.contact.get("g_n_at_least_mg") if self.proof else None
-        if not bound:
-            return "0"
-        later = self.for_ever
-        least = min(Decimal(bound), Decimal(later["g_n_at_least_mg"] if later else bound))
-        return f"{least:f}"
-
-    def moment(self, definition: str, which: str) -> Interval | None:
-        """``t_init``, ``t_end`` or ``duration`` in s in a definition; None if not proved."""
-        if self.proof is None:
-            return None
-        if which != "duration":
-            return self.proof.moment(definition, which)
-        begin, end = (self.proof.moment(definition, name) for name in ("t_init", "t_end"))
-        return Interval(end.low - begin.high, end.high - begin.low) if begin and end else None
-
-    def events(self, *names: str) -> list[Event] | None:
-        """All events with one of these names, in order of time; None if any is undecided."""
-        if self.proof is None:
-            return None
-        happened: list[Event] = []
-        for name in names:
-            events = self.proof.happened(name)
-            if events is None:
-                return None
-            happened += events
-        return sorted(happened, key=lambda event: event["t"])
-
-    def at(self, column: str, t: str) -> Interval | None:
-        """A column of the golden trajectory at the sampled time ``t``; None if not proved."""
-        return self.proof.at(column, t) if self.proof else None
-
-    def potential_energy(self, t: str) -> Interval | None:
-        """E_pot in J at the sampled time ``t``; linear in cos theta."""
-        height = self.at("kz", t)
-        if self.proof is None or height is None:
-            return None
-        body = self.proof.stored.scene.body.numbers(Fraction)
-        ends = []
-        for kz in height:
-            state = NewtonState(*(0,) * len(NewtonState._fields))._replace(kz=kz)
-            ends.append(QUANTITIES["E_pot"].evaluate(Motion(body, state, None)))
-        return Interval(min(ends), max(ends))
-
-
 @cache
-def proofs_of(scene: SceneLike) -> Proved:
+def proofs_of(scene: SceneLike) -> Established:
     """The statements about ``scene`` that the files of its golden data prove."""
     try:
-        return Proved(*proofs.established(load_scene(scene)))
+        return proofs.established(load_scene(scene))
     except InputError as error:  # the note names unusable golden data, like missing ones
-        return Proved(None, str(error))
+        return Established(why=str(error))
+
+
+def says(known: Established, settled: bool, theorem: str) -> Proof:
+    """For a claim: that ``theorem`` is proved, or that nothing is proved, and why."""
+    if settled:
+        return Proof(True, f" Proved (rigorous enclosure): {theorem}.")
+    return Proof(False, f" Not proved: {known.why or 'the enclosure does not decide it'}.")
 
 
 def settles(computed: Check, check: Callable[[Fraction], Check], interval: Interval | None) -> bool:
@@ -152,9 +50,8 @@ def enclosed(
     """Checks of numbers, proved if each has the same verdict at both ends of its interval."""
     checks = {name: check(value) for name, (value, _) in numbers.items()}
     settled = all(settles(checks[name], check, ends) for name, (_, ends) in numbers.items())
-    return checks, proofs_of(scene).says(
-        settled, f"{what} {digits(e for _, e in numbers.values())}"
-    )
+    told = f"{what} {digits(e for _, e in numbers.values())}"
+    return checks, says(proofs_of(scene), settled, told)
 
 
 def digits(intervals: Iterable[Interval | None]) -> str:

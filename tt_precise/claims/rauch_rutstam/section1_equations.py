@@ -7,7 +7,7 @@ from functools import cache, partial
 from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
-from tt_precise.claims.evidence.proved import proofs_of
+from tt_precise.claims.evidence.proved import proofs_of, says
 from tt_precise.claims.evidence.run import REFERENCE, Run
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Finding
@@ -207,7 +207,7 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Finding:
         },
         "E_dot = -mu g_n v_A^2 (EQ-05) vanishes only at instants, such as the start. The claim "
         "requires g_n >= 0 and gliding.",
-        known.says(proved, f"g_n > 0 {known.span} in this solution, which glides"),
+        says(known, proved, f"g_n > 0 {known.span} in this solution, which glides"),
     )
 
 

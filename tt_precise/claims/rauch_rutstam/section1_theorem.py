@@ -11,7 +11,7 @@ from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence import run as runs
 from tt_precise.claims.evidence.motions import cases, growth, paper_odeint, past, tumbles
-from tt_precise.claims.evidence.proved import count, proofs_of
+from tt_precise.claims.evidence.proved import count, proofs_of, says
 from tt_precise.claims.evidence.run import REFERENCE, Run, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Finding
@@ -221,7 +221,8 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
         ),
         f"At lambda = {v.decimal(ratio, 4)} lambda_thres, from a start with g_n > 0. The equations "
         "continue with g_n < 0, but a real top leaves the table.",
-        proofs.says(
+        says(
+            proofs,
             falling and lost is not None,
             f"in scene {LEAVES} g_n falls through a simple zero at {when} s",
         ),
@@ -303,7 +304,7 @@ def limits_in_the_future(run: Run = REFERENCE) -> Finding:
     return v.all_of(
         checks,
         "The approach is exponential, and the inverted spin with this lambda attracts (TH-01).",
-        known.says(proved, "theta -> pi, L -> L1 z, D -> D1, E~ -> E~1"),
+        says(known, proved, "theta -> pi, L -> L1 z, D -> D1, E~ -> E~1"),
     )
 
 
@@ -531,7 +532,7 @@ def oscillation(run: Run = REFERENCE) -> Finding:
         ),
         f"The longest time without a turning point is {v.decimal(gap, 3)} s, from "
         f"{v.decimal(begin, 4)} s on.",
-        known.says(proved, "there are exactly these turning points, all of them simple zeros"),
+        says(known, proved, "there are exactly these turning points, all of them simple zeros"),
     )
 
 

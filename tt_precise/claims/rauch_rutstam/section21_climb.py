@@ -14,7 +14,7 @@ from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import proved as proofs
 from tt_precise.claims.evidence import run as runs
 from tt_precise.claims.evidence.motions import paper_odeint, state_errors
-from tt_precise.claims.evidence.proved import proofs_of
+from tt_precise.claims.evidence.proved import proofs_of, says
 from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Finding
@@ -157,7 +157,7 @@ def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERE
         v.statements(" to ".join(printed) + " s", parts),
         "Each printed time counts as right within one unit of its last digit. The same section "
         "gives the ending time as 7.87 s and as 7.86 s.",
-        known.says(proved, f"each of these times {proofs.digits(intervals)}"),
+        says(known, proved, f"each of these times {proofs.digits(intervals)}"),
     )
 
 
@@ -214,16 +214,16 @@ def reversals(
     )
     shown = "; ".join(f"from {v.decimal(a, 3)} to {v.decimal(b, 3)} rad/s" for a, b in jumps)
 
-    def says(wanted: Sequence[tuple[str, str]]) -> Check:
+    def read_as(wanted: Sequence[tuple[str, str]]) -> Check:
         text = "; ".join(f"from {a} to {b}" for a, b in wanted)
         return v.statement(large and wanted == signs, text, shown)
 
     return v.misprint(
-        map(says, (printed, (("-", "+"), ("+", "-")))),
+        map(read_as, (printed, (("-", "+"), ("+", "-")))),
         "from large negative to large positive values at the first moment, and from large "
         "positive to large negative values at the second",
         "The heights of these peaks are ill conditioned, their signs are not.",
-        proofs_of(run.scene).says(proved, f"the four peaks {proofs.digits(peaks)}"),
+        says(proofs_of(run.scene), proved, f"the four peaks {proofs.digits(peaks)}"),
     )
 
 

@@ -10,7 +10,7 @@ from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence import run as runs
-from tt_precise.claims.evidence.proved import enclosed, proofs_of, settles, sign_of_precession
+from tt_precise.claims.evidence.proved import enclosed, proofs_of, says, settles, sign_of_precession
 from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Finding
@@ -90,7 +90,7 @@ def quotient_after(sign: str = "positive", printed: str = "3.2", run: Run = REFE
         },
         "Before the climb the axis passes nearest to the pole "
         f"{v.decimal(nearest - float(last), 3)} s after the last change of sign.",
-        known.says(proved, "its last zero before the climb, and that the climb has no zero"),
+        says(known, proved, "its last zero before the climb, and that the climb has no zero"),
     )
 
 
@@ -272,7 +272,7 @@ def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     return v.all_of(
         check,
         f"theta first passes pi/2 at {v.decimal(run.equator, 6)} s.",
-        known.says(proved, "this one, and that there is no other"),
+        says(known, proved, "this one, and that there is no other"),
     )
 
 
@@ -319,7 +319,7 @@ def normal_force_stays_positive(run: Run = REFERENCE) -> Finding:
     return v.all_of(
         v.statement(holds, "g_n > 0", f"least g_n {least} N, {ended}"),
         f"The least g_n is {v.decimal(v.fraction_of(least) / run.weight, 4)} of m g.",
-        known.says(holds and known.g_n_positive, f"g_n > {known.least_g_n} m g {known.span}"),
+        says(known, holds and known.g_n_positive, f"g_n > {known.least_g_n} m g {known.span}"),
     )
 
 

@@ -9,7 +9,7 @@ from itertools import pairwise
 from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
-from tt_precise.claims.evidence.proved import digits, enclosed, proofs_of, settles
+from tt_precise.claims.evidence.proved import digits, enclosed, proofs_of, says, settles
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span, exact, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Finding
@@ -110,7 +110,7 @@ def _proof_of_ratio(computed: Check, check: Callable[[Scalar], Check], run: Run)
     first, last = (known.potential_energy(t) for t in ("0", "8"))
     ratio = Interval(last.low / first.high, last.high / first.low) if first and last else None
     told = f"the ratio of the solution's energies {digits([ratio])}"
-    return known.says(settles(computed, check, ratio), told)
+    return says(known, settles(computed, check, ratio), told)
 
 
 def _ratio(run: Trajectory) -> Scalar:
