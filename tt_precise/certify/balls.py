@@ -41,12 +41,10 @@ class Balls:
 
     @staticmethod
     def sin(x: Scalar) -> Scalar:
-        """Sine."""
         return arb(x).sin()
 
     @staticmethod
     def cos(x: Scalar) -> Scalar:
-        """Cosine."""
         return arb(x).cos()
 
     @staticmethod
@@ -56,7 +54,6 @@ class Balls:
 
     @staticmethod
     def acos(x: Scalar) -> Scalar:
-        """Arc cosine."""
         return arb(x).acos()
 
     @staticmethod

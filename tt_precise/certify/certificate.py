@@ -51,7 +51,6 @@ class Accepted:
 
     @property
     def summary(self) -> str:
-        """One line for people."""
         contact = ", at the last of which contact is lost" if self.lost else ""
         return (
             f"{self.scene}: accepted: {self.pieces} pieces prove {self.numbers} printed numbers, "

@@ -51,11 +51,9 @@ class Operation(Field):
         return self._result(mul, self, other)
 
     def inverse(self) -> Operation:
-        """1/x."""
         return self._result(inverse, self)
 
     def sqrt(self) -> Operation:
-        """The square root."""
         return self._result(Balls.sqrt, self)
 
 
@@ -138,8 +136,6 @@ class Series(Field):
         return self._made(rule)
 
     def inverse(self) -> Series:
-        """1/x."""
-
         def rule(c: list[Scalar], n: int) -> Scalar:
             if not n:
                 return self._ratio(1 << self.bits, self[0])
@@ -283,12 +279,10 @@ class Dual(Field):
         return self._scaled(value, other.value) + other._scaled(0, self.value)
 
     def inverse(self) -> Dual:
-        """1/x."""
         reciprocal = inverse(self.value)
         return self._scaled(reciprocal, -(reciprocal * reciprocal))
 
     def sqrt(self) -> Dual:
-        """The square root."""
         root = self.value.sqrt()
         return self._scaled(root, inverse(root * 2))
 
@@ -325,7 +319,6 @@ class Formal(Field):
         return Formal(a, b, self.c * y.c, square)
 
     def inverse(self) -> Formal:
-        """1/x."""
         norm = self.a * self.a - self.b * self.b * self.square
         if not norm:
             raise Refused("a division by zero at t = 0")

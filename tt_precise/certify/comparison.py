@@ -92,7 +92,6 @@ class Tally:
         return self.rounded + self.wrong == self.enclosed or self.digits is None
 
     def as_dict(self) -> dict[str, Json]:
-        """For proof.json."""
         return {name: value for name, value in asdict(self).items() if name != "enclosed"}
 
 
@@ -110,7 +109,6 @@ class Comparison:
 
     @property
     def all(self) -> list[Tally]:
-        """Every tally."""
         return [tally for columns in self.tallies.values() for tally in columns.values()]
 
     @property

@@ -145,7 +145,6 @@ class VerifiedStep:
 
     @property
     def finish(self) -> arb:
-        """The time at its end."""
         return (
             self.until if self.until is not None else self.begin + self.piece.end * self.piece.unit
         )
@@ -187,7 +186,6 @@ class Enclosure:
 
     @property
     def working_bits(self) -> int:
-        """Bits of the balls."""
         return self.bits + GUARD_BITS
 
     def at(self, time: arb) -> list[arb]:

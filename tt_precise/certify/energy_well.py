@@ -86,7 +86,6 @@ class Held:
     limits: dict[str, arb]
 
     def as_dict(self) -> dict[str, Json]:
-        """For proof.json."""
         return {
             "theta_tends_to": "pi" if self.pole < 0 else "0",
             "since_s": self.since_s,

@@ -59,7 +59,6 @@ class Certificate:
 
     @property
     def content(self) -> dict[str, Json]:
-        """What becomes proof.json."""
         return self.record.content
 
     @property
@@ -81,7 +80,6 @@ class Certificate:
 
     @property
     def summary(self) -> str:
-        """One line for people."""
         content = self.content
         until = Decimal(content["proved_until_s"]["middle"])
         parts = [

@@ -34,7 +34,6 @@ class _Functions(SeriesFunctions, Balls):
     """Those of balls, and of power series over them or over Taylor models."""
 
     def hypot(self, x: Scalar, y: Scalar) -> Scalar:  # type: ignore[override]
-        """Length of (x, y)."""
         return self.sqrt(x * x + y * y) if isinstance(x, Series) else Balls.hypot(x, y)
 
 

@@ -252,7 +252,6 @@ class Proof:
 
     @cached_property
     def all_events(self) -> dict[str, ProvedEvents]:
-        """Every event of the catalogue."""
         return self._search(catalogue(self.scene.model))
 
     @cached_property

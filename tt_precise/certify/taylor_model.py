@@ -62,7 +62,6 @@ class TaylorModel(Ring):
 
     @property
     def range(self) -> arb:
-        """A ball that contains all values on the interval."""
         return self.polynomial(self.frame.interval)
 
     def widened(self, radius: arb) -> TaylorModel:

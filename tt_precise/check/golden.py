@@ -66,7 +66,6 @@ class Evidence:
         self._t: list[numpy.ndarray] = []
 
     def add(self, t: numpy.ndarray, compared: numpy.ndarray) -> None:
-        """The next rows: their times (s), and whether each was compared."""
         after = t > 0
         self.rows += int((t != 0).sum())
         self.compared += int((compared & after).sum())
@@ -113,7 +112,6 @@ class DigitsOverTime:
         self._errors = RunningWorst()
 
     def add(self, measured: Measured) -> None:
-        """The next rows."""
         rows = measured.compared & ~measured.start
         if rows.any():
             self._errors.add(measured.t[rows], measured.worst()[rows])
@@ -191,7 +189,6 @@ class GoldenDistance:
         self._resolved = RESOLVED if asked is None else 10.0 ** -(asked + SPARE_DIGITS)
 
     def look(self, block: Block, samples: Samples) -> None:
-        """The next rows, as given and as vectors."""
         t = block.values["t"]
         compared = numpy.zeros(len(block), bool)
         values = {name: block.values[name] for name in self._written}

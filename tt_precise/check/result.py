@@ -38,7 +38,6 @@ class RunningWorst:
         self._count = 0
 
     def add(self, t: numpy.ndarray, values: numpy.ndarray) -> None:
-        """The next rows."""
         badness = numpy.where(numpy.isnan(values), numpy.inf, values * self._sign)
         row = int(numpy.argmax(badness))
         if self.worst is None or badness[row] > self.worst * self._sign:

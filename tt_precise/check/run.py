@@ -39,7 +39,6 @@ class Finiteness:
         self._at: float | None = None
 
     def look(self, block: Block, samples: Samples) -> None:
-        """The next rows, as given and as vectors."""
         tilted = (samples.state.kx != 0) | (samples.state.ky != 0)
         for name in self._also:
             wrong = numpy.flatnonzero(~numpy.isfinite(block.values[name]) & tilted)

@@ -416,7 +416,6 @@ class ParquetSource(RowSource):
             progress(done / total)
 
     def close(self) -> None:
-        """Close the file."""
         self._file.close()
 
 

@@ -96,7 +96,6 @@ class Claim:
         return papers.PAPERS.index(self.paper), list(KINDS.values()).index(self.kind), self.id
 
     def judged(self, finding: Finding) -> JudgedClaim:
-        """The claim with its verdict."""
         own = ("id", "kind", "section", "statement", "quote", "where", "definition")
         found = ("printed", "measured", "note", "remark", "proved", "correction")
         checks = tuple(

@@ -82,7 +82,6 @@ class JudgingRun(Record, frozen=True, kw_only=True):
 
     @property
     def origin(self) -> str:
-        """The run in words."""
         engine = ", ".join(self.versions.split(", ")[:2])  # --json has the others
         return f"the run of {self.date} (commit {self.commit}, {engine})"
 
@@ -123,7 +122,6 @@ class Committed(Record, frozen=True, kw_only=True):
 
     @property
     def by_id(self) -> Mapping[str, JudgedClaim]:
-        """The claims by id, in order."""
         return {claim.id: claim for claim in self.claims}
 
 

@@ -60,11 +60,9 @@ class Paper:
 
     @property
     def citation(self) -> str:
-        """Authors and title."""
         return f"{self.authors}, {self.title}"
 
     def section(self, key: str) -> Section:
-        """The section with this number."""
         return next(section for section in self.sections if section.key == key)
 
 

@@ -106,7 +106,6 @@ class Verdict(StrEnum):
 
     @property
     def meaning(self) -> str:
-        """The meaning of the verdict, for a legend."""
         return _MEANINGS[self]
 
 
@@ -173,7 +172,6 @@ class Finding:
 
     @property
     def verdict(self) -> Verdict:
-        """See ``Verdict``."""
         holding = [check.holds for check in self.checks]
         verdicts = list(map(verdict_of, self.checks))
         if self.form is Form.MISPRINT:

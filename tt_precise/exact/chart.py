@@ -130,11 +130,9 @@ class EulerChart(Chart):
         return self.derivative(value, trigonometric | rates._asdict())
 
     def sin(self, angle: Scalar) -> Scalar:
-        """Sine of theta or phi."""
         return {self.state.theta: self.s, self.phi: self.S}[angle]
 
     def cos(self, angle: Scalar) -> Scalar:
-        """Cosine of theta or phi."""
         return {self.state.theta: self.c, self.phi: self.C}[angle]
 
     def hypot(self, x: Scalar, y: Scalar) -> Scalar:
@@ -192,5 +190,4 @@ class ForceChart(VectorChart):
 
     @property
     def force(self) -> tuple[Scalar, Scalar, Scalar]:
-        """The force, three symbols."""
         return (self.symbol["Fx"], self.symbol["Fy"], self.symbol["Fz"])

@@ -484,7 +484,6 @@ class Roots:
 
     @staticmethod
     def sqrt(value: Fraction) -> Fraction:
-        """The root of the square of a fraction."""
         root = Fraction(isqrt(value.numerator), isqrt(value.denominator))
         if root * root != value:
             raise ValueError(f"{value} is not the square of a fraction")

@@ -158,7 +158,6 @@ class Stored:
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene that the data are for."""
         return parse_scene(self.scene_text, self.name, f"{self.name}/{SCENE}")
 
     @cached_property
@@ -167,7 +166,6 @@ class Stored:
         return {**scales_of(self.trajectory), "t": Decimal(0)}
 
     def table(self, file: str) -> Table:
-        """The table in ``file``."""
         return self.trajectory if file == TRAJECTORY else self.events
 
 

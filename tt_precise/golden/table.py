@@ -51,7 +51,6 @@ class Table:
         return "".join(",".join(row) + "\n" for row in (self.columns, *self.rows))
 
     def column(self, name: str) -> tuple[str, ...]:
-        """All cells under ``name``."""
         return self._cells[self.columns.index(name)]
 
     def floats(self, name: str) -> tuple[float, ...]:

@@ -107,7 +107,6 @@ def stale(folder: Path) -> Iterator[str]:
 
 
 def _files(folder: Path) -> set[str]:
-    """All files that are not hidden."""
     files = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
     return {path.as_posix() for path in files if not any(part[0] == "." for part in path.parts)}
 

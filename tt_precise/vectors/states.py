@@ -91,7 +91,6 @@ class StateCase:
         return (cosine * x - sine * y, sine * x + cosine * y, z)
 
     def number(self, value: Fraction) -> Scalar:
-        """An exact number in the working arithmetic."""
         return arithmetic_of(self.context).exact(value)
 
     def pose_of(self, q: Motion, phi: Scalar = 0, psi: Scalar = 0) -> Pose:

@@ -44,7 +44,6 @@ class Span(NamedTuple):
     end: float
 
     def has(self, t: float) -> bool:
-        """Whether ``t`` lies in it, ends included."""
         return self.begin <= t <= self.end
 
     @property
@@ -120,7 +119,6 @@ class Run:
 
     @property
     def loaded(self) -> Scene:
-        """The scene itself."""
         return load_scene(self.scene)
 
     @property
@@ -129,7 +127,6 @@ class Run:
         return self.loaded.body.m * self.loaded.body.g
 
     def body(self, fn: Functions) -> Parameters:
-        """The body in SI in an mpmath context."""
         return self.loaded.body.numbers(rounding_to(fn))
 
     @property
@@ -146,7 +143,6 @@ class Run:
 
     @property
     def whole(self) -> Span:
-        """From start to end."""
         return Span(0.0, float(self.trajectory().t_end))
 
     @property
