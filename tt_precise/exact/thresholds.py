@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from typing import NamedTuple
 
 from tt_precise.exact import arithmetic
@@ -91,16 +92,14 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
     work = _Work(scene, arithmetic.checked_digits(digits))
     lambda_ = work.lambda_()
     quantities = {
-        "lambda": lambda_,
-        "lambda_thres": work.threshold(INVERTED),
+        "lambda": lambda_, "lambda_thres": work.threshold(INVERTED),
         "lambda_up": work.threshold(UPRIGHT),
         "D0": work.asymptotic("D", UPRIGHT, formulas.D0(work.top, lambda_.value, work.fn)),
         "D1": work.asymptotic("D", INVERTED, formulas.D1(work.top, lambda_.value, work.fn)),
         "E0": work.asymptotic("E_tilde", UPRIGHT, formulas.E0(work.top, lambda_.value)),
         "E1": work.asymptotic("E_tilde", INVERTED, formulas.E1(work.top, lambda_.value)),
-        "gamma": work.gamma(),
-        "sigma": work.sigma(),
-    }
+        "gamma": work.gamma(), "sigma": work.sigma(),
+    }  # fmt: skip
     numerator, denominator = contact_terms(scene.model, work.top, work.motion.state, work.fn)
     verdict = inversion(
         scene, lambda_.value, quantities["lambda_thres"].value, quantities["lambda_up"].value,
@@ -260,48 +259,37 @@ def inversion(
     start; lambdas closer than the relative ``margin`` to a threshold are undecided. The mirror
     image of a motion has -lambda and inverts when it does, so that only |lambda| counts.
     """
+    undecided, never = (partial(InversionVerdict, answer) for answer in (None, False))
     if scene.model == "rolling" or scene.body.mu == 0:
-        return InversionVerdict(
-            None, "Theorem 1.1 is about gliding with friction, which this scene lacks"
-        )
+        return undecided("Theorem 1.1 is about gliding with friction, which this scene lacks")
     if scene.body.spring:
-        return InversionVerdict(None, "Theorem 1.1 is about a rigid table")
+        return undecided("Theorem 1.1 is about a rigid table")
     start = scene.start
     if start.theta.at_pole and not any((start.theta_dot, start.nu_x, start.nu_y)):
         if start.theta.from_pi:
-            return InversionVerdict(
-                None, "starts as the inverted spin, a steady motion: nothing to invert"
-            )
-        return InversionVerdict(
-            False, "starts exactly as the upright spin, a steady motion, which only leaves it "
+            return undecided("starts as the inverted spin, a steady motion: nothing to invert")
+        return never(
+            "starts exactly as the upright spin, a steady motion, which only leaves it "
             "when perturbed"
-        )  # fmt: skip
-    if not scene.body.friction.smooth_at_rest:
-        return InversionVerdict(
-            None, "Theorem 1.1 is about friction that lets no top stick, as Coulomb's may"
         )
+    if not scene.body.friction.smooth_at_rest:
+        return undecided("Theorem 1.1 is about friction that lets no top stick, as Coulomb's may")
     if not on_table:
-        return InversionVerdict(None, "Theorem 1.1 needs g_n > 0, which fails at the start")
+        return undecided("Theorem 1.1 needs g_n > 0, which fails at the start")
     size = abs(lambda_)
     if lambda_thres is None:
-        return InversionVerdict(
-            False, "gamma >= 1 + alpha: the inverted spin is unstable at every lambda"
-        )
+        return never("gamma >= 1 + alpha: the inverted spin is unstable at every lambda")
     if abs(size - lambda_thres) <= margin * lambda_thres:
-        return InversionVerdict(
-            None, "|lambda| = lambda_thres in all digits: the inverted spin is marginal"
-        )
+        return undecided("|lambda| = lambda_thres in all digits: the inverted spin is marginal")
     if size < lambda_thres:
-        return InversionVerdict(False, "|lambda| < lambda_thres: the inverted spin is unstable")
+        return never("|lambda| < lambda_thres: the inverted spin is unstable")
     both_stable = "upright and inverted spin are both stable, so the end depends on the start"
     if lambda_up is None:
-        return InversionVerdict(None, f"gamma <= 1 - alpha: {both_stable}")
+        return undecided(f"gamma <= 1 - alpha: {both_stable}")
     if abs(size - lambda_up) <= margin * lambda_up:
-        return InversionVerdict(
-            None, "|lambda| = lambda_up in all digits: the upright spin is marginal"
-        )
+        return undecided("|lambda| = lambda_up in all digits: the upright spin is marginal")
     if size < lambda_up:
-        return InversionVerdict(None, f"lambda_thres < |lambda| < lambda_up: {both_stable}")
+        return undecided(f"lambda_thres < |lambda| < lambda_up: {both_stable}")
     return InversionVerdict(
         True, "1 - alpha < gamma < 1 + alpha and |lambda| > max(lambda_thres, lambda_up): "
         "Theorem 1.1, for solutions that keep g_n > 0"

@@ -232,11 +232,9 @@ def _settle(
     # damaged proof has no hash to record; reading the data reports it)
     content = store.with_proof(content, store.proof_hash(place / scene.name) or None)
     files = {
-        SCENE: scene.text,
-        TRAJECTORY: consensus.trajectory.csv(),
-        EVENTS: consensus.events.csv(),
+        SCENE: scene.text, TRAJECTORY: consensus.trajectory.csv(), EVENTS: consensus.events.csv(),
         MANIFEST: store.manifest_text(content),
-    }
+    }  # fmt: skip
     digits = int(content["digits"])
     if old and all(
         (place / scene.name / name).read_bytes() == text.encode() for name, text in files.items()

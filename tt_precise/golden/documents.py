@@ -15,11 +15,9 @@ Status = Annotated[str, means("how the trajectory ended")]
 Versions = Annotated[dict[str, str], means("versions of the packages used")]
 Agreement = float | str  # "equal" where nothing differs
 FILES = {
-    "trajectory": "trajectory.csv",
-    "events": "events.csv",
-    "enclosure": "enclosure.csv",
+    "trajectory": "trajectory.csv", "events": "events.csv", "enclosure": "enclosure.csv",
     "events_enclosure": "events-enclosure.csv",
-}
+}  # fmt: skip
 
 
 class ColumnClaims(Record, frozen=True, kw_only=True):

@@ -150,12 +150,10 @@ def _scene(law: str, draws: random.Random) -> Scene:
         friction = {"law": FRICTION[law].name, **drawn}
     glides = {name: _decimal(draws, "-1", "1") for name in ("nu_x", "nu_y")}
     start = {
-        "theta": _decimal(draws, "0.1", "3"),
-        "theta_dot": _decimal(draws, "-5", "5"),
-        "phi_dot": _decimal(draws, "-8", "8"),
-        "omega_3": _decimal(draws, "-200", "200"),
+        "theta": _decimal(draws, "0.1", "3"), "theta_dot": _decimal(draws, "-5", "5"),
+        "phi_dot": _decimal(draws, "-8", "8"), "omega_3": _decimal(draws, "-200", "200"),
         **({} if law in ("rolling", "sticking") else glides),
-    }
+    }  # fmt: skip
     contact = None
     if law in SPRINGS:
         contact = {

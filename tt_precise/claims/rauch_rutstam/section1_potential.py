@@ -98,12 +98,10 @@ def _determinant() -> Scalar:
 
     along_y = f.read(ROUTH_RATE) * cross((0, 0, 1), q.a)[1]
     rows = [
-        row(f.quantity("lambda")),
-        row(f.quantity("D"), (field.zero, along_y)),
+        row(f.quantity("lambda")), row(f.quantity("D"), (field.zero, along_y)),
         row(f.quantity("E_tilde"), (body.m * q.omega_cross_a[0], body.m * q.omega_cross_a[1])),
-        row(body.m * q.s_dot[0]),
-        row(body.m * q.s_dot[1]),
-    ]
+        row(body.m * q.s_dot[0]), row(body.m * q.s_dot[1]),
+    ]  # fmt: skip
     return DomainMatrix(rows, (5, 5), field.to_domain()).det()
 
 

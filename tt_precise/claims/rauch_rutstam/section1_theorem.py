@@ -353,11 +353,9 @@ def _distances(run: Run) -> dict[str, list[float]]:
     body = run.body(fn)
     lambda_ = fn.convert(run.lambda_)
     limits = {
-        "theta": fn.pi,
-        "Lz": thresholds.L1(body, lambda_),
-        "D": thresholds.D1(body, lambda_, fn),
+        "theta": fn.pi, "Lz": thresholds.L1(body, lambda_), "D": thresholds.D1(body, lambda_, fn),
         "E_tilde": thresholds.E1(body, lambda_),
-    }
+    }  # fmt: skip
     table = solution.frame(*limits, times=TIMES, numbers="exact")
     return {
         name: [float(abs(value / limit - 1)) for value in table[name]]

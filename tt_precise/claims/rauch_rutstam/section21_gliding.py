@@ -36,11 +36,9 @@ def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) 
         return v.statement(between and sigma == value, f"m R^2/I3 = {text}", both)
 
     return v.misprint(
-        map(satisfied, (printed, CORRECT_CONDITION)),
-        f"m R^2/I3 = {CORRECT_CONDITION}",
-        f"Exact: gamma = {gamma} lies between 1 - alpha^2 = {1 - alpha**2} and 1.",
-        v.EXACT,
-    )
+        map(satisfied, (printed, CORRECT_CONDITION)), f"m R^2/I3 = {CORRECT_CONDITION}",
+        f"Exact: gamma = {gamma} lies between 1 - alpha^2 = {1 - alpha**2} and 1.", v.EXACT,
+    )  # fmt: skip
 
 
 @claim(

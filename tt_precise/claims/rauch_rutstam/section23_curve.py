@@ -119,12 +119,10 @@ for id, name, quote, wrong, subject, quantity, time, unit in (
      "The modified energy of the inverted spin", "E_tilde", "8", "J"),
 ):  # fmt: skip
     claim(
-        id,
-        statement=f"{subject} with the reference lambda is {PRINTED[name]} {unit}.",
-        quote=quote,
-        definition="lambda is that of the reference start, or exactly 2 lambda_thres",
+        id, statement=f"{subject} with the reference lambda is {PRINTED[name]} {unit}.",
+        quote=quote, definition="lambda is that of the reference start, or exactly 2 lambda_thres",
         counterexample={"printed": wrong},
-    )(partial(_asymptotic, name, quantity, time, unit, printed=PRINTED[name]))
+    )(partial(_asymptotic, name, quantity, time, unit, printed=PRINTED[name]))  # fmt: skip
 
 
 @claim(
