@@ -198,13 +198,12 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Finding:
     known = proofs_of(run.scene)
     proved = quantity == "E" and fastest <= 0 == steps and known.energy_falls
     shown = f"at most {v.decimal(fastest, 3)} W"
+    checks = {
+        f"{quantity}_dot": v.statement(fastest <= 0, "never positive", shown),
+        quantity: v.statement(steps == 0, "decreasing", f"{steps} of {len(values) - 1} steps up"),
+    }
     return v.all_of(
-        {
-            f"{quantity}_dot": v.statement(fastest <= 0, "never positive", shown),
-            quantity: v.statement(
-                steps == 0, "decreasing", f"{steps} of {len(values) - 1} steps up"
-            ),
-        },
+        checks,
         "E_dot = -mu g_n v_A^2 (EQ-05) vanishes only at instants, such as the start. The claim "
         "requires g_n >= 0 and gliding.",
         says(known, proved, f"g_n > 0 {known.span} in this solution, which glides"),

@@ -333,13 +333,11 @@ def several_oscillations(run: Run = REFERENCE) -> Finding:
     turns = run.events("theta_min")["t"]
     inside = sum(climb.t_init < t < climb.t_end for t in turns) if climb.duration else 0
     ratio = (climb.duration or 0) / longest
-    return v.all_of(
-        {
-            "T_inv/T_upp": v.statement(ratio > 10, "> 10", v.decimal(ratio, 6)),
-            "oscillations": v.statement(inside > 1, "several", str(inside)),
-        },
-        "The first implies the second only if the bound of TH-11 holds.",
-    )
+    checks = {
+        "T_inv/T_upp": v.statement(ratio > 10, "> 10", v.decimal(ratio, 6)),
+        "oscillations": v.statement(inside > 1, "several", str(inside)),
+    }
+    return v.all_of(checks, "The first implies the second only if the bound of TH-11 holds.")
 
 
 @claim(

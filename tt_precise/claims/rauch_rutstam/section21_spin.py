@@ -47,17 +47,13 @@ def quotient_before(phase: str = "synchronisation", run: Run = REFERENCE) -> Fin
         abs(run.extreme_of(bracket, ("omega_3", "kz"), largest=largest, span=span)[1])
         for largest in (False, True)
     )
-    return v.all_of(
-        {
-            "sign": v.statement(
-                len(zeros) >= runs.MANY, "changes sign many times", f"{len(zeros)} times"
-            ),
-            "quotient": v.statement(
-                size < 0.05, "close to 1", f"|1 - q| at most {v.decimal(size, 3)}"
-            ),
-        },
-        "The changes of sign are the zeros of phi_dot, found as events.",
-    )
+    checks = {
+        "sign": v.statement(
+            len(zeros) >= runs.MANY, "changes sign many times", f"{len(zeros)} times"
+        ),
+        "quotient": v.statement(size < 0.05, "close to 1", f"|1 - q| at most {v.decimal(size, 3)}"),
+    }
+    return v.all_of(checks, "The changes of sign are the zeros of phi_dot, found as events.")
 
 
 @claim(
@@ -132,13 +128,11 @@ def final_spin(printed: str = "-85", run: Run = REFERENCE) -> Finding:
 )  # fmt: skip
 def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> Finding:
     """At the initiation time omega_3 is about 154 rad/s."""
-    return v.readings(
-        {
-            reading: v.rounds_to(printed, run.settled(partial(_spin_at, name)), "rad/s")
-            for name, reading in runs.DEFINITIONS.items()
-        },
-        "Until then friction has reduced the spin only slightly.",
-    )
+    checks = {
+        reading: v.rounds_to(printed, run.settled(partial(_spin_at, name)), "rad/s")
+        for name, reading in runs.DEFINITIONS.items()
+    }
+    return v.readings(checks, "Until then friction has reduced the spin only slightly.")
 
 
 @claim(

@@ -58,13 +58,12 @@ def torque_is_negative(sign: str = "negative", run: Run = REFERENCE) -> Finding:
         for part in (shares, climb)
     )
     least, measured = min(shares.values()), f"{sign} for {shown} of the time"
+    checks = {
+        "almost all the time": v.statement(least > 0.95, f"{sign} almost all the time", measured),
+        "predominantly": v.statement(least > 2 / 3, f"predominantly {sign}", measured),
+    }
     return v.readings(
-        {
-            "almost all the time": v.statement(
-                least > 0.95, f"{sign} almost all the time", measured
-            ),
-            "predominantly": v.statement(least > 2 / 3, f"predominantly {sign}", measured),
-        },
+        checks,
         f"In the climb alone they are negative for {in_climb} of the time; tau_x and tau_z "
         "have the sign of -nu_y.",
     )
@@ -264,15 +263,13 @@ def largest_difference(angle: str = "", run: Run = REFERENCE) -> Finding:
     near = abs(theta - float(angle or math.pi / 2)) < 0.2
     middle = climb.begin + climb.length / 3 < when < climb.end - climb.length / 3
     at = f"at {v.decimal(when, 5)} s"
-    return v.all_of(
-        {
-            "angle": v.statement(
-                near, f"theta about {angle or 'pi/2'}", f"theta = {v.decimal(theta, 4)}"
-            ),
-            "time": v.statement(middle, "in the middle of inversion", at),
-        },
-        f"There E~ exceeds E by {v.decimal(value, 4)} J.",
-    )
+    checks = {
+        "angle": v.statement(
+            near, f"theta about {angle or 'pi/2'}", f"theta = {v.decimal(theta, 4)}"
+        ),
+        "time": v.statement(middle, "in the middle of inversion", at),
+    }
+    return v.all_of(checks, f"There E~ exceeds E by {v.decimal(value, 4)} J.")
 
 
 @claim(
@@ -315,23 +312,21 @@ def trends_in_the_climb(spin: int = -1, run: Run = REFERENCE) -> Finding:
     kz = ends["kz"]
     _, back = run.rises_and_falls("theta", climb)
     changes = "decreases" if spin < 0 else "grows"
-    return v.readings(
-        {
-            "from one end to the other": v.statement(
-                arms[2] > arms[0] and spin * (spins[2] - spins[0]) > 0 and kz[1] < kz[0],
-                f"|a| grows, |omega| {changes}, sin(theta) grows until pi/2",
-                f"|a| from {v.decimal(arms[0], 3)} to {v.decimal(arms[2], 3)} m, |omega| from "
-                f"{v.decimal(spins[0], 4)} to {v.decimal(spins[2], 4)} rad/s, sin(theta) from "
-                f"{v.decimal(math.sqrt(1 - kz[0] ** 2), 2)} to 1",
-            ),
-            "at every instant": v.statement(
-                back == 0,
-                "monotonic",
-                f"theta, and with it |a|, falls back by {v.decimal(back, 3)} rad in total",
-            ),
-        },
-        "|a| and sin(theta) follow theta, which oscillates.",
-    )
+    checks = {
+        "from one end to the other": v.statement(
+            arms[2] > arms[0] and spin * (spins[2] - spins[0]) > 0 and kz[1] < kz[0],
+            f"|a| grows, |omega| {changes}, sin(theta) grows until pi/2",
+            f"|a| from {v.decimal(arms[0], 3)} to {v.decimal(arms[2], 3)} m, |omega| from "
+            f"{v.decimal(spins[0], 4)} to {v.decimal(spins[2], 4)} rad/s, sin(theta) from "
+            f"{v.decimal(math.sqrt(1 - kz[0] ** 2), 2)} to 1",
+        ),
+        "at every instant": v.statement(
+            back == 0,
+            "monotonic",
+            f"theta, and with it |a|, falls back by {v.decimal(back, 3)} rad in total",
+        ),
+    }
+    return v.readings(checks, "|a| and sin(theta) follow theta, which oscillates.")
 
 
 @claim(
