@@ -13,7 +13,8 @@ from flint import arb
 import tt_precise as tt
 import tt_precise.certify
 from tests.conftest import Patch
-from tt_precise.certify import Enclosure, NotProved, Proof, interval_newton, problem_of, prove
+from tt_precise.certify import Enclosure, NotProved, Proof, problem_of, prove
+from tt_precise.certify.onset import onset
 from tt_precise.certify.problem import units_of
 from tt_precise.golden import store
 from tt_precise.integration import catalogue
@@ -245,14 +246,14 @@ def test_a_climb_that_precesses_backwards_has_no_times_in_definition_c(short: tt
 
 
 def test_one_undecidable_event_leaves_the_others(proof: Proof, monkeypatch: Patch) -> None:
-    begins, whole = interval_newton.onset, proof.all_events
+    whole = proof.all_events
 
     def undecided(scene: tt.Scene, evaluate: Any) -> Any:
         if evaluate is event_named("nu_y_zero", "gliding").function:
             raise NotProved("onset", "as if")
-        return begins(scene, evaluate)
+        return onset(scene, evaluate)
 
-    monkeypatch.setattr(interval_newton, "onset", undecided)
+    monkeypatch.setattr("tt_precise.certify.proof.onset", undecided)
     found = replace(proof).all_events
     assert found["nu_y_zero"].failure
     assert {name for name, one in found.items() if one.failure} == {"nu_y_zero"}

@@ -17,18 +17,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
+from typing import NamedTuple
 
 import flint
 from flint import arb
 
 from tt_precise.certify.balls import NotProved, between, fraction, largest
 from tt_precise.certify.enclosure import VerifiedStep
-from tt_precise.certify.onset import Onset, onset
-from tt_precise.certify.problem import Function, Observer
+from tt_precise.certify.onset import Onset
+from tt_precise.certify.problem import Function
 from tt_precise.certify.taylor_model import DualNumber, TaylorModel
-from tt_precise.integration.events import event_named
-from tt_precise.scene.scene import Scene
 from tt_precise.taylor.series import Series, solution
 
 MOST_HALVINGS = 30  # of a part, in the search for one where F or F' has a sign
@@ -96,13 +95,6 @@ def lower_bound(
         return -largest(-part for part in parts)
 
 
-@lru_cache(maxsize=2)
-def _moving(step: VerifiedStep, sharp: bool) -> tuple[DualNumber, ...]:
-    """The state in a step with its derivative; the next function is mostly about the same."""
-    tube, rates = step.sharp if sharp else (step.tube, step.rates)
-    return tuple(DualNumber(y, {0: rate}) for y, rate in zip(tube, rates, strict=True))
-
-
 @dataclass(frozen=True)
 class _Part:
     step: VerifiedStep
@@ -119,7 +111,9 @@ class _Part:
         cls, step: VerifiedStep, function: Function, begins: Onset | None, touches: Sequence[arb],
         *, sharp: bool = False,
     ) -> _Part:  # fmt: skip
-        along = function(_moving(step, sharp))
+        tube, rates = step.sharp if sharp else (step.tube, step.rates)
+        moving = [DualNumber(y, {0: rate}) for y, rate in zip(tube, rates, strict=True)]
+        along = function(moving)
         local = [(t - step.begin) / step.piece.unit for t in touches]
         return cls(step, function, along.value, along.partials[0], sharp, begins, local)
 
@@ -220,37 +214,8 @@ class _Part:
         return 1 if value > 0 else -1
 
 
-class ProvedEvents:
-    """All zeros of one event after t = 0 in the steps that were searched, or why none is proved.
+class ProvedEvents(NamedTuple):
+    """All zeros of one event after t = 0 in the steps that were searched, or why none is proved."""
 
-    At the instants ``touches`` its function is known to touch zero (``zeros``).
-    """
-
-    def __init__(self, scene: Scene, name: str, observer: Observer, touches: Sequence[arb] = ()):
-        event = event_named(name, scene.model)
-        self.name, self.gliding, self.touches = name, event.gliding, touches
-        self.direction, self.function = event.direction, observer.of(event.function)
-        self.zeros: list[Zero] = []
-        self.failure: NotProved | None = None
-        try:
-            self.begins = onset(scene, event.function)
-        except NotProved as why:
-            self.failure = why
-
-    def through(self, step: VerifiedStep, end: arb) -> None:
-        """Add the zeros in the next step, up to its valid end."""
-        if self.failure:
-            return
-        begins = self.begins if step.begin == 0 else None
-        try:
-            for zero in zeros([step], self.function, begins=begins, touches=self.touches):
-                if zero.time > end:
-                    return
-                if not zero.time < end:
-                    raise NotProved(
-                        "zeros", f"whether one of {self.name} is beyond the end is undecided"
-                    )
-                if self.direction in (0, zero.direction):
-                    self.zeros.append(zero)
-        except NotProved as why:
-            self.failure = why
+    zeros: list[Zero]
+    failure: NotProved | None = None

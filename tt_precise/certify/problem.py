@@ -14,7 +14,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-import flint
 from flint import arb
 
 from tt_precise.certify.balls import Balls, NotProved, ball
@@ -124,13 +123,8 @@ def problem_of(
     ) -> Sequence[Scalar]:
         return Layout(form, scene.record).rates(form.body(parameters), tuple(state), fn)
 
-    known: dict[int, Sequence[arb]] = {}
-
     def parameters() -> Sequence[arb]:
-        precision = flint.ctx.prec
-        if precision not in known:
-            known[precision] = InitialState.of(scene, BALLS).parameters(form)
-        return known[precision]
+        return InitialState.of(scene, BALLS).parameters(form)
 
     def start() -> Sequence[arb]:
         if begins is not None:
@@ -208,36 +202,23 @@ def restored(
     return [zero if i in zeros else next(remaining) for i in range(size)]
 
 
-class Observer:
-    """A scene's dimensionless ``Motion`` at entries of its state, in any arithmetic.
+def motion_of(scene: Scene, form: Formulation | None = None) -> Callable[..., Motion]:
+    """The scene's dimensionless ``Motion`` at entries of its state, in any arithmetic."""
+    form = form or form_of(scene)
+    parameters, width = problem_of(scene, form).parameters, len(form.columns)
 
-    Functions of one observer share what they compute of the state that they saw last.
-    """
+    def motion(state: Sequence[Scalar]) -> Motion:
+        return form.motion(form.body(parameters()), form.State(*state[:width]), FUNCTIONS)
 
-    def __init__(self, scene: Scene, form: Formulation | None = None):
-        self.form = form or form_of(scene)
-        self._parameters = problem_of(scene, self.form).parameters
-        self._last: tuple[Sequence[Scalar], int, Motion] | None = None
-
-    def motion(self, state: Sequence[Scalar]) -> Motion:
-        """The motion; a state is not to be changed after it was seen."""
-        precision = flint.ctx.prec
-        if self._last is None or self._last[0] is not state or self._last[1] != precision:
-            body = self.form.body(self._parameters())
-            vectors = self.form.State(*state[: len(self.form.columns)])
-            self._last = state, precision, self.form.motion(body, vectors, FUNCTIONS)
-        return self._last[2]
-
-    def of(self, evaluate: Callable[[Motion], Scalar]) -> Function:
-        """``evaluate`` as a function of the state's entries."""
-        return lambda state: evaluate(self.motion(state))
+    return motion
 
 
 def observed(
     scene: Scene, evaluate: Callable[[Motion], Scalar], form: Formulation | None = None
 ) -> Function:
     """``evaluate`` of the scene's ``Motion`` as a function of the state's entries."""
-    return Observer(scene, form).of(evaluate)
+    motion = motion_of(scene, form)
+    return lambda state: evaluate(motion(state))
 
 
 def columns_in_si(scene: Scene, state: Sequence[arb]) -> dict[str, arb | None]:
@@ -245,7 +226,7 @@ def columns_in_si(scene: Scene, state: Sequence[arb]) -> dict[str, arb | None]:
 
     None where a value is undefined, or not bounded (Euler angles at a pole).
     """
-    motion = Observer(scene).motion(state)
+    motion = motion_of(scene)(state)
     names = [*motion.state._fields, *EulerState._fields, *scene.record]
     recorded = [value * QUADRATURE_SCALE for value in state[len(form_of(scene).columns) :]]
     units = units_of(scene)

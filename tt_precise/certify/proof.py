@@ -18,11 +18,11 @@ from tt_precise.certify.energy_well import Held, forever
 from tt_precise.certify.interval_newton import ProvedEvents, Zero, lower_bound, zeros
 from tt_precise.certify.onset import Onset, onset
 from tt_precise.certify.problem import (
-    Observer,
     Phase,
     columns_in_si,
     contact_force,
     dimensionless_time,
+    motion_of,
     observed,
     phases_of,
     problem_of,
@@ -191,24 +191,30 @@ class Proof:
         if name not in catalogue(self.scene.model):
             known = ", ".join(catalogue(self.scene.model))
             raise InputError(f"event: got {name!r}, expected one of: {known}")
-        return self._search([name])[name]
+        return self._zeros(name)
 
-    def _search(self, names: Sequence[str]) -> dict[str, ProvedEvents]:
-        observer = Observer(self.scene)
-        zeros = {
-            name: ProvedEvents(
-                self.scene, name, observer, self._touches if name == "phi_dot_zero" else ()
-            )
-            for name in names
-        }
-        for step in self.enclosure.steps:
-            flies = step.problem.form is not None and step.problem.form.model == "flight"
-            end = self.finish if step.until is None else step.until
-            # all events of a step in turn: they share what they are made of
-            for zero in zeros.values():
-                if not (zero.gliding and flies):
-                    zero.through(step, end)
-        return zeros
+    def _zeros(self, name: str) -> ProvedEvents:
+        event, happened = event_named(name, self.scene.model), list[Zero]()
+        function = observed(self.scene, event.function)
+        touches = self._touches if name == "phi_dot_zero" else ()
+        try:
+            begins = onset(self.scene, event.function)
+            for step in self.enclosure.steps:
+                form, end = step.problem.form, self.finish if step.until is None else step.until
+                if event.gliding and form is not None and form.model == "flight":
+                    continue
+                known = begins if step.begin == 0 else None
+                for zero in zeros([step], function, begins=known, touches=touches):
+                    if zero.time > end:
+                        break
+                    if not zero.time < end:
+                        where = f"whether one of {name} is beyond the end is undecided"
+                        raise NotProved("zeros", where)
+                    if event.direction in (0, zero.direction):
+                        happened.append(zero)
+        except NotProved as why:
+            return ProvedEvents(happened, why)
+        return ProvedEvents(happened)
 
     @cached_property
     def forever(self) -> dict[str, Held]:
@@ -218,11 +224,11 @@ class Proof:
         """
         if self.lost or self.scene.lifts:
             raise NotProved("W2", "the top need not stay on the table")
-        observer = Observer(self.scene)
+        motion = motion_of(self.scene)
 
         def state(seconds: Fraction) -> NewtonState:
             with flint.ctx.workprec(self.enclosure.working_bits):
-                return observer.motion(self._at(seconds)).state
+                return motion(self._at(seconds)).state
 
         return forever(self.scene, self.sample_times, state)
 
@@ -252,7 +258,7 @@ class Proof:
 
     @cached_property
     def all_events(self) -> dict[str, ProvedEvents]:
-        return self._search(catalogue(self.scene.model))
+        return {name: self._zeros(name) for name in catalogue(self.scene.model)}
 
     @cached_property
     def inversion(self) -> InversionTimes:
@@ -347,8 +353,7 @@ def _ending(scene: Scene, phase: Phase, crossings: list[Zero]) -> Callable[[Veri
     force: this came down through a simple zero, where the equations of contact and of flight agree.
     By the time that it would push again the top has to be above the table.
     """
-    observer = Observer(scene, phase.form)
-    function, pull = observer.of(phase.function), observer.of(_pull)
+    function, pull = (observed(scene, f, phase.form) for f in (phase.function, _pull))
     begins = iter([Onset(1, 1)])
 
     def ends(step: VerifiedStep) -> bool:
