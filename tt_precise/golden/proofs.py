@@ -16,7 +16,7 @@ contain the exact solution.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Container, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Context, Decimal
 from fractions import Fraction
@@ -386,19 +386,14 @@ def excludes(text: str, ball: str, scale: Decimal) -> bool:
     return abs(middle - number % 10**KEPT * 10**BEYOND) > 10**BEYOND // 2 + radius
 
 
-def enclosed(
-    stored: Stored, record: Record, file: str, row: int, names: Container[str] | None = None
-) -> dict[str, Interval]:
-    """The exact numbers of a row of golden data, by column; without those that are undefined.
-
-    Those of the columns ``names`` only, where they are given.
-    """
+def enclosed(stored: Stored, record: Record, file: str, row: int) -> dict[str, Interval]:
+    """The exact numbers of a row of golden data, by column; without those that are undefined."""
     balls, texts = record.balls(file), stored.table(file)
     printed = dict(zip(texts.columns, texts.rows[row], strict=True))
     return {
         name: Interval.of_ball(printed[name], ball, stored.scales[name])
         for name, ball in zip(balls.columns, balls.rows[row], strict=True)
-        if ball and (names is None or name in names)
+        if ball
     }
 
 
@@ -427,7 +422,7 @@ def _times(stored: Stored, record: Record) -> Iterator[str]:
 
 def inversion(stored: Stored, record: Record) -> InversionTimes:
     """The times of the climb, from the enclosed events."""
-    events = proved_events(stored, record, ("t", "theta", "phi_dot"))
+    events = proved_events(stored, record)
     rising = [event for event in events.get("equator", []) if event["direction"] < 0]
     if not rising:
         return from_inversion_events(InversionEvents([], NO_TURNS, NO_TURNS, [], [], []), PI)
@@ -456,13 +451,11 @@ def inversion(stored: Stored, record: Record) -> InversionTimes:
     return from_inversion_events(marks, PI)
 
 
-def proved_events(
-    stored: Stored, record: Record, names: Container[str] | None = None
-) -> dict[str, list[Event]]:
-    """The enclosed events by name, in order of time, with all columns or those of ``names``."""
+def proved_events(stored: Stored, record: Record) -> dict[str, list[Event]]:
+    """The enclosed events by name, in order of time."""
     events: dict[str, list[Event]] = {}
     for position, row in enumerate(stored.events.rows):
-        event = enclosed(stored, record, EVENTS, position, names)
+        event = enclosed(stored, record, EVENTS, position)
         event["direction"] = Interval.of(int(row[2]))
         events.setdefault(row[0], []).append(event)
     return events

@@ -55,17 +55,11 @@ class Table:
 
     def floats(self, name: str) -> tuple[float, ...]:
         """The numbers under ``name``, rounded to double; NaN where a cell is empty."""
-        if name not in self._floats:
-            self._floats[name] = tuple(float(c) if c else math.nan for c in self.column(name))
-        return self._floats[name]
+        return tuple(float(cell) if cell else math.nan for cell in self.column(name))
 
     @cached_property
     def _cells(self) -> tuple[tuple[str, ...], ...]:
         return tuple(zip(*self.rows, strict=True)) if self.rows else ((),) * len(self.columns)
-
-    @cached_property
-    def _floats(self) -> dict[str, tuple[float, ...]]:
-        return {}
 
     @cached_property
     def sha256(self) -> str:
