@@ -322,7 +322,8 @@ def _rolling_contact(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
 @identity("rolling Euler = rolling vectors", "(10) to (12), v_A = 0")
 def _rolling_forms(chart: EulerChartAtAzimuth0) -> Iterable[Scalar]:
     """The Euler equations made from constant lambda, D, E~ move the vectors as Newton's do."""
-    vectors = RollingState(*_rolling_vectors(chart)[:6])
+    still = EulerState(*chart.state[:4], 0, 0)
+    vectors = RollingState(*conversion.vectors_from_euler(chart.body, still, chart, chart.phi)[:6])
     by_euler = _rolling_euler_rates(chart)
     by_newton = rolling.rates(chart.body, RollingState(*map(chart.here, vectors)))
     return _differences((chart.along(vector, by_euler) for vector in vectors), by_newton)
@@ -384,11 +385,6 @@ def _rate(chart: VectorChart, name: str) -> Scalar:
     return chart.along(value, newton.rates(chart.body, _here(chart)))
 
 
-def _rolling_vectors(chart: EulerChart) -> NewtonState:
-    state = EulerState(*chart.state[:4], 0, 0)
-    return conversion.vectors_from_euler(chart.body, state, chart, chart.phi)
-
-
 def _rolling_euler_rates(chart: EulerChart) -> RollingEulerState:
     return rolling.euler_rates(chart.body, RollingEulerState(*chart.state[:4]), chart)
 
@@ -426,13 +422,14 @@ def _newtons_second_law(
 @identity("lambda is constant under any contact force", "after (1)")
 def _any_force_jellett(chart: ForceChart) -> Iterable[Scalar]:
     """d lambda/dt = 0 for every force F at the contact point: L_dot = a x F, k_dot = L x k/I1."""
-    yield chart.along(quantities.jellett(_forced_motion(chart)), _forced_rates(chart))
+    motion = Motion(chart.body, chart.state, chart)
+    yield chart.along(quantities.jellett(motion), _forced_rates(chart))
 
 
 @identity("E changes by the power of any contact force", "section 1")
 def _any_force_energy(chart: ForceChart) -> Iterable[Scalar]:
     """dE/dt = v_A.F for every force F at the contact point, from m s_ddot = F - m g z."""
-    q = _forced_motion(chart)
+    q = Motion(chart.body, chart.state, chart)
     s_dot = subtracted(chart.v, newton.contact_velocity_rel_cm(chart.body, chart.state))
     # m s_dot.s_ddot + m g z.s_dot = s_dot.F
     rate = dot(s_dot, chart.force) + chart.along(quantities.E_rot(q), _forced_rates(chart))
@@ -518,10 +515,6 @@ def _dry_states(
             speed,
         ),
     )
-
-
-def _forced_motion(chart: ForceChart) -> Motion:
-    return Motion(chart.body, chart.state, chart)
 
 
 def _forced_rates(chart: ForceChart) -> NewtonState:
