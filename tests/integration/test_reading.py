@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from fractions import Fraction
+from typing import Any
 
 import mpmath
 import numpy
@@ -12,7 +12,7 @@ import pytest
 from tt_precise.integration import Trajectory, integrate, precision
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import InputError, Scalar
-from tt_precise.scene.scene import load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 # MPFR's sines and exponentials are not always rounded as mpmath's, nor a time within a piece the
@@ -106,29 +106,30 @@ EPS = 2.0**-52
 RECORDED = ("theta_min", "phi_dot_zero", "equator")
 
 
+def read(scene: Scene) -> tuple[Any, Any, Any]:
+    """Rows as text, drift and events of a run."""
+    names = [name for name in RECORDED if scene.model == "gliding" or name != "phi_dot_zero"]
+    run = integrate(scene, events=names, record=("phi", "x"))
+    rows = run.frame(*QUANTITIES, "kx", "vx", "phi", "x", numbers="text")
+    return rows, run.drift, run.events
+
+
 @pytest.fixture(scope="module", params=["reference", "rolling", "contact-lost"])
-def runs(request: pytest.FixtureRequest) -> Iterator[tuple[Trajectory, Trajectory]]:
-    """The same run twice; the second is read row by row in mpmath."""
+def both(request: pytest.FixtureRequest) -> list[Any]:
+    """Of one run: what arrays and what mpmath reads, row by row."""
     scene = load_scene(request.param)
     scene = scene.varied(until=min(scene.until, Fraction(1)))
-    names = [name for name in RECORDED if scene.model == "gliding" or name != "phi_dot_zero"]
-    runs = tuple(integrate(scene, events=names, record=("phi", "x")) for _ in range(2))
+    arrays = read(scene)
     with pytest.MonkeyPatch.context() as patch:
-        slow = precision.has_long_double
         patch.setattr(precision, "has_long_double", lambda: False)
-        by_row = runs[1]
-        by_row.frame_by_row = by_row.frame(*QUANTITIES, "kx", "vx", "phi", "x", numbers="text")  # type: ignore[attr-defined]
-        by_row.drift, by_row.events  # noqa: B018 - cached while arrays are out of reach
-        patch.setattr(precision, "has_long_double", slow)
-        yield runs[0], by_row
+        return list(zip(arrays, read(scene), strict=True))
 
 
-def test_text_is_the_nearest_double(runs: tuple[Trajectory, Trajectory]) -> None:
-    arrays, by_row = runs
-    found = arrays.frame(*QUANTITIES, "kx", "vx", "phi", "x", numbers="text")
-    for name, column in by_row.frame_by_row.items():  # type: ignore[attr-defined]
+def test_text_is_the_nearest_double(both: list[Any]) -> None:
+    arrays, by_row = both[0]
+    for name, column in by_row.items():
         largest = max(abs(mpmath.mpf(text)) for text in column if text is not None)
-        for got, expected in zip(found[name], column, strict=True):
+        for got, expected in zip(arrays[name], column, strict=True):
             assert (got is None) == (expected is None), name
             if got is not None:
                 # time is known to 64 bits there, and fast entries move by some eps in that
@@ -136,25 +137,24 @@ def test_text_is_the_nearest_double(runs: tuple[Trajectory, Trajectory]) -> None
                 assert repr(float(got)) == got
 
 
-def test_drift_in_long_double_is_that_of_mpmath(runs: tuple[Trajectory, Trajectory]) -> None:
-    arrays, by_row = runs
-    assert arrays.drift.keys() == by_row.drift.keys() >= {"jellett", "axis_norm"}
-    for name, expected in by_row.drift.items():
+def test_drift_in_long_double_is_that_of_mpmath(both: list[Any]) -> None:
+    arrays, by_row = both[1]
+    assert arrays.keys() == by_row.keys() >= {"jellett", "axis_norm"}
+    for name, expected in by_row.items():
         # what a row's time lacks beyond 64 bits, and the arithmetic's own 2^-64, are far below eps
-        assert abs(arrays.drift[name] - expected) < EPS / 20, name
+        assert abs(arrays[name] - expected) < EPS / 20, name
 
 
-def test_events_are_those_of_mpmath(runs: tuple[Trajectory, Trajectory]) -> None:
-    arrays, by_row = runs
-    assert list(arrays.events.columns) == list(by_row.events.columns)
-    assert list(arrays.events["name"]) == list(by_row.events["name"])
-    for name in by_row.events.columns[1:]:
-        found, expected = (run.events[name].to_numpy(float) for run in runs)
+def test_events_are_those_of_mpmath(both: list[Any]) -> None:
+    found, by_row = both[2]
+    assert list(found.columns) == list(by_row.columns)
+    assert list(found["name"]) == list(by_row["name"])
+    for name in by_row.columns[1:]:
         # at a turning point theta_dot is zero but for rounding, beside the other rates
-        kind = ("theta_dot", "phi_dot", "omega_3")
-        compared = by_row.events[list(kind)] if name in kind else expected
-        scale = numpy.abs(numpy.asarray(compared, dtype=float)).max(initial=0)
-        numpy.testing.assert_allclose(found, expected, rtol=0, atol=2 * EPS * scale)
+        kind = ["theta_dot", "phi_dot", "omega_3"]
+        scale = by_row[kind if name in kind else [name]].abs().to_numpy(float).max(initial=0)
+        apart = found[name].to_numpy(float) - by_row[name].to_numpy(float)
+        assert (abs(apart) <= 2 * EPS * scale).all(), name
 
 
 def test_a_table_is_a_frame_without_pandas(double: Trajectory) -> None:

@@ -3,24 +3,13 @@
 from fractions import Fraction
 from typing import Any
 
-import mpmath
 import pytest
 
 from tt_precise.integration import integrate
 from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics import newton
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
-
-QUAD = precision_named("quad")
-
-
-def test_a_start_1e_300_from_the_inverted_pole_keeps_its_digits(reference: Scene) -> None:
-    start = InitialState.of(reference.varied(theta="pi - 1e-300"), QUAD.arithmetic)
-    assert start.vectors.kz == -1
-    assert abs(start.vectors.kx / mpmath.mpf("1e-300") - 1) < mpmath.mpf("1e-15")
-    assert start.vectors.kx > 0
 
 
 @pytest.mark.parametrize("precision", ["double", "quad"])
