@@ -35,20 +35,17 @@ def test_it_turns_as_fast_as_the_angular_velocity_says(half_quad: Trajectory) ->
     h = 2.0**-18
     around = [0.25 + n * h for n in (-2, -1, 0, 1, 2)]
     table = half_quad.frame(pose=True, times=around, numbers="exact")
-    rows = table.to_dict("records")
-    q = [np.array([row[name] for name in ("qw", "qx", "qy", "qz")]) for row in rows]
+    q, omegas, places, speeds = (
+        table[names.split()].to_numpy() for names in ("qw qx qy qz", "wx wy wz", "x y", "vcx vcy")
+    )
     rate = (q[0] - 8 * q[1] + 8 * q[3] - q[4]) / (12 * h)
-    w, x, y, z = q[2]
-    here = rows[2]
-    a, b, c = (here[name] for name in ("wx", "wy", "wz"))
-    omega = np.array([a, b, c])
-    vector = w * omega + np.cross(omega, [x, y, z])
-    product = np.array([-omega @ [x, y, z], *vector])
+    w, axis, omega = q[2, 0], q[2, 1:], omegas[2]
+    product = np.array([-omega @ axis, *(w * omega + np.cross(omega, axis))])
     bound = 1e-9  # h^4 (155/2)^5/30 is 4e-14, and 1e5 times less for a wrong sign would show
     assert max(abs(2 * rate - product)) < bound
     assert max(abs(2 * rate + product)) > 1
-    moved = [float(v) for v in (table["x"][3] - table["x"][1], table["y"][3] - table["y"][1])]
-    assert moved == pytest.approx([2 * h * float(here[n]) for n in ("vcx", "vcy")], rel=1e-5)
+    moved = (places[3] - places[1]).astype(float)
+    assert moved == pytest.approx(2 * h * speeds[2].astype(float), rel=1e-5)
 
 
 @pytest.mark.parametrize(("formulation", "bound"), [("newton", 1e-12), ("euler", 1e-11)])

@@ -110,10 +110,8 @@ def test_a_top_on_the_table_moves_away_from_singular_contact(reference: Scene) -
     for _ in range(50):
         singular = singular_state(body, random.uniform(0.05, 3.1), *random.normal(size=4))
         assert abs(newton.contact_terms(body, singular)[1]) < 1e-9 * body.I1
-        force = newton.force_per_normal(body, singular)
-        with_one, with_none = (
-            newton.contact_acceleration(body, singular, one) for one in (force, (0, 0, 0))
-        )
+        forces = newton.force_per_normal(body, singular), (0, 0, 0)
+        with_one, with_none = (newton.contact_acceleration(body, singular, f) for f in forces)
         forced = subtracted(with_one, with_none)
         pushed = singular._replace(vx=singular.vx + forced[0], vy=singular.vy + forced[1])
         assert newton.contact_terms(body, pushed)[1] > 0
