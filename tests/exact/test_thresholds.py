@@ -123,9 +123,8 @@ def test_extreme_friction_falls_back_on_an_auxiliary_one() -> None:
 
 def with_friction(law: str, mu: str, nu_x: str, **more: str) -> Scene:
     body = {name: value for name, value in RATIOS.items() if name != "mu"}
-    return replace(
-        with_start(nu_x=Fraction(nu_x)), body=top_of(body, {"law": law, "mu": mu, **more})[0]
-    )
+    rubbing, _ = top_of(body, {"law": law, "mu": mu, **more})
+    return replace(with_start(nu_x=Fraction(nu_x)), body=rubbing)
 
 
 def test_the_contact_force_at_the_start_is_that_of_the_law() -> None:

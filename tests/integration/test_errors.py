@@ -157,10 +157,8 @@ def test_deviations_are_finite_differences(model: str, coordinates: str) -> None
     scene = load_scene("reference" if model == "gliding" else "rolling").varied(until="0.1")
     record = ("phi", "psi", "x", "y")
     run = integrate(scene, formulation=coordinates, record=record, events=())
-    columns, row = (
-        Columns(run.setup, run.start),
-        numpy.array(run.run.segments[0].output.propagation.state),
-    )
+    columns = Columns(run.setup, run.start)
+    row = numpy.array(run.run.segments[0].output.propagation.state)
     apart = numpy.random.default_rng(22).uniform(-1, 1, len(row))
 
     def read(h: Any, fn: Any = numpy) -> Any:
@@ -219,12 +217,10 @@ def test_another_top_has_its_events_later(true_run: Trajectory, short: Scene, na
 
 def test_an_event_at_the_very_end_is_looked_at_from_before(short: Scene) -> None:
     """Where three points around it do not fit before the end."""
-    another = short.perturbed(mu="1e-6")
-    first = [
-        sorted_times(integrate(one, events=EVENTS[1:2]), EVENTS[1])[0] for one in (short, another)
-    ]
+    both, events = (short, short.perturbed(mu="1e-6")), ("phi_dot_zero",)
+    first = [integrate(scene, events=events).events["t"][0] for scene in both]
     late = Fraction(max(first)) + Fraction(1, 10**9)
-    run, other = (integrate(one.varied(until=late), events=EVENTS[1:2]) for one in (short, another))
+    run, other = (integrate(scene.varied(until=late), events=events) for scene in both)
     found = run.event_errors(beside=[other])
     assert found["error"].to_numpy() == pytest.approx([abs(first[1] - first[0])], rel=1e-3)
 

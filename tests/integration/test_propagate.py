@@ -20,15 +20,6 @@ from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene, shipped
 
 
-def dimensionless(trajectory: Trajectory) -> NewtonState:
-    mass, length, time = trajectory.start.units
-    unit = {"k": 1, "L": mass * length**2 / time, "v": length / time}
-    context = trajectory.precision.context
-    return NewtonState(
-        *(context.mpf(trajectory.state.values[n]) / unit[n[0]] for n in NewtonState._fields)
-    )
-
-
 def assert_never_nan(trajectory: Trajectory) -> None:
     """Nothing that leaves it is NaN or infinite, and nothing lies beyond its end."""
     assert math.isfinite(trajectory.t_end)
@@ -45,10 +36,9 @@ def assert_never_nan(trajectory: Trajectory) -> None:
 def test_double_agrees_with_quad(double: Trajectory, quad: Trajectory) -> None:
     assert (double.status, quad.status) == ("complete", "complete")
     assert double.t_end == quad.t_end == 8
-    pairs = zip(dimensionless(double), dimensionless(quad), strict=True)
-    apart = [abs(mpmath.mpf(a) - b) for a, b in pairs]
-    assert max(apart) < 1e-13  # the bar, absolute, dimensionless. Measured: 1e-14
-    assert max(apart) > 0
+    pairs = zip(double.motion(8).state, quad.motion(8).state, strict=True)
+    # the bar, absolute, dimensionless. Measured: 1e-14
+    assert 0 < max(abs(mpmath.mpf(a) - b) for a, b in pairs) < 1e-13
 
 
 @pytest.mark.parametrize("precision", ["double", "triple-double", "quad"])
@@ -95,7 +85,7 @@ def test_singular_contact_behind_lost_contact(rough: Scene) -> None:
     assert end.status == "singular_contact"
     assert end.error_estimate["t_end"] < 1e-15
     assert_never_nan(end)
-    numerator, denominator = newton.contact_terms(end.start.body, dimensionless(end))
+    numerator, denominator = newton.contact_terms(end.start.body, end.motion(end.t_end).state)
     assert numerator < 0 < denominator < 2e-6 * end.start.body.I1
 
 
@@ -122,9 +112,7 @@ def singular_state(
 ) -> NewtonState:
     """A state whose nu_x makes the denominator of g_n vanish."""
     still = NewtonState(math.sin(theta), 0, math.cos(theta), Lx, Ly, Lz, 0, nu_y)
-    with_none, with_one = (
-        newton.contact_terms(body, still._replace(vx=vx))[1] for vx in (0.0, 1.0)
-    )
+    with_none, with_one = (newton.contact_terms(body, still._replace(vx=v))[1] for v in (0.0, 1.0))
     return still._replace(vx=with_none / (with_none - with_one))
 
 
@@ -170,9 +158,7 @@ def test_a_failure_under_way_ends_at_the_last_good_step(
     reference: Scene, double: Trajectory, spoiled_rates: Callable[[str, Any], None]
 ) -> None:
     """Equations that know no square root of cos theta < 0."""
-    spoiled_rates(
-        "newton", lambda state, rates: rates._replace(kx=rates.kx * (state.kz**0.5 / state.kz**0.5))
-    )
+    spoiled_rates("newton", lambda s, rates: rates._replace(kx=rates.kx * s.kz**0.5 / s.kz**0.5))
     failed = integrate(reference)
     equator = float(double.inversion.equator)
     assert failed.status == "failed"

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tt_precise.integration import catalogue, integrate
+from tt_precise.integration import catalogue, integrate, vanishing
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -14,13 +14,12 @@ ALL = catalogue("gliding")
 ARITHMETICS = ("double", "extended", "double-double", "triple-double", "quad")
 
 
-@pytest.fixture(scope="module")
-def beside_zero(reference: Scene) -> Scene:
-    return reference.varied(
-        theta="1e-5", theta_dot="-20", phi_dot="-50", omega_3="-20", until="0.001"
-    )
+def varied(name: str, entries: str) -> Scene:
+    changes = dict(entry.split("=") for entry in entries.replace(", ", ",").split(","))
+    return load_scene(name).varied(**changes)
 
 
+START = varied("reference", "theta=1e-5, theta_dot=-20, phi_dot=-50, omega_3=-20, until=0.001")
 # by a run of 200 bits; nu_x and nu_y vanish at t = 0 too
 BESIDE_ZERO = {
     "theta_min": 4.999999997816468928366634180292e-07,
@@ -31,20 +30,15 @@ BESIDE_ZERO = {
 
 
 @pytest.mark.parametrize("precision", ARITHMETICS)
-def test_zeros_beside_one_at_the_start_are_found(beside_zero: Scene, precision: str) -> None:
+def test_zeros_beside_one_at_the_start_are_found(precision: str) -> None:
     """Those of a start a hundred times nearer to the pole come within the first step."""
     for theta, nearer, bound in (("1e-5", 1, 1e-10), ("1e-7", 100, 3e-5)):
-        scene = beside_zero.varied(theta=theta)
+        scene = START.varied(theta=theta)
         events = integrate(scene, precision, events=ALL).events
         found = dict(zip(events["name"], events["t"].astype(float) * nearer, strict=True))
         assert list(found) == list(BESIDE_ZERO)
         assert found == pytest.approx(BESIDE_ZERO, rel=bound)
         assert found["theta_min"] == pytest.approx(BESIDE_ZERO["theta_min"], rel=1e-6)
-
-
-def varied(name: str, entries: str) -> Scene:
-    changes = dict(entry.split("=") for entry in entries.replace(", ", ",").split(","))
-    return load_scene(name).varied(**changes)
 
 
 # L lies flat, beside the pole, and the motion is a plane one within 6e-6
@@ -125,9 +119,9 @@ def test_crossings_of_a_motion_that_is_nearly_plane_are_no_touches(precision: st
     assert list(run.events["name"]) == ["nu_x_zero"] * 3 + ["nu_y_zero"]
 
 
-def test_digits_of_events_beside_zero_hold(beside_zero: Scene) -> None:
-    truth = integrate(beside_zero, "triple-double", events=ALL).events
-    run = integrate(beside_zero, digits=9, events=ALL)
+def test_digits_of_events_beside_zero_hold() -> None:
+    truth = integrate(START, "triple-double", events=ALL).events
+    run = integrate(START, digits=9, events=ALL)
     apart = abs(run.events["t"].astype(float) - truth["t"].astype(float)).to_numpy()
     assert (apart <= 1e-13).all()
     assert run.digits_throughout >= 9
@@ -166,9 +160,7 @@ def test_what_vanishes_identically_is_no_event(precision: str) -> None:
 
 
 def test_without_what_settles_them_there_are_such_events(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        "tt_precise.integration.vanishing.settled", lambda hits, *_: (tuple(hits), frozenset())
-    )
+    monkeypatch.setattr(vanishing, "settled", lambda hits, *_: (tuple(hits), frozenset()))
     assert len(integrate("rolling", until="1", events=("phi_dot_zero",)).events) > 20
     early = integrate("reference", until="0.1", events=ALL).events
     assert {"theta_max", "nu_x_zero"} <= set(early["name"][early["t"] < 0.01])

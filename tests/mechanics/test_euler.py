@@ -68,9 +68,7 @@ def test_energies_of_one_motion_alone(body: TippeTop, alone: str) -> None:
     }[alone]  # fmt: skip
     inertia = {"theta_dot": body.I1, "phi_dot": body.I1 * s * s, "omega_3": body.I3}.get(alone, 0)
     resting = body.m * body.g * body.R * (1 - body.alpha * c)
-    assert (
-        euler.modified_energy(body, moving, Pythagorean)
-        == resting + 2 * inertia + shift * contact_speed
-    )
+    expected = resting + 2 * inertia + shift * contact_speed
+    assert euler.modified_energy(body, moving, Pythagorean) == expected
     gliding = 2 * body.m if alone.startswith("nu") else shift * contact_speed
     assert euler.translational_energy(body, moving, Pythagorean) == gliding

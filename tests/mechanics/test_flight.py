@@ -43,9 +43,8 @@ def test_the_orientation_turns_with_omega(free: Any, mp: Any) -> None:
     here = flight.flown(body, start, t, mp)
     omega = (here.wx, here.wy, here.wz)
     for e in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
-        ahead, now, behind = (
-            turned(flight.flown(body, start, t + s, mp)[:4], e) for s in (h, 0, -h)
-        )
+        turns = [flight.flown(body, start, time, mp)[:4] for time in (t + h, t, t - h)]
+        ahead, now, behind = (turned(turn, e) for turn in turns)
         for one, other, rate in zip(ahead, behind, cross(omega, now), strict=True):
             assert abs((one - other) / (2 * h) - rate) < mp.mpf("1e-35")
 
