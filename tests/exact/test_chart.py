@@ -20,9 +20,7 @@ def vectors() -> VectorChart:
     return VectorChart()
 
 
-def test_relations_vanish_and_their_neighbours_do_not(
-    euler: EulerChart, vectors: VectorChart
-) -> None:
+def test_relations_vanish_and_neighbours_do_not(euler: EulerChart, vectors: VectorChart) -> None:
     assert euler.remainder(euler.s**2 + euler.c**2 - 1).vanishes
     assert euler.remainder((euler.s**2 + euler.c**2) ** 3 - 1).vanishes
     assert not euler.remainder(euler.s**2 + euler.c**2 - 1 - euler.field.one / 10**40).vanishes

@@ -71,9 +71,7 @@ def test_the_error_of_each_eigenvalue_is_that_of_its_own_place() -> None:
         ("nan", "0", None), ("1", "nan", None),
     ],
 )  # fmt: skip
-def test_a_sign_as_small_as_its_error_is_not_resolved(
-    real: str, error: str, sign: int | None
-) -> None:
+def test_a_sign_within_its_error_is_not_resolved(real: str, error: str, sign: int | None) -> None:
     context = own_context(20)
     one = Eigenvalue(context.mpc(real, 5), context.mpf(error))
     if sign:

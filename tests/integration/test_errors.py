@@ -83,9 +83,7 @@ def test_a_coarse_run_is_compared_in_its_own_arithmetic(short: Scene) -> None:
     assert wider.precision.name == "extended"
 
 
-def test_errors_at_samples_need_no_second_run(
-    short: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_errors_at_samples_need_no_new_run(short: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     coarse = integrate(short, tolerance=1e-8)
     assert len(coarse.errors.references) == 1
     monkeypatch.setattr(heyoka_backend, "propagate", None)  # that a second propagation calls

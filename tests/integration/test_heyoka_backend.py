@@ -19,9 +19,7 @@ from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
 
-def test_one_integrator_serves_every_body_and_start(
-    half: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_integrator_serves_every_body(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     build = Mock(wraps=heyoka_backend.build)
     monkeypatch.setattr(heyoka_backend, "build", build)
     heavy = half.varied(m="1", I1="1/2", I3="3/4", alpha="1/7")

@@ -37,9 +37,7 @@ def fraction(number: Any) -> Fraction:
     ("precision", "exponent"), CASES, ids=lambda v: f"{v.name}{v.bits}" if hasattr(v, "bits") else v
 )
 @pytest.mark.parametrize("mantissa", ["1/3", "-9.82", "1.2345678901234567890123456789"])
-def test_a_number_is_rounded_once_on_its_way_in(
-    precision: Precision, exponent: int, mantissa: str
-) -> None:
+def test_a_number_is_rounded_once(precision: Precision, exponent: int, mantissa: str) -> None:
     exact = Fraction(mantissa) * Fraction(10) ** exponent
     number = precision.number(precision.exact(exact))
     out = precision.with_guard_bits(number)

@@ -103,9 +103,7 @@ def test_the_derivative_at_the_start_is_that_of_the_start() -> None:
     ("name", "entry", "inside"),
     [("frictionless", "mu", "1e-12"), ("upright", "theta", "1e-12"), ("inverted", "theta", None)],
 )
-def test_an_entry_at_the_end_of_its_range_has_a_derivative(
-    name: str, entry: str, inside: str | None
-) -> None:
+def test_an_entry_at_an_end_has_a_derivative(name: str, entry: str, inside: str | None) -> None:
     """Where a rate is undefined, at a pole, it is NaN, and no warning says so."""
     scene = load_scene(name).varied(until="0.2")
     run = integrate(scene, sensitivity=entry)

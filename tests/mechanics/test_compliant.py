@@ -25,9 +25,7 @@ def table(body: TippeTop, spring: str, rounded: Round) -> Parameters:
 
 
 @pytest.mark.parametrize("spring", SPRINGS)
-def test_contact_ends_where_the_force_would_pull(
-    spring: str, body: TippeTop, mp: Any, rounded: Round
-) -> None:
+def test_contact_ends_before_a_pull(spring: str, body: TippeTop, mp: Any, rounded: Round) -> None:
     """Above that rate of rising the table would hold the top back."""
     here = table(body, spring, rounded)
     height = -mp.mpf(1) / 100
@@ -41,9 +39,7 @@ def test_contact_ends_where_the_force_would_pull(
 
 
 @pytest.mark.parametrize("spring", SPRINGS)
-def test_what_is_stored_is_the_integral_of_the_force(
-    spring: str, body: TippeTop, mp: Any, rounded: Round
-) -> None:
+def test_what_is_stored_is_the_work(spring: str, body: TippeTop, mp: Any, rounded: Round) -> None:
     here, depth = table(body, spring, rounded), mp.mpf("0.3")
 
     def force(zeta: Any) -> Any:

@@ -36,9 +36,7 @@ def test_drift_is_relative_to_the_start(numbers: Parameters, mp: Any) -> None:
 
 
 @pytest.mark.parametrize("axis", "xy")
-def test_an_integral_that_starts_at_zero_has_a_scale(
-    axis: str, numbers: Parameters, mp: Any
-) -> None:
+def test_an_integral_that_is_zero_has_a_scale(axis: str, numbers: Parameters, mp: Any) -> None:
     numbers = dataclasses.replace(numbers, mu=mp.mpf(0))
     first = NewtonState(*map(mp.mpf, (0, 0, 1, 0, 0, 2, 0, 0)))
     moved = first._replace(**{f"v{axis}": mp.mpf("1e-10")})

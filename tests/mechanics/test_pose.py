@@ -31,9 +31,7 @@ def made(body: Parameters, theta: Any, fn: Any, seed: int = 1) -> tuple[Motion, 
 
 
 @pytest.mark.parametrize("theta", ["0.3", "1.5", "2.9", "1e-40"])
-def test_a_rigid_body_in_this_pose_has_the_same_vectors(
-    body: TippeTop, mp: Any, theta: str
-) -> None:
+def test_a_rigid_body_in_this_pose_has_its_vectors(body: TippeTop, mp: Any, theta: str) -> None:
     """Through ``vectors_from_rigid_body``, which shares no formula with ``pose``."""
     numbers = body.numbers(lambda value: mp.mpf(value.numerator) / value.denominator)
     q, found = made(numbers, mp.mpf(theta), mp)

@@ -84,9 +84,7 @@ def test_the_spins_have_the_same_lambda(numbers: Parameters, mp: Any) -> None:
 
 
 @pytest.mark.parametrize("above_the_bar", ["gamma", "alpha"])
-def test_d_is_a_square_for_the_rational_sigma_and_not_for_the_printed_one(
-    above_the_bar: str,
-) -> None:
+def test_d_is_a_square_for_the_rational_sigma_not_for_the_printed_one(above_the_bar: str) -> None:
     alpha, gamma = Fraction(3, 10), Fraction(19, 20)
     one = Fraction(1)
     made = Parameters(m=one, R=one, alpha=alpha, I1=gamma, I3=one, g=one, mu=Fraction(0))
@@ -158,9 +156,7 @@ def test_energy_excludes_exactly_up_to_the_barrier(body: TippeTop) -> None:
     assert not thresholds.energy_excludes(body, energy, lambda_, Fraction(0))
 
 
-def test_energy_excludes_no_state_that_a_motion_came_to(
-    body: TippeTop, states: list[NewtonState]
-) -> None:
+def test_energy_excludes_nothing_that_happened(body: TippeTop, states: list[NewtonState]) -> None:
     """A motion at kz has the energy to be at kz; arrays answer entry by entry."""
     for state in states:
         energy, lambda_ = energy_and_lambda(body, state)

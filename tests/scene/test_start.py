@@ -46,9 +46,7 @@ PI_40 = "3.141592653589793238462643383279502884197"  # of 40 digits, rounded dow
         ("179.999999 deg", "1.7453292519943295769236907684886127134428718885417e-8"),
     ],
 )
-def test_an_inclination_just_below_pi_keeps_its_distance_from_pi(
-    near: str | float, offset: str
-) -> None:
+def test_an_inclination_below_pi_keeps_its_distance_from_pi(near: str | float, offset: str) -> None:
     theta = Inclination.parse(near)
     assert theta.from_pi
     assert float(abs(theta.offset / Fraction(offset) - 1)) < 1e-48
