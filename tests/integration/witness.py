@@ -71,12 +71,8 @@ class Top:
         without = self.acceleration(y, none)
         if self.kind == "rolling":  # the lowest point is not accelerated; Cramer's rule
             a, b, c = (self.acceleration(y, none + unit) - without for unit in UNITS)
-            parts = (
-                dot(without, cross(b, c)),
-                dot(a, cross(without, c)),
-                dot(a, cross(b, without)),
-            )
-            return -numpy.array(parts) / dot(a, cross(b, c))
+            parts = (cross(b, c), cross(c, a), cross(a, b))
+            return -numpy.array([dot(without, part) for part in parts]) / dot(a, parts[0])
         v = self.contact(y)[4]
         slant = UNITS[2] - self.coefficient(v[0] * v[0] + v[1] * v[1]) * v * [[1], [1], [0]]
         if self.kind == "spring":
