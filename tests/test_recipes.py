@@ -1,7 +1,7 @@
 """docs/howto/extend.md: each recipe names all files, and an entry that follows it is found.
 
-Each test adds one invented entry where its recipe says, and uses it as a user would. Claims and
-papers are added in tests/claims/test_claim.py, engines in tests/engines.
+Each test adds one invented entry where its recipe says, and uses it as a user would. Claims, papers,
+figures and engines are added or drawn in tests/claims/test_claim.py, tests/report and tests/engines.
 """
 
 import csv
@@ -21,8 +21,6 @@ from tt_precise.integration import events, heyoka_backend, run
 from tt_precise.integration.events import Event
 from tt_precise.mechanics import conserved, quantities
 from tt_precise.mechanics.quantities import ENERGY, Motion, quantity
-from tt_precise.report import sections
-from tt_precise.report.document import Figure
 from tt_precise.runtime import tables
 from tt_precise.scene import laws, scene
 from tt_precise.scene.laws import DIMENSIONLESS_MU, EPSILON, Law
@@ -103,14 +101,6 @@ def test_a_friction_law(monkeypatch: pytest.MonkeyPatch) -> None:
             )  # fmt: skip
             ends.append(tt.integrate(top, precision).state.theta)
         assert ends[0] == pytest.approx(ends[1], rel=1e-13)
-
-
-def test_a_figure(monkeypatch: pytest.MonkeyPatch) -> None:
-    def drawn() -> Figure:
-        return Figure("invented", "A caption.", "<svg/>", "nothing")
-
-    monkeypatch.setitem(sections.FIGURES, "thresholds", (drawn,))
-    assert sections.figures_of("thresholds") == [drawn()]
 
 
 def test_a_command(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ import pyarrow
 import pyarrow.parquet
 import pytest
 
-from tt_precise.cli import main
+from tests.conftest import Said
 from tt_precise.runtime.files import locked
 from tt_precise.runtime.values import InputError
 from tt_precise.sweeps import read_rows, run_sweep, specification, store
@@ -34,7 +34,9 @@ def rows(finished: Path) -> pandas.DataFrame:
     return read_rows(finished)
 
 
-def copied(finished: Path, tmp_path: Path) -> Path:
+@pytest.fixture
+def out(finished: Path, tmp_path: Path) -> Path:
+    """A copy of the finished sweep's folder."""
     return shutil.copytree(finished, tmp_path / "sweep")
 
 
@@ -69,9 +71,8 @@ def swap(path: Path) -> None:
     "damage", [cut, edit, swap, flip, Path.unlink, lambda path: path.write_bytes(b"")]
 )
 def test_damaged_rows_are_computed_again(
-    finished: Path, tmp_path: Path, rows: pandas.DataFrame, damage: Callable[[Path], Any]
+    out: Path, rows: pandas.DataFrame, damage: Callable[[Path], Any]
 ) -> None:
-    out = copied(finished, tmp_path)
     damage(out / ONE)
     with pytest.raises(InputError, match="run it again"):
         read_rows(out)
@@ -81,28 +82,23 @@ def test_damaged_rows_are_computed_again(
     pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
 
 
-def test_rows_that_were_edited_are_not_drawn(
-    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = copied(finished, tmp_path)
-    drawn = ["--x", "phi_dot", "--y", "min_g_n", "--out", str(tmp_path / "picture.svg")]
-    assert main(["sweep", "plot", str(out), *drawn]) == 0
+def test_rows_that_were_edited_are_not_drawn(out: Path, tmp_path: Path, said: Said) -> None:
+    drawn = "--x phi_dot --y min_g_n --out", tmp_path / "picture.svg"
+    said("sweep plot", out, *drawn)
     edit(out / ONE)
     for what in (out, out / ONE):
-        assert main(["sweep", "plot", str(what), *drawn]) == 2
-        assert "has changed since the sweep wrote it" in capsys.readouterr().err
+        refused = said("sweep plot", what, *drawn, status=2)
+        assert "has changed since the sweep wrote it" in refused
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", "null", '{"chunk": "x"}', "\x00" * 9])
-def test_a_damaged_manifest_is_bad_input(finished: Path, tmp_path: Path, content: str) -> None:
-    out = copied(finished, tmp_path)
+def test_a_damaged_manifest_is_bad_input(out: Path, content: str) -> None:
     (out / "sweep.json").write_text(content)
     with pytest.raises(InputError, match=r"sweep\.json is damaged"):
         run_sweep(SPEC, out=out, recheck=0)
 
 
-def test_two_sweeps_do_not_share_a_folder(finished: Path, tmp_path: Path) -> None:
-    out = copied(finished, tmp_path)
+def test_two_sweeps_do_not_share_a_folder(out: Path) -> None:
     with locked(out, "sweep"), pytest.raises(InputError, match="another sweep is"):
         run_sweep(SPEC, out=out, recheck=0)
     assert run_sweep(SPEC, out=out, recheck=0).summary["rows"] == 12
@@ -142,12 +138,12 @@ def test_a_damaged_folder_comes_out_whole(
     finished: Path, tmp_path: Path, rows: pandas.DataFrame, seeds: range
 ) -> None:
     for seed in seeds:
-        out = copied(finished, tmp_path / str(seed))
+        out = shutil.copytree(finished, tmp_path / str(seed))
         done = corrupted(out, numpy.random.default_rng([22, seed]))
         found = run_sweep(SPEC, out=out, recheck=0).summary
         assert (found["rows"], found["quarantined"]) == (12, []), done
         assert read_rows(out).equals(rows), done
-        shutil.rmtree(out.parent)
+        shutil.rmtree(out)
 
 
 def test_a_url_holds_the_same_rows(tmp_path: Path, rows: pandas.DataFrame) -> None:
@@ -176,10 +172,9 @@ def test_a_file_is_whole_or_not_there(tmp_path: Path, kind: str) -> None:
     assert (store.names(out), store.names(out, "chunks")) == ({"chunks"}, {"1"})
 
 
-def test_an_unknown_url_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["--vary", "phi_dot=1", "--workers", "1", "--out", "nowhere://x/y"]
-    assert main(["sweep", "reference", *words]) == 2
-    assert "nowhere://x/y: " in capsys.readouterr().err
+def test_an_unknown_url_is_bad_input(said: Said) -> None:
+    words = "sweep reference --vary phi_dot=1 --workers 1 --out nowhere://x/y"
+    assert "nowhere://x/y: " in said(words, status=2)
 
 
 @pytest.mark.parametrize(
@@ -193,11 +188,10 @@ def test_an_unknown_url_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None
     ],
 )
 def test_torn_or_ragged_files_cannot_be_drawn(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, content: bytes
+    tmp_path: Path, said: Said, name: str, content: bytes
 ) -> None:
     (tmp_path / name).write_bytes(content)
-    assert main(["sweep", "plot", str(tmp_path / name), "--x", "phi_dot", "--y", "climb"]) == 2
-    line = capsys.readouterr().err
+    line = said("sweep plot", tmp_path / name, "--x phi_dot --y climb", status=2)
     assert line.count("\n") == 1
     assert name in line
 
