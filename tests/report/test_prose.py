@@ -1,8 +1,12 @@
-"""Texts with symbols: what readers see, in HTML and in Markdown."""
+"""Texts with symbols, and formulas: read as they are written, set as people write them."""
+
+from xml.etree import ElementTree
 
 import pytest
 
+from tt_precise.claims.committed import committed
 from tt_precise.report import prose
+from tt_precise.report.formula import NoFormulaError, latex, mathml, parts_of_symbol
 
 SEEN = {
     "theta_dot > 0": "<i>θ̇</i> &gt; 0",
@@ -59,3 +63,82 @@ def test_a_pair_that_is_words_is_not_marked() -> None:
     assert prose.pair_html("from + to -", "from - to +") == ("from + to -", "from − to +")
     assert "differs" in prose.pair_html("a - b", "a - c")[1]
     assert prose.pair_markdown("a - b", "a - c")[1] == r"$a - \underline{c}$"
+
+
+SET = {
+    "R*I1*phi_dot*sin(theta)**2": r"R\, I_1\, \dot{\varphi}\, \sin^2 \theta",
+    "sigma = (1 - gamma)/(gamma + alpha**2 - 1)":
+        r"\sigma = \frac{1 - \gamma}{\gamma + {\alpha}^2 - 1}",
+    "3_dot = (1/I1) L x 3": r"\dot{\mathbf{3}} = \frac{1}{I_1}\, L \times \mathbf{3}",
+    "E_rot_dot = omega.(a x F)": r"\dot{E}_{\mathrm{rot}} = \omega \cdot \left(a \times F\right)",
+    "|omega x a| = |omega|*|a|*sin(theta)":
+        r"\lvert \omega \times a \rvert = \lvert \omega \rvert\, \lvert a \rvert\, \sin \theta",
+    "dE~/dt = m (omega x a).v_A_dot":
+        r"\frac{d \tilde{E}}{dt} = m\, \left(\omega \times a\right) \cdot \dot{v}_A",
+    "theta -> 0, L -> L0 z": r"\theta \to 0, L \to L_0\, z",
+    "-w0 + w = w0*(1 - w/w0)": r"- w_0 + w = w_0\, \left(1 - \frac{w}{w_0}\right)",
+    "lambda_/(R*I1) >= 2.5e-6": r"\frac{\lambda}{R\, I_1} \ge 2.5\cdot 10^{-6}",
+    "cos theta = 1": r"\cos \theta = 1",
+    "-(a - b)**2": r"- \left(a - b\right)^2",
+}  # fmt: skip
+WORDS = (
+    "", "2", "theta", "increasing", "about 3.2 s", "0.2 N", "(2)-(6)", "1 x 2 = 3", "a (b",
+    "positive", "equal, for every body and state", "in 34 of 39 steps", "5, x", "a b)", "Fig. 3b",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "wanted"), SET.items())
+def test_formulas_are_set(text: str, wanted: str) -> None:
+    assert latex(text) == wanted
+    assert ElementTree.fromstring(mathml(text)).tag.endswith("math")
+
+
+@pytest.mark.parametrize("text", WORDS)
+def test_words_are_no_formulas(text: str) -> None:
+    with pytest.raises(NoFormulaError):
+        latex(text)
+
+
+def test_every_equation_of_the_paper_is_read() -> None:
+    known = committed()
+    assert known is not None
+    formulas = 0
+    for claim in known.claims:
+        for text in claim.printed.split("; "):
+            body = text.rpartition(": ")[2]
+            if "=" in body and "**" in body and "for" not in body.split():
+                assert latex(body)
+                formulas += 1
+    assert formulas > 10
+
+
+def test_order_stays() -> None:
+    assert latex("b + a*c - c*a") == r"b + a\, c - c\, a"
+
+
+def test_symbols_have_letter_accents_and_index() -> None:
+    assert parts_of_symbol("omega_3_dot") == ("ω", ("dot",), "3")
+    assert parts_of_symbol("E~0") == ("E", ("tilde",), "0")
+    assert parts_of_symbol("I1") == ("I", (), "1")
+    assert parts_of_symbol("lambda_thres") == ("λ", (), "thres")
+
+
+@pytest.mark.parametrize(
+    ("printed", "corrected", "left", "right"),
+    [
+        ("a - I3*b", "a - R*I3*b", r"a - I_3\, b", r"a - \underline{R}\, I_3\, b"),
+        ("(1 - alpha)/c", "(1 - gamma)/c",
+         r"\frac{1 - \underline{\alpha}}{c}", r"\frac{1 - \underline{\gamma}}{c}"),
+        ("x = w*(1 - y)", "x = -w*(1 - y)",
+         r"x = w\, \left(1 - y\right)", r"x = \underline{-} w\, \left(1 - y\right)"),
+        ("a + b", "a - b", r"a \underline{+} b", r"a \underline{-} b"),
+        ("a + b", "a + b", "a + b", "a + b"),
+    ],
+)  # fmt: skip
+def test_what_differs_is_marked_and_nothing_else(
+    printed: str, corrected: str, left: str, right: str
+) -> None:
+    assert (latex(printed, corrected), latex(corrected, printed)) == (left, right)
+    marks = (left + right).count("underline")
+    set_both = mathml(printed, corrected) + mathml(corrected, printed)
+    assert set_both.count('class="differs"') == marks

@@ -1,10 +1,11 @@
-"""Sections, which a failing claim cannot hide."""
+"""Sections, which a failing claim cannot hide, and how they are collected."""
 
 from __future__ import annotations
 
 import json
 import re
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import pandas
@@ -12,10 +13,13 @@ import pytest
 
 from tests.report.conftest import tables
 from tt_precise.claims import counts, judge
+from tt_precise.claims.claim import calls_for
 from tt_precise.claims.committed import JudgedClaim, committed, run_record
 from tt_precise.integration import integrate
 from tt_precise.integration.precision import is_available
 from tt_precise.report import build, overview, sections
+from tt_precise.report import collect as computing
+from tt_precise.report.collect import SHARING, compute, sections_in
 from tt_precise.report.document import Card, Claims, Section, Text
 from tt_precise.report.measured import jellett_alone
 from tt_precise.report.overview import verdict
@@ -127,3 +131,51 @@ def test_the_finest_run_is_what_200_bits_give() -> None:
         apart = state_distance(one.trajectory, wide)
         assert apart == pytest.approx(one.state_error, rel=1e-6)
         assert apart > 1e-34  # what the first bound would not let pass
+
+
+def test_claims_are_grouped_by_their_evidence() -> None:
+    groups = {call.key: call.group for call in calls_for(["EQ-33", "EQ-37", "NUM-11"])}
+    name = "tt_precise.claims.rauch_rutstam."
+    assert groups["EQ-33"] == groups["EQ-37"] == f"{name}section23_energy"
+    assert groups["NUM-11"] == f"{name}section22_starts"
+
+
+@pytest.fixture
+def few(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Some sections and claims in place of all."""
+
+    def chosen(titles: list[str], sharing: str, claims: list[str]) -> None:
+        every = sections_in(tmp_path)
+        monkeypatch.setattr(computing, "SHARING", {sharing: SHARING["Conservation"]})
+        monkeypatch.setattr(computing, "CONSERVATION", sharing)
+        monkeypatch.setattr(
+            computing, "sections_in", lambda _: {name: every[name] for name in titles}
+        )
+        monkeypatch.setattr(computing, "calls_for", lambda: calls_for(claims))
+        monkeypatch.setattr(computing, "headlines", dict)
+        monkeypatch.setattr(computing, "precisions", str)
+
+    return chosen
+
+
+def test_every_part_finds_its_place(tmp_path: Path, few: Callable[..., None]) -> None:
+    """Cheap sections and claims, in processes as ever."""
+    every = sections_in(tmp_path)
+    assert set(SHARING) <= set(every)
+    titles = [title for title in every if title not in SHARING][-3:]
+    few(titles, titles[1], ["NUM-23", "EQ-01"])
+    shares: list[float] = []
+    found = compute(tmp_path, shares.append)
+    assert [one.id for one in found.judged] == ["EQ-01", "NUM-23"]
+    assert [one.title for one in found.sections] == [every[title]().title for title in titles]
+    assert found.precisions == ""
+    assert found.seconds > 0
+    assert shares == sorted(shares)
+    assert len(shares) == len(titles) + 4
+
+
+def test_a_part_that_fails_fails_the_report(tmp_path: Path, few: Callable[..., None]) -> None:
+    (tmp_path / "extremes.json").write_text("{")
+    few(list(sections_in(tmp_path)), "Extremes", [])
+    with pytest.raises(Exception, match=r"extremes\.json"):
+        compute(tmp_path)
