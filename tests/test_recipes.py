@@ -1,7 +1,7 @@
 """docs/howto/extend.md: each recipe names all files, and an entry that follows it is found.
 
-Each test adds one invented entry where its recipe says, and uses it as a user would. Claims, papers,
-figures and engines are added or drawn in tests/claims/test_claim.py, tests/report and tests/engines.
+Each test adds one invented entry where its recipe says, and uses it as a user would. Claims and
+papers: tests/claims/test_claim.py; figures: tests/report; engines: tests/engines.
 """
 
 import csv
