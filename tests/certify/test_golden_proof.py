@@ -1,6 +1,7 @@
 """Printed tables compared with a proof, and the files that go beside them."""
 
 import json
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from decimal import Decimal
@@ -294,3 +295,19 @@ def test_what_no_build_wrote_is_neither_proved_nor_sealed(
             refused()
     assert manifest.read_text() == before
     assert not (place / PROOF).exists()
+
+
+@pytest.mark.proofs
+@pytest.mark.parametrize("name", [name for name in store.scenes() if proofs.read(name)])
+def test_committed_proofs_come_out_again(name: str, tmp_path: Path) -> None:
+    shutil.copytree(store.home() / name, tmp_path / name)
+    certificate = certify(name, folder=tmp_path)
+    assert certificate.complete, certificate.summary
+    for file in (ENCLOSURE, proofs.EVENTS_ENCLOSURE):
+        assert (tmp_path / name / file).read_bytes() == (store.home() / name / file).read_bytes()
+    made, committed = (proofs.read(name, place) for place in (tmp_path, store.home()))
+    assert made is not None
+    assert committed is not None
+    # sources and libraries may be others
+    for key in made.content.keys() - {"prover", "versions", store.PROOF_HASH}:
+        assert made.content[key] == committed.content[key], key

@@ -1,9 +1,11 @@
 """Scenes: proved states, events, signs and times against heyoka, and against each other."""
 
 import doctest
+import resource
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
+from itertools import product
 from typing import Any
 
 import flint
@@ -263,3 +265,29 @@ def test_one_undecidable_event_leaves_the_others(proof: Proof, monkeypatch: Patc
 def test_the_docstring_is_true() -> None:
     found = doctest.testmod(tt_precise.certify)
     assert (found.failed, found.attempted > 3) == (0, True)
+
+
+@pytest.fixture(scope="module")
+def whole() -> Proof:
+    """All 8 s of the reference scene: minutes."""
+    made = prove("reference")
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 2 * 1024**2  # KiB
+    assert len(list(made.rows())) == 801
+    return made
+
+
+@pytest.mark.proofs
+def test_all_8_s_with_other_steps(whole: Proof) -> None:
+    other = prove("reference", bits=170)
+    for seconds in whole.scene.sample_times[::20]:
+        a, b = whole.state(seconds), other.state(seconds)
+        assert all(a[name].overlaps(b[name]) for name in a)  # type: ignore[union-attr]
+
+
+@pytest.mark.proofs
+def test_times_of_the_climb_are_those_of_heyoka(whole: Proof) -> None:
+    found = tt.integrate("reference", precision="quad").inversion
+    for definition, name in product("ABC", ("t_init", "t_end")):
+        ball = getattr(getattr(whole.inversion, definition), name)
+        assert ball.rad() < arb("1e-26")
+        assert abs(ball - arb(str(getattr(getattr(found, definition), name)))) < arb("1e-26")
