@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,60 +9,47 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration import Trajectory, integrate, trajectory
 from tt_precise.integration.columns import digits_over_rows
 from tt_precise.integration.errors import distance, floats
 from tt_precise.integration.precision import KINDS
-from tt_precise.integration.trajectory import (
-    HEYOKAS,
-    LADDER,
-    LOST,
-    MOST_SECONDS,
-    SPARE,
-    Rung,
-    integrate_to_digits,
-    seconds_for,
-)
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene, shipped
 
 
-@dataclass
-class Runs:
-    """Stands for the integration: each run loses ``lost`` digits, and has ``most`` at most."""
+def climb(tried: list[Any], wanted: int, lost: float = 1.0, most: float = 1e9) -> None:
+    """By runs that lose ``lost`` digits, and have ``most`` at most."""
 
-    lost: float = 1.0
-    most: float = 1e9
-    rungs: list[Rung] = field(default_factory=list)
-
-    def __call__(self, rung: Rung) -> Any:
-        self.rungs.append(rung)
+    def run(rung: trajectory.Rung) -> Any:
+        tried.append(rung)
         return SimpleNamespace(
-            status="complete", digits_throughout=min(rung.digits - self.lost, self.most),
+            status="complete", digits_throughout=min(rung.digits - lost, most),
             scene=load_scene("reference"), precision=SimpleNamespace(name="double", bits=53),
         )  # fmt: skip
 
+    trajectory.integrate_to_digits(wanted, load_scene("reference"), run)
 
-def climbed(wanted: int, **runs: Any) -> list[Rung]:
-    made = Runs(**runs)
-    with suppress(InputError):
-        integrate_to_digits(wanted, load_scene("reference"), made)
-    return made.rungs
+
+def climbed(wanted: int, **runs: float) -> list[Any]:
+    tried: list[Any] = []
+    climb(tried, wanted, **runs)
+    return tried
 
 
 def test_rungs_of_the_ladder() -> None:
     """The first that mostly suffices; then what the estimate lacks and ``SPARE`` are added."""
-    assert [climbed(n)[0].digits >= n + LOST for n in range(1, 60)]
-    assert climbed(6) == [LADDER[0]]
+    assert all(climbed(n)[0].digits >= n + trajectory.LOST for n in range(1, 60))
+    assert climbed(6) == [trajectory.LADDER[0]]
     assert [climbed(n)[0].precision for n in (34, 60)] == ["triple-double", "mp"]
-    assert climbed(8, lost=2.5) == [LADDER[0], LADDER[1]]
-    assert climbed(8, lost=6) == [LADDER[0], LADDER[2]]
-    enough = 10 - 8 - SPARE
-    assert climbed(8, lost=enough - 0.01) == [LADDER[0]]
-    assert climbed(8, lost=enough + 0.01) == [LADDER[0], LADDER[1]]
-    assert len(climbed(9, most=0.0)) == 2  # a third cannot help
+    assert climbed(8, lost=2.5) == [trajectory.LADDER[0], trajectory.LADDER[1]]
+    assert climbed(8, lost=6) == [trajectory.LADDER[0], trajectory.LADDER[2]]
+    enough = 10 - 8 - trajectory.SPARE
+    assert climbed(8, lost=enough - 0.01) == [trajectory.LADDER[0]]
+    assert climbed(8, lost=enough + 0.01) == [trajectory.LADDER[0], trajectory.LADDER[1]]
+    tried: list[Any] = []
     with pytest.raises(InputError, match="digits: got 9, but reference has 0"):
-        integrate_to_digits(9, load_scene("reference"), Runs(most=0.0))
+        climb(tried, 9, most=0.0)
+    assert len(tried) == 2  # a third cannot help
 
 
 @pytest.mark.parametrize(
@@ -92,8 +77,9 @@ def test_digits_that_would_take_days_are_refused_with_the_largest_that_is_practi
         integrate("reference", digits=1000)
     most = int(str(refused.value).partition("at most ")[2].partition(",")[0])
     scene = load_scene("reference")
-    assert seconds_for(most, scene) <= MOST_SECONDS < seconds_for(1000, scene)
-    assert seconds_for(40, scene) == 0  # no mp
+    without_mp, within, beyond = (trajectory.seconds_for(n, scene) for n in (40, most, 1000))
+    assert without_mp == 0
+    assert within <= trajectory.MOST_SECONDS < beyond
 
 
 @pytest.mark.parametrize(
@@ -112,7 +98,7 @@ def test_quad_without_80_bits_and_llvmlite(short: Scene, monkeypatch: pytest.Mon
     for name in ("_has_80_bit_floats", "_has_llvmlite"):
         monkeypatch.setattr(f"tt_precise.integration.precision.{name}", lambda: False)
     assert integrate(short, digits=15).precision.name == "quad"
-    assert not any(KINDS[rung.precision].doubles for rung in HEYOKAS)
+    assert not any(KINDS[rung.precision].doubles for rung in trajectory.HEYOKAS)
 
 
 def test_a_hopeless_start_is_refused(reference: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
