@@ -5,21 +5,15 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.exact.arithmetic import (
-    MOST_DIGITS,
-    agreed_digits,
-    checked_digits,
-    decimal,
-    own_context,
-)
+from tt_precise.exact import arithmetic
 from tt_precise.runtime.values import InputError
 
 
 def test_contexts_are_ones_own() -> None:
     before = mpmath.mp.dps
-    one, other = own_context(30), own_context(70)
+    one, other = arithmetic.own_context(30), arithmetic.own_context(70)
     assert (one.dps, other.dps, mpmath.mp.dps) == (30, 70, before)
-    assert decimal(other.mpf(5) / 2, 10, other) == "2.500000000"
+    assert arithmetic.decimal(other.mpf(5) / 2, 10, other) == "2.500000000"
 
 
 @pytest.mark.parametrize(
@@ -31,16 +25,16 @@ def test_contexts_are_ones_own() -> None:
     ],
 )  # fmt: skip
 def test_agreed_digits(a: str, b: str, digits: int) -> None:
-    context = own_context(80)
+    context = arithmetic.own_context(80)
     one, other = (
         context.fsum(context.mpf(term) for term in text.replace("- ", "-").split())
         for text in (a, b)
     )
-    assert agreed_digits(one, other, 50, context) == digits
-    assert agreed_digits(other, one, 50, context) == digits
+    assert arithmetic.agreed_digits(one, other, 50, context) == digits
+    assert arithmetic.agreed_digits(other, one, 50, context) == digits
 
 
-@pytest.mark.parametrize("digits", [0, -1, MOST_DIGITS + 1, 50.0, "50", True, None])
+@pytest.mark.parametrize("digits", [0, -1, arithmetic.MOST_DIGITS + 1, 50.0, "50", True, None])
 def test_refuses_digits(digits: Any) -> None:
     with pytest.raises(InputError, match=r"digits: got .*, expected a whole number between 1 and"):
-        checked_digits(digits)
+        arithmetic.checked_digits(digits)

@@ -10,14 +10,6 @@ import pytest
 
 from tests.exact.conftest import Spoil, wrong, wrong_quantity
 from tt_precise.exact import identities
-from tt_precise.exact.identities import (
-    IDENTITIES,
-    POINTS,
-    RATIONAL_POINTS,
-    SYMBOLIC,
-    Identity,
-    prove,
-)
 from tt_precise.mechanics import conversion, euler, friction, newton, rolling
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import Parameters
@@ -68,26 +60,26 @@ CONTROLS: dict[str, Spoil] = {
 }
 
 
-@pytest.mark.parametrize("name", IDENTITIES)
+@pytest.mark.parametrize("name", identities.IDENTITIES)
 def test_proved(name: str) -> None:
-    proof = prove(name)
+    proof = identities.prove(name)
     assert proof.holds
     assert proof.failed == ()
     assert proof.residuals >= 1
     assert proof.statement
     assert proof.equation
-    assert proof.kind == (RATIONAL_POINTS if proof.points else SYMBOLIC)
-    assert proof.points in (0, POINTS)
+    assert proof.kind == (identities.RATIONAL_POINTS if proof.points else identities.SYMBOLIC)
+    assert proof.points in (0, identities.POINTS)
 
 
 def test_every_identity_has_a_control() -> None:
-    assert set(CONTROLS) == set(IDENTITIES)
+    assert set(CONTROLS) == set(identities.IDENTITIES)
 
 
 @pytest.mark.parametrize("name", CONTROLS)
 def test_spoiled_by_1e_40_it_fails(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     CONTROLS[name](monkeypatch)
-    proof = IDENTITIES[name].prove(ONE_BODY)
+    proof = identities.IDENTITIES[name].prove(ONE_BODY)
     assert not proof.holds
     assert proof.failed
 
@@ -95,7 +87,7 @@ def test_spoiled_by_1e_40_it_fails(name: str, monkeypatch: pytest.MonkeyPatch) -
 def test_for_one_body_what_holds_for_all_holds() -> None:
     """So that the refutations above do not come from the numbers."""
     for name in ("Euler form = Newton form", "rate of E~", "Main Equation"):
-        assert IDENTITIES[name].prove(ONE_BODY).holds
+        assert identities.IDENTITIES[name].prove(ONE_BODY).holds
 
 
 def test_jellett_without_its_factor_fails(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,8 +98,8 @@ def test_jellett_without_its_factor_fails(monkeypatch: pytest.MonkeyPatch) -> No
         return body.R * body.I1 * state.phi_dot * s * s - body.I3 * state.omega_3 * (body.alpha - c)
 
     monkeypatch.setattr(euler, "jellett", misprinted)
-    assert not prove("lambda in Euler angles").holds
-    assert not prove("lambda is constant, Euler angles").holds
+    assert not identities.prove("lambda in Euler angles").holds
+    assert not identities.prove("lambda is constant, Euler angles").holds
 
 
 def test_points_are_the_same_each_time() -> None:
@@ -117,35 +109,35 @@ def test_points_are_the_same_each_time() -> None:
         seen.append(draws.randint(0, 10**9))
         return [0]
 
-    watched = Identity("watch", "", RATIONAL_POINTS, watch)
+    watched = identities.Identity("watch", "", identities.RATIONAL_POINTS, watch)
     assert watched.prove().holds
     first = seen.copy()
     seen.clear()
     watched.prove()
     assert seen == first
-    assert len(set(seen)) == POINTS
+    assert len(set(seen)) == identities.POINTS
 
 
 def test_one_bad_point_is_enough() -> None:
     def once(draws: Any) -> list[int]:
         calls.append(1)
-        return [0, int(len(calls) == POINTS)]
+        return [0, int(len(calls) == identities.POINTS)]
 
     calls: list[int] = []
-    assert Identity("once", "", RATIONAL_POINTS, once).prove().failed == (1,)
+    assert identities.Identity("once", "", identities.RATIONAL_POINTS, once).prove().failed == (1,)
 
 
 def test_nothing_is_no_proof() -> None:
     with pytest.raises(ArithmeticError, match="nothing was proved"):
-        Identity("empty", "", RATIONAL_POINTS, lambda draws: []).prove()
+        identities.Identity("empty", "", identities.RATIONAL_POINTS, lambda draws: []).prove()
 
 
 def test_no_name_hides_another_identity() -> None:
     files = Path(identities.__file__).parent.glob("*.py")
     entries = re.findall(r"^@identity\(", "\n".join(f.read_text("utf-8") for f in files), re.M)
-    assert len(entries) == len(IDENTITIES)
+    assert len(entries) == len(identities.IDENTITIES)
 
 
 def test_refuses_unknown_names() -> None:
     with pytest.raises(InputError, match=r"identity: got 'Fermat', expected one of: .*Euler form"):
-        prove("Fermat")
+        identities.prove("Fermat")

@@ -8,29 +8,22 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.integration import Trajectory, integrate
-from tt_precise.integration.inversion import (
-    NEEDED,
-    Climb,
-    InversionEvents,
-    Turns,
-    from_inversion_events,
-)
+from tt_precise.integration import Trajectory, integrate, inversion
 from tt_precise.scene.scene import Scene, load_scene
 
-NONE = Climb(None, None)
+NONE = inversion.Climb(None, None)
 
 MINIMA = [(1, 0.1, -5), (3, 0.2, 5), (5, 0.1, -5), (7, 0.3, 5), (11, 1.5, 5)]
 MAXIMA = [(2, 0.4, -5), (10.5, 1.6, -5)]
 MAXIMA += [(13, math.pi - 0.3, 5), (15, math.pi - 0.1, -5), (17, math.pi - 0.2, 5)]
 
 
-def turns(rows: Sequence[tuple[float, float, float]]) -> Turns:
-    return Turns(*zip(*rows, strict=True))
+def turns(rows: Sequence[tuple[float, float, float]]) -> inversion.Turns:
+    return inversion.Turns(*zip(*rows, strict=True))
 
 
 # A climb with everything on either side: theta reaches pi/2 at t = 10.
-MARKS = InversionEvents(
+MARKS = inversion.InversionEvents(
     equator=[10, 12], minima=turns(MINIMA), maxima=turns(MAXIMA), aligned=[1, 6.5],
     opposed=[3, 14.5, 18], phi_dot_zero=[2, 4, 6, 14, 16],
 )  # fmt: skip
@@ -65,7 +58,7 @@ FORWARD = [turn for turn in MINIMA if turn[2] > 0]
 def test_the_definitions_on_climbs_made_by_hand(
     changes: dict[str, Any], when: str, expected: tuple[Any, ...]
 ) -> None:
-    found = from_inversion_events(replace(MARKS, **changes), math.pi)
+    found = inversion.from_inversion_events(replace(MARKS, **changes), math.pi)
     assert [getattr(climb, when) for climb in (found.A, found.B, found.C)] == [
         one and pytest.approx(one, rel=1e-15) for one in expected
     ]
@@ -123,7 +116,7 @@ def test_the_second_integration_is_of_the_same_setup(reference: Scene) -> None:
     """With g_n < 0 on the way, as asked for; unilateral the top would leave the table first."""
     scene = reference.varied(phi_dot="-30", until="12")
     setup: Any = {"contact": "bilateral", "tolerance": 1e-13}
-    at_once = integrate(scene, events=NEEDED, **setup)
+    at_once = integrate(scene, events=inversion.NEEDED, **setup)
     assert at_once.inversion.A.t_init == pytest.approx(1.486, abs=1e-3)
     assert at_once.inversion.A.t_end == pytest.approx(5.834, abs=1e-3)
     assert integrate(scene, **setup).inversion == at_once.inversion
