@@ -26,7 +26,7 @@ from flint import arb
 from tt_precise.certify.balls import NotProved, between, fraction, largest
 from tt_precise.certify.enclosure import VerifiedStep
 from tt_precise.certify.onset import Onset
-from tt_precise.certify.problem import Function
+from tt_precise.certify.problem import FUNCTIONS, Function
 from tt_precise.certify.taylor_model import DualNumber, TaylorModel
 from tt_precise.taylor.series import Series, solution
 
@@ -179,7 +179,9 @@ class _Part:
     def derivative(self, order: int) -> TaylorModel:
         """The model of the derivative of this order divided by its factorial, in problem time."""
         tube = self.step.sharp[0] if self.sharp else self.step.tube
-        series = solution(self.step.problem.rates_at, tube)
+        problem = self.step.problem
+        parameters = problem.parameters()
+        series = solution(lambda y: problem.rates(parameters, y, FUNCTIONS), tube)
         values = self.function(series)
         assert isinstance(values, Series)  # a function of the state
         return TaylorModel.of(values[order], tube[0].frame)

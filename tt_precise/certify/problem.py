@@ -13,6 +13,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property, reduce
+from operator import add
 
 from flint import arb
 
@@ -26,6 +28,7 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.values import Arithmetic, Functions, Scalar
 from tt_precise.scene.body import Units
 from tt_precise.scene.scene import Scene
+from tt_precise.taylor.graph import Constant, Graph, Operand, constants_of, in_order, numbers
 from tt_precise.taylor.series import Series, SeriesFunctions
 
 
@@ -39,6 +42,48 @@ class _Functions(SeriesFunctions, Balls):
 BALLS = Arithmetic(Balls, ball)
 FUNCTIONS = _Functions(Balls)
 Function = Callable[[Sequence[Scalar]], Scalar]  # of a state
+
+
+class Equations:
+    """A right-hand side as a graph: each operation once, for arithmetics in which they are long."""
+
+    def __init__(
+        self, rates: Callable[..., Sequence[Scalar]], parameters: int, variables: int
+    ) -> None:
+        graph = Graph(variables, parameters)
+        self._results = list(rates(graph.parameters, list(graph.entries), graph))
+        self._nodes = in_order(graph, self._results)
+        alone = [result for result in self._results if isinstance(result, Constant)]
+        self._constants = [*constants_of(self._nodes), *alone]
+
+    def __call__(self, parameters: Sequence[Scalar], state: Sequence[Scalar]) -> list[Scalar]:
+        """The rates, in the arithmetic of the state; parameters are balls."""
+        known: dict[Scalar, Scalar] = dict(numbers(self._constants, parameters, Balls))
+
+        def value(operand: Scalar) -> Scalar:
+            return known[operand] if isinstance(operand, Operand) else operand
+
+        for node in self._nodes:
+            if node.kind == "entry":
+                known[node] = state[node.args[0]]
+            elif node.kind == "sum":
+                offset, terms = node.args
+                scaled = [_times(value(factor), known[operand]) for factor, operand in terms]
+                if isinstance(offset, Operand) or offset != 0:
+                    scaled.append(value(offset))
+                known[node] = reduce(add, scaled)
+            elif node.kind == "root":
+                known[node] = known[node.args[0]].sqrt()
+            else:
+                a, b = map(value, node.args)
+                known[node] = a * b if node.kind == "product" else a / b
+        return [value(operand) for operand in self._results]
+
+
+def _times(factor: Scalar, value: Scalar) -> Scalar:
+    if isinstance(factor, int):
+        return value if factor == 1 else -value
+    return value * factor
 
 
 @dataclass(frozen=True)
@@ -58,9 +103,14 @@ class Problem:
     until: Callable[[], arb]
     form: Formulation | None = None
 
+    @cached_property
+    def traced(self) -> Equations:
+        """``rates`` with each operation once, for arithmetics in which they are long."""
+        return Equations(self.rates, len(self.parameters()), len(self.columns))
+
     def rates_at(self, state: Sequence[Scalar]) -> Sequence[Scalar]:
-        """The rates in the arithmetic of ``state``: balls, Taylor models, dual numbers."""
-        return self.rates(self.parameters(), state, FUNCTIONS)
+        """The rates in the arithmetic of ``state``: Taylor models, dual numbers."""
+        return self.traced(self.parameters(), state)
 
 
 @dataclass(frozen=True)
