@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy
 
@@ -31,12 +31,11 @@ from tt_precise.golden.measuring import (
     FewestDigits,
     Measured,
     TrueRows,
-    apart_of,
     ending,
-    turned_back,
+    nothing_measured,
 )
 from tt_precise.golden.store import MANIFEST, Folder, locate, read_whole
-from tt_precise.mechanics.digits import sizes
+from tt_precise.golden.table import Table
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.terminal import Progress
@@ -336,7 +335,6 @@ class FreshSolution:
         until = last * self._further
         scene = replace(scene, until=until, events=(), record=record)
         self._run = run = integrate(scene, digits=wanted, progress=progress)
-        self._body = scene.body.numbers(float)
         self._own = 10.0**-run.digits_throughout
         lifted = LIFTED if scene.lifts else ()
         self._names = (*NewtonState._fields, *EulerState._fields, *lifted, *record)
@@ -356,34 +354,22 @@ class FreshSolution:
         within = numpy.array([0 <= t <= farthest for t in times], bool)
         beyond = within & numpy.array([t > self.last for t in times], bool)
         inner = [min(t, self.last) for t in times if 0 <= t <= farthest]
-        frame = self._run.frame(
-            *self._names, times=inner, numbers="text" if self._exact else "float"
-        )
-        true = {
-            name: numpy.array([float(x) if x is not None else math.nan for x in frame[name]])
-            for name in self._names
-        }
-        with numpy.errstate(all="ignore"):
-            scales = sizes(self._body, true, numpy)
-        errors, bounds = {}, {}
-        for name, given in rows.values.items():
-            if self._exact:
-                cells = (rows.cells(row, [name])[0] for row in numpy.flatnonzero(within).tolist())
-                pairs = zip(cells, frame[name], strict=True)
-                apart = numpy.array([apart_of(name, cell, number) for cell, number in pairs])
-            else:
-                apart = turned_back(name, given[within] - true[name])
-            distances = numpy.full(len(times), math.nan)
-            distances[within] = numpy.where(
-                numpy.isnan(apart) & ~numpy.isnan(true[name]), math.inf, abs(apart) / scales[name]
-            )
-            errors[name] = distances
-            bounds[name] = numpy.where(numpy.isnan(distances), math.nan, self._own)
-        measured = Measured(rows.t, errors, bounds, within, within & (rows.t == 0))
+        if not inner:
+            return nothing_measured(rows.t, [*rows.values], within)
+        numbers: Literal["text", "float"] = "text" if self._exact else "float"
+        frame = self._run.frame(*self._names, times=inner, numbers=numbers)
+        columns = {"t": list(map(str, rows.t[within].tolist()))}
+        for name in self._names:
+            columns[name] = ["" if x is None or x != x else str(x) for x in frame[name]]
+        true = TrueRows(self._run.scene, Table.of_columns(columns))
+        measured = true.measure(rows.t, rows.values, rows.cells, largest_only=True)
+        for bound in measured.bounds.values():
+            bound[~numpy.isnan(bound)] = self._own
+        measured.start[:] = within & (rows.t == 0)
         away = beyond & (measured.worst() > self._agreeing)
-        for values in (*errors.values(), *bounds.values()):
+        for values in (*measured.errors.values(), *measured.bounds.values()):
             values[away] = math.nan
-        within[away] = False
+        measured.compared[away] = False
         return measured
 
     def _times(self, rows: OpenRows) -> list[Fraction]:

@@ -136,7 +136,7 @@ class TrueRows:
         names = [name for name in values if name in self._cells]
         nearest, delays = self._nearest(t)
         here = abs(delays) <= SAME_TIME * abs(t)
-        measured = _nothing_measured(t, names, here)
+        measured = nothing_measured(t, names, here)
         measured.start[:] = here & (nearest == 0)
         at = numpy.flatnonzero(here)
         between = numpy.flatnonzero(~here & (t > 0) & (t <= self.times[-1] * (1 + LIFT_OFF)))
@@ -149,7 +149,7 @@ class TrueRows:
                 at_end = (nearest == len(self.times) - 1) & ~measured.compared
                 at_end &= abs(delays) <= agreeing * self.times[-1]
                 at = numpy.flatnonzero(at_end)
-                ended = _nothing_measured(t, names, at_end)
+                ended = nothing_measured(t, names, at_end)
                 self._measure_here(ended, at, nearest, values, exactly, largest_only)
                 at = at[ended.worst()[at] <= agreeing]
                 for name in names:
@@ -223,7 +223,8 @@ class TrueRows:
         return near, t - times[near]
 
 
-def _nothing_measured(t: numpy.ndarray, names: list[str], compared: numpy.ndarray) -> Measured:
+def nothing_measured(t: numpy.ndarray, names: list[str], compared: numpy.ndarray) -> Measured:
+    """Of rows of which no number was measured yet."""
     errors, bounds = ({name: numpy.full(len(t), numpy.nan) for name in names} for _ in range(2))
     return Measured(t, errors, bounds, compared.copy(), numpy.zeros(len(t), bool))
 
