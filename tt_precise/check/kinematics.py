@@ -17,7 +17,7 @@ import numpy
 from tt_precise.check.columns import CheckSetup, Samples
 from tt_precise.mechanics import conserved
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
+from tt_precise.mechanics.vectors import Quaternion, Vector, added, cross, dot, multiplied, scaled
 from tt_precise.runtime.values import Array
 
 ROWS = 5  # of a window
@@ -144,15 +144,8 @@ def _slopes(x: Array) -> Array:
     return slopes
 
 
-def _product(p: Array, q: Array) -> Array:
-    """Of quaternions, scalar first."""
-    u, v = _v(p[1:]), _v(q[1:])
-    axis = [p[0] * b + q[0] * a + c for a, b, c in zip(u, v, cross(u, v), strict=True)]
-    return numpy.array([p[0] * q[0] - dot(u, v), *axis])
-
-
-def _conjugate(q: Array) -> Array:
-    return numpy.array([q[0], -q[1], -q[2], -q[3]])
+def _conjugate(q: Sequence[Array]) -> Quaternion:
+    return (q[0], -q[1], -q[2], -q[3])
 
 
 class _OverWindows:
@@ -390,11 +383,12 @@ class Kinematics(_OverWindows):
         rows, spinning = windows.rows, dot(q.omega, q.k)
         k = numpy.array(numpy.broadcast_arrays(*q.k))[:, rows]
         here, there = k[:, :, :-1], k[:, :, 1:]
-        attitude = numpy.array([samples.given[name][rows] for name in ("qw", "qx", "qy", "qz")])
-        turned = _product(attitude[:, :, 1:], _conjugate(attitude[:, :, :-1]))
-        shortest = numpy.array([1 + dot(_v(here), _v(there)), *cross(_v(here), _v(there))])
-        twist = _product(_conjugate(shortest), turned)
-        about = 2 * numpy.arctan2(dot(_v(twist[1:]), _v(here)), twist[0])
+        attitude = [samples.given[name][rows] for name in ("qw", "qx", "qy", "qz")]
+        begin, end = ([part[:, rows] for part in attitude] for rows in (slice(-1), slice(1, None)))
+        turned = multiplied((end[0], *_v(end[1:])), _conjugate(begin))
+        shortest = [1 + dot(_v(here), _v(there)), *cross(_v(here), _v(there))]
+        twist = multiplied(_conjugate(shortest), turned)
+        about = 2 * numpy.arctan2(dot(twist[1:], _v(here)), twist[0])
         bent = numpy.diff(k, n=2, axis=2)
         inner = (bent[:, :, :-1] + bent[:, :, 1:]) / 2
         bent = numpy.concatenate((bent[:, :, :1], inner, bent[:, :, -1:]), axis=2)
@@ -416,5 +410,5 @@ class Kinematics(_OverWindows):
         return "; ".join(text for text in (fails, looked, super().note) if text)
 
 
-def _v(entries: Array) -> Vector:
+def _v(entries: Sequence[Array] | Array) -> Vector:
     return (entries[0], entries[1], entries[2])

@@ -28,7 +28,7 @@ from tt_precise.check.equations import EquationResidual
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.newton import NewtonState, axis_rate, contact_arm
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled, subtracted
+from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted, turned
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import Parameters
 
@@ -55,9 +55,7 @@ def _named(names: tuple[str, str, str], values: Vector) -> Changed:
 
 def _turned(given: Columns, vector: Vector) -> Vector:
     """A vector of the body's frame in the inertial one."""
-    axis = _vector(given, AXIS)
-    half = cross(axis, vector)
-    return added(vector, added(scaled(2 * given["qw"], half), scaled(2, cross(axis, half))))
+    return turned((given["qw"], *_vector(given, AXIS)), vector)
 
 
 def _rigid(read: Reading, needs: str = "qw") -> Reading:
@@ -88,14 +86,14 @@ def _with_fitted_time(given: Columns, body: Parameters) -> Changed | None:
 def _from_y_up(given: Columns, body: Parameters) -> Changed:
     w, x, y, z = given["qw"], *_vector(given, AXIS)
     # turned by a right angle about x, which takes their y to our z
-    turned: Changed = {
+    rigid: Changed = {
         "qw": HALF * (w - x), "qx": HALF * (w + x), "qy": HALF * (y - z), "qz": HALF * (y + z),
     }  # fmt: skip
     for names in (OMEGA, CENTRE):
         if names[0] in given:
             a, b, c = _vector(given, names)
-            turned |= _named(names, (a, -c, b))
-    return turned
+            rigid |= _named(names, (a, -c, b))
+    return rigid
 
 
 CONVENTIONS: dict[str, Reading] = {
