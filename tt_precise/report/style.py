@@ -119,16 +119,9 @@ def moments(axes: Sequence[Axes], marks: Mapping[str, float]) -> None:
         for panel in axes:
             panel.axvline(t, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
         axes[0].annotate(
-            label,
-            (t, 1),
-            xycoords=("data", "axes fraction"),
-            xytext=(0, 2),
-            textcoords="offset points",
-            ha="center",
-            va="bottom",
-            fontsize=9,
-            color="#505050",
-        )
+            label, (t, 1), xycoords=("data", "axes fraction"), xytext=(0, 2),
+            textcoords="offset points", ha="center", va="bottom", fontsize=9, color="#505050",
+        )  # fmt: skip
 
 
 def legend(axes: Axes, **place: Any) -> None:

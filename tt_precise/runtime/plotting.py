@@ -28,23 +28,12 @@ DPI = 150  # of PNG
 POINTS = 72  # of an inch: the unit of SVG
 BINS = 700  # of time across a panel; each keeps its first, least, greatest and last value
 _SETTINGS: Any = {
-    "font.size": 10,
-    "axes.titlesize": 10,
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#e4e4e4",
-    "grid.linewidth": 0.6,
-    "lines.linewidth": 0.9,
-    "legend.frameon": False,
-    "legend.fontsize": 9,
-    "figure.facecolor": "white",
-    "savefig.facecolor": "white",
-    "svg.fonttype": "path",
+    "font.size": 10, "axes.titlesize": 10, "axes.titlelocation": "left", "axes.spines.top": False,
+    "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True, "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.6, "lines.linewidth": 0.9, "legend.frameon": False, "legend.fontsize": 9,
+    "figure.facecolor": "white", "savefig.facecolor": "white", "svg.fonttype": "path",
     "svg.hashsalt": "tt-precise",
-}
+}  # fmt: skip
 # neither time nor version, so that a file changes only with its picture
 _METADATA: dict[str, dict[str, None]] = {
     ".svg": {"Date": None, "Creator": None},
