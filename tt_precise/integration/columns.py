@@ -146,16 +146,11 @@ class Columns:
         """Named columns (SI) of ``rows``; None where a quantity is undefined."""
         if not rows:
             return {name: [] for name in names}
-        mpfr, alone = self.precision.mpfr, len(rows) == 1
+        mpfr = self.precision.mpfr
         with mpfr.precision():
-            # one row by itself costs less than arrays of one
-            number = (lambda column: mpfr.number(column[0])) if alone else mpfr.array
-            entries = tuple(map(number, zip(*rows, strict=True)))
+            entries = tuple(map(mpfr.array, zip(*rows, strict=True)))
             columns = self.of_arrays(names, entries, mpfr.number, mpfr)
-            return {
-                name: list(map(mpfr.back, [values] if alone else values))
-                for name, values in columns.items()
-            }
+            return {name: list(map(mpfr.back, values)) for name, values in columns.items()}
 
     def of_arrays(
         self, names: Sequence[Name], entries: tuple[Array, ...],
@@ -165,15 +160,14 @@ class Columns:
 
         ``number`` converts numbers with guard bits to the type of the arrays: ``float``,
         ``long_double``, or that of ``mpfr``. ``fn`` has the functions of the arrays, by default
-        NumPy's. Entries may also be single numbers; the columns are then single numbers.
+        NumPy's.
         """
-        q = self.array_motion(entries, number, fn)
-        several, columns = hasattr(entries[0], "__len__"), {}
+        q, columns = self.array_motion(entries, number, fn), {}
         with numpy.errstate(all="ignore"):
             for name in names:
                 factor = self._factor(self.dimension(name), number)
                 values = self._entry(name, entries, q) * factor
-                if several and not hasattr(values, "__len__"):
+                if not hasattr(values, "__len__"):
                     values = values * numpy.ones(len(entries[0]))  # one number for all rows
                 columns[name] = values
         return columns

@@ -10,8 +10,6 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
-import numpy
-
 from tt_precise.integration.columns import POSE, POSE_NAMES, Name, State, expanded
 from tt_precise.integration.dense_output import ARRIVED, Status
 from tt_precise.integration.errors import Errors
@@ -227,10 +225,7 @@ class Trajectory:
         if pose:
             names = (*names, POSE)
         columns = self.table(*names, times=times, numbers=numbers, progress=progress)
-        if numbers == "text" or not (numbers == "float" or self.run.in_arrays):
-            return pandas.DataFrame(columns)
-        # pandas takes one array much faster than many
-        return pandas.DataFrame(numpy.array(list(columns.values())).T, columns=list(columns))
+        return pandas.DataFrame(columns)
 
     def table(
         self,
