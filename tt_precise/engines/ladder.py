@@ -163,36 +163,22 @@ def rungs(law: Law = COULOMB) -> tuple[Rung, ...]:
     # the reference turns over; a small, fast top does so under dry friction
     whole = own if law.constant else gliding.varied(**small)
     ladder = [
-        Rung(
-            "flight", "inertia, gyroscopic term, frames: no contact, closed form",
-            load_scene("frictionless").varied(theta="0.5", theta_dot="40", **short),
-            ("angular_momentum", "rotational_energy"), flown, contact="none",
-        ),
-        Rung(
-            "sleeping upright", "a spin about the vertical that contact and friction leave alone",
-            load_scene("upright").varied(**short), ("jellett", "energy"), standing, friction,
-        ),
-        Rung(
-            "sleeping inverted", "the same with the centre of mass above the centre",
-            load_scene("inverted").varied(**short), ("jellett", "energy"), standing, friction,
-        ),
-        Rung(
-            "ice", "the normal force alone: mu = 0",
-            load_scene("frictionless").varied(**tilted), ("jellett", "energy"), integrated,
-        ),
-        Rung(
-            "gliding", "the engine's own friction while the contact glides", gliding,
-            ("jellett",), integrated,
-        ),
-        Rung(
-            "rolling", "a contact that sticks: mu = 1, more than rolling needs",
-            load_scene("rolling").varied(**tilted), ("jellett", "energy"), integrated,
-            {"law": law.name, "mu": 1.0},
-        ),
-        Rung(
-            "inversion", "the whole motion: does the top turn over, and when", whole,
-            ("jellett",), published if law.constant else None,
-        ),
+        Rung("flight", "inertia, gyroscopic term, frames: no contact, closed form",
+             load_scene("frictionless").varied(theta="0.5", theta_dot="40", **short),
+             ("angular_momentum", "rotational_energy"), flown, contact="none"),
+        Rung("sleeping upright", "a spin about the vertical that contact and friction leave alone",
+             load_scene("upright").varied(**short), ("jellett", "energy"), standing, friction),
+        Rung("sleeping inverted", "the same with the centre of mass above the centre",
+             load_scene("inverted").varied(**short), ("jellett", "energy"), standing, friction),
+        Rung("ice", "the normal force alone: mu = 0", load_scene("frictionless").varied(**tilted),
+             ("jellett", "energy"), integrated),
+        Rung("gliding", "the engine's own friction while the contact glides", gliding, ("jellett",),
+             integrated),
+        Rung("rolling", "a contact that sticks: mu = 1, more than rolling needs",
+             load_scene("rolling").varied(**tilted), ("jellett", "energy"), integrated,
+             {"law": law.name, "mu": 1.0}),
+        Rung("inversion", "the whole motion: does the top turn over, and when", whole, ("jellett",),
+             published if law.constant else None),
     ]  # fmt: skip
     return tuple(rung for rung in ladder if rung.name != "rolling" or not law.smooth_at_rest)
 

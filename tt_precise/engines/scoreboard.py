@@ -69,45 +69,25 @@ class Engine:
 
 
 ENGINES = (
-    Engine(
-        "MuJoCo", "mujoco", "mujoco_adapter", "elliptic cone, soft",
-        "RK4, elliptic cone, impratio 10, contact time constant two steps",
-    ),
-    Engine(
-        "Exudyn", "exudyn", "exudyn_adapter", "proportional below 1 mm/s",
-        "RK44, penalty contact, stiffness m (0.5/step)^2, critical damping",
-    ),
-    Engine(
-        "Drake", "drake", "drake_adapter", "regularised cone",
-        "discrete plant, lagged contact, stiction tolerance and penetration fall with the step",
-    ),
-    Engine(
-        "Bullet", "pybullet", "bullet_adapter", "implicit cone",
-        "50 iterations, no damping, no velocity limit",
-    ),
-    Engine(
-        "DART", "dartpy", "dart_adapter", "pyramid", "Dantzig's solver, its own detector",
-    ),
-    Engine(
-        "ODE", "panda3d", "ode_adapter", "pyramid",
-        "step (not quickStep), Approx1, ERP 0.2, CFM 1e-9", precision="single",
-    ),
-    Engine(
-        "Newton", "newton", "newton_adapter", "cone, position-based",
-        "SolverXPBD on the CPU, 10 iterations, no angular damping", precision="single",
-    ),
-    Engine(
-        "Rapier", "@dimforge/rapier3d-compat", "rapier.mjs", "cone, solved in turns",
-        "length unit 2 R, defaults otherwise", precision="single",
-    ),
-    Engine(
-        "cannon-es", "cannon-es", "cannon.mjs", "box of mu times the weight",
-        "Gauss-Seidel with 50 iterations, stiffness 1e8, relaxation 3",
-    ),
-    Engine(
-        "Jolt", "jolt-physics", "jolt.mjs", "cone, solved in turns",
-        "gyroscopic force on, 20 velocity steps, no velocity limit", precision="single",
-    ),
+    Engine("MuJoCo", "mujoco", "mujoco_adapter", "elliptic cone, soft",
+           "RK4, elliptic cone, impratio 10, contact time constant two steps"),
+    Engine("Exudyn", "exudyn", "exudyn_adapter", "proportional below 1 mm/s",
+           "RK44, penalty contact, stiffness m (0.5/step)^2, critical damping"),
+    Engine("Drake", "drake", "drake_adapter", "regularised cone",
+           "discrete plant, lagged contact, stiction tolerance and penetration fall with the step"),
+    Engine("Bullet", "pybullet", "bullet_adapter", "implicit cone",
+           "50 iterations, no damping, no velocity limit"),
+    Engine("DART", "dartpy", "dart_adapter", "pyramid", "Dantzig's solver, its own detector"),
+    Engine("ODE", "panda3d", "ode_adapter", "pyramid",
+           "step (not quickStep), Approx1, ERP 0.2, CFM 1e-9", precision="single"),
+    Engine("Newton", "newton", "newton_adapter", "cone, position-based",
+           "SolverXPBD on the CPU, 10 iterations, no angular damping", precision="single"),
+    Engine("Rapier", "@dimforge/rapier3d-compat", "rapier.mjs", "cone, solved in turns",
+           "length unit 2 R, defaults otherwise", precision="single"),
+    Engine("cannon-es", "cannon-es", "cannon.mjs", "box of mu times the weight",
+           "Gauss-Seidel with 50 iterations, stiffness 1e8, relaxation 3"),
+    Engine("Jolt", "jolt-physics", "jolt.mjs", "cone, solved in turns",
+           "gyroscopic force on, 20 velocity steps, no velocity limit", precision="single"),
 )  # fmt: skip
 
 
