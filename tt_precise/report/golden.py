@@ -44,11 +44,9 @@ def golden_section() -> Section:
         "Golden reference data",
         [
             every_scene(golden.scenes()),
-            Text(
-                "Every printed digit of these trajectories is claimed: two precisions and, where "
-                "both exist, both formulations agree on at least these digits in every entry. "
-                "`tt-precise golden verify` checks the files and recomputes them."
-            ),
+            Text("Every printed digit of these trajectories is claimed: two precisions and, where "
+                 "both exist, both formulations agree on at least these digits in every entry. "
+                 "`tt-precise golden verify` checks the files and recomputes them."),
             PageTable(
                 ("scene", "title", "ends", "t_end (s)", "rows", "digits claimed",
                  "digits agreed, worst entry"),
@@ -125,12 +123,10 @@ def proved() -> Section:
                  "numbers proved correctly rounded", "events proved", "contact force"),
                 rows, "What is proved of each scene.", name="proofs-table", folded=True,
             ),
-            Text(
-                "Initiation and ending times of the scenes with a climb. Each time is proved to "
-                "exist and to satisfy the definition; \"none\" means that the horizon is proved to "
-                "come first. A: signed perigee, B: L.k = L.z and L.k = -L.z, C: change of sign "
-                "of phi_dot."
-            ),
+            Text("Initiation and ending times of the scenes with a climb. Each time is proved to "
+                 "exist and to satisfy the definition; \"none\" means that the horizon is proved "
+                 "to come first. A: signed perigee, B: L.k = L.z and L.k = -L.z, C: change of sign "
+                 "of phi_dot."),
             PageTable(("scene", "definition", "t_init (s)", "t_end (s)", "digits proved"), times,
                   "Proved times of initiation and end.", name="times-table", folded=True),
             Text(FOREVER),

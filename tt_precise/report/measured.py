@@ -54,13 +54,11 @@ def _tradeoff(tables: TradeoffTables) -> Section:
         return _not_measured("tradeoff", TRADEOFF_TITLE, TRADEOFF_COMMAND)
     results = findings(tables)
     blocks: list[Block] = [
-        Text(
-            f"Measured by `{TRADEOFF_COMMAND}`, not by the run that wrote this page. Every method "
-            "integrates the same equations from the same dimensionless numbers and is compared "
-            f"with golden data. `{TABLE}` has all settings. The methods are timed in turn; each "
-            "time is the fastest of several. Ratios are medians of ratios to a bare heyoka loop "
-            "timed just before."
-        ),
+        Text(f"Measured by `{TRADEOFF_COMMAND}`, not by the run that wrote this page. Every method "
+             "integrates the same equations from the same dimensionless numbers and is compared "
+             f"with golden data. `{TABLE}` has all settings. The methods are timed in turn; each "
+             "time is the fastest of several. Ratios are medians of ratios to a bare heyoka loop "
+             "timed just before."),
         *figures(rows, tables.long_runs),
         _costs_table(rows, "newton", "Newton form"),
         _costs_table(rows, "euler", "Euler form"),
@@ -70,7 +68,7 @@ def _tradeoff(tables: TradeoffTables) -> Section:
             "Computed from the tables.",
             name="tradeoff-findings",
         ),
-    ]
+    ]  # fmt: skip
     values = {finding.name: {"value": short(finding.value, 3)} for finding in results}
     return Section("tradeoff", TRADEOFF_TITLE, blocks, values)
 
@@ -116,12 +114,10 @@ def extremes(folder: Path) -> Section:
     by_topic = Counter(case.topic for case in cases)
     listed = ", ".join(f"{topic} {by_topic[topic]}" for topic in TOPICS if by_topic[topic])
     blocks: list[Block] = [
-        Text(
-            f"{len(cases)} extreme cases ({listed}): {len(cases) - len(failed)} have the expected "
-            f"outcome, {len(failed)} do not. The expected outcome comes from theory or from a "
-            f"higher precision. Measured by `{EXTREMES_COMMAND}`, not by the run that wrote this "
-            "page."
-        ),
+        Text(f"{len(cases)} extreme cases ({listed}): {len(cases) - len(failed)} have the expected "
+             f"outcome, {len(failed)} do not. The expected outcome comes from theory or from a "
+             f"higher precision. Measured by `{EXTREMES_COMMAND}`, not by the run that wrote this "
+             "page."),
         PageTable(
             ("topic", "case", "expected", "from", "observed", "verdict"),
             [
@@ -160,13 +156,11 @@ def _board(board: dict[str, Json]) -> Section:
     )
     names = dict.fromkeys(name for row in board["rows"] for name in row.get("checks", ()))
     blocks: list[Block] = [
-        Text(
-            f"{len(board['engines'])} physics engines simulate a Tippe Top in several tests, each "
-            f"at {len(board['steps'])} step sizes. The distance from the reference at the step h "
-            "is described as C h^p + floor; the digits are those at the smallest step. The "
-            "verdict uses no chosen limit: an engine converges if the distance of its "
-            "extrapolation from the reference is at most its step error."
-        ),
+        Text(f"{len(board['engines'])} physics engines simulate a Tippe Top in several tests, each "
+             f"at {len(board['steps'])} step sizes. The distance from the reference at the step h "
+             "is described as C h^p + floor; the digits are those at the smallest step. The "
+             "verdict uses no chosen limit: an engine converges if the distance of its "
+             "extrapolation from the reference is at most its step error."),
         Text(f"Measured by `{ENGINES_COMMAND}`, not by the run that wrote this page: {versions}."),
         scoreboard(board),
         PageTable(
@@ -232,11 +226,9 @@ def faults(folder: Path) -> Section:
     with of_its_form(file, f"what `{FAULTS_COMMAND}` writes"):
         table = pandas.read_csv(file, dtype=str, keep_default_na=False)
         blocks: list[Block] = [
-            Text(
-                "Faults are planted into the equations, the integration and the files of the "
-                "reference scene. Each faulty trajectory goes through the conservation checks, and "
-                "so do healthy trajectories."
-            ),
+            Text("Faults are planted into the equations, the integration and the files of the "
+                 "reference scene. Each faulty trajectory goes through the conservation checks, "
+                 "and so do healthy trajectories."),
             pictures.faults(table),
             Text(jellett_alone(table), emphasis=True),
             Text(f"Measured by `{FAULTS_COMMAND}`, not by the run that wrote this page."),
