@@ -15,7 +15,7 @@ import threading
 from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Sequence
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy
@@ -377,7 +377,9 @@ def integrated(
     for backend in backends(scene):
         reason = backend.refuses(scene, setup)
         if reason is None:
-            samples = start.once(SampleTimes, lambda: _samples(scene, start))
+            few = 0 < scene.until <= MOST_SAMPLES * scene.sample_every
+            made = partial(SampleTimes.of, scene, start)
+            samples = start.once(SampleTimes, made) if few else None
             return Run(setup, start, backend.run(scene, setup, start, samples, progress))
     raise InputError(reason or f"{scene.name}: got no backend")
 
@@ -394,8 +396,3 @@ def beginning(
     if not isinstance(scene.start, LiftedStart):
         require_contact(scene.name, start, precision.context, contact)
     return start
-
-
-def _samples(scene: Scene, start: InitialState) -> SampleTimes | None:
-    few = 0 < scene.until <= MOST_SAMPLES * scene.sample_every
-    return SampleTimes.of(scene, start) if few else None

@@ -620,7 +620,7 @@ def integrate_to_digits(
     needed, before = wanted + LOST, (-math.inf, -math.inf)
     while True:
         enough = (r for r in ladder if r.digits >= needed and is_available(r.precision))
-        rung = next(enough, None) or _mp(needed)
+        rung = next(enough, None) or Rung("mp", 0.0, max(128, math.ceil(needed / DIGITS_PER_BIT)))
         try:
             trajectory = run(rung)
         except ArcTangentError:  # of an event's function, which heyoka takes
@@ -633,10 +633,6 @@ def integrate_to_digits(
             raise InputError(_missed(wanted, trajectory, reached))
         before = rung.digits, max(reached, before[1])
         needed = rung.digits + max(wanted + SPARE - reached, SPARE)
-
-
-def _mp(digits: float) -> Rung:
-    return Rung("mp", 0.0, max(128, math.ceil(digits / DIGITS_PER_BIT)))
 
 
 def _missed(wanted: int, trajectory: Trajectory, reached: float) -> str:

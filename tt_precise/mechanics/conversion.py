@@ -44,7 +44,8 @@ def vectors_from_euler(
     ``sine_cosine`` replaces (sin theta, cos theta) if they are known more precisely than theta.
     """
     s, c = sine_cosine or (fn.sin(state.theta), fn.cos(state.theta))
-    x = (fn.cos(phi), fn.sin(phi), 0) if not _is_zero(phi) else (1, 0, 0)
+    along_X = isinstance(phi, int) and phi == 0
+    x = (1, 0, 0) if along_X else (fn.cos(phi), fn.sin(phi), 0)
     y = (-x[1], x[0], 0)
     k = (s * x[0], s * x[1], c)
     across = (c * x[0], c * x[1], -s)
@@ -97,7 +98,3 @@ def vectors_from_rigid_body(body: Parameters, state: RigidBodyState) -> tuple[Ne
     omega = (state.wx, state.wy, state.wz)
     v = added((state.vcx, state.vcy, state.vcz), cross(omega, contact_arm(body, k)))
     return NewtonState(*k, *angular_momentum(body, k, omega), v[0], v[1]), v[2]
-
-
-def _is_zero(value: Scalar) -> bool:
-    return isinstance(value, int) and value == 0

@@ -61,7 +61,7 @@ def sizes(body: Parameters, columns: Mapping[str, Scalar], fn: Functions) -> dic
     for name, value in columns.items():
         if value is None:
             continue
-        dimension = _dimension(name)
+        dimension = STATE_DIMENSIONS.get(name) or QUANTITIES[name].dimension
         if name in ABOUT_THE_VERTICAL:
             sizes_by_name[name] = larger(abs(value), larger(omega / _tilt(q), spinning))
         elif name in ALONG_THE_TILT:
@@ -113,7 +113,3 @@ def _distance(name: str, columns: Mapping[str, Scalar], fn: Functions) -> Scalar
     if "x" in columns and "y" in columns and name in ("x", "y"):
         return horizontal_length(fn, columns["x"], columns["y"])
     return abs(columns[name])
-
-
-def _dimension(name: str) -> Dimension:
-    return STATE_DIMENSIONS[name] if name in STATE_DIMENSIONS else QUANTITIES[name].dimension

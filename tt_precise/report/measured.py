@@ -85,7 +85,7 @@ def _costs_table(rows: pandas.DataFrame, coordinates: str, title: str) -> PageTa
     return PageTable(
         ("method", *(f"ms to {accuracy:.0e}" for accuracy in ACCURACIES)),
         [
-            (method, *(_milliseconds(prices.get(accuracy)) for accuracy in ACCURACIES))
+            (method, *(short(1e3 * prices[a]) if a in prices else "-" for a in ACCURACIES))
             for method, prices in wanted
             if prices
         ],
@@ -93,10 +93,6 @@ def _costs_table(rows: pandas.DataFrame, coordinates: str, title: str) -> PageTa
         "- if the method does not reach it.",
         name=f"tradeoff-{coordinates}",
     )
-
-
-def _milliseconds(seconds: float | None) -> str:
-    return "-" if seconds is None else short(1e3 * seconds)
 
 
 EXTREMES = "extremes.json"

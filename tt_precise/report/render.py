@@ -106,7 +106,11 @@ def laid_out(section: Section) -> dict[str, Json]:
     figures = [block for block in section.blocks if isinstance(block, Figure)]
     tables = [block for block in section.blocks if isinstance(block, PageTable)]
     claims = [block for block in section.blocks if isinstance(block, Claims)]
-    side_tables = [table for table in tables if figures and _fits_at_the_side(table)][:1]
+    side_tables = [
+        table for table in tables
+        if figures and not table.folded
+        and len(table.rows) <= BESIDE_ROWS and len(table.header) <= BESIDE_COLUMNS
+    ][:1]  # fmt: skip
     listed = [entry for block in claims for entry in block.entries]
     verdicts, kinds = (
         [(value, value) for value in dict.fromkeys(getattr(entry, name) for entry in listed)]
@@ -157,12 +161,6 @@ def _parted(text: Text) -> tuple[Text, str]:
     while others and len(shown) + len(others[0]) < LONGEST_TEXT:
         shown += ". " + others.pop(0)
     return Text(shown + "." if others else shown), ". ".join(others)
-
-
-def _fits_at_the_side(table: PageTable) -> bool:
-    return (
-        not table.folded and len(table.rows) <= BESIDE_ROWS and len(table.header) <= BESIDE_COLUMNS
-    )
 
 
 def _marked_up(render: Callable[[str], str]) -> Callable[[object], Markup]:

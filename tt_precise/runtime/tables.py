@@ -65,14 +65,6 @@ def format_of(path: str | Path) -> Format:
     return FORMATS[suffix]
 
 
-def _csv(path: Path, table: Table) -> None:
-    path.write_text(as_csv(table), "utf-8")
-
-
-def _json(path: Path, table: Table) -> None:
-    path.write_text(json.dumps(_lists(table)), "utf-8")
-
-
 def _read_json(path: Path) -> Table:
     content = json.loads(path.read_text("utf-8"))
     if not isinstance(content, dict):
@@ -135,8 +127,11 @@ def _needed(package: str) -> Any:
         ) from None
 
 
+CSV = Format(lambda path, table: path.write_text(as_csv(table), "utf-8"))
 FORMATS = {
-    "": Format(_csv), ".csv": Format(_csv), ".json": Format(_json, _read_json),
+    "": CSV, ".csv": CSV,
+    ".json": Format(lambda path, table: path.write_text(json.dumps(_lists(table)), "utf-8"),
+                    _read_json),
     ".parquet": Format(_parquet, package="pyarrow"),
     ".arrow": Format(_feather, _read_feather, "pyarrow"), ".h5": Format(_hdf5, _read_hdf5, "h5py"),
 }  # fmt: skip

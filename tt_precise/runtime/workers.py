@@ -191,7 +191,8 @@ class Pool:
                     return
                 done = wait(in_flight, return_when=FIRST_COMPLETED).done
                 # successes first: a caller who stops at a failure has all that there is
-                for future in sorted((item for item in in_flight if item in done), key=_failed):
+                finished = [item for item in in_flight if item in done]
+                for future in sorted(finished, key=lambda f: f.cancelled() or bool(f.exception())):
                     task = in_flight.pop(future)
                     results = self._results(future, task)
                     errors = [item.error for item in results if isinstance(item, Failure)]
@@ -335,10 +336,6 @@ def _all_of(work: Callable[..., Any], every: Iterable[tuple[Any, ...]]) -> list[
         except Exception as error:
             results.append(Failure(error))
     return results
-
-
-def _failed(future: Future[Any]) -> bool:
-    return future.cancelled() or future.exception() is not None
 
 
 def _unusable(error: BaseException) -> InputError:

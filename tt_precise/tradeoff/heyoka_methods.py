@@ -46,7 +46,7 @@ def setup_of(
     )  # fmt: skip
 
 
-def bare(problem: GoldenProblem, settings: Settings, *options: str) -> Solve:
+def bare(problem: GoldenProblem, settings: Settings, options: Sequence[str] = ()) -> Solve:
     """The equations and nothing else: no events, not even the end of contact."""
     import heyoka
 
@@ -165,14 +165,10 @@ def user(request: str, problem: GoldenProblem, settings: Settings) -> Solve:
     return solve
 
 
-def _with_option(option: str) -> Prepare:
-    return lambda problem, settings: bare(problem, settings, option)
-
-
 _WAYS: dict[str, Prepare] = {
     "heyoka": bare,
     **{
-        f"heyoka, {option}": _with_option(option)
+        f"heyoka, {option}": partial(bare, options=(option,))
         for option in ("high_accuracy", "fast_math", "compact_mode", "parallel_mode")
     },
     **{f"tt_precise, {request}": partial(user, request) for request in ("tolerance", "digits")},
