@@ -227,7 +227,7 @@ def precision_named(name: str, bits: int | None = None) -> Precision:
         raise InputError(f"precision: got {name!r}, expected one of: {', '.join(KINDS)}")
     if bits is not None and name != "mp":
         raise InputError(f"bits: got {bits} with precision {name}, expected bits only with mp")
-    number = whole(KINDS[name].bits if bits is None else bits)
+    number = KINDS[name].bits if bits is None else whole(bits)
     if number is None or (name == "mp" and not FEWEST_BITS <= number <= MOST_BITS):
         raise InputError(f"bits: got {bits!r}, expected {FEWEST_BITS} to {MOST_BITS}")
     if not is_available(name):

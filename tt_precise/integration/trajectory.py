@@ -8,6 +8,7 @@ from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, partial
+from numbers import Integral
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 from tt_precise.integration.columns import POSE, POSE_NAMES, Name, State, expanded
@@ -28,7 +29,7 @@ from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar, listed
 from tt_precise.scene.body import Dimension
-from tt_precise.scene.numerals import as_fraction, exact, shortest_texts, whole
+from tt_precise.scene.numerals import as_fraction, exact, shortest_texts
 from tt_precise.scene.scene import RECORDABLE, Scene, load_scene
 from tt_precise.taylor.graph import ArcTangentError
 
@@ -602,7 +603,7 @@ HEYOKAS = (
 
 
 def integrate_to_digits(
-    wanted: int, scene: Scene, run: Callable[[Rung], Trajectory], *, euler: bool = False
+    wanted: Any, scene: Scene, run: Callable[[Rung], Trajectory], *, euler: bool = False
 ) -> Trajectory:
     """The trajectory from the first rung that delivers ``wanted`` digits throughout.
 
@@ -612,7 +613,7 @@ def integrate_to_digits(
     Raises ``InputError``: the digits are not a whole number in range, cannot be reached, or would
     take too long.
     """
-    if (whole(wanted) or 0) < 1:
+    if isinstance(wanted, bool) or not isinstance(wanted, Integral) or wanted < 1:
         raise InputError(f"digits: got {wanted!r}, expected a whole number from 1")
     _require_practical(wanted, scene)
     ours = is_available("double-double") and not (euler or refused_in_doubles(scene))
