@@ -8,7 +8,6 @@ from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, partial
-from numbers import Integral
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 from tt_precise.integration.columns import POSE, POSE_NAMES, Name, State, expanded
@@ -613,7 +612,7 @@ def integrate_to_digits(
     Raises ``InputError``: the digits are not a whole number in range, cannot be reached, or would
     take too long.
     """
-    if isinstance(wanted, bool) or not isinstance(wanted, Integral) or wanted < 1:
+    if isinstance(wanted, bool) or not hasattr(wanted, "__index__") or wanted < 1:
         raise InputError(f"digits: got {wanted!r}, expected a whole number from 1")
     _require_practical(wanted, scene)
     ours = is_available("double-double") and not (euler or refused_in_doubles(scene))
