@@ -247,5 +247,5 @@ def test_refusals(scene: str, arguments: dict[str, Any], message: str) -> None:
 def test_too_many_events_are_refused(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(heyoka_backend, "MOST_EVENTS", 10)
     assert len(integrate(half, "extended", events=("equator",)).events) == 0
-    with pytest.raises(InputError, match="events: got more than 10, expected fewer: ask for a"):
+    with pytest.raises(InputError, match="events: got more than"):
         integrate(half, "extended", events=("theta_min", "theta_max", "phi_dot_zero"))
