@@ -27,9 +27,6 @@ class NotProved(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
         super().__init__(f"not proved ({hypothesis}): {reason}")
         self.hypothesis, self.reason = hypothesis, reason
 
-    def __reduce__(self) -> tuple[type[NotProved], tuple[str, str]]:
-        return NotProved, (self.hypothesis, self.reason)
-
 
 class Balls:
     """The elementary functions of the mechanics, on balls.

@@ -254,12 +254,6 @@ def at_most_order(printed: str, measured: Measured, unit: str = "") -> Check:
     return _numbers(holds, f"order {printed}", measured, unit)
 
 
-def in_range(low: str, high: str, measured: Measured, unit: str = "") -> Check:
-    """Whether ``measured`` lies between two printed numbers, ends included."""
-    holds = _printed(low)[0] <= fraction_of(measured) <= _printed(high)[0]
-    return _numbers(holds, f"{low} to {high}", measured, unit)
-
-
 def approximate(printed: str, error: Measured, scale: Measured, what: str = "off by") -> Check:
     """Whether "approximately", without a number, fits: the error is at most a tenth of the scale.
 

@@ -34,7 +34,7 @@ def _range(name: str, unit: str, printed: str, run: Run = REFERENCE) -> Finding:
     low, high = (run.extreme(name, largest=largest) for largest in (False, True))
     larger = max(low, high, key=lambda extreme: abs(v.fraction_of(extreme)))
     size = v.Settled(abs(larger.value), larger.digits)
-    inside = all(v.in_range(f"-{printed}", printed, extreme, unit).holds for extreme in (low, high))
+    inside = all(abs(v.fraction_of(extreme)) <= Fraction(printed) for extreme in (low, high))
     excess = 100 * (float(size) / float(printed) - 1)
     return v.readings(
         {
