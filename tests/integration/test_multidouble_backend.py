@@ -177,3 +177,17 @@ def test_all_golden_events(scene: str) -> None:
     assert kinds(rows) == kinds(found)
     for row, one in zip(rows, found, strict=True):
         assert digits(row, one) > LEFT.get((scene, "newton"), PRINTED) - 0.3, row["t"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("precision", "apart"), [("triple-double", 29), ("double-double", 27)])
+@pytest.mark.parametrize("name", ["reference", "rolling", "regularised-1e-2"])
+def test_quadratures_agree_with_quad(name: str, precision: str, apart: int) -> None:
+    scene = load_scene(name).varied(until="0.5")
+    runs = [
+        integrate(scene, one, record=("phi", "psi", "x", "y"), events=())
+        for one in ("quad", precision)
+    ]
+    for entry in ("phi", "psi", "x", "y"):
+        quad, other = (FN.mpf(run.state.values[entry]) for run in runs)
+        assert abs(quad - other) < FN.mpf(10) ** -apart * max(1, abs(quad))

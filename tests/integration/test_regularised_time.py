@@ -3,6 +3,7 @@
 from typing import Any
 
 import mpmath
+import pytest
 
 from tt_precise.integration import regularised_time
 from tt_precise.integration.regularised_time import OnsetSeries
@@ -73,3 +74,17 @@ def test_outside_the_cone_gliding_begins_at_once() -> None:
 
 def test_within_the_cone_nothing_begins() -> None:
     assert regularised_time.directions_from_rest(body(2 * ratio()), state(), mp) == []
+
+
+@pytest.mark.parametrize("terms", [8, 12])
+def test_more_terms_reach_further(terms: int) -> None:
+    top, eps = body(ratio() / 2), mp.mpf("1e-16")
+    (e,) = regularised_time.directions_from_rest(top, state(), mp)
+    short, long = (
+        regularised_time.onset(top, state(), e, n, eps, mp, on_the_cone=False)
+        for n in (terms, 2 * terms)
+    )
+    assert long.until > short.until
+    t = short.until / 2
+    for one, other in zip(short.at(t, mp), long.at(t, mp), strict=True):
+        assert abs(one - other) < 10 * eps
