@@ -3,6 +3,7 @@
 import gc
 import json
 import os
+import re
 import shlex
 import signal
 from collections.abc import Callable, Iterator
@@ -16,6 +17,7 @@ import pytest
 from tt_precise import cli
 from tt_precise.integration import heyoka_backend
 from tt_precise.scene.body import TippeTop
+from tt_precise.scene.scene import load_scene
 from tt_precise.taylor import machine
 
 # Compiled equations of the tests, and of the commands that they start. Another name than the
@@ -54,6 +56,7 @@ def few_lanes() -> Iterator[None]:
 
 Said = Callable[..., str]
 Printed = Callable[..., Any]
+SceneFile = Callable[..., Path]
 
 
 @pytest.fixture
@@ -84,6 +87,23 @@ def printed(said: Said) -> Printed:
         return json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
 
     return run
+
+
+@pytest.fixture
+def scene_file(tmp_path: Path) -> SceneFile:
+    """Write the reference scene with other values into a file."""
+
+    def write(**changes: str) -> Path:
+        text = load_scene("reference").text
+        for name, value in changes.items():
+            line = rf'^{name} = ".*"'
+            text, count = re.subn(line, f'{name} = "{value}"', text, flags=re.MULTILINE)
+            assert count == 1
+        file = tmp_path / "mine.toml"
+        file.write_text(text, "utf-8")
+        return file
+
+    return write
 
 
 def every_command(command: Any = cli.group, words: str = "") -> Iterator[tuple[str, Any]]:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import tt_precise as tt
-from tests.conftest import Printed, Said
+from tests.conftest import Printed, Said, SceneFile
 from tt_precise import cli
 
 COMMANDS = "run thresholds golden check claims tradeoff extremes sweep report"
@@ -74,10 +74,8 @@ def test_claims(printed: Printed) -> None:
 
 
 def test_check(said: Said, printed: Printed, tmp_path: Path) -> None:
-    file, short = tmp_path / "mine.csv", tmp_path / "short.toml"
-    text = tt.load_scene("reference").text
-    short.write_text(text.replace('until = "8"', 'until = "0.5"'), "utf-8")
-    said("run", short, "--out", file)
+    file = tmp_path / "mine.csv"
+    said("run reference --until 0.5 --out", file)
     found = printed("check", file, "--scene reference")
     has(found, "check", "verdict rows checks")
     assert (found["verdict"], found["rows"]) == ("pass", 51)
@@ -92,11 +90,8 @@ def test_check(said: Said, printed: Printed, tmp_path: Path) -> None:
     assert printed("check", file, "--scene reference", status=1)["verdict"] == "fail"
 
 
-def test_exit_statuses(said: Said, tmp_path: Path) -> None:
+def test_exit_statuses(said: Said, scene_file: SceneFile) -> None:
     """0 done, 1 a check failed, 2 the input could not be used; the others are the shell's own."""
     assert (cli.DONE, cli.BAD_INPUT, cli.INTERRUPTED) == (0, 2, 130)
-    rough = tmp_path / "rough.toml"
-    text = tt.load_scene("reference").text
-    rough.write_text(text.replace('mu = "0.3"', 'mu = "3"'), "utf-8")
-    for scene, status in (("upright", 0), (rough, 1), ("nowhere", 2)):
+    for scene, status in (("upright", 0), (scene_file(mu="3"), 1), ("nowhere", 2)):
         said("run", scene, status=status)

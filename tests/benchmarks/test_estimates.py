@@ -1,8 +1,12 @@
 """What is claimed of errors holds on random scenes, and a false claim is found."""
 
+from dataclasses import replace
+from fractions import Fraction
+
 import pytest
 
 from benchmarks import estimates
+from tt_precise.integration import integrate
 
 SAMPLE = (0, 3, 6, 14)  # gliding, rolling, one that leaves the table; 5 to 12 digits
 
@@ -20,11 +24,6 @@ def test_cases_are_seeded() -> None:
 
 def test_a_spoiled_truth_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """A comparison that ignores the rounding of mu: 1e-9 off, and nobody noticed."""
-    from dataclasses import replace
-    from fractions import Fraction
-
-    from tt_precise.integration import integrate
-
     one = estimates.sample(SAMPLE[0])
     body = replace(one.scene.body, mu=one.scene.body.mu * (1 + Fraction(1, 10**6)))
     wrong = integrate(replace(one.scene, body=body), digits=one.wanted)

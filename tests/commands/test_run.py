@@ -12,7 +12,7 @@ import mpmath
 import pandas
 import pytest
 
-from tests.conftest import Printed, Said
+from tests.conftest import Printed, Said, SceneFile
 from tt_precise import cli
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.runtime.tables import FORMATS
@@ -21,21 +21,6 @@ from tt_precise.scene.scene import load_scene
 VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 STATE = [*VECTORS, "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"]
 SHORT = "run reference --until 0.1"
-
-
-@pytest.fixture
-def changed(tmp_path: Path) -> Any:
-    """The file of a reference scene with other values."""
-
-    def write(**changes: str) -> Path:
-        text = load_scene("reference").text
-        for name, value in changes.items():
-            text = re.sub(rf'^{name} = ".*"', f'{name} = "{value}"', text, flags=re.MULTILINE)
-        file = tmp_path / "mine.toml"
-        file.write_text(text, "utf-8")
-        return file
-
-    return write
 
 
 def test_numbers_are_those_of_the_trajectory(printed: Printed) -> None:
@@ -125,9 +110,9 @@ def test_a_coulomb_top_at_rest_rolls(said: Said, printed: Printed, tmp_path: Pat
 
 
 def test_a_run_that_ends_early_cannot_look_complete(
-    said: Said, printed: Printed, changed: Any
+    said: Said, printed: Printed, scene_file: SceneFile
 ) -> None:
-    file = changed(mu="3")
+    file = scene_file(mu="3")
     found = printed("run", file, status=1)
     assert found["status"] == "contact_lost"
     assert found["t_end"].startswith("6.57718826391441")
@@ -141,11 +126,11 @@ def test_a_run_that_ends_early_cannot_look_complete(
     said("run contact-lost --contact none", status=2)
 
 
-def test_a_pole_and_a_failure_are_json_too(printed: Printed, changed: Any) -> None:
-    falling = changed(theta="1", omega_3="0")
+def test_a_pole_and_a_failure_are_json_too(printed: Printed, scene_file: SceneFile) -> None:
+    falling = scene_file(theta="1", omega_3="0")
     pole = printed("run", falling, "--formulation euler --precision extended", status=1)
     assert pole["status"] == "pole"
-    failed = printed("run", changed(mu="1e300"), status=1)
+    failed = printed("run", scene_file(mu="1e300"), status=1)
     assert (failed["status"], float(failed["t_end"])) == ("failed", 0)
 
 

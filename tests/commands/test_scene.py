@@ -1,11 +1,10 @@
 """``tt-precise scene``: what it writes can be run, and what it shows is what follows."""
 
-import re
 from pathlib import Path
 
 import pytest
 
-from tests.conftest import Printed, Said
+from tests.conftest import Printed, Said, SceneFile
 from tt_precise.commands import scene as scene_command
 from tt_precise.scene.scene import load_scene, shipped
 
@@ -56,14 +55,11 @@ def test_what_follows_from_the_reference(said: Said, printed: Printed) -> None:
         ({"I1": "1.2", "I3": "1.3"}, "a moment of inertia is above m R^2"),
     ],
 )
-def test_warnings(tmp_path: Path, printed: Printed, changes: dict[str, str], warning: str) -> None:
-    text = load_scene("reference").text
-    for name, value in changes.items():
-        text, count = re.subn(rf'^{name} = ".*"', f'{name} = "{value}"', text, flags=re.MULTILINE)
-        assert count == 1
-    file = tmp_path / "a.toml"
-    file.write_text(text, "utf-8")
-    assert any(warning in one for one in printed("scene show", file)["warnings"])
+def test_warnings(
+    scene_file: SceneFile, printed: Printed, changes: dict[str, str], warning: str
+) -> None:
+    warnings = printed("scene show", scene_file(**changes))["warnings"]
+    assert any(warning in one for one in warnings)
 
 
 def test_shipped_scenes_can_be_listed(said: Said, printed: Printed) -> None:
@@ -89,10 +85,7 @@ def test_a_shipped_scene_is_shown_with_its_own_law(name: str, printed: Printed) 
     assert ("friction mu" in text) != without
 
 
-def test_a_title_cannot_forge_a_line(tmp_path: Path, said: Said) -> None:
-    file = tmp_path / "mine.toml"
-    forged = r'title = "a\\n  inverts    no"'
-    file.write_text(re.sub("title = .*", forged, load_scene("reference").text))
-    lines = said("scene show", file).splitlines()
+def test_a_title_cannot_forge_a_line(scene_file: SceneFile, said: Said) -> None:
+    lines = said("scene show", scene_file(title=r"a\\n  inverts    no")).splitlines()
     assert lines[0] == r"mine: a\n  inverts    no"
     assert [line.split()[1] for line in lines if "inverts" in line][1:] == ["yes:"]

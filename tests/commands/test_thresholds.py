@@ -1,13 +1,10 @@
 """``tt-precise thresholds``: every number twice, and a status that says whether they agree."""
 
-from pathlib import Path
-
 import pytest
 
-from tests.conftest import Printed, Said
+from tests.conftest import Printed, Said, SceneFile
 from tt_precise.exact.stability import MarginalMomentum
 from tt_precise.mechanics import thresholds as formulas
-from tt_precise.scene.scene import load_scene
 
 NAMES = ["lambda", "lambda_thres", "lambda_up", "D0", "D1", "E0", "E1", "gamma", "sigma"]
 
@@ -35,12 +32,10 @@ def test_digits_that_do_not_agree_fail(
 
 
 def test_a_threshold_that_does_not_exist_is_no_failure(
-    printed: Printed, said: Said, tmp_path: Path
+    printed: Printed, said: Said, scene_file: SceneFile
 ) -> None:
     """gamma = 3/2 > 1 + alpha: the inverted spin is never stable, as both ways find."""
-    file = tmp_path / "long.toml"
-    text = load_scene("reference").text
-    file.write_text(text.replace('I1 = "131/350"', 'I1 = "3/5"'), "utf-8")
+    file = scene_file(I1="3/5")
     found = printed("thresholds", file, "--digits 10")
     absent = found["quantities"]["lambda_thres"]
     assert (absent["value"], absent["independent"], absent["digits_agreed"]) == (None, None, None)
