@@ -5,6 +5,7 @@ Seeded and short by default; ``make fuzz`` takes as long as it is given.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import hypothesis
@@ -89,16 +90,13 @@ def test_the_fuzzer_meets_both_outcomes() -> None:
     assert scene_or_error(TEXT.replace("0.3", "1/0")) is None
 
 
-@pytest.mark.parametrize(
-    "line",
-    ['I1 = "131/350"', 'm = "0.02"', 'alpha = "0.3"', 'until = "8"', 'sample_every = "0.01"'],
-)
+@pytest.mark.parametrize("key", ["I1", "m", "alpha", "until", "sample_every"])
 @pytest.mark.parametrize("value", ["1e999", "-1e999", "-1/7" + "3" * 1500])
-def test_astronomical_numbers_are_reported_briefly(line: str, value: str) -> None:
-    assert line in TEXT
-    scene = scene_or_error(TEXT.replace(line, f'{line.split(" ")[0]} = "{value}"'))
+def test_astronomical_numbers_are_reported_briefly(key: str, value: str) -> None:
+    text = re.sub(rf'^{key} = ".*"', f'{key} = "{value}"', TEXT, flags=re.MULTILINE)
+    assert text != TEXT
     # no sample but the first and the last is a scene like another
-    assert (scene is None) == ((line[:6], value) != ("sample", "1e999"))
+    assert (scene_or_error(text) is None) == ((key, value) != ("sample_every", "1e999"))
 
 
 @several
