@@ -12,6 +12,7 @@ import jsonschema
 import pytest
 
 from tests.conftest import Printed, Said, every_command
+from tt_precise import cli
 from tt_precise.integration.dense_output import Status
 from tt_precise.integration.precision import KINDS
 from tt_precise.scene.scene import MODELS
@@ -90,7 +91,7 @@ def validate(name: str, value: Any) -> None:
 
 @pytest.fixture
 def document(
-    tmp_path: Path, said: Said, printed: Printed, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, said: Said, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> Callable[[str, int], Any]:
     """The JSON that a command prints, in a folder with the files that it names."""
     monkeypatch.chdir(tmp_path)
@@ -104,7 +105,9 @@ def document(
         if "copied" in words:
             scene = words.split()[2]
             shutil.copytree(ROOT / "reference_data" / scene, Path("copied") / scene)
-        return printed(words, status=status)
+        capsys.readouterr()
+        assert cli.main([*words.split(), "--json"]) == status  # some say on stderr where they are
+        return json.loads(capsys.readouterr().out)
 
     return run
 
