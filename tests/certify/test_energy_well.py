@@ -14,6 +14,10 @@ import tt_precise as tt
 from tt_precise.certify import NotProved
 from tt_precise.certify.energy_well import (
     BITS,
+    NEVER,
+    UNDECIDED,
+    UPRIGHT,
+    fate_at_the_start,
     forever,
     held,
 )
@@ -121,3 +125,18 @@ def test_the_reference_inverts_for_ever() -> None:
 def test_what_tends_nowhere(name: str) -> None:
     with pytest.raises(NotProved, match=r"friction|vertical from"):
         forever(tt.load_scene(name), [Fraction(0)], states("reference"))
+
+
+@pytest.mark.parametrize(
+    ("omega_3", "fate"), [("20", UPRIGHT), ("40", NEVER), ("60", UNDECIDED), ("155", UNDECIDED)]
+)
+def test_what_the_energy_decides_at_the_start(omega_3: str, fate: str) -> None:
+    scene = tt.load_scene("reference").varied(omega_3=omega_3)
+    assert fate_at_the_start(scene) == fate
+    heights = later(scene, 60, "kz")["kz"]
+    assert fate == UNDECIDED or heights.min() > 0
+    assert fate != UPRIGHT or heights.iloc[-1] > 0.99
+
+
+def test_a_top_that_flies_again_is_not_decided() -> None:
+    assert fate_at_the_start(tt.load_scene("flight").varied(omega_3="0")) == UNDECIDED

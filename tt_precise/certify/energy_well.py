@@ -35,6 +35,9 @@ interval of theta only if omega_3 = 0, which W2 excludes. So theta is constant. 
 L' = phi_dot z x L, or phi_dot (L.k - I1 phi_dot cos theta) = -alpha m g R, hence phi_dot is not
 zero; then (c.e1)' = phi_dot c.e2 = 0 makes c and B zero: a tumbling motion, which W1 excludes. So
 it is vertical, at z0, with L parallel to k. ∎
+
+For a start alone the energy gives a weaker statement: if U(z) > E(0) at some z below the start's,
+the axis never passes that inclination (``fate_at_the_start``), whether contact is lost or not.
 """
 
 from __future__ import annotations
@@ -56,7 +59,7 @@ from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import CentreState, NewtonState, contact_arm
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
-from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_squared
+from tt_precise.mechanics.thresholds import energy_excludes, least_energy, tumbling_lambda_squared
 from tt_precise.mechanics.vectors import added, dot, scaled
 from tt_precise.runtime.values import Json
 from tt_precise.scene.body import Parameters
@@ -69,6 +72,7 @@ WIDER = arb("1.04").mid()  # each slice than the one before, where the solution 
 SPEEDS = (None, 0.05, 0.1, 0.2, 0.4)  # v1 in units of sqrt(g R), tried in turn
 DIRECTIONS = 32  # of v, for W5
 LIMITS = ("D", "E", "E_tilde", "omega_3")
+UPRIGHT, NEVER, UNDECIDED = "goes upright", "never inverts", "undecided"
 
 
 @dataclass(frozen=True)
@@ -136,6 +140,24 @@ def held(scene: Scene, time: Fraction, known: NewtonState) -> Held:
     well = _Well(scene, known)
     force, tilt = well.held()
     return Held(well.pole, str(exact_decimal(time)), force, tilt, well.limits())
+
+
+def fate_at_the_start(scene: Scene) -> str:
+    """The statement of the energy about a scene's start, for all times."""
+    if scene.lifts:
+        return UNDECIDED
+    with flint.ctx.workprec(BITS):
+        start = InitialState.of(scene, BALLS)
+        motion = start.motion(Balls)
+        try:
+            if motion.state.kz > 0 and scene.body.mu and scene.model == "gliding":
+                held(scene, Fraction(0), motion.state)
+                return UPRIGHT
+        except NotProved:
+            pass
+        lambda_, energy = jellett(motion), QUANTITIES["E"].evaluate(motion)
+        barred = energy_excludes(start.body, energy, lambda_, motion.state.kz, to=-1)
+        return NEVER if barred else UNDECIDED
 
 
 class _Well:
