@@ -222,8 +222,10 @@ class Proof:
 
         Raises ``NotProved``: nothing is proved of all later times.
         """
-        if self.lost or self.scene.lifts:
+        if self.scene.lifts:
             raise NotProved("W2", "the top need not stay on the table")
+        if self.lost:
+            raise NotProved("W2", "contact is lost")
         motion = motion_of(self.scene)
 
         def state(seconds: Fraction) -> NewtonState:
