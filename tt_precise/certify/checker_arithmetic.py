@@ -10,8 +10,7 @@ from gmpy2 import isqrt, mpz
 
 from tt_precise.certify.balls import Balls, series_length
 from tt_precise.certify.certificate import Refused
-from tt_precise.runtime.values import Scalar
-from tt_precise.taylor.series import Ring
+from tt_precise.runtime.values import Ring, Scalar
 
 NONE, ONE, ZERO = fmpq_poly([]), fmpq_poly([1]), fmpq(0)
 

@@ -30,11 +30,11 @@ from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.values import Scalar
+from tt_precise.runtime.values import Ring, Scalar
 from tt_precise.scene.body import Units
 from tt_precise.scene.scene import Inclination, Scene
 from tt_precise.scene.start import LIFTED, LiftedStart
-from tt_precise.taylor.series import Ring, Series, SeriesFunctions, solution
+from tt_precise.taylor.series import Series, SeriesFunctions, solution
 
 MOST_ORDER = 6
 MOST_BITS = 1 << 16

@@ -21,8 +21,7 @@ from collections.abc import Sequence
 from flint import arb, arb_poly, arb_series
 
 from tt_precise.certify.balls import NotProved, around, between, series_length
-from tt_precise.runtime.values import Scalar
-from tt_precise.taylor.series import Ring
+from tt_precise.runtime.values import Ring, Scalar
 
 
 class Frame:

@@ -20,10 +20,10 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.process import import_heyoka
-from tt_precise.runtime.values import Functions, Scalar
+from tt_precise.runtime.values import Functions, Ring, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.numerals import as_fraction
-from tt_precise.taylor.series import Ring, Series, SeriesFunctions, rate, solution
+from tt_precise.taylor.series import Series, SeriesFunctions, rate, solution
 
 QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
 QUADRATURE_SCALE = 1024

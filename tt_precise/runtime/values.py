@@ -123,3 +123,21 @@ class Check:
         where = f" at t = {self.at:.6g} s" if self.at is not None else ""
         why = f" ({self.note})" if self.note else ""
         return f"{self.name}: {self.value:.3g}{where}, expected {self.sense} {self.limit:.3g}{why}"
+
+
+class Ring:
+    """What follows from sums, products and negative values of an operand."""
+
+    __slots__ = ()
+
+    def __radd__(self: Scalar, other: Scalar) -> Scalar:
+        return self + other
+
+    def __sub__(self: Scalar, other: Scalar) -> Scalar:
+        return self + -other
+
+    def __rsub__(self: Scalar, other: Scalar) -> Scalar:
+        return -self + other
+
+    def __rmul__(self: Scalar, other: Scalar) -> Scalar:
+        return self * other

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from tt_precise.runtime.values import Functions, InputError, Scalar
-from tt_precise.taylor.series import Ring, powered
+from tt_precise.runtime.values import Functions, InputError, Ring, Scalar
+from tt_precise.taylor.series import powered
 
 
 class Operand(Ring):

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy
 
-from tt_precise.runtime.values import Array, Functions, InputError, Scalar
+from tt_precise.runtime.values import Array, Functions, InputError, Ring, Scalar
 
 
 def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
@@ -33,24 +33,6 @@ def powered(base: Scalar, power: Scalar) -> Scalar:
             "quotients are written as such"
         )
     return base if power == 1 else base * powered(base, power - 1)
-
-
-class Ring:
-    """What follows from sums, products and negative values of an operand."""
-
-    __slots__ = ()
-
-    def __radd__(self: Scalar, other: Scalar) -> Scalar:
-        return self + other
-
-    def __sub__(self: Scalar, other: Scalar) -> Scalar:
-        return self + -other
-
-    def __rsub__(self: Scalar, other: Scalar) -> Scalar:
-        return -self + other
-
-    def __rmul__(self: Scalar, other: Scalar) -> Scalar:
-        return self * other
 
 
 class Series:
