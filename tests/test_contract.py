@@ -36,8 +36,12 @@ def test_names() -> None:
 
 def test_run(printed: Printed) -> None:
     found = printed("run reference --until 0.1 --events all")
-    has(found, "run", "scene model formulation precision status t_end steps state "
-                      "error_estimate digits drift events")  # fmt: skip
+    has(
+        found,
+        "run",
+        "scene model formulation precision status t_end steps state "
+        "error_estimate digits drift events",
+    )
     assert found["status"] in STATUSES
     kinds = [found[key] for key in ("scene", "model", "formulation", "precision")]
     assert kinds == ["reference", "gliding", "newton", "double"]

@@ -285,8 +285,10 @@ def test_an_annotation_for_each_check_that_failed(tmp_path: Path, said: Said) ->
     frame.to_csv(tmp_path / "wrong.csv", index=False)
     for name, status in (("right", 0), ("wrong", 1)):
         file = tmp_path / "check.json"
-        file.write_text(said("check", tmp_path / f"{name}.csv", "--scene reference --json",
-                             status=status), "utf-8")  # fmt: skip
+        file.write_text(
+            said("check", tmp_path / f"{name}.csv", "--scene reference --json", status=status),
+            "utf-8",
+        )
         checks = json.loads(file.read_text("utf-8"))["checks"]
         failed = [one["name"] for one in checks if one["verdict"] == "fail"]
         annotations = [sys.executable, str(CI / "annotations.py"), str(file)]

@@ -39,9 +39,15 @@ def imported_by(code: str) -> set[str]:
 
 @pytest.mark.parametrize(
     "words",
-    ["run --help", "events --help", "thresholds --help", "check --help", "report --help",
-     "claims --verdict misprint --json"],
-)  # fmt: skip
+    [
+        "run --help",
+        "events --help",
+        "thresholds --help",
+        "check --help",
+        "report --help",
+        "claims --verdict misprint --json",
+    ],
+)
 def test_help_a_scene_and_committed_verdicts_need_nothing_heavy(words: str) -> None:
     code = (
         "import tt_precise as tt; from tt_precise.cli import main; tt.load_scene('reference')\n"

@@ -96,9 +96,12 @@ def test_a_friction_law(monkeypatch: pytest.MonkeyPatch) -> None:
         ends = []
         for law, mu in (("half", "0.4"), ("regularised", "0.2")):
             top = tt.Scene.of(
-                model="gliding", body=body, friction={"law": law, "mu": mu, "epsilon": "0.01"},
-                start={"theta": "0.1", "omega_3": "155"}, run={"until": "0.05"},
-            )  # fmt: skip
+                model="gliding",
+                body=body,
+                friction={"law": law, "mu": mu, "epsilon": "0.01"},
+                start={"theta": "0.1", "omega_3": "155"},
+                run={"until": "0.05"},
+            )
             ends.append(tt.integrate(top, precision).state.theta)
         assert ends[0] == pytest.approx(ends[1], rel=1e-13)
 

@@ -154,8 +154,11 @@ def test_schemas_are_those_of_the_records_and_in_the_documentation() -> None:
 
 def test_every_command_that_prints_json_has_a_schema() -> None:
     called = {"scene show": "scene", "sweep run": "sweep"}
-    typed = [words for words, command in every_command()
-             if any("--json" in option.opts for option in command.params)]  # fmt: skip
+    typed = [
+        words
+        for words, command in every_command()
+        if any("--json" in option.opts for option in command.params)
+    ]
     names = {called.get(words, words.replace(" ", "-")) for words in typed}
     assert len(names) > 15
     assert names <= NAMES

@@ -56,9 +56,13 @@ def stored_of(scene: Scene, enclosed: Enclosed) -> Stored:
     if enclosed.end:
         rows.append((printed(enclosed.end.time), *cells(enclosed.end.state)))
     happened = sorted(
-        (float(one.time), ORDER.index(name),
-         (name, printed(one.time), str(one.direction), *cells(one.state)))
-        for name, kind in enclosed.events.items() for one in kind
-    )  # fmt: skip
+        (
+            float(one.time),
+            ORDER.index(name),
+            (name, printed(one.time), str(one.direction), *cells(one.state)),
+        )
+        for name, kind in enclosed.events.items()
+        for one in kind
+    )
     events = Table(("name", "t", "direction", *names), tuple(row for *_, row in happened))
     return Stored(scene.name, scene.text, Table(("t", *names), tuple(rows)), events, {})

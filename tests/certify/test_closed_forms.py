@@ -28,9 +28,11 @@ USEFUL = arb(2) ** (-BITS // 2)
 
 
 def problem(
-    rates: Callable[..., Any], start: Sequence[Any] | Callable[[], Sequence[arb]],
-    until: Any, *parameters: Fraction,
-) -> Problem:  # fmt: skip
+    rates: Callable[..., Any],
+    start: Sequence[Any] | Callable[[], Sequence[arb]],
+    until: Any,
+    *parameters: Fraction,
+) -> Problem:
     """``rates`` of the parameters and the entries of the state."""
     begin = start if callable(start) else lambda: list(start)
     return Problem(

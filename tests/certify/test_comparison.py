@@ -54,10 +54,13 @@ def test_a_tally_counts_and_takes_the_worst() -> None:
     last = "0" * 31
     with flint.ctx.workprec(200):
         cells = [
-            (f"1.25{last}e+0", arb("1.25", "1e-9")), (f"1.30{last}e+0", arb("1.31", "1e-9")),
-            (f"1.50{last}e+0", arb("1.5", "1e-40")), ("", arb(1)), (f"1.40{last}e+0", None),
+            (f"1.25{last}e+0", arb("1.25", "1e-9")),
+            (f"1.30{last}e+0", arb("1.31", "1e-9")),
+            (f"1.50{last}e+0", arb("1.5", "1e-40")),
+            ("", arb(1)),
+            (f"1.40{last}e+0", None),
             ("1.4e+0", arb("1.4", "1e-40")),  # not with all digits
-        ]  # fmt: skip
+        ]
         one = tally(cells, Fraction(0))
     assert (one.digits, one.entries, one.enclosed, one.rounded, one.wrong) == (2, 5, 3, 1, 1)
     assert one.within == "1.1e-2"
@@ -70,9 +73,19 @@ def test_cells_in_their_form_and_in_others() -> None:
         assert is_whole(cell), cell
     last = "0" * 33
     for cell in (
-        "0e9", "0.0", "-0", "1.5e+0", "1.50e0", " 0", "nan", f"0.{'1' * 33}e+1", f"1.{last}e+00",
-        f"1.{last}E+0", f"1.{last}0e+0", f"+1.{last}e+0",
-    ):  # fmt: skip
+        "0e9",
+        "0.0",
+        "-0",
+        "1.5e+0",
+        "1.50e0",
+        " 0",
+        "nan",
+        f"0.{'1' * 33}e+1",
+        f"1.{last}e+00",
+        f"1.{last}E+0",
+        f"1.{last}0e+0",
+        f"+1.{last}e+0",
+    ):
         assert not is_whole(cell), cell
 
 

@@ -263,9 +263,13 @@ def test_a_wrong_scene_cannot_be_certified(stored: Stored, tmp_path: Path) -> No
     ],
 )  # fmt: skip
 def test_what_is_no_number_is_refused_before_anything_is_proved(
-    stored: Stored, tmp_path: Path, monkeypatch: Patch, cell: str, file: str,
+    stored: Stored,
+    tmp_path: Path,
+    monkeypatch: Patch,
+    cell: str,
+    file: str,
     column: str,
-) -> None:  # fmt: skip
+) -> None:
     written(altered(stored, file, cell_of(1, column, cell)(stored.table(file))), tmp_path)
     monkeypatch.setattr("tt_precise.certify.golden_proof.prove", None)
     with pytest.raises(
@@ -283,9 +287,11 @@ def test_what_is_no_number_is_refused_before_anything_is_proved(
     ],
 )
 def test_what_no_build_wrote_is_neither_proved_nor_sealed(
-    place: Path, monkeypatch: Patch,
-    kept: Callable[[dict[str, Any]], dict[str, Any]], message: str,
-) -> None:  # fmt: skip
+    place: Path,
+    monkeypatch: Patch,
+    kept: Callable[[dict[str, Any]], dict[str, Any]],
+    message: str,
+) -> None:
     manifest = place / MANIFEST
     manifest.write_text(json.dumps(kept(json.loads(manifest.read_text()))))
     before = manifest.read_text()

@@ -155,10 +155,14 @@ def start(seed: int) -> Scene:
     scene = tt.load_scene(dice.choice(("reference", "tippetopsim", "frictionless")))
     theta = dice.choice(("0.1", "1.5", "1.5707963267948966", "3", "pi - 1e-3", "1e-6"))
     made = replace(
-        scene.start, theta=Inclination.parse(theta), theta_dot=small(dice), phi_dot=small(dice),
+        scene.start,
+        theta=Inclination.parse(theta),
+        theta_dot=small(dice),
+        phi_dot=small(dice),
         omega_3=dice.choice((Fraction(155), Fraction(20), small(dice))),
-        nu_x=small(dice), nu_y=small(dice),
-    )  # fmt: skip
+        nu_x=small(dice),
+        nu_y=small(dice),
+    )
     body = replace(scene.body, alpha=Fraction(dice.randint(5, 60), 100))
     return replace(scene, start=made, body=body, until=UNTIL)
 

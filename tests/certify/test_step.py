@@ -96,8 +96,9 @@ def test_what_is_not_proved(problem: Problem, piece: Piece) -> None:
     first, *others = piece.polynomials
     for change, why in (
         ({"polynomials": (first + arb(0, "1e-70"), *others)}, "S1"),
-        ({"end": arb(1) / 3}, "S1"), ({"end": -piece.end}, "forward"),
-    ):  # fmt: skip
+        ({"end": arb(1) / 3}, "S1"),
+        ({"end": -piece.end}, "forward"),
+    ):
         with pytest.raises(NotProved, match=why):
             replace(piece, **change)
 

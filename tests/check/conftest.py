@@ -114,9 +114,13 @@ def engine(tmp_path_factory: pytest.TempPathFactory) -> Engine:
     parts = [body.m, body.R, body.alpha, body.I1, body.I3, body.g]
 
     def run(
-        hertz: float = 500, until: float = 1.0, law: str = "viscous", fault: str = "",
-        mu: float = 0.3, start: tuple[float, ...] = (0.1, 0.0, 0.0, 155.0),
-    ) -> pandas.DataFrame:  # fmt: skip
+        hertz: float = 500,
+        until: float = 1.0,
+        law: str = "viscous",
+        fault: str = "",
+        mu: float = 0.3,
+        start: tuple[float, ...] = (0.1, 0.0, 0.0, 155.0),
+    ) -> pandas.DataFrame:
         inner = max(1, round(INNER_HZ / hertz))
         numbers = map(repr, (*parts, mu, *start))
         command = [str(program), str(hertz), str(inner), str(until), law, fault or "none", *numbers]

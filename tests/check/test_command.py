@@ -93,8 +93,12 @@ def test_renames_and_standard_input(written: Path, tmp_path: Path) -> None:
     words = ["check", "-", "--scene", "reference", "--columns", "time=t", "--until", "3"]
     run = subprocess.run(
         [sys.executable, "-m", "tt_precise.cli", *words],
-        input=theirs, capture_output=True, text=True, check=False, cwd=tmp_path,
-    )  # fmt: skip
+        input=theirs,
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+    )
     assert run.returncode == 0, run.stderr
     assert "standard input against scene reference: pass, 13." in run.stdout
 

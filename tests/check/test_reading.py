@@ -44,10 +44,16 @@ def test_every_format_gives_the_same_result(
     crlf.write_bytes(b"\xef\xbb\xbf# " + written.read_bytes().replace(b"\n", b"\r\n") + b"\r\n\r\n")
     expected = values(frame)
     for source in (
-        written, str(zipped), crlf, commented, arrays, frame.astype(str), frame.astype(object),
+        written,
+        str(zipped),
+        crlf,
+        commented,
+        arrays,
+        frame.astype(str),
+        frame.astype(object),
         *(tmp_path / f"run{suffix}" for suffix in (".json", ".arrow", ".npz", ".parquet")),
         pyarrow.table(frame),
-    ):  # fmt: skip
+    ):
         assert values(source) == expected, source
     for piped in (written, zipped):
         monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=io.BytesIO(piped.read_bytes())))

@@ -36,9 +36,13 @@ def scaled(frame: pandas.DataFrame, factor: float, *names: str) -> pandas.DataFr
     ],
 )
 def test_other_units_are_named(
-    healthy: Healthy, rows: int, columns: list[str], factor: float, names: list[str],
+    healthy: Healthy,
+    rows: int,
+    columns: list[str],
+    factor: float,
+    names: list[str],
     convention: str,
-) -> None:  # fmt: skip
+) -> None:
     frame = healthy("reference", rows, 2)[columns]
     assert check(frame, "reference").passed
     refuses(convention, scaled(frame, factor, *names))
@@ -79,9 +83,15 @@ def y_up(frame: pandas.DataFrame) -> pandas.DataFrame:
     half = numpy.sqrt(0.5)
     w, x, y, z = (frame[name] for name in ("qw", "qx", "qy", "qz"))
     return frame.assign(
-        qw=half * (w + x), qx=half * (x - w), qy=half * (y + z), qz=half * (z - y),
-        wy=frame.wz, wz=-frame.wy, vcy=frame.vcz, vcz=-frame.vcy,
-    )  # fmt: skip
+        qw=half * (w + x),
+        qx=half * (x - w),
+        qy=half * (y + z),
+        qz=half * (z - y),
+        wy=frame.wz,
+        wz=-frame.wy,
+        vcy=frame.vcz,
+        vcz=-frame.vcy,
+    )
 
 
 OMEGA, CENTRE = ["wx", "wy", "wz"], ["vcx", "vcy", "vcz"]

@@ -145,8 +145,13 @@ def test_workers_find_the_same() -> None:
     assert seen == sorted(seen)
     assert seen[-1] == 1
     assert counts(judged) == {
-        "reproduced": 0, "rounded": 1, "reading": 1, "refuted": 0, "misprint": 2, "untestable": 0,
-    }  # fmt: skip
+        "reproduced": 0,
+        "rounded": 1,
+        "reading": 1,
+        "refuted": 0,
+        "misprint": 2,
+        "untestable": 0,
+    }
     with pytest.raises(InputError):
         judge_all(["NUM-23", "NUM-99"])
     assert judge_all([]) == []

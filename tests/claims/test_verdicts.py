@@ -18,8 +18,10 @@ ONES = Fraction("1." + "1" * 50)
 @pytest.mark.parametrize(
     ("check", "edges"),
     [
-        (lambda x: v.rounds_to("0.005106", x),
-         "0.00510649 rounded, 0.0051065 rounded, 0.00510651 refuted"),
+        (
+            lambda x: v.rounds_to("0.005106", x),
+            "0.00510649 rounded, 0.0051065 rounded, 0.00510651 refuted",
+        ),
         (lambda x: v.rounds_to("-6.667e-4", x), "-6.6674e-4 rounded, 6.667e-4 refuted"),
         (lambda x: v.rounds_to("155", x), "155.4 rounded, 155.6 refuted"),
         (lambda x: v.rounds_to("1.50", x), "1.504 rounded, 1.506 refuted"),
@@ -28,13 +30,15 @@ ONES = Fraction("1." + "1" * 50)
         (lambda x: v.about("80", x), "80.3 rounded, 89 reproduced, 91 refuted"),
         (lambda x: v.about("0.34", x), "0.349 reproduced"),
         (lambda x: v.within("1", x, "0.2"), "1.2 reproduced, 0.8 reproduced, 1.21 refuted"),
-        (lambda x: v.at_most_order("1e-6", x),
-         "1e-15 reproduced, -3.16e-6 reproduced, 3.17e-6 refuted"),
+        (
+            lambda x: v.at_most_order("1e-6", x),
+            "1e-15 reproduced, -3.16e-6 reproduced, 3.17e-6 refuted",
+        ),
         (lambda x: v.approximate("about", x, 1), "0.1 reproduced, -0.1 reproduced, 0.101 refuted"),
         (lambda x: v.agrees("f", ONES, ONES + x, 40), "1e-42 reproduced, 1e-39 refuted"),
         (lambda x: v.untestable("so"), "0 untestable"),
     ],
-)  # fmt: skip
+)
 def test_a_check(check: Callable[[Fraction], Check], edges: str) -> None:
     for edge in edges.split(", "):
         value, verdict = edge.split()
@@ -65,10 +69,13 @@ def test_a_rule(rule: Any, checks: tuple[Check, Check], verdict: str, note: str)
 @pytest.mark.parametrize(
     ("printed", "corrected", "verdict"),
     [
-        (FALSE, TRUE, "misprint"), (TRUE, TRUE, "reproduced"), (TRUE, FALSE, "reproduced"),
-        (ROUNDED, TRUE, "rounded"), (FALSE, FALSE, "refuted"),
+        (FALSE, TRUE, "misprint"),
+        (TRUE, TRUE, "reproduced"),
+        (TRUE, FALSE, "reproduced"),
+        (ROUNDED, TRUE, "rounded"),
+        (FALSE, FALSE, "refuted"),
     ],
-)  # fmt: skip
+)
 def test_misprint_needs_the_printed_form_to_fail_and_the_corrected_to_hold(
     printed: Check, corrected: Check, verdict: str
 ) -> None:
@@ -85,9 +92,19 @@ def test_a_printed_number_is_a_number(bad: str) -> None:
 
 @pytest.mark.parametrize(
     "case",
-    ["0 5 0", "1.5 3 1.50", "0.005106366 4 0.005106", "-82.86640856 4 -82.87", "9.996 3 10.0",
-     "99999 2 1.0e5", "1.5e-33 2 1.5e-33", "0.00009 1 9e-5", "155 3 155", "155 1 2e2"],
-)  # fmt: skip
+    [
+        "0 5 0",
+        "1.5 3 1.50",
+        "0.005106366 4 0.005106",
+        "-82.86640856 4 -82.87",
+        "9.996 3 10.0",
+        "99999 2 1.0e5",
+        "1.5e-33 2 1.5e-33",
+        "0.00009 1 9e-5",
+        "155 3 155",
+        "155 1 2e2",
+    ],
+)
 def test_decimal(case: str) -> None:
     value, digits, text = case.split()
     assert v.decimal(Fraction(value), int(digits)) == text

@@ -37,5 +37,6 @@ def test_many_claims_make_a_table_that_fits(said: Said, monkeypatch: pytest.Monk
     lines = said(CHEAP).splitlines()
     assert all(len(line) <= 80 for line in lines)
     assert [" ".join(line.split()[:2]) for line in lines[1:3]] == [
-        "EQ-26 misprint", "EQ-29 misprint",
-    ]  # fmt: skip
+        "EQ-26 misprint",
+        "EQ-29 misprint",
+    ]

@@ -57,9 +57,11 @@ def test_only_some(said: Said) -> None:
     first, *climb = said(asked).splitlines()
     assert first.startswith("extremum:g_n: its function touches zero, stays there")
     assert climb == [f"{key:>9}: none" for key in CLIMB]
-    assert said("events contact-lost --only equator").splitlines()[-1].startswith(
-        "contact_lost at t = 1.33692"
-    )  # fmt: skip
+    assert (
+        said("events contact-lost --only equator")
+        .splitlines()[-1]
+        .startswith("contact_lost at t = 1.33692")
+    )
 
 
 def test_a_touch_is_said_once(said: Said, printed: Printed) -> None:

@@ -126,10 +126,16 @@ AT_REST, SPIN = "1, 0, 0, 0, 0, 0, 1, 0, 0, 0", "1, 0, 0, 0, 0, 0, {}, 0, 0, 0"
         (f"print({','.join(COLUMNS)!r}, '\"', sep='\\n')", "unreadable", "not CSV"),
         (table(AT_REST).replace("[t,", "[t + 1,"), "unreadable", "row 1"),
         (table("3" + AT_REST[1:]), "unreadable", "3, "),
-        (table(AT_REST).replace("'sample_times']", "'sample_times'][:3]"),
-         "unreadable", "got 3 rows, expected 51"),
-        (table(SPIN.format("'nan' if t > 0.2 else 1")),
-         "diverged", "no numbers from t = 0.21 s on"),
+        (
+            table(AT_REST).replace("'sample_times']", "'sample_times'][:3]"),
+            "unreadable",
+            "got 3 rows, expected 51",
+        ),
+        (
+            table(SPIN.format("'nan' if t > 0.2 else 1")),
+            "diverged",
+            "no numbers from t = 0.21 s on",
+        ),
         (table(SPIN.format("1e200")), "diverged", "no numbers from t = 0 s on"),
         (table(f"{AT_REST}, 8, 8"), "unreadable", "more cells than the header"),
         (table(f"{AT_REST}, 1", "qw"), "unreadable", "columns qw occur twice"),
@@ -137,7 +143,7 @@ AT_REST, SPIN = "1, 0, 0, 0, 0, 0, 1, 0, 0, 0", "1, 0, 0, 0, 0, 0, {}, 0, 0, 0"
         ("while True: print('x' * 65536, file=sys.stderr)", "stopped", "wrote more than 20 MB"),
         ("import time; time.sleep(60)", "stopped", "still running after 0.5 s"),
     ],
-)  # fmt: skip
+)
 def test_what_a_program_does_wrong_is_said_in_one_line(
     text: str, status: str, message: str, ran: Callable[..., ProgramRun]
 ) -> None:

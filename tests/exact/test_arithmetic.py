@@ -19,11 +19,18 @@ def test_contexts_are_ones_own() -> None:
 @pytest.mark.parametrize(
     ("a", "b", "digits"),
     [
-        ("1", "1", 50), ("1", "1 - 1e-60", 50), ("1", "1 - 2e-40", 39), ("1", "1 - 9e-41", 40),
-        ("1", "0.5", 0), ("1", "4", 0), ("0", "0", 50), ("0", "1e-300", 0),
-        ("nan", "1", 0), ("inf", "1", 0),
+        ("1", "1", 50),
+        ("1", "1 - 1e-60", 50),
+        ("1", "1 - 2e-40", 39),
+        ("1", "1 - 9e-41", 40),
+        ("1", "0.5", 0),
+        ("1", "4", 0),
+        ("0", "0", 50),
+        ("0", "1e-300", 0),
+        ("nan", "1", 0),
+        ("inf", "1", 0),
     ],
-)  # fmt: skip
+)
 def test_agreed_digits(a: str, b: str, digits: int) -> None:
     context = arithmetic.own_context(80)
     one, other = (

@@ -67,10 +67,14 @@ def test_the_error_of_each_eigenvalue_is_that_of_its_own_place() -> None:
 @pytest.mark.parametrize(
     ("real", "error", "sign"),
     [
-        ("1", "0.999999", 1), ("-1", "0.999999", -1), ("1", "1", None), ("-1", "1", None),
-        ("nan", "0", None), ("1", "nan", None),
+        ("1", "0.999999", 1),
+        ("-1", "0.999999", -1),
+        ("1", "1", None),
+        ("-1", "1", None),
+        ("nan", "0", None),
+        ("1", "nan", None),
     ],
-)  # fmt: skip
+)
 def test_a_sign_within_its_error_is_not_resolved(real: str, error: str, sign: int | None) -> None:
     context = own_context(20)
     one = Eigenvalue(context.mpc(real, 5), context.mpf(error))
@@ -137,10 +141,14 @@ def test_thresholds_of_extreme_tops(side: int, changes: dict[str, str]) -> None:
 @pytest.mark.parametrize(
     ("I1", "side"),
     [  # gamma = 1 + alpha and 1 - alpha exactly, and beyond
-        ("0.52", INVERTED), ("0.5200000001", INVERTED), ("5", INVERTED),
-        ("0.28", UPRIGHT), ("0.2799999999", UPRIGHT), ("0.2", UPRIGHT),
+        ("0.52", INVERTED),
+        ("0.5200000001", INVERTED),
+        ("5", INVERTED),
+        ("0.28", UPRIGHT),
+        ("0.2799999999", UPRIGHT),
+        ("0.2", UPRIGHT),
     ],
-)  # fmt: skip
+)
 @pytest.mark.parametrize("mu", [None, Fraction(1)])
 def test_where_no_spin_is_marginal(I1: str, side: int, mu: Fraction | None) -> None:
     found = marginal_spin(top(I1=I1), side, 30, own_context(40), mu)

@@ -55,12 +55,14 @@ def test_values_are_what_the_printed_formulas_give(reference: Thresholds) -> Non
         start = R * (-I3 * 155 * (alpha - mpmath.cos(mpmath.mpf("0.1"))))
         low, high = 1 - alpha, 1 + alpha
         expected = {
-            "lambda": start, "gamma": gamma, "sigma": sigma,
+            "lambda": start,
+            "gamma": gamma,
+            "sigma": sigma,
             "lambda_thres": scale * high**2 / mpmath.sqrt(high - gamma),
             "lambda_up": scale * low**2 / mpmath.sqrt(gamma - low),
             "E0": start**2 / (2 * R**2 * I3 * low**2) + m * g * R * low,
             "E1": start**2 / (2 * R**2 * I3 * high**2) + m * g * R * high,
-        }  # fmt: skip
+        }
         for name, value in expected.items():
             found = mpmath.mpf(reference.as_dict()["quantities"][name]["value"])
             assert abs(found / value - 1) < mpmath.mpf(10) ** -48, name
@@ -97,11 +99,16 @@ def test_lambda_is_accurate_beside_the_inverted_pole() -> None:
 @pytest.mark.parametrize(
     ("I1", "missing", "other", "reasons", "inverts"),
     [
-        ("0.28", "lambda_up", "lambda_thres",
-         ["the formula needs gamma > 1 - alpha", "perturbations decay at every"], None),
+        (
+            "0.28",
+            "lambda_up",
+            "lambda_thres",
+            ["the formula needs gamma > 1 - alpha", "perturbations decay at every"],
+            None,
+        ),
         ("0.53", "lambda_thres", "lambda_up", ["perturbations grow at every"], False),
     ],
-)  # fmt: skip
+)
 def test_a_threshold_that_is_not_there(
     I1: str, missing: str, other: str, reasons: list[str], inverts: bool | None
 ) -> None:
@@ -210,17 +217,22 @@ def verdict(
 @pytest.mark.parametrize(
     ("size", "thres", "up", "inverts", "reason"),
     [
-        (4, 3, 1, True, "Theorem 1.1"), (4, 1, 3, True, "Theorem 1.1"),
-        *((*sizes, False, "the inverted spin is unstable") for sizes in (
-            (2, 3, 1), (0, 3, 1), (0.5, 1, 3), (1, 3, 1), (2, 3, None))),
+        (4, 3, 1, True, "Theorem 1.1"),
+        (4, 1, 3, True, "Theorem 1.1"),
+        *(
+            (*sizes, False, "the inverted spin is unstable")
+            for sizes in ((2, 3, 1), (0, 3, 1), (0.5, 1, 3), (1, 3, 1), (2, 3, None))
+        ),
         (2, 1, 3, None, "lambda_thres < |lambda| < lambda_up: upright and inverted spin are both"),
         (3, 3, 1, None, "the inverted spin is marginal"),
         (3, 1, 3, None, "the upright spin is marginal"),
-        (9, None, 1, False, "gamma >= 1 + alpha"), (4, 3, None, None, "gamma <= 1 - alpha"),
+        (9, None, 1, False, "gamma >= 1 + alpha"),
+        (4, 3, None, None, "gamma <= 1 - alpha"),
         # just off the threshold it is decided
-        (3 * (1 + 1e-11), 3, 1, True, ""), (3 * (1 - 1e-11), 3, 1, False, ""),
+        (3 * (1 + 1e-11), 3, 1, True, ""),
+        (3 * (1 - 1e-11), 3, 1, False, ""),
     ],
-)  # fmt: skip
+)
 def test_by_lambda(
     size: float, thres: float | None, up: float | None, inverts: bool | None, reason: str
 ) -> None:

@@ -69,9 +69,13 @@ def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(registry, "_registered", {})
 
     @registry.case(
-        "k = {k}, {word}", expected="{word}", source="theory", control={"truth": "c"},
-        over={"k": (1, 2), "word": ("a", "b")}, quick=lambda k, word: k == 2,
-    )  # fmt: skip
+        "k = {k}, {word}",
+        expected="{word}",
+        source="theory",
+        control={"truth": "c"},
+        over={"k": (1, 2), "word": ("a", "b")},
+        quick=lambda k, word: k == 2,
+    )
     def echo(k: int, word: str, truth: str = "") -> Check:
         return registry.same(truth or word, word)
 

@@ -38,12 +38,15 @@ def test_a_table_comes_back_from_its_own_csv() -> None:
     ("other", "same"),
     [
         # line ends and spaces are no content
-        (TEXT.replace("\n", "\r\n"), True), (TEXT.replace(",", " , ") + "\n\n", True),
-        (TEXT.replace("0.01", '"0.01"'), True), ("\n" + TEXT, True),
-        (TEXT.replace("1.0e-1", "1.1e-1"), False), (TEXT.replace("0.01,\n", ""), False),
+        (TEXT.replace("\n", "\r\n"), True),
+        (TEXT.replace(",", " , ") + "\n\n", True),
+        (TEXT.replace("0.01", '"0.01"'), True),
+        ("\n" + TEXT, True),
+        (TEXT.replace("1.0e-1", "1.1e-1"), False),
+        (TEXT.replace("0.01,\n", ""), False),
         ("kx,t\n1.0e-1,0\n", False),
     ],
-)  # fmt: skip
+)
 def test_content_alone_changes_the_hash(other: str, same: bool) -> None:
     assert (Table.parse(other).sha256 == Table.parse(TEXT).sha256) is same
 

@@ -122,11 +122,17 @@ def test_an_edited_proof_or_enclosure_is_found_and_named(folder: Path, scene: Sc
 @pytest.mark.parametrize(
     ("file", "column", "count"),
     [
-        (TRAJECTORY, "theta", 1), (TRAJECTORY, "phi_dot", 1), (TRAJECTORY, "nu_y", -1),
-        (EVENTS, "t", 4_999_999_999_999), (EVENTS, "Lx", 999_999), (EVENTS, "t", 1),
-        (EVENTS, "kz", -1), (EVENTS, "theta", 1), (EVENTS, "omega_3", 1),
+        (TRAJECTORY, "theta", 1),
+        (TRAJECTORY, "phi_dot", 1),
+        (TRAJECTORY, "nu_y", -1),
+        (EVENTS, "t", 4_999_999_999_999),
+        (EVENTS, "Lx", 999_999),
+        (EVENTS, "t", 1),
+        (EVENTS, "kz", -1),
+        (EVENTS, "theta", 1),
+        (EVENTS, "omega_3", 1),
     ],
-)  # fmt: skip
+)
 def test_every_printed_number_is_held_against_its_enclosure(
     folder: Path, file: str, column: str, count: int
 ) -> None:

@@ -214,9 +214,11 @@ def test_a_short_flight_does_not_land_and_a_plain_one_does_not_nutate() -> None:
 @pytest.mark.parametrize(
     ("name", "pushed"),
     [
-        ("reference", {}), ("beside-the-pole", {}), ("rolling", {}),
+        ("reference", {}),
+        ("beside-the-pole", {}),
+        ("rolling", {}),
         *(("upright", {push: "0.01"}) for push in ("theta_dot", "nu_x", "nu_y")),  # off the pole
     ],
-)  # fmt: skip
+)
 def test_other_motions_have_none(name: str, pushed: dict[str, str]) -> None:
     assert closed_form(load_scene(name).varied(**pushed)) is None

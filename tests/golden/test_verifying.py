@@ -156,9 +156,14 @@ def wrong(cell: str) -> str:
     ],
 )
 def test_a_wrong_cell_under_right_hashes_is_found(
-    small: Small, fresh: list[Run], file: str, line: int, column: str,
-    change: Callable[[str], str], words: str,
-) -> None:  # fmt: skip
+    small: Small,
+    fresh: list[Run],
+    file: str,
+    line: int,
+    column: str,
+    change: Callable[[str], str],
+    words: str,
+) -> None:
     edit_cell(path_of(small, file), line, column, change)
     assert f"{file}, line {line}, {column}: {words}" in judged(small, fresh)
 

@@ -79,17 +79,25 @@ class Commands:
         return Answer(status, out.getvalue(), err.getvalue())
 
     def start(
-        self, argv: Sequence[str], *, before: Callable[[], Any] | None = None,
+        self,
+        argv: Sequence[str],
+        *,
+        before: Callable[[], Any] | None = None,
         stdout: Any = subprocess.PIPE,
-    ) -> subprocess.Popen[str]:  # fmt: skip
+    ) -> subprocess.Popen[str]:
         """The command in a process group of its own; ``before`` is called in it, first of all."""
         # Python does not notice when a full disk cuts off a compiled module, and every later
         # process would stumble over it
         own = {"XDG_CACHE_HOME": str(self._cache), "PYTHONDONTWRITEBYTECODE": "1"}
         process = subprocess.Popen(
-            [sys.executable, "-c", ENTRY, *argv], env={**os.environ, **own}, stdout=stdout,
-            stderr=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=before,
-        )  # fmt: skip
+            [sys.executable, "-c", ENTRY, *argv],
+            env={**os.environ, **own},
+            stdout=stdout,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+            preexec_fn=before,
+        )
         self._started.append(process)
         return process
 

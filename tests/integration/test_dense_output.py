@@ -88,12 +88,15 @@ def test_nothing_is_given_behind_an_early_end(rough: Scene) -> None:
 @pytest.mark.parametrize(
     ("time", "value"),
     [
-        ("1/3", Fraction(1, 3)), (0.1, Fraction(0.1)), (Fraction(1, 7), Fraction(1, 7)),
-        (numpy.int64(3), Fraction(3)), (numpy.float32(0.5), Fraction(1, 2)),
+        ("1/3", Fraction(1, 3)),
+        (0.1, Fraction(0.1)),
+        (Fraction(1, 7), Fraction(1, 7)),
+        (numpy.int64(3), Fraction(3)),
+        (numpy.float32(0.5), Fraction(1, 2)),
         (numpy.longdouble("0.5") + numpy.longdouble(2.0**-62), Fraction(1, 2) + Fraction(1, 2**62)),
         (mpmath.mpf("-0.375"), Fraction(-3, 8)),
     ],
-)  # fmt: skip
+)
 def test_times_are_exact(time: Any, value: Fraction) -> None:
     assert as_fraction(time) == value
 

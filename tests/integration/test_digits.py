@@ -23,9 +23,11 @@ def climb(tried: list[Any], wanted: int, lost: float = 1.0, most: float = 1e9) -
     def run(rung: trajectory.Rung) -> Any:
         tried.append(rung)
         return SimpleNamespace(
-            status="complete", digits_throughout=min(rung.digits - lost, most),
-            scene=load_scene("reference"), precision=SimpleNamespace(name="double", bits=53),
-        )  # fmt: skip
+            status="complete",
+            digits_throughout=min(rung.digits - lost, most),
+            scene=load_scene("reference"),
+            precision=SimpleNamespace(name="double", bits=53),
+        )
 
     trajectory.integrate_to_digits(wanted, load_scene("reference"), run)
 

@@ -159,7 +159,7 @@ def test_a_stiff_table_is_the_rigid_one(spring: str, power: float) -> None:
         ("reference", "[start]", '[start]\nheight = "0.1"', "got one of them on a rigid table"),
         ("rolling", "[start]", '[start]\nrise = "0.1"', "got one of them on a rigid table"),
     ],
-)  # fmt: skip
+)
 def test_scene_files_that_are_refused(name: str, before: str, after: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         edited(name, before, after)

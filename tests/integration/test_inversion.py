@@ -40,8 +40,11 @@ FORWARD = [turn for turn in MINIMA if turn[2] > 0]
         ({}, "t_end", (14.5, 14.5, 14)),
         ({}, "duration", (9, 8, 8)),
         # a later negative perigee; only those above the equator are counted
-        ({"minima": turns([*MINIMA[:3], (7, 0.3, -5), (9, 0.1, 5), MINIMA[4]])}, "t_init",
-         (8.5, 6.5, 6)),
+        (
+            {"minima": turns([*MINIMA[:3], (7, 0.3, -5), (9, 0.1, 5), MINIMA[4]])},
+            "t_init",
+            (8.5, 6.5, 6),
+        ),
         ({"minima": turns([(-1, 2.0, -5), *FORWARD])}, "t_init", (0, 6.5, 6)),
         # backwards precession: no times by definition C
         ({"backwards": True}, "t_init", (5.5, 6.5, None)),
@@ -51,10 +54,13 @@ FORWARD = [turn for turn in MINIMA if turn[2] > 0]
         ({"equator": []}, "t_init", (None, None, None)),
         ({"equator": []}, "t_end", (None, None, None)),
         ({"minima": turns(FORWARD), "aligned": [], "phi_dot_zero": [14, 16]}, "t_init", (0, 0, 0)),
-        ({"maxima": turns(MAXIMA[:3]), "opposed": [3], "phi_dot_zero": [2, 4, 6]}, "t_end",
-         (None, None, None)),
+        (
+            {"maxima": turns(MAXIMA[:3]), "opposed": [3], "phi_dot_zero": [2, 4, 6]},
+            "t_end",
+            (None, None, None),
+        ),
     ],
-)  # fmt: skip
+)
 def test_the_definitions_on_climbs_made_by_hand(
     changes: dict[str, Any], when: str, expected: tuple[Any, ...]
 ) -> None:

@@ -92,10 +92,13 @@ class Top:
         spin, towards = dot(L, k), v[0] * k[0] + v[1] * k[1]
         across = v[1] * k[0] - v[0] * k[1]
         named = {
-            "turning": moving[2], "phi_dot_zero": k[0] * moving[1] - k[1] * moving[0],
-            "equator": k[2], "omega_3_zero": spin,
-            "Lk_equals_Lz": spin - L[2], "Lk_equals_minus_Lz": spin + L[2],
-        }  # fmt: skip
+            "turning": moving[2],
+            "phi_dot_zero": k[0] * moving[1] - k[1] * moving[0],
+            "equator": k[2],
+            "omega_3_zero": spin,
+            "Lk_equals_Lz": spin - L[2],
+            "Lk_equals_minus_Lz": spin + L[2],
+        }
         if self.kind not in ("rolling", "flight"):
             named |= {"nu_x_zero": towards, "nu_y_zero": across, "nu_crossing": across - towards}
         return named | {"end": y[9] if self.kind == "flight" else self.force(y)[2]}

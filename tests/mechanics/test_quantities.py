@@ -146,11 +146,20 @@ def test_exact_values_of_a_vertical_spin(side: int, numbers: Parameters, mp: Any
     height = numbers.R * (1 - side * numbers.alpha)
     energy = spin**2 / (2 * numbers.I3) + numbers.m * numbers.g * height
     expected = {
-        "lambda": height * spin, "E": energy, "E_tilde": energy, "E_trans": 0, "L_z": spin,
-        "omega_3": side * spin / numbers.I3, "g_n": numbers.m * numbers.g,
-        "theta": mp.pi * (1 - side) / 2, "gliding_speed": 0,
-        "E_dot": 0, "E_tilde_dot": 0, "D_dot": 0, "omega_3_dot": 0,
-    }  # fmt: skip
+        "lambda": height * spin,
+        "E": energy,
+        "E_tilde": energy,
+        "E_trans": 0,
+        "L_z": spin,
+        "omega_3": side * spin / numbers.I3,
+        "g_n": numbers.m * numbers.g,
+        "theta": mp.pi * (1 - side) / 2,
+        "gliding_speed": 0,
+        "E_dot": 0,
+        "E_tilde_dot": 0,
+        "D_dot": 0,
+        "omega_3_dot": 0,
+    }
     for name, value in expected.items():
         found = QUANTITIES[name].evaluate(q)
         assert abs(found - value) <= 20 * mp.eps * abs(value), name

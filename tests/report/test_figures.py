@@ -46,12 +46,17 @@ def problems(figure: Figure) -> list[str]:
 @pytest.mark.parametrize(
     "draw",
     [
-        paper.figure_2, paper.figure_7, paper.deforming_potential, paper.axis_at_the_pole,
-        many_starts.times_by_precession, many_starts.times_by_inclination,
-        many_starts.map_of_inclination_and_lambda, many_starts.map_of_friction_and_spin,
+        paper.figure_2,
+        paper.figure_7,
+        paper.deforming_potential,
+        paper.axis_at_the_pole,
+        many_starts.times_by_precession,
+        many_starts.times_by_inclination,
+        many_starts.map_of_inclination_and_lambda,
+        many_starts.map_of_friction_and_spin,
         many_starts.map_of_precession_and_spin,
     ],
-)  # fmt: skip
+)
 def test_figure_is_complete(draw: Any) -> None:
     figure = draw()
     assert problems(figure) == []

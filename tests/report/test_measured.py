@@ -24,23 +24,41 @@ from tt_precise.tradeoff.findings import GROWTH, TABLE
 def measure(folder: Path) -> None:
     rows = [
         {
-            "scene": "reference", "horizon_s": 8.0, "method": method, "setting": "s",
-            "precision": "double", "bits": 53, "formulation": form, "tolerance": 1e-3,
-            "peer": method != "heyoka", "error": 100.0**-n, "error_on_way": 99 * 100.0**-n,
-            "seconds": slow * 2.0**n, "ratio": slow * 2.0**n, "setup_s": 1.0, "work": 1000 * n,
+            "scene": "reference",
+            "horizon_s": 8.0,
+            "method": method,
+            "setting": "s",
+            "precision": "double",
+            "bits": 53,
+            "formulation": form,
+            "tolerance": 1e-3,
+            "peer": method != "heyoka",
+            "error": 100.0**-n,
+            "error_on_way": 99 * 100.0**-n,
+            "seconds": slow * 2.0**n,
+            "ratio": slow * 2.0**n,
+            "setup_s": 1.0,
+            "work": 1000 * n,
             "jellett_drift": 1e-3 * 100.0**-n,
         }
         for method, slow in (("heyoka", 1e-3), ("diffrax Dopri8", 2.5e-2))
         for form in ("newton", "euler")
         for n in range(1, 8)
-    ]  # fmt: skip
+    ]
     pandas.DataFrame(rows).to_csv(folder / TABLE, index=False)
     draw = numpy.random.default_rng(1)
     long_runs = [
-        {"scene": scene, "seed": seed, "t_s": t, "jellett": 1e-16 * draw.normal() * t**0.5,
-         "energy": 1e-16 * draw.normal() * t**0.5}
-        for scene in ("frictionless", "rolling") for seed in range(4) for t in (1.0, 10.0, 100.0)
-    ]  # fmt: skip
+        {
+            "scene": scene,
+            "seed": seed,
+            "t_s": t,
+            "jellett": 1e-16 * draw.normal() * t**0.5,
+            "energy": 1e-16 * draw.normal() * t**0.5,
+        }
+        for scene in ("frictionless", "rolling")
+        for seed in range(4)
+        for t in (1.0, 10.0, 100.0)
+    ]
     pandas.DataFrame(long_runs).to_csv(folder / GROWTH, index=False)
 
 
@@ -84,8 +102,11 @@ def test_findings_and_figures_are_computed_from_the_table(tmp_path: Path) -> Non
     assert costs.rows[0] == ("heyoka", "2.8", "8", "23", "64")
     assert ("any peer at 1e-09, newton", "25 times") in {row[:2] for row in found.rows}
     assert drawn(section) == [
-        "work-precision", "work-and-digits", "hidden-by-conservation", "growth-of-errors",
-    ]  # fmt: skip
+        "work-precision",
+        "work-and-digits",
+        "hidden-by-conservation",
+        "growth-of-errors",
+    ]
 
 
 CASE: dict[str, Any] = {
@@ -96,27 +117,36 @@ CASE: dict[str, Any] = {
 
 def family(words: str, key: str, numbers: Any, data: Callable[[float], Any]) -> list[Any]:
     return [
-        CASE | {"family": f"{words} {{{key}}}", "name": f"{words} {number}", "value": abs(number),
-                "data": {key: number} | data(number)}
+        CASE
+        | {
+            "family": f"{words} {{{key}}}",
+            "name": f"{words} {number}",
+            "value": abs(number),
+            "data": {key: number} | data(number),
+        }
         for number in numbers
-    ]  # fmt: skip
+    ]
 
 
 def test_a_row_for_each_family_and_for_each_failure_and_pictures(tmp_path: Path) -> None:
     cases = [
         *family("mu =", "mu", (1, 10, 100), lambda mu: {"steps": 10 * mu, "seconds": 0.1}),
         *family("limit", "mu", (1, 10, 100), lambda mu: {"distance": 1 / mu}),
-        *family("off", "off", (-0.1, -0.01, 0.1, 0.01),
-                lambda off: {"rate": -off, "eigenvalue": -off}),
+        *family(
+            "off", "off", (-0.1, -0.01, 0.1, 0.01), lambda off: {"rate": -off, "eigenvalue": -off}
+        ),
         CASE | {"verdict": "fail", "found": "accepted"},
-    ]  # fmt: skip
+    ]
     document = {"schema": "tt_precise.extremes/1", "verdict": "fail", "cases": cases}
     (tmp_path / measured.EXTREMES).write_text(json.dumps(document))
     section = measured.extremes(tmp_path)
     (table,) = tables(section)
     assert [row[1] for row in table.rows] == [
-        "mu = … (3 cases)", "limit … (3 cases)", "off … (4 cases)", "a start",
-    ]  # fmt: skip
+        "mu = … (3 cases)",
+        "limit … (3 cases)",
+        "off … (4 cases)",
+        "a start",
+    ]
     assert table.rows[0][4] == "1 eps [the worst: mu = 100]"
     assert table.rows[-1][4:] == ("accepted", "fail")
     assert section.results["failed"] == ["a start"]
@@ -127,18 +157,35 @@ def test_a_row_for_each_family_and_for_each_failure_and_pictures(tmp_path: Path)
 def board() -> dict[str, Any]:
     momentum = {"values": [0.04, None, 0.03], "limit": 1e-4, "verdict": "fail", "note": "why"}
     rows = [
-        RungResult("MuJoCo", "flight", "converges", digits=(7.0, 8.2, 9.5), order=4.0, floor=1e-12,
-               drift={"angular_momentum": (1e-8, 1e-9, 1e-10)}),
-        RungResult("MuJoCo", "ice", "floor", digits=(1.0, 1.5, 1.7), order=1.1, floor=0.02,
-                   checks={"contact_momentum": momentum}),
+        RungResult(
+            "MuJoCo",
+            "flight",
+            "converges",
+            digits=(7.0, 8.2, 9.5),
+            order=4.0,
+            floor=1e-12,
+            drift={"angular_momentum": (1e-8, 1e-9, 1e-10)},
+        ),
+        RungResult(
+            "MuJoCo",
+            "ice",
+            "floor",
+            digits=(1.0, 1.5, 1.7),
+            order=1.1,
+            floor=0.02,
+            checks={"contact_momentum": momentum},
+        ),
         RungResult("MuJoCo", "inversion", "measured", equator=(2.9, None, 3.8)),
         RungResult("Bullet", "flight", "failed", "step 0.001 s: timeout: still running after 60 s"),
         RungResult("Bullet", "ice", "refused", "Bullet has no viscous friction"),
-    ]  # fmt: skip
+    ]
     return as_dict(
-        [one for one in ENGINES if one.name in ("MuJoCo", "Bullet")], rungs(), STEPS, rows,
+        [one for one in ENGINES if one.name in ("MuJoCo", "Bullet")],
+        rungs(),
+        STEPS,
+        rows,
         ["DART: not installed"],
-    )  # fmt: skip
+    )
 
 
 def test_it_shows_what_was_measured(

@@ -52,8 +52,12 @@ def test_all_claims_stand_by_section_of_the_paper(
 ) -> None:
     section = overview.all_claims(judged, RUN)
     assert list(_claims(section).values()) == [
-        ["EQ-01"], ["NUM-01", "NUM-05", "NT-01"], ["NUM-02"], ["NUM-03"], ["NUM-04"],
-    ]  # fmt: skip
+        ["EQ-01"],
+        ["NUM-01", "NUM-05", "NT-01"],
+        ["NUM-02"],
+        ["NUM-03"],
+        ["NUM-04"],
+    ]
     assert section.results["counts"]["refuted"] == 2
     assert len(section.results["claims"]) == 7
     assert section.results["run"]["date"] == "today"

@@ -54,10 +54,19 @@ def test_what_is_no_number_comes_back_as_none() -> None:
 
 @pytest.mark.parametrize(
     "function",
-    [operator.add, operator.sub, operator.mul, operator.truediv, lambda x, y: x**2,
-     # a whole number beside an array is exact
-     lambda x, y: 3 * x, lambda x, y: 1 - x, lambda x, y: 7 / x, lambda x, y: x / 2],
-)  # fmt: skip
+    [
+        operator.add,
+        operator.sub,
+        operator.mul,
+        operator.truediv,
+        lambda x, y: x**2,
+        # a whole number beside an array is exact
+        lambda x, y: 3 * x,
+        lambda x, y: 1 - x,
+        lambda x, y: 7 / x,
+        lambda x, y: x / 2,
+    ],
+)
 def test_sums_and_products_have_mpmaths_bits(function: Callable[..., Scalar]) -> None:
     first, second = ([value for value in _numbers(seed) if value][:2500] for seed in (2, 3))
     with WIDE.precision():
@@ -71,9 +80,11 @@ def test_roots_angles_and_whole_numbers_have_mpmaths_bits() -> None:
     thirds = [CONTEXT.mpf(k) / 3 for k in range(-9, 10)]
     with WIDE.precision():
         for name, *arguments in (
-            ("sqrt", squares), ("hypot", first, second), ("atan2", first, second),
+            ("sqrt", squares),
+            ("hypot", first, second),
+            ("atan2", first, second),
             ("nint", thirds),
-        ):  # fmt: skip
+        ):
             found = getattr(WIDE, name)(*map(WIDE.array, arguments))
             assert list(map(WIDE.back, found)) == list(map(getattr(CONTEXT, name), *arguments))
 

@@ -252,11 +252,17 @@ def test_what_goes_wrong_fails_alone(two: Pool) -> None:
         9: "os._exit(3)",
     }
     calls = [
-        Call(n, (f"(os := __import__('os'), subprocess := __import__('subprocess'), "
-                 f"{code.get(n, f'2 ** {n}')})[-1]",),
-             limit_s=0.2 if n == 5 else None, group="dies" if n > 7 else None)
+        Call(
+            n,
+            (
+                f"(os := __import__('os'), subprocess := __import__('subprocess'), "
+                f"{code.get(n, f'2 ** {n}')})[-1]",
+            ),
+            limit_s=0.2 if n == 5 else None,
+            group="dies" if n > 7 else None,
+        )
         for n in range(10)
-    ]  # fmt: skip
+    ]
     found = {call.key: result for call, result in two.perform(eval, calls)}
     dead, late, raised, *group = (found.pop(n).error for n in code)
     assert found == {n: 2**n for n in (0, 1, 2, 4, 6)}

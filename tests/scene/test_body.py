@@ -29,11 +29,18 @@ def test_si_moments_are_taken_as_they_are() -> None:
 @pytest.mark.parametrize(
     ("changes", "key"),
     [
-        ({"alpha": "1.2"}, "alpha"), ({"alpha": "0"}, "alpha"), ({"alpha": "0,3"}, "alpha"),
-        ({"m": "0"}, "m"), ({"g": "0"}, "g"), ({"g": None}, "g"), ({"mu": "-0.1"}, "mu"),
-        ({"mu": "nan"}, "mu"), ({"I3": "0.75"}, "I3"), ({"I1": "1e-300", "I3": "1e-299"}, "I3"),
+        ({"alpha": "1.2"}, "alpha"),
+        ({"alpha": "0"}, "alpha"),
+        ({"alpha": "0,3"}, "alpha"),
+        ({"m": "0"}, "m"),
+        ({"g": "0"}, "g"),
+        ({"g": None}, "g"),
+        ({"mu": "-0.1"}, "mu"),
+        ({"mu": "nan"}, "mu"),
+        ({"I3": "0.75"}, "I3"),
+        ({"I1": "1e-300", "I3": "1e-299"}, "I3"),
     ],
-)  # fmt: skip
+)
 def test_refuses_what_is_no_top(changes: dict[str, Any], key: str) -> None:
     with pytest.raises(InputError) as refusal:
         top(**changes)
@@ -69,10 +76,13 @@ def test_dimensionless_form() -> None:
 @pytest.mark.parametrize(
     ("dimension", "unit"),
     [
-        ((0, 0, 0), "1"), ((1, 2, -1), "kg m^2/s"), ((1, 2, -3), "kg m^2/s^3"),
-        ((0, 1, -2), "m/s^2"), ((0, 0, -1), "1/s"),
+        ((0, 0, 0), "1"),
+        ((1, 2, -1), "kg m^2/s"),
+        ((1, 2, -3), "kg m^2/s^3"),
+        ((0, 1, -2), "m/s^2"),
+        ((0, 0, -1), "1/s"),
     ],
-)  # fmt: skip
+)
 def test_units_in_words_and_in_numbers(dimension: tuple[int, int, int], unit: str) -> None:
     mass, length, time = dimension
     assert Dimension(*dimension).unit == unit
@@ -92,15 +102,17 @@ def test_floats_are_the_decimals_that_one_writes() -> None:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"I1": "2.99e-6", "I3": "3.2e-6"},
-         r"body\.I1: got 2\.99e-06, .* in kg m\^2, write I1_kg_m2 = \"2\.99e-06\""),
+        (
+            {"I1": "2.99e-6", "I3": "3.2e-6"},
+            r"body\.I1: got 2\.99e-06, .* in kg m\^2, write I1_kg_m2 = \"2\.99e-06\"",
+        ),
         ({"I3": "23.5", "I1": "12"}, r"body\.I1: got 12\.0, expected 0\.001 to 10 in units"),
         ({"g": "982"}, r"body\.g: got 982\.0, .* \(is it in cm/s\^2\?\)"),
         ({"m": "20"}, r"body\.m, body\.R: got 20\.0, .* there are m_g and R_mm\)"),
         ({"R": "20"}, r"body\.m, body\.R: got 0\.02, .* with R = 20\.0"),
         ({"R": "2"}, r"body\.m, body\.R: got 0\.02, .* with R = 2\.0"),
     ],
-)  # fmt: skip
+)
 def test_numbers_in_other_units_are_named(changes: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
         require_si(top(**changes))
@@ -129,10 +141,14 @@ SI = {"m": "0.015", "R": "0.017", "alpha": "0.004/0.017", "I1": "80/289", "I3": 
 @pytest.mark.parametrize(
     ("instead", "key", "value"),
     [
-        ("m", "m_g", 15), ("R", "R_mm", "17"), ("alpha", "centre_mm", "4"),
-        ("alpha", "centre_m", 0.004), ("I1", "I1_kg_m2", "1.2e-6"), ("I3", "I3_kg_m2", "1.3005e-6"),
+        ("m", "m_g", 15),
+        ("R", "R_mm", "17"),
+        ("alpha", "centre_mm", "4"),
+        ("alpha", "centre_m", 0.004),
+        ("I1", "I1_kg_m2", "1.2e-6"),
+        ("I3", "I3_kg_m2", "1.3005e-6"),
     ],
-)  # fmt: skip
+)
 def test_keys_that_say_their_unit(instead: str, key: str, value: Any) -> None:
     table = {name: entry for name, entry in SI.items() if name != instead}
     assert top_of({**table, key: value}) == (top_of(SI)[0], False)

@@ -14,13 +14,21 @@ from tt_precise.scene.numerals import LONGEST, WithPi, exact, read, to_mpmath
 @pytest.mark.parametrize(
     ("given", "value"),
     [
-        ("0.02", Fraction(1, 50)), ("131/350", Fraction(131, 350)), ("1e-9", Fraction(1, 10**9)),
-        ("-2.5E+3", Fraction(-2500)), ("+.5", Fraction(1, 2)), ("7.", Fraction(7)),
-        (" 9.82 ", Fraction(491, 50)), ("1e-999", Fraction(1, 10**999)), ("pi/pi", Fraction(1)),
-        ("0.004/0.017", Fraction(4, 17)), ("2 * 3/4 / 5", Fraction(3, 10)), (3, Fraction(3)),
+        ("0.02", Fraction(1, 50)),
+        ("131/350", Fraction(131, 350)),
+        ("1e-9", Fraction(1, 10**9)),
+        ("-2.5E+3", Fraction(-2500)),
+        ("+.5", Fraction(1, 2)),
+        ("7.", Fraction(7)),
+        (" 9.82 ", Fraction(491, 50)),
+        ("1e-999", Fraction(1, 10**999)),
+        ("pi/pi", Fraction(1)),
+        ("0.004/0.017", Fraction(4, 17)),
+        ("2 * 3/4 / 5", Fraction(3, 10)),
+        (3, Fraction(3)),
         (Fraction(2, 3), Fraction(2, 3)),
     ],
-)  # fmt: skip
+)
 def test_reads_exactly(given: Any, value: Fraction) -> None:
     assert exact(given) == value
 

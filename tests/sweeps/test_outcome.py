@@ -66,8 +66,12 @@ def test_what_overflows_fails_alone_and_warns_nobody(recwarn: pytest.WarningsRec
         tt.sweep("reference", vary={"omega_3": spins}, until="0.1", recheck=0)
         for spins in ([*others[:4], 1e150, *others[4:]], others)
     )
-    assert list(found["outcome"]) == ["contact_lost", *["undecided"] * 3, "failed",
-                                      *["undecided"] * 4]  # fmt: skip
+    assert list(found["outcome"]) == [
+        "contact_lost",
+        *["undecided"] * 3,
+        "failed",
+        *["undecided"] * 4,
+    ]
     rows = found.drop(index=4).drop(columns="index").reset_index(drop=True)
     assert rows.equals(alone.drop(columns="index"))
     assert found["t_stop"][4] == 0

@@ -83,9 +83,10 @@ def test_another_sweep_is_refused(tmp_path: Path) -> None:
     (full / "mine.txt").write_text("mine", "utf-8")
     other = replace(SPEC, scene=SPEC.scene.varied(until="0.6"))
     for spec, place, chunk, message in (
-        (other, out, None, "another sweep"), (SPEC, out, CHUNK + 1, "chunk"),
+        (other, out, None, "another sweep"),
+        (SPEC, out, CHUNK + 1, "chunk"),
         (SPEC, full, None, "not empty"),
-    ):  # fmt: skip
+    ):
         with pytest.raises(InputError, match=message):
             run_sweep(spec, out=place, chunk=chunk, recheck=0)
 

@@ -100,12 +100,14 @@ def test_refuses_axes(vary: dict[str, str], message: str) -> None:
         ({"box": {"mu": "0:1"}}, "both or neither"),
         ({"samples": 4}, "both or neither"),
         ({"vary": {"mu": "1,2"}, "box": {"mu": "0:1"}, "samples": 4}, "each once of"),
-        ({"box": {"mu": "0:1"}, "samples": MOST_SAMPLES + 1},
-         "samples: got 10000001, expected at most 10000000"),
+        (
+            {"box": {"mu": "0:1"}, "samples": MOST_SAMPLES + 1},
+            "samples: got 10000001, expected at most 10000000",
+        ),
         ({"scene": "coulomb-gliding"}, "got coulomb friction, expected the viscous law"),
         *(({"record": (name,)}, "record") for name in ("min_g_n", "max_nothing", "g_n", "climb_D")),
     ],
-)  # fmt: skip
+)
 def test_refuses(given: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         specification(**{"scene": "reference"} | given)
@@ -219,9 +221,13 @@ def test_a_sweep_of_a_start_by_psi_dot_keeps_it(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "values",
-    [[-20, -10, 0.0, 10], numpy.linspace(-20, 10, 4), ("-20", "-10", "0", "1e1"),
-     range(-20, 11, 10)],
-)  # fmt: skip
+    [
+        [-20, -10, 0.0, 10],
+        numpy.linspace(-20, 10, 4),
+        ("-20", "-10", "0", "1e1"),
+        range(-20, 11, 10),
+    ],
+)
 def test_numbers_and_text_are_the_same_sweep(values: Any) -> None:
     texts, given = (
         specification("reference", vary={"phi_dot": one}, box={"nu_x": ends}, samples=3)

@@ -17,8 +17,9 @@ def walks(drift: float) -> pandas.DataFrame:
     rows = []
     for seed in range(64):
         walk = numpy.cumsum(draw.choice([-1.0, 1.0], 10_001) + drift)
-        rows += [{"scene": "s", "seed": seed, "t_s": t, "jellett": 1e-16 * walk[round(t)]}
-                 for t in times]  # fmt: skip
+        rows += [
+            {"scene": "s", "seed": seed, "t_s": t, "jellett": 1e-16 * walk[round(t)]} for t in times
+        ]
     return pandas.DataFrame(rows)
 
 

@@ -108,8 +108,12 @@ def test_what_conservation_hides() -> None:
 
 
 def test_what_requested_digits_deliver() -> None:
-    rows = [("complete", 9, 10.0, 10.5), ("complete", 9, 11.0, 8.5),
-            ("contact_lost", 9, 10.0, 10.25), ("raised", 9, None, None)]  # fmt: skip
+    rows = [
+        ("complete", 9, 10.0, 10.5),
+        ("complete", 9, 11.0, 8.5),
+        ("contact_lost", 9, 10.0, 10.25),
+        ("raised", 9, None, None),
+    ]
     estimates = pandas.DataFrame(rows, columns=["status", "wanted", "estimated", "right"])
     found = {one.name: one.value for one in findings(TradeoffTables(None, None, estimates))}
     assert found["digits requested and not delivered"] == 1

@@ -24,9 +24,12 @@ LOOSE = ("Radau", "RK45", "BDF", "odeint", "LSODA", "Adams")
 
 
 def error(
-    name: str, tolerance: float, coordinates: str = "newton", until: str = "0.05",
+    name: str,
+    tolerance: float,
+    coordinates: str = "newton",
+    until: str = "0.05",
     precision: Any = DOUBLE,
-) -> float:  # fmt: skip
+) -> float:
     problem = golden_problem("reference", coordinates, until)
     settings = Settings(tolerance, precision)
     solve = METHODS[name].prepare(problem, settings)

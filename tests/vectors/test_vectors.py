@@ -244,14 +244,16 @@ def test_flight_keeps_angular_momentum() -> None:
 @pytest.mark.parametrize(
     ("module", "term", "law", "off"),
     [
-        (euler, "normal_force", "viscous", "1e-38"), (euler, "normal_force", "viscous", "nan"),
+        (euler, "normal_force", "viscous", "1e-38"),
+        (euler, "normal_force", "viscous", "nan"),
         (rolling, "constraint_force", "rolling", "1e-38"),
         (rolling, "constraint_force", "sticking", "1e-38"),
-        (newton, "axis_rate", "none", "1e-38"), (newton, "axis_rate", "viscous", "nan"),
+        (newton, "axis_rate", "none", "1e-38"),
+        (newton, "axis_rate", "viscous", "nan"),
         (compliant, "contact_force", "linear", "1e-38"),
         (compliant, "contact_force", "hunt-crossley", "1e-38"),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_term_is_not_published(
     module: ModuleType, term: str, law: str, off: str, monkeypatch: Patch
 ) -> None:

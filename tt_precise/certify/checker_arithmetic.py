@@ -89,9 +89,11 @@ class Series(Field):
     """
 
     def __init__(
-        self, rule: Callable[[list[Scalar], int], Scalar], first: Sequence[Scalar] = (),
+        self,
+        rule: Callable[[list[Scalar], int], Scalar],
+        first: Sequence[Scalar] = (),
         bits: int = 0,
-    ):  # fmt: skip
+    ):
         self.rule, self.c, self.bits = rule, list(first), bits
 
     def __getitem__(self, n: int) -> Scalar:

@@ -241,8 +241,10 @@ def enclose(
         zeros = exact_zeros(problem)
         stepped = without(problem, zeros)
         approximation, until, time = (
-            Steps(stepped, bits), problem.until(), arb(0) if begin is None else begin,
-        )  # fmt: skip
+            Steps(stepped, bits),
+            problem.until(),
+            arb(0) if begin is None else begin,
+        )
         longest = ceiling = limit = (until + 1).upper()
         reached = stepped.start()
         errors = LohnerSet.of([arb(0)] * len(stepped.columns))
@@ -287,9 +289,11 @@ def _whole(
     nothing, size = arb_poly([]), len(problem.columns)
     still = TaylorModel(nothing, crossing.tube[0].frame)
     return VerifiedStep(
-        problem, begin,
+        problem,
+        begin,
         replace(piece, polynomials=tuple(restored(piece.polynomials, zeros, size, nothing))),
         tuple(restored(crossing.radius, zeros, size, arb(0))),
         tuple(restored(crossing.tube, zeros, size, still)),
-        tuple(restored(crossing.rates, zeros, size, still)), flint.ctx.prec,
-    )  # fmt: skip
+        tuple(restored(crossing.rates, zeros, size, still)),
+        flint.ctx.prec,
+    )

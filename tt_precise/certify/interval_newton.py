@@ -108,9 +108,14 @@ class _Part:
 
     @classmethod
     def of(
-        cls, step: VerifiedStep, function: Function, begins: Onset | None, touches: Sequence[arb],
-        *, sharp: bool = False,
-    ) -> _Part:  # fmt: skip
+        cls,
+        step: VerifiedStep,
+        function: Function,
+        begins: Onset | None,
+        touches: Sequence[arb],
+        *,
+        sharp: bool = False,
+    ) -> _Part:
         tube, rates = step.sharp if sharp else (step.tube, step.rates)
         moving = [DualNumber(y, {0: rate}) for y, rate in zip(tube, rates, strict=True)]
         along = function(moving)

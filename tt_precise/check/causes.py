@@ -29,9 +29,11 @@ Residual = Callable[[Samples], Array]
 
 
 def cause(
-    residual: Residual, rows: Samples, most: float,
+    residual: Residual,
+    rows: Samples,
+    most: float,
     gyroscopic: Callable[[float], Array] | None = None,
-) -> str:  # fmt: skip
+) -> str:
     """The change that explains the ``residual`` (entries, intervals) of ``rows``; "" if none does.
 
     ``most`` is the part of the residual that a fit may leave; ``gyroscopic`` makes it with so many

@@ -319,9 +319,12 @@ class Samples:
     def rows(self, wanted: slice | numpy.ndarray) -> Samples:
         """Some of the rows, by a slice or an array of indices."""
         return Samples(
-            self.setup, self.t[wanted], type(self.state)(*(entry[wanted] for entry in self.state)),
-            self.slip[wanted], {name: values[wanted] for name, values in self.given.items()},
-        )  # fmt: skip
+            self.setup,
+            self.t[wanted],
+            type(self.state)(*(entry[wanted] for entry in self.state)),
+            self.slip[wanted],
+            {name: values[wanted] for name, values in self.given.items()},
+        )
 
     @cached_property
     def first(self) -> Motion:

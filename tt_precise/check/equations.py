@@ -197,9 +197,12 @@ class Followed(NamedTuple):
 
 
 def follow(
-    rates: Callable[[tuple[Scalar, ...]], Sequence[Scalar]], start: numpy.ndarray,
-    spans: numpy.ndarray, sizes: numpy.ndarray, wanted: float,
-) -> Followed:  # fmt: skip
+    rates: Callable[[tuple[Scalar, ...]], Sequence[Scalar]],
+    start: numpy.ndarray,
+    spans: numpy.ndarray,
+    sizes: numpy.ndarray,
+    wanted: float,
+) -> Followed:
     """The solutions that start at the columns of ``start``, each after its span (s).
 
     ``sizes`` (entries,) is what a difference of each entry is measured in; a solution whose error

@@ -165,9 +165,13 @@ class GoldenDistance:
     """
 
     def __init__(
-        self, setup: CheckSetup, present: Sequence[str], asked: float | None, fresh: bool,
+        self,
+        setup: CheckSetup,
+        present: Sequence[str],
+        asked: float | None,
+        fresh: bool,
         folder: Folder,
-    ):  # fmt: skip
+    ):
         self._setup, self._asked, self._fresh = setup, asked, fresh
         self._true, self._absent, self._ended = _golden_rows(setup, folder)
         known = {*NewtonState._fields, *EulerState._fields}

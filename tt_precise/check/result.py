@@ -76,10 +76,13 @@ def _number(value: float | None, digits: int = 3) -> str:
 def _cells(finding: Check) -> tuple[str, ...]:
     limit = _number(finding.limit)
     return (
-        finding.name, finding.verdict.upper() if finding.verdict == "fail" else finding.verdict,
-        _number(finding.value), f"{SIGNS[finding.sense]} {limit}" if limit else "",
-        _number(finding.at, 6), one_line(finding.note),
-    )  # fmt: skip
+        finding.name,
+        finding.verdict.upper() if finding.verdict == "fail" else finding.verdict,
+        _number(finding.value),
+        f"{SIGNS[finding.sense]} {limit}" if limit else "",
+        _number(finding.at, 6),
+        one_line(finding.note),
+    )
 
 
 def _escaped(text: str) -> str:
@@ -152,11 +155,16 @@ class Result:
     def as_dict(self) -> dict[str, Json]:
         """The JSON object of the command."""
         return {
-            "schema": SCHEMA, "trajectory": self.trajectory, "scene": self.scene,
-            "columns": self.columns, "verdict": self.verdict, "rows": self.rows,
-            "t_first": self.t_first, "t_last": self.t_last,
+            "schema": SCHEMA,
+            "trajectory": self.trajectory,
+            "scene": self.scene,
+            "columns": self.columns,
+            "verdict": self.verdict,
+            "rows": self.rows,
+            "t_first": self.t_first,
+            "t_last": self.t_last,
             "checks": [finding.as_dict() for finding in self.checks],
-        }  # fmt: skip
+        }
 
     @property
     def heading(self) -> str:

@@ -134,9 +134,13 @@ OPTIONS = inspect.signature(conservation).parameters
 
 
 def _checked(
-    table: RowSource, setup: CheckSetup, limits: Mapping[str, float], cutoff: float,
-    golden: Callable[[CheckSetup, Sequence[str]], GoldenDistance], progress: Progress,
-) -> Result:  # fmt: skip
+    table: RowSource,
+    setup: CheckSetup,
+    limits: Mapping[str, float],
+    cutoff: float,
+    golden: Callable[[CheckSetup, Sequence[str]], GoldenDistance],
+    progress: Progress,
+) -> Result:
     height = setup.columns.height if setup.height_given else ()
     names = ("t", *(n for n in (*setup.columns.names, *height) if n in table.names))
     also = [name for name in known_columns(table.names) if name not in names]
@@ -185,10 +189,14 @@ def _checked(
             findings.append(distance.finding(cutoff, ended, progress))
     end = usable.broken.t if usable.broken else 0.0
     return Result(
-        trajectory=table.where, scene=setup.scene.name, columns=setup.columns.name, rows=rows,
+        trajectory=table.where,
+        scene=setup.scene.name,
+        columns=setup.columns.name,
+        rows=rows,
         t_first=float(first.t[0]) if first else end,
-        t_last=float(samples.t[-1]) if samples else end, checks=tuple(findings),
-    )  # fmt: skip
+        t_last=float(samples.t[-1]) if samples else end,
+        checks=tuple(findings),
+    )
 
 
 def _with_advice(findings: list[Check]) -> list[Check]:
@@ -252,10 +260,16 @@ class _Running:
             if holds and getattr(watch, "error_bound", -math.inf) > limit:
                 verdict, reason = "skipped", f"rows too far apart: {reason}"
         return Check(
-            name=check.name, verdict=verdict, value=value, limit=limit if self._watch else None,
-            at=self._worst.at, note=reason, meaning=check.meaning, sense=check.sense,
+            name=check.name,
+            verdict=verdict,
+            value=value,
+            limit=limit if self._watch else None,
+            at=self._worst.at,
+            note=reason,
+            meaning=check.meaning,
+            sense=check.sense,
             curve=self._worst.curve if self._watch else None,
-        )  # fmt: skip
+        )
 
 
 def assert_conserves(

@@ -426,9 +426,12 @@ class ColumnSource(RowSource):
     """
 
     def __init__(
-        self, names: Sequence[Hashable], column: Callable[[Hashable], object],
-        rename: Mapping[str, str], where: str = "the table",
-    ):  # fmt: skip
+        self,
+        names: Sequence[Hashable],
+        column: Callable[[Hashable], object],
+        rename: Mapping[str, str],
+        where: str = "the table",
+    ):
         self._theirs, self._column = list(names), column
         super().__init__(where, [str(name) for name in names], rename)
 

@@ -87,8 +87,11 @@ def _from_y_up(given: Columns, body: Parameters) -> Changed:
     w, x, y, z = given["qw"], *_vector(given, AXIS)
     # turned by a right angle about x, which takes their y to our z
     rigid: Changed = {
-        "qw": HALF * (w - x), "qx": HALF * (w + x), "qy": HALF * (y - z), "qz": HALF * (y + z),
-    }  # fmt: skip
+        "qw": HALF * (w - x),
+        "qx": HALF * (w + x),
+        "qy": HALF * (y - z),
+        "qz": HALF * (y + z),
+    }
     for names in (OMEGA, CENTRE):
         if names[0] in given:
             a, b, c = _vector(given, names)
@@ -165,9 +168,12 @@ FEWEST = 8  # intervals
 
 
 def refuse_other_units(
-    setup: CheckSetup, first: Samples, block: Block, present: Sequence[str],
+    setup: CheckSetup,
+    first: Samples,
+    block: Block,
+    present: Sequence[str],
     otherwise: Mapping[str, Reading],
-) -> None:  # fmt: skip
+) -> None:
     """Look at the first rows; ``otherwise`` has further readings, those of the file itself.
 
     Raises ``InputError``: units other than SI, or another body, are what explains them.

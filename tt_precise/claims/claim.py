@@ -100,16 +100,21 @@ class Claim:
         found = ("printed", "measured", "note", "remark", "proved", "correction")
         checks = tuple(
             JudgedCheck(
-                name=check.name, verdict=verdict_of(check).value, printed=check.expected,
+                name=check.name,
+                verdict=verdict_of(check).value,
+                printed=check.expected,
                 measured=check.measured,
             )
             for check in finding.checks
-        )  # fmt: skip
+        )
         return JudgedClaim(
-            **{name: getattr(self, name) for name in own}, paper=self.paper.name, checks=checks,
-            **{name: getattr(finding, name) for name in found}, form=finding.form.value,
+            **{name: getattr(self, name) for name in own},
+            paper=self.paper.name,
+            checks=checks,
+            **{name: getattr(finding, name) for name in found},
+            form=finding.form.value,
             verdict=finding.verdict.value,
-        )  # fmt: skip
+        )
 
 
 # ---- the registry --------------------------------------------------------------------------------
@@ -121,10 +126,15 @@ def claims_of(paper: Paper, section: str) -> Callable[..., Callable[[Function], 
     """The decorator for the claims of a section, at ``where`` ("Sec. 2.1" by default)."""
 
     def claim(
-        id: str, *, quote: str, counterexample: Mapping[str, object] | None,
-        where: str = f"Sec. {section}", definition: str = "", statement: str = "",
+        id: str,
+        *,
+        quote: str,
+        counterexample: Mapping[str, object] | None,
+        where: str = f"Sec. {section}",
+        definition: str = "",
+        statement: str = "",
         slow: bool = False,
-    ) -> Callable[[Function], Function]:  # fmt: skip
+    ) -> Callable[[Function], Function]:
         def register(function: Function) -> Function:
             name, told = paper.prefix + id, statement or " ".join((function.__doc__ or "").split())
             if name in _registered:

@@ -139,9 +139,13 @@ def committed(file: Path | None = None) -> Committed | None:
 def run_record(seconds: float, workers: int, provenance: Mapping[str, str]) -> JudgingRun:
     """The record of the present run."""
     return JudgingRun(
-        date=provenance["date"], commit=provenance["commit"], versions=provenance["versions"],
-        seconds=round(seconds), workers=workers, sources=sources(),
-    )  # fmt: skip
+        date=provenance["date"],
+        commit=provenance["commit"],
+        versions=provenance["versions"],
+        seconds=round(seconds),
+        workers=workers,
+        sources=sources(),
+    )
 
 
 @cache

@@ -22,20 +22,27 @@ FAILED = 1
 @click.option("--scene", required=True, help="A shipped name or a TOML file.")
 @click.option("--columns", multiple=True, help="Renames, as theirs=ours[,theirs=ours].")
 @click.option(
-    "--from", "engine", metavar="ENGINE",
+    "--from",
+    "engine",
+    metavar="ENGINE",
     help="An engine's own state (.npz, .csv): mujoco, drake, bullet ...; see `columns`.",
-)  # fmt: skip
+)
 @click.option(
-    "--limit", "limits", multiple=True,
+    "--limit",
+    "limits",
+    multiple=True,
     help="NAME=VALUE for one check, or VALUE for all relative drifts (1e-6).",
-)  # fmt: skip
+)
 @click.option("--until", type=options.FINITE, help="Leave out rows after this time (s).")
 @click.option("--digits", type=options.FINITE, help="Fail if fewer digits agree with golden data.")
 @click.option("--fresh", is_flag=True, help="Compute the solution where there is no golden row.")
 @click.option(
-    "--friction", type=click.Choice(["scene", "other"]), default="scene", show_default=True,
+    "--friction",
+    type=click.Choice(["scene", "other"]),
+    default="scene",
+    show_default=True,
     help="other: the contact force is not the scene's (Coulomb, elastic).",
-)  # fmt: skip
+)
 @click.option(
     "--folder",
     type=click.Path(file_okay=False),
@@ -46,10 +53,21 @@ FAILED = 1
 @click.option("--markdown", type=click.Path(dir_okay=False), help="Write a Markdown table.")
 @click.option("--plot", type=click.Path(dir_okay=False), help="Draw the drifts (.svg, .png, .pdf).")
 def command(
-    trajectory: str, scene: str, columns: tuple[str, ...], engine: str | None,
-    limits: tuple[str, ...], until: float | None, digits: float | None, fresh: bool, friction: str,
-    folder: str | None, as_json: bool, junit: str | None, markdown: str | None, plot: str | None,
-) -> int:  # fmt: skip
+    trajectory: str,
+    scene: str,
+    columns: tuple[str, ...],
+    engine: str | None,
+    limits: tuple[str, ...],
+    until: float | None,
+    digits: float | None,
+    fresh: bool,
+    friction: str,
+    folder: str | None,
+    as_json: bool,
+    junit: str | None,
+    markdown: str | None,
+    plot: str | None,
+) -> int:
     """Check the conservation laws on TRAJECTORY.
 
     It is .csv (or gzipped), .parquet, .arrow, .h5, .json, .npz, or - for standard input.
@@ -80,10 +98,18 @@ def command(
     try:
         with progress_bar(f"checking {trajectory}") as progress:
             result = conservation(
-                trajectory, scene, limits=read_limits(limits), until=until, digits=digits,
-                fresh=fresh, friction=friction, engine=engine, columns=renaming(columns),
-                folder=folder, progress=progress,
-            )  # fmt: skip
+                trajectory,
+                scene,
+                limits=read_limits(limits),
+                until=until,
+                digits=digits,
+                fresh=fresh,
+                friction=friction,
+                engine=engine,
+                columns=renaming(columns),
+                folder=folder,
+                progress=progress,
+            )
     except InputError as error:
         refused = unusable(trajectory, scene, one_line(str(error)))
         _write(refused, junit, markdown, None)

@@ -35,9 +35,14 @@ SHOWN_IN_FULL = 3  # so few claims are shown with their quotes and notes
 @options.workers("with --again; by default one for each core, at most 4")
 @options.JSON
 def command(
-    ids: tuple[str, ...], verdict: tuple[str, ...], kind: tuple[str, ...], full: bool, again: bool,
-    workers: int | None, as_json: bool,
-) -> int:  # fmt: skip
+    ids: tuple[str, ...],
+    verdict: tuple[str, ...],
+    kind: tuple[str, ...],
+    full: bool,
+    again: bool,
+    workers: int | None,
+    as_json: bool,
+) -> int:
     """Show the verdicts on the paper's claims: all, or those with the given IDs (such as NUM-22).
 
     The verdicts come from the last report, and the output names its run; --again recomputes them.

@@ -48,10 +48,19 @@ GOOD = ("rounding", "converges", "measured")
 @click.option("--job", "job_of", metavar="RUNG", help="Print the job of a test at --step.")
 @options.JSON
 def command(
-    program: str | None, law: str, order: float | None, names: tuple[str, ...],
-    wanted: tuple[str, ...], step: str, time_limit: float, workers: int | None, out: Path | None,
-    schema: bool, job_of: str | None, as_json: bool,
-) -> int:  # fmt: skip
+    program: str | None,
+    law: str,
+    order: float | None,
+    names: tuple[str, ...],
+    wanted: tuple[str, ...],
+    step: str,
+    time_limit: float,
+    workers: int | None,
+    out: Path | None,
+    schema: bool,
+    job_of: str | None,
+    as_json: bool,
+) -> int:
     """Measure order and floor of physics engines against references, test by test.
 
     Without --run: all installed engines (extra "engines", and npm packages). With --run: your own

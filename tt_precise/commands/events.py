@@ -23,9 +23,13 @@ SCHEMA = "tt_precise.events/1"
 @click.option("--only", help="Events, separated by commas; also extremum:QUANTITY, zero:QUANTITY.")
 @options.JSON
 def command(
-    scene: str | None, precision: str | None, digits: int | None, until: str | None,
-    only: str | None, as_json: bool,
-) -> int:  # fmt: skip
+    scene: str | None,
+    precision: str | None,
+    digits: int | None,
+    until: str | None,
+    only: str | None,
+    as_json: bool,
+) -> int:
     """List the catalogue of events; with SCENE, all events of that scene, and the climb.
 
     Each line has the time, the kind (minimum or maximum, up or down through zero), theta, and the
@@ -54,10 +58,14 @@ def command(
     climb = run.inversion.times if loaded.model != "flight" else {}
     text = run.precision.text
     content = {
-        "schema": SCHEMA, "scene": loaded.name, "status": run.status, "t_end": text(run.t_end),
-        "events": event_rows(run), "touches": run.touches,
+        "schema": SCHEMA,
+        "scene": loaded.name,
+        "status": run.status,
+        "t_end": text(run.t_end),
+        "events": event_rows(run),
+        "touches": run.touches,
         "climb": {key: text(time) for key, time in climb.items()} or None,
-    }  # fmt: skip
+    }
     shown = _lines(run)
     shown += [f"{name}: its function {TOUCHES}" for name in run.touches]
     shown += [f"{key:>9}: {_seconds(time)}" for key, time in climb.items()]

@@ -27,9 +27,13 @@ CASE_FAILED = 1
 @click.option("--out", type=click.Path(dir_okay=False), help="Write the JSON to this file too.")
 @options.JSON
 def command(
-    quick: bool, topic: tuple[str, ...], full: bool, workers: int | None, out: str | None,
+    quick: bool,
+    topic: tuple[str, ...],
+    full: bool,
+    workers: int | None,
+    out: str | None,
     as_json: bool,
-) -> int:  # fmt: skip
+) -> int:
     """Run the extreme cases and print expected outcome, observed outcome and verdict.
 
     Exit status 1 if a case fails.

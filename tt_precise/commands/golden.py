@@ -40,8 +40,12 @@ def command() -> None:
 @WORKERS
 @options.JSON
 def build_command(
-    scenes: tuple[str, ...], replace: str, folder: Path | None, workers: int | None, as_json: bool,
-) -> int:  # fmt: skip
+    scenes: tuple[str, ...],
+    replace: str,
+    folder: Path | None,
+    workers: int | None,
+    as_json: bool,
+) -> int:
     """Make golden data for SCENES (shipped names or TOML files), by default for all shipped scenes.
 
     The output goes to ./golden, or, for shipped scenes in a checkout, to its reference_data. An
@@ -121,15 +125,22 @@ def list_command(folder: Path | None, as_json: bool) -> int:
 @click.option("--bits", type=click.IntRange(min=64), default=200, help="Precision to begin with.")
 @click.option("--certificate", is_flag=True, help="Also write certificate.json.xz, for --check.")
 @click.option(
-    "--check", "checked", is_flag=True,
+    "--check",
+    "checked",
+    is_flag=True,
     help="Check certificates instead, with the second, independent program.",
-)  # fmt: skip
+)
 @WORKERS
 @options.JSON
 def certify_command(
-    scenes: tuple[str, ...], folder: Path | None, bits: int, certificate: bool, checked: bool,
-    workers: int | None, as_json: bool,
-) -> int:  # fmt: skip
+    scenes: tuple[str, ...],
+    folder: Path | None,
+    bits: int,
+    certificate: bool,
+    checked: bool,
+    workers: int | None,
+    as_json: bool,
+) -> int:
     """Prove the printed digits of SCENES, by default of all golden data, in ball arithmetic.
 
     Writes proof.json and the enclosures into the folder of the golden tables. With --check it
@@ -211,9 +222,11 @@ def vectors_command(build: bool, index_only: bool, folder: Path | None, as_json:
             else:
                 problems = index.verify(place, progress)
     content = {
-        "schema": SCHEMA.format("vectors"), "verdict": "fail" if problems else "pass",
-        "problems": problems, "written": [path.relative_to(place).as_posix() for path in written],
-    }  # fmt: skip
+        "schema": SCHEMA.format("vectors"),
+        "verdict": "fail" if problems else "pass",
+        "problems": problems,
+        "written": [path.relative_to(place).as_posix() for path in written],
+    }
     files = sum(1 for _ in index.entries(place))
     good = [f"wrote {path}" for path in written] or [f"{files} files verified"]
     options.emit(as_json, content, problems or good)

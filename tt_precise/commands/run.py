@@ -124,9 +124,11 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
 @click.option("--digits", type=int, help="Number of correct digits; chooses the arithmetic.")
 @click.option("--formulation", help="Coordinates: newton (the default) or euler.")
 @click.option(
-    "--contact", default="unilateral", show_default=True,
+    "--contact",
+    default="unilateral",
+    show_default=True,
     help="unilateral: ends where g_n reaches 0; bilateral: continues with g_n < 0.",
-)  # fmt: skip
+)
 @click.option("--until", help="Horizon in s, instead of the scene's.")
 @click.option("--events", help="Events to record: names separated by commas, or all.")
 @click.option("--record", help="Also integrate any of phi,psi,x,y, separated by commas.")
@@ -147,11 +149,21 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
 )
 @options.JSON
 def command(
-    scene: str, precision: str | None, bits: int | None, digits: int | None,
-    formulation: str | None, contact: str, until: str | None, events: str | None,
-    record: str | None, columns: str | None, out: str | None, plot: str | None, animate: str | None,
+    scene: str,
+    precision: str | None,
+    bits: int | None,
+    digits: int | None,
+    formulation: str | None,
+    contact: str,
+    until: str | None,
+    events: str | None,
+    record: str | None,
+    columns: str | None,
+    out: str | None,
+    plot: str | None,
+    animate: str | None,
     as_json: bool,
-) -> int:  # fmt: skip
+) -> int:
     """Integrate SCENE, a shipped name or a TOML file.
 
     Exit status 1 if the trajectory ended before its horizon, or had g_n < 0 at some time (only with
@@ -197,9 +209,16 @@ def command(
         click.echo(f"--digits {digits}: takes about {seconds / 60:.0f} min", err=True)
     with progress_bar(f"integrating {loaded.name}") as progress:
         trajectory = integrate(
-            loaded, precision, digits=digits, formulation=formulation, events=names,
-            record=recorded, bits=bits, contact=contact, progress=progress,
-        )  # fmt: skip
+            loaded,
+            precision,
+            digits=digits,
+            formulation=formulation,
+            events=names,
+            record=recorded,
+            bits=bits,
+            contact=contact,
+            progress=progress,
+        )
     if out is not None:
         with progress_bar(f"reading {loaded.name}") as progress:
             table = trajectory.table(*wanted, numbers="text", progress=progress)
@@ -229,18 +248,24 @@ def summary(trajectory: Trajectory, outcome: dict[str, Any]) -> RunRecord:
         return str(context.nstr(context.mpf(value), 3, min_fixed=0, max_fixed=0))
 
     return RunRecord(
-        scene=trajectory.scene.name, model=cast(Any, trajectory.scene.model),
+        scene=trajectory.scene.name,
+        model=cast(Any, trajectory.scene.model),
         formulation=cast(Any, trajectory.formulation),
-        precision=cast(Any, trajectory.precision.name), bits=trajectory.precision.bits,
-        tolerance=short(trajectory.tolerance), status=cast(Any, trajectory.status),
-        t_end=trajectory.precision.text(trajectory.t_end), **outcome,
-        steps=trajectory.steps, order=trajectory.order, state=trajectory.state.as_text(),
+        precision=cast(Any, trajectory.precision.name),
+        bits=trajectory.precision.bits,
+        tolerance=short(trajectory.tolerance),
+        status=cast(Any, trajectory.status),
+        t_end=trajectory.precision.text(trajectory.t_end),
+        **outcome,
+        steps=trajectory.steps,
+        order=trajectory.order,
+        state=trajectory.state.as_text(),
         error_estimate={name: short(e) for name, e in trajectory.error_estimate.items()},
         digits=round(trajectory.digits, 1),
         drift={name: short(value) for name, value in trajectory.drift.items()},
         events=tuple(EventRecord(**row) for row in event_rows(trajectory)),
         touches=trajectory.touches,
-    )  # fmt: skip
+    )
 
 
 def answers(trajectory: Trajectory) -> dict[str, Any]:

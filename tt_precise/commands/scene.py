@@ -106,15 +106,25 @@ def summary(scene: Scene) -> dict[str, Json]:
     start = {field.name: str(getattr(scene.start, field.name)) for field in fields(scene.start)}
     ratios = {name: over(name) for name in ("lambda_thres", "lambda_up")}
     return {
-        "schema": SCHEMA, "scene": scene.name, "title": scene.title, "source": scene.source,
+        "schema": SCHEMA,
+        "scene": scene.name,
+        "title": scene.title,
+        "source": scene.source,
         "model": scene.model,
         "friction": body.law if scene.model == "gliding" and body.mu else "none",
-        "flies": scene.flies, "body": shown, "start": start,
+        "flies": scene.flies,
+        "body": shown,
+        "start": start,
         "given": {name: str(value) for name, value in scene.given.items()},
-        "until": str(scene.until), "gamma": float(body.gamma), "lambda": float(values["lambda"]),
-        "lambda_over": ratios, "inverts": known.inverts, "inverts_reason": known.inverts_reason,
-        "static_balance": balance(scene), "warnings": warnings(scene, ratios),
-    }  # fmt: skip
+        "until": str(scene.until),
+        "gamma": float(body.gamma),
+        "lambda": float(values["lambda"]),
+        "lambda_over": ratios,
+        "inverts": known.inverts,
+        "inverts_reason": known.inverts_reason,
+        "static_balance": balance(scene),
+        "warnings": warnings(scene, ratios),
+    }
 
 
 def balance(scene: Scene) -> str:

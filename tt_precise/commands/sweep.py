@@ -45,15 +45,20 @@ def command() -> None:
     "--sampler", default="sobol", show_default=True, help="Samples of the box: sobol or latin."
 )
 @click.option(
-    "--seed", type=click.IntRange(0, LARGEST_SEED), default=0, show_default=True,
+    "--seed",
+    type=click.IntRange(0, LARGEST_SEED),
+    default=0,
+    show_default=True,
     help="Seed of the samples and of the rows to recheck.",
-)  # fmt: skip
+)
 @click.option("--until", help="Horizon in s, instead of the scene's.")
 @click.option("--record", help="Further columns, separated by commas, such as climb_A,max_nu_y.")
 @click.option(
-    "--contact", default="unilateral", show_default=True,
+    "--contact",
+    default="unilateral",
+    show_default=True,
     help="unilateral: a row ends where g_n reaches 0; bilateral: it continues with g_n < 0.",
-)  # fmt: skip
+)
 @click.option(
     "--out", help="Folder or fsspec URL for rows and summary; resumes an interrupted sweep."
 )
@@ -68,10 +73,22 @@ def command() -> None:
 )  # fmt: skip
 @options.JSON
 def run(
-    scene: str, vary: tuple[str, ...], box: tuple[str, ...], samples: int, sampler: str, seed: int,
-    until: str | None, record: str | None, contact: str, out: str | None, as_csv: bool,
-    workers: int | None, dask: str | None, recheck: int, as_json: bool,
-) -> int:  # fmt: skip
+    scene: str,
+    vary: tuple[str, ...],
+    box: tuple[str, ...],
+    samples: int,
+    sampler: str,
+    seed: int,
+    until: str | None,
+    record: str | None,
+    contact: str,
+    out: str | None,
+    as_csv: bool,
+    workers: int | None,
+    dask: str | None,
+    recheck: int,
+    as_json: bool,
+) -> int:
     """Integrate SCENE from many starts: a shipped name, a scene file, or a TOML file of a sweep.
 
     The scene is gliding with the viscous law, or rolling, on a rigid table.
@@ -96,17 +113,27 @@ def run(
         spec = read_specification(scene)
     else:
         spec = specification(
-            scene, vary=pairs(vary, "--vary"), box=pairs(box, "--box"), until=until,
-            samples=samples, sampler=sampler, seed=seed, record=listed(record or ""),
+            scene,
+            vary=pairs(vary, "--vary"),
+            box=pairs(box, "--box"),
+            until=until,
+            samples=samples,
+            sampler=sampler,
+            seed=seed,
+            record=listed(record or ""),
             contact=contact,
-        )  # fmt: skip
+        )
     if as_csv and out is None:
         raise InputError("--csv: got no --out, expected the folder to write it into")
     with progress_bar(f"{spec.rows} rows") as progress:
         swept = run_sweep(
-            spec, out=out, workers=workers or cores(),
-            pool=dask_pool(dask, tries=TRIES) if dask else None, recheck=recheck, progress=progress,
-        )  # fmt: skip
+            spec,
+            out=out,
+            workers=workers or cores(),
+            pool=dask_pool(dask, tries=TRIES) if dask else None,
+            recheck=recheck,
+            progress=progress,
+        )
     if as_csv and out is not None:
         from tt_precise.runtime.files import replacing
 

@@ -163,23 +163,60 @@ def rungs(law: Law = COULOMB) -> tuple[Rung, ...]:
     # the reference turns over; a small, fast top does so under dry friction
     whole = own if law.constant else gliding.varied(**small)
     ladder = [
-        Rung("flight", "inertia, gyroscopic term, frames: no contact, closed form",
-             load_scene("frictionless").varied(theta="0.5", theta_dot="40", **short),
-             ("angular_momentum", "rotational_energy"), flown, contact="none"),
-        Rung("sleeping upright", "a spin about the vertical that contact and friction leave alone",
-             load_scene("upright").varied(**short), ("jellett", "energy"), standing, friction),
-        Rung("sleeping inverted", "the same with the centre of mass above the centre",
-             load_scene("inverted").varied(**short), ("jellett", "energy"), standing, friction),
-        Rung("ice", "the normal force alone: mu = 0", load_scene("frictionless").varied(**tilted),
-             ("jellett", "energy"), integrated),
-        Rung("gliding", "the engine's own friction while the contact glides", gliding, ("jellett",),
-             integrated),
-        Rung("rolling", "a contact that sticks: mu = 1, more than rolling needs",
-             load_scene("rolling").varied(**tilted), ("jellett", "energy"), integrated,
-             {"law": law.name, "mu": 1.0}),
-        Rung("inversion", "the whole motion: does the top turn over, and when", whole, ("jellett",),
-             published if law.constant else None),
-    ]  # fmt: skip
+        Rung(
+            "flight",
+            "inertia, gyroscopic term, frames: no contact, closed form",
+            load_scene("frictionless").varied(theta="0.5", theta_dot="40", **short),
+            ("angular_momentum", "rotational_energy"),
+            flown,
+            contact="none",
+        ),
+        Rung(
+            "sleeping upright",
+            "a spin about the vertical that contact and friction leave alone",
+            load_scene("upright").varied(**short),
+            ("jellett", "energy"),
+            standing,
+            friction,
+        ),
+        Rung(
+            "sleeping inverted",
+            "the same with the centre of mass above the centre",
+            load_scene("inverted").varied(**short),
+            ("jellett", "energy"),
+            standing,
+            friction,
+        ),
+        Rung(
+            "ice",
+            "the normal force alone: mu = 0",
+            load_scene("frictionless").varied(**tilted),
+            ("jellett", "energy"),
+            integrated,
+        ),
+        Rung(
+            "gliding",
+            "the engine's own friction while the contact glides",
+            gliding,
+            ("jellett",),
+            integrated,
+        ),
+        Rung(
+            "rolling",
+            "a contact that sticks: mu = 1, more than rolling needs",
+            load_scene("rolling").varied(**tilted),
+            ("jellett", "energy"),
+            integrated,
+            {"law": law.name, "mu": 1.0},
+        ),
+        Rung(
+            "inversion",
+            "the whole motion: does the top turn over, and when",
+            whole,
+            ("jellett",),
+            published if law.constant else None,
+        ),
+    ]
     return tuple(rung for rung in ladder if rung.name != "rolling" or not law.smooth_at_rest)
 
 
@@ -221,10 +258,16 @@ class RungResult:
 
 
 def climb(
-    engine: str, command: Sequence[str], rungs: Sequence[Rung], steps: Sequence[Fraction] = STEPS,
-    *, order: float | None = None, time_limit: float = TIME_LIMIT_S, workers: int = 1,
+    engine: str,
+    command: Sequence[str],
+    rungs: Sequence[Rung],
+    steps: Sequence[Fraction] = STEPS,
+    *,
+    order: float | None = None,
+    time_limit: float = TIME_LIMIT_S,
+    workers: int = 1,
     progress: Progress = silent,
-) -> Iterator[RungResult]:  # fmt: skip
+) -> Iterator[RungResult]:
     """Run the program on every rung at every step, and return the results.
 
     ``steps`` (s) are three or more, each half of the previous one. ``order`` is the order of its
@@ -262,9 +305,12 @@ def climb(
 
 
 def measured(
-    engine: str, rung: Rung, steps: Sequence[Fraction], runs: Sequence[ProgramRun],
+    engine: str,
+    rung: Rung,
+    steps: Sequence[Fraction],
+    runs: Sequence[ProgramRun],
     promised: float | None = None,
-) -> RungResult:  # fmt: skip
+) -> RungResult:
     """What runs at halved steps, as ``climb`` takes them, say about an engine of this order."""
     engine = next((run.name for run in runs if run.name), engine)
     for step, outcome in zip(steps, runs, strict=True):

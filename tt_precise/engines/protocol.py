@@ -103,9 +103,12 @@ class Start(Record, frozen=True, forbid_unknown_fields=True):
 
 
 class Job(
-    Record, frozen=True, forbid_unknown_fields=True, tag_field="schema",
+    Record,
+    frozen=True,
+    forbid_unknown_fields=True,
+    tag_field="schema",
     tag="tt_precise.engine-job/1",
-):  # fmt: skip
+):
     """A job for a physics engine: a sphere on a horizontal table at z = 0.
 
     SI throughout; the inertial frame has z up, the body frame has its origin at the centre of mass
@@ -125,9 +128,12 @@ class Job(
 
 
 def job(
-    scene: Scene, step: Fraction, friction: dict[str, Json], *,
+    scene: Scene,
+    step: Fraction,
+    friction: dict[str, Json],
+    *,
     contact: Literal["rigid", "none"] = "rigid",
-) -> dict[str, Json]:  # fmt: skip
+) -> dict[str, Json]:
     """The job, as plain values, to simulate ``scene`` with the fixed ``step`` (s).
 
     ``contact`` is "rigid" (a horizontal table at z = 0) or "none" (free flight). The sample times
@@ -142,13 +148,19 @@ def job(
         Body(
             float(body.m), float(body.R), float(body.alpha * body.R), float(body.I1), float(body.I3)
         ),
-        float(body.g), contact, friction,
+        float(body.g),
+        contact,
+        friction,
         Start(
-            [0.0, 0.0, float(body.R * (1 - body.alpha * q.k[2]))], [w, x, y, z], [x, y, z, w],
-            [float(x) for x in q.s_dot], [float(x) for x in q.omega],
+            [0.0, 0.0, float(body.R * (1 - body.alpha * q.k[2]))],
+            [w, x, y, z],
+            [x, y, z, w],
+            [float(x) for x in q.s_dot],
+            [float(x) for x in q.omega],
         ),
-        float(step), [float(t) for t in scene.sample_times],
-    )  # fmt: skip
+        float(step),
+        [float(t) for t in scene.sample_times],
+    )
     plain: dict[str, Json] = msgspec.to_builtins(made)
     return plain
 

@@ -92,10 +92,15 @@ ENGINES = (
 
 
 def measure(
-    engines: Sequence[Engine], steps: Sequence[Fraction], *,
-    chosen: Callable[[Rung], bool] = lambda rung: True, time_limit: float, workers: int,
-    note: Callable[[str], None] = lambda line: None, progress: Progress = silent,
-) -> dict[str, Json]:  # fmt: skip
+    engines: Sequence[Engine],
+    steps: Sequence[Fraction],
+    *,
+    chosen: Callable[[Rung], bool] = lambda rung: True,
+    time_limit: float,
+    workers: int,
+    note: Callable[[str], None] = lambda line: None,
+    progress: Progress = silent,
+) -> dict[str, Json]:
     """Run every installed engine on every chosen rung; others are skipped with a line."""
     rows: list[RungResult] = []
     skipped: list[str] = []
@@ -118,9 +123,12 @@ def measure(
 
 
 def as_dict(
-    engines: Sequence[Engine], ladder: Sequence[Rung], steps: Sequence[Fraction],
-    rows: Sequence[RungResult], skipped: Sequence[str] = (),
-) -> dict[str, Json]:  # fmt: skip
+    engines: Sequence[Engine],
+    ladder: Sequence[Rung],
+    steps: Sequence[Fraction],
+    rows: Sequence[RungResult],
+    skipped: Sequence[str] = (),
+) -> dict[str, Json]:
     """The scoreboard as plain values, without times of day."""
     return {
         "schema": SCHEMA,
@@ -131,15 +139,18 @@ def as_dict(
         "verdicts": VERDICTS,
         "engines": [
             {
-                "name": engine.name, "version": engine.version, "precision": engine.precision,
-                "friction": engine.friction, "settings": engine.settings,
+                "name": engine.name,
+                "version": engine.version,
+                "precision": engine.precision,
+                "friction": engine.friction,
+                "settings": engine.settings,
             }
             for engine in engines
         ],
         "rungs": [{"name": rung.name, "meaning": rung.meaning} for rung in ladder],
         "rows": [row.as_dict() for row in rows],
         "skipped": list(skipped),
-    }  # fmt: skip
+    }
 
 
 def line(row: dict[str, Json]) -> str:

@@ -122,9 +122,11 @@ class EulerChart(Chart):
         """Time derivative of ``value`` while the Euler state changes at ``rates``."""
         turning, precession = rates.theta, self.state.phi_dot
         trigonometric = {
-            "c": -self.s * turning, "s": self.c * turning, "C": -self.here(self.S) * precession,
+            "c": -self.s * turning,
+            "s": self.c * turning,
+            "C": -self.here(self.S) * precession,
             "S": self.here(self.C) * precession,
-        }  # fmt: skip
+        }
         return self.derivative(value, trigonometric | rates._asdict())
 
     def sin(self, angle: Scalar) -> Scalar:

@@ -137,9 +137,14 @@ def eigenvalues(matrix: list[list[Scalar]], error: Scalar, fn: Functions) -> lis
 
 
 def _search(
-    body: TippeTop, side: int, digits: int, reach: int, accuracy: int, context: Functions,
+    body: TippeTop,
+    side: int,
+    digits: int,
+    reach: int,
+    accuracy: int,
+    context: Functions,
     mu: Fraction | None,
-) -> MarginalMomentum:  # fmt: skip
+) -> MarginalMomentum:
     # Central differences err by (friction step)^2 and by eps/step.
     half = accuracy // 2 + reach
     work = own_context(accuracy + half + 10)

@@ -92,19 +92,25 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
     work = _Work(scene, arithmetic.checked_digits(digits))
     lambda_ = work.lambda_()
     quantities = {
-        "lambda": lambda_, "lambda_thres": work.threshold(INVERTED),
+        "lambda": lambda_,
+        "lambda_thres": work.threshold(INVERTED),
         "lambda_up": work.threshold(UPRIGHT),
         "D0": work.asymptotic("D", UPRIGHT, formulas.D0(work.top, lambda_.value, work.fn)),
         "D1": work.asymptotic("D", INVERTED, formulas.D1(work.top, lambda_.value, work.fn)),
         "E0": work.asymptotic("E_tilde", UPRIGHT, formulas.E0(work.top, lambda_.value)),
         "E1": work.asymptotic("E_tilde", INVERTED, formulas.E1(work.top, lambda_.value)),
-        "gamma": work.gamma(), "sigma": work.sigma(),
-    }  # fmt: skip
+        "gamma": work.gamma(),
+        "sigma": work.sigma(),
+    }
     numerator, denominator = contact_terms(scene.model, work.top, work.motion.state, work.fn)
     verdict = inversion(
-        scene, lambda_.value, quantities["lambda_thres"].value, quantities["lambda_up"].value,
-        bool(numerator > 0 and denominator > 0), work.fn.mpf(10) ** -digits,
-    )  # fmt: skip
+        scene,
+        lambda_.value,
+        quantities["lambda_thres"].value,
+        quantities["lambda_up"].value,
+        bool(numerator > 0 and denominator > 0),
+        work.fn.mpf(10) ** -digits,
+    )
     return Thresholds(digits, work.fn, quantities, verdict.inverts, verdict.reason)
 
 
@@ -249,9 +255,13 @@ class InversionVerdict(NamedTuple):
 
 
 def inversion(
-    scene: Scene, lambda_: Scalar, lambda_thres: Scalar, lambda_up: Scalar, on_table: bool,
+    scene: Scene,
+    lambda_: Scalar,
+    lambda_thres: Scalar,
+    lambda_up: Scalar,
+    on_table: bool,
     margin: Scalar,
-) -> InversionVerdict:  # fmt: skip
+) -> InversionVerdict:
     """Whether the scene's motion tends to the inverted spin.
 
     ``lambda_thres`` is None where the inverted spin is unstable at every lambda, ``lambda_up``

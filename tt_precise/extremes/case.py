@@ -82,10 +82,16 @@ class ExtremeCase:
 
     def _record(self, check: Check) -> CaseRecord:
         return CaseRecord(
-            topic=self.topic, family=self.family, name=self.name, expected=self.expected,
-            source=self.source, found=check.measured, verdict="pass" if check.holds else "fail",
-            value=check.value, data=check.parts or UNSET,
-        )  # fmt: skip
+            topic=self.topic,
+            family=self.family,
+            name=self.name,
+            expected=self.expected,
+            source=self.source,
+            found=check.measured,
+            verdict="pass" if check.holds else "fail",
+            value=check.value,
+            data=check.parts or UNSET,
+        )
 
 
 class CaseRecord(Record, frozen=True, kw_only=True):
@@ -166,10 +172,15 @@ _registered: dict[str, ExtremeCase] = {}
 
 
 def case(
-    name: str, *, expected: str, source: str, control: Mapping[str, object],
+    name: str,
+    *,
+    expected: str,
+    source: str,
+    control: Mapping[str, object],
     over: Mapping[str, Iterable[object]] | Sequence[Mapping[str, object]] = (),
-    quick: bool | Callable[..., bool] = False, limit_s: float = LIMIT_S,
-) -> Callable[[Callable[..., Check]], Callable[..., Check]]:  # fmt: skip
+    quick: bool | Callable[..., bool] = False,
+    limit_s: float = LIMIT_S,
+) -> Callable[[Callable[..., Check]], Callable[..., Check]]:
     """Register the decorated function as a case, or as one for each combination in ``over``.
 
     ``name`` and ``expected`` have the arguments in braces: "mu = {mu}". ``quick`` says whether it
@@ -181,10 +192,17 @@ def case(
         for arguments in combinations(over):
             filled = name.format(**arguments)
             made = ExtremeCase(
-                topic=topic, family=name, name=filled, expected=expected.format(**arguments),
-                source=source, function=function, arguments=arguments, control=dict(control),
-                quick=quick(**arguments) if callable(quick) else quick, limit_s=limit_s,
-            )  # fmt: skip
+                topic=topic,
+                family=name,
+                name=filled,
+                expected=expected.format(**arguments),
+                source=source,
+                function=function,
+                arguments=arguments,
+                control=dict(control),
+                quick=quick(**arguments) if callable(quick) else quick,
+                limit_s=limit_s,
+            )
             if filled in _registered:
                 raise ValueError(f"case {filled}: got it twice, expected each name once")
             _registered[filled] = made

@@ -232,9 +232,11 @@ def _settle(
     # damaged proof has no hash to record; reading the data reports it)
     content = store.with_proof(content, store.proof_hash(place / scene.name) or None)
     files = {
-        SCENE: scene.text, TRAJECTORY: consensus.trajectory.csv(), EVENTS: consensus.events.csv(),
+        SCENE: scene.text,
+        TRAJECTORY: consensus.trajectory.csv(),
+        EVENTS: consensus.events.csv(),
         MANIFEST: store.manifest_text(content),
-    }  # fmt: skip
+    }
     digits = int(content["digits"])
     if old and all(
         (place / scene.name / name).read_bytes() == text.encode() for name, text in files.items()
@@ -265,9 +267,12 @@ def _compared(name: str, place: Path, new: Consensus) -> tuple[Stored | None, st
 
 
 def compose(
-    scene: Scene, consensus: Consensus, runs: Sequence[Run], constant: Sequence[Constancy],
+    scene: Scene,
+    consensus: Consensus,
+    runs: Sequence[Run],
+    constant: Sequence[Constancy],
     history: Sequence[dict[str, str]],
-) -> dict[str, Json]:  # fmt: skip
+) -> dict[str, Json]:
     """The manifest of the ``consensus`` of ``runs``."""
     derived = derive(scene, consensus.trajectory, consensus.events)
     for file, key in ((TRAJECTORY, "trajectory"), (EVENTS, "events")):
@@ -344,9 +349,12 @@ def _table(table: Table, scales: dict[str, Decimal]) -> dict[str, Json]:
 
 def _run(run: Run) -> dict[str, Json]:
     content: dict[str, Json] = {
-        "name": run.label, "formulation": run.formulation, "bits": run.bits, "status": run.status,
+        "name": run.label,
+        "formulation": run.formulation,
+        "bits": run.bits,
+        "status": run.status,
         "rows": len(run.trajectory.rows) - (run.status == "pole"),
-    }  # fmt: skip
+    }
     if run.order:
         content |= {"order": run.order, "tolerance": f"2^-{run.bits - 1}"}
     return content

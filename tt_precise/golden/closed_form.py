@@ -86,10 +86,15 @@ def _flight(scene: Scene) -> Run:
 
 def _run(status: str, names: Row, rows: Sequence[Row], events: Sequence[Row]) -> Run:
     return Run(
-        label=LABEL, formulation=LABEL, bits=BITS, order=0, status=status,
+        label=LABEL,
+        formulation=LABEL,
+        bits=BITS,
+        order=0,
+        status=status,
         trajectory=Table(names, tuple(rows)),
-        events=Table(("name", "t", "direction", *names[1:]), tuple(events)), suspects=(),
-    )  # fmt: skip
+        events=Table(("name", "t", "direction", *names[1:]), tuple(events)),
+        suspects=(),
+    )
 
 
 LOOKS = 50  # samples of the sign of the height: over the horizon, and in each turn of the axis

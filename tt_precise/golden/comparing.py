@@ -126,9 +126,11 @@ def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None
     fewest.add(measured)
     over_time = pandas.DataFrame({"t": measured.t, **measured.digits()})[measured.compared]
     return Comparison(
-        stored.name, pandas.Series(fewest.digits, dtype=float).reindex(names),
-        over_time.reset_index(drop=True), len(frame) - len(over_time),
-    )  # fmt: skip
+        stored.name,
+        pandas.Series(fewest.digits, dtype=float).reindex(names),
+        over_time.reset_index(drop=True),
+        len(frame) - len(over_time),
+    )
 
 
 def _floats(numbers: Iterable[Decimal | None]) -> numpy.ndarray:

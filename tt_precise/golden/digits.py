@@ -126,9 +126,11 @@ def column_digits(entries: Sequence[str], scale: Decimal) -> ColumnDigits:
     present = [entry for entry in entries if entry]
     claimed = [digits_of(entry) for entry in present if not is_near_zero(entry, scale)]
     return ColumnDigits(
-        digits=min(claimed, default=None), scale=f"{scale:.2e}",
-        near_zero=len(present) - len(claimed), undefined=len(entries) - len(present),
-    )  # fmt: skip
+        digits=min(claimed, default=None),
+        scale=f"{scale:.2e}",
+        near_zero=len(present) - len(claimed),
+        undefined=len(entries) - len(present),
+    )
 
 
 def misprinted(file: str, table: Table, *, empty: bool = True) -> list[str]:

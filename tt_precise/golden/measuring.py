@@ -120,10 +120,14 @@ class TrueRows:
         return Carrier(self._scene, vectors)
 
     def measure(
-        self, t: numpy.ndarray, values: Mapping[str, numpy.ndarray],
-        exactly: Callable[[int, Sequence[str]], Sequence[Scalar]], resolved: float = RESOLVED, *,
+        self,
+        t: numpy.ndarray,
+        values: Mapping[str, numpy.ndarray],
+        exactly: Callable[[int, Sequence[str]], Sequence[Scalar]],
+        resolved: float = RESOLVED,
+        *,
         largest_only: bool = False,
-    ) -> Measured:  # fmt: skip
+    ) -> Measured:
         """The distance of rows with strictly increasing times ``t`` (s) from the true ones.
 
         ``values`` are their columns in double, NaN where there is no number;
@@ -159,10 +163,14 @@ class TrueRows:
         return measured
 
     def _measure_here(
-        self, measured: Measured, here: numpy.ndarray, nearest: numpy.ndarray,
+        self,
+        measured: Measured,
+        here: numpy.ndarray,
+        nearest: numpy.ndarray,
         values: Mapping[str, numpy.ndarray],
-        exactly: Callable[[int, Sequence[str]], Sequence[Scalar]], largest_only: bool,
-    ) -> None:  # fmt: skip
+        exactly: Callable[[int, Sequence[str]], Sequence[Scalar]],
+        largest_only: bool,
+    ) -> None:
         rows = nearest[here]
         close: dict[int, list[str]] = {}
         for name, errors in measured.errors.items():
@@ -189,9 +197,14 @@ class TrueRows:
                 measured.errors[name][at] = math.inf if math.isnan(error) else error
 
     def _measure_between(
-        self, measured: Measured, between: numpy.ndarray, nearest: numpy.ndarray,
-        delays: numpy.ndarray, values: Mapping[str, numpy.ndarray], resolved: float,
-    ) -> None:  # fmt: skip
+        self,
+        measured: Measured,
+        between: numpy.ndarray,
+        nearest: numpy.ndarray,
+        delays: numpy.ndarray,
+        values: Mapping[str, numpy.ndarray],
+        resolved: float,
+    ) -> None:
         rows, rounding = nearest[between], EPS * abs(measured.t[between])
         carried = self._carrier.carry(rows, delays[between], rounding)
         whole = numpy.zeros(len(between), bool)

@@ -443,11 +443,14 @@ def inversion(stored: Stored, record: Record) -> InversionTimes:
         )
 
     marks = InversionEvents(
-        equator=[event["t"] for event in rising], minima=turns("theta_min"),
-        maxima=turns("theta_max"), phi_dot_zero=times("phi_dot_zero"),
-        aligned=times("Lk_equals_Lz"), opposed=times("Lk_equals_minus_Lz"),
+        equator=[event["t"] for event in rising],
+        minima=turns("theta_min"),
+        maxima=turns("theta_max"),
+        phi_dot_zero=times("phi_dot_zero"),
+        aligned=times("Lk_equals_Lz"),
+        opposed=times("Lk_equals_minus_Lz"),
         backwards=sign * rising[0]["phi_dot"] < 0,
-    )  # fmt: skip
+    )
     return from_inversion_events(marks, PI)
 
 

@@ -116,20 +116,27 @@ def perform(task: Task) -> Run:
     scene = task.scene
     record = {*scene.record, "phi"} if task.formulation == "euler" else scene.record
     trajectory = integrate(
-        scene, task.precision, bits=task.bits, formulation=task.formulation,
-        events=catalogue(scene.model) if task.events else (), record=record,
-    )  # fmt: skip
+        scene,
+        task.precision,
+        bits=task.bits,
+        formulation=task.formulation,
+        events=catalogue(scene.model) if task.events else (),
+        record=record,
+    )
     names = columns(scene)
     frame = trajectory.frame(*names[1:], numbers="text")
     happened = events_table(trajectory, names)
     return Run(
-        label=task.label, formulation=task.formulation, bits=trajectory.precision.bits,
-        order=trajectory.order, status=trajectory.status,
+        label=task.label,
+        formulation=task.formulation,
+        bits=trajectory.precision.bits,
+        order=trajectory.order,
+        status=trajectory.status,
         trajectory=Table.of_columns({name: list(map(_text, frame[name])) for name in names}),
         events=happened,
         suspects=not_alternating(((row[0], int(row[2])) for row in happened.rows), EVENTS),
         seconds=time.process_time() - began,
-    )  # fmt: skip
+    )
 
 
 def _text(value: Scalar) -> str:
@@ -311,9 +318,11 @@ def _require_same_events(scene: Scene, runs: Sequence[Run], lists: Sequence[list
 
 
 def _merged(
-    names: Cells, labels: Sequence[str], tables: Sequence[Sequence[Cells]],
+    names: Cells,
+    labels: Sequence[str],
+    tables: Sequence[Sequence[Cells]],
     scales: dict[str, Decimal],
-) -> tuple[list[Cells], Agreements, list[str]]:  # fmt: skip
+) -> tuple[list[Cells], Agreements, list[str]]:
     """Published rows, the worst agreement of each later table with the first, contradictions."""
     # a run that ended before the first row has no agreement
     compared = [label for label, t in zip(labels, tables[1:], strict=True) if t or not tables[0]]

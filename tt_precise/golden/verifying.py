@@ -206,9 +206,13 @@ def judge(stored: Stored, problems: Sequence[str], runs: Sequence[Run]) -> Verif
                 f"as {telling.label} lost {lost:.1f}"
             )
     return Verification(
-        stored.name, stored.manifest["digits"], digits, finer.label,
-        rough.digits if rough else None, tuple(complaints),
-    )  # fmt: skip
+        stored.name,
+        stored.manifest["digits"],
+        digits,
+        finer.label,
+        rough.digits if rough else None,
+        tuple(complaints),
+    )
 
 
 def _proved(name: str, folder: Path) -> int | None:

@@ -153,9 +153,12 @@ class Columns:
             return {name: list(map(mpfr.back, values)) for name, values in columns.items()}
 
     def of_arrays(
-        self, names: Sequence[Name], entries: tuple[Array, ...],
-        number: Callable[[Scalar], Scalar] = float, fn: Functions = None,
-    ) -> dict[Any, Array]:  # fmt: skip
+        self,
+        names: Sequence[Name],
+        entries: tuple[Array, ...],
+        number: Callable[[Scalar], Scalar] = float,
+        fn: Functions = None,
+    ) -> dict[Any, Array]:
         """An array for each column, from an array for each entry; NaN where undefined.
 
         ``number`` converts numbers with guard bits to the type of the arrays: ``float``,
@@ -177,8 +180,11 @@ class Columns:
         return start.once((dimension, number), lambda: number(start.units.of_dimension(dimension)))
 
     def array_motion(
-        self, entries: tuple[Array, ...], number: Callable[[Scalar], Scalar], fn: Functions = None,
-    ) -> Motion:  # fmt: skip
+        self,
+        entries: tuple[Array, ...],
+        number: Callable[[Scalar], Scalar],
+        fn: Functions = None,
+    ) -> Motion:
         """The ``Motion`` of rows, given as an array for each entry."""
         body = self.start.once(("body", number), lambda: self.start.body.map(number))
         return self.layout.motion(body, entries, fn or numpy)

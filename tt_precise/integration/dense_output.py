@@ -222,10 +222,14 @@ class DenseOutput(Span):
     """
 
     def __init__(
-        self, setup: Setup, start: InitialState, propagation: Propagation,
-        pieces: tuple[ContinuousOutput, ...] | None = None, again: Repeat | None = None,
+        self,
+        setup: Setup,
+        start: InitialState,
+        propagation: Propagation,
+        pieces: tuple[ContinuousOutput, ...] | None = None,
+        again: Repeat | None = None,
         samples: SampleTimes | None = None,
-    ):  # fmt: skip
+    ):
         self.setup, self.start, self.propagation = setup, start, propagation
         self.precision = setup.precision
         self._pieces, self._too_long = pieces, False

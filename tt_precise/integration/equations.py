@@ -244,9 +244,12 @@ def event_expression(
 
 
 def longest_step(
-    body: Parameters, vectors: NewtonState, order: int, precision: Precision,
+    body: Parameters,
+    vectors: NewtonState,
+    order: int,
+    precision: Precision,
     form: Formulation | None = None,
-) -> Scalar | None:  # fmt: skip
+) -> Scalar | None:
     """Longest Taylor step that keeps the digits of a tilt near a pole; None for other starts.
 
     ``body`` and ``vectors`` are the dimensionless start; ``form`` matters if it has a regularised

@@ -177,8 +177,12 @@ class Errors:
         return float(min(digits))
 
     def _distances(
-        self, reference: Run, names: Sequence[Name], times: Sequence[Fraction], own: States | None,
-    ) -> dict[Name, Array]:  # fmt: skip
+        self,
+        reference: Run,
+        names: Sequence[Name],
+        times: Sequence[Fraction],
+        own: States | None,
+    ) -> dict[Name, Array]:
         """Distances of the columns from those of a reference; NaN where a value is undefined."""
         arrived = self._run.status in ARRIVED
         # if the model ends before its horizon, the runs have different ends
@@ -199,9 +203,12 @@ class Errors:
 
 
 def compared(
-    run: Run, reference: Run, names: Sequence[Name], times: Sequence[Fraction],
+    run: Run,
+    reference: Run,
+    names: Sequence[Name],
+    times: Sequence[Fraction],
     states: States | None = None,
-) -> dict[Name, Array]:  # fmt: skip
+) -> dict[Name, Array]:
     """Absolute distances (SI) of the columns ``names`` of two runs, as float64 arrays.
 
     To first order from the exact differences of their ``states``, if both integrate the same
@@ -418,8 +425,10 @@ def _beside(
         return late, digits
     of, other = part.segment.columns, other_part.segment.columns
     exact, mpf, mpfr = (
-        of.precision.with_guard_bits, other.precision.context.mpf, other.precision.mpfr,
-    )  # fmt: skip
+        of.precision.with_guard_bits,
+        other.precision.context.mpf,
+        other.precision.mpfr,
+    )
     shift = mpf(part.segment.begin) - mpf(other_part.segment.begin)
     number: Callable[[Scalar], Scalar] = mpfr.number
     fn: Functions = mpfr
@@ -439,9 +448,12 @@ def _beside(
 
 
 def _zeros(
-    segment: Segment, times: Sequence[Scalar], event: Event, number: Callable[[Scalar], Scalar],
+    segment: Segment,
+    times: Sequence[Scalar],
+    event: Event,
+    number: Callable[[Scalar], Scalar],
     fn: Functions,
-) -> tuple[Array, tuple[Array, ...]]:  # fmt: skip
+) -> tuple[Array, tuple[Array, ...]]:
     """The delays after ``times`` at which an event's function vanishes, and the states there.
 
     By one step of Newton's method along the power series at ``times``, or at the segment's end.

@@ -66,9 +66,12 @@ def refuses(scene: Scene, setup: Setup) -> str | None:
 
 
 def run(
-    scene: Scene, setup: Setup, start: InitialState, samples: SampleTimes | None,
+    scene: Scene,
+    setup: Setup,
+    start: InitialState,
+    samples: SampleTimes | None,
     progress: Progress | None,
-) -> list[Segment]:  # fmt: skip
+) -> list[Segment]:
     """The run from ``start``, in one segment."""
     if setup.precision.is_float:
         taken = None if samples is None else samples.doubles.rounded[1:]
@@ -91,9 +94,15 @@ def repeating(setup: Setup, start: InitialState, first: Propagation) -> Repeat:
 
 
 def propagate(
-    setup: Setup, start: InitialState, *, until: Scalar = None, dense: Pieces | None = None,
-    samples: Array | None = None, progress: Progress | None = None, cuts: int = MOST_CUTS,
-) -> Propagation:  # fmt: skip
+    setup: Setup,
+    start: InitialState,
+    *,
+    until: Scalar = None,
+    dense: Pieces | None = None,
+    samples: Array | None = None,
+    progress: Progress | None = None,
+    cuts: int = MOST_CUTS,
+) -> Propagation:
     """Propagate once from ``start``; returns the outcome in heyoka's numbers.
 
     ``until`` (a number of heyoka's type) replaces the horizon of the start. ``dense`` receives
@@ -154,9 +163,14 @@ def propagate(
 
 
 def _advance(
-    made: Integrator, goals: list[Scalar], dense: Pieces | None, samples: Array | None,
-    progress: Progress | None, precision: Precision, limits: dict[str, Any],
-) -> tuple[Any, int, Array | None]:  # fmt: skip
+    made: Integrator,
+    goals: list[Scalar],
+    dense: Pieces | None,
+    samples: Array | None,
+    progress: Progress | None,
+    precision: Precision,
+    limits: dict[str, Any],
+) -> tuple[Any, int, Array | None]:
     """Outcome, steps and states at ``samples`` of a propagation from goal to goal, by pieces.
 
     Between the pieces, and between the steps of wide arithmetics, Python runs: then progress is
@@ -203,8 +217,12 @@ def _advance(
 
 
 def _propagation_of(
-    setup: Setup, start: InitialState, made: Integrator, status: Status, steps: int,
-) -> Propagation:  # fmt: skip
+    setup: Setup,
+    start: InitialState,
+    made: Integrator,
+    status: Status,
+    steps: int,
+) -> Propagation:
     time, time_low = made.adaptive.dtime
     hits, touches = tuple(made.hits), frozenset[str]()
     if setup.events:
@@ -212,9 +230,15 @@ def _propagation_of(
 
         hits, touches = settled(hits, setup, start, time)
     return Propagation(
-        status=status, time=time, time_low=time_low, state=_values(made.adaptive), steps=steps,
-        order=made.adaptive.order, hits=hits, touches=touches,
-    )  # fmt: skip
+        status=status,
+        time=time,
+        time_low=time_low,
+        state=_values(made.adaptive),
+        steps=steps,
+        order=made.adaptive.order,
+        hits=hits,
+        touches=touches,
+    )
 
 
 def _time_before_failure(
@@ -380,9 +404,12 @@ def heyoka_direction(direction: int) -> Any:
 
 
 def _events(
-    heyoka: ModuleType, setup: Setup, events: dict[str, Event], equations: Equations,
+    heyoka: ModuleType,
+    setup: Setup,
+    events: dict[str, Event],
+    equations: Equations,
     hits: list[EventRecord],
-) -> list[Any]:  # fmt: skip
+) -> list[Any]:
     """heyoka's events; a function that is constant has none."""
     nt_events = []
     for event in events.values():

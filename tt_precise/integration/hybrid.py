@@ -56,9 +56,12 @@ def refuses(scene: Scene, setup: Setup) -> str | None:
 
 
 def run(
-    scene: Scene, setup: Setup, start: InitialState, samples: SampleTimes | None,
+    scene: Scene,
+    setup: Setup,
+    start: InitialState,
+    samples: SampleTimes | None,
     progress: Progress | None,
-) -> list[Segment]:  # fmt: skip
+) -> list[Segment]:
     """The run from ``start``, segment by segment."""
     if scene.model == "flight":
         segments = flying(setup, start)
@@ -94,9 +97,13 @@ def after(output: DenseOutput, before: InitialState, *, at_rest: bool = False) -
         vectors = vectors._replace(vx=fn.mpf(0), vy=fn.mpf(0))
     euler = q.euler if setup.formulation.coordinates == "euler" else before.euler
     return replace(
-        before, model=setup.formulation.model, vectors=vectors, euler=euler,
-        until=before.until - output.end_time, row=row[len(setup.formulation.columns) :],
-    )  # fmt: skip
+        before,
+        model=setup.formulation.model,
+        vectors=vectors,
+        euler=euler,
+        until=before.until - output.end_time,
+        row=row[len(setup.formulation.columns) :],
+    )
 
 
 def entering(here: InitialState, form: Formulation, fn: Functions) -> InitialState:

@@ -108,11 +108,14 @@ def from_events(
 
     rises = (name == "equator") & (direction < 0)
     marks = InversionEvents(
-        equator=t[rises].tolist(), minima=turns("theta_min"), maxima=turns("theta_max"),
-        phi_dot_zero=times("phi_dot_zero"), aligned=times("Lk_equals_Lz"),
+        equator=t[rises].tolist(),
+        minima=turns("theta_min"),
+        maxima=turns("theta_max"),
+        phi_dot_zero=times("phi_dot_zero"),
+        aligned=times("Lk_equals_Lz"),
         opposed=times("Lk_equals_minus_Lz"),
         backwards=any(sign * rate < 0 for rate in phi_dot[rises][:1].tolist()),
-    )  # fmt: skip
+    )
     return from_inversion_events(marks, pi)
 
 

@@ -73,9 +73,12 @@ class ReadPiece:
 
 
 def propagate_in_doubles(
-    setup: Setup, start: InitialState, *, dense: Pieces | None = None,
+    setup: Setup,
+    start: InitialState,
+    *,
+    dense: Pieces | None = None,
     progress: Progress | None = None,
-) -> Propagation:  # fmt: skip
+) -> Propagation:
     """As ``propagate``; numbers have guard bits and are rounded when they become doubles.
 
     Raises ``InputError``: there are more than ``MOST_EVENTS`` events, or an event needs a function
@@ -89,9 +92,12 @@ def propagate_in_doubles(
     begun = run.system.begun(row, start.parameters(setup.formulation), fn)
     longest = longest_step(start.body, start.vectors, order, setup.precision)
     pieces = run.system.pieces(
-        begun, float(until), tolerance, math.inf if longest is None else float(longest),
+        begun,
+        float(until),
+        tolerance,
+        math.inf if longest is None else float(longest),
         FIRST_STEP if setup.events else None,
-    )  # fmt: skip
+    )
     end = _End("complete", fn.mpf(0), row, 0)
     steps = 0
     for piece in pieces if until else ():
@@ -127,9 +133,12 @@ def refuses(scene: Scene, setup: Setup) -> str | None:
 
 
 def run(
-    scene: Scene, setup: Setup, start: InitialState, samples: SampleTimes | None,
+    scene: Scene,
+    setup: Setup,
+    start: InitialState,
+    samples: SampleTimes | None,
     progress: Progress | None,
-) -> list[Segment]:  # fmt: skip
+) -> list[Segment]:
     """The run from ``start``, in one segment whose series are stored."""
     stored = StoredPieces(setup)
     propagation = propagate_in_doubles(setup, start, dense=stored, progress=progress)

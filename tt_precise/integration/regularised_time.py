@@ -112,9 +112,14 @@ def directions_from_rest(
 
 
 def onset(
-    body: Parameters, state: NewtonState, e: tuple[Scalar, Scalar], terms: int, eps: Scalar,
-    fn: Functions, on_the_cone: bool,
-) -> OnsetSeries:  # fmt: skip
+    body: Parameters,
+    state: NewtonState,
+    e: tuple[Scalar, Scalar],
+    terms: int,
+    eps: Scalar,
+    fn: Functions,
+    on_the_cone: bool,
+) -> OnsetSeries:
     """The series of ``terms`` coefficients, and the time until which its last terms stay below eps.
 
     ``state`` is at rest, of mpmath numbers of the context ``fn``; e is its first direction.
@@ -283,10 +288,14 @@ class OnsetOutput(RowwiseOutput):
         super().__init__(setup, start, None)  # type: ignore[arg-type]
         number = setup.precision.number
         self.propagation = Propagation(
-            status="complete" if self.arrives else "fast", time=number(self._until),
-            time_low=number(context.mpf(0)), state=tuple(map(number, self.end_row)), steps=1,
-            order=onset.coefficients.shape[1] - 1, hits=tuple(self._hits()),
-        )  # fmt: skip
+            status="complete" if self.arrives else "fast",
+            time=number(self._until),
+            time_low=number(context.mpf(0)),
+            state=tuple(map(number, self.end_row)),
+            steps=1,
+            order=onset.coefficients.shape[1] - 1,
+            hits=tuple(self._hits()),
+        )
 
     @cached_property
     def end_time(self) -> Scalar:

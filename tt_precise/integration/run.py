@@ -194,9 +194,13 @@ class Run(Span):
         return {n: numpy.array(c, dtype=float if double else object) for n, c in columns.items()}
 
     def _of_segment(
-        self, segment: Segment, names: Sequence[Name], times: Sequence[Fraction], numbers: Numbers,
+        self,
+        segment: Segment,
+        names: Sequence[Name],
+        times: Sequence[Fraction],
+        numbers: Numbers,
         progress: Progress | None = None,
-    ) -> dict[Any, Array]:  # fmt: skip
+    ) -> dict[Any, Array]:
         """The columns of one segment, over its own time."""
         if self.in_arrays:
             return _array_columns(segment, names, times, numbers, progress)
@@ -322,9 +326,12 @@ def _local(segment: Segment, time: Fraction) -> Fraction:
 
 
 def _array_columns(
-    segment: Segment, names: Sequence[Name], exact: Sequence[Fraction], numbers: Numbers,
+    segment: Segment,
+    names: Sequence[Name],
+    exact: Sequence[Fraction],
+    numbers: Numbers,
     progress: Progress | None,
-) -> dict[Any, Array]:  # fmt: skip
+) -> dict[Any, Array]:
     """Columns of a run in double: text is the shortest that recovers the number."""
     number = long_double if numbers == "text" else float
     times = segment.output.times(exact)
@@ -360,9 +367,12 @@ def backends(scene: Scene) -> Iterator[Any]:
 
 
 def integrated(
-    scene: Scene, setup: Setup, progress: Progress | None = None, *,
+    scene: Scene,
+    setup: Setup,
+    progress: Progress | None = None,
+    *,
     opposite_rounding: bool = False,
-) -> Run:  # fmt: skip
+) -> Run:
     """The run of ``scene``, integrated once with ``setup``.
 
     With ``opposite_rounding`` every number of body and start is rounded to the other side of the

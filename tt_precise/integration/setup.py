@@ -89,10 +89,15 @@ class Setup:
                 f"or a number from {float(finest):.2g}, beyond which nothing is gained, to 1"
             )
         return cls(
-            formulation=form, precision=working, events=names,
-            record=_checked_record(scene, record, coordinates), tolerance=float(tolerance),
-            options=tuple(sorted((options or {}).items())), contact=contact, lifts=scene.lifts,
-        )  # fmt: skip
+            formulation=form,
+            precision=working,
+            events=names,
+            record=_checked_record(scene, record, coordinates),
+            tolerance=float(tolerance),
+            options=tuple(sorted((options or {}).items())),
+            contact=contact,
+            lifts=scene.lifts,
+        )
 
     @property
     def layout(self) -> Layout:

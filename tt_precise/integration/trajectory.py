@@ -248,9 +248,12 @@ class Trajectory:
         return {getattr(name, "name", name): column for name, column in columns.items()}
 
     def _columns(
-        self, wanted: Sequence[Name], times: Iterable[Scalar] | None, numbers: Numbers,
+        self,
+        wanted: Sequence[Name],
+        times: Iterable[Scalar] | None,
+        numbers: Numbers,
         progress: Progress | None,
-    ) -> dict[Any, Array]:  # fmt: skip
+    ) -> dict[Any, Array]:
         exact = self.sample_times if times is None else tuple(map(as_fraction, times))
         if any(map(is_estimate, wanted)):
             if times is not None:

@@ -107,9 +107,13 @@ def _sized(value: Scalar) -> Sized:
 
 
 def _first_zeros(
-    setup: Setup, start: InitialState, events: Mapping[str, Event],
-    close: Mapping[str, Sequence[float]], order: int, reach: dict[str, float],
-) -> dict[str, list[EventRecord] | None]:  # fmt: skip
+    setup: Setup,
+    start: InitialState,
+    events: Mapping[str, Event],
+    close: Mapping[str, Sequence[float]],
+    order: int,
+    reach: dict[str, float],
+) -> dict[str, list[EventRecord] | None]:
     """Of functions that are ``close`` to zero at the start: their zeros in the first step.
 
     And up to ``reach``, into which goes how far those that vanish at the start are below the errors

@@ -167,10 +167,14 @@ def sensitivity(
         derivatives.append(extended[size:].reshape(size, size + count))
     together = numpy.array(derivatives).reshape(-1, size, size + count)
     return Sensitivity(
-        columns=form.columns, parameters=form.parameters, times=numpy.array(moments),
-        states=numpy.array(states), transitions=together[:, :, :size], pushes=together[:, :, size:],
+        columns=form.columns,
+        parameters=form.parameters,
+        times=numpy.array(moments),
+        states=numpy.array(states),
+        transitions=together[:, :, :size],
+        pushes=together[:, :, size:],
         values=numpy.array(values),
-    )  # fmt: skip
+    )
 
 
 def _require_one_piece(scene: Scene) -> None:

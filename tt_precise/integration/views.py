@@ -45,13 +45,15 @@ def notebook_table(trajectory: Trajectory) -> str:
     return as_html(
         f"Trajectory of {trajectory.scene.name}",
         [
-            ("status", trajectory.status), ("t_end", f"{trajectory.shown_end} s"),
+            ("status", trajectory.status),
+            ("t_end", f"{trajectory.shown_end} s"),
             ("precision", f"{trajectory.precision.name}, {trajectory.precision.bits} bits"),
-            ("formulation", trajectory.formulation), ("steps", trajectory.steps),
+            ("formulation", trajectory.formulation),
+            ("steps", trajectory.steps),
             *((name, shown(value, state.errors.get(name))) for name, value in state.values.items()),
             *((f"event {name}", f"{n} times") for name, n in trajectory.event_counts.most_common()),
         ],
-    )  # fmt: skip
+    )
 
 
 def figure(trajectory: Trajectory, names: tuple[Name, ...] = ()) -> Figure:

@@ -121,9 +121,12 @@ class InitialState:
 
 
 def _state(
-    start: Start, arithmetic: Arithmetic, body: Parameters, units: Units | None,
+    start: Start,
+    arithmetic: Arithmetic,
+    body: Parameters,
+    units: Units | None,
     given: Mapping[str, Scalar],
-) -> tuple[NewtonState, EulerState]:  # fmt: skip
+) -> tuple[NewtonState, EulerState]:
     fn, exact = arithmetic.fn, arithmetic.exact
     if "theta" in given:
         theta = given["theta"]

@@ -54,6 +54,16 @@ def pose(q: Motion, s: Scalar, phi: Scalar, psi: Scalar, x: Scalar, y: Scalar) -
     first = (1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz), 2 * (qx * qz - qw * qy))
     second = (2 * (qx * qy - qw * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz + qw * qx))
     return Pose(
-        qw, qx, qy, qz, x, y, height, *q.s_dot, *q.omega,
-        dot(q.omega, first), dot(q.omega, second), dot(q.omega, q.k),
-    )  # fmt: skip
+        qw,
+        qx,
+        qy,
+        qz,
+        x,
+        y,
+        height,
+        *q.s_dot,
+        *q.omega,
+        dot(q.omega, first),
+        dot(q.omega, second),
+        dot(q.omega, q.k),
+    )

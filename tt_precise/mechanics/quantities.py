@@ -34,10 +34,14 @@ class Motion:
     state: Any  # a NewtonState or a LiftedState
 
     def __init__(
-        self, body: Parameters, state: NewtonState | LiftedState, fn: Functions,
-        model: str = "gliding", euler: EulerState | None = None,
+        self,
+        body: Parameters,
+        state: NewtonState | LiftedState,
+        fn: Functions,
+        model: str = "gliding",
+        euler: EulerState | None = None,
         s_dot: Callable[[], Vector] | None = None,
-    ):  # fmt: skip
+    ):
         self.body, self.state, self.fn, self.model = body, state, fn, model
         # what is known already is not derived from the vectors
         if euler is not None:

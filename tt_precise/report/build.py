@@ -113,9 +113,11 @@ def provenance(command: str, precisions: str) -> dict[str, str]:
     return {
         "versions": versions,
         "machine": f"Python {platform.python_version()}, {platform.machine()}",
-        "precision": f"scene {SCENE}: {precisions}", "command": command, "commit": commit(),
+        "precision": f"scene {SCENE}: {precisions}",
+        "command": command,
+        "commit": commit(),
         "date": datetime.now(UTC).date().isoformat(),
-    }  # fmt: skip
+    }
 
 
 def commit() -> str:

@@ -68,23 +68,28 @@ def compute(folder: Path = MEASURED, progress: Progress = silent) -> Computed:
                 raise result.error
             results[call.key], took[call.key] = result
     return Computed(
-        in_order(results[call.key] for call in claims), [results[title] for title in makers],
-        results["headlines"], results["precisions"],
+        in_order(results[call.key] for call in claims),
+        [results[title] for title in makers],
+        results["headlines"],
+        results["precisions"],
         sum(took[call.key] for call in claims) / WORKERS,
-    )  # fmt: skip
+    )
 
 
 def sections_in(folder: Path) -> dict[str, Callable[[], Section]]:
     """What makes the sections, by title, in order."""
     return {
-        REFERENCE: sections.reference, CONSERVATION: sections.conservation,
-        "Other starts": sections.other_starts, THRESHOLDS: sections.threshold_values,
-        "Golden data": golden.golden_section, "Proofs": golden.proved,
+        REFERENCE: sections.reference,
+        CONSERVATION: sections.conservation,
+        "Other starts": sections.other_starts,
+        THRESHOLDS: sections.threshold_values,
+        "Golden data": golden.golden_section,
+        "Proofs": golden.proved,
         measured.TRADEOFF_TITLE: partial(measured.tradeoff, folder),
         "Extremes": partial(measured.extremes, folder),
         measured.ENGINES_TITLE: partial(measured.engines, folder),
         measured.FAULTS_TITLE: partial(measured.faults, folder),
-    }  # fmt: skip
+    }
 
 
 def _timed(work: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:

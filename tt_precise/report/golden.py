@@ -33,28 +33,43 @@ def golden_section() -> Section:
         ]
         rows.append(
             (
-                name, manifest["title"], manifest["status"], manifest["t_end"][:12],
-                str(manifest["files"]["trajectory.csv"]["rows"]), str(manifest["digits"]),
+                name,
+                manifest["title"],
+                manifest["status"],
+                manifest["t_end"][:12],
+                str(manifest["files"]["trajectory.csv"]["rows"]),
+                str(manifest["digits"]),
                 str(math.floor(min(agreed))) if agreed else "all",
             )
-        )  # fmt: skip
+        )
         results[name] = {"digits": manifest["digits"], "status": manifest["status"]}
     return Section(
         "golden",
         "Golden reference data",
         [
             every_scene(golden.scenes()),
-            Text("Every printed digit of these trajectories is claimed: two precisions and, where "
-                 "both exist, both formulations agree on at least these digits in every entry. "
-                 "`tt-precise golden verify` checks the files and recomputes them."),
+            Text(
+                "Every printed digit of these trajectories is claimed: two precisions and, where "
+                "both exist, both formulations agree on at least these digits in every entry. "
+                "`tt-precise golden verify` checks the files and recomputes them."
+            ),
             PageTable(
-                ("scene", "title", "ends", "t_end (s)", "rows", "digits claimed",
-                 "digits agreed, worst entry"),
-                rows, "Every scene with its digits.", name="golden-table",
+                (
+                    "scene",
+                    "title",
+                    "ends",
+                    "t_end (s)",
+                    "rows",
+                    "digits claimed",
+                    "digits agreed, worst entry",
+                ),
+                rows,
+                "Every scene with its digits.",
+                name="golden-table",
             ),
         ],
         results,
-    )  # fmt: skip
+    )
 
 
 THEOREM = (
@@ -98,20 +113,28 @@ def proved() -> Section:
         content = record.content
         rows.append(
             (
-                name, verdict, f"{float(record.until_s):.4g}", str(content["bits"]),
-                str(content["steps"]), str(record.digits),
-                f"{content['rounded']} of {content['entries']}", _events(content),
+                name,
+                verdict,
+                f"{float(record.until_s):.4g}",
+                str(content["bits"]),
+                str(content["steps"]),
+                str(record.digits),
+                f"{content['rounded']} of {content['entries']}",
+                _events(content),
                 _contact(content["contact"]),
             )
-        )  # fmt: skip
+        )
         digits.append((name, store.read(name).manifest["digits"], record.digits or 0))
         times += _times(name, content["inversion"])
         ends += _ends(name, content["forever"])
         results[name] = {
-            "proof": verdict, **record.summary, "contact": content["contact"],
-            "proved_events": content["proved_events"], "inversion": content["inversion"],
+            "proof": verdict,
+            **record.summary,
+            "contact": content["contact"],
+            "proved_events": content["proved_events"],
+            "inversion": content["inversion"],
             "forever": content["forever"],
-        }  # fmt: skip
+        }
     return Section(
         "proofs",
         "Proved digits",
@@ -119,25 +142,53 @@ def proved() -> Section:
             *([proved_digits(digits)] if digits else []),
             Text(f"{THEOREM} {METHOD}"),
             PageTable(
-                ("scene", "proof", "to t (s)", "bits", "steps", "digits proved, worst column",
-                 "numbers proved correctly rounded", "events proved", "contact force"),
-                rows, "What is proved of each scene.", name="proofs-table", folded=True,
+                (
+                    "scene",
+                    "proof",
+                    "to t (s)",
+                    "bits",
+                    "steps",
+                    "digits proved, worst column",
+                    "numbers proved correctly rounded",
+                    "events proved",
+                    "contact force",
+                ),
+                rows,
+                "What is proved of each scene.",
+                name="proofs-table",
+                folded=True,
             ),
-            Text("Initiation and ending times of the scenes with a climb. Each time is proved to "
-                 "exist and to satisfy the definition; \"none\" means that the horizon is proved "
-                 "to come first. A: signed perigee, B: L.k = L.z and L.k = -L.z, C: change of sign "
-                 "of phi_dot."),
-            PageTable(("scene", "definition", "t_init (s)", "t_end (s)", "digits proved"), times,
-                  "Proved times of initiation and end.", name="times-table", folded=True),
+            Text(
+                "Initiation and ending times of the scenes with a climb. Each time is proved to "
+                'exist and to satisfy the definition; "none" means that the horizon is proved '
+                "to come first. A: signed perigee, B: L.k = L.z and L.k = -L.z, C: change of sign "
+                "of phi_dot."
+            ),
+            PageTable(
+                ("scene", "definition", "t_init (s)", "t_end (s)", "digits proved"),
+                times,
+                "Proved times of initiation and end.",
+                name="times-table",
+                folded=True,
+            ),
             Text(FOREVER),
             PageTable(
-                ("scene", "theta tends to", "from t (s)", "sin theta at most", "contact force",
-                 "D tends to (kg m^2/s)", "E tends to (J)"),
-                ends, "What is proved for all later times.", name="forever-table",
+                (
+                    "scene",
+                    "theta tends to",
+                    "from t (s)",
+                    "sin theta at most",
+                    "contact force",
+                    "D tends to (kg m^2/s)",
+                    "E tends to (J)",
+                ),
+                ends,
+                "What is proved for all later times.",
+                name="forever-table",
             ),
         ],
         results,
-    )  # fmt: skip
+    )
 
 
 def _judged(name: str) -> tuple[str, Record | None]:
@@ -184,13 +235,16 @@ def _ends(scene: str, forever: dict[str, Json]) -> list[tuple[str, ...]]:
     """What is proved for ever; empty unless the solution tends to a vertical spin."""
     return [
         (
-            scene, block["theta_tends_to"], block["since_s"], block["sin_theta_at_most"],
+            scene,
+            block["theta_tends_to"],
+            block["since_s"],
+            block["sin_theta_at_most"],
             f"g_n > {Decimal(block['g_n_at_least_mg']):f} m g",
             *(f"{Decimal(block['limits'][name]['middle']):.12g}" for name in ("D", "E")),
         )
         for block in (forever.get(name) for name in ("held", "at_the_end"))
         if block
-    ]  # fmt: skip
+    ]
 
 
 def _shown(ball: dict[str, str] | None) -> str:

@@ -54,11 +54,13 @@ def _tradeoff(tables: TradeoffTables) -> Section:
         return _not_measured("tradeoff", TRADEOFF_TITLE, TRADEOFF_COMMAND)
     results = findings(tables)
     blocks: list[Block] = [
-        Text(f"Measured by `{TRADEOFF_COMMAND}`, not by the run that wrote this page. Every method "
-             "integrates the same equations from the same dimensionless numbers and is compared "
-             f"with golden data. `{TABLE}` has all settings. The methods are timed in turn; each "
-             "time is the fastest of several. Ratios are medians of ratios to a bare heyoka loop "
-             "timed just before."),
+        Text(
+            f"Measured by `{TRADEOFF_COMMAND}`, not by the run that wrote this page. Every method "
+            "integrates the same equations from the same dimensionless numbers and is compared "
+            f"with golden data. `{TABLE}` has all settings. The methods are timed in turn; each "
+            "time is the fastest of several. Ratios are medians of ratios to a bare heyoka loop "
+            "timed just before."
+        ),
         *figures(rows, tables.long_runs),
         _costs_table(rows, "newton", "Newton form"),
         _costs_table(rows, "euler", "Euler form"),
@@ -68,7 +70,7 @@ def _tradeoff(tables: TradeoffTables) -> Section:
             "Computed from the tables.",
             name="tradeoff-findings",
         ),
-    ]  # fmt: skip
+    ]
     values = {finding.name: {"value": short(finding.value, 3)} for finding in results}
     return Section("tradeoff", TRADEOFF_TITLE, blocks, values)
 
@@ -110,10 +112,12 @@ def extremes(folder: Path) -> Section:
     by_topic = Counter(case.topic for case in cases)
     listed = ", ".join(f"{topic} {by_topic[topic]}" for topic in TOPICS if by_topic[topic])
     blocks: list[Block] = [
-        Text(f"{len(cases)} extreme cases ({listed}): {len(cases) - len(failed)} have the expected "
-             f"outcome, {len(failed)} do not. The expected outcome comes from theory or from a "
-             f"higher precision. Measured by `{EXTREMES_COMMAND}`, not by the run that wrote this "
-             "page."),
+        Text(
+            f"{len(cases)} extreme cases ({listed}): {len(cases) - len(failed)} have the expected "
+            f"outcome, {len(failed)} do not. The expected outcome comes from theory or from a "
+            f"higher precision. Measured by `{EXTREMES_COMMAND}`, not by the run that wrote this "
+            "page."
+        ),
         PageTable(
             ("topic", "case", "expected", "from", "observed", "verdict"),
             [
@@ -123,10 +127,13 @@ def extremes(folder: Path) -> Section:
             ],
             "A family of cases has one row, which shows its worst case; a failed case has its own "
             "row. The file has every case.",
-            filters=("topic", "verdict"), verdict="verdict", name="extremes-table", folded=True,
+            filters=("topic", "verdict"),
+            verdict="verdict",
+            name="extremes-table",
+            folded=True,
         ),
         *pictures.all_pictures([case.data for case in cases if case.data]),
-    ]  # fmt: skip
+    ]
     results = {"cases": len(cases), "failed": failed, "by_topic": dict(by_topic)}
     return Section("extremes", EXTREMES_TITLE, blocks, results)
 
@@ -152,16 +159,26 @@ def _board(board: dict[str, Json]) -> Section:
     )
     names = dict.fromkeys(name for row in board["rows"] for name in row.get("checks", ()))
     blocks: list[Block] = [
-        Text(f"{len(board['engines'])} physics engines simulate a Tippe Top in several tests, each "
-             f"at {len(board['steps'])} step sizes. The distance from the reference at the step h "
-             "is described as C h^p + floor; the digits are those at the smallest step. The "
-             "verdict uses no chosen limit: an engine converges if the distance of its "
-             "extrapolation from the reference is at most its step error."),
+        Text(
+            f"{len(board['engines'])} physics engines simulate a Tippe Top in several tests, each "
+            f"at {len(board['steps'])} step sizes. The distance from the reference at the step h "
+            "is described as C h^p + floor; the digits are those at the smallest step. The "
+            "verdict uses no chosen limit: an engine converges if the distance of its "
+            "extrapolation from the reference is at most its step error."
+        ),
         Text(f"Measured by `{ENGINES_COMMAND}`, not by the run that wrote this page: {versions}."),
         scoreboard(board),
         PageTable(
-            ("engine", "test", "outcome", "digits at these steps", "order", "floor",
-             "largest drift of conserved quantities", *names),
+            (
+                "engine",
+                "test",
+                "outcome",
+                "digits at these steps",
+                "order",
+                "floor",
+                "largest drift of conserved quantities",
+                *names,
+            ),
             [
                 (*_engine_row(row), *(check_of(row, name) for name in names))
                 for row in board["rows"]
@@ -184,7 +201,7 @@ def _board(board: dict[str, Json]) -> Section:
             caption="The friction that each engine offers, and its settings.",
             name="engines-settings",
         ),
-    ]  # fmt: skip
+    ]
     if board["skipped"]:
         blocks.append(Text("Skipped: " + "; ".join(board["skipped"])))
     verdicts = {f"{row['engine']}, {row['rung']}": row["verdict"] for row in board["rows"]}
@@ -200,10 +217,14 @@ def _engine_row(row: dict[str, Json]) -> tuple[str, ...]:
         moments = ("never" if t is None else f"{t:.2f} s" for t in row["equator"])
         outcome += f": axis horizontal at {', '.join(moments)}"
     return (
-        row["engine"], row["rung"], outcome, ", ".join(f"{digits:.1f}" for digits in row["digits"]),
+        row["engine"],
+        row["rung"],
+        outcome,
+        ", ".join(f"{digits:.1f}" for digits in row["digits"]),
         "" if row["order"] is None else f"{row['order']:.2f}",
-        "" if row["floor"] is None else f"{row['floor']:.1e}", drift,
-    )  # fmt: skip
+        "" if row["floor"] is None else f"{row['floor']:.1e}",
+        drift,
+    )
 
 
 FAULTS = "faults.csv"
@@ -222,18 +243,22 @@ def faults(folder: Path) -> Section:
     with of_its_form(file, f"what `{FAULTS_COMMAND}` writes"):
         table = pandas.read_csv(file, dtype=str, keep_default_na=False)
         blocks: list[Block] = [
-            Text("Faults are planted into the equations, the integration and the files of the "
-                 "reference scene. Each faulty trajectory goes through the conservation checks, "
-                 "and so do healthy trajectories."),
+            Text(
+                "Faults are planted into the equations, the integration and the files of the "
+                "reference scene. Each faulty trajectory goes through the conservation checks, "
+                "and so do healthy trajectories."
+            ),
             pictures.faults(table),
             Text(jellett_alone(table), emphasis=True),
             Text(f"Measured by `{FAULTS_COMMAND}`, not by the run that wrote this page."),
             PageTable(
                 tuple(name.replace("_", " ") for name in table.columns),
-                [tuple(row) for row in table.itertuples(index=False)], "All that was measured.",
-                name="faults-table", folded=True,
+                [tuple(row) for row in table.itertuples(index=False)],
+                "All that was measured.",
+                name="faults-table",
+                folded=True,
             ),
-        ]  # fmt: skip
+        ]
         return Section("faults", FAULTS_TITLE, blocks)
 
 

@@ -69,16 +69,20 @@ def headlines() -> Headlines:
     ended = run.inversion.A.t_end
     cards = {
         "NUM-03": Card(
-            "drift of lambda, double", short(drifts["double"]), "order 1e-6",
+            "drift of lambda, double",
+            short(drifts["double"]),
+            "order 1e-6",
             f"{short(drifts['quad'])} in quad, {short(drifts[finest])} with {finest}",
             good=bool(drifts["double"] < PAPER_DRIFT),
         ),
         RATIO: Card(
-            "E_pot(8 s) / E_pot(0)", full(end / start, DIGITS), PRINTED[RATIO],
+            "E_pot(8 s) / E_pot(0)",
+            full(end / start, DIGITS),
+            PRINTED[RATIO],
             f"theory, after an infinite time: {limit}",
         ),
         END: Card("end of the climb", f"{full(ended, DIGITS)} s", PRINTED[END], ""),
-    }  # fmt: skip
+    }
     results = {
         "jellett_drift": {label: short(drift, 3) for label, drift in drifts.items()},
         "energy_ratio": full(end / start, 20),
@@ -97,9 +101,12 @@ def overview(judged: Sequence[JudgedClaim], computed: Headlines) -> Overview:
                 comment = TRIED[good].format(len(claim.checks))
             cards[claim.id] = replace(cards[claim.id], good=good, comment=comment)
     return Overview(
-        verdict(counts(judged), len(judged)), [entry(claim) for claim in judged],
-        list(cards.values()), computed.animation, computed.results,
-    )  # fmt: skip
+        verdict(counts(judged), len(judged)),
+        [entry(claim) for claim in judged],
+        list(cards.values()),
+        computed.animation,
+        computed.results,
+    )
 
 
 def verdict(tally: dict[str, int], total: int) -> str:

@@ -86,14 +86,25 @@ def _environment(*, escaped: bool) -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
-        loader=PackageLoader("tt_precise.report"), autoescape=escaped, undefined=StrictUndefined,
-        trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
-    )  # fmt: skip
+        loader=PackageLoader("tt_precise.report"),
+        autoescape=escaped,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
     environment.filters |= {
-        "mark": _mark, "lead": lead, "rest": rest, "folds": folds, "choices": choices,
-        "laid_out": laid_out, "tally": _tally, "meaning": lambda verdict: Verdict(verdict).meaning,
-        "words": _words, "slug": lambda name: name.replace(" ", "-"),
-    }  # fmt: skip
+        "mark": _mark,
+        "lead": lead,
+        "rest": rest,
+        "folds": folds,
+        "choices": choices,
+        "laid_out": laid_out,
+        "tally": _tally,
+        "meaning": lambda verdict: Verdict(verdict).meaning,
+        "words": _words,
+        "slug": lambda name: name.replace(" ", "-"),
+    }
     return environment
 
 
@@ -107,10 +118,13 @@ def laid_out(section: Section) -> dict[str, Json]:
     tables = [block for block in section.blocks if isinstance(block, PageTable)]
     claims = [block for block in section.blocks if isinstance(block, Claims)]
     side_tables = [
-        table for table in tables
-        if figures and not table.folded
-        and len(table.rows) <= BESIDE_ROWS and len(table.header) <= BESIDE_COLUMNS
-    ][:1]  # fmt: skip
+        table
+        for table in tables
+        if figures
+        and not table.folded
+        and len(table.rows) <= BESIDE_ROWS
+        and len(table.header) <= BESIDE_COLUMNS
+    ][:1]
     listed = [entry for block in claims for entry in block.entries]
     verdicts, kinds = (
         [(value, value) for value in dict.fromkeys(getattr(entry, name) for entry in listed)]

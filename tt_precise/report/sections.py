@@ -39,13 +39,17 @@ def reference() -> Section:
         "The reference solution",
         [
             *figures_of("figures"),
-            Text("The curves contain every extremum, because extrema are computed as events, not "
-                 "sampled. Dashed lines mark the initiation and ending times by definition A."),
-            Text("The climb is not smooth: theta oscillates within a band that moves from the "
-                 "upright to the inverted pole, and phi_dot has spikes where the axis passes close "
-                 "to a pole."),
+            Text(
+                "The curves contain every extremum, because extrema are computed as events, not "
+                "sampled. Dashed lines mark the initiation and ending times by definition A."
+            ),
+            Text(
+                "The climb is not smooth: theta oscillates within a band that moves from the "
+                "upright to the inverted pole, and phi_dot has spikes where the axis passes close "
+                "to a pole."
+            ),
         ],
-    )  # fmt: skip
+    )
 
 
 def other_starts() -> Section:
@@ -55,13 +59,17 @@ def other_starts() -> Section:
         "Other starts",
         [
             *figures_of("starts"),
-            Text("Section 2.2 varies the reference start. A start that loses contact is integrated "
-                 "twice: until that moment, and beyond it with g_n < 0, as the paper's equations "
-                 "allow. The claims are judged both ways."),
-            Text("The initiation time has a sharp peak near the reference start, so the reference "
-                 "start is not typical."),
+            Text(
+                "Section 2.2 varies the reference start. A start that loses contact is integrated "
+                "twice: until that moment, and beyond it with g_n < 0, as the paper's equations "
+                "allow. The claims are judged both ways."
+            ),
+            Text(
+                "The initiation time has a sharp peak near the reference start, so the reference "
+                "start is not typical."
+            ),
         ],
-    )  # fmt: skip
+    )
 
 
 def conservation() -> Section:
@@ -73,11 +81,15 @@ def conservation() -> Section:
         at_end = run.drift["jellett"][-1]
         rows.append(
             (
-                run.label, str(trajectory.steps), str(trajectory.order), short(largest["jellett"]),
-                short(at_end), short(largest["axis_norm"]),
+                run.label,
+                str(trajectory.steps),
+                str(trajectory.order),
+                short(largest["jellett"]),
+                short(at_end),
+                short(largest["axis_norm"]),
                 short(run.state_error) if run.state_error is not None else "reference run",
             )
-        )  # fmt: skip
+        )
         results[run.label] = {
             "steps": trajectory.steps,
             "jellett_drift": short(largest["jellett"], 3),
@@ -99,14 +111,18 @@ def conservation() -> Section:
         "Does lambda hold?",
         [
             *figures_of("conservation"),
-            Text("The paper reports lambda constant with a precision of order 1e-6. The equations "
-                 "conserve it exactly; the drifts below are the rounding of each arithmetic."),
+            Text(
+                "The paper reports lambda constant with a precision of order 1e-6. The equations "
+                "conserve it exactly; the drifts below are the rounding of each arithmetic."
+            ),
             table,
-            Text("A small drift does not mean a small error: claim NUM-03 integrates with the "
-                 "paper's method and shows the error of the state while lambda holds to 1e-6."),
+            Text(
+                "A small drift does not mean a small error: claim NUM-03 integrates with the "
+                "paper's method and shows the error of the state while lambda holds to 1e-6."
+            ),
         ],
         results,
-    )  # fmt: skip
+    )
 
 
 DIGITS = 50
@@ -118,19 +134,23 @@ def threshold_values() -> Section:
     known = thresholds(load_scene(SCENE), DIGITS)
     rows = [
         (
-            name, "-" if quantity.value is None else full(quantity.value, SHOWN), quantity.unit,
+            name,
+            "-" if quantity.value is None else full(quantity.value, SHOWN),
+            quantity.unit,
             str(quantity.digits_agreed),
         )
         for name, quantity in known.quantities.items()
-    ]  # fmt: skip
+    ]
     return Section(
         "thresholds",
         "Thresholds and asymptotic values",
         [
             *figures_of("thresholds"),
-            Text(f"Each value is computed from the paper's formula to {DIGITS} digits, and again "
-                 "without this formula. The last column has the number of digits on which both "
-                 "agree."),
+            Text(
+                f"Each value is computed from the paper's formula to {DIGITS} digits, and again "
+                "without this formula. The last column has the number of digits on which both "
+                "agree."
+            ),
             PageTable(("quantity", "value", "unit", "digits agreed"), rows),
             PageTable(
                 ("quantity", "how"),
@@ -140,4 +160,4 @@ def threshold_values() -> Section:
             ),
         ],
         known.as_dict(),
-    )  # fmt: skip
+    )

@@ -123,9 +123,11 @@ MILLI = 1e3
 def figure_4(axes: list[Axes]) -> Words:
     """E and its three parts, and a magnification."""
     parts = {
-        "E": (style.BLACK, "$E$"), "E_rot": (style.BLUE, "$E_{rot}$"),
-        "E_pot": (style.SKY, "$E_{pot}$"), "E_trans": (style.GREEN, "$E_{trans}$"),
-    }  # fmt: skip
+        "E": (style.BLACK, "$E$"),
+        "E_rot": (style.BLUE, "$E_{rot}$"),
+        "E_pot": (style.SKY, "$E_{pot}$"),
+        "E_trans": (style.GREEN, "$E_{trans}$"),
+    }
     data = course(*parts)
     near = numpy.linspace(*MAGNIFIED, 801)
     closer = REFERENCE.columns(["E_pot", "E_trans"], list(near))

@@ -106,8 +106,13 @@ def _short(match: re.Match[str]) -> str:
 
 
 def curve(
-    axes: Axes, times: Array, values: Array, label: str, colour: str, **style: Any,
-) -> None:  # fmt: skip
+    axes: Axes,
+    times: Array,
+    values: Array,
+    label: str,
+    colour: str,
+    **style: Any,
+) -> None:
     """Draw a course, thinned to what the width can show without losing an extremum."""
     at = thinned(times, values)
     axes.plot(times[at], values[at], color=colour, label=label, **style)
@@ -119,9 +124,16 @@ def moments(axes: Sequence[Axes], marks: Mapping[str, float]) -> None:
         for panel in axes:
             panel.axvline(t, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
         axes[0].annotate(
-            label, (t, 1), xycoords=("data", "axes fraction"), xytext=(0, 2),
-            textcoords="offset points", ha="center", va="bottom", fontsize=9, color="#505050",
-        )  # fmt: skip
+            label,
+            (t, 1),
+            xycoords=("data", "axes fraction"),
+            xytext=(0, 2),
+            textcoords="offset points",
+            ha="center",
+            va="bottom",
+            fontsize=9,
+            color="#505050",
+        )
 
 
 def legend(axes: Axes, **place: Any) -> None:

@@ -109,9 +109,15 @@ class Check:
         # JSON has no infinity: the note states an infinite worst value
         value = None if self.value is None or not math.isfinite(self.value) else self.value
         entry: dict[str, Json] = {
-            "name": self.name, "verdict": self.verdict, "value": value, "limit": self.limit,
-            "sense": self.sense, "at": self.at, "reason": self.note, "meaning": self.meaning,
-        }  # fmt: skip
+            "name": self.name,
+            "verdict": self.verdict,
+            "value": value,
+            "limit": self.limit,
+            "sense": self.sense,
+            "at": self.at,
+            "reason": self.note,
+            "meaning": self.meaning,
+        }
         if self.parts:
             entry |= {"digits": self.parts, "digits_over_time": self.history}
         return entry

@@ -147,9 +147,13 @@ class Pool:
     """
 
     def __init__(
-        self, executor: Executor, size: Callable[[], int], *, tries: int = 1,
+        self,
+        executor: Executor,
+        size: Callable[[], int],
+        *,
+        tries: int = 1,
         leave: Callable[[], object] = lambda: None,
-    ):  # fmt: skip
+    ):
         self.executor, self.size, self.tries = executor, size, tries
         self._leave = leave
 
@@ -167,8 +171,11 @@ class Pool:
         self._leave()
 
     def perform(
-        self, work: Callable[..., Any], calls: Iterable[Call], progress: Progress = silent,
-    ) -> Iterator[tuple[Call, Any]]:  # fmt: skip
+        self,
+        work: Callable[..., Any],
+        calls: Iterable[Call],
+        progress: Progress = silent,
+    ) -> Iterator[tuple[Call, Any]]:
         """Each call with the result of ``work(*call.arguments)``, or its ``Failure``, as done.
 
         A worker must be able to import ``work``. Of a list of calls ``progress`` gets the fraction
@@ -262,9 +269,13 @@ def most_workers() -> int:
 
 
 def local_pool(
-    workers: int | None = None, *, inline: bool = True, tries: int = 1, recycle_after: int = 0,
+    workers: int | None = None,
+    *,
+    inline: bool = True,
+    tries: int = 1,
+    recycle_after: int = 0,
     prepare: Callable[[], object] | None = None,
-) -> Pool:  # fmt: skip
+) -> Pool:
     """``workers`` processes of this machine, by default one for each core.
 
     A single worker is this process, unless ``inline`` is False.

@@ -54,9 +54,11 @@ class Parameters:
     def map(self, convert: Callable[[Scalar], Scalar]) -> Parameters:
         """These parameters with every number converted."""
         return of_numbers(
-            {name: convert(value) for name, value in self.numbers_by_name.items()}, self.friction,
-            self.spring, Parameters,
-        )  # fmt: skip
+            {name: convert(value) for name, value in self.numbers_by_name.items()},
+            self.friction,
+            self.spring,
+            Parameters,
+        )
 
     @property
     def law(self) -> str:
@@ -118,9 +120,11 @@ class TippeTop(Parameters):
         if self.spring:
             _require_table(self)
         _require(
-            self.I3 <= 2 * self.I1, "I3", self.I3 / (self.m * self.R**2),
+            self.I3 <= 2 * self.I1,
+            "I3",
+            self.I3 / (self.m * self.R**2),
             f"at most 2 I1 = {_short(2 * self.I1 / (self.m * self.R**2))} (in units of m R^2)",
-        )  # fmt: skip
+        )
 
     @classmethod
     def from_ratios(cls, **given: Any) -> TippeTop:
@@ -215,9 +219,12 @@ def body_numbers(given: Mapping[str, Json]) -> dict[str, Fraction]:
 
 
 def top_of(
-    body: Mapping[str, Json], friction: Mapping[str, Json] | None = None,
-    contact: Mapping[str, Json] | None = None, *, frictionless: bool = False,
-) -> tuple[TippeTop, bool]:  # fmt: skip
+    body: Mapping[str, Json],
+    friction: Mapping[str, Json] | None = None,
+    contact: Mapping[str, Json] | None = None,
+    *,
+    frictionless: bool = False,
+) -> tuple[TippeTop, bool]:
     """The top of a scene's tables ``[body]``, ``[friction]`` and ``[contact]``; whether it flies.
 
     A top that flies continues after loss of contact. ``frictionless`` needs no mu.

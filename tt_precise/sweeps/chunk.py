@@ -85,18 +85,26 @@ def _starts(plan: Plan, values: Array) -> list[InitialState]:
 def _lane_start(form: Formulation, start: InitialState, order: int) -> LaneStart:
     longest = longest_step(start.body, start.vectors, order, DOUBLE)
     return LaneStart(
-        start.state(form), start.parameters(form), start.until,
+        start.state(form),
+        start.parameters(form),
+        start.until,
         math.inf if longest is None else float(longest),
-    )  # fmt: skip
+    )
 
 
 class _Integrated:
     """The rows of a chunk after the integration: everything is evaluated for all at once."""
 
     def __init__(
-        self, plan: Plan, form: Formulation, build: Build, starts: Sequence[InitialState],
-        results: Sequence[LaneResult], events: Events, peaks: Mapping[Part, tuple[Array, Array]],
-    ):  # fmt: skip
+        self,
+        plan: Plan,
+        form: Formulation,
+        build: Build,
+        starts: Sequence[InitialState],
+        results: Sequence[LaneResult],
+        events: Events,
+        peaks: Mapping[Part, tuple[Array, Array]],
+    ):
         self.peaks = peaks
         self.plan, self.form, self.starts, self.results = plan, form, starts, results
         self.detectors = build.detectors

@@ -149,8 +149,13 @@ def extremes(record: tuple[str, ...]) -> tuple[Part, ...]:
 
 
 def outcomes(
-    body: Parameters, z: Array, lambda_: Array, energy: Array, crossed: Array, falling: bool = True,
-) -> list[str]:  # fmt: skip
+    body: Parameters,
+    z: Array,
+    lambda_: Array,
+    energy: Array,
+    crossed: Array,
+    falling: bool = True,
+) -> list[str]:
     """The outcomes of tops that kept contact.
 
     ``body`` holds numbers, or an array with a body for each top; ``z``, ``lambda_`` and ``energy``

@@ -182,9 +182,12 @@ class Lanes:
     def _advance(self) -> list[Any]:
         before = self._steps
         self._batch.propagate_until(
-            self._goals, max_delta_t=self._longest, max_steps=min(STEPS_BETWEEN, ROOM - before),
-            callback=self._record_step, write_tc=True,
-        )  # fmt: skip
+            self._goals,
+            max_delta_t=self._longest,
+            max_steps=min(STEPS_BETWEEN, ROOM - before),
+            callback=self._record_step,
+            write_tc=True,
+        )
         outcomes = [outcome for outcome, _ in self._batch.step_res]
         if heyoka.taylor_outcome.err_nf_state in outcomes:
             self._record_step(self._batch)  # heyoka skips the callback of such a step
@@ -216,13 +219,17 @@ class Lanes:
             times[step + 1, closed] = 0.0
         last = [(count - 1, lanes, self._batch.state), *self._closed]
         steps = Steps(
-            self._rows[:count], times[:count], ends, self._widths[:count], self._series[:count],
+            self._rows[:count],
+            times[:count],
+            ends,
+            self._widths[:count],
+            self._series[:count],
             (
                 numpy.concatenate([numpy.full(len(mine), step) for step, mine, _ in last]),
                 numpy.concatenate([mine for _, mine, _ in last]),
             ),
             numpy.concatenate([states for _, _, states in last], axis=1),
-        )  # fmt: skip
+        )
         self._taken += numpy.bincount(steps.row[steps.taken], minlength=len(self._taken))
         for reader in self._readers:
             reader.read(steps)
@@ -245,8 +252,10 @@ def _compiled(form: Formulation, contact: str, width: int) -> tuple[Adaptive, tu
     options["compact_mode"] |= form.model == "rolling"
     options["opt_level"] = 3  # at 0 the bits of a row would depend on the number of lanes
     made = heyoka.taylor_adaptive_batch(
-        equations.system, numpy.zeros((len(form.columns), width)),
+        equations.system,
+        numpy.zeros((len(form.columns), width)),
         pars=numpy.ones((len(form.parameters), width)),
-        t_events=[heyoka.t_event_batch(function) for function in terminal.values()], **options,
-    )  # fmt: skip
+        t_events=[heyoka.t_event_batch(function) for function in terminal.values()],
+        **options,
+    )
     return made, tuple(terminal)

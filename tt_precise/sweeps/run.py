@@ -104,9 +104,16 @@ def sweep(
         An argument cannot be used.
     """
     spec = specification(
-        scene, vary=vary, box=box, until=until, samples=samples, sampler=sampler, seed=seed,
-        record=listed(record), contact=contact,
-    )  # fmt: skip
+        scene,
+        vary=vary,
+        box=box,
+        until=until,
+        samples=samples,
+        sampler=sampler,
+        seed=seed,
+        record=listed(record),
+        contact=contact,
+    )
     swept = run_sweep(spec, out=out, workers=workers, recheck=recheck)
     rows = swept.rows
     rows.attrs["summary"] = dict(swept.summary)
@@ -135,10 +142,16 @@ class Swept:
 
 
 def run_sweep(
-    spec: Specification, *, out: str | Path | None = None, workers: int = 1,
-    pool: Pool | None = None, batch: int | None = None, chunk: int | None = None,
-    recheck: int = spot_check.ONE_IN, progress: Progress = silent,
-) -> Swept:  # fmt: skip
+    spec: Specification,
+    *,
+    out: str | Path | None = None,
+    workers: int = 1,
+    pool: Pool | None = None,
+    batch: int | None = None,
+    chunk: int | None = None,
+    recheck: int = spot_check.ONE_IN,
+    progress: Progress = silent,
+) -> Swept:
     """Integrate every row of ``spec``; ``out``, ``workers`` and ``recheck`` as of ``sweep``.
 
     If ``out`` (a folder, or a URL that fsspec knows, such as ``file:///...`` for a folder that all
@@ -164,11 +177,16 @@ def run_sweep(
             serving = at_work.size()
         computed = missing - (spec.rows - store.rows)
         how = {
-            "batch": lanes, "workers": serving, "chunk": store.size, "chunks_found": before,
-            "damaged": store.damaged, "rows_computed": computed, "seconds": round(seconds, 3),
+            "batch": lanes,
+            "workers": serving,
+            "chunk": store.size,
+            "chunks_found": before,
+            "damaged": store.damaged,
+            "rows_computed": computed,
+            "seconds": round(seconds, 3),
             "rows_per_second": round(computed / seconds, 1) if computed else 0.0,
             "seconds_checking": round(checked, 3),
-        }  # fmt: skip
+        }
         summary = summary_of(store, rechecked, how)
         store.finish(summary)
     return Swept(summary, store)

@@ -131,15 +131,19 @@ class Specification:
         scene, body, start = self.scene, self.scene.body, self.scene.start
         given = {name: str(value) for name, value in scene.given.items()}
         return ({"given": given} if given else {}) | {
-            "scene": scene.name, "model": scene.model,
+            "scene": scene.name,
+            "model": scene.model,
             "body": {name: str(value) for name, value in body.numbers_by_name.items()},
             "start": {entry.name: str(getattr(start, entry.name)) for entry in fields(start)},
             "until": str(scene.until),
             "vary": {name: [str(value) for value in values] for name, values in self.vary.items()},
             "box": {name: [str(value) for value in ends] for name, ends in self.box.items()},
-            "samples": self.samples, "sampler": self.sampler, "seed": self.seed,
-            "record": list(self.record), "contact": self.contact,
-        }  # fmt: skip
+            "samples": self.samples,
+            "sampler": self.sampler,
+            "seed": self.seed,
+            "record": list(self.record),
+            "contact": self.contact,
+        }
 
     @cached_property
     def fingerprint(self) -> str:
@@ -167,9 +171,13 @@ class Specification:
 
 
 def specification(
-    scene: str | Scene, *, vary: Mapping[str, Values] | None = None,
-    box: Mapping[str, Ends] | None = None, until: str | int | None = None, **others: Any,
-) -> Specification:  # fmt: skip
+    scene: str | Scene,
+    *,
+    vary: Mapping[str, Values] | None = None,
+    box: Mapping[str, Ends] | None = None,
+    until: str | int | None = None,
+    **others: Any,
+) -> Specification:
     """A ``Specification`` from text, as on the command line, or from numbers.
 
     ``others`` are further fields of it.
@@ -181,9 +189,11 @@ def specification(
     if until is not None:
         loaded = replace(loaded, until=exact(until, "until"))
     return Specification(
-        loaded, {name: grid_values(name, values) for name, values in (vary or {}).items()},
-        {name: box_ends(name, ends) for name, ends in (box or {}).items()}, **others,
-    )  # fmt: skip
+        loaded,
+        {name: grid_values(name, values) for name, values in (vary or {}).items()},
+        {name: box_ends(name, ends) for name, ends in (box or {}).items()},
+        **others,
+    )
 
 
 def grid_values(name: str, values: Values) -> tuple[Fraction, ...]:

@@ -52,9 +52,11 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
     run = _integrated(scene, events)
     times = run.inversion
     results: dict[str, Json] = {
-        **times.times, **{f"climb_{d}": getattr(times, d).duration for d in DEFINITIONS},
-        "t_stop": run.t_end, "t_equator": times.equator,
-    }  # fmt: skip
+        **times.times,
+        **{f"climb_{d}": getattr(times, d).duration for d in DEFINITIONS},
+        "t_stop": run.t_end,
+        "t_equator": times.equator,
+    }
     for part in parts(record):
         frame = run.frame(part.quantity, times=[0, run.t_end], numbers="exact")
         ends = frame[part.quantity].tolist()

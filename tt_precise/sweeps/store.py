@@ -114,9 +114,11 @@ class Store:
     def _manifest(self) -> dict[str, Json]:
         assert self.out is not None
         wanted = {
-            "schema": SCHEMA, "fingerprint": self.spec.fingerprint, "tt_precise": __version__,
+            "schema": SCHEMA,
+            "fingerprint": self.spec.fingerprint,
+            "tt_precise": __version__,
             "rows": self.spec.rows,
-        }  # fmt: skip
+        }
         content = read(self.out, MANIFEST)
         if content is None:
             if names(self.out):

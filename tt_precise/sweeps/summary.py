@@ -46,20 +46,24 @@ def summary_of(
         "recheck": _recheck(rechecked),
         "quarantined": [
             {
-                "chunk": number, "first": number * store.size, "rows": store.rows_of(number),
+                "chunk": number,
+                "first": number * store.size,
+                "rows": store.rows_of(number),
                 "error": error,
             }
             for number, error in sorted(store.quarantined.items())
         ],
         "how": how,
         "versions": {
-            "tt_precise": __version__, "heyoka": heyoka.__version__, "numpy": numpy.__version__,
+            "tt_precise": __version__,
+            "heyoka": heyoka.__version__,
+            "numpy": numpy.__version__,
             "python": platform.python_version(),
         },
         "fingerprint": store.spec.fingerprint,
         "specification": store.spec.description(),
         "out": store.out,
-    }  # fmt: skip
+    }
 
 
 def _column(parts: list[tuple[float, float, float, int]], rows: int) -> dict[str, Json]:
@@ -89,6 +93,9 @@ def _recheck(rechecked: Mapping[int, dict[str, Json]]) -> dict[str, Json]:
             elif name not in largest or difference >= largest[name]["value"]:
                 largest[name] = {"value": difference, "index": index}
     return {
-        "rows": len(rechecked), "largest_difference": dict(sorted(largest.items())),
-        "other_outcome": other, "only_in_one": unmatched, "errors": errors,
-    }  # fmt: skip
+        "rows": len(rechecked),
+        "largest_difference": dict(sorted(largest.items())),
+        "other_outcome": other,
+        "only_in_one": unmatched,
+        "errors": errors,
+    }

@@ -50,9 +50,12 @@ class Kernel:
     """
 
     def __init__(
-        self, parts: int, graph: Graph, rates: Sequence[Scalar],
+        self,
+        parts: int,
+        graph: Graph,
+        rates: Sequence[Scalar],
         outputs: Sequence[tuple[Scalar, bool]],
-    ):  # fmt: skip
+    ):
         self.parts, self.entries = parts, graph.entries
         self.rates = list(map(graph.named, rates))
         self.outputs = [(graph.named(value), slope) for value, slope in outputs]
@@ -62,9 +65,11 @@ class Kernel:
         self.constants = list(dict.fromkeys([*constants_of(self.nodes), *alone]))
         # the two series whose products a lane adds up
         factors: dict[str, Any] = {
-            "product": lambda node: node.args, "quotient": lambda node: (node, node.args[1]),
-            "root": lambda node: (node, node), "exponential": lambda node: (node.args[1], node),
-        }  # fmt: skip
+            "product": lambda node: node.args,
+            "quotient": lambda node: (node, node.args[1]),
+            "root": lambda node: (node, node),
+            "exponential": lambda node: (node.args[1], node),
+        }
         self.pairs = {n: factors[n.kind](n) for n in self.nodes if n.kind in factors}
         self.lane = {node: i for i, node in enumerate(self.pairs)}
         self.width = padded(max(len(self.pairs), 1))

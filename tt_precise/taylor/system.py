@@ -79,9 +79,13 @@ class System:
         )
 
     def pieces(
-        self, begun: tuple[Array, Array], until: float, tolerance: float, longest: float = math.inf,
+        self,
+        begun: tuple[Array, Array],
+        until: float,
+        tolerance: float,
+        longest: float = math.inf,
         first: float | None = None,
-    ) -> Iterator[StepBlock]:  # fmt: skip
+    ) -> Iterator[StepBlock]:
         """Taylor steps from time 0, until they reach ``until`` or contain NaN.
 
         No step is longer than ``longest``; the ``first`` one has a bound of its own if it is

@@ -73,13 +73,17 @@ def findings(tables: TradeoffTables) -> list[Finding]:
     computed = (
         finding
         for compute, table in (
-            (_peers, tables.rows), (_variants, tables.rows), (_digits, tables.rows),
-            (_machine, tables.rows), (_conservation, tables.rows), (_growth, tables.long_runs),
+            (_peers, tables.rows),
+            (_variants, tables.rows),
+            (_digits, tables.rows),
+            (_machine, tables.rows),
+            (_conservation, tables.rows),
+            (_growth, tables.long_runs),
             (_estimates, tables.estimates),
         )
         if table is not None
         for finding in compute(table)
-    )  # fmt: skip
+    )
     return [finding for finding in computed if not math.isnan(finding.value)]
 
 
@@ -126,9 +130,12 @@ def chosen(rows: pandas.DataFrame, **wanted: object) -> pandas.DataFrame:
 
 
 def costs(
-    rows: pandas.DataFrame, formulation: str, cost: str, accuracies: Iterable[float] = ACCURACIES,
+    rows: pandas.DataFrame,
+    formulation: str,
+    cost: str,
+    accuracies: Iterable[float] = ACCURACIES,
     precision: str = "double",
-) -> dict[str, dict[float, float]]:  # fmt: skip
+) -> dict[str, dict[float, float]]:
     """For each method the cost of each accuracy that it reaches, over the whole horizon.
 
     ``cost`` is a column: "seconds", or "ratio" to the bare heyoka loop.
@@ -216,9 +223,11 @@ def _digits(rows: pandas.DataFrame) -> Iterator[Finding]:
         error = 10.0**-digits
         prices = costs(own, "newton", "seconds", [error], precision).get(BARE, {})
         yield Finding(
-            f"{digits} digits in {precision}", prices.get(error, math.nan),
-            f"seconds to an error of 1e-{digits} at 8 s, interpolated on the curve", "s",
-        )  # fmt: skip
+            f"{digits} digits in {precision}",
+            prices.get(error, math.nan),
+            f"seconds to an error of 1e-{digits} at 8 s, interpolated on the curve",
+            "s",
+        )
     for low, high in SPANS:
         for column, what in (("seconds", "time"), ("setup_s", "compile time")):
             yield Finding(
@@ -334,6 +343,8 @@ def _estimates(estimates: pandas.DataFrame) -> Iterator[Finding]:
         "scenes",
     )
     yield Finding(
-        "pessimism of the estimates", float(-excess.median()),
-        f"median of right digits less estimated ones; {-excess.min():.2f} at most", "digits",
-    )  # fmt: skip
+        "pessimism of the estimates",
+        float(-excess.median()),
+        f"median of right digits less estimated ones; {-excess.min():.2f} at most",
+        "digits",
+    )

@@ -25,9 +25,11 @@ def bare_batch(setup: Setup, state: Array, parameters: Array) -> Adaptive:
     import heyoka
 
     return heyoka.taylor_adaptive_batch(
-        Equations.of(setup.formulation).system, state.copy(), pars=parameters,
+        Equations.of(setup.formulation).system,
+        state.copy(),
+        pars=parameters,
         **numeric_options(setup),
-    )  # fmt: skip
+    )
 
 
 LANES = (4, 8)
@@ -35,15 +37,21 @@ SPREAD = 1e-6  # of the starts in a batch: lanes that all take the same steps wo
 
 
 def setup_of(
-    problem: GoldenProblem, settings: Settings, events: Sequence[str] = (),
-    record: Sequence[str] = (), options: Sequence[str] = (),
-) -> Setup:  # fmt: skip
+    problem: GoldenProblem,
+    settings: Settings,
+    events: Sequence[str] = (),
+    record: Sequence[str] = (),
+    options: Sequence[str] = (),
+) -> Setup:
     """What ``integrate`` would compile for these settings."""
     return Setup(
-        formulation=problem.form, precision=settings.precision, events=tuple(events),
-        record=tuple(record), tolerance=settings.tolerance,
+        formulation=problem.form,
+        precision=settings.precision,
+        events=tuple(events),
+        record=tuple(record),
+        tolerance=settings.tolerance,
         options=tuple((option, True) for option in options),
-    )  # fmt: skip
+    )
 
 
 def bare(problem: GoldenProblem, settings: Settings, options: Sequence[str] = ()) -> Solve:
@@ -52,10 +60,12 @@ def bare(problem: GoldenProblem, settings: Settings, options: Sequence[str] = ()
 
     setup = setup_of(problem, settings, options=options)
     adaptive = heyoka.taylor_adaptive(
-        Equations.of(setup.formulation).system, problem.state(settings.precision),
-        pars=problem.parameters(settings.precision), fp_type=setup.precision.fp_type,
+        Equations.of(setup.formulation).system,
+        problem.state(settings.precision),
+        pars=problem.parameters(settings.precision),
+        fp_type=setup.precision.fp_type,
         **numeric_options(setup),
-    )  # fmt: skip
+    )
     return _solver(adaptive, problem, settings)
 
 
@@ -72,8 +82,11 @@ def supplied(
 
 
 def _solver(
-    adaptive: Adaptive, problem: GoldenProblem, settings: Settings, made: Integrator | None = None,
-) -> Solve:  # fmt: skip
+    adaptive: Adaptive,
+    problem: GoldenProblem,
+    settings: Settings,
+    made: Integrator | None = None,
+) -> Solve:
     import heyoka
 
     precision = settings.precision
@@ -158,9 +171,12 @@ def user(request: str, problem: GoldenProblem, settings: Settings) -> Solve:
             for name in names
         ]
         return SolverResult(
-            [state], trajectory.steps, trajectory.steps * trajectory.order, trajectory.order,
+            [state],
+            trajectory.steps,
+            trajectory.steps * trajectory.order,
+            trajectory.order,
             published=True,
-        )  # fmt: skip
+        )
 
     return solve
 

@@ -197,9 +197,13 @@ class Timings:
 
 
 def interleaved(
-    actions: Sequence[Action], baseline: Action, *, rounds: int, budget_s: float,
+    actions: Sequence[Action],
+    baseline: Action,
+    *,
+    rounds: int,
+    budget_s: float,
     progress: Progress = silent,
-) -> list[Timings]:  # fmt: skip
+) -> list[Timings]:
     """Time every action in turn, ``rounds`` times, and each just after the baseline.
 
     An action has at least one turn, and no further one that would bring it above ``budget_s``.
@@ -368,9 +372,12 @@ def measure(groups: Iterable[Group], notify: Notify, progress: Progress = silent
             began, share = time.monotonic(), len(group.trials) / total
             ready = list(_prepared(group.trials, skip))
             times = interleaved(
-                [trial.run for trial in ready], baseline, rounds=group.rounds,
-                budget_s=group.budget_s, progress=report,
-            )  # fmt: skip
+                [trial.run for trial in ready],
+                baseline,
+                rounds=group.rounds,
+                budget_s=group.budget_s,
+                progress=report,
+            )
             rows += map(_row, ready, times)
             done += share
             notify(f"{group.name}: {len(ready)} settings, {time.monotonic() - began:.0f} s")
@@ -411,16 +418,27 @@ def _compiled_anew() -> Iterator[Callable[[], None]]:
 def _row(compiled: CompiledTrial, times: Timings) -> Row:
     trial, end, errors = compiled.trial, compiled.ended, compiled.errors()
     return Row(
-        scene=trial.scene, horizon_s=float(compiled.problem.until), method=trial.method,
-        setting=_setting(trial), precision=trial.precision, bits=trial.arithmetic.bits,
-        formulation=trial.coordinates, tolerance=trial.tolerance, peer=METHODS[trial.method].peer,
+        scene=trial.scene,
+        horizon_s=float(compiled.problem.until),
+        method=trial.method,
+        setting=_setting(trial),
+        precision=trial.precision,
+        bits=trial.arithmetic.bits,
+        formulation=trial.coordinates,
+        tolerance=trial.tolerance,
+        peer=METHODS[trial.method].peer,
         error=float(errors.error),
         error_on_way=None if errors.error_on_way is None else float(errors.error_on_way),
-        seconds=min(times.seconds) / end.lanes, seconds_median=times.median / end.lanes,
-        ratio=times.ratio / end.lanes, rounds=len(times.seconds), setup_s=compiled.setup_s,
-        steps=end.steps or None, work=end.work or None, order=end.order,
+        seconds=min(times.seconds) / end.lanes,
+        seconds_median=times.median / end.lanes,
+        ratio=times.ratio / end.lanes,
+        rounds=len(times.seconds),
+        setup_s=compiled.setup_s,
+        steps=end.steps or None,
+        work=end.work or None,
+        order=end.order,
         jellett_drift=float(errors.jellett_drift),
-    )  # fmt: skip
+    )
 
 
 def _setting(trial: Trial) -> str:

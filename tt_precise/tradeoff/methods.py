@@ -150,9 +150,14 @@ def solve_ivp(method: Any, compiled: bool, problem: GoldenProblem, settings: Set
 
     def solve(times: Sequence[Scalar]) -> SolverResult:
         solution = scipy.integrate.solve_ivp(
-            function, (0.0, times[-1]), start, method, times, rtol=max(tolerance, LEAST),
+            function,
+            (0.0, times[-1]),
+            start,
+            method,
+            times,
+            rtol=max(tolerance, LEAST),
             atol=tolerance,
-        )  # fmt: skip
+        )
         if solution.status != 0:
             raise ArithmeticError(f"{method}: {solution.message}")
         # it does not report its steps; every accepted and rejected one costs the same evaluations

@@ -125,9 +125,12 @@ def vector_texts(progress: Progress = silent) -> dict[str, str]:
         "cases": steps.step_file(progress),
     }
     head = {
-        "licence": LICENCE, "digits": states.DIGITS, "units": UNITS, "forces": FORCES,
+        "licence": LICENCE,
+        "digits": states.DIGITS,
+        "units": UNITS,
+        "forces": FORCES,
         "frame": "inertial, z up, the table at z = 0",
-    }  # fmt: skip
+    }
     texts = {}
     for (name, kind), own in zip(FILES.items(), (first, second), strict=True):
         content = {"schema": kind.__struct_config__.tag, **head, **own}

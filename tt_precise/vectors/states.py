@@ -150,10 +150,12 @@ def _scene(law: str, draws: random.Random) -> Scene:
         friction = {"law": FRICTION[law].name, **drawn}
     glides = {name: _decimal(draws, "-1", "1") for name in ("nu_x", "nu_y")}
     start = {
-        "theta": _decimal(draws, "0.1", "3"), "theta_dot": _decimal(draws, "-5", "5"),
-        "phi_dot": _decimal(draws, "-8", "8"), "omega_3": _decimal(draws, "-200", "200"),
+        "theta": _decimal(draws, "0.1", "3"),
+        "theta_dot": _decimal(draws, "-5", "5"),
+        "phi_dot": _decimal(draws, "-8", "8"),
+        "omega_3": _decimal(draws, "-200", "200"),
         **({} if law in ("rolling", "sticking") else glides),
-    }  # fmt: skip
+    }
     contact = None
     if law in SPRINGS:
         contact = {
@@ -267,9 +269,12 @@ def _entry(case: StateCase) -> dict[str, Json]:
     four = [_shown(case, part, INPUT_DIGITS) for part in posed[:4]]
     given = {"quaternion_wxyz": four, "quaternion_xyzw": [*four[1:], four[0]], **state}
     return {
-        "name": case.name, "body": numbers("m", "R", "alpha", "I1", "I3", "g"),
-        "friction": friction, "contact": contact, "state": given,
-    }  # fmt: skip
+        "name": case.name,
+        "body": numbers("m", "R", "alpha", "I1", "I3", "g"),
+        "friction": friction,
+        "contact": contact,
+        "state": given,
+    }
 
 
 def expected(case: StateCase) -> dict[str, Scalar | Vector]:

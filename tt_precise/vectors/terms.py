@@ -22,12 +22,18 @@ def terms(q: Motion) -> dict[str, Scalar | Vector]:
     spin = dot(q.state.L, q.k)
     response = newton.inverse_inertia(body, q.k, q.torque)
     return {
-        "L": q.state.L, "a": q.a, "v_A": q.state.v, "g_n": force[2], "F": force, "torque": q.torque,
-        "k_dot": k_dot, "L_dot": q.torque,
+        "L": q.state.L,
+        "a": q.a,
+        "v_A": q.state.v,
+        "g_n": force[2],
+        "F": force,
+        "torque": q.torque,
+        "k_dot": k_dot,
+        "L_dot": q.torque,
         "omega_dot": added(response, scaled(spin / body.I3 - spin / body.I1, k_dot)),
         "s_ddot": added(scaled(1 / body.m, force), (0, 0, -body.g)),
         "v_A_dot": newton.contact_acceleration(body, vectors, force),
-    }  # fmt: skip
+    }
 
 
 def disagreement(

@@ -134,6 +134,9 @@ def at_point(element: Scalar) -> Fraction:
 
 def _words(body: Parameters, fn: Functions) -> dict[str, Scalar]:
     return {
-        **{name: getattr(body, name) for name in NAMES}, "gamma": body.gamma, "sigma": body.sigma,
-        "d": lambda z: d(body, z), **{name: getattr(fn, name) for name in ("sin", "cos", "sqrt")},
-    }  # fmt: skip
+        **{name: getattr(body, name) for name in NAMES},
+        "gamma": body.gamma,
+        "sigma": body.sigma,
+        "d": lambda z: d(body, z),
+        **{name: getattr(fn, name) for name in ("sin", "cos", "sqrt")},
+    }

@@ -215,9 +215,11 @@ def past(scene: SceneLike = "reference", tolerance: float = TOLERANCE) -> Past:
     )
     energies = [QUANTITIES["E"].evaluate(q) for q in (first, last)]
     return Past(
-        contact_lost=solution.status == 1, t=float(solution.t[-1]) * float(start.units.time),
-        theta=QUANTITIES["theta"].evaluate(last), energy_ratio=energies[1] / energies[0],
-    )  # fmt: skip
+        contact_lost=solution.status == 1,
+        t=float(solution.t[-1]) * float(start.units.time),
+        theta=QUANTITIES["theta"].evaluate(last),
+        energy_ratio=energies[1] / energies[0],
+    )
 
 
 # ---- the paper's own computation ---------------------------------------------------------------

@@ -44,9 +44,11 @@ def settles(computed: Check, check: Callable[[Fraction], Check], interval: Inter
 
 
 def enclosed(
-    scene: SceneLike, check: Callable[[Measured], Check],
-    numbers: Mapping[str, tuple[Measured, Interval | None]], what: str,
-) -> tuple[dict[str, Check], Proof]:  # fmt: skip
+    scene: SceneLike,
+    check: Callable[[Measured], Check],
+    numbers: Mapping[str, tuple[Measured, Interval | None]],
+    what: str,
+) -> tuple[dict[str, Check], Proof]:
     """Checks of numbers, proved if each has the same verdict at both ends of its interval."""
     checks = {name: check(value) for name, (value, _) in numbers.items()}
     settled = all(settles(checks[name], check, ends) for name, (_, ends) in numbers.items())

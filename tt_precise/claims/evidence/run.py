@@ -265,9 +265,13 @@ class Run:
         return Settled.of(*(min(values) for _, values in extrema))
 
     def extreme_of(
-        self, function: Callable[[dict[str, Array]], Array], names: Sequence[str], *, largest: bool,
+        self,
+        function: Callable[[dict[str, Array]], Array],
+        names: Sequence[str],
+        *,
+        largest: bool,
         span: Span | None = None,
-    ) -> tuple[float, float]:  # fmt: skip
+    ) -> tuple[float, float]:
         """Time and value where a function of columns is largest or smallest.
 
         The first look is every 0.5 ms and at all turning points of theta, where axis and speeds

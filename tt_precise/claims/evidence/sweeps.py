@@ -135,9 +135,12 @@ def definition() -> dict[str, Json]:
     """The definition of the rows: scene, series, columns."""
     scene = _scene()
     return {
-        "version": VERSION, **exact_values(scene), "until": UNTIL,
-        "series": [repr(each) for each in SERIES], "record": RECORD,
-    }  # fmt: skip
+        "version": VERSION,
+        **exact_values(scene),
+        "until": UNTIL,
+        "series": [repr(each) for each in SERIES],
+        "record": RECORD,
+    }
 
 
 def exact_values(scene: Scene) -> dict[str, Json]:

@@ -58,16 +58,30 @@ SLOPE, BOUND = "R*mu*g_n*(1 - alpha*cos(theta))", "alpha*sin(theta)/(mu*(1 - alp
 
 
 def identity(
-    section: str, id: str, quote: str, statement: str, remark: str, *, parts: Parts,
-    printed: tuple[str, ...], wrong: str, at: int = 0, where: str = "", definition: str = "",
+    section: str,
+    id: str,
+    quote: str,
+    statement: str,
+    remark: str,
+    *,
+    parts: Parts,
+    printed: tuple[str, ...],
+    wrong: str,
+    at: int = 0,
+    where: str = "",
+    definition: str = "",
     slow: bool = False,
-) -> None:  # fmt: skip
+) -> None:
     """Register an entry of the table as a claim."""
     claims_of(RAUCH_RUTSTAM, section)(
-        id, statement=statement, quote=quote, where=where or f"Sec. {section}",
+        id,
+        statement=statement,
+        quote=quote,
+        where=where or f"Sec. {section}",
         definition=definition,
-        counterexample={"printed": (*printed[:at], wrong, *printed[at + 1 :])}, slow=slow,
-    )(partial(_judged, parts, remark, printed=printed))  # fmt: skip
+        counterexample={"printed": (*printed[:at], wrong, *printed[at + 1 :])},
+        slow=slow,
+    )(partial(_judged, parts, remark, printed=printed))
 
 
 def _judged(parts: Parts, remark: str, printed: tuple[str, ...]) -> Finding:

@@ -57,9 +57,11 @@ NORMAL_FORCE = (
 
 
 @claim(
-    "EQ-01", where="Sec. 1, Fig. 1", counterexample={"along_3": "-R*alpha"},
+    "EQ-01",
+    where="Sec. 1, Fig. 1",
+    counterexample={"along_3": "-R*alpha"},
     quote="a=R(alpha 3 - z)",
-)  # fmt: skip
+)
 def arm(along_3: str = "R*alpha", along_z: str = "-R") -> Finding:
     """The vector from the centre of mass to the contact point is a = R alpha 3 - R z."""
     q, body = f.motion(), f.chart().body
@@ -79,10 +81,12 @@ def arm(along_3: str = "R*alpha", along_z: str = "-R") -> Finding:
 
 
 @claim(
-    "EQ-02", counterexample={"printed": ("phi_dot*sin(theta)", *OMEGA[1:])}, slow=True,
+    "EQ-02",
+    counterexample={"printed": ("phi_dot*sin(theta)", *OMEGA[1:])},
+    slow=True,
     definition="the body is turned by phi about z, then theta about y, then psi about 3",
     quote="omega=-phi_dot sin theta 1 + theta_dot 2 + (psi_dot+phi_dot cos theta) 3",
-)  # fmt: skip
+)
 def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> Finding:
     """The angular velocity in the frame (1, 2, 3), from the Euler angles."""
     symbols = f.chart()
@@ -99,9 +103,11 @@ def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> Finding:
 
 
 @claim(
-    "EQ-03", where="eq (1)", counterexample={"inverse_inertia": "1/I3"},
+    "EQ-03",
+    where="eq (1)",
+    counterexample={"inverse_inertia": "1/I3"},
     quote="3_dot=omega x 3=(L x 3)/I1",
-)  # fmt: skip
+)
 def axis_turns(inverse_inertia: str = "1/I1") -> Finding:
     """The axis changes at the rate omega x 3 = L x 3/I1."""
     q = _at_any_azimuth()
@@ -141,11 +147,13 @@ def _at_any_azimuth() -> Motion:
 
 
 @claim(
-    "NT-03", where="Sec. 1, Fig. 1", counterexample={"behind": (0, -1, 0)},
+    "NT-03",
+    where="Sec. 1, Fig. 1",
+    counterexample={"behind": (0, -1, 0)},
     definition="a picture of the plane of CM, O, A with z up and the top leaning to the right, so "
     "that x points right and away from the viewer is z x x",
     quote="The axis 2 points behind the plane of the picture",
-)  # fmt: skip
+)
 def frames(behind: tuple[int, int, int] = (0, 1, 0)) -> Finding:
     """The frames (x, y, z) and (1, 2, 3) are right-handed, lean as in Fig. 1, and 2 points back."""
     q, symbols = f.motion(), f.chart()
@@ -168,9 +176,11 @@ def frames(behind: tuple[int, int, int] = (0, 1, 0)) -> Finding:
 
 
 @claim(
-    "EQ-14", where="Sec. 1, after eq (7)", counterexample={"printed": JELLETT_WITH_R},
+    "EQ-14",
+    where="Sec. 1, after eq (7)",
+    counterexample={"printed": JELLETT_WITH_R},
     quote="lambda=R I1 phi_dot sin^2 theta - I3 omega_3 (alpha - cos theta)",
-)  # fmt: skip
+)
 def jellett_in_euler_angles(
     printed: str = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))",
 ) -> Finding:
@@ -185,11 +195,13 @@ def jellett_in_euler_angles(
 
 
 @claim(
-    "EQ-06", where="Sec. 1, Fig. 4, Sec. 3", counterexample={"quantity": "E_tilde"},
+    "EQ-06",
+    where="Sec. 1, Fig. 4, Sec. 3",
+    counterexample={"quantity": "E_tilde"},
     definition="the reference solution: the largest of all local maxima of E_dot, found as "
     "events, and E at samples every millisecond",
     quote="The total energy ... is monotonically decreasing",
-)  # fmt: skip
+)
 def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Finding:
     """The total energy decreases monotonically."""
     fastest = float(run.extrema(f"{quantity}_dot")[1].max())
@@ -233,9 +245,11 @@ for number, (id, name, printed, wrong) in enumerate(RATES, start=2):
 
 
 @claim(
-    "EQ-13", where="eq (7)",
-    counterexample={"printed": NORMAL_FORCE.replace("*mu*nu_x", "*mu*nu_y")}, quote="g_n=...",
-)  # fmt: skip
+    "EQ-13",
+    where="eq (7)",
+    counterexample={"printed": NORMAL_FORCE.replace("*mu*nu_x", "*mu*nu_y")},
+    quote="g_n=...",
+)
 def normal_force(printed: str = NORMAL_FORCE) -> Finding:
     """The normal force."""
     derived = newton.normal_force(f.chart().body, f.motion().state)

@@ -57,11 +57,13 @@ BESIDE = (
 
 
 @claim(
-    "EQ-21", counterexample={"factor": f"{DETERMINANT}/theta_dot"}, slow=True,
+    "EQ-21",
+    counterexample={"factor": f"{DETERMINANT}/theta_dot"},
+    slow=True,
     definition="both systems are linear in the five accelerations; they are equivalent where the "
     "determinant of the integrated form does not vanish",
     quote="equations of motion (2)-(6) are equivalent to the following equations",
-)  # fmt: skip
+)
 def equivalent_form(factor: str = DETERMINANT) -> Finding:
     """The rates of lambda, D, E~ and m r_dot are equivalent to eqs (2) to (6)."""
     symbols = f.chart()
@@ -98,18 +100,22 @@ def _determinant() -> Scalar:
 
     along_y = f.read(ROUTH_RATE) * cross((0, 0, 1), q.a)[1]
     rows = [
-        row(f.quantity("lambda")), row(f.quantity("D"), (field.zero, along_y)),
+        row(f.quantity("lambda")),
+        row(f.quantity("D"), (field.zero, along_y)),
         row(f.quantity("E_tilde"), (body.m * q.omega_cross_a[0], body.m * q.omega_cross_a[1])),
-        row(body.m * q.s_dot[0]), row(body.m * q.s_dot[1]),
-    ]  # fmt: skip
+        row(body.m * q.s_dot[0]),
+        row(body.m * q.s_dot[1]),
+    ]
     return DomainMatrix(rows, (5, 5), field.to_domain()).det()
 
 
 @claim(
-    "EQ-26", where="Sec. 1 and Sec. 2.1", counterexample={"printed": CORRECT_CONDITION},
+    "EQ-26",
+    where="Sec. 1 and Sec. 2.1",
+    counterexample={"printed": CORRECT_CONDITION},
     definition="the condition under which d(z) is the square of a polynomial",
     quote="sigma=(1-alpha)/(gamma+alpha^2-1)",
-)  # fmt: skip
+)
 def rationality_condition(printed: str = CONDITION) -> Finding:
     """The printed relation of sigma, gamma and alpha makes d(z) a square."""
     checks = map(_square, (printed, CORRECT_CONDITION))
@@ -117,9 +123,11 @@ def rationality_condition(printed: str = CONDITION) -> Finding:
 
 
 @claim(
-    "EQ-27", counterexample={"printed": CORRECT_CONDITION}, definition="for all lambda and D",
+    "EQ-27",
+    counterexample={"printed": CORRECT_CONDITION},
+    definition="for all lambda and D",
     quote="V(z,D(t),lambda) is a rational function of cos theta",
-)  # fmt: skip
+)
 def rational_potential(printed: str = CONDITION) -> Finding:
     """V is a rational function of cos theta when the printed condition holds."""
     return v.misprint(
@@ -151,9 +159,10 @@ def _square(text: str, what: str = "") -> Check:
 
 
 @claim(
-    "EQ-24", counterexample={"printed": {**ASYMPTOTIC, "D1": ASYMPTOTIC["D1"][1:]}},
+    "EQ-24",
+    counterexample={"printed": {**ASYMPTOTIC, "D1": ASYMPTOTIC["D1"][1:]}},
     quote="lambda=R(1-alpha)L0=R(1+alpha)L1. So lim D(t)=D0=...",
-)  # fmt: skip
+)
 def asymptotic_formulas(printed: Mapping[str, str] = ASYMPTOTIC) -> Finding:
     """The formulas for lambda, D and E~ of the upright and the inverted spin."""
     return v.theorem(
@@ -181,10 +190,12 @@ def _of_the_spin(name: str, text: str) -> Check:
 
 
 @claim(
-    "EQ-25", counterexample={"limit": "E0"}, quote="E(t)->E1=lim V(z_min(t),D(t),lambda)",
+    "EQ-25",
+    counterexample={"limit": "E0"},
+    quote="E(t)->E1=lim V(z_min(t),D(t),lambda)",
     definition="the toy with the reference lambda, D = D1 + e |D1| for e = 1e-4 ... 1e-12; E1 is "
     "the energy of the inverted spin",
-)  # fmt: skip
+)
 def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Finding:
     """The minimum of V tends to the energy of the inverted spin as D tends to D1."""
     fn = own_context(DIGITS)
@@ -210,18 +221,25 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "TH-08", where="Proposition 1.1 i)", counterexample={"multiples": ("0.2",)}, definition=BESIDE,
+    "TH-08",
+    where="Proposition 1.1 i)",
+    counterexample={"multiples": ("0.2",)},
+    definition=BESIDE,
     quote="has a minimum z_min in the interval [-1,-1+eps] for D=D1+delta/(...)",
-)  # fmt: skip
+)
 def minimum_beside_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> Finding:
     """For D slightly above D1 the potential has a minimum close to z = -1."""
     return _beside(-1, multiples, -1)
 
 
 @claim(
-    "TH-09", where="Proposition 1.1 ii)", counterexample={"claimed": -1}, slow=True,
-    definition=BESIDE, quote="has a minimum z_min in the interval [1-eps,1] for D=D0-delta/(...)",
-)  # fmt: skip
+    "TH-09",
+    where="Proposition 1.1 ii)",
+    counterexample={"claimed": -1},
+    slow=True,
+    definition=BESIDE,
+    quote="has a minimum z_min in the interval [1-eps,1] for D=D0-delta/(...)",
+)
 def minimum_beside_the_upright_pole(
     multiples: tuple[str, ...] = MULTIPLES, claimed: int = 1
 ) -> Finding:
@@ -257,12 +275,14 @@ def _beside(pole: int, multiples: tuple[str, ...], claimed: int) -> Finding:
 
 
 @claim(
-    "TH-10", where="Sec. 1, after Proposition 1.1", counterexample={"until": 0.5},
+    "TH-10",
+    where="Sec. 1, after Proposition 1.1",
+    counterexample={"until": 0.5},
     definition="the toy, whose potential is rational, reference lambda; "
     f"{POTENTIAL_STEPS} values of D between D0 and D1; z = 1 and z = -1 count as reached within "
     "0.1 rad",
     quote="the minimum z_min is moving from an eps-neighborhood of z=1 to ... z=-1",
-)  # fmt: skip
+)
 def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
     """As D goes from D0 to D1 the minimum of V moves from z = 1 to z = -1."""
     body, lambda_ = _double_body(REFERENCE)
@@ -284,11 +304,12 @@ def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
 
 
 @claim(
-    "TH-11", counterexample={"factor": 0.1},
+    "TH-11",
+    counterexample={"factor": 0.1},
     definition="reference solution. T_upp at the most favourable D of each gap; the frozen motion "
     f"has the D and E~ of the solution, every {EVERY} s",
     quote="the time of passage for theta(t) between two turning points has a uniform bound T_upp",
-)  # fmt: skip
+)
 def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -> Finding:
     """The time between two turning points of theta is at most T_upp."""
     body, lambda_ = _double_body(run)
@@ -320,11 +341,12 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
 
 
 @claim(
-    "TH-12", quote="If ... T_inv>10 T_upp, then theta(t) has to perform several oscillations",
+    "TH-12",
+    quote="If ... T_inv>10 T_upp, then theta(t) has to perform several oscillations",
     counterexample={"run": Run(variant(theta="0.01", phi_dot="197", mu="0.05", until="40"))},
     definition="reference solution, T_inv in definition A, T_upp at its largest, D = D1; an "
     "oscillation is a minimum of theta during the climb",
-)  # fmt: skip
+)
 def several_oscillations(run: Run = REFERENCE) -> Finding:
     """T_inv is more than 10 T_upp, and theta oscillates several times during the climb."""
     body, lambda_ = _double_body(run)
@@ -341,10 +363,11 @@ def several_oscillations(run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "TH-13", counterexample={"end": "0.05"},
+    "TH-13",
+    counterexample={"end": "0.05"},
     definition="distance: E~ above the minimum of V, on the reference solution continued to 10 s",
     quote="due to energy dissipation, its position theta(t) goes toward the minimum theta_min(t)",
-)  # fmt: skip
+)
 def theta_goes_to_the_minimum(end: str = "10") -> Finding:
     """Dissipation brings theta towards the minimum of the moving potential."""
     run = Run(variant(until=end))

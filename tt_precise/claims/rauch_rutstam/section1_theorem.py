@@ -40,11 +40,13 @@ CONFIGURATION = ("theta", "phi", "psi", "x", "y", "height")
 
 
 @claim(
-    "TH-01", where="Theorem 1.1", counterexample={"multiples": BELOW},
+    "TH-01",
+    where="Theorem 1.1",
+    counterexample={"multiples": BELOW},
     definition=BODIES + "lambda is 1.001 to 3 times max(lambda_thres, lambda_up); eigenvalues of "
     "the gliding top linearised about the upright and the inverted spin",
     quote="an inverted spinning solution is the only Lyapunov stable state",
-)  # fmt: skip
+)
 def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> Finding:
     """Above both thresholds the inverted spin is stable and the upright spin is not."""
     return v.all_of(
@@ -55,10 +57,12 @@ def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> Finding:
 
 
 @claim(
-    "TH-03", where="Theorem 1.1", counterexample={"multiples": BELOW},
+    "TH-03",
+    where="Theorem 1.1",
+    counterexample={"multiples": BELOW},
     definition=BODIES + "tumbling: constant theta strictly between the poles without gliding",
     quote="only Lyapunov stable state in the asymptotic set of nongliding solutions M",
-)  # fmt: skip
+)
 def only_stable_nongliding_motion(multiples: tuple[str, str] = ABOVE) -> Finding:
     """Of all motions without gliding only the inverted spin is stable."""
     none = sum(not tumbles(case) for case in cases(COUNT, multiples))
@@ -103,10 +107,12 @@ def _tumbling_condition() -> Check:
 
 
 @claim(
-    "TH-04", where="Remark 1", counterexample={"lowest": "1 - alpha"},
+    "TH-04",
+    where="Remark 1",
+    counterexample={"lowest": "1 - alpha"},
     definition="every coefficient of a polynomial in positive variables is positive",
     quote="When 1-alpha<1-alpha^2<gamma<1+alpha, then lambda_thres>lambda_up",
-)  # fmt: skip
+)
 def thresholds_in_order(lowest: str = "1 - alpha**2") -> Finding:
     """For 1 - alpha^2 < gamma < 1 + alpha, lambda_thres is the larger threshold."""
     import sympy
@@ -130,11 +136,13 @@ def thresholds_in_order(lowest: str = "1 - alpha**2") -> Finding:
 
 
 @claim(
-    "TH-05", where="Corollary 1", counterexample={"candidates": (INVERTED,)},
+    "TH-05",
+    where="Corollary 1",
+    counterexample={"candidates": (INVERTED,)},
     definition="M and solutions with the given lambda, here twice lambda_thres of the toy",
     quote="M contains only one solution and every solution with g_n(t)>0 is asymptotically "
     "approaching the inverted spinning solution",
-)  # fmt: skip
+)
 def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> Finding:
     """M contains one solution only, and every solution with g_n > 0 approaches it."""
     steady_spins = [_NAMES[side] for side in candidates if _stays(_spin(side))]
@@ -170,10 +178,12 @@ def _stays(q: Motion) -> bool:
 
 
 @claim(
-    "TH-06", where="Corollary 1 and, again, the end of Sec. 1", counterexample={"axis": -1},
+    "TH-06",
+    where="Corollary 1 and, again, the end of Sec. 1",
+    counterexample={"axis": -1},
     definition="the state must have the lambda it is named after",
     quote="(L,3,v_A)=(lambda/(R(1+alpha)) z, z, 0)",
-)  # fmt: skip
+)
 def inverted_state(axis: int = 1) -> Finding:
     """The inverted spinning solution as printed."""
     import sympy
@@ -196,10 +206,12 @@ def inverted_state(axis: int = 1) -> Finding:
 
 
 @claim(
-    "TH-07", where="Remark 2", counterexample={"phi_dot": "0"},
+    "TH-07",
+    where="Remark 2",
+    counterexample={"phi_dot": "0"},
     definition="the toy with theta = 0.1, omega_3 = 155 rad/s and the given phi_dot",
     quote="does not exclude existence of solutions having negative g_n(t)<0",
-)  # fmt: skip
+)
 def negative_normal_force(phi_dot: str = "-300") -> Finding:
     """Solutions exist on which g_n becomes negative."""
     run = Run(variant(phi_dot=phi_dot, until="2"))
@@ -230,12 +242,14 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
 
 
 @claim(
-    "TH-16", quote="sufficient conditions (Sec. 1); necessary conditions (Sec. 3)",
-    where="Sec. 1, before Theorem 1.1, and Sec. 3", counterexample={"starts": ("60", "155")},
+    "TH-16",
+    quote="sufficient conditions (Sec. 1); necessary conditions (Sec. 3)",
+    where="Sec. 1, before Theorem 1.1, and Sec. 3",
+    counterexample={"starts": ("60", "155")},
     definition="inverts: theta beyond 3.1 rad within the horizon. Sufficient: toy starts with "
     "lambda above both thresholds and g_n > 0 throughout. Necessary: a body with gamma = 0.65 < "
     "1 - alpha, started at theta = 0.8 rad, phi_dot = 120, omega_3 = 47.6 rad/s",
-)  # fmt: skip
+)
 def conditions_for_inversion(starts: tuple[str, ...] = ("90", "120", "155", "200")) -> Finding:
     """The conditions of Theorem 1.1 are sufficient, and necessary, for inversion."""
     motions = [integrate(variant(omega_3=omega_3, until="40")) for omega_3 in starts]
@@ -265,11 +279,13 @@ def _inverts(run: Trajectory) -> bool:
 
 
 @claim(
-    "TH-14", counterexample={"run": Run(variant(theta="1e-9", mu="1e-6"))}, slow=True,
+    "TH-14",
+    counterexample={"run": Run(variant(theta="1e-9", mu="1e-6"))},
+    slow=True,
     definition="the reference solution continued to negative times; it is counted as having the "
     "limit if it glides on to -45 s with theta at most twice its value at the start",
     quote="For inverting solutions lim_{t->-inf} theta(t)=0 ... L(t)=L0 z",
-)  # fmt: skip
+)
 def limits_in_the_past(run: Run = REFERENCE) -> Finding:
     """Inverting solutions come from the upright spin as t goes to minus infinity."""
     end, again = past(run.scene), past(run.scene, 1e-10)
@@ -289,11 +305,12 @@ def limits_in_the_past(run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "TH-15", counterexample={"run": Run(variant(omega_3="60"))},
+    "TH-15",
+    counterexample={"run": Run(variant(omega_3="60"))},
     definition=f"the reference solution continued to {TIMES[-1]} s; it tends to a limit if the "
     f"distance falls at least tenfold between {', '.join(TIMES)} s",
     quote="lim_{t->inf} theta(t)=pi ... L(t)=L1 z",
-)  # fmt: skip
+)
 def limits_in_the_future(run: Run = REFERENCE) -> Finding:
     """The reference solution tends to theta = pi and L = L1 z."""
     checks = {name: _falling(away) for name, away in _distances(run).items()}
@@ -309,12 +326,14 @@ def limits_in_the_future(run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "SUM-03", counterexample={"pasts": ()}, slow=True,
+    "SUM-03",
+    counterexample={"pasts": ()},
+    slow=True,
     definition="solutions of the toy with the reference lambda: phi_dot(0) = "
     f"{', '.join(PRECESSIONS)} rad/s with omega_3(0) to match, the inverting ones; forwards as in "
     "TH-15, backwards as in TH-14",
     quote="all pairs D(t), E~(t) satisfy the same asymptotic conditions",
-)  # fmt: skip
+)
 def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> Finding:
     """All inverting solutions with one lambda share the limits of (D, E~) at both ends of time."""
     checks: dict[str, Check] = {}
@@ -353,9 +372,11 @@ def _distances(run: Run) -> dict[str, list[float]]:
     body = run.body(fn)
     lambda_ = fn.convert(run.lambda_)
     limits = {
-        "theta": fn.pi, "Lz": thresholds.L1(body, lambda_), "D": thresholds.D1(body, lambda_, fn),
+        "theta": fn.pi,
+        "Lz": thresholds.L1(body, lambda_),
+        "D": thresholds.D1(body, lambda_, fn),
         "E_tilde": thresholds.E1(body, lambda_),
-    }  # fmt: skip
+    }
     table = solution.frame(*limits, times=TIMES, numbers="exact")
     return {
         name: [float(abs(value / limit - 1)) for value in table[name]]
@@ -382,10 +403,11 @@ def _with_the_same_lambda(phi_dot: str) -> Scene:
 
 
 @claim(
-    "EQ-39", counterexample={"printed": SIMPLIFIED.replace("**2*nu_y", "*nu_y")},
+    "EQ-39",
+    counterexample={"printed": SIMPLIFIED.replace("**2*nu_y", "*nu_y")},
     definition="xi = I3 omega_3 - I1 phi_dot cos theta and its rate both zero",
     quote="theta_dot=mu g_n R^2 (1-alpha cos theta)^2 nu_y/lambda",
-)  # fmt: skip
+)
 def balanced_equation(printed: str = SIMPLIFIED) -> Finding:
     """With xi = 0 throughout the motion, theta_dot is the printed expression."""
     symbols = f.chart()
@@ -411,11 +433,12 @@ def balanced_equation(printed: str = SIMPLIFIED) -> Finding:
 
 
 @claim(
-    "EQ-40", counterexample={"sign": -1},
+    "EQ-40",
+    counterexample={"sign": -1},
     definition="theta_dot of the simplified equation with g_n and nu_y of the reference solution; "
     "climb as in definition A",
     quote="providing a monotonously increasing theta(t) as a solution",
-)  # fmt: skip
+)
 def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> Finding:
     """The simplified equation makes theta increase monotonically."""
     columns = ("theta_dot_simplified", "nu_y")
@@ -437,11 +460,12 @@ def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "TH-18", counterexample={"middle": 0.3},
+    "TH-18",
+    counterexample={"middle": 0.3},
     definition="root mean square of xi against that of |L| while |theta - pi/2| < 0.3 rad, in the "
     "reference solution",
     quote="approximately satisfied in a certain neighborhood of the angle theta=pi/2",
-)  # fmt: skip
+)
 def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> Finding:
     """xi = I3 omega_3 - I1 phi_dot cos theta is close to zero near theta = pi/2."""
     table = run.sampled(("theta", "xi", "Lx", "Ly", "Lz"))
@@ -456,12 +480,13 @@ def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> Fin
 
 
 @claim(
-    "TH-02", where="Theorem 1.1",
+    "TH-02",
+    where="Theorem 1.1",
     counterexample={"printed": THRESHOLD.replace("(1 + alpha)**2", "(1 + alpha)**3")},
     definition="the spin at which an eigenvalue of the gliding top, linearised numerically about "
     "the inverted spin, crosses the imaginary axis",
     quote="lambda_thres = sqrt(m g R^3 alpha I3)(1+alpha)^2/sqrt(1+alpha-gamma)",
-)  # fmt: skip
+)
 def threshold_of_the_toy(printed: str = THRESHOLD, run: Run = REFERENCE) -> Finding:
     """The formula for lambda_thres gives the spin at which inverted spin becomes stable."""
     known = run.thresholds
@@ -475,9 +500,10 @@ def threshold_of_the_toy(printed: str = THRESHOLD, run: Run = REFERENCE) -> Find
 
 
 @claim(
-    "NT-02", counterexample=None,
+    "NT-02",
+    counterexample=None,
     quote="comes to a standstill due to loss of energy caused by spinning friction",
-)  # fmt: skip
+)
 def slow_spin() -> Finding:
     """A slowly spun top wobbles and stops, because of spinning friction."""
     slow = Run(variant(omega_3="40", until="20"))
@@ -493,9 +519,11 @@ def slow_spin() -> Finding:
 
 
 @claim(
-    "NT-04", where="Sec. 1, Figs 2 and 3", counterexample=None,
+    "NT-04",
+    where="Sec. 1, Figs 2 and 3",
+    counterexample=None,
     quote="the Python 2.7 open source library SciPy",
-)  # fmt: skip
+)
 def software() -> Finding:
     """The simulations were made with SciPy under Python 2.7."""
     return v.all_of(
@@ -507,10 +535,12 @@ def software() -> Finding:
 
 
 @claim(
-    "QUAL-01", where="Abstract; Sec. 1; 2.1", counterexample={"run": Run("smoothest")},
+    "QUAL-01",
+    where="Abstract; Sec. 1; 2.1",
+    counterexample={"run": Run("smoothest")},
     definition=f"turning points of theta between 0.2 and pi - 0.2; many: at least {runs.MANY}",
     quote="theta(t) oscillates (meaning that theta_dot(t) changes sign many times)",
-)  # fmt: skip
+)
 def oscillation(run: Run = REFERENCE) -> Finding:
     """During the inversion theta oscillates: theta_dot changes sign many times."""
     turns = run.turns
@@ -535,10 +565,12 @@ def oscillation(run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "TH-17", where="Sec. 1; Sec. 3", counterexample={"printed": 7},
+    "TH-17",
+    where="Sec. 1; Sec. 3",
+    counterexample={"printed": 7},
     definition="degrees of freedom: coordinates of the configuration less contact constraints",
     quote="dynamical system for 6 unknowns; dynamical system of 6 degrees of freedom",
-)  # fmt: skip
+)
 def number_of_unknowns(printed: int = 6) -> Finding:
     """The equations are a system for 6 unknowns, or of 6 degrees of freedom."""
     unknowns, freedoms = len(EulerState._fields), len(CONFIGURATION) - 1

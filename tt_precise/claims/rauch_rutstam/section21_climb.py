@@ -55,9 +55,11 @@ PERTURBED_UNTIL = "10"  # s; 1 % of the range of phi_dot downwards puts the end 
 
 
 @claim(
-    "NUM-04", counterexample={"printed": "3.4"}, definition=DEFINITION,
+    "NUM-04",
+    counterexample={"printed": "3.4"},
+    definition=DEFINITION,
     quote="initiation time t_{theta approx 0} approx 3.2 s",
-)  # fmt: skip
+)
 def initiation_time(printed: str = START, run: Run = REFERENCE) -> Finding:
     """The climb starts at about 3.2 s."""
     times = _in_all_definitions("t_init", run)
@@ -72,10 +74,11 @@ def initiation_time(printed: str = START, run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "NUM-05", counterexample={"printed": "7.88"},
+    "NUM-05",
+    counterexample={"printed": "7.88"},
     definition=f"{DEFINITION} Also: {TOP}, where the axis comes nearest to the pole.",
     quote="ending time t_{theta approx pi} approx 7.87 s",
-)  # fmt: skip
+)
 def ending_time(printed: str = END, run: Run = REFERENCE) -> Finding:
     """The climb ends at about 7.87 s."""
     times = _in_all_definitions("t_end", run)
@@ -94,11 +97,12 @@ def ending_time(printed: str = END, run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "NUM-07", counterexample={"printed": "4.4"},
+    "NUM-07",
+    counterexample={"printed": "4.4"},
     definition=f"T_inv = t_end - t_init; the printed times give {END} - {START}, which has the "
     f"one decimal of {START}. {DEFINITION}",
     quote="A climbing time is the quantity T_inv=t_{theta approx pi}-t_{theta approx 0}",
-)  # fmt: skip
+)
 def climbing_time(printed: str = "4.7", run: Run = REFERENCE) -> Finding:
     """The climbing time T_inv = t_end - t_init, from the first to the second reversal."""
     return _about(
@@ -136,10 +140,11 @@ def _highest(run: Run) -> Interval | None:
 
 
 @claim(
-    "NUM-06", counterexample={"printed": ("3.2", "7.83")},
+    "NUM-06",
+    counterexample={"printed": ("3.2", "7.83")},
     definition=f"both ends in each definition. {DEFINITION}",
     quote="during the climbing phase of TT between 3.2 and 7.86 seconds",
-)  # fmt: skip
+)
 def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERENCE) -> Finding:
     """The climbing phase lasts from 3.2 to 7.86 s."""
     parts, known, proved, intervals = {}, proofs_of(run.scene), True, []
@@ -162,12 +167,13 @@ def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERE
 
 
 @claim(
-    "NUM-08", counterexample={"printed": "60"},
+    "NUM-08",
+    counterexample={"printed": "60"},
     definition="phi_dot where L.k = L.z for the last time before the climb (initiation time B), "
     "and at the maxima of theta before and after the initiation time A; at the minima of theta "
     "between them phi_dot is singular",
     quote="the time required to accelerate phi_dot to about 80 rad/s needed for the climbing phase",
-)  # fmt: skip
+)
 def precession_at_initiation(printed: str = "80", run: Run = REFERENCE) -> Finding:
     """The climb starts when phi_dot has been accelerated to about 80 rad/s."""
     values = {
@@ -192,12 +198,14 @@ def precession_at_initiation(printed: str = "80", run: Run = REFERENCE) -> Findi
 
 
 @claim(
-    "QUAL-03", where="Sec. 2.1; Summary c)", counterexample={"printed": (("-", "+"), ("+", "-"))},
+    "QUAL-03",
+    where="Sec. 2.1; Summary c)",
+    counterexample={"printed": (("-", "+"), ("+", "-"))},
     definition="phi_dot at the turning point of theta next to the pole before and after the "
     f"initiation and the ending time; large: its size is above {LARGE} rad/s",
     quote="two moments of singular behaviour ... changes sign from large negative values to large "
     "positive values",
-)  # fmt: skip
+)
 def reversals(
     printed: Sequence[tuple[str, str]] = (("-", "+"), ("-", "+")), run: Run = REFERENCE
 ) -> Finding:
@@ -206,8 +214,10 @@ def reversals(
     signs = tuple(("-+"[a > 0], "-+"[b > 0]) for a, b in jumps)
     values = [value for pair in jumps for value in pair]
     large = all(abs(value) > LARGE for value in values)
-    peaks = [*proofs.reversal(run.scene, "theta_min", "t_init"),
-             *proofs.reversal(run.scene, "theta_max", "t_end")]  # fmt: skip
+    peaks = [
+        *proofs.reversal(run.scene, "theta_min", "t_init"),
+        *proofs.reversal(run.scene, "theta_max", "t_end"),
+    ]
     proved = large and all(
         peak is not None and all(end * value > 0 and abs(end) > LARGE for end in peak)
         for peak, value in zip(peaks, values, strict=True)
@@ -228,11 +238,12 @@ def reversals(
 
 
 @claim(
-    "QUAL-04", counterexample={"turns": ("theta_max", "theta_min")},
+    "QUAL-04",
+    counterexample={"turns": ("theta_max", "theta_min")},
     definition="the minimum of theta next to t_init and the maximum next to t_end, definition A; "
     "close: within 0.01 rad; at the same moment: within half a nutation, 0.02 and 0.04 s",
     quote="theta takes locally minimal value close to 0 at t_init and locally maximal close to pi",
-)  # fmt: skip
+)
 def nearest_to_the_poles(
     turns: tuple[str, str] = ("theta_min", "theta_max"), run: Run = REFERENCE
 ) -> Finding:
@@ -260,11 +271,12 @@ def nearest_to_the_poles(
 
 
 @claim(
-    "QUAL-05", counterexample={"name": "omega_3"},
+    "QUAL-05",
+    counterexample={"name": "omega_3"},
     definition="half the distance of consecutive extrema of phi_dot (events), the largest within "
     "0.1 s of the moment against the one a second earlier; orders of magnitude: at least 100 times",
     quote="sudden increase, by orders of magnitude, of oscillation amplitudes",
-)  # fmt: skip
+)
 def growth_of_amplitudes(name: str = "phi_dot", run: Run = REFERENCE) -> Finding:
     """Near both moments the oscillation amplitudes grow suddenly by orders of magnitude."""
     times, values = run.extrema(name)
@@ -283,12 +295,13 @@ def growth_of_amplitudes(name: str = "phi_dot", run: Run = REFERENCE) -> Finding
 
 
 @claim(
-    "QUAL-25", counterexample={"run": Run("phi-dot-195")},
+    "QUAL-25",
+    counterexample={"run": Run("phi-dot-195")},
     definition="the middle of the nutation band: at the last turning point before t_init lower "
     f"than at the first, of at least {runs.MANY}; rising from each to the next from t_init to "
     "t_end; within 0.05 rad of pi after t_end (definition A)",
     quote="three main phases separated by two moments",
-)  # fmt: skip
+)
 def three_phases(run: Run = REFERENCE) -> Finding:
     """There are three phases, and theta climbs only after t_init."""
     middles, climb = [(turn.t, turn.middle) for turn in run.band], run.climb
@@ -342,12 +355,13 @@ def _around(events: pandas.DataFrame, moment: Scalar) -> tuple[Scalar, Scalar]:
 
 
 @claim(
-    "QUAL-02", counterexample={"name": "omega_3"},
+    "QUAL-02",
+    counterexample={"name": "omega_3"},
     definition="least-squares fit of pi/(1 + exp(-k (t - t0))) over the climb (definition A), "
     "which shall leave at most 1 % of the variance; the middle of the band rises throughout; "
     f"small: the band is narrower than pi/10; {BAND}",
     quote="a general form of a logistic type curve superposed with small amplitude oscillations",
-)  # fmt: skip
+)
 def logistic_curve(name: str = "theta", run: Run = REFERENCE) -> Finding:
     """theta(t) has the form of a logistic curve with small oscillations about it."""
     span = run.climb
@@ -377,10 +391,11 @@ def logistic_curve(name: str = "theta", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-08", counterexample={"widest": 0.78},
+    "QUAL-08",
+    counterexample={"widest": 0.78},
     definition=BAND + "; as in the text, large theta_dot stands for a wide band",
     quote="widening of the nutational band when theta(t) is crossing pi/2",
-)  # fmt: skip
+)
 def nutation_band(widest: float = math.pi / 2, run: Run = REFERENCE) -> Finding:
     """The nutation band widens when theta crosses pi/2 and narrows near the south pole."""
     belts = run.band
@@ -429,12 +444,13 @@ def _logistic_fit(name: str, run: Run, span: Span) -> tuple[float, float, float]
 
 
 @claim(
-    "QUAL-06", counterexample={"share": "1"},
+    "QUAL-06",
+    counterexample={"share": "1"},
     definition="each start value in turn changed by plus and minus 1 % of its value (theta, "
     "omega_3) or of its range in section 2.2; singular behaviour: a reversal in definition A at "
     f"both ends of the climb, with |phi_dot| above {SINGULAR} rad/s within 0.1 s of each",
     quote="the existence of singular behaviour is not affected by small perturbations of IC",
-)  # fmt: skip
+)
 def small_perturbations(share: str = "0.01", run: Run = REFERENCE) -> Finding:
     """The singular behaviour at both moments survives small changes of the start."""
     starts = list(_perturbed(Fraction(share), run))
@@ -464,12 +480,13 @@ def small_perturbations(share: str = "0.01", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-07", counterexample={"before": "1"},
+    "QUAL-07",
+    counterexample={"before": "1"},
     definition="starts at the states of the reference solution (double-double) at t_init in "
     "definitions A, B and C; immediately: no initiation time but 0 in definition A, and the middle "
     f"of the nutation band rises over the first {EARLY} turning points",
     quote="values attained at t_init are taken as initial conditions, theta(t) climbs immediately",
-)  # fmt: skip
+)
 def restart(before: str = "0", run: Run = REFERENCE) -> Finding:
     """Started from its state at t_init the top climbs at once."""
     parts = {}
@@ -518,11 +535,13 @@ def _restarted(run: Run, definition: str, before: Fraction) -> Scene:
 
 
 @claim(
-    "NUM-03", counterexample={"printed": "1e-9"}, slow=True,
+    "NUM-03",
+    counterexample={"printed": "1e-9"},
+    slow=True,
     definition="largest |lambda(t)/lambda(0) - 1| over 0..8 s, output every 0.01 s; the paper's "
     "own way is SciPy's odeint with default tolerances on eqs (2) to (7) in SI",
     quote="is constant with precision of order 1e-6 lambda",
-)  # fmt: skip
+)
 def jellett_drift(printed: str = "1e-6", run: Run = REFERENCE) -> Finding:
     """The computed solution keeps Jellett's integral to about 1e-6 of its value."""
     off = state_errors(run.scene)

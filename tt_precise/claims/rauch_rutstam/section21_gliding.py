@@ -21,9 +21,10 @@ PERIOD = "a nutation period is the time from one maximum of theta to the next"
 
 
 @claim(
-    "TH-19", counterexample={"printed": CORRECT_CONDITION},
+    "TH-19",
+    counterexample={"printed": CORRECT_CONDITION},
     quote="1-alpha^2<gamma<1 ... They satisfy the rationality condition",
-)  # fmt: skip
+)
 def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) -> Finding:
     """The toy has 1 - alpha^2 < gamma < 1 and satisfies the printed rationality condition."""
     body = run.loaded.body
@@ -36,15 +37,18 @@ def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) 
         return v.statement(between and sigma == value, f"m R^2/I3 = {text}", both)
 
     return v.misprint(
-        map(satisfied, (printed, CORRECT_CONDITION)), f"m R^2/I3 = {CORRECT_CONDITION}",
-        f"Exact: gamma = {gamma} lies between 1 - alpha^2 = {1 - alpha**2} and 1.", v.EXACT,
-    )  # fmt: skip
+        map(satisfied, (printed, CORRECT_CONDITION)),
+        f"m R^2/I3 = {CORRECT_CONDITION}",
+        f"Exact: gamma = {gamma} lies between 1 - alpha^2 = {1 - alpha**2} and 1.",
+        v.EXACT,
+    )
 
 
 @claim(
-    "NUM-01", counterexample={"run": Run(variant(omega_3="200"))},
+    "NUM-01",
+    counterexample={"run": Run(variant(omega_3="200"))},
     quote="initial conditions (IC) with lambda approx 2 lambda_thres",
-)  # fmt: skip
+)
 def reference_lambda(printed: str = "2", run: Run = REFERENCE) -> Finding:
     """lambda of the reference start is about twice the threshold."""
     known = run.thresholds.quantities
@@ -58,9 +62,10 @@ def reference_lambda(printed: str = "2", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "NT-01", counterexample=None,
+    "NT-01",
+    counterexample=None,
     quote="realistic values ... close to the parameter values used ... by other authors",
-)  # fmt: skip
+)
 def realistic_values() -> Finding:
     """The parameters are those of a typical toy, close to other authors' values."""
     body = load_scene("reference").body
@@ -76,14 +81,15 @@ def realistic_values() -> Finding:
 
 
 @claim(
-    "NUM-36", where="Sec. 2.1; Summary d)",
+    "NUM-36",
+    where="Sec. 2.1; Summary d)",
     counterexample={"orders": (3.5, 4.5), "summary": (3.5, 4.5)},
     definition="decimal logarithm of the ratio of nu_y in the climb (initiation to ending time, "
     "definition A) to nu_y before it: of the largest values of |nu_y|, of the means, and of the "
     "largest value in the climb to the first local maximum; 1-2 orders: 1 to 2; about two: 1.5 to "
     "2.5",
     quote="its values increase by about two orders of magnitude; by 1-2 orders of magnitude",
-)  # fmt: skip
+)
 def growth_of_nu_y(
     orders: tuple[float, float] = (1.5, 2.5),
     summary: tuple[float, float] = (1, 2),
@@ -111,11 +117,12 @@ def growth_of_nu_y(
 
 
 @claim(
-    "QUAL-19", counterexample={"larger": "nu_y", "smaller": "nu_x"},
+    "QUAL-19",
+    counterexample={"larger": "nu_y", "smaller": "nu_x"},
     definition="initially: until nu_x first vanishes; larger: no crossing of the two before; "
     "close to 0: the mean of nu_y is below a fifth of that of nu_x and it changes sign",
     quote="initially nu_x is positive and has larger value than nu_y that oscillates close to 0",
-)  # fmt: skip
+)
 def at_first(larger: str = "nu_x", smaller: str = "nu_y", run: Run = REFERENCE) -> Finding:
     """At first nu_x is positive and above nu_y, which oscillates close to zero."""
     until = float(run.events(f"{larger}_zero")["t"].iloc[0])
@@ -141,10 +148,12 @@ def at_first(larger: str = "nu_x", smaller: str = "nu_y", run: Run = REFERENCE) 
 
 
 @claim(
-    "QUAL-20", where="Sec. 2.1; Summary d)", counterexample={"printed": "3.5"},
+    "QUAL-20",
+    where="Sec. 2.1; Summary d)",
+    counterexample={"printed": "3.5"},
     definition="events nu_y = nu_x at which nu_y - nu_x rises, before mid-climb",
     quote="the graph of nu_y(t) crosses the graph of nu_x(t) at about 3.2 s; from below",
-)  # fmt: skip
+)
 def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> Finding:
     """nu_y crosses nu_x from below at the initiation time."""
     crossings = _crossings(run, rising=True, early=True)
@@ -162,10 +171,11 @@ def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-21", counterexample={"higher": "nu_x", "lower": "nu_y"},
+    "QUAL-21",
+    counterexample={"higher": "nu_x", "lower": "nu_y"},
     definition=f"{PERIOD}; the least values of nu_x and nu_y in each period of the climb",
     quote="from this moment the minimal of nu_y(t) are consistently higher than the minima of nu_x",
-)  # fmt: skip
+)
 def minima_in_the_climb(higher: str = "nu_y", lower: str = "nu_x", run: Run = REFERENCE) -> Finding:
     """During the climb the minima of nu_y lie above those of nu_x ("minimal": minima)."""
     spans = run.nutations(run.climb)
@@ -182,10 +192,11 @@ def minima_in_the_climb(higher: str = "nu_y", lower: str = "nu_x", run: Run = RE
 
 
 @claim(
-    "QUAL-22", counterexample={"name": "nu_x"},
+    "QUAL-22",
+    counterexample={"name": "nu_x"},
     definition=f"climb: initiation to ending time, definition A; {PERIOD}",
     quote="during the climbing phase the oscillatory function nu_y(t) is positive",
-)  # fmt: skip
+)
 def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Finding:
     """nu_y is positive during the climb."""
     climb = run.climb
@@ -212,11 +223,12 @@ def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-23", counterexample={"name": "nu_y"},
+    "QUAL-23",
+    counterexample={"name": "nu_y"},
     definition="oscillation: largest distance between consecutive extrema; slightly: the mean over "
     "the climb is below a fifth of the largest oscillation",
     quote="oscillations of nu_x(t) also increase and the mean value becomes slightly negative",
-)  # fmt: skip
+)
 def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Finding:
     """In the climb the oscillations of nu_x grow, and their mean is slightly negative."""
     before, during = run.synchronisation, run.climb
@@ -233,11 +245,12 @@ def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-24", counterexample={"printed": "7.84"},
+    "QUAL-24",
+    counterexample={"printed": "7.84"},
     definition="the last event nu_y = nu_x at which nu_y - nu_x falls; least values in each "
     f"nutation after it; {PERIOD}",
     quote="at about 7.86 s nu_y again crosses nu_x from above and minima of nu_y become lower",
-)  # fmt: skip
+)
 def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> Finding:
     """At the end of the climb nu_y crosses nu_x from above; afterwards its minima are lower."""
     falling = _crossings(run, rising=False, early=False)
@@ -278,10 +291,11 @@ def _largest_size(name: str, run: Run, span: Span) -> float:
 
 
 @claim(
-    "NUM-02", counterexample={"behind": "lambda_thres"},
+    "NUM-02",
+    counterexample={"behind": "lambda_thres"},
     definition="the ratio of lambda of the reference start and the quantity after the 2",
     quote="inverting solutions with lambda about 2 lambda",
-)  # fmt: skip
+)
 def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Finding:
     """The universal behaviour belongs to solutions whose lambda is about twice something."""
     known = run.thresholds.quantities
@@ -299,9 +313,12 @@ def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Find
 
 
 @claim(
-    "NUM-14", where="Fig. 3, caption", counterexample={"printed": "0.3"},
-    definition="m g of the toy top, N", quote="oscillates about mg = 0.2",
-)  # fmt: skip
+    "NUM-14",
+    where="Fig. 3, caption",
+    counterexample={"printed": "0.3"},
+    definition="m g of the toy top, N",
+    quote="oscillates about mg = 0.2",
+)
 def weight(printed: str = "0.2", run: Run = REFERENCE) -> Finding:
     """The weight of the toy top is 0.2 (N)."""
     return v.all_of(
@@ -311,9 +328,11 @@ def weight(printed: str = "0.2", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "NUM-35", quote="initially started with strong spin (here psi_dot(0) = 155 rad/s)",
-    counterexample={"printed": "154"}, definition="psi_dot = omega_3 - phi_dot cos(theta)",
-)  # fmt: skip
+    "NUM-35",
+    quote="initially started with strong spin (here psi_dot(0) = 155 rad/s)",
+    counterexample={"printed": "154"},
+    definition="psi_dot = omega_3 - phi_dot cos(theta)",
+)
 def spin_at_the_start(printed: str = "155", run: Run = REFERENCE) -> Finding:
     """The spin about the axis is 155 rad/s at the start."""
     return v.all_of(
@@ -323,9 +342,11 @@ def spin_at_the_start(printed: str = "155", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "SUM-01", where="Sec. 2.1, 2.2, Sec. 3", counterexample=None,
+    "SUM-01",
+    where="Sec. 2.1, 2.2, Sec. 3",
+    counterexample=None,
     quote="sychronisation, monotononous, They asks",
-)  # fmt: skip
+)
 def spelling() -> Finding:
     """Wording and spelling of the text."""
     return v.all_of(
@@ -338,10 +359,11 @@ def spelling() -> Finding:
 
 
 @claim(
-    "SUM-02", counterexample={"run": Run(variant(theta="1.2"))},
+    "SUM-02",
+    counterexample={"run": Run(variant(theta="1.2"))},
     definition="for |phi_dot(0)| up to 200 rad/s, the range of section 2.2, relative to omega_3(0)",
     quote="omega_3(0) approx phi_dot(0)+psi_dot(0) since ... cos theta approx 1",
-)  # fmt: skip
+)
 def spin_as_a_sum(run: Run = REFERENCE, phi_dot: str = "200") -> Finding:
     """At the start omega_3 is about phi_dot + psi_dot, because cos theta is about 1."""
     start = run.loaded.start

@@ -33,11 +33,13 @@ JELLETT_AT_START = "-R*I3*omega_3*(alpha - cos(theta))"
 
 
 @claim(
-    "QUAL-17", where="Sec. 2.1, after eq. (phi_dot_equ)", counterexample={"phase": "climb"},
+    "QUAL-17",
+    where="Sec. 2.1, after eq. (phi_dot_equ)",
+    counterexample={"phase": "climb"},
     definition=f"changes of sign of 1 - q before t_init (A); {QUOTIENT}; close to 1: |1 - q| below "
     "0.05, with the printed quotient (extremes closed in on in the dense output)",
     quote="changes sign many times ... the quotient is close to 1",
-)  # fmt: skip
+)
 def quotient_before(phase: str = "synchronisation", run: Run = REFERENCE) -> Finding:
     """Before t_init 1 - q changes sign many times, and q is close to 1."""
     span = getattr(run, phase)
@@ -57,11 +59,13 @@ def quotient_before(phase: str = "synchronisation", run: Run = REFERENCE) -> Fin
 
 
 @claim(
-    "QUAL-18", where="Sec. 2.1, after eq. (phi_dot_equ)", counterexample={"sign": "negative"},
+    "QUAL-18",
+    where="Sec. 2.1, after eq. (phi_dot_equ)",
+    counterexample={"sign": "negative"},
     definition=f"the last zero of phi_dot before mid-climb, and its sign from there to t_end (A); "
     f"{QUOTIENT}",
     quote="at time t_init the term acquires a positive sign",
-)  # fmt: skip
+)
 def quotient_after(sign: str = "positive", printed: str = "3.2", run: Run = REFERENCE) -> Finding:
     """At t_init 1 - q becomes positive, and it stays so during the climb."""
     climb = run.climb
@@ -100,11 +104,12 @@ def _printed_bracket(run: Run) -> Callable[[dict[str, Array]], Array]:
 
 
 @claim(
-    "NUM-09", counterexample={"printed": "-80"},
+    "NUM-09",
+    counterexample={"printed": "-80"},
     definition="omega_3 at 8 s, the end of the graphs; the value it tends to is "
     "-lambda/(R (1 + alpha) I3), which at 8 s it has reached to six digits",
     quote="from the initial value of 155 rad/s to about -85 rad/s",
-)  # fmt: skip
+)
 def final_spin(printed: str = "-85", run: Run = REFERENCE) -> Finding:
     """omega_3 falls from 155 rad/s to about -85 rad/s."""
     number = run.at("omega_3", "8"), proofs_of(run.scene).at("omega_3", "8")
@@ -122,10 +127,12 @@ def final_spin(printed: str = "-85", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "NUM-10", where="Sec. 2.1, after eq. (phi_dot_equ)", counterexample={"printed": "153"},
+    "NUM-10",
+    where="Sec. 2.1, after eq. (phi_dot_equ)",
+    counterexample={"printed": "153"},
     definition="omega_3 at the initiation time in definitions A, B and C",
     quote="in the quotient omega_3(t) (about 154 rad/s) is close to omega_3(0) = 155 rad/s",
-)  # fmt: skip
+)
 def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> Finding:
     """At the initiation time omega_3 is about 154 rad/s."""
     checks = {
@@ -136,12 +143,13 @@ def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-09", counterexample={"sum_": "psi_dot"},
+    "QUAL-09",
+    counterexample={"sum_": "psi_dot"},
     definition="swings (largest minus least value, extrema as events) of phi_dot, psi_dot and "
     "omega_3 from 0.1 s before to 0.1 s after the initiation and the ending time; compensation: "
     "omega_3 swings less than a hundredth of either",
     quote="the strong oscillations of phi_dot, psi_dot ... compensate each other",
-)  # fmt: skip
+)
 def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """Near both moments the oscillations of phi_dot and psi_dot cancel in omega_3."""
     import numpy
@@ -165,10 +173,11 @@ def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-10", counterexample={"name": "theta"},
+    "QUAL-10",
+    counterexample={"name": "theta"},
     definition="almost: all rises between its extrema (events) together are below 1 % of its fall",
     quote="omega_3(t) ... is (unexpectedly) an almost monotonously decreasing function",
-)  # fmt: skip
+)
 def monotonous_spin(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """omega_3 decreases almost monotonically."""
     rise, fall = run.rises_and_falls(name)
@@ -185,11 +194,12 @@ def monotonous_spin(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-11", counterexample={"name": "nu_x"},
+    "QUAL-11",
+    counterexample={"name": "nu_x"},
     definition="mean slope over the first and the last half second, against the steepest half "
     "second of the run; almost horizontal: below 2 % of that",
     quote="the curve omega_3(t) is in the beginning and at the end almost horizontal",
-)  # fmt: skip
+)
 def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """omega_3 is almost constant in the beginning and at the end."""
     end = run.whole.end
@@ -212,11 +222,13 @@ def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-12", where="Sec. 2.1; 2.3", counterexample={"axis": "3"},
+    "QUAL-12",
+    where="Sec. 2.1; 2.3",
+    counterexample={"axis": "3"},
     definition=f"angle between omega and the vertical; close to parallel: below {CLOSE_DEG} "
     "degrees at every instant (the largest angle is closed in on in the dense output)",
     quote="the predominantly vertical angular velocity; remains close to be parallel with z",
-)  # fmt: skip
+)
 def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> Finding:
     """The angular velocity stays close to vertical."""
     body = run.loaded.body.numbers(float)
@@ -242,9 +254,11 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-13", counterexample={"name": "L_z"}, definition="zeros of omega_3 over the whole run",
+    "QUAL-13",
+    counterexample={"name": "L_z"},
+    definition="zeros of omega_3 over the whole run",
     quote="the projection of omega on 3 changes sign",
-)  # fmt: skip
+)
 def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """During the climb the projection of omega on the symmetry axis changes sign."""
     zeros_in_double, known = run.zeros(name), proofs_of(run.scene)
@@ -271,11 +285,13 @@ def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-14", where="Sec. 2.1, Fig. 3b", counterexample={"name": "E_dot"},
+    "QUAL-14",
+    where="Sec. 2.1, Fig. 3b",
+    counterexample={"name": "E_dot"},
     definition="positive local maxima of omega_3_dot (events) within 0.4 s of the initiation time, "
     "definition A",
     quote="the graph for omega_3_dot acquires positive spikes in a neighborhood of t_init",
-)  # fmt: skip
+)
 def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> Finding:
     """The derivative of omega_3 has positive spikes near the initiation time."""
     t_init = run.climb.begin
@@ -301,10 +317,12 @@ def _spin_at(definition: str, run: Trajectory) -> Scalar:
 
 
 @claim(
-    "QUAL-15", quote="g_n(t) ... stays positive all time during the inversion",
-    where="Sec. 2.1, Fig. 3c", counterexample={"run": Run(variant(phi_dot="-1000", until="1"))},
+    "QUAL-15",
+    quote="g_n(t) ... stays positive all time during the inversion",
+    where="Sec. 2.1, Fig. 3c",
+    counterexample={"run": Run(variant(phi_dot="-1000", until="1"))},
     definition="the smallest of all local minima of g_n, found as events, and of both ends",
-)  # fmt: skip
+)
 def normal_force_stays_positive(run: Run = REFERENCE) -> Finding:
     """The normal force of the reference solution is positive all the time."""
     least, known = run.least("g_n"), proofs_of(run.scene)
@@ -318,13 +336,15 @@ def normal_force_stays_positive(run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-16", where="Sec. 2.1, Fig. 3c", counterexample={"about": "0.15"},
+    "QUAL-16",
+    where="Sec. 2.1, Fig. 3c",
+    counterexample={"about": "0.15"},
     definition="extrema of g_n found as events; about m g: its mean over synchronisation and over "
     "climb (definition A) is m g within 1 %, and consecutive extrema lie on both sides of m g; "
     "strongly: half the largest distance of consecutive extrema exceeds that before the climb ten "
     "times",
     quote="oscillates strongly during the climbing phase ... oscillating about mg",
-)  # fmt: skip
+)
 def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Finding:
     """g_n oscillates about m g, strongly in the climb."""
     weight = float(about or run.weight)
@@ -352,9 +372,11 @@ def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Find
 
 
 @claim(
-    "EQ-28", where="Sec. 2.1, eq (21)", counterexample={"printed": CORRECT_PRECESSION},
+    "EQ-28",
+    where="Sec. 2.1, eq (21)",
+    counterexample={"printed": CORRECT_PRECESSION},
     quote="phi_dot sin^2 theta=lambda/(R I3)+omega_3(alpha-cos theta)",
-)  # fmt: skip
+)
 def precession_from_jellett(printed: str = PRECESSION) -> Finding:
     """Jellett's integral solved for phi_dot sin^2 theta."""
     known = dict(f.names()) | {"lambda_": f.quantity("lambda")}
@@ -373,11 +395,13 @@ def precession_from_jellett(printed: str = PRECESSION) -> Finding:
 
 
 @claim(
-    "EQ-29", where="Sec. 2.1, eq (21)", counterexample={"printed": "-w0*(1 - w/w0)"},
+    "EQ-29",
+    where="Sec. 2.1, eq (21)",
+    counterexample={"printed": "-w0*(1 - w/w0)"},
     definition="w0 = omega_3(0)(alpha - cos theta(0)), w = omega_3(alpha - cos theta), quotient "
     "w/w0",
     quote="-omega_3(0)(alpha-cos theta(0))+... =omega_3(0)(alpha-cos theta(0))(1-quotient)",
-)  # fmt: skip
+)
 def factored_form(printed: str = "w0*(1 - w/w0)") -> Finding:
     """The last step takes w0 out of -w0 + w."""
     correct = "-w0*(1 - w/w0)"
@@ -398,10 +422,12 @@ def factored_form(printed: str = "w0*(1 - w/w0)") -> Finding:
 
 
 @claim(
-    "EQ-30", quote="since lambda=-R I3 omega_3(0)(alpha-cos theta(0))",
-    where="Sec. 2.1, eq (21), after it", definition="at the reference start, phi_dot(0) = 0",
+    "EQ-30",
+    quote="since lambda=-R I3 omega_3(0)(alpha-cos theta(0))",
+    where="Sec. 2.1, eq (21), after it",
+    definition="at the reference start, phi_dot(0) = 0",
     counterexample={"printed": JELLETT_AT_START.replace("I3", "I1")},
-)  # fmt: skip
+)
 def jellett_of_the_start(printed: str = JELLETT_AT_START) -> Finding:
     """lambda of a start with phi_dot(0) = 0."""
     symbols = f.chart()

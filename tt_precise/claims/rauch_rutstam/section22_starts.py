@@ -64,18 +64,22 @@ for id, name, unit, printed, wrong in (
 
 
 @claim(
-    "NUM-15", counterexample={"printed": "0.996"}, definition="theta(0) = 0.1",
+    "NUM-15",
+    counterexample={"printed": "0.996"},
+    definition="theta(0) = 0.1",
     quote="cos(theta) = 0.995, about 1",
-)  # fmt: skip
+)
 def cosine(printed: str = "0.995", theta: str = "0.1") -> Finding:
     """The cosine of 0.1 rad is 0.995."""
     return v.all_of(v.rounds_to(printed, math.cos(float(theta))), "Correctly rounded.")
 
 
 @claim(
-    "NUM-16", counterexample={"printed": "0.10"}, definition="theta(0) = 0.1",
+    "NUM-16",
+    counterexample={"printed": "0.10"},
+    definition="theta(0) = 0.1",
     quote="sin(theta) = 0.01, about 0",
-)  # fmt: skip
+)
 def sine(printed: str = "0.01", theta: str = "0.1") -> Finding:
     """The sine of 0.1 rad is 0.01."""
     sine = math.sin(float(theta))
@@ -87,11 +91,12 @@ def sine(printed: str = "0.01", theta: str = "0.1") -> Finding:
 
 
 @claim(
-    "NUM-17", counterexample={"printed": "0.1"},
+    "NUM-17",
+    counterexample={"printed": "0.1"},
     definition="the change of lambda between phi_dot(0) = 0 and 200 rad/s, relative to lambda; "
     "theta(0) = 0.1 and omega_3(0) = 155 rad/s stay as they are",
     quote="affects the value of lambda as little as 1%",
-)  # fmt: skip
+)
 def share_of_the_precession(printed: str = "1", phi_dot: str = "200") -> Finding:
     """A precession of 200 rad/s at the start changes lambda by only 1 %."""
     body, start = load_scene("reference").body, load_scene("reference").start
@@ -110,12 +115,13 @@ def share_of_the_precession(printed: str = "1", phi_dot: str = "200") -> Finding
 
 
 @claim(
-    "NUM-18", counterexample={"printed": "83.2"},
+    "NUM-18",
+    counterexample={"printed": "83.2"},
     definition="the phi_dot(0) with which the axis passes exactly through the pole at the first "
     "minimum of theta: root of sign(phi_dot) theta there, which is smooth in phi_dot(0); beyond it "
     "t_init = 0 in definitions A, B and C",
     quote="t_init goes to zero when phi_dot(0) is about 83.1",
-)  # fmt: skip
+)
 def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> Finding:
     """The initiation time vanishes when phi_dot(0) is about 83.1 rad/s."""
     root = threshold(theta)
@@ -133,11 +139,12 @@ def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> 
 
 
 @claim(
-    "NUM-31", counterexample={"printed": "0.3"},
+    "NUM-31",
+    counterexample={"printed": "0.3"},
     definition=f"{SMOOTH_STARTS}, theta(0) = 0.1; the last turning point of theta below pi - "
     f"{TO_THE_POLE}; monotony begins there: within {AT_ONCE} rad",
     quote="the increase of theta(t) becomes monotonous starting from theta = 0.8",
-)  # fmt: skip
+)
 def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> Finding:
     """With phi_dot(0) in [195, 200] and theta(0) = 0.1, theta grows monotonically from 0.8 on."""
     angles = [last_turn(theta, phi_dot)[1] for phi_dot in STEPS]
@@ -159,12 +166,13 @@ def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> Finding:
 
 
 @claim(
-    "NUM-32", counterexample={"time": "0.9", "angle": "0.04"},
+    "NUM-32",
+    counterexample={"time": "0.9", "angle": "0.04"},
     definition=f"{SMOOTH_STARTS}, theta(0) = 0.01; turning points and falls of theta (from a "
     f"maximum to the next minimum) after the printed time and below pi - {TO_THE_POLE}; a graph "
     f"shows falls of {VISIBLE} rad at best",
     quote="the increase of theta(t) is monotonous starting from time 0.3 s and angle 0.02",
-)  # fmt: skip
+)
 def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") -> Finding:
     """With theta(0) = 0.01, theta grows monotonically from 0.3 s, 0.02 rad on."""
     turns = [last_turn(theta, phi_dot) for phi_dot in STEPS]
@@ -191,10 +199,12 @@ def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") 
 
 
 @claim(
-    "NUM-33", counterexample={"printed": "7.9"}, quote="their ending time is about t_end = 7.77",
+    "NUM-33",
+    counterexample={"printed": "7.9"},
+    quote="their ending time is about t_end = 7.77",
     definition=f"{SMOOTH_STARTS}, theta(0) = 0.01; t_end in each definition, from the least to the "
     "largest of these starts",
-)  # fmt: skip
+)
 def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> Finding:
     """With theta(0) = 0.01 and phi_dot(0) in [195, 200] the climb ends at about 7.77 s."""
     parts = {}
@@ -208,9 +218,11 @@ def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> 
 
 
 @claim(
-    "NUM-34", counterexample={"starts": ("82.5", "83")}, quote="their initiation time is zero",
+    "NUM-34",
+    counterexample={"starts": ("82.5", "83")},
+    quote="their initiation time is zero",
     definition=f"{SMOOTH_STARTS}, theta(0) = 0.1 and 0.01; t_init in definitions A, B and C",
-)  # fmt: skip
+)
 def no_initiation(starts: tuple[str, ...] = STEPS) -> Finding:
     """With phi_dot(0) in [195, 200] the initiation time is zero."""
     runs = [_run(theta, phi_dot) for theta in ("0.1", "0.01") for phi_dot in starts]
@@ -225,12 +237,15 @@ def no_initiation(starts: tuple[str, ...] = STEPS) -> Finding:
 
 
 @claim(
-    "FIG-15", where="Fig. 8, caption", counterexample={"phi_dot": "180"}, slow=True,
+    "FIG-15",
+    where="Fig. 8, caption",
+    counterexample={"phi_dot": "180"},
+    slow=True,
     definition="total variation (sum of all rises and falls between extrema found as events) of "
     "theta_dot, nu_x, nu_y and g_n over 8 s, against starts with phi_dot(0) = 0, 50, 100 and 150; "
     "exceptionally smooth: below a third of the least of theirs",
     quote="the behaviour of the dynamical variables is exceptionally smooth",
-)  # fmt: skip
+)
 def exceptionally_smooth(phi_dot: str = "195") -> Finding:
     """The solution with phi_dot(0) = 195 is exceptionally smooth."""
     parts = {}

@@ -99,9 +99,11 @@ def gone_beyond(beyond: str = VANISHES) -> Finding:
 
 
 @claim(
-    "SWP-03", counterexample={"near": "200"}, definition="Climbing time in definition A.",
+    "SWP-03",
+    counterexample={"near": "200"},
+    definition="Climbing time in definition A.",
     quote="With further increase of phi_dot(0) ... the climbing time is shortened",
-)  # fmt: skip
+)
 def climb_shortened(near: str = "150", far: str = "200") -> Finding:
     """Beyond phi_dot(0) = 83.1 rad/s the climbing time falls with phi_dot(0)."""
     rows = s.starts("phi_dot", "held")
@@ -125,9 +127,11 @@ def climb_shortened(near: str = "150", far: str = "200") -> Finding:
 
 
 @claim(
-    "SWP-04", counterexample={"peak": "0"}, definition=f"t_init in definition A. {s.HORIZON}",
+    "SWP-04",
+    counterexample={"peak": "0"},
+    definition=f"t_init in definition A. {s.HORIZON}",
     quote="The initiation time also decreases as phi_dot(0) becomes negative",
-)  # fmt: skip
+)
 def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Finding:
     """t_init falls from phi_dot(0) = 0 towards negative phi_dot(0)."""
     top = s.greatest(s.starts("phi_dot near the peak", "held"), "t_init_A")
@@ -180,10 +184,12 @@ def longest_at_zero(zero: str = "0") -> Finding:
 
 
 @claim(
-    "SWP-07", quote="Numerical simulations confirm that all such sample solutions invert",
-    where="Sec. 2.2, Summary", counterexample={"series": "box"},
+    "SWP-07",
+    quote="Numerical simulations confirm that all such sample solutions invert",
+    where="Sec. 2.2, Summary",
+    counterexample={"series": "box"},
     definition=f"{INVERTS} {s.HORIZON}",
-)  # fmt: skip
+)
 def all_invert(series: str = "phi_dot") -> Finding:
     """Every start with phi_dot(0) in [-200, 200] inverts."""
     return v.readings(
@@ -324,9 +330,11 @@ def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Fin
 
 
 @claim(
-    "SWP-11", counterexample={"limit": "6"}, quote="the climbing time remains below 7-8 s",
+    "SWP-11",
+    counterexample={"limit": "6"},
+    quote="the climbing time remains below 7-8 s",
     definition=f"t_end - t_init in definition A, of the starts that invert. {TESTED} {s.HORIZON}",
-)  # fmt: skip
+)
 def climb_stays_short(limit: str = "8") -> Finding:
     """The climb takes less than 7 to 8 s."""
 
@@ -342,10 +350,12 @@ def climb_stays_short(limit: str = "8") -> Finding:
 
 
 @claim(
-    "SWP-12", where="Sec. 2.2, Summary", counterexample={"series": ("theta",)},
+    "SWP-12",
+    where="Sec. 2.2, Summary",
+    counterexample={"series": ("theta",)},
     definition=f"{INVERTS} {TESTED} {s.HORIZON}",
     quote="the main qualitative features of inverting remain intact",
-)  # fmt: skip
+)
 def still_inverts(series: tuple[str, ...] = EVERY) -> Finding:
     """All these starts invert."""
     return v.readings(
@@ -357,10 +367,12 @@ def still_inverts(series: tuple[str, ...] = EVERY) -> Finding:
 
 
 @claim(
-    "SWP-13", counterexample={"factor": "5"}, definition=f"{TESTED} {s.HORIZON}",
+    "SWP-13",
+    counterexample={"factor": "5"},
+    definition=f"{TESTED} {s.HORIZON}",
     quote="oscillate strongly with amplitudes staying within the same maximal range variability "
     "nu_x in [-0.3,0.3], nu_y in [-0.8,0.8] and theta_dot in [-15,15]",
-)  # fmt: skip
+)
 def stays_in_the_range(factor: str = "1") -> Finding:
     """nu_x, nu_y and theta_dot stay within the ranges named for the reference solution."""
 
@@ -387,12 +399,13 @@ def stays_in_the_range(factor: str = "1") -> Finding:
 
 
 @claim(
-    "SWP-14", counterexample={"tolerance": "0.01"},
+    "SWP-14",
+    counterexample={"tolerance": "0.01"},
     definition='"Not much": at most 10 %, as much as was perturbed. 512 starts within a tenth of '
     f"the three ranges, phi_dot(0) = 0; definition A. {s.HORIZON}",
     quote="Small perturbations not exceeding 10 % of the range of variability ... do not change "
     "much the parameters and behaviour of inverting solutions",
-)  # fmt: skip
+)
 def small_changes(tolerance: str = "0.1") -> Finding:
     """Perturbations of a tenth of the ranges change the inverting solution little."""
     known = s.reference()

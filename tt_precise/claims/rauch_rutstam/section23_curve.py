@@ -41,11 +41,13 @@ CORRECT_REFERENCE = {"sizes of the terms in nu_x, nu_y": "3a", "difference E~ - 
 
 
 @claim(
-    "FIG-09", where="Fig. 6, caption; Sec. 2.3", counterexample={"sign": "positive"},
+    "FIG-09",
+    where="Fig. 6, caption; Sec. 2.3",
+    counterexample={"sign": "positive"},
     definition="part of the time from 0 to 8 s in which each component in the frame (x, y, z) is "
     "negative, zeros between extrema found as events; almost all: 95 %; predominantly: two thirds",
     quote="all components are negative almost all the time; predominantly negative",
-)  # fmt: skip
+)
 def torque_is_negative(sign: str = "negative", run: Run = REFERENCE) -> Finding:
     """The components of the torque are negative almost all the time."""
     shares = {name: run.share_below_zero(name) for name in COMPONENTS}
@@ -125,12 +127,13 @@ for id, name, quote, wrong, subject, quantity, time, unit in (
 
 
 @claim(
-    "NUM-30", where="Sec. 2.3, Fig. 7a",
+    "NUM-30",
+    where="Sec. 2.3, Fig. 7a",
     counterexample={"initial": ("7.301e-4", "4.215e-2"), "final": ("-6.024e-4", "1.609e-2")},
     definition="(D, E~) of the reference solution at 0 and 8 s, and the limits for its lambda",
     quote="goes from the initial boundary value (9.381e-4, 4.912e-2) to the final boundary value "
     "(-6.667e-4, 1.734e-2)",
-)  # fmt: skip
+)
 def ends_of_the_curve(
     initial: tuple[str, str] = ("9.381e-4", "4.912e-2"),
     final: tuple[str, str] = ("-6.667e-4", "1.734e-2"),
@@ -158,11 +161,13 @@ def ends_of_the_curve(
 
 
 @claim(
-    "FIG-10", where="Sec. 2.3, Fig. 7b", counterexample={"name": "E_tilde"},
+    "FIG-10",
+    where="Sec. 2.3, Fig. 7b",
+    counterexample={"name": "E_tilde"},
     definition="rises between extrema found as events, relative to the whole fall of D: the "
     "largest single one (what a graph shows), and all of them together; almost: below 1 %",
     quote="D(t) (in Fig. 7b) is almost monotonously decreasing",
-)  # fmt: skip
+)
 def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> Finding:
     """D(t) decreases almost monotonically."""
     values = run.extrema(name)[1]
@@ -185,10 +190,12 @@ def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "FIG-11", where="Sec. 2.3, Fig. 7a, c", counterexample={"pair": ("E_pot", "E")},
+    "FIG-11",
+    where="Sec. 2.3, Fig. 7a, c",
+    counterexample={"pair": ("E_pot", "E")},
     definition=f"changes of sign of E~ - E and local extrema of E~ (events); many: {MANY}",
     quote="oscillatory behaviour of E~(t) in relation to the green curve E(t)",
-)  # fmt: skip
+)
 def oscillation_of_the_modified_energy(
     pair: tuple[str, str] = ("E_tilde", "E"), run: Run = REFERENCE
 ) -> Finding:
@@ -206,12 +213,14 @@ def oscillation_of_the_modified_energy(
 
 
 @claim(
-    "FIG-12", counterexample={"pair": ("E", "E_tilde")}, slow=True,
+    "FIG-12",
+    counterexample={"pair": ("E", "E_tilde")},
+    slow=True,
     definition="E~ - E at every instant of the climb (definition A; zeros bracketed by the turning "
     "points of theta and of E~), and averaged over each nutation (from one maximum of theta to the "
     "next) and over the climb",
     quote="E~(t) is consistently larger than E(t) during inversion",
-)  # fmt: skip
+)
 def modified_energy_is_larger(
     pair: tuple[str, str] = ("E_tilde", "E"), run: Run = REFERENCE
 ) -> Finding:
@@ -250,11 +259,12 @@ def modified_energy_is_larger(
 
 
 @claim(
-    "FIG-13", counterexample={"angle": "1"},
+    "FIG-13",
+    counterexample={"angle": "1"},
     definition="the largest E~ - E, closed in on in the dense output; middle: the middle third of "
     "the climb (definition A); theta about pi/2: within 0.2 rad",
     quote="the difference E~ - E becomes largest in the middle of inversion when theta = pi/2",
-)  # fmt: skip
+)
 def largest_difference(angle: str = "", run: Run = REFERENCE) -> Finding:
     """E~ - E is largest in the middle of the inversion, at theta about pi/2."""
     climb = run.climb
@@ -273,12 +283,13 @@ def largest_difference(angle: str = "", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-27", counterexample={"side": -1},
+    "QUAL-27",
+    counterexample={"side": -1},
     definition="(omega x a).y-hat = R sin(theta)(omega_3 + phi_dot (alpha - cos(theta))), where "
     "y-hat points behind the plane: its sign at every instant, and averaged over each nutation "
     "(from one maximum of theta to the next) and over the climb (definition A)",
     quote="the product omega x a points behind the plane of the picture",
-)  # fmt: skip
+)
 def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Finding:
     """omega x a points to y-hat, behind the plane of Fig. 1."""
     body = run.loaded.body.numbers(float)
@@ -296,12 +307,13 @@ def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-28", counterexample={"spin": 1},
+    "QUAL-28",
+    counterexample={"spin": 1},
     definition="values at t_init and t_end (definition A), sin(theta) until theta first passes "
     "pi/2; at every instant: no rise or fall the other way",
     quote="|a| is growing during inversion, |omega| is decreasing and sin(theta) is growing until "
     "theta = pi/2",
-)  # fmt: skip
+)
 def trends_in_the_climb(spin: int = -1, run: Run = REFERENCE) -> Finding:
     """In the climb |a| grows, |omega| decreases, and sin(theta) grows until pi/2."""
     body = run.loaded.body.numbers(float)
@@ -330,12 +342,13 @@ def trends_in_the_climb(spin: int = -1, run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "QUAL-29", counterexample={"factor": -2},
+    "QUAL-29",
+    counterexample={"factor": -2},
     definition="2|omega x a| - nu_y in the climb (definition A): its sign at every instant, "
     "and averaged over each nutation (from one maximum of theta to the next) and over the climb",
     quote="keep the term (2|omega x a| - nu_y) positive and sufficiently large to make (E~ - E) "
     "positive",
-)  # fmt: skip
+)
 def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> Finding:
     """2|omega x a| - nu_y stays positive in the climb."""
     body = run.loaded.body.numbers(float)
@@ -418,12 +431,14 @@ def _length(vector: Vector) -> Array:
 
 
 @claim(
-    "FIG-14", where="Sec. 2.3, end", counterexample={"references": CORRECT_REFERENCE},
+    "FIG-14",
+    where="Sec. 2.3, end",
+    counterexample={"references": CORRECT_REFERENCE},
     definition="the panel named must show, by its caption, what the sentence speaks about; labels "
     "total_plots2 b and c are panels b and c of Figure 3",
     quote="In Fig. 3b we cannot estimate the size of each term; the graph 3c where the difference "
     "E~ - E becomes largest",
-)  # fmt: skip
+)
 def cross_references(references: Mapping[str, str] = REFERRED) -> Finding:
     """The last two references to figures name the panels that show the quantities discussed."""
 
@@ -445,9 +460,11 @@ def cross_references(references: Mapping[str, str] = REFERRED) -> Finding:
 
 
 @claim(
-    "FIG-16", where="captions of Figs 2 to 7; Sec. 2.3", counterexample=None,
+    "FIG-16",
+    where="captions of Figs 2 to 7; Sec. 2.3",
+    counterexample=None,
     quote="(blue), (yellow), (grey), (green), (red); light blue line",
-)  # fmt: skip
+)
 def colours() -> Finding:
     """The figures show the curves in the colours that captions and text name."""
     return v.all_of(

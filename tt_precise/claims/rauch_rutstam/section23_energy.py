@@ -26,9 +26,11 @@ CLOSED = "1e-9"  # of E(0); what is left below it is rounding
 
 
 @claim(
-    "NUM-25", counterexample={"printed": "0.31"}, quote="initially small, about 0.34 E_pot(t=0)",
+    "NUM-25",
+    counterexample={"printed": "0.31"},
+    quote="initially small, about 0.34 E_pot(t=0)",
     definition=f"E_trans(0)/E_pot(0) of the reference solution: {START}",
-)  # fmt: skip
+)
 def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENCE) -> Finding:
     """The translational energy at the start is about 0.34 of the potential energy there."""
     ratio = run.settled(
@@ -119,10 +121,11 @@ def _ratio(run: Trajectory) -> Scalar:
 
 
 @claim(
-    "EQ-33", counterexample={"factor": 2},
+    "EQ-33",
+    counterexample={"factor": 2},
     definition="for the second reading: any rigid body, three different moments of inertia",
     quote="the equality omega_dot.L=omega.L_dot valid due to axial symmetry",
-)  # fmt: skip
+)
 def symmetry_of_inertia(factor: int = 1) -> Finding:
     """omega_dot.L = omega.L_dot, and axial symmetry is why."""
     q, rates = f.motion(), f.vector_rates()
@@ -153,11 +156,13 @@ def _holds_for_any_body(factor: int) -> bool:
 
 
 @claim(
-    "EQ-37", where="Sec. 2.3, eq (25)", counterexample={"factor": 4},
+    "EQ-37",
+    where="Sec. 2.3, eq (25)",
+    counterexample={"factor": 4},
     definition="root mean square over the climb (definition A) of the reference solution, every "
     "millisecond",
     quote="... approx -m nu_x^2/2 + m nu_y(2|omega x a| - nu_y)/2",
-)  # fmt: skip
+)
 def estimate_of_the_difference(factor: float = 2, run: Run = REFERENCE) -> Finding:
     """E~ - E is approximately -m nu_x^2/2 + m nu_y (2 |omega x a| - nu_y)/2."""
     climb = run.during_the_climb(("nu_x", "nu_y", "E", "E_tilde", "E_pot", "E_rot"))
@@ -176,10 +181,12 @@ def estimate_of_the_difference(factor: float = 2, run: Run = REFERENCE) -> Findi
 
 
 @claim(
-    "EQ-38", where="Sec. 2.3, after eq (25)", counterexample={"printed": "R*alpha*sin(theta)"},
+    "EQ-38",
+    where="Sec. 2.3, after eq (25)",
+    counterexample={"printed": "R*alpha*sin(theta)"},
     definition="for omega parallel to z, which the paper assumes there",
     quote="2|omega x a|-nu_y=2|omega||a| sin theta-nu_y>0",
-)  # fmt: skip
+)
 def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Finding:
     """|omega x a| is |omega||a| sin theta."""
     symbols, q = f.chart(), f.motion()
@@ -204,12 +211,14 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Finding:
 
 
 @claim(
-    "FIG-01", where="Sec. 2.3, Fig. 4", counterexample={"parts": ("E_trans", "E_rot")},
+    "FIG-01",
+    where="Sec. 2.3, Fig. 4",
+    counterexample={"parts": ("E_trans", "E_rot")},
     definition="E at 8 s from the sum of its parts there, against E(0) minus the work of friction "
     "(the integral of mu g_n v_A^2, Gauss's rule between extrema); monotonic: no event where E "
     "turns, and its rate has no zero",
     quote="E_trans, E_rot and E_pot add up to the total energy E(t), monotonically decreasing",
-)  # fmt: skip
+)
 def parts_of_the_energy(parts: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> Finding:
     """The three parts add up to the energy, which decreases monotonically."""
     span = run.whole
@@ -239,11 +248,12 @@ def parts_of_the_energy(parts: tuple[str, ...] = PARTS, run: Run = REFERENCE) ->
 
 
 @claim(
-    "FIG-02", counterexample={"name": "E_rot"},
+    "FIG-02",
+    counterexample={"name": "E_rot"},
     definition="between 0 and 8 s; and at every instant, or averaged over each nutation (from one "
     "maximum of theta to the next)",
     quote="the potential energy E_pot (light blue line) increases",
-)  # fmt: skip
+)
 def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Finding:
     """E_pot increases."""
     first, last = run.columns([name], list(run.whole))[name]
@@ -263,12 +273,13 @@ def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Fin
 
 
 @claim(
-    "FIG-03", counterexample={"name": "E_tilde"},
+    "FIG-03",
+    counterexample={"name": "E_tilde"},
     definition="the main graph shows 0 to E(0); the largest change of each part between "
     "consecutive extrema (events) against its course, that is the smaller of two neighbouring "
     "ones; not seen: below 1 % of the graph's height",
     quote="these oscillations are not directly seen in the main graph",
-)  # fmt: skip
+)
 def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> Finding:
     """The oscillations of the parts are too small to be seen in the main graph."""
     height = run.value("E", 0.0)
@@ -285,9 +296,11 @@ def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "FIG-04", counterexample={"name": "E_pot"}, quote="E_trans ... goes to zero as TT inverts",
+    "FIG-04",
+    counterexample={"name": "E_pot"},
+    quote="E_trans ... goes to zero as TT inverts",
     definition="E_trans at 8 s against E_trans(0); goes to zero: below 1 % of it",
-)  # fmt: skip
+)
 def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -> Finding:
     """E_trans tends to zero as the top inverts."""
     last = run.at(name, "8")
@@ -301,11 +314,12 @@ def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -
 
 
 @claim(
-    "FIG-05", counterexample={"name": "E_pot"},
+    "FIG-05",
+    counterexample={"name": "E_pot"},
     definition="E_rot against E_pot and E_trans at every instant: least E_rot minus the largest "
     "values of both others (events); so that it is more than half of E",
     quote="the greatest part of the energy is contained in the rotational energy mode",
-)  # fmt: skip
+)
 def rotational_energy_is_the_greatest(name: str = "E_rot", run: Run = REFERENCE) -> Finding:
     """Most of the energy is rotational all the time."""
     least = run.extreme(name, largest=False)
@@ -323,12 +337,14 @@ def rotational_energy_is_the_greatest(name: str = "E_rot", run: Run = REFERENCE)
 
 
 @claim(
-    "FIG-06", where="Sec. 2.3, Fig. 5", counterexample={"moment": "5.5"},
+    "FIG-06",
+    where="Sec. 2.3, Fig. 5",
+    counterexample={"moment": "5.5"},
     definition="the smallest maximum of |v_A| and the largest of E_dot (events) within 0.2 s of "
     "t_init, definition A; close to zero: 1 % of the peaks between them",
     quote="E_dot becomes close to zero ... when both nu_x and nu_y are close to zero in a "
     "neighborhood of t_init = 3.2 s",
-)  # fmt: skip
+)
 def vanishing_rate(moment: str = "", run: Run = REFERENCE) -> Finding:
     """Near t_init E_dot comes close to zero where nu_x and nu_y both do."""
     centre = float(moment) if moment else run.climb.begin
@@ -359,13 +375,15 @@ def vanishing_rate(moment: str = "", run: Run = REFERENCE) -> Finding:
 
 
 @claim(
-    "FIG-07", where="Sec. 2.3, Fig. 5", counterexample={"name": "E_rot_dot"},
+    "FIG-07",
+    where="Sec. 2.3, Fig. 5",
+    counterexample={"name": "E_rot_dot"},
     definition="part of the time with a negative value (zeros between extrema found as events): "
     "predominantly means two thirds of the climb at least; similar shape: correlation over 0..8 s "
     "above 0.7",
     quote="the graph of E_trans_dot is predominantly negative and has general shape similar to "
     "E_dot",
-)  # fmt: skip
+)
 def shape_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERENCE) -> Finding:
     """E_trans_dot is mostly negative and shaped like E_dot."""
     climb = run.climb
@@ -388,11 +406,12 @@ def shape_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERE
 
 
 @claim(
-    "FIG-08", counterexample={"from_": ("E_trans", "E_pot")},
+    "FIG-08",
+    counterexample={"from_": ("E_trans", "E_pot")},
     definition="differences between 8 s and 0, relative to the loss of E",
     quote="most of the energy lost to friction comes from the rotational and the translational "
     "components",
-)  # fmt: skip
+)
 def where_the_energy_comes_from(
     from_: tuple[str, str] = ("E_rot", "E_trans"), run: Run = REFERENCE
 ) -> Finding:
@@ -420,11 +439,13 @@ def _correlation(name: str, run: Run) -> float:
 
 
 @claim(
-    "SUM-05", where="Sec. 2.3, Fig. 5", counterexample={"run": Run(variant(until="0.05"))},
+    "SUM-05",
+    where="Sec. 2.3, Fig. 5",
+    counterexample={"run": Run(variant(until="0.05"))},
     definition="reference solution; extrema found as events; oscillatory: more than "
     f"{MANY} extrema and, except for E_dot, which cannot change sign, {MANY + 1} changes of sign",
     quote="The graphs ... of energy transfer between modes, are oscillatory",
-)  # fmt: skip
+)
 def rates_oscillate(run: Run = REFERENCE) -> Finding:
     """E_dot, E_pot_dot and E_trans_dot oscillate."""
     parts = {}

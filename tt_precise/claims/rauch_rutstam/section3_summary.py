@@ -27,9 +27,12 @@ STARTS = ("0", "50", "83", "100", "150", "180", "195", "200")
 
 
 @claim(
-    "EQ-42", quote="the dynamical equations (2)-(6)", where="Sec. 3; captions of Figs 2 and 7",
-    counterexample={"last": 5}, definition="numbers counted in the order of the printed equations",
-)  # fmt: skip
+    "EQ-42",
+    quote="the dynamical equations (2)-(6)",
+    where="Sec. 3; captions of Figs 2 and 7",
+    counterexample={"last": 5},
+    definition="numbers counted in the order of the printed equations",
+)
 def cross_reference(first: int = 2, last: int = 6) -> Finding:
     """The dynamical equations are (2) to (6)."""
     cited = RAUCH_RUTSTAM.equations[first - 1 : last]
@@ -49,11 +52,13 @@ def cross_reference(first: int = 2, last: int = 6) -> Finding:
 
 
 @claim(
-    "QUAL-26", where="Summary c)", counterexample={"phase": "climb"},
+    "QUAL-26",
+    where="Summary c)",
+    counterexample={"phase": "climb"},
     definition="the least phi_dot before the initiation time A (extremum event), against the "
     f"largest phi_dot at the maxima of theta before it; large: {FACTOR} times as large",
     quote="from large negative values to large positive values of phi_dot",
-)  # fmt: skip
+)
 def large_negative_values(phase: str = "synchronisation", run: Run = REFERENCE) -> Finding:
     """Before t_init phi_dot reaches large negative values."""
     span = getattr(run, phase)
@@ -73,11 +78,13 @@ def large_negative_values(phase: str = "synchronisation", run: Run = REFERENCE) 
 
 
 @claim(
-    "NUM-19", where="Summary", counterexample={"printed": "84"},
+    "NUM-19",
+    where="Summary",
+    counterexample={"printed": "84"},
     definition="t_init = 0 or not, in definition A; threshold as for NUM-18",
     quote="phi_dot(0) > 83 rad/s start to invert directly, phi_dot(0) <= 83 require a "
     "synchronisation time-interval",
-)  # fmt: skip
+)
 def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> Finding:
     """Starts with phi_dot(0) above 83 rad/s climb at once, others do not."""
     root = threshold(theta)
@@ -99,10 +106,13 @@ def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> Finding
 
 
 @claim(
-    "SWP-22", where="Summary", definition=section22.T_INIT, counterexample={"limit": "90"},
+    "SWP-22",
+    where="Summary",
+    definition=section22.T_INIT,
+    counterexample={"limit": "90"},
     quote="solutions with phi_dot(0) <= 83 require a synchronisation time-interval before theta "
     "starts to climb",
-)  # fmt: skip
+)
 def needed_up_to(limit: str = "83") -> Finding:
     """Up to phi_dot(0) = 83 rad/s a synchronisation phase comes before the climb."""
 
@@ -119,12 +129,14 @@ def needed_up_to(limit: str = "83") -> Finding:
 
 
 @claim(
-    "SWP-19", where="Summary", counterexample={"tolerance": "0.01"},
+    "SWP-19",
+    where="Summary",
+    counterexample={"tolerance": "0.01"},
     definition="The first time after theta = pi/2 at which nu_y falls through nu_x, and its "
     f"distance from t_end in definition A, at most 0.1 s. {section22.TESTED} {s.HORIZON}",
     quote="For all tested IC the climbing time-interval ends at the ending time ... the graph of "
     "nu_y crosses the graph of nu_x from above",
-)  # fmt: skip
+)
 def ends_with_a_crossing(tolerance: str = "0.1") -> Finding:
     """Every climb ends with a reversal of phi_dot, at which nu_y falls below nu_x."""
 
@@ -147,12 +159,14 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> Finding:
 
 
 @claim(
-    "SWP-20", where="Summary", counterexample={"usually": "0.1"},
+    "SWP-20",
+    where="Summary",
+    counterexample={"usually": "0.1"},
     definition="Range of the quantity along the trajectory, against the reference's; "
     '"usually": for more than half of the starts, in each of nu_x, nu_y, theta_dot. '
     f"{section22.TESTED}",
     quote="amplitudes of oscillations for all dynamical variables usually increases",
-)  # fmt: skip
+)
 def amplitudes_increase(usually: str = "0.5") -> Finding:
     """Starts that glide or nod usually oscillate more than the reference solution."""
 
@@ -174,10 +188,13 @@ def amplitudes_increase(usually: str = "0.5") -> Finding:
 
 
 @claim(
-    "SWP-21", where="Summary", definition=section22.AMONG, counterexample={"close": "0.01"},
+    "SWP-21",
+    where="Summary",
+    definition=section22.AMONG,
+    counterexample={"close": "0.01"},
     quote="the total energy for the reference solution is close to the minimal value of total "
     "energy among solutions having lambda = 2 lambda_thres",
-)  # fmt: skip
+)
 def energy_close_toleast_energy(close: str = section22.CLOSE) -> Finding:
     """The energy of the reference solution is close to the least energy with its lambda."""
     body = section22.reference_body()
@@ -194,10 +211,11 @@ def energy_close_toleast_energy(close: str = section22.CLOSE) -> Finding:
 
 
 @claim(
-    "SUM-04", counterexample={"torque": "dot(omega, cross(F, a))"},
+    "SUM-04",
+    counterexample={"torque": "dot(omega, cross(F, a))"},
     definition="the power of the torque is omega.(a x F)",
     quote="This transfer is due to the torque that changes the components of angular velocity",
-)  # fmt: skip
+)
 def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Finding:
     """The torque changes omega and transfers the energy between the three modes."""
     q = f.motion()
@@ -220,12 +238,13 @@ def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Finding:
 
 
 @claim(
-    "SUM-06", counterexample={"around": 0.001},
+    "SUM-06",
+    counterexample={"around": 0.001},
     definition=f"phi_dot(0) = {', '.join(STARTS)} rad/s, otherwise the reference start, 12 s; "
     "those that invert. Peak: largest |phi_dot| at turning points of theta within 0.3 s of the "
     "ending time (definition A), against those from the equator to 0.3 s before it",
     quote="These oscillations are well visible in all graphs of a fully inverting Tippe Top",
-)  # fmt: skip
+)
 def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = STARTS) -> Finding:
     """phi_dot oscillates with high amplitude at the ending time of every inverting solution."""
     peaks = [_peak(phi_dot, around) for phi_dot in starts]
