@@ -16,7 +16,7 @@ from __future__ import annotations
 import bisect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy
@@ -356,8 +356,9 @@ class OnsetOutput(RowwiseOutput):
     def _hits(self) -> list[EventRecord]:
         fn, number, hits = self.precision.context, self.precision.number, []
         times = [self._until * (k or SOONEST) / PLACES for k in range(PLACES + 1)]
+        motion = cache(self._motion)  # of all events
         for name, event in self.setup.watched.items():
-            value = partial(self._value, event)
+            value = partial(self._value, event, motion)
             values = list(map(value, times))
             if not abs(values[0]) > VANISHED * self.precision.eps * max(map(abs, values)):
                 values[0] = values[1]
@@ -370,7 +371,7 @@ class OnsetOutput(RowwiseOutput):
                     hits.append(EventRecord(name, number(time), direction, state))
         return sorted(hits, key=lambda hit: hit.time)
 
-    def _value(self, event: Event, t: Scalar) -> Scalar:
+    def _value(self, event: Event, motion: Callable[[Scalar], Motion], t: Scalar) -> Scalar:
         if event.of_rate:
-            return self.precision.context.diff(lambda s: event.function(self._motion(s)), t)
-        return event.function(self._motion(t))
+            return self.precision.context.diff(lambda s: event.function(motion(s)), t)
+        return event.function(motion(t))

@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 import numpy
 
@@ -348,12 +348,25 @@ def _array_columns(
 MOST_SAMPLES = 20_000  # states that are kept of a run at its sample times
 
 
-def backends(scene: Scene) -> Iterator[Any]:
-    """All integrators; each is imported when the earlier ones have refused.
+class Backend(Protocol):
+    """An integrator: one file, and an entry in ``backends``."""
 
-    A module with ``refuses(scene, setup)``, why it cannot, in one line, or None; and
-    ``run(scene, setup, start, samples, progress)``, the segments from a start.
-    """
+    def refuses(self, scene: Scene, setup: Setup) -> str | None:
+        """Why it cannot integrate ``scene`` with this set-up, in one line; None if it can."""
+
+    def run(
+        self,
+        scene: Scene,
+        setup: Setup,
+        start: InitialState,
+        samples: SampleTimes | None,
+        progress: Progress | None,
+    ) -> list[Segment]:
+        """The run from ``start``; ``samples`` are times at which it will be read, if any."""
+
+
+def backends(scene: Scene) -> Iterator[Backend]:
+    """All backends; each is imported when the earlier ones have refused."""
     from tt_precise.integration import heyoka_backend
 
     yield heyoka_backend
