@@ -155,7 +155,8 @@ def _both(first: Reading, second: Reading) -> Reading:
 
 FACTOR = 0.1  # off by more than this, and constantly so, is another unit or body
 CONSTANT = 0.99  # correlation from which a factor counts as constant
-MISFIT, FIT = 0.2, 0.02  # parts of the motion unexplained as given, and in other units
+# A periodic motion in rows about a period apart fits a slow one too, and is off by 0.3 as given.
+MISFIT, FIT = 0.35, 0.02  # parts of the motion unexplained as given, and in other units
 ROUGHLY = 0.1  # how well intervals need to be resolved to distinguish units
 STILL = 1e-9  # relative change of a row that counts as no motion
 LOOKED_AT = 400  # rows
