@@ -59,7 +59,10 @@ class Law:
     def __init__(self, scene: Scene, model: str):
         body = scene.body
         self.mu, self.law = float(body.mu), body.law if model in ("gliding", "contact") else ""
-        self.epsilon = float(body.numbers_by_name.get("epsilon", 0))
+        given = {name: float(number) for name, number in body.numbers_by_name.items()}
+        self.epsilon = given.get("epsilon", 0.0)
+        # Stribeck's curve: friction falls from mu_s at rest
+        self.fall, self.v_s = given.get("mu_s", self.mu) - self.mu, given.get("v_s", 1.0)
         self.spring = body.spring if model == "contact" else ""
         self.stiffness, self.damping = float(body.stiffness), float(body.damping)
         self.order = 1.0 if self.spring == "linear" else 1.5
@@ -71,7 +74,8 @@ class Law:
             found = -self.mu * rows["g_n"] * speed**2
         elif self.law:
             away = numpy.hypot(speed, self.epsilon)
-            found = -self.mu * rows["g_n"] * speed**2 / numpy.where(away > 0, away, 1)
+            mu = self.mu + self.fall * numpy.exp(-((speed / self.v_s).astype(float) ** 2))
+            found = -mu * rows["g_n"] * speed**2 / numpy.where(away > 0, away, 1)
         if self.spring:
             depth = numpy.maximum(-rows["height"], 0)
             factor = self.stiffness * depth**1.5 if self.spring == "hunt-crossley" else 1
