@@ -38,7 +38,11 @@ def square(number: int) -> int:
 
 # what a worker evaluates: it need not find this file, which is no part of an installed package
 KILLS = "number if number != 3 else os.kill(os.getpid(), 9)"
-KILLS_ONCE = "number if number != 3 or mark.exists() else mark.touch() or os.kill(os.getpid(), 9)"
+# not in the instant in which the task begins: pebble has not heard of it then, and gives up
+KILLS_ONCE = (
+    "number if number != 3 or mark.exists() else "
+    "mark.touch() or __import__('time').sleep(0.3) or os.kill(os.getpid(), 9)"
+)
 FIRST_SEEN = """(
     __import__("os").getpid(),
     __import__("builtins").__dict__.setdefault("seen " + name, __import__("time").monotonic_ns()),

@@ -155,8 +155,8 @@ def _both(first: Reading, second: Reading) -> Reading:
 
 FACTOR = 0.1  # off by more than this, and constantly so, is another unit or body
 CONSTANT = 0.99  # correlation from which a factor counts as constant
-# A periodic motion in rows about a period apart fits a slow one too, and is off by 0.3 as given.
-MISFIT, FIT = 0.35, 0.02  # parts of the motion unexplained as given, and in other units
+MISFIT, FIT = 0.2, 0.02  # parts of the motion unexplained as given, and in other units
+WRONG = 0.35  # as given; rows about a period apart, off by 0.3, fit a slow motion too
 ROUGHLY = 0.1  # how well intervals need to be resolved to distinguish units
 STILL = 1e-9  # relative change of a row that counts as no motion
 LOOKED_AT = 400  # rows
@@ -198,7 +198,7 @@ def _refuse_other_units(setup: CheckSetup, rows: Samples, further: Mapping[str, 
     if len(rows.t) <= FEWEST:
         return
     as_given = _misfits(setup, rows.given)
-    if max(as_given.values(), default=0.0) < MISFIT:
+    if max(as_given.values(), default=0.0) < WRONG:
         return
     names = {"t", *setup.columns.names}
     unforced: InputError | None = None
@@ -233,7 +233,7 @@ def _explained(as_given: dict[str, float], otherwise: dict[str, float], likely: 
     most = {MOTION: math.inf, JELLETT: MISFIT, TURNING: MISFIT if rough else FIT}
     if any(part >= most.get(name, FIT) for name, part in otherwise.items()):
         return ""
-    better = [n for n, part in otherwise.items() if part < FIT and as_given.get(n, 0.0) >= MISFIT]
+    better = [n for n, part in otherwise.items() if part < FIT and as_given.get(n, 0.0) >= WRONG]
     # a soft contact sinks, in any reading that has no vertical motion: the axis must move to tell
     return better[0] if better and (better[0] != CONTACT or TURNING in otherwise) else ""
 
