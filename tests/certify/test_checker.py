@@ -292,7 +292,6 @@ def test_recorded_angles_are_checked() -> None:
     assert found.numbers == 5 * 18 + len(stored.events.rows) * 19
 
 
-@pytest.mark.proofs
 @pytest.mark.parametrize("name", ["frictionless", "rolling"])
 def test_what_only_touches_zero_is_no_event(name: str, monkeypatch: Patch) -> None:
     stored = beginning(name)
