@@ -300,14 +300,13 @@ def _orthogonal(image: arb_mat, box: arb_mat) -> arb_mat:
 class Zeros:
     """The zeros of functions in the present piece of a checker, none of them at t = 0.
 
-    In the first piece, and where the checker's tube leaves a sign undecided, a ``sharp`` one is
-    used.
+    Where the checker's tube leaves a sign undecided, a ``sharp`` one is used.
     """
 
     def __init__(self, checker: Checker, sharp: bool = False):
-        self.piece, self.sharp = checker, sharp or checker.time == 0
+        self.piece, self.sharp = checker, sharp
         tube = checker.tube
-        if self.sharp:
+        if sharp:
             frame = Frame(checker.length, checker.order)
             tube = checker.near([TaylorModel(p, frame) for p in checker.p], checker.reach)
         moving = solution(lambda y: [rate * checker.unit for rate in checker.rates(y)], tube)
