@@ -232,6 +232,32 @@ def test_the_bounds_have_the_units_of_what_they_bound() -> None:
             assert (other.bounds[name] == factor * one.bounds[name]).all(), (name, by)
 
 
+@pytest.mark.parametrize("scene", ["reference", "coulomb-stick-slip"])
+@pytest.mark.parametrize("by", [1e-4, 0.005])
+def test_a_quarter_turn_turns_what_is_carried(scene: str, by: float) -> None:
+    """The bounds too, which end where a gliding may come to rest."""
+    known, (kx, ky, kz, Lx, Ly, Lz, vx, vy) = golden_rows(scene)
+    rows, delays = numpy.arange(len(kx)), numpy.full(len(kx), by)
+    first, turned = (
+        Carrier(known, vectors).carry(rows, delays, EPS * delays)
+        for vectors in ([kx, ky, kz, Lx, Ly, Lz, vx, vy], [-ky, kx, kz, -Ly, Lx, Lz, -vy, vx])
+    )
+    for x, y in (("kx", "ky"), ("Lx", "Ly"), ("vx", "vy")):
+        for here, there in ((x, y), (y, x)):
+            # at rest, where Coulomb's law has no direction, they are no numbers
+            expected = [
+                pytest.approx(abs(x[here]), rel=1e-9, abs=1e-15, nan_ok=True)
+                for x in (first.bounds, first.values)
+            ]
+            assert [abs(x[there]) for x in (turned.bounds, turned.values)] == expected
+
+
+def test_the_remedy_for_rows_beyond_an_early_end_is_a_time_before_it() -> None:
+    assert "--until 1.33," in measuring.ending("contact_lost", 1.33692)
+    assert measuring.ending("landed", 0.0099999).endswith("--until 0.00999")
+    assert measuring.ending("landed", 0.0).endswith("--until 0")
+
+
 def test_far_away_and_from_nowhere_nothing_is_claimed() -> None:
     assert not numpy.isfinite(carried("reference", 0.5).bounds["kx"]).any()
     scene, vectors = golden_rows("reference")

@@ -10,7 +10,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.integration import Trajectory, integrate, trajectory
-from tt_precise.integration.columns import digits_over_rows
+from tt_precise.integration.columns import digits_over_rows, worst_digits
 from tt_precise.integration.errors import distance, floats
 from tt_precise.integration.precision import KINDS
 from tt_precise.runtime.values import InputError
@@ -123,6 +123,14 @@ def right_digits(run: Trajectory) -> float:
     errors = {name: distance(rows[name], texts[name], run.precision.context) for name in names}
     values = {name: floats(rows[name]) for name in names}
     return float(digits_over_rows(values, errors, run.start, run.precision.bits).min())
+
+
+def test_an_entry_that_is_off_by_more_than_its_size_has_no_digit(short: Scene) -> None:
+    run = integrate(short)
+    values = {name: numpy.array([value]) for name, value in run.state.values.items()}
+    digits = digits_over_rows(values, {"kz": numpy.array([20.0])}, run.start, 53)
+    assert digits.tolist() == [0.0]
+    assert worst_digits(run.state, {"kz": 20.0}, run.start) == 0.0
 
 
 def test_a_flight_that_ends_on_the_table_has_digits() -> None:

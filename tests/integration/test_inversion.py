@@ -112,6 +112,16 @@ def test_the_mirror_image_has_the_same_times(double: Trajectory, reference: Scen
     assert all_times(mirrored) == pytest.approx(all_times(double), rel=1e-12)
 
 
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_climb_that_precesses_backwards_has_no_times_in_definition_c(
+    reference: Scene, way: int
+) -> None:
+    start = {"theta": "1.5", "theta_dot": "8", "phi_dot": f"{-2 * way}", "omega_3": f"{-30 * way}"}
+    times = integrate(reference.varied(**start, until="1/60")).inversion
+    assert times.equator > 0
+    assert (times.B.t_init, times.C) == (0, NONE)
+
+
 def test_a_horizon_before_the_climb(reference: Scene, double: Trajectory) -> None:
     short = integrate(reference, until=5, events=double.setup.events)
     assert short.inversion.equator is None
