@@ -46,8 +46,7 @@ def scene() -> tt.Scene:
     return parse_scene(text.replace('until = "8"', 'until = "0.05"'), NAME, NAME)
 
 
-@pytest.fixture(scope="module")
-def stored(scene: tt.Scene) -> Stored:
+def stored_of(scene: tt.Scene) -> Stored:
     """Tables as golden data have them, printed from heyoka's own numbers at 200 bits."""
     run = tt.integrate(scene, precision="mp", bits=200, events=catalogue("gliding"))
 
@@ -59,10 +58,16 @@ def stored(scene: tt.Scene) -> Stored:
         return {str(n): [str(x) if n in texts else cell(x) for x in frame[n]] for n in frame}
 
     trajectory = printed(run.frame(numbers="exact"))
-    trajectory["t"] = [str(exact_decimal(t)) for t in scene.sample_times]
+    times = zip(scene.sample_times, trajectory["t"], strict=True)
+    trajectory["t"] = [exact_decimal(exact) or cell for exact, cell in times]
     tables = Table.of_columns(trajectory), Table.of_columns(printed(run.events))
     # a manifest whose hashes are those of other tables
     return Stored(NAME, scene.text, *tables, store.read("reference").manifest)
+
+
+@pytest.fixture(scope="module")
+def stored(scene: tt.Scene) -> Stored:
+    return stored_of(scene)
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +91,16 @@ def test_every_printed_digit_is_proved(stored: Stored, proof: Proof) -> None:
     assert (content["unproved"], certificate.compared.count("wrong")) == (0, 0)
     assert content["contact"]["g_n_positive"]
     assert content["contact"]["energy_never_grows"]
+
+
+def test_times_that_are_no_decimals_are_printed_rounded(scene: tt.Scene) -> None:
+    text = scene.text.replace('sample_every = "0.01"', 'sample_every = "1/30"')
+    thirds = parse_scene(text, NAME, NAME)
+    table, proof = stored_of(thirds), prove(thirds)
+    assert table.trajectory.column("t")[1] == f"3.{'3' * 33}e-2"
+    assert compared(table, proof).record.complete
+    other = with_cell(table.trajectory, 1, "t", lambda cell: other_digit(cell, 34))
+    assert "expected 3.33" in compared(altered(table, TRAJECTORY, other), proof).objection
 
 
 @pytest.mark.parametrize("file", [TRAJECTORY, EVENTS])

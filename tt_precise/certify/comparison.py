@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from decimal import ROUND_UP, Decimal, InvalidOperation, localcontext
+from decimal import ROUND_HALF_EVEN, ROUND_UP, Decimal, InvalidOperation, localcontext
 from fractions import Fraction
 from itertools import pairwise
 
@@ -163,7 +163,11 @@ def _rows(stored: Stored, enclosed: Enclosed) -> tuple[list[State], list[str]]:
     if problems:
         return nothing, problems
     proved: list[tuple[str | None, State]] = [
-        (exact_decimal(seconds), {"t": ball(seconds), **state}) for seconds, state in enclosed.rows
+        (
+            exact_decimal(seconds) or rounded(seconds, ROUND_HALF_EVEN, DIGITS),
+            {"t": ball(seconds), **state},
+        )
+        for seconds, state in enclosed.rows
     ]
     if enclosed.end:
         proved.append((None, {"t": enclosed.end.time, **enclosed.end.state}))
@@ -171,11 +175,10 @@ def _rows(stored: Stored, enclosed: Enclosed) -> tuple[list[State], list[str]]:
         problems.append(f"{TRAJECTORY}: {len(table.rows)} rows, expected {len(proved)}")
     states: list[State] = []
     for line, (row, (printed, state)) in enumerate(zip(table.rows, proved, strict=False), start=2):
-        # an instant without a finite decimal, such as that of the loss, is printed rounded
         same = row[0] == printed if printed else _is_rounded(row[0], state["t"])
         if not same:
             problems.append(
-                f"{TRAJECTORY}, line {line}: got t = {row[0][:50]}, expected {printed or 'another'}"
+                f"{TRAJECTORY}, line {line}: got t = {row[0][:50]}, expected {printed or 'the end'}"
             )
         problems += _emptiness(f"{TRAJECTORY}, line {line}", table.columns, row, state)
         states.append(state if same else {})
