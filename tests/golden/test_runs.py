@@ -22,7 +22,7 @@ from tt_precise.golden.runs import (
     reconcile,
 )
 from tt_precise.golden.table import Table
-from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.scene import Scene, load_scene, parse_scene
 
 
 def spoiled(run: Run, row: int, column: str, change: Callable[[str], str]) -> Run:
@@ -203,6 +203,29 @@ def test_a_flight_is_found_again_with_its_events_and_its_landing() -> None:
     assert reconcile(scene, [oracle, slower]).agreement < 6
 
 
+@pytest.mark.parametrize(
+    ("theta", "theta_dot", "phi_dot", "zeros"),
+    [
+        ("2", "0", "0", {"ky", "Ly", "theta_dot", "phi_dot"}),  # turns about its axis only
+        ("2", "-60", "0", set()),  # begins with a zero of phi_dot
+        ("pi/2", "0", "10", {"Ly"}),  # touches the equator at each turn
+    ],
+)
+def test_zeros_of_a_flight_are_zero_up_to_rounding(
+    theta: str, theta_dot: str, phi_dot: str, zeros: set[str]
+) -> None:
+    start = f'[start]\ntheta = "{theta}"\ntheta_dot = "{theta_dot}"\nphi_dot = "{phi_dot}"\n'
+    text = load_scene("flight").text.split("[start]")[0] + start
+    text += 'omega_3 = "150"\nheight = "0.01"\n[run]\nuntil = "0.03"\n'
+    scene = parse_scene(text, "tossed", "tossed.toml")
+    euler = perform(Task(scene.name, text, "mp", 160, "euler"))
+    consensus = reconcile(scene, [computed(scene), euler, known(scene)])
+    assert consensus.complete
+    assert consensus.agreement > 43
+    table = consensus.trajectory
+    assert zeros <= {name for name in table.columns if set(table.column(name)) == {ZERO}}
+
+
 def test_a_short_flight_does_not_land_and_a_plain_one_does_not_nutate() -> None:
     scene = load_scene("flight")
     short = known(scene.varied(until="0.1"))
@@ -217,6 +240,7 @@ def test_a_short_flight_does_not_land_and_a_plain_one_does_not_nutate() -> None:
         ("reference", {}),
         ("beside-the-pole", {}),
         ("rolling", {}),
+        ("flight", dict.fromkeys(("theta_dot", "phi_dot", "omega_3"), "0")),
         *(("upright", {push: "0.01"}) for push in ("theta_dot", "nu_x", "nu_y")),  # off the pole
     ],
 )

@@ -13,14 +13,15 @@ from typing import Any
 import pytest
 
 from tests.conftest import Patch
-from tests.golden.conftest import Small, rehash
+from tests.golden.conftest import Small, rehash, shortened
 from tests.golden.tables import edit_cell, edit_json, other_digit, with_cell
-from tt_precise.golden import store, verifying
+from tt_precise.golden import build, store, verifying
 from tt_precise.golden.runs import Run, Task, perform
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.golden.verifying import FRESH_DIGITS, _errors, bits_needed, inspect, judge, verify
 from tt_precise.runtime.values import InputError
+from tt_precise.scene.scene import parse_scene
 
 
 @pytest.fixture(scope="module")
@@ -97,6 +98,7 @@ def test_a_changed_table_is_found_and_named(
         ),
         (lambda m: m["files"][EVENTS].update(rows=1), "events.csv: rows is '1'"),
         (lambda m: m.update(scene="other"), "manifest.json: scene is 'other'"),
+        (lambda m: m.update(title="Another"), "title is 'Another', expected 'Reference"),
         (lambda m: m.update(schema="tt_precise.golden/0"), "got schema 'tt_precise.golden/0'"),
         (lambda m: m.pop("evidence"), "missing required field `evidence`"),
         (lambda m: m["files"].update({"scene.toml": {}}), "missing required field `sha256`"),
@@ -178,6 +180,14 @@ def test_rows_that_break_jellett_are_found_without_a_computation(small: Small) -
     rehash(small.folder / small.scene.name)
     assert "trajectory.csv: jellett is constant to" in problems(small)
     assert "worst in line 4" in problems(small)
+
+
+def test_a_small_lambda_is_constant_to_fewer_digits(tmp_path: Path) -> None:
+    text = shortened("reference", "0.02").text
+    text = text.replace('theta = "0.1"', 'theta = "1.5"').replace('"155"', '"17"')
+    scene = parse_scene(text.replace('phi_dot = "0"', 'phi_dot = "4"'), "level", "level.toml")
+    build([scene], folder=tmp_path, workers=1)
+    assert inspect("level", tmp_path)[1] == []
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,7 @@ NEW, UNCHANGED, RENEWED = "new", "unchanged", "evidence renewed"
 REPLACED, REFUSED, FAILED = "replaced", "refused", "failed"
 
 # The code that decides the digits of a run: when it changes, cached runs are void.
-CODE = (*SOURCES, "golden/digits.py", "golden/runs.py", "golden/table.py")
+CODE = (*SOURCES, *(f"golden/{name}.py" for name in ("digits", "measuring", "runs", "table")))
 
 WORKING_DIGITS, GUARD_DIGITS = 60, 10
 

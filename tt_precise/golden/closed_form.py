@@ -41,7 +41,8 @@ def closed_form(scene: Scene) -> Run | None:
     start = scene.start
     if scene.model == "flight":
         angles = start.theta.at_pole or {"phi", "psi"} & set(scene.record)
-        return None if angles else _flight(scene)
+        turns = start.theta_dot or start.phi_dot or start.omega_3
+        return None if angles or not turns else _flight(scene)
     if not start.theta.at_pole or start.theta_dot or start.nu_x or start.nu_y or scene.record:
         return None
     context = mpmath.MPContext()
@@ -115,8 +116,8 @@ class ClosedFlight:
         self.mean = self.L[2] * self.spin / size**2
         across, along = cross(self.L, q.k)[2] / size, q.k[2] - self.mean
         swing = fn.hypot(along, across)
-        # where k is along L, the swing is only rounding
-        self.swing = swing if swing > fn.ldexp(1, -fn.prec // 2) else fn.mpf(0)
+        self.least = fn.ldexp(1, -fn.prec // 2)  # less is rounding: a swing where k is along L
+        self.swing = swing if swing > self.least else fn.mpf(0)
         self.lag = fn.atan2(across, along)
 
     def at(self, t: Scalar) -> dict[str, Scalar]:
@@ -153,7 +154,7 @@ class ClosedFlight:
             levels.append(("phi_dot_zero", self.L[2] / self.spin, -1 if self.spin > 0 else 1))
         for name, level, sign in levels:
             cosine = (level - self.mean) / self.swing if self.swing else self.fn.mpf(2)
-            if abs(cosine) < 1:
+            if 1 - abs(cosine) > self.least:
                 phase = self.fn.acos(cosine)  # there k.z falls, and at -phase it rises
                 turning += [(phase, name, -sign), (-phase, name, sign)]
         events = [(t, name, sign) for phase, name, sign in turning for t in self._times(phase, end)]
@@ -163,6 +164,6 @@ class ClosedFlight:
         turn = 2 * self.fn.pi
         t = ((phase + self.lag) % turn) / self.rate
         while t < end:
-            if t > 0:
+            if t * self.rate > self.least:
                 yield t
             t += turn / self.rate

@@ -103,6 +103,15 @@ class TrueRows:
             return sizes(self._scene.body.numbers(float), self._numbers, numpy)
 
     @cached_property
+    def units(self) -> dict[str, float]:
+        """The smallest size of each column; 1 for one that is nowhere defined."""
+        least = {
+            name: float(numpy.fmin.reduce(sizes, initial=math.inf))
+            for name, sizes in self._sizes.items()
+        }
+        return {name: unit if math.isfinite(unit) else 1.0 for name, unit in least.items()}
+
+    @cached_property
     def _fastest(self) -> numpy.ndarray:
         """An upper bound of the rate of an entry over its size (1/s), under any rigid law.
 

@@ -25,6 +25,7 @@ from tt_precise.golden.digits import (
     is_near_zero,
     scales_of,
 )
+from tt_precise.golden.measuring import TrueRows
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import EVENTS, JOINING, TERMINAL, not_alternating
 from tt_precise.runtime.values import Scalar
@@ -229,7 +230,7 @@ def reconcile(scene: Scene, runs: Sequence[Run]) -> Consensus:
             raise ArithmeticError(
                 f"{scene.name}: {run.label} may have missed an event: {', '.join(run.suspects)}"
             )
-    scales = scales_of(first.trajectory)
+    scales = _scales(scene, runs)
     rows = [_rows(run) for run in runs]
     if not any(rows[1:]):
         raise ArithmeticError(f"{scene.name}: no run has a row to compare with {first.label}")
@@ -255,6 +256,20 @@ def reconcile(scene: Scene, runs: Sequence[Run]) -> Consensus:
         agreements={"trajectory": agreements, "events": agreements_at_events},
         contradictions=(*lost, *lost_events),
     )
+
+
+def _scales(scene: Scene, runs: Sequence[Run]) -> dict[str, Decimal]:
+    """The largest entry of each column; the quantity's size where all entries are rounding.
+
+    These are less than 1e-34 of the size, and in each run others.
+    """
+    first = runs[0]
+    scales = [scales_of(run.trajectory) for run in runs if run.status == first.status]
+    for name, unit in TrueRows(scene, first.trajectory).units.items():
+        largest = {of_run[name] for of_run in scales}
+        if len(largest) > 1 and max(largest) < Decimal(unit).scaleb(-DIGITS):
+            scales[0][name] = Decimal(unit)
+    return scales[0]
 
 
 def exact_decimal(time: Fraction) -> str | None:
