@@ -106,6 +106,12 @@ def test_a_contradiction_between_runs_leaves_the_data(small: Small) -> None:
     assert contents(small) == before
 
 
+def test_a_scene_without_its_text_is_refused(small: Small, tmp_path: Path) -> None:
+    for scene in (small.scene.varied(mu="0.2"), replace(small.scene, text="")):
+        with pytest.raises(InputError, match="reference: got a scene that was made or changed"):
+            building.build([scene], folder=tmp_path, finished=small.shelf)
+
+
 def test_two_builds_do_not_share_a_folder(small: Small) -> None:
     with locked(small.folder, store.WORK), pytest.raises(InputError, match="another golden build"):
         again(small)

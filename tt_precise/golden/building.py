@@ -133,13 +133,19 @@ def build(
     Raises
     ------
     InputError
-        A scene cannot be used, or another build is at work in the same folder.
+        A scene cannot be used or is not that of a TOML file, or another build is at work in the
+        same folder.
     """
     asked = list(shipped() if scenes is None else scenes)
     place = building_place(asked, folder)
     wanted = {s.name: s for s in map(load_scene, asked)}
-    for name in wanted:
+    for name, scene in wanted.items():
         store.locate(name, place)
+        if not scene.text or parse_scene(scene.text, name, name) != scene:
+            raise InputError(
+                f"{name}: got a scene that was made or changed in Python, expected that of a "
+                "TOML file, because its text becomes part of the data"
+            )
     runs = finished or finished_runs()
     # the longest first, so that no core is idle at the end
     longest = sorted(wanted.values(), key=lambda s: (s.start.theta.at_pole, -s.until))
