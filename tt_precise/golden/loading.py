@@ -16,6 +16,7 @@ import mpmath
 import pandas
 
 from tt_precise.golden.digits import DIGITS
+from tt_precise.golden.measuring import TrueRows
 from tt_precise.golden.store import Folder, read_whole
 from tt_precise.golden.table import Table
 from tt_precise.runtime.values import Array, InputError, Json
@@ -94,10 +95,10 @@ def pose_columns(scene: Scene, table: Table, *, in_full: bool) -> dict[str, tupl
     run = integrate(scene, precision, bits=bits, events=(), record=RECORDABLE)
     times = [Fraction(cell) for cell in table.column("t")]
     poses = run.frame(*VECTOR_COLUMNS, "pose", times=times, numbers="exact")
-    context = run.precision.context
+    context, units = run.precision.context, TrueRows(scene, table).units
     for name in VECTOR_COLUMNS:
         published = [context.mpf(cell) for cell in table.column(name)]
-        scale = max(map(abs, published))
+        scale = max(map(abs, published)) or units[name]
         bound = scale * context.mpf(10) ** (1 - digits)
         off = [abs(a - b) for a, b in zip(poses[name], published, strict=True)]
         # NaN is neither above the bound nor within it, and ``max`` may ignore it
