@@ -74,7 +74,7 @@ def judged(small: Small, fresh: list[Run]) -> str:
     [
         (TRAJECTORY, lambda lines: lines.pop(4), "the row of t = 0.03 is missing"),
         (TRAJECTORY, lambda lines: lines.pop(), "ends at t = 0.05, before the horizon"),
-        (TRAJECTORY, lambda lines: lines.__delitem__(slice(1, None)), "ends at t = no row, before"),
+        (TRAJECTORY, lambda lines: lines.__delitem__(slice(1, None)), "no row, expected one"),
         (TRAJECTORY, swapped, "columns are t,kx,ky,kz,Lx,Ly,Lz,vy,vx"),
         (TRAJECTORY, last_digit, "changed since it was built"),
         (EVENTS, last_digit, "changed since it was built"),
@@ -211,6 +211,26 @@ def test_data_of_another_start_are_no_matter_of_bits(small: Small) -> None:
     assert found.verdict == "fail"
     assert found.digits_found < 9
     assert bits_needed(found.digits_found, fresh[0].bits) is None
+
+
+def test_a_scene_that_cannot_be_computed_fails_beside_the_others(small: Small) -> None:
+    shutil.copytree(small.folder / "reference", small.folder / "lifted")
+    path = small.folder / "lifted" / "scene.toml"
+    path.write_text(path.read_text().replace('"0.1"', '"1.5"').replace('"155"', '"-1500"'))
+    path.write_text(path.read_text().replace('phi_dot = "0"', 'phi_dot = "-30"'))
+    lifted, whole = verify(folder=small.folder, workers=1)
+    assert "no fresh computation: lifted: g_n is -" in lifted.problems[-1]
+    assert "scene.toml: changed since it was built" in "".join(lifted.problems)
+    assert (lifted.verdict, whole.verdict) == ("fail", "pass")
+
+
+def test_a_table_without_rows_is_no_table(small: Small) -> None:
+    """Whatever the hashes say, and how the motion ended."""
+    edit_table(small, TRAJECTORY, lambda lines: lines.__delitem__(slice(1, None)))
+    edit_manifest(small, lambda m: m.update(status="contact_lost"), seal=True)
+    assert "trajectory.csv: no row" in problems(small)
+    with pytest.raises(InputError, match="no row"):
+        store.read_whole("reference", small.folder)
 
 
 def test_verify_computes_in_worker_processes(small: Small) -> None:

@@ -363,9 +363,12 @@ def missing_proof(stored: Stored) -> list[str]:
 def _table(path: Path) -> Table:
     text = _text(path)
     try:
-        return Table.parse(text)
+        table = Table.parse(text)
+        if path.name == TRAJECTORY and not table.rows:
+            raise InputError("no row, expected one for each time")
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+    return table
 
 
 def _text(path: Path) -> str:
