@@ -86,6 +86,23 @@ def test_a_wrong_first_row_fails_however_wrong_it_is(
     assert (found.verdict, "too wide" in found.note) == ("fail", False)
 
 
+@pytest.mark.parametrize(
+    ("scene", "name", "row"),
+    [("contact-lost", "ky", 104), ("kicked", "Ly", 401), ("flight", "height", 7)],
+)
+def test_a_wrong_row_is_named_and_nothing_else_is_blamed(scene: str, name: str, row: int) -> None:
+    """A solution through it would leave the table, and its balance returns to 0 behind it."""
+    height = ("height", "rise") if scene == "flight" else ()
+    frame = tt.integrate(scene).frame(*VECTORS[1:], *height)
+    frame.loc[row, name] += abs(frame[name]).max()
+    result = check(frame, scene)
+    before, behind = frame["t"][row - 1], frame["t"][row + 1]
+    assert f"rows from t = {before:.6g} to {behind:.6g} s leave" in result["equations"].note
+    for finding in result.checks:
+        assert "leaves the table" not in finding.note
+        assert "--friction other" not in finding.note
+
+
 @pytest.mark.parametrize("every_ms", [1, 2, 5, 10, 20])
 def test_a_wrong_term_is_found_at_every_spacing(engine: Engine, every_ms: int) -> None:
     def found(**words: Any) -> Any:

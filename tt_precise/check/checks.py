@@ -219,10 +219,8 @@ class Contact:
         values: Array = quantities.g_n(samples.q) / self._weight + 0 * samples.t
         pulls = numpy.flatnonzero(values < self._limit)
         if len(pulls) and self._left == math.inf:
-            row = int(pulls[0])
-            self._left = float(samples.t[row])
-            if row:
-                self._left = min(self._left, lift_off(samples.rows(slice(row - 1, row + 1))))
+            row = int(pulls[0])  # it may be wrong, and only the solution to it leave the table
+            self._left = lift_off(samples.rows(slice(max(row - 1, 0), row + 1)))
         return values
 
     @property

@@ -259,6 +259,7 @@ FEWEST_RESOLVED = 0.5  # of the intervals: a few resolved ones do not vouch for 
 # the cause is sought in so many intervals on either side of the worst, or the first so far off
 NEAR, ENOUGH = 15, 1e-3
 FITS = 1e-3  # of it may be left: a smaller I3 explains a missing gyroscopic term to 3e-3
+SOUND = 0.1  # of the worst interval's misfit: below it an interval is none of those that are off
 CLOSEST = 0.005  # in sqrt(R/g): nearer rows say nothing new about the equations
 Rates = Callable[[tuple[Scalar, ...]], Sequence[Scalar]]
 
@@ -524,7 +525,7 @@ class SummedResidual:
             lifts = residual.setup.scene.lifts
             self._joins = "landing, a loss of contact" if lifts else "stick or slip"
         self._sum: Array = 0.0
-        self._largest = 0.0
+        self._largest = self._value = 0.0
         self._bound = 4 * EPS  # the first and the last row are rounded, in two numbers each
         self._within = numpy.inf  # s: what was followed of the unresolved interval that is worst
         self.intervals = self.unresolved = 0
@@ -545,6 +546,7 @@ class SummedResidual:
         bounds = self._bound + numpy.cumsum(numpy.where(resolved, bound, 0.0))
         self._sum, self._bound = sums[:, -1], float(bounds[-1])
         values = numpy.maximum(abs(sums).max(axis=0) - bounds, 0.0)
+        self._value = max(self._value, float(values.max()))
         # a row that was passed over has the value of the end before it
         before = numpy.searchsorted(residuals.ends, numpy.arange(len(samples.t)), side="right")
         return numpy.concatenate(([0.0], values))[before]
@@ -558,18 +560,23 @@ class SummedResidual:
             begin = residuals.ends[worst - NEAR - 1] if worst > NEAR else 0
             self._near = samples, numpy.concatenate(([begin], ends))
 
-    def _lift_off(self, rows: Samples) -> str:
-        """When the solution leaves the table, if the model ends there."""
-        t = math.inf if rows.setup.flies else lift_off(rows)
-        return f"the solution {ending('contact_lost', t)}" if t < math.inf else ""
-
     def _cause(self, given: Samples) -> str:
-        """The change of the scene that would explain the balance of these rows."""
+        """What would explain the balance of these rows: the end of the model, or another scene."""
         from tt_precise.check.causes import cause  # few need it
 
         def residual(rows: Samples) -> Array:
             return EquationResidual(rows.setup, given).misfit(rows)
 
+        sizes = abs(residual(given)).max(axis=0)
+        # behind the first interval that is off, a solution starts at a wrong row
+        begun = given.rows(slice(0, int(numpy.argmax(sizes >= SOUND * sizes.max())) + 2))
+        t = math.inf if given.setup.flies else lift_off(begun)
+        if t < math.inf:
+            return f"the solution {ending('contact_lost', t)}"
+        off = numpy.flatnonzero(sizes >= FITS * sizes.max())
+        if 2 * len(off) <= len(sizes):
+            ends = f"from t = {given.t[off[0]]:.6g} to {given.t[off[-1] + 1]:.6g} s"
+            return f"rows {ends} leave the equations, those next to them do not"
         return cause(residual, given, FITS)
 
     @property
@@ -586,12 +593,11 @@ class SummedResidual:
     def note(self) -> str:
         """The unresolved intervals, and the spacing of rows that would resolve them."""
         said = f"error bound {self.error_bound:.0e}"
-        beyond = float(abs(numpy.atleast_1d(self._sum)).max()) > self._bound + self._limit
         whole = self._part == "state" and not self._joins
-        if whole and beyond and self._largest > 0:
+        if whole and self._value > self._limit and self._largest > 0:
             samples, near = self._near
             rows = samples.rows(near)
-            said = "; ".join(filter(None, (self._cause(rows), said, self._lift_off(rows))))
+            said = "; ".join(filter(None, (self._cause(rows), said)))
         if self.unresolved:
             what = f"hold a {self._joins}, or are too wide" if self._joins else "too wide"
             said += f"; {self.unresolved} of {self.intervals} intervals {what}"
