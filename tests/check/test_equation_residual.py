@@ -103,6 +103,13 @@ def test_a_wrong_row_is_named_and_nothing_else_is_blamed(scene: str, name: str, 
         assert "--friction other" not in finding.note
 
 
+def test_the_series_of_a_far_row_leaves_no_table(healthy: Healthy) -> None:
+    frame = healthy("reference", 161)[VECTORS]
+    note = check(frame.assign(t=1.5 * frame["t"]), "reference")["equations"].note
+    assert note.startswith("error bound")
+    assert "leaves the table" not in note
+
+
 @pytest.mark.parametrize("every_ms", [1, 2, 5, 10, 20])
 def test_a_wrong_term_is_found_at_every_spacing(engine: Engine, every_ms: int) -> None:
     def found(**words: Any) -> Any:

@@ -92,9 +92,13 @@ def lift_off(rows: Samples) -> float:
         if not numpy.isfinite(margin).all():
             break
         roots = numpy.polynomial.Polynomial(margin).roots()
-        times = roots[(abs(roots.imag) < 1e-6 * step) & (roots.real > 0) & (roots.real <= step)]
+        real = roots.real[abs(roots.imag) < 1e-6 * step]
+        times = real[(real > 0) & (real <= step)]
+        # where the last two terms are not small, the series is not the solution
+        terms = abs(margin[:, None] * times ** numpy.arange(len(margin))[:, None])
+        times = times[terms[-2:].max(axis=0) <= FITS * terms.max(axis=0)]
         if len(times):
-            return float(rows.t[row] + times.real.min())
+            return float(rows.t[row] + times.min())
     return math.inf
 
 
