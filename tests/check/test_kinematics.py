@@ -107,6 +107,12 @@ def test_what_was_not_looked_at_is_said(engine: Engine) -> None:
     for name in ("kinematics", "contact_momentum"):
         assert coarse[name].verdict == "skipped"
         assert coarse[name].note.startswith("rows too far apart")
+    raised = kinematics(engine(60).assign(z=5.0))["kinematics"]
+    assert (raised.verdict, raised.note[:24]) == ("fail", "height does not follow; ")
+    far = tt.integrate("reference").frame(
+        *NewtonState._fields, times=[0.05 * i for i in range(161)]
+    )
+    assert "does not follow" not in check(far, "reference")["kinematics"].note
     euler = tt.integrate("contact-lost").frame(*EULER[1:5])
     assert check(euler, "contact-lost")["kinematics"].verdict == "skipped"
 

@@ -174,12 +174,12 @@ class _OverWindows:
             self._wide = min(self._wide, float(0.25 / turning.max()))
             self._apart_now = max(self._apart_now, float(windows.step.max()))
         self._bounds.append(float(numpy.max(bound, where=~open_, initial=0.0)))
-        excess = numpy.where(numpy.isnan(excess), numpy.inf, numpy.where(seen, excess, 0.0))
+        excess = numpy.where(numpy.isnan(excess), numpy.inf, excess)
         numpy.maximum.at(values, windows.rows[:, -1], excess)
         return values
 
     def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
-        """The error of each window beyond its bound, at least 0, and the bound."""
+        """The error of each window beyond its bound, 0 if not ``seen`` in the rows; the bound."""
         raise NotImplementedError
 
     @property
@@ -214,8 +214,8 @@ class ContactMomentum(_OverWindows):
 
     def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
         off, bound = torque_left(samples)
-        excess = numpy.maximum(length(off) - bound, 0.0)
-        worst = int(numpy.argmax(numpy.where(seen, excess, 0.0)))
+        excess = seen * numpy.maximum(length(off) - bound, 0.0)
+        worst = int(numpy.argmax(excess))
         if excess[worst] > max(self._worst, self._limit):
             self._worst = float(excess[worst])
             x, y, z = off[:, worst]
@@ -278,7 +278,7 @@ class FrictionPower(_OverWindows):
         kept = seen & (bound <= self._limit) & (force[2] > 0.1 * q.body.m * q.body.g)
         kept &= speed > STILL * speed.max()
         self._force.append(numpy.array([ratio[kept], speed[kept]]))
-        return numpy.maximum(power - bound, 0.0), bound
+        return seen * numpy.maximum(power - bound, 0.0), bound
 
     @property
     def note(self) -> str:
@@ -347,7 +347,8 @@ class Kinematics(_OverWindows):
             else:
                 speed = q.s_dot["xyz".index(name)]
                 off, within = (x / R for x in self._part(windows, [given[name]], [speed]))
-            beyond = numpy.maximum(off - within, 0.0)
+            # the height follows from the attitude of each row, however far apart rows are
+            beyond = (seen | (name == "height")) * numpy.maximum(off - within, 0.0)
             if beyond.max() > self._worst:
                 self._worst, self._what = float(beyond.max()), name
             excess, bound = numpy.fmax(excess, beyond), numpy.fmax(bound, within)
