@@ -155,10 +155,11 @@ def test_golden_data_are_above_suspicion(
 def test_rows_that_are_counted_instead_of_timed_are_refused(
     healthy: Healthy, rigid_body: Healthy, friction: str
 ) -> None:
-    frame = healthy("reference", 401, 0.8)
-    for given in (frame[VECTORS], frame[EULER], rigid_body(frame)):
-        counted = given.assign(t=numpy.arange(401.0))
-        refuses("if the time counts rows", counted, friction=friction)
+    for rows, until in ((401, 0.8), (801, 8)):  # finely resolved, and as the scene is sampled
+        frame = healthy("reference", rows, until)
+        for given in (frame[VECTORS], frame[EULER], rigid_body(frame)):
+            counted = given.assign(t=numpy.arange(float(rows)))
+            refuses("if the time counts rows", counted, friction=friction)
 
 
 def test_another_force_does_not_hide_a_convention(rigid_body: Healthy) -> None:

@@ -157,6 +157,7 @@ FACTOR = 0.1  # off by more than this, and constantly so, is another unit or bod
 CONSTANT = 0.99  # correlation from which a factor counts as constant
 MISFIT, FIT = 0.2, 0.02  # parts of the motion unexplained as given, and in other units
 WRONG = 0.35  # as given; rows about a period apart, off by 0.3, fit a slow motion too
+FAR = 5.0  # as given: the axis turns many times as far
 ROUGHLY = 0.1  # how well intervals need to be resolved to distinguish units
 STILL = 1e-9  # relative change of a row that counts as no motion
 LOOKED_AT = 400  # rows
@@ -214,7 +215,7 @@ def _refuse_other_units(setup: CheckSetup, rows: Samples, further: Mapping[str, 
                 f"{explained} is off by {_percent(as_given[explained])} from the rows, but only by "
                 f"{_percent(otherwise[explained])} if {convention}; expected SI, convert it"
             )
-            if otherwise.get(MOTION, 0.0) < FIT:
+            if otherwise.get(MOTION, otherwise.get(TURNING, 0.0)) < FIT:
                 raise refusal
             unforced = unforced or refusal
     if unforced is not None:
@@ -225,15 +226,18 @@ def _explained(as_given: dict[str, float], otherwise: dict[str, float], likely: 
     """The part that a reading corrects; "" if none, or if another part is wrong in it.
 
     How the rows follow the force may be off in either reading: the force may be another one. Then
-    the axis of wide rows fits roughly only, which is enough in a ``likely`` reading, or where it
-    does so in both.
+    the axis of wide rows fits roughly only, which is enough in a ``likely`` reading, where it does
+    so in both, or where it does not at all as given.
     """
-    rough = likely or as_given.get(TURNING, 0.0) < MISFIT
+    turning = as_given.get(TURNING, 0.0)
+    rough = likely or not MISFIT <= turning < FAR
     # what a poor simulator does to Jellett's integral is not what a convention does
     most = {MOTION: math.inf, JELLETT: MISFIT, TURNING: MISFIT if rough else FIT}
     if any(part >= most.get(name, FIT) for name, part in otherwise.items()):
         return ""
-    better = [n for n, part in otherwise.items() if part < FIT and as_given.get(n, 0.0) >= WRONG]
+    fit = {TURNING: MISFIT if turning >= FAR else FIT}
+    off = [name for name in otherwise if as_given.get(name, 0.0) >= WRONG]
+    better = [name for name in off if otherwise[name] < fit.get(name, FIT)]
     # a soft contact sinks, in any reading that has no vertical motion: the axis must move to tell
     return better[0] if better and (better[0] != CONTACT or TURNING in otherwise) else ""
 
