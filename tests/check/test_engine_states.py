@@ -164,3 +164,5 @@ def test_an_engines_file_is_read_by_the_assertions_too(saved: Saved) -> None:
     assert found["kinematics"].verdict == "pass"
     with pytest.raises(InputError, match="got 'ouija', expected one of: mujoco"):
         kept(path, "reference", engine="ouija")
+    with pytest.raises(InputError, match="got a dict, expected the path"):
+        kept({}, "reference", engine="mujoco")

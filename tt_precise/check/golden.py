@@ -271,7 +271,8 @@ class GoldenDistance:
             if to - since > allowed:
                 raise InputError(
                     f"digits: there is no row between t = {since:.6g} and {to:.6g} s, expected "
-                    f"one every {allowed:.3g} s, or --until {since:.6g} where no more is wanted"
+                    f"one every {allowed:.3g} s"
+                    + (f", or --until {since:.6g} where no more is wanted" if since > 0 else "")
                 )
         if evidence.compared < evidence.rows:
             notes.append(f"{evidence.compared} of {evidence.rows} rows after the start in all")

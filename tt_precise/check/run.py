@@ -123,6 +123,9 @@ def conservation(
     if engine is not None:
         from tt_precise.check.engine_states import engine_source
 
+        if not isinstance(trajectory, str | Path):
+            got = type(trajectory).__name__
+            raise InputError(f"trajectory: got a {got}, expected the path of an engine's file")
         trajectory = engine_source(str(trajectory), engine, scene, columns or {})
     # overflow and undefined values fail the check instead of giving a warning
     with closing(open_source(trajectory, columns)) as table, numpy.errstate(all="ignore"):
