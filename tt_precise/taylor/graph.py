@@ -136,17 +136,11 @@ class Graph:
 
     def constant(self, kind: str, a: Scalar, b: Scalar) -> Scalar:
         """``a`` and ``b``, neither a series, combined; plain where that is exact."""
-        plain = not isinstance(a, Constant) and not isinstance(b, Constant)
-        if plain and kind != "/":
-            return a + b if kind == "+" else a * b
-        if kind == "*":
-            if (not isinstance(a, Constant) and a == 0) or (not isinstance(b, Constant) and b == 0):
-                return 0
-            if not isinstance(a, Constant) and a == 1:
-                return b
-        if not isinstance(b, Constant) and b == (0 if kind == "+" else 1):
+        if kind == "*" and (a == 0 or b == 0):
+            return 0
+        if b == (0 if kind == "+" else 1):
             return a
-        if kind == "+" and not isinstance(a, Constant) and a == 0:
+        if kind != "/" and a == (0 if kind == "+" else 1):
             return b
         if kind == "*" and self.number(a).kind == "number" and self.number(b).kind == "*":
             first, rest = b.args  # signs are gathered in front
@@ -194,15 +188,13 @@ class Graph:
         left = tuple(
             (factor if isinstance(factor, Constant) or abs(factor) == 1 else self.number(factor), s)
             for s, factor in gathered.items()
-            if isinstance(factor, Constant) or factor != 0
+            if factor != 0
         )
         if not left:
             return offset
-        if len(left) == 1 and not isinstance(offset, Constant) and offset == 0:
-            ((factor, series),) = left
-            if not isinstance(factor, Constant) and factor == 1:
-                return series
-        if isinstance(offset, Constant) or offset != 0:
+        if len(left) == 1 and offset == 0 and left[0][0] == 1:
+            return left[0][1]
+        if offset != 0:
             offset = self.number(offset)
         return self.series("sum", offset, left)
 
