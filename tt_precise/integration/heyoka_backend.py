@@ -13,6 +13,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from tt_precise.integration.dense_output import (
+    ARRIVED,
     DenseOutput,
     Pieces,
     Propagation,
@@ -228,7 +229,7 @@ def _propagation_of(
     if setup.events:
         from tt_precise.integration.vanishing import settled
 
-        hits, touches = settled(hits, setup, start, time)
+        hits, touches = settled(hits, setup, start, time, status in ARRIVED)
     return Propagation(
         status=status,
         time=time,

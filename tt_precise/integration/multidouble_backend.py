@@ -12,6 +12,7 @@ from functools import lru_cache, partial
 from typing import NamedTuple
 
 from tt_precise.integration.dense_output import (
+    ARRIVED,
     DenseOutput,
     Pieces,
     Propagation,
@@ -114,7 +115,7 @@ def propagate_in_doubles(
     if setup.events:
         from tt_precise.integration.vanishing import settled
 
-        hits, touches = settled(hits, setup, start, end.time)
+        hits, touches = settled(hits, setup, start, end.time, end.status in ARRIVED)
     return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order, hits, touches)
 
 

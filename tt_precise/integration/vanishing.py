@@ -34,6 +34,7 @@ SUSPICIOUS = 1e-10  # of its summands: a lobe as shallow as this is tested with 
 NEAREST = 64  # parts of the first step, where series converge so slowly
 NEWTONS = 60
 ENLARGED = 8  # how often the time until which a function is lost is found from the one before
+FLATTEST = 4  # order of a zero at the end, where roundings make zeros so far from it
 TO_THE_EXTREMUM = 3  # Newton's steps from a nearby zero
 
 
@@ -76,7 +77,7 @@ def at_start(setup: Setup, start: InitialState) -> AtStart:
         _, functions = functions_along(setup, events, body, sized, SizedFunctions())
         for name, function in functions.items():
             if not isinstance(function, Series):
-                close[name] = [0.0] * (order + 1)
+                close |= {} if _sized(function).value else {name: [0.0] * (order + 1)}
                 continue
             terms = [_sized(function[k]) for k in range(order + 1)]
             if not all(math.isfinite(term.value) for term in terms):
@@ -174,7 +175,7 @@ def _lost_until(terms: Mapping[int, float], sizes: Sequence[float], eps: float) 
     Where the largest term is of order k, its lobe before a zero is a 4k-th as deep. ``sizes`` are
     those of the summands of the coefficients, which grow with the tilt.
     """
-    until = 0.0
+    until = FIRST_STEP
     for _ in range(ENLARGED):
         below = eps * sum(size * until**k for k, size in enumerate(sizes))
         until = max(until, min((4 * k * below / x) ** (1 / k) for k, x in terms.items()))
@@ -213,11 +214,12 @@ def _places(c: Sequence[Scalar], length: Scalar) -> list[tuple[Scalar, int]]:
 
 
 def settled(
-    hits: Sequence[EventRecord], setup: Setup, start: InitialState, end: Scalar
+    hits: Sequence[EventRecord], setup: Setup, start: InitialState, end: Scalar, arrived: bool
 ) -> tuple[tuple[EventRecord, ...], frozenset[str]]:
     """The events among the ``hits`` of a run, and the functions that touch zero or stay there.
 
-    The events of the first step are added, touches are removed.
+    The events of the first step are added, touches are removed. Unless the run ``arrived`` at its
+    horizon, a function that vanishes at the ``end`` does not change its sign there.
     """
     first = start.once(("events at the start", setup), lambda: at_start(setup, start))
     early = [hit for hit in first.hits if hit.time <= end]
@@ -227,9 +229,10 @@ def settled(
         if hit.time >= max(FIRST_STEP, first.reach.get(hit.name, 0.0))
         and hit.name not in first.silent
     ]
-    keep = _crossing(later, setup, start) if later else []
+    left = numpy.array([math.inf if arrived else float(end - hit.time) for hit in later])
+    keep = _crossing(later, left, setup, start) if later else []
     crossed = [hit for hit, kept in zip(later, keep, strict=True) if kept]
-    touched = {hit.name for hit, kept in zip(later, keep, strict=True) if not kept}
+    touched = {hit.name for hit, kept in zip(later, keep, strict=True) if kept is False}
     hits = sorted((*early, *crossed), key=lambda hit: hit.time)
     return tuple(hits), first.silent | touched
 
@@ -239,14 +242,19 @@ def _eps(setup: Setup) -> float:
     return max(ROUNDINGS * 2.0 ** (1 - setup.precision.bits), float(setup.tolerance))
 
 
-def _crossing(hits: Sequence[EventRecord], setup: Setup, start: InitialState) -> list[bool]:
-    """Whether each function crosses zero there by more than its rounding."""
+def _crossing(
+    hits: Sequence[EventRecord], left: Array, setup: Setup, start: InitialState
+) -> list[bool | None]:
+    """Whether each function crosses zero there by more than its rounding; None at the end.
+
+    ``left`` is the time from each hit to the end of the model.
+    """
     form, precision = setup.formulation, setup.precision
     eps = _eps(setup)
     rows = [numpy.array([float(hit.state[i]) for hit in hits]) for i in range(len(hits[0].state))]
-    elapsed = None if start.row else numpy.array([float(hit.time) for hit in hits])
-    sizes = _sizes(setup, start, rows, elapsed)
-    keep = numpy.ones(len(hits), dtype=bool)
+    times = numpy.array([float(hit.time) for hit in hits])
+    sizes = _sizes(setup, start, rows, None if start.row else times)
+    keep: Array = numpy.full(len(hits), True, dtype=object)
     places: dict[str, list[int]] = {}
     for i, hit in enumerate(hits):
         places.setdefault(hit.name, []).append(i)
@@ -264,7 +272,10 @@ def _crossing(hits: Sequence[EventRecord], setup: Setup, start: InitialState) ->
                 continue
             size = _at(_sized(function[0]), there, len(hits)).size
             quick = [numpy.broadcast_to(plain[name][k], len(hits))[there] for k in range(3)]
-            shallow = numpy.flatnonzero(~(_depth(quick) > max(eps, SUSPICIOUS) * size))
+            ending = left[there] <= eps * (FLATTEST * size / abs(quick[1]) + times[there])
+            keep[numpy.array(there)[ending]] = None
+            deep = _depth(quick) > max(eps, SUSPICIOUS) * size
+            shallow = numpy.flatnonzero(~(deep | ending))
             if not len(shallow):
                 continue
             terms = [_at(_sized(function[k]), there, len(hits)) for k in range(4)]
@@ -346,7 +357,8 @@ def _sizes(
 
     inertia = float(min(start.body.I1, start.body.I3))
     if "Lx" in own:
-        L = norm("Lx", "Ly", "Lz")
+        # by gravity a tilt changes L, by as much in a unit of time
+        L = numpy.maximum(norm("Lx", "Ly", "Lz"), norm("kx", "ky"))
         speed, level = L / inertia, norm("Lx", "Ly")
         turn = level / numpy.where(L > 0, L, 1)
         axis = norm("kx", "ky") + (
