@@ -127,15 +127,16 @@ class Columns:
         """The dimension of a column; raises for unknown names."""
         if isinstance(name, Quantity):
             return name.dimension
-        if name in QUANTITIES:
-            return QUANTITIES[name].dimension
+        known = {n: q for n, q in QUANTITIES.items() if self.has_azimuth or not q.azimuth}
+        if name in known:
+            return known[name].dimension
         if name in self.names:
             return STATE_DIMENSIONS[name]
         if name in POSE_NAMES:
             return _DIMENSIONS.get(name[0], _LENGTH)
         raise InputError(
             f"column: got {name[:60]!r}, expected one of: "
-            + ", ".join(dict.fromkeys([*self.names, *QUANTITIES]))
+            + ", ".join(dict.fromkeys([*self.names, *known]))
         )
 
     def motion(self, row: Row) -> Motion:

@@ -20,7 +20,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.process import import_heyoka
-from tt_precise.runtime.values import Functions, Ring, Scalar
+from tt_precise.runtime.values import Functions, InputError, Ring, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.numerals import as_fraction
 from tt_precise.taylor.series import Series, SeriesFunctions, rate, solution
@@ -80,6 +80,8 @@ class Layout(NamedTuple):
 def event_value(event: Event, q: Motion) -> Scalar:
     """An event's function of the power series ``q``: a series, or a number if it is constant."""
     value = event.function(q)
+    if value is None:
+        raise InputError(f"events: got {event.name}, which returns nothing, expected a number")
     if event.of_rate:
         return rate(value) if isinstance(value, Series) else 0
     return value

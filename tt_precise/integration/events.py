@@ -40,7 +40,8 @@ class Event:
 
     ``direction`` keeps only zeros where the function rises (+1) or falls (-1), 0 keeps both;
     ``gliding`` marks events that exist only where the contact point can glide; ``of_rate`` marks
-    zeros of the function's rate along the motion.
+    zeros of the function's rate along the motion; ``azimuth`` those that need the direction of the
+    axis, as one's own may.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Event:
     direction: int = 0
     gliding: bool = False
     of_rate: bool = False
+    azimuth: bool = False
 
 
 def too_many_events() -> InputError:
@@ -197,13 +199,15 @@ def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:
         return event
     quantity = QUANTITIES.get(name.partition(":")[2])
     if name.startswith(ZERO) and quantity:
-        return Event(name, SMOOTH.get(name, quantity.evaluate), f"{quantity.name} changes sign")
+        function, meaning = SMOOTH.get(name, quantity.evaluate), f"{quantity.name} changes sign"
+        return Event(name, function, meaning, azimuth=quantity.azimuth)
     if name.startswith(EXTREMUM) and quantity:
         meaning = f"extremum of {quantity.name} (rising: minimum)"
         if quantity.name == "g_n" and model == "gliding" and law.constant:
             # five times smaller than the derivative of g_n by every state entry
             return Event(name, force_slope, meaning)
-        return Event(name, SMOOTH.get(name, quantity.evaluate), meaning, of_rate=True)
+        function = SMOOTH.get(name, quantity.evaluate)
+        return Event(name, function, meaning, of_rate=True, azimuth=quantity.azimuth)
     raise InputError(
         f"event: got {name[:60]!r}, expected one of: {', '.join(EVENTS)}, "
         f"or {EXTREMUM}QUANTITY or {ZERO}QUANTITY such as {EXTREMUM}g_n"
@@ -223,8 +227,8 @@ def not_alternating(
     for name, direction in happened:
         kind = turning if name in ("theta_min", "theta_max") else name
         joined += name in JOINING
-        # gliding after a rest does not continue the motion before
-        part = joined if kind in EVENTS and EVENTS[kind].gliding else 0
+        # forces, and gliding after a rest, do not continue those before
+        part = 0 if name in EVENTS and not EVENTS[name].gliding else joined
         if name not in JOINING:
             directions.setdefault((kind, part), []).append(int(direction))
     if not {"theta_min", "theta_max"} <= set(recorded):

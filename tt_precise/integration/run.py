@@ -103,7 +103,7 @@ class Run(Span):
     def touches(self) -> tuple[str, ...]:
         """Requested events whose functions touch zero, or stay there, without crossing."""
         touched = {name for segment in self.segments for name in segment.output.propagation.touches}
-        return tuple(name for name in self.setup.events if name in touched)
+        return tuple(name for name in self.setup.watched if name in touched)
 
     @cached_property
     def end_time(self) -> Scalar:

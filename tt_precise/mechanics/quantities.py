@@ -152,7 +152,10 @@ ANGULAR_MOMENTUM, JELLETT = Dimension(1, 2, -1), Dimension(1, 3, -1)
 
 @dataclass(frozen=True)
 class Quantity:
-    """A named quantity: its function, dimension, meaning with equation number, and domain."""
+    """A named quantity: its function, dimension, meaning with equation number, and domain.
+
+    ``azimuth`` says that it needs the direction of the axis; an Euler state leaves it open.
+    """
 
     name: str
     evaluate: Callable[[Motion], Scalar]
@@ -160,6 +163,7 @@ class Quantity:
     meaning: str
     pole: bool = True
     radians: bool = False
+    azimuth: bool = False
 
     @classmethod
     def of(cls, function: Callable[[Motion], Scalar]) -> Quantity:
@@ -371,9 +375,9 @@ def L_z(q: Motion) -> Scalar:
 
 formulas(
     Quantity("s_dot_x", lambda q: q.s_dot[0], SPEED,
-             "Velocity of the centre of mass along the inertial X axis."),
+             "Velocity of the centre of mass along the inertial X axis.", azimuth=True),
     Quantity("s_dot_y", lambda q: q.s_dot[1], SPEED,
-             "Velocity of the centre of mass along the inertial Y axis."),
+             "Velocity of the centre of mass along the inertial Y axis.", azimuth=True),
 )  # fmt: skip
 
 
