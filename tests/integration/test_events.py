@@ -106,6 +106,44 @@ def test_an_event_at_the_horizon_is_in_or_out(quad: Trajectory, reference: Scene
         assert (short.events["t"] <= short.t_end).all()
 
 
+def alike(scene: Scene, asked: Any) -> Trajectory:
+    """The run in vectors; its events are also those in Euler angles."""
+    runs = [integrate(scene, formulation=form, events=asked) for form in ("newton", "euler")]
+    first, second = (run.events.sort_values(["name", "t"]) for run in runs)
+    assert [*first["name"]] == [*second["name"]]
+    assert [*first["t"]] == pytest.approx([*second["t"]], abs=1e-8)
+    return runs[0]
+
+
+@pytest.mark.parametrize("scene", ["contact-lost", "coulomb-flight", "elastic-hunt-crossley"])
+def test_a_force_that_ends_does_not_change_its_sign(scene: str) -> None:
+    """Roundings made such zeros: at the loss of contact, and at both ends of an impact."""
+    asked = "zero:g_n,zero:E_dot,extremum:theta,extremum:E,extremum:g_n"
+    run = alike(load_scene(scene).varied(until="0.3" if scene[0] == "e" else "2"), asked)
+    counts = run.event_counts
+    assert counts["zero:g_n"] == 0 < counts["extremum:theta"]
+    assert counts["zero:E_dot"] == counts["extremum:E"] == (6 if scene[0] == "e" else 0)
+    assert run.suspect_events == ()
+
+
+def test_a_square_has_no_zeros() -> None:
+    """Where a top in a plane turns round, L vanishes, but not its errors."""
+    assert integrate("rocking", until="0.3", events="zero:E_rot").events.empty
+
+
+def test_directions_in_the_euler_form(half: Scene) -> None:
+    """The axis turns away from its first azimuth, and with it what is horizontal."""
+
+    def heading(q: Any) -> Any:
+        return q.s_dot[0] + q.body.alpha / 100
+
+    run = alike(half, ["zero:s_dot_x", "extremum:s_dot_x", heading])
+    assert run.event_counts == {"heading": 1}  # with the azimuth left at 0 the others too
+    angles = integrate(half, formulation="euler")
+    with pytest.raises(InputError, match="column: got 's_dot_x', expected one of: theta"):
+        angles.frame("s_dot_x")
+
+
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 @pytest.mark.parametrize("scene", ["upright", "inverted"])
 def test_what_vanishes_all_the_time_is_no_event(scene: str, precision: str) -> None:

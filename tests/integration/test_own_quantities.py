@@ -122,6 +122,20 @@ def test_what_is_neither_a_name_nor_a_function(asked: Any) -> None:
         tt.integrate("reference", until="0.1").frame(asked)
 
 
+def test_constants() -> None:
+    def nothing(q: Motion) -> None:
+        q.fn.sqrt(q.state.kz)
+
+    names = {"one": lambda q: 1, "none": lambda q: 0 * q.body.mu}
+    for name, function in names.items():
+        function.__name__ = name
+    run = tt.integrate("reference", until="0.1", events=["all", *names.values()])
+    assert run.touches == ("none",)
+    assert {"theta_max", "phi_dot_zero"} < {*run.event_counts}
+    with pytest.raises(InputError, match="events: got nothing, which returns nothing"):
+        tt.integrate("reference", until="0.1", events=nothing)
+
+
 def test_numbers_show_the_digits_that_their_error_leaves(half: Scene) -> None:
     run = tt.integrate(half, digits=14)
     assert run.precision.bits > 53

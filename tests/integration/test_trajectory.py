@@ -151,6 +151,8 @@ def test_several_times_at_once(double: Trajectory, half_quad: Trajectory) -> Non
         for one, name in itertools.product(range(3), ("t", "theta", "vx")):
             assert getattr(several, name)[one] == getattr(trajectory.at(times[one]), name)
         assert several.as_text()["kz"] == [trajectory.at(t).as_text()["kz"] for t in times]
+    for single in (0.25, "0.25"):
+        assert double.frame("theta", times=single)["theta"].tolist() == [double.at(single).theta]
     with pytest.raises(InputError, match=r"t: got 9 s, expected 0 to 8 s"):
         double.at([1, 9])
     with pytest.raises(InputError, match="t: got 'now'"):

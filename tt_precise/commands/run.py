@@ -170,7 +170,6 @@ def command(
     --contact bilateral).
     """
     from tt_precise.integration import integrate
-    from tt_precise.integration.setup import asked_for
     from tt_precise.integration.trajectory import MOST_SECONDS, seconds_for
     from tt_precise.runtime.terminal import progress_bar
     from tt_precise.scene.scene import RECORDABLE, load_scene
@@ -178,7 +177,6 @@ def command(
     loaded = load_scene(scene)
     if until is not None:
         loaded = replace(loaded, until=exact(until, "until"))
-    names = asked_for(events, loaded.model) if events else loaded.events
     recorded = set(listed(record or "") or loaded.record)
     if formulation == "euler":
         recorded.add("phi")  # so that the end can be shown as vectors too
@@ -213,7 +211,7 @@ def command(
             precision,
             digits=digits,
             formulation=formulation,
-            events=names,
+            events=events or None,
             record=recorded,
             bits=bits,
             contact=contact,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -80,20 +81,24 @@ class Setup:
                 "expected unilateral"
             )
         names = asked_for(scene.events if events is None else events, scene.model)
-        for name in names:
-            event_named(name, scene.model, law)
+        marks = {event_named(name, scene.model, law).azimuth for name in names}
         finest = full_tolerance(working)
-        if tolerance != 0 and not finest <= tolerance < 1:
+        try:
+            relative = float(tolerance)
+        except (TypeError, ValueError):
+            relative = math.nan
+        if relative != 0 and not finest <= relative < 1:
             raise InputError(
-                f"tolerance: got {tolerance}, expected 0 for the full accuracy of {working.name}, "
-                f"or a number from {float(finest):.2g}, beyond which nothing is gained, to 1"
+                f"tolerance: got {tolerance!s:.60}, expected 0 for the full accuracy of "
+                f"{working.name}, or a number from {float(finest):.2g}, beyond which nothing is "
+                "gained, to 1"
             )
         return cls(
             formulation=form,
             precision=working,
             events=names,
-            record=_checked_record(scene, record, coordinates),
-            tolerance=float(tolerance),
+            record=_checked_record(scene, record, coordinates, True in marks),
+            tolerance=relative,
             options=tuple(sorted((options or {}).items())),
             contact=contact,
             lifts=scene.lifts,
@@ -125,15 +130,14 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
     """
     if isinstance(events, str):
         events = listed(events)
-        if "all" in events:
-            further = [name for name in events if name != "all"]
-            return tuple(dict.fromkeys([*catalogue(model), *further]))
     asked: list[Asked] = []
     for event in events if isinstance(events, Iterable) else [events]:
-        if isinstance(event, (str, Event)):
+        if event == "all":
+            asked += catalogue(model)
+        elif isinstance(event, (str, Event)):
             asked.append(event)
         elif callable(event) and hasattr(event, "__name__"):
-            asked.append(Event(event.__name__, event, "one's own"))
+            asked.append(Event(event.__name__, event, "one's own", azimuth=True))
         else:
             raise InputError(
                 f"events: got {event!r:.60}, expected names, such as theta_max or all, or "
@@ -173,14 +177,14 @@ def _require_euler_angles(scene: Scene, precision: Precision) -> None:
 
 
 def _checked_record(
-    scene: Scene, record: Iterable[str] | None, coordinates: str
+    scene: Scene, record: Iterable[str] | None, coordinates: str, azimuth: bool
 ) -> tuple[str, ...]:
     names = set(scene.record if record is None else record)
     for name in sorted(names - set(RECORDABLE)):
         raise InputError(f"record: got {name!r}, expected one of: {', '.join(RECORDABLE)}")
     if names & {"phi", "psi"} and scene.start.theta.at_pole:
         raise InputError("record: got phi or psi from a pole, where they are undefined")
-    if coordinates == "euler" and names & {"x", "y"}:
+    if coordinates == "euler" and (azimuth or names & {"x", "y"}):
         names.add("phi")  # the direction in which the centre of mass moves
     return tuple(name for name in RECORDABLE if name in names)
 

@@ -47,6 +47,16 @@ def is_estimate(name: Name) -> bool:
     return isinstance(name, str) and (name == DIGITS or name.startswith(ERROR))
 
 
+def is_one(t: Any) -> bool:
+    """Whether it is one time, not several."""
+    return isinstance(t, str) or not isinstance(t, Iterable)
+
+
+def each(t: Any) -> Iterable[Scalar]:
+    """The times, of which there may be one."""
+    return [t] if is_one(t) else t
+
+
 class Trajectory:
     """A solution of a scene, from t = 0 to ``t_end``; made by integrating as ``setup`` says.
 
@@ -172,10 +182,8 @@ class Trajectory:
         InputError
             ``t`` lies outside [0, t_end]: a solution is never extrapolated.
         """
-        several = hasattr(t, "__len__") and not isinstance(t, str)
-        times = [self.run.dimensionless_time(time) for time in (t if several else [t])]
-        states = self.run.states(times)
-        return State.joined(states, self.precision) if several else states[0]
+        states = self.run.states(list(map(self.run.dimensionless_time, each(t))))
+        return states[0] if is_one(t) else State.joined(states, self.precision)
 
     def motion(self, t: Scalar) -> Motion:
         """The dimensionless ``Motion`` at ``t`` (s); raises as ``at`` does."""
@@ -192,7 +200,7 @@ class Trajectory:
     def frame(
         self,
         *names: Any,
-        times: Iterable[Scalar] | None = None,
+        times: Scalar | Iterable[Scalar] | None = None,
         numbers: Numbers = "float",
         pose: bool = False,
         progress: Progress | None = None,
@@ -210,7 +218,7 @@ class Trajectory:
             the same with the scalar of the quaternion last, "error:NAME" the estimated error of a
             column, "digits" the digits of the state's worst entry (``error_over_time``).
         times
-            In s; by default the scene's samples.
+            In s, one or several; by default the scene's samples.
         numbers
             "float"; "exact" (mpmath numbers in arithmetics wider than double); or "text".
         pose
@@ -230,7 +238,7 @@ class Trajectory:
     def table(
         self,
         *names: Any,
-        times: Iterable[Scalar] | None = None,
+        times: Scalar | Iterable[Scalar] | None = None,
         numbers: Numbers = "float",
         progress: Progress | None = None,
     ) -> dict[str, Array]:
@@ -250,11 +258,11 @@ class Trajectory:
     def _columns(
         self,
         wanted: Sequence[Name],
-        times: Iterable[Scalar] | None,
+        times: Scalar | Iterable[Scalar] | None,
         numbers: Numbers,
         progress: Progress | None,
     ) -> dict[Any, Array]:
-        exact = self.sample_times if times is None else tuple(map(as_fraction, times))
+        exact = self.sample_times if times is None else tuple(map(as_fraction, each(times)))
         if any(map(is_estimate, wanted)):
             if times is not None:
                 raise InputError("times: got times with estimated errors, expected no times")
