@@ -159,6 +159,8 @@ def test_what_was_tampered_with_is_not_certified(stored: Stored, proof: Proof, n
     assert found
     if name == "a wrong time":
         assert found == [f"{TRAJECTORY}, line 4: got t = 0.0200001, expected 0.02"]
+    if name == "an emptied cell of an event":
+        assert f"{EVENTS}, line 4, phi_dot: empty, where there is a number" in found
 
 
 def test_events_that_do_not_exist_are_named_in_order(stored: Stored, proof: Proof) -> None:

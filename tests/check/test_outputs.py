@@ -101,6 +101,7 @@ def test_a_curve_keeps_the_worst_of_a_long_trajectory() -> None:
         trace.add(numpy.arange(start, start + 1000.0), values)
     t, curve = trace.curve
     assert len(t) <= 2 * MOST_POINTS + 1000
+    assert t[0] == 0
     assert (numpy.diff(t) > 0).all()
     assert (trace.worst, trace.at) == (5, 77_123)
     assert curve.max() == 5

@@ -19,7 +19,15 @@ from tt_precise.golden import build, store, verifying
 from tt_precise.golden.runs import Run, Task, perform
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
-from tt_precise.golden.verifying import FRESH_DIGITS, _errors, bits_needed, inspect, judge, verify
+from tt_precise.golden.verifying import (
+    FRESH_DIGITS,
+    _errors,
+    _scales,
+    bits_needed,
+    inspect,
+    judge,
+    verify,
+)
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import parse_scene
 
@@ -317,6 +325,14 @@ def test_an_error_counts_by_what_is_near_it(
     found = _errors(cells, fresh, scale)
     assert found[: len(errors)].tolist() == pytest.approx(errors, rel=1e-12)
     assert found[len(errors) :].tolist() == pytest.approx([0.1] * (len(found) - len(errors)))
+
+
+def test_a_column_counts_by_its_largest_entry_or_if_it_is_zero_by_its_unit() -> None:
+    stored = store.read("upright")
+    scales = _scales(stored)
+    assert scales["Lz"] == max(map(abs, stored.trajectory.floats("Lz")))
+    assert scales["kx"] == 1
+    assert set(scales) == set(stored.trajectory.columns[1:])
 
 
 def damaged(place: Path, rng: random.Random) -> str:
