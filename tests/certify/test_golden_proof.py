@@ -33,6 +33,7 @@ from tt_precise.golden.store import (
     record_proof,
 )
 from tt_precise.golden.table import Table
+from tt_precise.golden.verifying import verify_scene
 from tt_precise.integration import catalogue
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import parse_scene
@@ -235,6 +236,10 @@ def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, place: Pat
             else:
                 assert (ball.high - ball.low) / abs(ball.low) < Fraction(1, 10**35)
                 assert abs(ball.low / Fraction(printed) - 1) < Fraction(1, 10**33)
+    path = place / SCENE
+    path.write_text(path.read_text().replace('"155"', '"154"'))
+    other = verify_scene(NAME, folder)
+    assert (other.verdict, other.digits_proved) == ("fail", None)  # proved of another scene
 
 
 def test_what_the_checker_refuses_is_not_written(place: Path, monkeypatch: Patch) -> None:

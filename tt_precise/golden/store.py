@@ -102,11 +102,6 @@ def some(names: Iterable[str], folder: Folder = None) -> list[str]:
     return chosen
 
 
-def is_name(name: str) -> bool:
-    """Whether ``name`` can be that of a scene's folder: no path, not hidden, printable."""
-    return len(name) <= LONGEST_NAME and re.fullmatch(r"\w[\w.-]*", name) is not None
-
-
 def locate(scene: str | Path, folder: Folder = None) -> Located:
     """The golden data for a name, a scene's TOML file, or the folder of the data.
 
@@ -122,7 +117,8 @@ def locate(scene: str | Path, folder: Folder = None) -> Located:
         place = given.resolve()
         return Located(place.name, place.parent)
     name = given.stem if given.suffix == ".toml" else str(scene)
-    if not is_name(name):
+    # no path, not hidden, printable
+    if len(name) > LONGEST_NAME or not re.fullmatch(r"\w[\w.-]*", name):
         raise InputError(
             f"scene: got the file name {name[:60]!r}, expected letters, digits, - and _, "
             "because it names a folder"

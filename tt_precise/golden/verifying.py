@@ -80,9 +80,9 @@ class Verification:
     """The result for one scene.
 
     ``problems`` are empty if all is well. ``digits_proved`` are those of the proof of the data,
-    None if there is none. ``digits_found`` is the fewest digits that the fresh computation, in the
-    arithmetic ``fresh``, agrees with the data; ``double_digits`` likewise in double; None where
-    nothing could be computed or compared.
+    None if there is no valid one. ``digits_found`` is the fewest digits that the fresh computation,
+    in the arithmetic ``fresh``, agrees with the data; ``double_digits`` likewise in double; None
+    where nothing could be computed or compared.
     """
 
     scene: str
@@ -133,7 +133,7 @@ def verify_scene(name: str, folder: Path) -> Verification:
     stored, problems = inspect(name, folder)
     if stored is None:
         return Verification(name, None, problems=tuple(problems))
-    proved = _proved(name, folder)
+    proved = (proofs.summary(stored, folder) or {}).get("digits")
     try:
         return replace(_computed_again(stored, problems), digits_proved=proved)
     except (InputError, ArithmeticError) as error:
@@ -223,14 +223,6 @@ def judge(stored: Stored, problems: Sequence[str], runs: Sequence[Run]) -> Verif
         rough.digits if rough else None,
         tuple(complaints),
     )
-
-
-def _proved(name: str, folder: Path) -> int | None:
-    try:
-        record = proofs.read(name, folder)
-    except InputError:  # reported among the problems
-        return None
-    return record.digits if record else None
 
 
 def _worst(stored: Stored, run: Run) -> WorstEntry | None:
