@@ -105,11 +105,10 @@ class TrueRows:
     @cached_property
     def units(self) -> dict[str, float]:
         """The smallest size of each column; 1 for one that is nowhere defined."""
-        least = {
-            name: float(numpy.fmin.reduce(sizes, initial=math.inf))
+        return {
+            name: float(min(sizes[numpy.isfinite(sizes)], default=1.0))
             for name, sizes in self._sizes.items()
         }
-        return {name: unit if math.isfinite(unit) else 1.0 for name, unit in least.items()}
 
     @cached_property
     def _fastest(self) -> numpy.ndarray:
