@@ -127,17 +127,15 @@ class Columns:
         """The dimension of a column; raises for unknown names."""
         if isinstance(name, Quantity):
             return name.dimension
-        known = {n: q for n, q in QUANTITIES.items() if self.has_azimuth or not q.azimuth}
+        known = {n: STATE_DIMENSIONS[n] for n in self.names}
+        known |= {
+            n: q.dimension for n, q in QUANTITIES.items() if self.has_azimuth or not q.azimuth
+        }
         if name in known:
-            return known[name].dimension
-        if name in self.names:
-            return STATE_DIMENSIONS[name]
+            return known[name]
         if name in POSE_NAMES:
             return _DIMENSIONS.get(name[0], _LENGTH)
-        raise InputError(
-            f"column: got {name[:60]!r}, expected one of: "
-            + ", ".join(dict.fromkeys([*self.names, *known]))
-        )
+        raise InputError(f"column: got {name[:60]!r}, expected one of: {', '.join(known)}")
 
     def motion(self, row: Row) -> Motion:
         """The ``Motion`` of a row."""

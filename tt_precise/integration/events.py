@@ -198,15 +198,14 @@ def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:
             raise InputError(f"event: got {name} in a {model} scene, expected no gliding event")
         return event
     quantity = QUANTITIES.get(name.partition(":")[2])
-    if name.startswith(ZERO) and quantity:
-        function, meaning = SMOOTH.get(name, quantity.evaluate), f"{quantity.name} changes sign"
-        return Event(name, function, meaning, azimuth=quantity.azimuth)
-    if name.startswith(EXTREMUM) and quantity:
+    if quantity and name.startswith((ZERO, EXTREMUM)):
+        function = SMOOTH.get(name, quantity.evaluate)
+        if name.startswith(ZERO):
+            return Event(name, function, f"{quantity.name} changes sign", azimuth=quantity.azimuth)
         meaning = f"extremum of {quantity.name} (rising: minimum)"
         if quantity.name == "g_n" and model == "gliding" and law.constant:
             # five times smaller than the derivative of g_n by every state entry
             return Event(name, force_slope, meaning)
-        function = SMOOTH.get(name, quantity.evaluate)
         return Event(name, function, meaning, of_rate=True, azimuth=quantity.azimuth)
     raise InputError(
         f"event: got {name[:60]!r}, expected one of: {', '.join(EVENTS)}, "

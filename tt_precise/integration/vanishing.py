@@ -22,11 +22,7 @@ from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 from tt_precise.taylor.crossings import crossings
-from tt_precise.taylor.series import (
-    Series,
-    Sized,
-    SizedFunctions,
-)
+from tt_precise.taylor.series import Series, Sized, SizedFunctions
 
 ROUNDINGS = 10  # eps of its summands, below which a function is zero
 GUARD = 40  # bits after those of the run, within which numbers with guard bits agree

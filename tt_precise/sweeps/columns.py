@@ -101,7 +101,7 @@ def check_names(record: tuple[str, ...], model: str) -> None:
     """
     for name in record:
         if name in FIXED or record.count(name) > 1:
-            raise InputError(f"record: got {name}, a default column; expected further columns")
+            raise InputError(f"record: got {name} twice or as a default column, expected it once")
         if name not in DERIVED and part_named(name) is None:
             raise InputError(
                 f"record: got {name[:60]!r}, expected one of: {', '.join(DERIVED)}, or min_, max_, "

@@ -244,19 +244,12 @@ class Graph:
         self, start: Sequence[Scalar], parameters: Sequence[Scalar], fn: Functions
     ) -> list[Scalar]:
         """A ``start`` of the first entries, followed by sines and cosines."""
-        extended = list(start)
+        extended, known = list(start), dict[Any, Any]()
         for angle in self.turning:
-            offset, terms = linear(angle)
-            known: dict[Any, Any] = {}
-
-            def number(operand: Scalar, known: dict[Any, Any] = known) -> Scalar:
-                return (
-                    operand.value(parameters, fn, known)
-                    if isinstance(operand, Constant)
-                    else operand
-                )
-
-            value = number(offset) + sum(number(c) * start[entry.args[0]] for c, entry in terms)
+            value, terms = linear(angle)
+            value = self.number(value).value(parameters, fn, known)
+            for factor, entry in terms:
+                value += self.number(factor).value(parameters, fn, known) * start[entry.args[0]]
             extended += [fn.sin(value), fn.cos(value)]
         return extended
 
