@@ -213,10 +213,11 @@ class Trajectory:
         ----------
         names
             State entries (kx, theta, ...), recorded quadratures, any quantity, or a function of
-            the ``Motion`` (``Quantity.of``), also in a list; by default all vector and Euler
-            columns and the recorded quadratures. "pose" means the columns of the pose, "pose:xyzw"
-            the same with the scalar of the quaternion last, "error:NAME" the estimated error of a
-            column, "digits" the digits of the state's worst entry (``error_over_time``).
+            the ``Motion`` (``Quantity.of``; in Euler form its azimuth is 0 unless phi is recorded),
+            also in a list; by default all vector and Euler columns and the recorded quadratures.
+            "pose" means the columns of the pose, "pose:xyzw" the same with the scalar of the
+            quaternion last, "error:NAME" the estimated error of a column, "digits" the digits of
+            the state's worst entry (``error_over_time``).
         times
             In s, one or several; by default the scene's samples.
         numbers
