@@ -19,9 +19,10 @@ import pytest
 from tests.conftest import Said
 from tests.engines.conftest import EXAMPLES, compiled_c, rung_named
 from tt_precise.cli import main
-from tt_precise.engines.adapters import COLUMNS, POSITION, rotated
+from tt_precise.engines.adapters import COLUMNS, POSITION
 from tt_precise.engines.ladder import rungs
 from tt_precise.engines.protocol import Job, ProgramRun, run
+from tt_precise.mechanics.vectors import turned
 from tt_precise.runtime.records import json_schema
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.laws import REGULARISED, VISCOUS
@@ -166,7 +167,7 @@ def test_a_first_row_in_another_convention_is_named(
 ) -> None:
     start = flight_job["start"]
     q, w, v = (start[name] for name in ("quaternion_wxyz", "angular_velocity", "velocity"))
-    body = rotated(numpy.array(q) * [1, -1, -1, -1], w).tolist()
+    body = list(turned((q[0], -q[1], -q[2], -q[3]), w))
     text = f"q, w, v, body = {q}, {w}, {v}, {body}\n"
     assert ran(text + table("*q, *w, *v")).status == "done"
     found = ran(text + table(CONVENTIONS[convention]))

@@ -19,6 +19,7 @@ from tt_precise.runtime.values import Json
 from tt_precise.scene.laws import COULOMB, Law
 
 SCHEMA = "tt_precise.engines/1"
+DESCRIBED = ("name", "version", "precision", "friction", "settings")  # of an engine
 ADAPTERS = Path(__file__).with_name("adapters")
 NODE = ADAPTERS / "node"
 
@@ -137,16 +138,7 @@ def as_dict(
         "machine": platform.machine(),
         "steps": [float(step) for step in steps],
         "verdicts": VERDICTS,
-        "engines": [
-            {
-                "name": engine.name,
-                "version": engine.version,
-                "precision": engine.precision,
-                "friction": engine.friction,
-                "settings": engine.settings,
-            }
-            for engine in engines
-        ],
+        "engines": [{name: getattr(engine, name) for name in DESCRIBED} for engine in engines],
         "rungs": [{"name": rung.name, "meaning": rung.meaning} for rung in ladder],
         "rows": [row.as_dict() for row in rows],
         "skipped": list(skipped),

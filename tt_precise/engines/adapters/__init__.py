@@ -14,8 +14,6 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 
-import numpy
-
 from tt_precise.runtime.values import Array, Json
 
 COLUMNS = ("t", "qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz")
@@ -71,10 +69,3 @@ def samples(job: dict[str, Json], advance: Callable[[int], None]) -> Iterator[fl
             advance(wanted - done)
         done = wanted
         yield t
-
-
-def rotated(q: Array, v: Array) -> Array:
-    """The vector ``v`` turned by the unit quaternion ``q`` (scalar first)."""
-    u = numpy.asarray(q[1:], dtype=float)
-    twice = 2 * numpy.cross(u, v)
-    return numpy.asarray(v) + q[0] * twice + numpy.cross(u, twice)

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy
-
-from tt_precise.engines.adapters import Row, friction_of, rotated, samples, serve
+from tt_precise.engines.adapters import Row, friction_of, samples, serve
+from tt_precise.mechanics.vectors import turned
 from tt_precise.runtime.values import Json
 
 MODEL = """
@@ -45,18 +44,17 @@ def simulate(job: dict[str, Json]) -> Iterator[Row]:
         )
     )  # fmt: skip
     data = mujoco.MjData(model)
-    q = numpy.array(start["quaternion_wxyz"])
-    back = q * [1, -1, -1, -1]
+    w, x, y, z = start["quaternion_wxyz"]
     # a free joint moves its origin in the inertial frame and turns in the body's
-    data.qpos[:] = [*start["position"], *q]
-    data.qvel[:] = [*start["velocity"], *rotated(back, start["angular_velocity"])]
+    data.qpos[:] = [*start["position"], w, x, y, z]
+    data.qvel[:] = [*start["velocity"], *turned((w, -x, -y, -z), start["angular_velocity"])]
 
     def advance(steps: int) -> None:
         mujoco.mj_step(model, data, nstep=steps)
 
     for t in samples(job, advance):
         q = data.qpos[3:].copy()
-        yield t, q, rotated(q, data.qvel[3:]), data.qvel[:3].copy(), data.qpos[:3].copy()
+        yield t, q, turned(q, data.qvel[3:]), data.qvel[:3].copy(), data.qpos[:3].copy()
 
 
 if __name__ == "__main__":
