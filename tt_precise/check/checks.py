@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy
 
 from tt_precise.check.columns import CheckSetup, Samples
-from tt_precise.check.equations import EquationResidual, SummedResidual, lift_off
+from tt_precise.check.equations import EquationResidual, SummedResidual, lift_off, to_one_digit
 from tt_precise.check.kinematics import ContactMomentum, FrictionPower, Kinematics, normal_force
 from tt_precise.golden.measuring import ending
 from tt_precise.mechanics import quantities
@@ -79,14 +79,8 @@ class ContactVelocity:
             )
         return (
             f"it sinks and rises by {moved:.1g} m, as a soft contact does: if yours is one, give "
-            f"it a limit, as --limit contact_velocity={_rounded_up(2 * self._worst):g}"
+            f"it a limit, as --limit contact_velocity={to_one_digit(2 * self._worst, math.ceil):g}"
         )
-
-
-def _rounded_up(value: float) -> float:
-    """To one digit."""
-    exponent = math.floor(math.log10(value))
-    return float(f"{math.ceil(value / 10.0**exponent)}e{exponent}")
 
 
 PAPER_LIMIT = 1e-6  # "constant with precision of order 10^-6 lambda", section 2.1

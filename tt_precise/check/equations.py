@@ -606,11 +606,11 @@ class SummedResidual:
             what = f"hold a {self._joins}, or are too wide" if self._joins else "too wide"
             said += f"; {self.unresolved} of {self.intervals} intervals {what}"
             if self._within > 0:
-                said += f"; rows {_rounded_down(self._within):g} s apart would do"
+                said += f"; rows {to_one_digit(self._within, math.floor):g} s apart would do"
         return said
 
 
-def _rounded_down(value: float) -> float:
-    """To one digit."""
-    unit = 10.0 ** math.floor(math.log10(value))
-    return math.floor(value / unit) * unit
+def to_one_digit(value: float, rounded: Callable[[float], int]) -> float:
+    """``rounded`` up or down in its first digit."""
+    exponent = math.floor(math.log10(value))
+    return float(f"{rounded(value / 10.0**exponent)}e{exponent}")

@@ -71,7 +71,7 @@ class Windows:
         apart = numpy.array([self.change(value) for value in values])
         integrals = numpy.array([self.integral(rate) for rate in rates])
         coarse = numpy.array([self.integral(rate, self._simpson) for rate in rates])
-        return apart - integrals, spread(MARGIN * length(integrals - coarse))
+        return apart - integrals, spread(MARGIN * numpy.linalg.norm(integrals - coarse, axis=0))
 
     def middle_rate(self, value: Array) -> Bounded:
         """Of an entry, in the middle row of each window, by the polynomial through all five rows.
@@ -111,12 +111,6 @@ def windows_of(samples: Samples) -> Windows:
         samples.shared["windows"] = Windows(samples.t, CLOSEST * samples.setup.time)
     windows: Windows = samples.shared["windows"]
     return windows
-
-
-def length(vectors: Array) -> Array:
-    """Of vectors (entries, n)."""
-    lengths: Array = numpy.sqrt((vectors**2).sum(axis=0))
-    return lengths
 
 
 def spread(values: Array) -> Array:
@@ -214,7 +208,7 @@ class ContactMomentum(_OverWindows):
 
     def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
         off, bound = torque_left(samples)
-        excess = seen * numpy.maximum(length(off) - bound, 0.0)
+        excess = seen * numpy.maximum(numpy.linalg.norm(off, axis=0) - bound, 0.0)
         worst = int(numpy.argmax(excess))
         if excess[worst] > max(self._worst, self._limit):
             self._worst = float(excess[worst])
@@ -358,7 +352,7 @@ class Kinematics(_OverWindows):
     def _part(windows: Windows, values: Sequence[Array], rates: Sequence[Array]) -> Bounded:
         off, bound = windows.unexplained(values, rates)
         step = windows.step * numpy.sqrt(sum(windows.change(rate) ** 2 for rate in rates))
-        return length(off), bound + step
+        return numpy.linalg.norm(off, axis=0), bound + step
 
     def _height(self, windows: Windows, samples: Samples, q: Motion) -> Array:
         """Distance of z from R (1 - alpha cos theta), over R.

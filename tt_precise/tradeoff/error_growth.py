@@ -134,12 +134,11 @@ def exponent(rows: pandas.DataFrame, scene: str, integral: str, until_s: float) 
     """
     mine = rows[(rows["scene"] == scene) & (rows["t_s"] <= until_s * 1.001)]
     errors = mine.pivot(index="seed", columns="t_s", values=integral).dropna().to_numpy()
-    times = numpy.log(numpy.unique(mine["t_s"]))
-    seeds = len(errors)
+    times, seeds = numpy.unique(mine["t_s"]), len(errors)
 
     def steepness(chosen: Array) -> float:
         rms = numpy.sqrt((chosen**2).mean(axis=0))
-        return float(numpy.polyfit(times, numpy.log(numpy.maximum(rms, 1e-20)), 1)[0])
+        return slope(times, numpy.maximum(rms, 1e-20))
 
     others = numpy.array([steepness(numpy.delete(errors, i, axis=0)) for i in range(seeds)])
     spread = math.sqrt((seeds - 1) / seeds * float(((others - others.mean()) ** 2).sum()))
