@@ -104,7 +104,6 @@ KINDS = (
     "unit", "nan", "-inf", "0", "sign", "shift", "later", "swap", "permute", "noise", "one cell",
     "beyond", "drop column", *ROWS,
 )  # fmt: skip
-# what is left of the rows is right: ``compare`` measures the rows there are
 
 
 def compares(given: Right, table: Table) -> None:

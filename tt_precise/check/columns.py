@@ -190,8 +190,6 @@ class Block:
         return len(self.values["t"])
 
     def head(self, count: int) -> Block:
-        if count >= len(self):
-            return self
         values = {name: array[:count] for name, array in self.values.items()}
         return Block(values, self.place, self.texts)
 

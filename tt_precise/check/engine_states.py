@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import zipfile
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,7 +21,7 @@ from tt_precise.scene.scene import Scene
 if TYPE_CHECKING:
     import numpy
 
-    from tt_precise.check.columns import Changed, Columns, Reading
+    from tt_precise.check.columns import Changed, Columns
     from tt_precise.check.sources import ColumnSource
     from tt_precise.scene.body import Parameters
 
@@ -104,19 +105,16 @@ def engine_source(path: str, engine: str, scene: Scene, rename: Mapping[str, str
     marked = (f"{name}:{origin}" for name in alike for origin in (CENTRE_OF_SPHERE, CENTRE_OF_MASS))
     others = {_convention(name): name for name in reversed((*alike, *marked))}
     others.pop(_convention(engine), None)
+
+    def read(other: str, given: Columns, body: Parameters) -> Changed:
+        columns = engine_columns(path, other, scene)
+        return {name: values[: len(given["t"])] for name, values in columns.items()}
+
     source.otherwise = {
-        f"it is read with --from {other}": _first_rows(path, other, scene)
+        f"it is read with --from {other}": partial(read, other)
         for other in reversed(others.values())
     }
     return source
-
-
-def _first_rows(path: str, engine: str, scene: Scene) -> Reading:
-    def read(given: Columns, body: Parameters) -> Changed:
-        columns = engine_columns(path, engine, scene)
-        return {name: values[: len(given["t"])] for name, values in columns.items()}
-
-    return read
 
 
 def _convention(engine: str) -> Convention:

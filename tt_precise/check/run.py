@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy
 
-from tt_precise.check.checks import CHECKS, RowCheck, checks_of, chosen_limits, finite
+from tt_precise.check.checks import RowCheck, checks_of, chosen_limits, finite
 from tt_precise.check.columns import Block, CheckSetup, Samples, choose_set, known_columns
 from tt_precise.check.golden import GoldenDistance
 from tt_precise.check.result import Result, RunningWorst
@@ -26,7 +26,6 @@ from tt_precise.runtime.terminal import Progress, one_line, silent
 from tt_precise.runtime.values import Check, InputError, Verdict
 from tt_precise.scene.scene import Scene, load_scene
 
-NAME = "finite"
 MEANING = "every column holds finite numbers, except Euler angles where they are undefined"
 
 
@@ -54,10 +53,9 @@ class Finiteness:
         if broken is not None:
             count, first = count + 1, f"{broken}, where the checks stop"
             at = broken.t if at is None else min(at, broken.t)
-        return Check(NAME, "fail" if count else "pass", float(count), 0.0, at, first, MEANING)
+        return Check("finite", "fail" if count else "pass", float(count), 0.0, at, first, MEANING)
 
 
-NAMES = [check.name for check in CHECKS]
 HOLDS = {"at most": operator.le, "above": operator.gt, "at least": operator.ge}
 
 
@@ -207,9 +205,9 @@ def _with_advice(findings: list[Check]) -> list[Check]:
     """Add advice to the result of ``equations`` if only the contact force can differ."""
     failed = {finding.name: finding for finding in findings if finding.verdict == "fail"}
     equations = failed.get("equations")
-    if equations is None or failed.keys() & {"kinematics", "contact_momentum"}:
-        return findings
-    if not equations.note.startswith("error bound"):  # a cause is named
+    proven = failed.keys() & {"kinematics", "contact_momentum"}
+    # a cause that is named stands before the error bound
+    if equations is None or proven or not equations.note.startswith("error bound"):
         return findings
     advice = "if the contact force is another one than the scene's, --friction other"
     advised = f"{equations.note}; {advice}"

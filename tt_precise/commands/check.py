@@ -14,8 +14,6 @@ from tt_precise.runtime.values import InputError
 if TYPE_CHECKING:
     from tt_precise.check.result import Result
 
-FAILED = 1
-
 
 @click.command("check", epilog=f"Digits: {RULE}")
 @click.argument("trajectory")
@@ -117,7 +115,7 @@ def command(
         raise
     _write(result, junit, markdown, plot)
     options.emit(as_json, result.as_dict(), str(result).splitlines())
-    return 0 if result.passed else FAILED
+    return 0 if result.passed else 1
 
 
 def _write(result: Result, junit: str | None, markdown: str | None, plot: str | None) -> None:
