@@ -144,6 +144,7 @@ def test_files_that_are_no_files(healthy: Healthy, tmp_path: Path) -> None:
     os.mkfifo(pipe)
     for source, message in (
         (tmp_path / "absent.csv", "No such file or directory; expected a trajectory file"),
+        (tmp_path / "absent.h5", "absent.h5: No such file or directory; expected a trajectory"),
         (tmp_path, "Is a directory"),
         (broken, "expected a readable file"),
         (cut, "expected a readable file"),

@@ -503,21 +503,19 @@ def _whole_reader(suffix: str) -> Callable[[Path], Any] | None:
 
 
 def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
-    if read := _whole_reader(path.suffix):
-        return _whole(path, read, rename)
-    parquet = path.suffix == ".parquet"
+    read, parquet = _whole_reader(path.suffix), path.suffix == ".parquet"
     try:
-        # opening a pipe waits for its writer, and Parquet cannot be read from one
-        if parquet and path.exists() and not path.is_file():
+        # opening a pipe waits for its writer, and these formats cannot be read from one
+        if (read or parquet) and path.exists() and not path.is_file():
             raise OSError(0, "no regular file")
         size = path.stat().st_size
         opened = path.open("rb")
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: {reason}; expected a trajectory file") from None
-    if parquet:
+    if read or parquet:
         opened.close()
-        return ParquetSource(path, rename)
+        return _whole(path, read, rename) if read else ParquetSource(path, rename)
     try:
         return TextSource(str(path), opened, size, rename)
     except BaseException:
