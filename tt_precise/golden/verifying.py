@@ -329,18 +329,17 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
             if integral.digits < CONSTANT_TO - cancelled:
                 problems.append(
                     f"{TRAJECTORY}: {integral.name} is constant to {integral.digits:.1f} digits, "
-                    f"expected {CONSTANT_TO - cancelled:.3g}; worst in line "
-                    f"{integral.worst_row + 2}"
+                    f"expected {CONSTANT_TO - cancelled}; worst in line {integral.worst_row + 2}"
                 )
     return stored, problems + _problems_of_proof(stored)
 
 
-def _cancelled(stored: Stored) -> float:
-    """The digits by which lambda is smaller at the start than the terms that it is a sum of."""
+def _cancelled(stored: Stored) -> int:
+    """The whole digits by which lambda is smaller at the start than the terms that it sums up."""
     start = (stored.trajectory.floats(name)[0] for name in NewtonState._fields)
     q = Motion(stored.scene.body.numbers(float), NewtonState(*start), math)
     lambda_, terms = abs(jellett(q)), q.body.R * math.hypot(*q.state.L)
-    return math.log10(terms / lambda_) if 0 < lambda_ < terms else 0.0
+    return int(math.log10(terms / lambda_)) if 0 < lambda_ < terms else 0
 
 
 def _problems_of_proof(stored: Stored) -> list[str]:
