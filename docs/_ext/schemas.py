@@ -14,6 +14,7 @@ DOCUMENTS = {
     "claims": "tt_precise.claims.committed:Claims",
     "extremes": "tt_precise.extremes.case:Extremes",
     "results": "tt_precise.report.build:Results",
+    "golden-certify": "tt_precise.golden.documents:Certified",
     "golden-manifest": "tt_precise.golden.documents:Manifest",
     "golden-proof": "tt_precise.golden.documents:Proof",
     "index": "tt_precise.vectors.documents:Index",

@@ -9,6 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pandas
 import pytest
 
@@ -22,6 +23,7 @@ from tt_precise.certify.golden_proof import certify, check, checked, compared, p
 from tt_precise.certify.proof import Proof, prove
 from tt_precise.commands.golden import certify_command as command
 from tt_precise.golden import proofs, store
+from tt_precise.golden.documents import Attempt
 from tt_precise.golden.proofs import ENCLOSURE, PROOF
 from tt_precise.golden.runs import exact_decimal
 from tt_precise.golden.store import (
@@ -187,6 +189,7 @@ def test_numbers_that_no_proof_reaches_are_counted(stored: Stored, proof: Proof)
     assert content["unproved"] > 0
     kx = content[TRAJECTORY]["columns"]["kx"]
     assert (kx["entries"], kx["rounded"]) == (len(stored.trajectory.rows), 3)
+    assert msgspec.convert({**content, "complete": False, "digits": None}, Attempt).failure
 
 
 def test_too_few_bits_prove_fewer_digits(stored: Stored) -> None:

@@ -174,8 +174,8 @@ class ProvedTable(Record, frozen=True):
     columns: Annotated[dict[str, ProvedColumn], means("the columns")]
 
 
-class Proof(Record, frozen=True, tag_field="schema", tag="tt_precise.proof/4", rename=FILES):
-    """`proof.json` of a scene's golden data."""
+class Proved(Record, frozen=True, tag_field="schema", tag="tt_precise.proof/4", rename=FILES):
+    """What is proved about a scene's golden data."""
 
     scene: SceneName
     scene_sha256: Annotated[str, means("SHA-256 of what the scene says")]
@@ -208,4 +208,22 @@ class Proof(Record, frozen=True, tag_field="schema", tag="tt_precise.proof/4", r
     enclosure: Annotated[Hashed, means("balls of the trajectory")]
     events_enclosure: Annotated[Hashed, means("balls of the events")]
     versions: Versions
+
+
+class Proof(Proved, frozen=True):
+    """`proof.json` of a scene's golden data."""
+
     sha256_of_proof: Annotated[str, means("SHA-256 of the proof without this key")]
+
+
+class Attempt(Proved, frozen=True):
+    """What a proof came to, complete or not."""
+
+    digits: Annotated[int | None, means("significant digits proved; null if nothing is")]
+    complete: Annotated[bool, means("whether everything is proved, and written")]
+
+
+class Certified(Record, frozen=True, tag_field="schema", tag="tt_precise.golden.certify/1"):
+    """What `tt-precise golden certify --json` prints."""
+
+    scenes: Annotated[tuple[Attempt, ...], means("the scenes")]

@@ -98,9 +98,11 @@ def json_schema(kind: type[Record]) -> dict[str, Json]:
     """The JSON Schema of a document: title, description, then its keys."""
     schema = msgspec_json.schema(kind)
     definitions = schema["$defs"]
+    for definition in definitions.values():
+        if tag := definition.get("properties", {}).get("schema"):
+            tag.setdefault("description", "name and version of this format")
     own = definitions.pop(schema["$ref"].rpartition("/")[2])
     title = str(kind.__struct_config__.tag or kind.__name__)
-    own["properties"]["schema"]["description"] = "name and version of this format"
     rest = {"$defs": definitions} if definitions else {}
     dialect = "https://json-schema.org/draft/2020-12/schema"
     return {"$schema": dialect, **own, "title": title, **rest}
