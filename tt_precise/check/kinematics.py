@@ -160,6 +160,10 @@ class _OverWindows:
         q = motion_as_given(samples)
         turning = numpy.sqrt(dot(samples.state.L, samples.state.L)) / q.body.I1
         seen = windows.widest * turning[windows.rows].max(axis=1) <= FARTHEST
+        if self._setup.scene.may_stick:  # its rates bend where the contact point comes to rest
+            vx, vy = samples.state.vx[windows.rows], samples.state.vy[windows.rows]
+            speed, change = numpy.hypot(vx, vy), numpy.hypot(numpy.diff(vx), numpy.diff(vy))
+            seen &= (speed.max(axis=1) == 0) | (speed.min(axis=1) > change.max(axis=1))
         excess, bound = self._look(windows, samples, q, seen)
         open_ = ~(bound <= self._limit) | ~seen
         self.windows += len(excess)
