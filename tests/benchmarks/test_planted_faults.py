@@ -89,7 +89,7 @@ def test_the_whole_sweep() -> None:
     assert len(dropped) == len(term_names())
     assert dropped["at_1e-06"].all()
     assert dropped["by_golden"].all()
-    for size, column in (("1e-3", "at_1e-06"), ("1e-6", "at_1e-09"), ("1e-12", "by_golden")):
+    for size, column in (("1e-3", "at_1e-06"), ("1e-6", "at_1e-09"), ("1e-9", "by_golden")):
         rows = found[(found["kind"] == "parameter") & (found["size"] == size)]
         assert len(rows) == 7
         assert rows[column].all()
