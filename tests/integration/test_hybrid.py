@@ -374,6 +374,20 @@ def test_plane_motion_stays_plane_after_a_rest() -> None:
     assert {*run.events["name"]} == {"stick", "theta_min", "theta_max", "nu_x_zero", "nu_crossing"}
 
 
+@pytest.mark.parametrize("formulation", ["newton", "euler"])
+def test_events_just_after_slipping_begins(formulation: str) -> None:
+    """What is constant, or falls from there on, has no extremum; the azimuth goes on from there."""
+    slip, azimuth = 0.0479825367245346, -0.019887
+
+    def aside(q: Motion) -> Scalar:
+        return q.k[1] * math.cos(azimuth) - q.k[0] * math.sin(azimuth)
+
+    names = ("extremum:lambda", "extremum:E", "extremum:E_tilde_main", aside)
+    events = tt.integrate(scene(), formulation=formulation, events=names).events
+    late = events[events["t"] >= slip - 1e-12]
+    assert list(late["name"]) == ["slip", "aside", "extremum:E_tilde_main"]
+
+
 def test_events_just_after_rest() -> None:
     """Even before the first place at which changes of sign are looked for, and with direction."""
 

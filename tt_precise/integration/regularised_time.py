@@ -14,18 +14,20 @@ outside the cone at once, v_1 > 0, and the series converges.
 from __future__ import annotations
 
 import bisect
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy
 
 from tt_precise.integration.columns import Row
 from tt_precise.integration.dense_output import DenseOutput, Propagation, Times
-from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES
+from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES, event_value
 from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.setup import Setup
+from tt_precise.integration.vanishing import signs_beyond_rounding
 from tt_precise.mechanics import friction, newton, rolling
 from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.initial_state import InitialState
@@ -268,7 +270,6 @@ class RegularisedTimeOutput(RowwiseOutput):
 
 PLACES = 16  # at which events look for changes of sign
 SOONEST = 2.0**-40  # of a place, in the place of rest itself, where friction has no direction
-VANISHED = 1000  # eps of its largest value: a function as small at rest vanishes there
 TERMS_OF_MP = 0.35  # for each bit: fewer series terms cost accuracy, more of them only time
 
 
@@ -348,30 +349,27 @@ class OnsetOutput(RowwiseOutput):
         state = NewtonState(*(*body, v * ex, v * ey))
         return Motion(self.start.body, state, fn)
 
-    def _motion(self, time: Scalar) -> Motion:
-        layout, fn = self.setup.layout, self.precision.context
-        row = (*self._state(time), *(fn.mpf(0) for _ in layout.record))
-        return layout.motion(self.start.body, row, fn)
+    def _watched_row(self, time: Scalar) -> Row:
+        # quadratures cost much more than the state, and only the azimuth matters to an event
+        if any(event.azimuth for event in self.setup.watched.values()):
+            return self._row(time)
+        return (*self._state(time), *(time * 0 for _ in self.setup.record))
 
     def _hits(self) -> list[EventRecord]:
         fn, number, hits = self.precision.context, self.precision.number, []
         times = [self._until * (k or SOONEST) / PLACES for k in range(PLACES + 1)]
-        motion = cache(self._motion)  # of all events
+        signs = signs_beyond_rounding(self.setup, self.start, list(map(self._watched_row, times)))
         for name, event in self.setup.watched.items():
-            value = partial(self._value, event, motion)
-            values = list(map(value, times))
-            if not abs(values[0]) > VANISHED * self.precision.eps * max(map(abs, values)):
-                values[0] = values[1]
-            for before, after, low, high in zip(values, values[1:], times, times[1:], strict=False):
-                direction = 1 if after > before else -1
-                wanted = not event.direction or event.direction == direction
-                if (before > 0) != (after > 0) and wanted:
-                    time = fn.findroot(value, (low, high), solver="anderson")
+            sign = signs[name]
+            for before, after in itertools.pairwise(numpy.flatnonzero(sign).tolist()):
+                direction = int(sign[after])
+                if sign[before] != direction and event.direction in (0, direction):
+                    ends = times[before], times[after]
+                    time = fn.findroot(partial(self._value, event), ends, solver="anderson")
                     state = tuple(map(number, self._row(time)))
                     hits.append(EventRecord(name, number(time), direction, state))
         return sorted(hits, key=lambda hit: hit.time)
 
-    def _value(self, event: Event, motion: Callable[[Scalar], Motion], t: Scalar) -> Scalar:
-        if event.of_rate:
-            return self.precision.context.diff(lambda s: event.function(motion(s)), t)
-        return event.function(motion(t))
+    def _value(self, event: Event, time: Scalar) -> Scalar:
+        row, fn = self._watched_row(time), self.precision.context
+        return event_value(event, self.setup.layout.moving(self.start.body, row, fn)[1])[0]

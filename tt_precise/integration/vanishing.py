@@ -25,6 +25,7 @@ from tt_precise.taylor.crossings import crossings
 from tt_precise.taylor.series import Series, Sized, SizedFunctions
 
 ROUNDINGS = 10  # eps of its summands, below which a function is zero
+LOST = 100  # times as much, below which the start of a piece has lost a function
 GUARD = 40  # bits after those of the run, within which numbers with guard bits agree
 SUSPICIOUS = 1e-10  # of its summands: a lobe as shallow as this is tested with all bits
 NEAREST = 64  # parts of the first step, where series converge so slowly
@@ -231,6 +232,30 @@ def settled(
     touched = {hit.name for hit, kept in zip(later, keep, strict=True) if kept is False}
     hits = sorted((*early, *crossed), key=lambda hit: hit.time)
     return tuple(hits), first.silent | touched
+
+
+def signs_beyond_rounding(
+    setup: Setup, start: InitialState, rows: Sequence[Sequence[Scalar]]
+) -> dict[str, Array]:
+    """The signs of the watched functions at ``rows`` in order of time; 0 where rounding decides."""
+    form, mpfr, events = setup.formulation, setup.precision.mpfr, setup.watched
+    body, columns = start.parameters(form), list(zip(*rows, strict=True))
+    doubles = [numpy.array(column, dtype=float) for column in columns]
+    sizes = _sizes(setup, start, doubles)
+    sized = [Sized(x, size) for x, size in zip(doubles, sizes, strict=True)]
+    exact = [mpfr.array(column) for column in columns]
+    signs = {}
+    with mpfr.precision(), numpy.errstate(all="ignore"):
+        of_body = form.body([float(x) for x in body])
+        _, rough = functions_along(setup, events, of_body, sized, SizedFunctions())
+        of_body = form.body([mpfr.number(x) for x in body])
+        _, functions = functions_along(setup, events, of_body, exact, mpfr)
+        for name, function in functions.items():
+            value = function[0] if isinstance(function, Series) else numpy.zeros(len(rows))
+            size = _sized(rough[name][0]).size if isinstance(rough[name], Series) else 0.0
+            known = abs(value) > LOST * _eps(setup) * size
+            signs[name] = numpy.where(known, numpy.sign(value.astype(float)), 0).astype(int)
+    return signs
 
 
 def _eps(setup: Setup) -> float:
