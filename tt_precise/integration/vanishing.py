@@ -31,6 +31,7 @@ SUSPICIOUS = 1e-10  # of its summands: a lobe as shallow as this is tested with 
 NEAREST = 64  # parts of the first step, where series converge so slowly
 NEWTONS = 60
 ENLARGED = 8  # how often the time until which a function is lost is found from the one before
+BESIDE_THE_END = 2.0**-10  # where zeros are compared with the way that a function still has to go
 FLATTEST = 4  # order of a zero at the end, where roundings make zeros so far from it
 TO_THE_EXTREMUM = 3  # Newton's steps from a nearby zero
 
@@ -294,6 +295,11 @@ def _crossing(
             size = _at(_sized(function[0]), there, len(hits)).size
             quick = [numpy.broadcast_to(plain[name][k], len(hits))[there] for k in range(3)]
             ending = left[there] <= eps * (FLATTEST * size / abs(quick[1]) + times[there])
+            # a step's polynomial may vanish where the function still falls to zero at the end
+            near = numpy.array(there)[left[there] <= BESIDE_THE_END]
+            if len(near):
+                c = _with_all_bits([hits[i] for i in near], chosen, setup, start, 0)
+                ending |= numpy.isin(there, near[left[near] <= 2 * FLATTEST * abs(c[0] / c[1])])
             keep[numpy.array(there)[ending]] = None
             deep = _depth(quick) > max(eps, SUSPICIOUS) * size
             shallow = numpy.flatnonzero(~(deep | ending))
@@ -303,7 +309,7 @@ def _crossing(
             seen = [hits[there[i]] for i in shallow]
             c = [term.value[shallow] for term in terms]
             if precision.bits > 53:
-                c = _with_all_bits(seen, chosen, setup, start)
+                c = _with_all_bits(seen, chosen, setup, start, TO_THE_EXTREMUM)
             signs = numpy.array([hit.direction for hit in seen])
             passes = _passes(c, [term.size[shallow] for term in terms], signs, eps)
             keep[numpy.array(there)[shallow]] = passes
@@ -316,9 +322,13 @@ def _at(number: Sized, places: Sequence[int], count: int) -> Sized:
 
 
 def _with_all_bits(
-    hits: Sequence[EventRecord], chosen: Mapping[str, Event], setup: Setup, start: InitialState
+    hits: Sequence[EventRecord],
+    chosen: Mapping[str, Event],
+    setup: Setup,
+    start: InitialState,
+    newtons: int,
 ) -> list[Array]:
-    """Coefficients of the chosen function at the extremum next to each hit.
+    """Coefficients of the chosen function at each hit, moved by ``newtons`` to the extremum.
 
     They are rounded only at the end. A zero that is nearly double is found to half the bits, so
     what is left at the extremum cancels between coefficients at the zero.
@@ -332,7 +342,7 @@ def _with_all_bits(
         c = [function[k] for k in range(4 + setup.precision.bits // 20)]
         x = 0 * c[0]
         with numpy.errstate(all="ignore"):
-            for _ in range(TO_THE_EXTREMUM):
+            for _ in range(newtons):
                 x = x - _derivative(c, 1, x) / (2 * _derivative(c, 2, x))
             return [_derivative(c, k, x).astype(float) for k in range(4)]
 
