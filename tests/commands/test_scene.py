@@ -40,14 +40,16 @@ def test_what_follows_from_the_reference(said: Said, printed: Printed) -> None:
     assert found["lambda_over"]["lambda_thres"] == pytest.approx(2.00485, abs=1e-5)
     assert (found["inverts"], found["warnings"]) == (True, [])
     text = said("scene show reference")
-    for words in ("lambda/lambda_thres = 2.00485", "inverts    yes", "6 mm below", "m 0.02 kg"):
+    for words in ("lambda/lambda_thres = 2.00485", "inverts    yes, if", "6 mm below", "m 0.02 kg"):
         assert words in text
 
 
 @pytest.mark.parametrize(
     ("changes", "warning"),
     [
-        ({"I1": "0.25"}, "outside 1 - alpha to 1 + alpha"),
+        # it inverts nevertheless from theta = 2
+        ({"I1": "0.25"}, "outside 1 - alpha to 1 + alpha (0.7 to 1.3): the upright spin is alw"),
+        ({"I1": "0.6"}, "outside 1 - alpha to 1 + alpha (0.7 to 1.3): the inverted spin is nev"),
         ({"omega_3": "79"}, "within 5 % of a threshold"),
         ({"theta": "0"}, "the axis is vertical"),
         ({"mu": "0"}, "no friction"),
@@ -88,4 +90,4 @@ def test_a_shipped_scene_is_shown_with_its_own_law(name: str, printed: Printed) 
 def test_a_title_cannot_forge_a_line(scene_file: SceneFile, said: Said) -> None:
     lines = said("scene show", scene_file(title=r"a\\n  inverts    no")).splitlines()
     assert lines[0] == r"mine: a\n  inverts    no"
-    assert [line.split()[1] for line in lines if "inverts" in line][1:] == ["yes:"]
+    assert [line.split()[1] for line in lines if "inverts" in line][1:] == ["yes,"]

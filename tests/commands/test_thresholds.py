@@ -14,7 +14,7 @@ def test_what_a_person_reads(said: Said) -> None:
     assert [line.split()[0] for line in lines] == NAMES
     assert lines[7].split()[:2] == ["gamma", "0.93571428571428571429"]
     assert all(line.endswith("20 digits agree") for line in lines)
-    assert last.split()[:2] == ["inverts", "yes:"]
+    assert last.split()[:2] == ["inverts", "yes,"]
 
 
 def test_digits_that_do_not_agree_fail(

@@ -152,9 +152,10 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
     if scene.model == "flight":
         return unusual
     if not 1 - body.alpha < body.gamma < 1 + body.alpha:
+        never = "inverted spin is never" if body.gamma > 1 else "upright spin is always"
         unusual.append(
             f"gamma = {float(body.gamma):.4g} lies outside 1 - alpha to 1 + alpha "
-            f"({float(1 - body.alpha):.4g} to {float(1 + body.alpha):.4g}): no spin inverts it"
+            f"({float(1 - body.alpha):.4g} to {float(1 + body.alpha):.4g}): the {never} stable"
         )
     elif any(ratio is not None and abs(abs(ratio) - 1) < 0.05 for ratio in ratios.values()):
         unusual.append("lambda is within 5 % of a threshold: the motion may take very long")
@@ -179,7 +180,8 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
 def lines(content: dict[str, Json]) -> list[str]:
     """What a person reads."""
     body = {name: _short(value) for name, value in content["body"].items()}
-    inverts = {True: "yes", False: "no", None: "undecided"}[content["inverts"]]
+    from tt_precise.exact.thresholds import INVERTS
+
     ratios = "   ".join(
         f"lambda/{name} = {value:.6g}" if value is not None else f"{name} does not exist"
         for name, value in content["lambda_over"].items()
@@ -195,7 +197,7 @@ def lines(content: dict[str, Json]) -> list[str]:
         *([f"  given      {given}"] if given else []),
         f"  gamma      {content['gamma']:.6g}",
         f"  lambda     {content['lambda']:.10g} kg m^3/s; {ratios}",
-        f"  inverts    {inverts}: {content['inverts_reason']}",
+        f"  inverts    {INVERTS[content['inverts']]}: {content['inverts_reason']}",
         f"  balance    {content['static_balance']}",
         *(f"  WARNING    {warning}" for warning in content["warnings"]),
     ]

@@ -30,6 +30,7 @@ from tt_precise.scene.scene import Scene, load_scene
 
 GUARD_DIGITS = 15  # some ten roundings in each formula, and the fineness of the body on top
 MOST_GUARD = 5000
+INVERTS = {True: "yes, if contact is never lost", False: "no", None: "undecided"}
 
 
 @dataclass(frozen=True)
