@@ -87,9 +87,14 @@ def test_a_cell_that_is_no_number_is_a_problem_and_no_bug(
     golden("list")
 
 
-def test_a_manifest_that_lacks_what_is_listed_is_one_line(small: Small, golden: Said) -> None:
+def test_damaged_data_are_named_and_the_others_are_listed(small: Small, golden: Said) -> None:
+    shutil.copytree(small.folder / "reference", small.folder / "second")
     (small.folder / "reference" / MANIFEST).write_text("{}")
-    assert "manifest.json: got schema 'None'" in golden("list", status=2)
+    lines = golden("list", status=1).splitlines()
+    assert lines[0].startswith("second                 34 digits")
+    assert "manifest.json: got schema 'None'" in lines[1]
+    (one,) = json.loads(golden("list --json", status=1))["damaged"]
+    assert one["scene"] == "reference"
 
 
 def test_certificates_are_checked_or_written(golden: Said) -> None:

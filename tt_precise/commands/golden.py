@@ -98,25 +98,33 @@ def verify_command(
 @FOLDER
 @options.JSON
 def list_command(folder: Path | None, as_json: bool) -> int:
-    """List the scenes that have golden data, and shipped ones that lack them."""
+    """List the scenes that have golden data, and shipped ones that lack them.
+
+    Exit status 1 if data cannot be read.
+    """
     from tt_precise.golden import proofs, store
     from tt_precise.scene.scene import shipped
 
     present = store.scenes(folder)
-    entries = []
+    entries, damaged = [], []
     for name in present:
-        stored = store.read(name, folder)
-        entries.append({**_listed(stored), "proof": proofs.summary(stored, folder)})
+        try:
+            stored = store.read(name, folder)
+        except InputError as error:
+            damaged.append({"scene": name, "problem": str(error)})
+        else:
+            entries.append({**_listed(stored), "proof": proofs.summary(stored, folder)})
     missing = [name for name in shipped() if name not in present]
     lines = [
         f"{row['scene']:<22}{row['digits']:>3} digits, {_proved(row['proof']):<17}"
         f"{row['rows']:>5} rows {row['events']:>5} events  {row['status']:<13}{row['title']}"
         for row in entries
     ]
+    lines += [f"{row['scene']:<22}{row['problem']}" for row in damaged]
     lines += [f"without golden data: {', '.join(missing)}"] if missing else []
-    listed = {"schema": SCHEMA.format("list"), "scenes": entries, "missing": missing}
-    options.emit(as_json, listed, lines)
-    return 0
+    found = {"scenes": entries, "damaged": damaged, "missing": missing}
+    options.emit(as_json, {"schema": SCHEMA.format("list"), **found}, lines)
+    return CHECK_FAILED if damaged else 0
 
 
 @command.command("certify", short_help="Prove the printed digits.")
