@@ -18,6 +18,11 @@ SEEN = {
     "lambda -> E1": "<i>λ</i> → <i>E</i><sub>1</sub>",
     "from -85 to 3": "from −85 to 3",
     "<b>a & b": "&lt;b&gt;a &amp; b",
+    "in the plane of x and z, so that x points": "in the plane of x and z, so that x points",
+    "phi_dddot at v_s": "<i>φ⃛</i> at <i>v</i><sub>s</sub>",
+    "0.0e+00": "0.0",
+    "`theta_dot`": "<code>theta_dot</code>",
+    "phi-dot-195, regularised-1e-2": "phi-dot-195, regularised-1e-2",
 }
 
 
@@ -26,13 +31,8 @@ def test_symbols_are_seen_as_people_write_them(text: str, seen: str) -> None:
     assert prose.html(text) == seen
 
 
-def test_code_and_names_stay() -> None:
-    assert prose.html("`theta_dot`") == "<code>theta_dot</code>"
-    assert prose.html("phi-dot-195") == "phi-dot-195"
-    assert prose.markdown("`theta_dot`") == "`theta_dot`"
-
-
 def test_markdown_has_latex() -> None:
+    assert prose.markdown("`theta_dot`") == "`theta_dot`"
     assert prose.markdown("theta_dot > 9.4e-4") == r"$\dot{\theta}$ > $9.4 \cdot 10^{-4}$"
     assert prose.markdown("a * b < $c") == r"a \* b \< \$c"
 
@@ -80,6 +80,7 @@ SET = {
     "lambda_/(R*I1) >= 2.5e-6": r"\frac{\lambda}{R\, I_1} \ge 2.5\cdot 10^{-6}",
     "cos theta = 1": r"\cos \theta = 1",
     "-(a - b)**2": r"- \left(a - b\right)^2",
+    "b + a*c - c*a": r"b + a\, c - c\, a",
 }  # fmt: skip
 WORDS = (
     "", "2", "theta", "increasing", "about 3.2 s", "0.2 N", "(2)-(6)", "1 x 2 = 3", "a (b",
@@ -110,10 +111,6 @@ def test_every_equation_of_the_paper_is_read() -> None:
                 assert latex(body)
                 formulas += 1
     assert formulas > 10
-
-
-def test_order_stays() -> None:
-    assert latex("b + a*c - c*a") == r"b + a\, c - c\, a"
 
 
 def test_symbols_have_letter_accents_and_index() -> None:

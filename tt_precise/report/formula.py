@@ -21,7 +21,7 @@ AXIS = "3"  # the symmetry axis, a bold 3 in the paper
 _LATEX_GREEK = {letter: rf"\{name}" for name, letter in GREEK.items()} | {
     "ε": r"\varepsilon", "φ": r"\varphi",
 }  # fmt: skip
-_ACCENTS = ("dot", "ddot", "tilde", "hat")
+_ACCENTS = ("dot", "ddot", "dddot", "tilde", "hat")
 _UPRIGHT = ("sin", "cos", "tan", "lim")
 _RELATIONS = {"=": "=", "<": "<", ">": ">", "<=": r"\le", ">=": r"\ge", "->": r"\to"}
 # kinds of parts that need brackets inside a product, and those that need them below an exponent

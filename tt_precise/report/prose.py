@@ -21,21 +21,21 @@ from tt_precise.runtime.values import Scalar
 
 DIGITS = 8  # significant, that a number shows where the digits are not the point
 
-_ACCENT = {"dot": "\u0307", "ddot": "\u0308", "tilde": "\u0303", "hat": "\u0302"}
+_ACCENT = {"dot": "\u0307", "ddot": "\u0308", "dddot": "\u20db", "tilde": "\u0303", "hat": "\u0302"}
 _GREEK = "|".join(sorted((name for name in GREEK if name != "pi"), key=len, reverse=True))
 # letters that are quantities where they carry an index, a dot or a tilde
 _SYMBOL = (
     rf"(?:(?:{_GREEK})(?:~?\d?(?:_[A-Za-z0-9]+)*)|pi"
-    r"|E~\d?|[A-Zagkrsv](?:_(?:dot|ddot|hat|tilde|[xyzn3A]|pot|rot|trans|upp|inv|min|up|f|tilde))+"
+    r"|E~\d?|[A-Zagkrsv](?:_(?:dot|ddot|hat|tilde|[xyzns3A]|pot|rot|trans|upp|inv|min|up|f|tilde))+"
     r"|t_(?:init|end|inv)(?:_[ABC])?|z_(?:min|hat)|3_dot|[DEIL][013])"
 )
 _TOKEN = re.compile(
     r"(?P<code>`[^`]+`)"
     rf"|(?<![\w~])(?<!\w-)(?P<symbol>{_SYMBOL})_?(?![\w~]|-[a-z]|\.[a-z]{{3}})"
-    r"|(?<![\w.])(?P<number>\d+(?:\.\d+)?)(?:e(?P<power>[+-]?\d+)|\*10\^(?P<ten>[+-]?\d+))?(?![\w.]\d)"
+    r"|(?<![\w.])(?<![a-z]-)(?P<number>\d+(?:\.\d+)?)(?:e(?P<power>[+-]?\d+)|\*10\^(?P<ten>[+-]?\d+))?(?![\w.]\d)"
     r"|(?P<raised>(?<=[A-Za-z0-9)])(?:\^|\*\*)(?P<exponent>-?\d+))"
     r"|(?P<minus>(?<![\w)\]\-])-(?=\d)|(?<= )-(?= ))"
-    r"|(?P<sign>->|<=|>=|(?<=[\w)]) x (?=[\w(])|(?<=[\w)])\*(?=[\w(|]))"
+    rf"|(?P<sign>->|<=|>=|(?<=[\w)]) x (?=\(|\w\b|\w_|{_GREEK})|(?<=[\w)])\*(?=[\w(|]))"
 )
 _SIGNS = {"->": "→", "<=": "≤", ">=": "≥", " x ": " × ", "*": "·"}
 _LATEX_SIGNS = {"->": r"$\to$", "<=": r"$\le$", ">=": r"$\ge$", " x ": r" $\times$ ", "*": r"·"}
@@ -145,7 +145,7 @@ def _as_markdown(match: re.Match[str], digits: int | None) -> str:
 def _number(match: re.Match[str], digits: int | None, form: str, minus: str) -> str:
     number = shortened(match["number"], digits) if digits else match["number"]
     power = match["power"] or match["ten"]
-    if not power:
+    if not power or not float(number):
         return number
     written = form.format(number, str(int(power)).replace("-", minus))
     # 10^-6 rather than 1 times it
