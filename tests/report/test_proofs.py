@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 
 from tests.report.conftest import tables
+from tt_precise import golden
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import PROOF
+from tt_precise.report.golden import golden_section
 from tt_precise.report.golden import proved as section
 
 
@@ -39,6 +41,13 @@ def test_rows_hold_what_is_proved() -> None:
     assert held[1] == final[1] == "pi"
     assert float(held[2]) < float(final[2]) == 8
     assert float(held[3]) > float(final[3]) > 0
+
+
+def test_the_table_has_the_end_of_each_scene(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.undo()  # of the copy, which has no flight
+    monkeypatch.setattr(golden, "scenes", lambda: ["flight", "upright"])
+    (table,) = tables(golden_section())
+    assert [row[3] for row in table.rows] == ["0.15298014628", "8"]
 
 
 def test_spoiled_and_missing_proofs_count_for_nothing(place: Path) -> None:

@@ -36,7 +36,7 @@ def golden_section() -> Section:
                 name,
                 manifest["title"],
                 manifest["status"],
-                manifest["t_end"][:12],
+                f"{Decimal(manifest['t_end']):.11g}",
                 str(manifest["files"]["trajectory.csv"]["rows"]),
                 str(manifest["digits"]),
                 str(math.floor(min(agreed))) if agreed else "all",
@@ -94,9 +94,8 @@ FOREVER = (
     "never lost, theta tends to pi (or 0), v_A to 0, and D, E and the modified energy to their "
     "values at that spin. For each scene the first line has the earliest sample for which this is "
     "proved, the second line the last sample. The docstring of tt_precise.certify.energy_well has "
-    "the theorem and its proof. Scenes without a line lose contact, have no friction, spin upright "
-    "or inverted from the start, or spin more slowly than the threshold and tend to a tumbling "
-    "motion."
+    "the theorem and its proof. A scene without a line has no proof, or `forever` in its "
+    "`proof.json` says which hypothesis of the theorem fails."
 )
 SHOWN = 25  # digits of a time; those of the proof itself are more
 
@@ -280,7 +279,7 @@ def every_scene(names: Sequence[str]) -> Figure:
             panel.plot(times[at], angles[at], color=style.BLUE, linewidth=0.7)
             panel.set(ylim=(-0.1, math.pi + 0.1), yticks=[0, math.pi])
             panel.set_yticklabels(["0", "π"])
-            panel.set_title(name, fontsize=7.5, pad=2)
+            panel.set_title(name, fontsize=6.5, pad=2)
             panel.tick_params(labelsize=7)
             panel.xaxis.set_major_locator(matplotlib.ticker.MaxNLocator(3))
         for panel in axes[len(names) :]:

@@ -12,6 +12,7 @@ from tt_precise.claims.evidence.run import REFERENCE, Run, SceneLike
 from tt_precise.mechanics.quantities import effective_potential
 from tt_precise.report import style
 from tt_precise.report.precision import precision_runs
+from tt_precise.report.prose import short
 from tt_precise.report.style import Words
 from tt_precise.runtime.values import Array
 from tt_precise.scene.scene import load_scene
@@ -429,10 +430,10 @@ def jellett_drift(axes: list[Axes]) -> Words:
     panel.set_yscale("log")
     panel.set_ylabel(r"$|\lambda(t)/\lambda(0)-1|$")
     over_time(axes)
-    shown = ", ".join(f"{float(value):.0e} in {label}" for label, value in worst.items())
+    shown = ", ".join(f"{short(value)} in {label}" for label, value in worst.items())
     return Words(
         caption="The reference solution in every precision: relative drift of Jellett's "
-        f"integral, at most {shown}. The dashed line is the precision of order 1e-6 that the "
+        f"integral, the largest {shown}. The dashed line is the precision of order 1e-6 that the "
         "paper reports. Related claim: NUM-03.",
         alt="Drift of lambda against time on a logarithmic axis: a band for each precision, "
         "decades below the previous band, all far below the dashed line at 1e-6.",
