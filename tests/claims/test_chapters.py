@@ -75,6 +75,8 @@ def test_counts_in_notes_are_those_of_the_rows(
         ("NUM-17", {"phi_dot": "0"}, "by 2.301", "by 1.000"),
         ("NUM-31", {"printed": "0.9"}, "0.40 rad", "0.50 rad"),
         ("SWP-15", {"upper": "0.6"}, "0 of 19", "of 119"),
+        ("TH-18", {"middle": 0.3}, "xi is 1.00 of", "xi is 1.00 of"),
+        ("NUM-09", {"printed": "-80"}, "to -82.86588", "-82.86641"),
         ("FIG-03", {"name": "E_pot"}, "at 5.44 s, 4.01 s, 5.49 s", "at 5.49 s"),
     ],
 )
@@ -130,6 +132,7 @@ def test_control_changes_the_verdict(one: str) -> None:
     judged = judge(one)
     assert judged.note
     assert judged.printed
+    assert not judged.definition.endswith(".")  # the page adds it
     if counterexample is None:
         assert judged.verdict == "untestable", f"{one} can be tested, so it needs a counterexample"
     else:

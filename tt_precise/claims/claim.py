@@ -140,8 +140,9 @@ def claims_of(paper: Paper, section: str) -> Callable[..., Callable[[Function], 
             if name in _registered:
                 raise ValueError(f"claim {name}: got it twice, expected each id once")
             _registered[name] = Claim(
-                name, paper, section, told, quote, where, definition, function, counterexample, slow
-            )
+                name, paper, section, told, quote, where, definition.removesuffix("."), function,
+                counterexample, slow,
+            )  # fmt: skip
             return function
 
         return register

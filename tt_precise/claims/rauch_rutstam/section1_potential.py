@@ -268,9 +268,8 @@ def _beside(pole: int, multiples: tuple[str, ...], claimed: int) -> Finding:
     return v.all_of(
         v.statements(f"z_min -> {claimed}", parts),
         "The distance of the minimum from the pole is proportional to delta, so a delta exists for "
-        "every eps. The condition lambda > lambda_thres is stronger than necessary: by 4ab <= "
-        "(a+b)^2, V also has the minimum at z = -1 below the threshold, and at z = 1 for every "
-        "lambda.",
+        "every eps. The condition lambda > lambda_thres is stronger than necessary: V also has the "
+        "minimum at z = -1 somewhat below the threshold, and at z = 1 for every lambda.",
     )
 
 
@@ -326,7 +325,7 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
         "motion of the solution": (
             end - begin <= bound,
             f"a gap of {v.decimal(end - begin, 6)} s from t = {v.decimal(begin, 6)} s, "
-            f"T_upp at most {v.decimal(bound, 6)} s",
+            f"T_upp at most {v.decimal(bound, 4)} s",
         ),
         "motion in the potential of one instant": (
             largest <= 1, f"at most {v.decimal(largest, 4)} T_upp"

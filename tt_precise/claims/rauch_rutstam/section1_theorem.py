@@ -469,10 +469,10 @@ def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> Finding:
 def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> Finding:
     """xi = I3 omega_3 - I1 phi_dot cos theta is close to zero near theta = pi/2."""
     table = run.sampled(("theta", "xi", "Lx", "Ly", "Lz"))
-    near = table[abs(table["theta"] - middle) < 0.3]
-    size = float((near["Lx"] ** 2 + near["Ly"] ** 2 + near["Lz"] ** 2).mean() ** 0.5)
-    xi = float((near["xi"] ** 2).mean() ** 0.5)
-    start = abs(table["xi"].iloc[0] / table["Lz"].iloc[0])
+    squares = {"xi": table["xi"] ** 2, "L": (table[["Lx", "Ly", "Lz"]] ** 2).sum(axis=1)}
+    near = abs(table["theta"] - middle) < 0.3
+    xi, size = (float(square[near].mean() ** 0.5) for square in squares.values())
+    start = float(squares["xi"].iloc[0] / squares["L"].iloc[0]) ** 0.5
     return v.all_of(
         {"xi/|L|": v.approximate("xi approximately 0", xi, size, "xi/|L| =")},
         f"At the start xi is {v.decimal(start, 3)} of |L|.",

@@ -206,7 +206,7 @@ def energy_close_toleast_energy(close: str = section22.CLOSE) -> Finding:
             ),
             "among all states": section22.closeness(close, inverted),
         },
-        "The inverted spin, in which the top ends, has the least energy of all states.",
+        "The inverted spin, in which the top ends, has the least energy with this lambda.",
     )
 
 
