@@ -296,7 +296,8 @@ def _conservation(rows: pandas.DataFrame) -> Iterator[Finding]:
         ),
         (
             "the paper's own way", of_paper,
-            "error of the state on the way with odeint's default tolerances in Euler form",
+            "error of the state on the way with odeint's default tolerances in Euler form, "
+            "dimensionless (NUM-03: in SI)",
         ),
     ):  # fmt: skip
         for _, row in rows_of_name.iterrows():

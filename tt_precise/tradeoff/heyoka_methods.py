@@ -193,7 +193,7 @@ _WAYS: dict[str, Prepare] = {
     "heyoka, one event": partial(supplied, events=("theta_min",)),
     "heyoka, all events": partial(supplied, events=("all",)),
     **{
-        f"heyoka, records {' '.join(names)}": partial(supplied, record=names)
+        f"heyoka, records {', '.join(names)}": partial(supplied, record=names)
         for names in (("phi",), ("x",), ("phi", "psi", "x", "y"))
     },
 }
