@@ -1,6 +1,6 @@
 """README.md and the pages of docs/: what a reader is asked to type works, in order, in one folder.
 
-In a ``python`` block a comment behind a ``print`` may give the beginning of what is printed, as in
+In a ``python`` block a comment behind a ``print`` says what is printed, or how it begins, as in
 ``# rad at 8 s: 3.1340...``. A block that defines tests is handed to pytest. In a ``console`` block
 lines after ``$ `` are commands; lines below a command are what it prints, ``...`` for anything, and
 a comment ``# exit status 1`` says that it fails. A ``{code-block}`` with a caption is a file of
@@ -43,7 +43,7 @@ LONG = (
     "tradeoff", "extremes", "engines",
 )  # fmt: skip
 LONG_PYTHON = ("tt_precise.certify", "sweep(", "animate(")
-BEGINNING = re.compile(r"#.*?(\[?-?\d+\.\d+)\.\.\.")
+PRINTED = re.compile(r"#\s+(?:[\w /,]+: )?(.+?)(\.\.\.)?$")
 FENCE = re.compile(r"^```(\w+|\{code-block\} \w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 CAPTION = re.compile(r":caption: (\S+)\n\n?(.*)", re.DOTALL)
 INLINE = re.compile(r"`(tt-precise [a-z][^`]*)`")
@@ -82,8 +82,8 @@ def run_python(text: str, names: dict[str, Any]) -> None:
         exec(compile(text, "example", "exec"), names)
     prints = [line for line in text.splitlines() if line.startswith("print(")]
     for line, output in zip(prints, printed.getvalue().splitlines(), strict=True):
-        beginning = BEGINNING.search(line)
-        assert not beginning or output.startswith(beginning[1]), line
+        if found := PRINTED.search(line):
+            assert (output[: len(found[1])] if found[2] else output) == found[1], line
     return None
 
 
