@@ -50,11 +50,8 @@ def test_what_goes_wrong_fails_alone_in_one_line() -> None:
 
 
 def test_within_and_same_and_together() -> None:
-    assert [registry.within(value, 3, "eps").holds for value in (3, 3.1, math.nan)] == [
-        True,
-        False,
-        False,
-    ]
+    held = [registry.within(value, 3, "eps").holds for value in (3, 3.1, math.nan)]
+    assert held == [True, False, False]
     assert registry.same("complete", "complete").holds
     assert registry.same("pole", "complete").measured == "pole, not complete"
     both = registry.together(registry.within(1, 2), registry.same("a", "b"))

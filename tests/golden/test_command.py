@@ -60,8 +60,9 @@ def test_unknown_scenes_have_status_2(golden: Said, what: str) -> None:
 
 @pytest.mark.parametrize(
     ("scenes", "why"),
-    [("reference nowhere", "got 'nowhere'"), ("reference", "proof.json: Permission denied")],
-)
+    [("reference nowhere", "got 'nowhere'"), ("reference", "proof.json: Permission denied"),
+     ("upright --check --certificate", "--check: got --certificate too")],
+)  # fmt: skip
 def test_what_cannot_be_certified_is_found_out_before_the_work(
     golden: Said, monkeypatch: Patch, scenes: str, why: str
 ) -> None:
@@ -95,12 +96,6 @@ def test_damaged_data_are_named_and_the_others_are_listed(small: Small, golden: 
     assert "manifest.json: got schema 'None'" in lines[1]
     (one,) = json.loads(golden("list --json", status=1))["damaged"]
     assert one["scene"] == "reference"
-
-
-def test_certificates_are_checked_or_written(golden: Said) -> None:
-    pytest.importorskip("flint", reason="needs the extra certify")
-    found = golden("certify upright --check --certificate", folder=None, status=2)
-    assert "--check: got --certificate too" in found
 
 
 def test_certificates_of_ones_own_data_are_found(

@@ -283,24 +283,17 @@ def _conservation(rows: pandas.DataFrame) -> Iterator[Finding]:
     mine = conservation_scatter(rows)
     if mine.empty:
         return
-    hidden = mine[mine["jellett_drift"] <= PRINTED].sort_values("error_on_way")[-1:]
-    of_paper = mine[
-        (mine["method"] == PAPER_METHOD) & (mine["formulation"] == "euler")
-        & (mine["tolerance"] == 0)
-    ][:1]  # fmt: skip
+    hidden = mine[mine["jellett_drift"] <= PRINTED]
+    of_paper = chosen(mine, method=PAPER_METHOD, formulation="euler", tolerance=0.0)
     for name, rows_of_name, definition in (
-        (
-            "hidden by conservation", hidden,
-            f"largest error of the state on the way among all settings that hold lambda to "
-            f"{PRINTED:.0e}",
-        ),
-        (
-            "the paper's own way", of_paper,
-            "error of the state on the way with odeint's default tolerances in Euler form, "
-            "dimensionless (NUM-03: in SI)",
-        ),
+        ("hidden by conservation", hidden,
+         f"largest error of the state on the way among all settings that hold lambda to "
+         f"{PRINTED:.0e}"),
+        ("the paper's own way", of_paper,
+         "error of the state on the way with odeint's default tolerances in Euler form, "
+         "dimensionless (NUM-03: in SI)"),
     ):  # fmt: skip
-        for _, row in rows_of_name.iterrows():
+        for _, row in rows_of_name.nlargest(1, "error_on_way").iterrows():
             which = f"{row['method']}, {row['setting']}, lambda held to {row['jellett_drift']:.1g}"
             yield Finding(name, float(row["error_on_way"]), f"{definition}: {which}", "")
     ratios = mine["error_on_way"] / mine["jellett_drift"]

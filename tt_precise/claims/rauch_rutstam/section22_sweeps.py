@@ -344,9 +344,8 @@ def climb_stays_short(limit: str = "8") -> Finding:
         return v.statement(longest < float(limit), f"below {limit} s", shown)
 
     longest = s.greatest(s.starts(EVERY, "through"), "climb_A")
-    return v.readings(
-        s.both_ways(EVERY, check), f"The longest climb starts with {_start_of(longest)}."
-    )
+    start = ", ".join(f"{name}(0) = {s.number(longest[name], 3)}" for name in ("phi_dot", *s.ALONE))
+    return v.readings(s.both_ways(EVERY, check), f"The longest climb starts with {start}.")
 
 
 @claim(
@@ -421,11 +420,6 @@ def small_changes(tolerance: str = "0.1") -> Finding:
         f"{s.climbed(s.starts('tenth', 'through'))} starts invert. The initiation time has "
         "a sharp peak next to the reference start (SWP-05).",
     )
-
-
-def _start_of(row: pandas.Series) -> str:
-    """The varied start values of a row, in words."""
-    return ", ".join(f"{name}(0) = {s.number(row[name], 3)}" for name in ("phi_dot", *s.ALONE))
 
 
 @claim(
