@@ -23,8 +23,6 @@ from tt_precise.golden.digits import (
 
 ONE = Decimal(1)
 TWO_THIRDS = Decimal("0." + "6" * 60)
-
-
 TIE, STEP = Decimal("1." + "0" * 33 + "5"), Decimal("1e-40")
 
 

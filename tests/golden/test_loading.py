@@ -1,6 +1,6 @@
 """Tables are what they parse to, loaded numbers the printed ones; damage is not handed out."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mpmath
 import pandas
@@ -16,10 +16,6 @@ from tt_precise.golden.table import Table
 from tt_precise.mechanics.pose import Pose
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
-
-if TYPE_CHECKING:
-    pass
-
 
 TEXT = "t,kx\n0,1.0e-1\n0.01,\n"
 

@@ -51,8 +51,8 @@ CURVES = table(
 SQUARE = [Point(10.0 ** (-2 * n), 10.0**n) for n in range(5)]
 
 
-def values(rows: pandas.DataFrame) -> dict[str, float | None]:
-    return {one.name: one.value for one in findings(TradeoffTables(rows))}
+def values(*tables: pandas.DataFrame | None) -> dict[str, float | None]:
+    return {one.name: one.value for one in findings(TradeoffTables(*tables))}
 
 
 def test_ratios_to_the_fastest_peer() -> None:
@@ -115,7 +115,7 @@ def test_what_requested_digits_deliver() -> None:
         ("raised", 9, None, None),
     ]
     estimates = pandas.DataFrame(rows, columns=["status", "wanted", "estimated", "right"])
-    found = {one.name: one.value for one in findings(TradeoffTables(None, None, estimates))}
+    found = values(None, None, estimates)
     assert found["digits requested and not delivered"] == 1
     assert found["estimates too optimistic"] == 1
     assert found["pessimism of the estimates"] == pytest.approx(0.25)
