@@ -67,6 +67,7 @@ def edit_manifest(place: Path, change: Callable[[dict[str, Any]], object]) -> No
         (no_proof, "proof.json: missing, but manifest.json records a proof"),
         (proof_of_others, "proof.json: not the one that manifest.json records"),
         (lambda place: (place / SCENE).write_text("title = 1\n"), "scene.toml"),
+        (lambda place: (place / SCENE).write_text("no TOML ["), "scene.toml: not a TOML file"),
     ],
 )
 def test_what_got_changed_is_not_used(

@@ -110,10 +110,9 @@ def list_command(folder: Path | None, as_json: bool) -> int:
     for name in present:
         try:
             stored = store.read(name, folder)
+            entries.append({**_listed(stored), "proof": proofs.summary(stored, folder)})
         except InputError as error:
             damaged.append({"scene": name, "problem": str(error)})
-        else:
-            entries.append({**_listed(stored), "proof": proofs.summary(stored, folder)})
     missing = [name for name in shipped() if name not in present]
     lines = [
         f"{row['scene']:<22}{row['digits']:>3} digits, {_proved(row['proof']):<17}"

@@ -13,7 +13,6 @@ import hashlib
 import json
 import os
 import re
-import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from decimal import Decimal
@@ -23,7 +22,7 @@ from typing import NamedTuple
 
 from tt_precise.golden.digits import scales_of
 from tt_precise.golden.table import FORMAT, Table
-from tt_precise.runtime.files import MISSHAPEN, atomic_write, read_json, shipped
+from tt_precise.runtime.files import MISSHAPEN, atomic_write, parse_toml, read_json, shipped
 from tt_precise.runtime.values import InputError, Json
 from tt_precise.scene.scene import Scene, parse_scene
 
@@ -205,7 +204,7 @@ def _whole(place: Path, manifest: str) -> Stored:
     except MISSHAPEN:
         problems = [MANIFEST]
     if problems:
-        read(place.name, place.parent)  # refuses another form
+        _ = read(place.name, place.parent).scene  # refuses another form
         raise InputError(
             f"{stored.name}: {problems[0]}; `tt-precise golden verify {stored.name}` says where"
         )
@@ -281,8 +280,14 @@ def self_hash(content: dict[str, Json], key: str = MANIFEST_HASH) -> str:
 
 
 def scene_sha256(text: str) -> str:
-    """SHA-256 of the content of a scene's TOML, without comments and layout."""
-    return _json_hash(tomllib.loads(text, parse_float=str))
+    """SHA-256 of the content of a scene's TOML, without comments and layout.
+
+    Raises ``InputError``: it is no TOML.
+    """
+    try:
+        return _json_hash(parse_toml(text))
+    except InputError as error:
+        raise InputError(f"{SCENE}: {error}") from None
 
 
 def _json_hash(content: Json) -> str:
