@@ -57,9 +57,9 @@ def _tradeoff(tables: TradeoffTables) -> Section:
         Text(
             f"Measured by `{TRADEOFF_COMMAND}`, not by the run that wrote this page. Every method "
             "integrates the same equations from the same dimensionless numbers and is compared "
-            f"with golden data. `{TABLE}` has all settings. The methods are timed in turn; each "
-            "time is the fastest of several. Ratios are medians of ratios to a bare heyoka loop "
-            "timed just before."
+            f"with golden data. `{TABLE}` has all settings. The methods are timed in turn, slow "
+            "ones once; each time is the fastest. Ratios are medians of ratios to a bare heyoka "
+            "loop timed just before."
         ),
         *figures(rows, tables.long_runs),
         _costs_table(rows, "newton", "Newton form"),

@@ -166,7 +166,8 @@ def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> Finding:
             "the first crossing": v.about(printed, crossings[0], "s"),
         },
         f"nu_y crosses nu_x {len(every)} times, both ways, between {v.decimal(every[0], 5)} "
-        f"and {v.decimal(every[-1], 5)} s; from the last one on nu_y stays above.",
+        f"and {v.decimal(every[-1], 5)} s; from the last one on nu_y stays above until "
+        f"{v.decimal(_crossings(run, early=False)[0], 5)} s.",
     )
 
 

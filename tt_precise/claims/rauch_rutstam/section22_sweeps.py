@@ -108,7 +108,7 @@ def climb_shortened(near: str = "150", far: str = "200") -> Finding:
     """Beyond phi_dot(0) = 83.1 rad/s the climbing time falls with phi_dot(0)."""
     rows = s.starts("phi_dot", "held")
     rows = rows[rows["phi_dot"] > float(VANISHES)]
-    least = rows.sort_values("climb_A").iloc[0]
+    least, most = rows.sort_values("climb_A").iloc[0], s.greatest(rows, "climb_A")
     quickest = {
         definition: rows.sort_values(f"climb_{definition}").iloc[0]["phi_dot"] for definition in ABC
     }
@@ -121,8 +121,9 @@ def climb_shortened(near: str = "150", far: str = "200") -> Finding:
     return v.readings(
         {f"up to {end} rad/s": check(end) for end in (near, far)},
         f"The climbing time has a minimum, {s.number(least['climb_A'])} s at "
-        f"{s.number(least['phi_dot'])} rad/s, from where on it grows; in definition "
-        f"B it is at {s.number(quickest['B'])} rad/s, in C at {s.number(quickest['C'])}.",
+        f"{s.number(least['phi_dot'])} rad/s, and grows from there to "
+        f"{s.number(most['climb_A'])} s at {s.number(most['phi_dot'])} rad/s; in definition B it "
+        f"is at {s.number(quickest['B'])} rad/s, in C at {s.number(quickest['C'])}.",
     )
 
 
@@ -240,7 +241,7 @@ def flatter_is_calmer(upper: str = "0.1") -> Finding:
 def steeper_is_wilder(lower: str = "0.1", upper: str = "0.3") -> Finding:
     """From theta(0) = 0.1 up, oscillations grow and the climbing time falls with theta(0)."""
     every = s.starts("theta", "unilateral")
-    lost = every[every["outcome"] == "contact_lost"]["theta"].min()
+    lost = every[every["outcome"] == "contact_lost"]["theta"]
     through = s.starts("theta", "through")
     quick = through[through["theta"] <= float(upper)].sort_values("climb_A").iloc[0]
 
@@ -258,8 +259,9 @@ def steeper_is_wilder(lower: str = "0.1", upper: str = "0.3") -> Finding:
     return v.readings(
         {reading: check(contact) for contact, reading in s.CONTACTS.items()},
         "Up to 0.3 rad, where the paper's remark on omega_3(0) begins. Starts from "
-        f"{s.number(lost)} rad on lose contact. With g_n < 0 allowed, the climb is quickest from "
-        f"{s.number(quick['theta'])} rad, in {s.number(quick['climb_A'])} s.",
+        f"{s.number(lost.min())} to {s.number(lost.max())} rad lose contact. With g_n < 0 allowed, "
+        f"the climb is quickest from {s.number(quick['theta'])} rad, in "
+        f"{s.number(quick['climb_A'])} s.",
     )
 
 

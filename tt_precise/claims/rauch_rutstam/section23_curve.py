@@ -236,7 +236,8 @@ def modified_energy_is_larger(
         for largest in (False, True)
     )
     averages = [run.mean(pair[0], s) - run.mean(pair[1], s) for s in run.nutations(climb)]
-    late = [t for t in changes if t < height[0]]
+    begin = max((t for t in changes if t < height[0]), default=climb.begin)
+    until = min((t for t in changes if t > height[0]), default=climb.end)
     parts = {
         "at every instant": (
             below == 0, f"not for {100 * below / climb.length:.1f} % of the climb"
@@ -247,14 +248,10 @@ def modified_energy_is_larger(
             f"{v.decimal(max(averages), 2)} J",
         ),
     }  # fmt: skip
-    positive = (
-        f"; it is positive at every instant from {v.decimal(late[-1], 4)} s until the end of the "
-        "climb comes near." if late else "."
-    )  # fmt: skip
     return v.readings(
         v.statements(f"{pair[0]} > {pair[1]}", parts),
-        f"The difference goes from {v.decimal(depth[1], 3)} to {v.decimal(height[1], 3)} J"
-        + positive,
+        f"The difference goes from {v.decimal(depth[1], 3)} to {v.decimal(height[1], 3)} J; "
+        f"around its maximum it is positive from {v.decimal(begin, 4)} to {v.decimal(until, 4)} s.",
     )
 
 
