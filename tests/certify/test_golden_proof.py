@@ -26,14 +26,7 @@ from tt_precise.golden import proofs, store
 from tt_precise.golden.documents import Attempt
 from tt_precise.golden.proofs import ENCLOSURE, PROOF
 from tt_precise.golden.runs import exact_decimal
-from tt_precise.golden.store import (
-    EVENTS,
-    MANIFEST,
-    SCENE,
-    TRAJECTORY,
-    Stored,
-    record_proof,
-)
+from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored, record_proof
 from tt_precise.golden.table import Table
 from tt_precise.golden.verifying import verify_scene
 from tt_precise.integration import catalogue

@@ -13,14 +13,7 @@ from tests.golden.conftest import Small, shortened
 from tests.golden.tables import other_digit, with_cell
 from tt_precise.golden.closed_form import closed_form
 from tt_precise.golden.digits import ZERO, agreement, digits_of
-from tt_precise.golden.runs import (
-    Run,
-    Task,
-    exact_decimal,
-    ordered_events,
-    perform,
-    reconcile,
-)
+from tt_precise.golden.runs import Run, Task, exact_decimal, ordered_events, perform, reconcile
 from tt_precise.golden.table import Table
 from tt_precise.scene.scene import Scene, load_scene, parse_scene
 

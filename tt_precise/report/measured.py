@@ -21,14 +21,7 @@ from tt_precise.report.prose import short
 from tt_precise.runtime import records
 from tt_precise.runtime.records import of_its_form
 from tt_precise.runtime.values import Json
-from tt_precise.tradeoff.findings import (
-    ACCURACIES,
-    TABLE,
-    TradeoffTables,
-    costs,
-    findings,
-    read,
-)  # fmt: skip
+from tt_precise.tradeoff.findings import ACCURACIES, TABLE, TradeoffTables, costs, findings, read
 
 if TYPE_CHECKING:
     import pandas
