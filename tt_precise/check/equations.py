@@ -8,16 +8,19 @@ that the sampling interval does not matter: what is measured is
 |x(t) - x(0) - integral of rates|, in units of the size of x at the start.
 
 What the highest order leaves open is followed from row to row (``follow``), and the solution's
-end compared with the next row; the first interval is followed back from its end, too. Where rows
-lie too far apart even for that, the interval is left out and counted. From the sum of the others,
-the error bounds of the quadrature and the rounding are subtracted: a value that remains is the
-trajectory's own. Rows closer together than the equations need are passed over.
+end compared with the next row; the first interval is followed back from its end, too. Where the
+equations may change (stick, slip, landing, a loss of contact), the scene itself is integrated from
+row to row (``through_joints``). Where rows lie too far apart even for that, the interval is left
+out and counted. From the sum of the others, the error bounds and the rounding are subtracted: a
+value that remains is the trajectory's own. Rows closer together than the equations need are passed
+over.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -28,12 +31,19 @@ from tt_precise.golden.measuring import ending
 from tt_precise.mechanics import compliant, quantities
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.flight import LiftedState
-from tt_precise.mechanics.formulations import Formulation, elastic_in_time, formulation, raised
+from tt_precise.mechanics.formulations import (
+    STATE_DIMENSIONS,
+    Formulation,
+    elastic_in_time,
+    formulation,
+    raised,
+)
 from tt_precise.mechanics.friction import cone_margin
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.runtime.values import Array, Scalar
+from tt_precise.runtime.values import Array, InputError, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.series import SeriesFunctions, Truncated, coefficients
@@ -41,6 +51,7 @@ from tt_precise.taylor.series import SeriesFunctions, Truncated, coefficients
 ON_TABLE = 1e-9  # of R: below this a rigid table is touched
 POINTS = 9  # points of an interval at which a solution is tested
 State = NewtonState | LiftedState
+Rates = Callable[[tuple[Scalar, ...]], Sequence[Scalar]]
 SERIES = SeriesFunctions(numpy)
 
 
@@ -77,9 +88,7 @@ def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
     return [RowsUnder(*pair) for pair in there]
 
 
-def rates_of(
-    form: Formulation, body: Parameters
-) -> Callable[[tuple[Scalar, ...]], Sequence[Scalar]]:
+def rates_of(form: Formulation, body: Parameters) -> Rates:
     """The equations of ``form`` for series."""
     return lambda entries: form.rates(body, form.State(*entries), SERIES)
 
@@ -201,7 +210,7 @@ class Followed(NamedTuple):
 
 
 def follow(
-    rates: Callable[[tuple[Scalar, ...]], Sequence[Scalar]],
+    rates: Rates,
     start: numpy.ndarray,
     spans: numpy.ndarray,
     sizes: numpy.ndarray,
@@ -252,6 +261,40 @@ def _at(c: numpy.ndarray, h: numpy.ndarray) -> numpy.ndarray:
     return total
 
 
+def through_joints(scene: Scene, row: Array, span: float) -> tuple[Array, float, int]:
+    """The motion from the state ``row`` on, whatever changes of its equations it meets.
+
+    The state after ``span`` (s) or where the motion ends, the time until then, and the steps taken.
+    """
+    from tt_precise.integration import hybrid
+    from tt_precise.integration.setup import Setup, ended_at_start
+
+    setup = Setup.of(scene, events=(), record=())
+    start = InitialState.of(scene, setup.precision.arithmetic)
+    fn, names = setup.precision.context, LiftedState._fields[: len(row)]
+    units = [start.units.of_dimension(STATE_DIMENSIONS[name]) for name in names]
+    entries = [fn.mpf(float(x)) / unit for x, unit in zip(row, units, strict=True)]
+    state: Any = LiftedState(*entries, *[fn.mpf(0)] * (10 - len(row)))
+    if abs(state.vx) + abs(state.vy) < ROUNDED_SPEED:
+        state = state._replace(vx=fn.mpf(0), vy=fn.mpf(0))
+    on_table = state if scene.body.spring else NewtonState(*state[:8])
+    start = replace(start, vectors=on_table, until=span / start.units.time)
+    try:
+        pulled = ended_at_start(start, setup.contact, fn)
+        if not scene.body.spring and (pulled or state.height > ON_TABLE):
+            flight = setup.but(formulation=raised("newton"))
+            segments = hybrid.flying(flight, replace(start, vectors=state))
+        else:
+            segments = hybrid.run(scene, setup, start, None, None)
+    except InputError:  # the law does not say how the motion goes on
+        return row, 0.0, 0
+    last = segments[-1]
+    there = (*hybrid.after(last.output, last.output.start).vectors, 0, 0)
+    end = [float(x * unit) for x, unit in zip(there, units, strict=False)]
+    steps = sum(segment.output.propagation.steps for segment in segments)
+    return numpy.array(end), float((last.begin + last.output.end_time) * start.units.time), steps
+
+
 ORDERS = (2, 4, 8, 13)  # Taylor coefficients used at either end of an interval
 RESOLVED = 1e-9  # wanted error bound of a whole check, before a higher order is tried
 HORIZON = 100.0  # in sqrt(R/g), over which RESOLVED is shared out; the reference has 177
@@ -265,23 +308,23 @@ NEAR, ENOUGH = 15, 1e-3
 FITS = 1e-3  # of it may be left: a smaller I3 explains a missing gyroscopic term to 3e-3
 SOUND = 0.1  # of the worst interval's misfit: below it an interval is none of those that are off
 CLOSEST = 0.005  # in sqrt(R/g): nearer rows say nothing new about the equations
-Rates = Callable[[tuple[Scalar, ...]], Sequence[Scalar]]
+ROUNDED_SPEED = 1e-13  # in units of sqrt(g R): of a contact point at rest, from other columns
+NEARBY = 1e-10  # of the size: a start so far off shows how an error grows through joints
+MOST_JOINTS = 200  # of a block that are integrated
 
 
 class Residuals(NamedTuple):
     """Changes minus integrals of rates of every interval, with error bounds.
 
     ``state`` has shape (entries, intervals), ``energy`` (intervals,), both in units of their size
-    at the start; ``bound`` (intervals,) is that of the error of these numbers (``energy_bound``: of
-    the energy's). ``ends`` are the
+    at the start; ``bound`` (intervals,) is that of the error of these numbers. ``ends`` are the
     rows where the intervals end; ``within`` (s, intervals) is how far the solution was followed, 0
-    where no spacing of the rows would help.
+    where the equations may change.
     """
 
     state: numpy.ndarray
     energy: numpy.ndarray
     bound: numpy.ndarray
-    energy_bound: numpy.ndarray
     ends: numpy.ndarray
     within: numpy.ndarray
 
@@ -315,7 +358,7 @@ class EquationResidual:
         if setup.flies and setup.height_given:
             self._form = raised("newton")
         self._width = 10 if setup.height_given else len(self._form.columns)
-        self._begins = float(first.t[0])
+        self._begins, self.joints = float(first.t[0]), numpy.zeros(2, int)  # looked at, and all
         self._energy_size = float(INTEGRALS["energy"].scale(first.first)) or 1.0
         self._entry_sizes = self._sizes_at(first.first)
         spin, speed, *lifted = self._entry_sizes[5], *self._entry_sizes[7:]
@@ -374,39 +417,11 @@ class EquationResidual:
                 mismatch[:, open_[better]] = finer[:, better]
                 bound[open_[better]] = finer_bound[better]
         usable = numpy.isfinite(mismatch).all(axis=0)
-        if not self.setup.joins:
-            bound = numpy.where(usable, bound, numpy.inf)
-            return Residuals(mismatch[:-1], mismatch[-1], bound, bound, ends, steps)
-        joined = self._joined(samples, steps)
-        bound = numpy.where(usable & ~joined, bound, numpy.inf)
-        energy, energy_bound = mismatch[-1], bound
-        if not self.setup.scene.lifts:
-            energy = numpy.where(joined, self._at_joints(samples, steps), energy)
-            energy_bound = numpy.where(joined & numpy.isfinite(energy), EPS, bound)
-        steps = numpy.where(joined, 0.0, steps)
-        return Residuals(mismatch[:-1], energy, bound, energy_bound, ends, steps)
-
-    def _at_joints(self, samples: Samples, steps: Array) -> Array:
-        """Rise of the energy in each interval, or its fall beyond the work that gliding can do.
-
-        NaN where the contact rests at both ends: the speed in between is unknown.
-        """
-        q = samples.q
-        speed, change = self._gliding(samples.state)
-        change = numpy.maximum(change[1:], change[:-1]) * steps
-        fastest = numpy.maximum(speed[1:], speed[:-1]) + change
-        pressed = 2 * numpy.maximum(q.force[2][1:], q.force[2][:-1])
-        fall = -numpy.diff(quantities.E(q))
-        most = q.body.mu * pressed * fastest * steps
-        beyond = (numpy.clip(fall, 0, most) - fall) / self._energy_size
-        return numpy.where((speed[1:] > 0) | (speed[:-1] > 0), beyond, numpy.nan)
-
-    def _gliding(self, state: State) -> tuple[Array, Array]:
-        """|v_A| of each row, and twice its rate."""
-        with numpy.errstate(all="ignore"):
-            solved = SolvedRows(self.setup.scene, self.setup.body, state, 1).state
-        change = 2 * numpy.hypot(solved.vx.c[1], solved.vy.c[1])
-        return numpy.hypot(state.vx, state.vy), change
+        if self.setup.joins:
+            joined = self._joined(samples, steps)
+            usable, steps = usable & ~joined, numpy.where(joined, 0.0, steps)
+        bound = numpy.where(usable, bound, numpy.inf)
+        return Residuals(mismatch[:-1], mismatch[-1], bound, ends, steps)
 
     def _joined(self, samples: Samples, steps: Array) -> Array:
         """Intervals in which the equations may have changed.
@@ -417,10 +432,12 @@ class EquationResidual:
         """
         scene, state = self.setup.scene, samples.state
         with numpy.errstate(all="ignore"):
-            joined = ~SolvedRows(scene, self.setup.body, state, ORDERS[-1]).stays(steps)
+            solved = SolvedRows(scene, self.setup.body, state, ORDERS[-1])
+            joined = ~solved.stays(steps)
         if not scene.may_stick:
             return joined
-        speed, change = self._gliding(state)
+        speed = numpy.hypot(state.vx, state.vy)
+        change = 2 * numpy.hypot(solved.state.vx.c[1], solved.state.vy.c[1])
         glides = (speed[:-1] > change[:-1] * steps) & (speed[1:] > change[1:] * steps)
         rests = (speed[:-1] == 0) & (speed[1:] == 0)
         return joined | ~(glides | rests)
@@ -430,29 +447,32 @@ class EquationResidual:
 
     def _followed(self, samples: Samples, residuals: Residuals) -> Residuals:
         """The balance, with the solution followed where the quadrature left it open."""
-        steps = numpy.diff(samples.t)
-        # a joint of two pieces is not a solution of either's equations
-        wide = ~(residuals.bound <= self._wanted(steps))
-        open_ = numpy.flatnonzero(wide & (residuals.within > 0))
-        if not len(open_):
-            return residuals
-        begun, given = self._at(samples, open_), self._at(samples, open_ + 1)
-        sizes = numpy.array(self._entry_sizes)
-        there, error, reached = self._solved(begun, steps[open_], sizes)
-        mismatch = self._functions(given, 1)[0] - self._functions(there, 1)[0]
-        if open_[0] == 0 and samples.t[0] == self._begins:
-            # no interval before it ends in the first row and would say whether that is one
-            ends = samples.rows(slice(1, 2))
-            own = numpy.minimum(sizes, self._sizes_at(ends.first))
-            before, back, _ = self._solved(ends.state, -steps[:1], own)
-            if back[0] < error[0]:
-                first = self._functions(self._at(samples, slice(0, 1)), 1)[0]
-                mismatch[:, :1], error[0] = self._functions(before, 1)[0] - first, back[0]
-        better = error < residuals.bound[open_]
-        chosen, mismatch = open_[better], mismatch[:, better]
-        residuals.state[:, chosen], residuals.energy[chosen] = mismatch[:-1], mismatch[-1]
-        residuals.bound[chosen], residuals.energy_bound[chosen] = error[better], error[better]
-        residuals.within[open_] = reached
+        steps, sizes = numpy.diff(samples.t), numpy.array(self._entry_sizes)
+        joined = residuals.within == 0
+        wide = numpy.flatnonzero(~(residuals.bound <= self._wanted(steps)) & ~joined)
+        joints = numpy.flatnonzero(joined)
+        looked_at = joints[:: math.ceil(len(joints) / MOST_JOINTS) or 1]
+        self.joints += len(looked_at), len(joints)
+        for open_, solved in ((wide, self._solved), (looked_at, self._joining)):
+            if not len(open_):
+                continue
+            begun, given = self._at(samples, open_), self._at(samples, open_ + 1)
+            there, error, reached = solved(begun, steps[open_], sizes)
+            mismatch = self._functions(given, 1)[0] - self._functions(there, 1)[0]
+            mismatch += (steps[open_] - reached) / self.setup.time  # rows behind a solution's end
+            if wide is open_ and open_[0] == 0 and samples.t[0] == self._begins:
+                # no interval before it ends in the first row and would say whether that is one
+                ends = samples.rows(slice(1, 2))
+                own = numpy.minimum(sizes, self._sizes_at(ends.first))
+                before, back, _ = self._solved(ends.state, -steps[:1], own)
+                if back[0] < error[0]:
+                    first = self._functions(self._at(samples, slice(0, 1)), 1)[0]
+                    mismatch[:, :1], error[0] = self._functions(before, 1)[0] - first, back[0]
+            better = error < residuals.bound[open_]
+            chosen, mismatch = open_[better], mismatch[:, better]
+            residuals.state[:, chosen], residuals.energy[chosen] = mismatch[:-1], mismatch[-1]
+            residuals.bound[chosen] = error[better]
+            residuals.within[open_] *= reached / steps[open_]
         return residuals
 
     @staticmethod
@@ -469,6 +489,18 @@ class EquationResidual:
                 begun, lengths = end[:width, rows], abs(spans[rows])
                 shot = follow(turned, begun, lengths, sizes[:width], WIDEST_BOUND)
                 end[:width, rows], error[rows], reached[rows] = shot
+        return type(here)(*end), error, reached
+
+    def _joining(self, here: State, spans: Array, sizes: Array) -> tuple[State, Array, Array]:
+        """As ``_solved`` where the equations may change; a solution may end before its span."""
+        end, error, reached = numpy.array(here), abs(spans), abs(spans)
+        aside = NEARBY * numpy.resize([1.0, -1.0], len(sizes)) * sizes
+        for i, (row, span) in enumerate(zip(end.T.copy(), spans, strict=True)):
+            beside = row + aside * (row != 0)  # an exact 0: the contact point rests
+            end[:, i], reached[i], steps = through_joints(self.setup.scene, row, span)
+            apart = through_joints(self.setup.scene, beside, span)[0] - end[:, i]
+            growth = (abs(apart) / sizes).max() / NEARBY
+            error[i] = EPS * (ROUNDED + A_STEP * steps) * max(growth, 1.0)
         return type(here)(*end), error, reached
 
     def _intervals(self, samples: Samples, chosen: Array, order: int) -> tuple[Array, Array]:
@@ -524,10 +556,6 @@ class SummedResidual:
 
     def __init__(self, residual: EquationResidual, part: str, limit: float):
         self._residual, self._part, self._limit = residual, part, limit
-        self._joins = ""
-        if residual.setup.joins:
-            lifts = residual.setup.scene.lifts
-            self._joins = "landing, a loss of contact" if lifts else "stick or slip"
         self._sum: Array = 0.0
         self._largest = self._value = 0.0
         self._bound = 4 * EPS  # the first and the last row are rounded, in two numbers each
@@ -538,8 +566,7 @@ class SummedResidual:
         if len(samples.t) < 2:
             return numpy.zeros(len(samples.t))
         residuals = self._residual.balance(samples)
-        bound = residuals.energy_bound if self._part == "energy" else residuals.bound
-        resolved = bound <= self._limit
+        resolved = residuals.bound <= self._limit
         self.intervals += len(resolved)
         self.unresolved += int((~resolved).sum())
         self._within = min(self._within, float(residuals.within[~resolved].min(initial=numpy.inf)))
@@ -547,7 +574,7 @@ class SummedResidual:
         self._remember(samples, residuals, numpy.where(resolved, abs(mismatch).max(axis=0), 0.0))
         sums = numpy.cumsum(numpy.where(resolved, mismatch, 0.0), axis=1)
         sums += numpy.reshape(self._sum, (-1, 1))
-        bounds = self._bound + numpy.cumsum(numpy.where(resolved, bound, 0.0))
+        bounds = self._bound + numpy.cumsum(numpy.where(resolved, residuals.bound, 0.0))
         self._sum, self._bound = sums[:, -1], float(bounds[-1])
         values = numpy.maximum(abs(sums).max(axis=0) - bounds, 0.0)
         self._value = max(self._value, float(values.max()))
@@ -597,14 +624,16 @@ class SummedResidual:
     def note(self) -> str:
         """The unresolved intervals, and the spacing of rows that would resolve them."""
         said = f"error bound {self.error_bound:.0e}"
-        whole = self._part == "state" and not self._joins
+        whole = self._part == "state" and not self._residual.setup.joins
         if whole and self._value > self._limit and self._largest > 0:
             samples, near = self._near
-            rows = samples.rows(near)
-            said = "; ".join(filter(None, (self._cause(rows), said)))
-        if self.unresolved:
-            what = f"hold a {self._joins}, or are too wide" if self._joins else "too wide"
-            said += f"; {self.unresolved} of {self.intervals} intervals {what}"
+            said = "; ".join(filter(None, (self._cause(samples.rows(near)), said)))
+        looked_at, joints = self._residual.joints.tolist()
+        if looked_at < joints:
+            said += f"; {looked_at} of {joints} possible changes of the equations looked at"
+        wide = self.unresolved - (joints - looked_at)
+        if wide > 0:
+            said += f"; {wide} of {self.intervals} intervals too wide"
             if self._within > 0:
                 said += f"; rows {to_one_digit(self._within, math.floor):g} s apart would do"
         return said
