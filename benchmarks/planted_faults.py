@@ -210,7 +210,7 @@ def _initial_state(scene: Scene) -> tuple[InitialState, Parameters, Units]:
     from tt_precise.scene.body import Units
 
     start = InitialState.of(scene, precision_named("double").arithmetic)
-    return start, start.body.map(float), Units(*map(float, start.units))
+    return start, start.body.numbers(float), Units(*map(float, start.units))
 
 
 def _table(times: Array, entries: Array, names: tuple[str, ...], units: Units) -> pandas.DataFrame:

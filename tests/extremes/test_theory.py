@@ -21,7 +21,9 @@ TINY = FN.mpf(10) ** -40
 def body(**changes: Any) -> Parameters:
     """The reference top, dimensionless, with some parameters replaced."""
     top = load_scene("reference").body.dimensionless(FN, rounding_to(FN))
-    return replace(top.map(FN.convert), **{name: FN.mpf(value) for name, value in changes.items()})
+    return replace(
+        top.numbers(FN.convert), **{name: FN.mpf(value) for name, value in changes.items()}
+    )
 
 
 @pytest.mark.parametrize("side", [1, -1])

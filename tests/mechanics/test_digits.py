@@ -61,7 +61,7 @@ def test_vectors_and_angles_agree_in_any_arithmetic() -> None:
     found = sizes(BODY, doubles, numpy)
     angles = sizes(BODY, {name: doubles[name] for name in EulerState._fields}, numpy)
     with mpmath.workdps(30):
-        body = BODY.map(mpmath.mpf)
+        body = BODY.numbers(mpmath.mpf)
         exact = sizes(body, {name: mpmath.mpf(row[name]) for name in names}, mpmath)
         pole = dict(zip(names[:8], map(mpmath.mpf, (0, 0, 1, 2, 2, 2, 0, 0)), strict=True))
         alone = sizes(body, {**pole, "phi_dot": None}, mpmath)

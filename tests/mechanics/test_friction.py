@@ -142,7 +142,7 @@ STATE = EulerState(0.7, 0.4, 0.9, 3.0, 0.06, -0.02)
 
 
 def test_euler_rates_are_those_of_the_plain_equations(mp: Any) -> None:
-    body, state = SMALL.map(mp.mpf), EulerState(*map(mp.mpf, STATE))
+    body, state = SMALL.numbers(mp.mpf), EulerState(*map(mp.mpf, STATE))
     own = friction.polar_from_euler(state, mp)
     found = friction.polar_euler_rates(body, own, mp)
     viscous = friction.viscous_at(body, state.nu_x, state.nu_y, mp)

@@ -163,7 +163,7 @@ def test_energy_excludes_nothing_that_happened(body: TippeTop, states: list[Newt
         assert not thresholds.energy_excludes(body, energy, lambda_, state.kz, to=state.kz)
         floor = thresholds.least_energy(body, state.kz, lambda_) - Fraction(1, 1000)
         assert thresholds.energy_excludes(body, floor, lambda_, state.kz, to=state.kz)
-    numbers = body.map(float)
+    numbers = body.numbers(float)
     z, energies = numpy.array([0.9, 0.9, -0.9]), numpy.array([0.0, 1e9, 0.0])
     found = thresholds.energy_excludes(numbers, energies, 3.0, z)
     assert found.tolist() == [True, False, True]

@@ -166,6 +166,6 @@ def test_perturbed_and_file_units_keep_every_number() -> None:
     assert not flies
     assert TippeTop.from_ratios(**top.in_file_units()) == top
     assert top.numbers_by_name["mu_s"] == Fraction(3, 10)
-    assert top.map(float).numbers_by_name["v_s"] == 0.1
+    assert top.numbers(float).numbers_by_name["v_s"] == 0.1
     with pytest.raises(InputError, match="got compliant with coulomb friction"):
         top_of(table, {"law": "coulomb", "mu": "0.2"}, contact)

@@ -48,7 +48,7 @@ class Chart:
         self.field, *symbols = field(names, QQ)
         self.symbol = dict(zip(names, symbols, strict=True))
         symbols = Parameters(*(self.symbol[name] for name in NAMES))
-        self.body = body.map(self._constant) if body else symbols
+        self.body = body.numbers(self._constant) if body else symbols
 
     def _constant(self, value: Fraction) -> Scalar:
         return self.field(QQ(value.numerator, value.denominator))

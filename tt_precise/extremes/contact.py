@@ -158,7 +158,7 @@ def _off_the_table(what: str) -> dict[str, str]:
 def _plane() -> tuple[Scalar, Scalar]:
     """Angle and time in s of the loss of contact in the plane, from theory."""
     start, fn = exact_start(varied(**PLANE))
-    body = start.body.map(fn.convert)
+    body = start.body.numbers(fn.convert)
     theta, rate = fn.convert(start.euler.theta), fn.convert(start.euler.theta_dot)
     angle = theory.plane_loss(body, theta, rate, fn)
     return angle, theory.plane_time(body, theta, rate, angle, fn) * fn.convert(start.units.time)
@@ -251,7 +251,7 @@ def _at_both_zeros(k: int) -> Scene:
     """A start made by hand from eq (7): phi_dot = 0, and both terms 1e-k I1."""
     fn = own_context(60)
     scene = varied(mu="3")
-    body = scene.body.map(rounding_to(fn))
+    body = scene.body.numbers(rounding_to(fn))
     alpha, R, g, mu = body.alpha, body.R, body.g, body.mu
     I1 = rounding_to(fn)(scene.body.I1 / (scene.body.m * scene.body.R**2))
     s, c = fn.sin(fn.mpf(THETA)), fn.cos(fn.mpf(THETA))

@@ -167,7 +167,7 @@ def nearest(k: int) -> tuple[Scalar, Scalar]:
     mpmath numbers of 80 digits.
     """
     start, fn = exact_start(passage(k))
-    body = start.body.map(fn.convert)
+    body = start.body.numbers(fn.convert)
     theta, theta_dot, phi_dot, omega_3 = (fn.convert(x) for x in start.euler[:4])
     s, c = fn.sin(theta), fn.cos(theta)
     spin = body.I3 * omega_3
@@ -304,7 +304,7 @@ def _fall(theta: str, part: float) -> Scalar:
     """Seconds from ``theta`` down to this part of it, from theory."""
     fn = own_context(QUADRATURE_DIGITS)
     start, _ = exact_start(falling(theta, fn.mpf(1)))
-    body = start.body.map(lambda x: +fn.convert(x))
+    body = start.body.numbers(lambda x: +fn.convert(x))
     angle = fn.mpf(theta)
     return theory.fall_time(body, angle, part * angle, fn) * fn.convert(start.units.time)
 
@@ -480,7 +480,7 @@ def euler_against_newton(pole: str, pole_of_the_law: str = "") -> Check:
 def _body(precision: str) -> Parameters:
     top = load_scene("reference").body.dimensionless(FN, rounding_to(FN))
     into = arithmetic(precision).into
-    return top.map(lambda x: into(FN.convert(x)))
+    return top.numbers(lambda x: into(FN.convert(x)))
 
 
 def _printed_back(body: Parameters, state: NewtonState, fn: Functions) -> EulerState:

@@ -79,7 +79,7 @@ def _sampled(scene: Scene, names: tuple[str, ...]) -> tuple[str, Array, dict[str
         made.begin(setup, start)
         outcome, *_, rows = made.adaptive.propagate_grid(times.rounded)
         status = status_of(outcome, made.terminal)
-    entries = moved_arrays(setup, start.body.map(float), tuple(rows.T), times.delay)
+    entries = moved_arrays(setup, start.body.numbers(float), tuple(rows.T), times.delay)
     return status, times.seconds, Columns(setup, start).of_arrays(names, entries)
 
 

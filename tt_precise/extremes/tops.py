@@ -102,7 +102,7 @@ def tilt_error(trajectory: Trajectory, wanted: Scene) -> float:
 def _expected(scene: Scene) -> tuple[theory.Tilt, Scalar, Scalar]:
     start, fn = exact_start(scene)
     omega_3, t = fn.convert(start.euler.omega_3), fn.convert(start.until)
-    body = start.body.map(fn.convert)
+    body = start.body.numbers(fn.convert)
     side = -1 if scene.start.theta.from_pi else 1
     return theory.tilt_at(body, side, omega_3, t, fn), omega_3, fn
 

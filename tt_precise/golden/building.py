@@ -417,7 +417,7 @@ def _jellett_euler(scene: Scene, trajectory: Table) -> Constancy | None:
     with wide.precision():
         theta, phi_dot, omega_3 = map(wide.of_texts, columns)
         state = EulerState(theta, 0, phi_dot, omega_3, 0, 0)
-        values = map(wide.back, euler.jellett(start.body.map(wide.number), state, wide))
+        values = map(wide.back, euler.jellett(start.body.numbers(wide.number), state, wide))
     drifts = [abs(value - first) / abs(first) for value in values]
     return _constancy("jellett_euler", drifts, context)
 

@@ -185,7 +185,7 @@ class Columns:
         fn: Functions = None,
     ) -> Motion:
         """The ``Motion`` of rows, given as an array for each entry."""
-        body = self.start.once(("body", number), lambda: self.start.body.map(number))
+        body = self.start.once(("body", number), lambda: self.start.body.numbers(number))
         return self.layout.motion(body, entries, fn or numpy)
 
     def states(self, times: Sequence[Scalar], rows: Sequence[Row]) -> list[State]:
@@ -279,7 +279,7 @@ def digits_over_rows(
     unit = {n: float(start.units.of_dimension(STATE_DIMENSIONS[n])) for n in columns}
     with numpy.errstate(all="ignore"):
         own = {name: values / unit[name] for name, values in columns.items()}
-        scales = sizes(start.body.map(float), own, numpy)
+        scales = sizes(start.body.numbers(float), own, numpy)
         # an entry that is undefined in both, at a pole, has no error
         worst = numpy.fmax.reduce([errors[n] / (unit[n] * scales[n]) for n in errors], initial=0)
         return numpy.clip(-numpy.log10(worst), 0.0, bits * math.log10(2))
@@ -293,7 +293,7 @@ def worst_digits(state: State, errors: Mapping[str, Scalar], start: InitialState
         name: None if value is None else context.mpf(value) / unit[name]
         for name, value in state.values.items()
     }
-    scales = sizes(start.body.map(context.mpf), own, context)
+    scales = sizes(start.body.numbers(context.mpf), own, context)
     digits = [
         float(-context.log10(errors[name] / (unit[name] * size)))
         for name, size in scales.items()

@@ -382,7 +382,7 @@ class DenseOutput(Span):
         row = start.first_row(self.setup.formulation, self.setup.record)
         for entry, value in zip(entries, row, strict=True):
             entry[rounded == 0] = value
-        return moved_arrays(self.setup, self.start.body.map(float), tuple(entries), times.delay)
+        return moved_arrays(self.setup, self.start.body.numbers(float), tuple(entries), times.delay)
 
     def _read(
         self, read: Callable[[ContinuousOutput, Scalar, Scalar], None], progress: Progress | None

@@ -184,7 +184,7 @@ class Equations:
             return precision.number(precision.exact(as_fraction(value)))
 
         variables = tuple(Exact(expression, number) for expression in self.variables)
-        body = self.motion.body.map(lambda expression: Exact(expression, number))
+        body = self.motion.body.numbers(lambda expression: Exact(expression, number))
         q = self.layout.motion(body, variables, self.motion.fn)
         return replace(self, variables=variables, motion=q)
 

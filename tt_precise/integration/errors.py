@@ -466,7 +466,7 @@ def _zeros(
         rows = segment.output.arrays(Times(rounded, rounded, rest), number)
     else:
         rows = tuple(map(fn.array, zip(*segment.output.rows(inner), strict=True)))
-    body = segment.output.start.body.map(number)
+    body = segment.output.start.body.numbers(number)
     entries, q = setup.layout.moving(body, rows, fn)
     value = event_value(event, q)
     if not isinstance(value, Series):

@@ -113,7 +113,7 @@ class InitialState:
         """The same with every number of body and state converted; ``units`` and ``until`` stay."""
         return replace(
             self,
-            body=self.body.map(convert),
+            body=self.body.numbers(convert),
             vectors=type(self.vectors)(*map(convert, self.vectors)),
             euler=EulerState(*map(convert, self.euler)),
             row=tuple(map(convert, self.row)),

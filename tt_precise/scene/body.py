@@ -51,8 +51,8 @@ class Parameters:
             numbers |= {"stiffness": self.stiffness, "damping": self.damping}
         return numbers
 
-    def map(self, convert: Callable[[Scalar], Scalar]) -> Parameters:
-        """These parameters with every number converted."""
+    def numbers(self, convert: Callable[[Scalar], Scalar]) -> Parameters:
+        """These parameters in another arithmetic; ``convert`` rounds one number."""
         return of_numbers(
             {name: convert(value) for name, value in self.numbers_by_name.items()},
             self.friction,
@@ -140,10 +140,6 @@ class TippeTop(Parameters):
         unit = self.m * self.R**2
         ratios = {"I1": self.I1 / unit, "I3": self.I3 / unit}
         return {**self.numbers_by_name, **ratios, "friction": self.friction, "spring": self.spring}
-
-    def numbers(self, convert: Callable[[Fraction], Scalar]) -> Parameters:
-        """These parameters (SI) in another arithmetic; ``convert`` rounds one exact number."""
-        return self.map(convert)
 
     def dimensionless(self, fn: Functions, convert: Callable[[Fraction], Scalar]) -> Parameters:
         """The same top with m = R = g = 1; speeds are in units of sqrt(g R)."""

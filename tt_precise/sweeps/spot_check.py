@@ -73,7 +73,7 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
             for name in ("theta", "E", "lambda")
         )
         crossed = numpy.array([times.equator is not None])
-        body = scene.body.map(float)
+        body = scene.body.numbers(float)
         (results["outcome"],) = outcomes(body, numpy.cos(theta), lambda_, energy, crossed)
     wanted = {"outcome", *TIMES, "min_g_n", "t_stop", *record}
     return {

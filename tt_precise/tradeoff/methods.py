@@ -317,7 +317,7 @@ def odefun(problem: GoldenProblem, settings: Settings) -> Solve:
     # numbers of mpmath's own context: odefun raises its precision, and theirs has to follow
     own = mpmath.mp.convert
     state = [own(x) for x in form.start(start.body, start.vectors, start.euler)]
-    body = start.body.map(own)
+    body = start.body.numbers(own)
 
     def solve(times: Sequence[Scalar]) -> SolverResult:
         evaluations = 0

@@ -194,7 +194,7 @@ def past(scene: SceneLike = "reference", tolerance: float = TOLERANCE) -> Past:
 
     start = Run(scene).trajectory().start
     exact = start.body
-    body = exact.map(float)
+    body = exact.numbers(float)
 
     def rates(_: float, y: Array) -> Array:
         return newton.rates(body, NewtonState(*y))
