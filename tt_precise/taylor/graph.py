@@ -142,10 +142,6 @@ class Graph:
             return a
         if kind != "/" and a == (0 if kind == "+" else 1):
             return b
-        if kind == "*" and self.number(a).kind == "number" and self.number(b).kind == "*":
-            first, rest = b.args  # signs are gathered in front
-            if first.kind == "number":
-                return self.constant("*", self.number(a).args[0] * first.args[0], rest)
         return self._once(Constant, kind, (self.number(a), self.number(b)))
 
     def added(self, a: Scalar, b: Scalar) -> Scalar:
