@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 
 _DECIMAL = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
-NUMBER = re.compile(rf"[+-]?{_DECIMAL}|[+-]?\d+/\d+", re.ASCII)
 _FACTOR = rf"(?:{_DECIMAL}|pi)"
 _PRODUCT = rf"{_FACTOR}(?:\s*[*/]\s*{_FACTOR}){{0,3}}"
 _EXPRESSION = re.compile(
@@ -76,12 +75,10 @@ def read(value: str | int | Fraction, what: str = "number", unit: str = "") -> W
     if isinstance(value, str) and len(value) <= LONGEST:
         text = value.strip()
         try:
-            if NUMBER.fullmatch(text):
-                return WithPi(Fraction(text))
             form = _EXPRESSION.fullmatch(text)
             if form and (form["unit"] or unit) == unit:
                 return _evaluated(form)
-        except (ZeroDivisionError, ArithmeticError):
+        except ArithmeticError:
             pass
     shown = repr(value) if len(repr(value)) <= 60 else repr(value)[:57] + "..."
     raise InputError(

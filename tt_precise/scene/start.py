@@ -67,8 +67,6 @@ class Inclination(NamedTuple):
         self, fn: Functions, convert: Callable[[Fraction], Scalar]
     ) -> tuple[Scalar, Scalar]:
         """``(sin theta, cos theta)`` in the arithmetic ``fn``."""
-        if self.at_pole:
-            return convert(Fraction(0)), convert(Fraction(-1 if self.from_pi else 1))
         sine, cosine = fn.sin(convert(self.offset)), fn.cos(convert(self.offset))
         return sine, -cosine if self.from_pi else cosine
 
