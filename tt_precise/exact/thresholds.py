@@ -115,9 +115,9 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
     return Thresholds(digits, work.fn, quantities, verdict.inverts, verdict.reason)
 
 
-def lambda_at_start(scene: Scene, digits: int = 50) -> Scalar:
-    """Only lambda, in kg m^3/s, as in ``thresholds``; the thresholds take a second."""
-    return _Work(scene, arithmetic.checked_digits(digits)).lambda_of_vectors()
+def lambda_at_start(scene: Scene) -> Scalar:
+    """Only lambda, in kg m^3/s, to 50 digits; the thresholds take a second."""
+    return _Work(scene, 50).lambda_of_vectors()
 
 
 class _Work:
