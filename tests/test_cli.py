@@ -91,6 +91,7 @@ def test_a_bad_scene(
         ("events reference --only perigee", "event: got 'perigee'"),
         ("events --only equator", "expected the SCENE too"),
         ("events reference --only ''", "--only: got '', expected names"),
+        ("golden list --folder nowhere", "golden data: got none in nowhere, expected"),
         ("thresholds reference --digits 0", "expected a whole number between 1 and"),
         ("invert", "command: got 'invert', expected one of: run, thresholds, scene, "),
         ("run reference --until 0 --out -", "-: got a dash, expected a file"),

@@ -105,7 +105,7 @@ def list_command(folder: Path | None, as_json: bool) -> int:
     from tt_precise.golden import proofs, store
     from tt_precise.scene.scene import shipped
 
-    present = store.scenes(folder)
+    present = store.some(store.scenes(folder), folder)
     entries, damaged = [], []
     for name in present:
         try:

@@ -197,7 +197,7 @@ def lines(summary: dict[str, Json]) -> list[str]:
             shown.append(f"  {name:>13}: {column['min']:.6g} to {column['max']:.6g}")
     recheck = summary["recheck"]
     if recheck["rows"]:
-        shown.append(f"  {recheck['rows']} rows again in double-double; largest differences:")
+        shown.append(f"  again in double-double, rows: {recheck['rows']}; largest differences:")
         shown += [
             f"  {name:>13}: {largest['value']:.2g} (row {largest['index']})"
             for name, largest in recheck["largest_difference"].items()
