@@ -33,6 +33,7 @@ from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.runtime.mpfr import mpfr_of
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.body import Parameters
@@ -87,7 +88,9 @@ def directions_from_rest(
 ) -> list[tuple[Scalar, Scalar]]:
     """Unit directions e in which v_A can grow from zero: v_A_dot is along e."""
 
-    def accelerations(angle: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+    def accelerations(
+        angle: Scalar, body: Parameters, state: NewtonState, fn: Functions
+    ) -> tuple[Scalar, Scalar, Scalar]:
         """v_A_dot along and across a direction, times the denominator of g_n, and that itself."""
         e = fn.cos(angle), fn.sin(angle)
         pushed = state._replace(vx=e[0], vy=e[1])
@@ -96,18 +99,20 @@ def directions_from_rest(
         x, y = size * rate.vx, size * rate.vy
         return e[0] * x + e[1] * y, e[0] * y - e[1] * x, size
 
-    def across(angle: Scalar) -> Scalar:
-        return accelerations(angle)[1]
-
     step = 2 * fn.pi / DIRECTIONS
     # an offset, so that no direction of symmetry lies on a bound
     angles = [step * (fn.mpf(i) + fn.mpf(1) / 3) for i in range(DIRECTIONS + 1)]
-    values = [across(angle) for angle in angles]
+    mpfr = mpfr_of(fn)
+    all_at_once = body.numbers(mpfr.number), NewtonState(*map(mpfr.number, state)), mpfr
+    with mpfr.precision():
+        values = accelerations(mpfr.array(angles), *all_at_once)[1]
+    here = body, state, fn
     directions = []
     for i in range(DIRECTIONS):
         if (values[i] > 0) != (values[i + 1] > 0):
-            angle = fn.findroot(across, (angles[i], angles[i + 1]), solver="anderson")
-            along, _, size = accelerations(angle)
+            between = angles[i], angles[i + 1]
+            angle = fn.findroot(lambda at: accelerations(at, *here)[1], between, solver="anderson")
+            along, _, size = accelerations(angle, *here)
             if along > 0 and size > 0:
                 directions.append((fn.cos(angle), fn.sin(angle)))
     return directions
@@ -126,14 +131,28 @@ def onset(
 
     ``state`` is at rest, of mpmath numbers of the context ``fn``; e is its first direction.
     """
+    mpfr = mpfr_of(fn)
+    with mpfr.precision():
+        columns = _coefficients(
+            body.numbers(mpfr.number), [*map(mpfr.number, (*state[:6], *e))], terms, on_the_cone
+        )
+    back = [list(map(mpfr.back, column)) for column in columns]
+    return OnsetSeries(numpy.array(back, dtype=object), _valid_until(back, eps, fn))
+
+
+def _coefficients(
+    body: Parameters, start: Sequence[Scalar], terms: int, on_the_cone: bool
+) -> list[list[Scalar]]:
+    """Those of k, L, v, e, from k, L, e in ``start``."""
     operations: list[Series] = []
     # the next coefficients are known before they are needed
-    entries = [_Registered(operations, lambda c, k: None, [x]) for x in (*state[:6], *e)]
+    entries = [_Registered(operations, lambda c, k: None, [x]) for x in start]
+    e, zero = start[6:], start[0] * 0
     rate = friction.along_direction(body, NewtonState(*entries))
     ex, ey = entries[6:]
     along = ex * rate.vx + ey * rate.vy
     across = ex * rate.vy - ey * rate.vx
-    v = [fn.mpf(0)]
+    v = [zero]
     turning: list[Scalar] = []  # coefficients of the rate of e's angle
 
     def turned(k: int, known: tuple[Scalar, Scalar], angle: Scalar) -> Scalar:
@@ -148,23 +167,21 @@ def onset(
         if k:
             # e' = w n: the part of e_k that former coefficients of w give, then the newest one's
             x, y = (
-                sum((turning[j] * m.c[k - 1 - j] for j in range(k - 1)), fn.mpf(0)) / k
-                for m in (ey, ex)
+                sum((turning[j] * m.c[k - 1 - j] for j in range(k - 1)), zero) / k for m in (ey, ex)
             )
             known = -x, y
             rest = turned(k, known, 0)
             if slope is None:
                 slope = turned(k, known, 1) - rest
-            former = sum((v[j] * turning[k - j] for j in range(2, k + 1)), fn.mpf(0))
+            former = sum((v[j] * turning[k - j] for j in range(2, k + 1)), zero)
             turning.append((rest - former) / (v[1] - slope / k))
             turned(k, known, turning[-1] / k)
         # on the cone v_A_dot vanishes up to rounding
-        v.append(fn.mpf(0) if not k and on_the_cone else along[k] / (k + 1))
+        v.append(zero if not k and on_the_cone else along[k] / (k + 1))
         for entry, part in zip(entries[:6], rate[:6], strict=True):
             entry.c.append(part[k] / (k + 1))
     columns = [entry.c[:terms] for entry in entries]
-    coefficients = [*columns[:6], v[:terms], *columns[6:]]
-    return OnsetSeries(numpy.array(coefficients, dtype=object), _valid_until(coefficients, eps, fn))
+    return [*columns[:6], v[:terms], *columns[6:]]
 
 
 def _valid_until(columns: list[list[Scalar]], eps: Scalar, fn: Functions) -> Scalar:
