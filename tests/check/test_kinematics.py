@@ -102,7 +102,7 @@ def test_the_cause_is_named(engine: Engine, fault: str) -> None:
 
 def test_what_was_not_looked_at_is_said(engine: Engine) -> None:
     found = kinematics(engine().drop(columns=["x", "y", "z"]))
-    assert "not at x, y, z (no columns)" in found["kinematics"].note
+    assert "not at x, y, z (columns lack)" in found["kinematics"].note
     coarse = kinematics(engine(60))
     for name in ("kinematics", "contact_momentum"):
         assert coarse[name].verdict == "skipped"
@@ -114,7 +114,9 @@ def test_what_was_not_looked_at_is_said(engine: Engine) -> None:
     )
     assert "does not follow" not in check(far, "reference")["kinematics"].note
     euler = tt.integrate("contact-lost").frame(*EULER[1:5])
-    assert check(euler, "contact-lost")["kinematics"].verdict == "skipped"
+    found = check(euler, "contact-lost")["kinematics"]
+    assert found.verdict == "skipped"
+    assert "checked inclination, not at spin, x, y, z" in found.note
 
 
 def healthy_runs(engine: Engine, seeds: range) -> list[str]:

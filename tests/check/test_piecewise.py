@@ -51,11 +51,15 @@ def test_height_and_rate_are_read_in_every_column_set(scene: str, columns: str) 
 
 @pytest.mark.parametrize("scene", LIFTING)
 def test_without_the_height_its_checks_are_skipped(scene: str) -> None:
+    """What stands still is found without: the inclination has a rate."""
     found = checked(rows(scene).drop(columns=[*LIFTED]), scene)
     for name in ("energy", "energy_balance", "equations"):
         assert found[name].note == "needs the height of the lowest point: columns height, rise"
     with pytest.raises(InputError, match="has height but not rise, expected all of the height"):
         checked(rows(scene).drop(columns="rise"), scene)
+    angles = rows(scene, EulerState._fields)
+    still = angles.iloc[[9] * len(angles)].reset_index(drop=True).assign(t=angles.t)
+    assert (checked(angles, scene).passed, checked(still, scene).passed) == (True, False)
 
 
 SPOILT: dict[str, Callable[[pandas.DataFrame], pandas.DataFrame]] = {

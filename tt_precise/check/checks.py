@@ -277,7 +277,7 @@ CHECKS = (
         "kinematics",
         "attitude (rad) and position (over R) follow the velocities, z stands at R (1 - alpha cos "
         "theta); every law",
-        Kinematics, _unless("azimuth"), 1e-2,
+        Kinematics, _unless(), 1e-2,
     ),
     RowCheck(
         "contact_momentum",

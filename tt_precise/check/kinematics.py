@@ -321,12 +321,14 @@ class Kinematics(_OverWindows):
     def __init__(self, setup: CheckSetup, first: Samples, limit: float):
         super().__init__(setup, first, limit)
         given = first.given
-        self._looked_at = ["axis"]
+        azimuth = setup.columns.azimuth
+        self._looked_at = ["axis" if azimuth else "inclination"]
         if setup.columns.name == "rigid body":
             self._looked_at.append("spin")
         upwards = setup.height_given or not setup.scene.lifts
         if setup.velocity_known:
-            self._looked_at += [n for n in ("x", "y", "z")[: 2 + upwards] if n in given]
+            names = ("x", "y", "z")[0 if azimuth else 2 : 2 + upwards]
+            self._looked_at += [name for name in names if name in given]
         if "z" in given and not setup.scene.lifts:
             self._looked_at.append("height")
         self._what = ""
@@ -336,8 +338,9 @@ class Kinematics(_OverWindows):
         R, given = samples.setup.body.R, samples.given
         excess, bound = numpy.zeros(len(windows.spans)), numpy.zeros(len(windows.spans))
         for name in self._looked_at:
-            if name == "axis":
-                off, within = self._part(windows, q.k, cross(q.omega, q.k))
+            if name in ("axis", "inclination"):
+                parts = slice(0 if name == "axis" else 2, 3)  # or cos theta alone
+                off, within = self._part(windows, q.k[parts], cross(q.omega, q.k)[parts])
             elif name == "spin":
                 off, within = self._spin(windows, samples, q)
             elif name == "height":
@@ -405,7 +408,7 @@ class Kinematics(_OverWindows):
         looked = "checked " + ", ".join(self._looked_at)
         lacking = [name for name in ("spin", "x", "y", "z") if name not in self._looked_at]
         if lacking:
-            looked += f", not at {', '.join(lacking)} (no columns)"
+            looked += f", not at {', '.join(lacking)} (columns lack)"
         return "; ".join(text for text in (fails, looked, super().note) if text)
 
 
