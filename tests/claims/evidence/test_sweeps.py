@@ -26,6 +26,12 @@ def test_the_series_of_the_section_are_there() -> None:
     assert len(sweeps.starts("box", "through")) >= 1500
     assert len(sweeps.starts("tenth", "through")) >= 400
     assert sweeps.rows()["min_g_n"].notna().all()
+    # 13 starts stand in both
+    both = sweeps.starts(("phi_dot", "phi_dot near the end"), "through")
+    assert len(both) == 801 + 241 - 13 == len(both["phi_dot"].unique())
+    assert [len(sweeps.others(sweeps.starts(name, "held"))) for name in ("phi_dot", "box")] == [
+        len(sweeps.starts("phi_dot", "held")) - 1, len(sweeps.starts("box", "held"))
+    ]  # fmt: skip
     with pytest.raises(ValueError, match="series"):
         sweeps.starts("nothing", "held")
 

@@ -58,7 +58,7 @@ def minimum(body: Parameters, D: Scalar, lambda_: Scalar, fn: Functions) -> Scal
 
 
 def minima(body: Parameters, D: float, lambda_: float) -> list[float]:
-    """theta (rad) at all minima of V in double, on a grid refined towards both poles.
+    """theta (rad) at all minima of V in double: vertices of parabolas on a grid.
 
     Minima within 3e-4 rad of a pole are not found: there 1 - z^2 has lost half of its digits.
     """
@@ -67,7 +67,9 @@ def minima(body: Parameters, D: float, lambda_: float) -> list[float]:
     u = numpy.linspace(-9.0, 9.0, 20_001)
     V = effective_potential(body, numpy.tanh(u), D, lambda_, numpy)
     inside = numpy.flatnonzero((V[1:-1] < V[:-2]) & (V[1:-1] <= V[2:])) + 1
-    return [float(angle) for angle in numpy.arccos(numpy.tanh(u[inside]))]
+    before, here, after = V[inside - 1], V[inside], V[inside + 1]
+    vertex = u[inside] + (u[1] - u[0]) / 2 * (before - after) / (before - 2 * here + after)
+    return [float(angle) for angle in numpy.arccos(numpy.tanh(vertex))]
 
 
 def swing_time(body: Parameters, D: float, E_tilde: float, lambda_: float) -> float | None:

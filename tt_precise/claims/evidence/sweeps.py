@@ -91,7 +91,7 @@ def rows() -> pandas.DataFrame:
 
 
 def starts(names: str | Iterable[str], contact: str) -> pandas.DataFrame:
-    """The rows of one or several series.
+    """The rows of one or several series, each start once.
 
     ``contact`` "held": only those that keep contact (conclusions without the others); "through":
     all starts, also after loss of contact with g_n < 0 as in the paper; "unilateral": all starts,
@@ -107,7 +107,8 @@ def starts(names: str | Iterable[str], contact: str) -> pandas.DataFrame:
     held = unilateral & (table["outcome"] != "contact_lost")
     chosen = {"held": held, "through": held | ~unilateral, "unilateral": unilateral}[contact]
     table = table[chosen].sort_values("index", kind="stable")
-    return pandas.concat([table[table["series"] == name] for name in wanted], ignore_index=True)
+    table = pandas.concat([table[table["series"] == name] for name in wanted])
+    return table.drop_duplicates([*STARTS], ignore_index=True)
 
 
 def compute(workers: int | None = None) -> pandas.DataFrame:
@@ -208,6 +209,12 @@ def reference() -> pandas.Series:
     """The row of the reference solution."""
     rows = starts("phi_dot", "held")
     return rows[rows["phi_dot"] == 0].iloc[0]
+
+
+def others(rows: pandas.DataFrame) -> pandas.DataFrame:
+    """The rows that do not begin as the reference solution does."""
+    start = reference()[[*STARTS]]
+    return rows[(rows[[*STARTS]] != start).any(axis=1)]
 
 
 def width(rows: pandas.DataFrame | pandas.Series, name: str) -> pandas.Series:

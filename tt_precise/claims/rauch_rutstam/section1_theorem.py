@@ -188,17 +188,19 @@ def inverted_state(axis: int = 1) -> Finding:
     """The inverted spinning solution as printed."""
     import sympy
 
+    def state(k: int) -> str:
+        return f"(L,3,v_A) = (lambda/(R(1+alpha)) z, {'z' if k > 0 else '-z'}, 0)"
+
     R, alpha, lambda_ = sympy.symbols("R alpha lambda", positive=True)
 
     def has_its_lambda(k: int) -> Check:
         spin, arm = lambda_ / (R * (1 + alpha)), R * (alpha * k - 1)
         ratio = sympy.factor(sympy.simplify(-spin * arm / lambda_))
-        sign = "z" if k > 0 else "-z"
-        return v.statement(ratio == 1, f"3 = {sign}", f"-L.a = {ratio}*lambda")
+        return v.statement(ratio == 1, state(k), f"-L.a = {ratio}*lambda")
 
     return v.misprint(
         map(has_its_lambda, (axis, -1)),
-        "(lambda/(R(1+alpha)) z, -z, 0)",
+        state(-1),
         "With 3 = z the state is an upright spin with too small a lambda; the inverted spin has "
         "3 = -z. The error occurs at both places.",
         v.EXACT,

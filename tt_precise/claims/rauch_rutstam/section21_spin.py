@@ -388,7 +388,7 @@ def precession_from_jellett(printed: str = PRECESSION) -> Finding:
 
     return v.misprint(
         map(compared, (printed, CORRECT_PRECESSION)),
-        f"phi_dot*sin(theta)**2 = {CORRECT_PRECESSION}",
+        f"phi_dot*sin(theta)**2 = {CORRECT_PRECESSION.replace('lambda_', 'lambda')}",
         "The printed right side is gamma phi_dot sin^2 theta, gamma = I1/I3. The factor is "
         "positive, so the paper's statements about signs hold.",
         v.EXACT,

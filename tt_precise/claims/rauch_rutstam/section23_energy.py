@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 
@@ -199,11 +200,12 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Finding:
         factor = f.read(text.replace("absolute_a*", ""))
         times = dot(q.a, q.a) if "absolute_a" in text else 1
         shown = f"|omega x a| = |omega|*{text.replace('absolute_a', '|a|')}"
-        return f.equal(factor**2 * times, truth, shown)
+        check = f.equal(factor**2 * times, truth, shown)
+        return replace(check, measured=check.measured.replace("size", "square"))
 
     return v.misprint(
         map(squared, (printed, correct)),
-        f"|omega| {correct}",
+        f"|omega x a| = |omega|*{correct}",
         "theta is the angle between z and 3, not between omega and a. With a = R(alpha 3 - z) the "
         "part along omega drops out; |a| is between R(1 - alpha) and R(1 + alpha).",
         v.EXACT,

@@ -163,7 +163,7 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> Finding:
     where="Summary",
     counterexample={"usually": "0.1"},
     definition="Range of the quantity along the trajectory, against the reference's; "
-    '"usually": for more than half of the starts, in each of nu_x, nu_y, theta_dot. '
+    '"usually": for more than half of the other starts, in each of nu_x, nu_y, theta_dot. '
     f"{section22.TESTED}",
     quote="amplitudes of oscillations for all dynamical variables usually increases",
 )
@@ -171,7 +171,7 @@ def amplitudes_increase(usually: str = "0.5") -> Finding:
     """Starts that glide or nod usually oscillate more than the reference solution."""
 
     def wider(rows: pandas.DataFrame, name: str) -> float:
-        return float((s.width(rows, name) > s.width(s.reference(), name)).mean())
+        return float((s.width(s.others(rows), name) > s.width(s.reference(), name)).mean())
 
     ahead = s.starts("nu_y", "through")
     parts = {}
