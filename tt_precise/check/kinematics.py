@@ -4,7 +4,8 @@ Both checks compare, over windows of four intervals, the change of something wit
 its rate by Boole's rule. Its distance from Simpson's rule says how well the rows resolve the
 motion: ``MARGIN`` times the largest of that and of both neighbours' is subtracted. Where the rest
 is above the limit the check fails; where the subtracted bound is above it, the window is open, and
-a check with more open windows than others is skipped.
+a check with more open windows than others is skipped. ``kinematics`` also adds up, from the start,
+what windows leave and what is subtracted: a small error that goes on is a large one.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from collections.abc import Callable, Sequence
 import numpy
 
 from tt_precise.check.columns import CheckSetup, Samples
+from tt_precise.check.equations import to_one_digit
 from tt_precise.mechanics import conserved
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Quaternion, Vector, added, cross, dot, multiplied, scaled
@@ -169,7 +171,10 @@ class _OverWindows:
         self.windows += len(excess)
         self.open += int(open_.sum())
         if open_.any():
-            self._wide = min(self._wide, float(0.25 / turning.max()))
+            with numpy.errstate(all="ignore"):
+                enough = windows.step * numpy.sqrt(self._limit / bound)
+            enough = numpy.where(seen & (enough > 0), enough, 0.25 / turning.max())
+            self._wide = min(self._wide, float(enough[open_].min()))
             self._apart_now = max(self._apart_now, float(windows.step.max()))
         self._bounds.append(float(numpy.max(bound, where=~open_, initial=0.0)))
         excess = numpy.where(numpy.isnan(excess), numpy.inf, excess)
@@ -193,8 +198,8 @@ class _OverWindows:
         said = f"error bound {bound:.0e}" if math.isfinite(bound) else ""
         if self.open:
             said += f"{'; ' if said else ''}{self.open} of {self.windows} windows not resolved"
-            if self._wide < self._apart_now:
-                said += f"; rows {self._wide:.1g} s apart would do"
+            if 0 < self._wide < self._apart_now:
+                said += f"; rows {to_one_digit(self._wide, math.floor):g} s apart would do"
         return said
 
 
@@ -217,7 +222,9 @@ class ContactMomentum(_OverWindows):
         if excess[worst] > max(self._worst, self._limit):
             self._worst = float(excess[worst])
             x, y, z = off[:, worst]
-            self._vertical = math.hypot(x, y) < 0.1 * abs(z)
+            # rounding may be about the vertical in a few
+            often = (excess > self._limit).sum() >= FEWEST
+            self._vertical = bool(often) and math.hypot(x, y) < 0.1 * abs(z)
             first, last = windows.rows[max(worst - NEAR, 0), 0], windows.rows[worst:][:NEAR][-1, -1]
             self._rows = samples.rows(slice(first, last + 1))
         return excess, bound
@@ -234,8 +241,9 @@ class ContactMomentum(_OverWindows):
 
             rows = self._rows
             named = cause(
-                lambda rows: torque_left(rows)[0], rows, FITS, lambda n: torque_left(rows, n)[0]
-            )
+                lambda rows: torque_left(rows)[0], rows, min(FITS, self._limit / self._worst),
+                lambda n: torque_left(rows, n)[0],
+            )  # fmt: skip
         return "; ".join(text for text in (named, super().note) if text)
 
 
@@ -332,11 +340,14 @@ class Kinematics(_OverWindows):
         if "z" in given and not setup.scene.lifts:
             self._looked_at.append("height")
         self._what = ""
+        self._sums: dict[str, Bounded] = {}
         self._begins = float(first.t[0])
 
     def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
         R, given = samples.setup.body.R, samples.given
         excess, bound = numpy.zeros(len(windows.spans)), numpy.zeros(len(windows.spans))
+        # the last window may overlap the one before
+        follows = numpy.diff(windows.rows[:, 0], prepend=1 - ROWS) >= ROWS - 1
         for name in self._looked_at:
             if name in ("axis", "inclination"):
                 parts = slice(0 if name == "axis" else 2, 3)  # or cos theta alone
@@ -349,7 +360,15 @@ class Kinematics(_OverWindows):
                 speed = q.s_dot["xyz".index(name)]
                 off, within = (x / R for x in self._part(windows, [given[name]], [speed]))
             # the height follows from the attitude of each row, however far apart rows are
-            beyond = (seen | (name == "height")) * numpy.maximum(off - within, 0.0)
+            clear = seen | (name == "height")
+            beyond = clear * numpy.maximum(numpy.linalg.norm(off, axis=0) - within, 0.0)
+            if name != "height":
+                counts = seen & follows & (within <= self._limit)
+                sums, bounds = self._sums.get(name, (numpy.zeros((len(off), 1)), numpy.zeros(())))
+                sums = sums + numpy.cumsum(numpy.where(counts, off, 0.0), axis=1)
+                bounds = bounds + numpy.cumsum(numpy.where(counts, within, 0.0))
+                self._sums[name] = sums[:, -1:], bounds[-1]
+                beyond = numpy.fmax(beyond, numpy.linalg.norm(sums, axis=0) - bounds)
             if beyond.max() > self._worst:
                 self._worst, self._what = float(beyond.max()), name
             excess, bound = numpy.fmax(excess, beyond), numpy.fmax(bound, within)
@@ -359,7 +378,7 @@ class Kinematics(_OverWindows):
     def _part(windows: Windows, values: Sequence[Array], rates: Sequence[Array]) -> Bounded:
         off, bound = windows.unexplained(values, rates)
         step = windows.step * numpy.sqrt(sum(windows.change(rate) ** 2 for rate in rates))
-        return numpy.linalg.norm(off, axis=0), bound + step
+        return off, bound + step
 
     def _height(self, windows: Windows, samples: Samples, q: Motion) -> Array:
         """Distance of z from R (1 - alpha cos theta), over R.
@@ -373,7 +392,7 @@ class Kinematics(_OverWindows):
             above = numpy.where(samples.t == self._begins, height, 0.0)
             height = numpy.maximum(numpy.maximum(above, -height) - SINKS, 0.0)
         largest: Array = abs(height[windows.rows]).max(axis=1)
-        return largest
+        return largest[None]
 
     def _spin(self, windows: Windows, samples: Samples, q: Motion) -> Bounded:
         """Turn about the axis against the integral of omega.k, within whole turns.
@@ -399,7 +418,7 @@ class Kinematics(_OverWindows):
         off -= 2 * math.pi * numpy.rint(off / (2 * math.pi))
         _, coarse = windows.unexplained([0 * spinning], [spinning])
         step = windows.step * abs(windows.change(spinning))
-        return abs(off), coarse + spread(step + (bent**2).sum(axis=(0, 2)) / 6)
+        return off[None], coarse + spread(step + (bent**2).sum(axis=(0, 2)) / 6)
 
     @property
     def note(self) -> str:

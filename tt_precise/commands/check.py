@@ -72,8 +72,8 @@ def command(
 
     Columns (SI; those in brackets if known): t and theta theta_dot phi_dot omega_3 [nu_x nu_y], or
     kx ky kz Lx Ly Lz [vx vy], or qw qx qy qz wx wy wz [vcx vcy vcz]. `tt-precise columns` lists
-    their meanings and frames. x, y, z, phi and psi are checked too if the file has them. Exit
-    status 1 if a check failed.
+    their meanings and frames. x, y and z are checked too if the file has them, phi and psi if
+    the golden data have them. Exit status 1 if a check failed.
 
     Checks: time, finite, jellett, energy, energy_balance, equations, kinematics, contact_momentum,
     normal_force, friction_power, contact, contact_velocity, fall, axis_norm, quaternion_norm,
