@@ -222,9 +222,9 @@ class ContactMomentum(_OverWindows):
         if excess[worst] > max(self._worst, self._limit):
             self._worst = float(excess[worst])
             x, y, z = off[:, worst]
-            # rounding may be about the vertical in a few
-            often = (excess > self._limit).sum() >= FEWEST
-            self._vertical = bool(often) and math.hypot(x, y) < 0.1 * abs(z)
+            about = off[2][excess > self._limit]  # of one sign, unlike that of rounding
+            steady = len(about) >= FEWEST and abs(about.sum()) > abs(about).sum() / 2
+            self._vertical = steady and math.hypot(x, y) < 0.1 * abs(z)
             first, last = windows.rows[max(worst - NEAR, 0), 0], windows.rows[worst:][:NEAR][-1, -1]
             self._rows = samples.rows(slice(first, last + 1))
         return excess, bound
