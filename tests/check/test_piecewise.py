@@ -114,6 +114,15 @@ def test_a_motion_that_stands_still_fails_at_every_row(scene: str, columns: str)
         assert checked(still, scene)["equations"].verdict == "fail", row
 
 
+@pytest.mark.parametrize(("off", "passes"), [(1e-3, True), (-1e-3, False)])
+def test_a_flight_ends_at_the_table(off: float, passes: bool) -> None:
+    """Its equations do not contain the height, below which there is no flight."""
+    frame = rows("flight")
+    found = checked(frame.assign(height=frame.height + off), "flight")
+    assert found.passed == passes, str(found)
+    assert (found["equations"].verdict == "pass") == passes
+
+
 def test_a_slip_and_a_stick_between_two_rows_at_rest_are_joints() -> None:
     """The contact rests at 0.16 and at 0.18 s, and glides in between."""
     scene = tt.load_scene("coulomb-stick-slip").varied(

@@ -246,7 +246,7 @@ class CheckSetup:
     @property
     def joins(self) -> bool:
         """Whether the motion may change its equations."""
-        return self.scene.in_pieces and not self.flies
+        return self.height_given if self.flies else self.scene.in_pieces
 
     @property
     def own_force(self) -> bool:
