@@ -624,7 +624,8 @@ class SummedResidual:
     def note(self) -> str:
         """The unresolved intervals, and the spacing of rows that would resolve them."""
         said = f"error bound {self.error_bound:.0e}"
-        whole = self._part == "state" and not self._residual.setup.joins
+        setup = self._residual.setup
+        whole = self._part == "state" and (setup.flies or not setup.joins)
         if whole and self._value > self._limit and self._largest > 0:
             samples, near = self._near
             said = "; ".join(filter(None, (self._cause(samples.rows(near)), said)))
