@@ -96,6 +96,18 @@ def test_a_pulling_table_and_a_gliding_point_of_a_rolling_top_fail(healthy: Heal
     assert check(gliding, "rolling")["contact_velocity"].verdict == "fail"
 
 
+def test_a_table_that_pulls_between_two_rows_fails() -> None:
+    """It would have to for 2.6 ms, where each of these rows is pressed to it."""
+    run = tt.integrate("contact-lost", contact="bilateral", until="1.345", events=())
+    for every in (0.005, 0.008):
+        frame = run.frame(*VECTORS[1:], times=numpy.arange(0, 1.345, every).tolist())
+        pressed = run.frame("g_n", times=frame.t.tolist())["g_n"] > 0
+        found = check(frame, "contact-lost")["contact"]
+        assert pressed.all()
+        assert found.verdict == "fail"
+        assert "leaves the table at 1.33692 s" in found.note
+
+
 def test_another_friction_law_is_held_to_what_every_law_keeps(healthy: Healthy) -> None:
     result = check(healthy()[VECTORS], "reference", friction="other")
     done = {finding.name for finding in result.checks if finding.verdict != "skipped"}
@@ -130,6 +142,8 @@ def test_a_wrong_parameter_of_the_file_is_reported_from_conservation_alone(
 def test_limits_are_checked(healthy: Healthy) -> None:
     message = "limit: got 'jelett', expected one of: time, jellett"
     refuses(message, healthy(), limits={"jelett": 1})
+    below = check(healthy(), "reference", limits={"contact_momentum": -1.0})
+    assert [one.name for one in below.failures] == ["contact_momentum"]
     # of a check that the scene has not
     with pytest.raises(AssertionError, match=r"fall: a limit was given, but .* of flight only"):
         tt.check.assert_conserves(healthy(), "reference", fall=1e-6)

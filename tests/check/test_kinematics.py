@@ -117,7 +117,7 @@ def test_a_small_error_that_goes_on_fails(engine: Engine) -> None:
 
 def test_what_was_not_looked_at_is_said(engine: Engine) -> None:
     found = kinematics(engine().drop(columns=["x", "y", "z"]))
-    assert "not at x, y, z (columns lack)" in found["kinematics"].note
+    assert "not at x, y, z (columns missing)" in found["kinematics"].note
     coarse = kinematics(engine(60))
     for name in ("kinematics", "contact_momentum"):
         assert coarse[name].verdict == "skipped"

@@ -15,7 +15,13 @@ from typing import NamedTuple
 import numpy
 
 from tt_precise.check.columns import CheckSetup, Samples
-from tt_precise.check.equations import EquationResidual, SummedResidual, lift_off, to_one_digit
+from tt_precise.check.equations import (
+    EquationResidual,
+    SummedResidual,
+    least_margin,
+    lift_off,
+    to_one_digit,
+)
 from tt_precise.check.kinematics import ContactMomentum, FrictionPower, Kinematics, normal_force
 from tt_precise.golden.measuring import ending
 from tt_precise.mechanics import quantities
@@ -87,6 +93,7 @@ PAPER_LIMIT = 1e-6  # "constant with precision of order 10^-6 lambda", section 2
 
 # The last row of a motion that leaves the table has g_n = 0, which rounding makes +- some eps.
 LIFT_OFF = -1e-12
+LOW = 0.2  # of the weight: beside such a contact force it may vanish between two rows
 
 Watch = Callable[[Samples], numpy.ndarray]
 
@@ -211,6 +218,13 @@ class Contact:
 
     def __call__(self, samples: Samples) -> Array:
         values: Array = quantities.g_n(samples.q) / self._weight + 0 * samples.t
+        least = numpy.minimum(values[1:], values[:-1])
+        low = numpy.flatnonzero((least < LOW) & (least >= self._limit))
+        # half of the way, from either end
+        for ends, sign in ((low, 0.5), (low + 1, -0.5)) if len(low) else ():
+            steps = sign * numpy.diff(samples.t)[low]
+            between = least_margin(samples.rows(ends), steps) / self._weight
+            values[low + 1] = numpy.minimum(values[low + 1], between)
         pulls = numpy.flatnonzero(values < self._limit)
         if len(pulls) and self._left == math.inf:
             row = int(pulls[0])  # it may be wrong, and only the solution to it leave the table

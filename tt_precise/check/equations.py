@@ -93,6 +93,22 @@ def rates_of(form: Formulation, body: Parameters) -> Rates:
     return lambda entries: form.rates(body, form.State(*entries), SERIES)
 
 
+def least_margin(rows: Samples, steps: Array) -> Array:
+    """The least contact force of the solutions through the rows within ``steps`` (s).
+
+    Infinite where the series does not say its sign.
+    """
+    solved = SolvedRows(rows.setup.scene, rows.setup.body, rows.state, ORDERS[-1])
+    times = steps * numpy.linspace(0, 1, POINTS)[1:, None]
+    powers = numpy.arange(ORDERS[-1] + 1)[:, None, None]
+    with numpy.errstate(all="ignore"):
+        terms = solved.margins[:, None] * times**powers
+        force = terms.sum(axis=0)
+        known = abs(terms[-2:]).max(axis=0) <= FITS * abs(force)
+    least: Array = numpy.where(known, force, numpy.inf).min(axis=0)
+    return least
+
+
 def lift_off(rows: Samples) -> float:
     """The time (s) at which a solution through a row leaves the table before the next; or inf."""
     solved = SolvedRows(rows.setup.scene, rows.setup.body, rows.state, ORDERS[-1])

@@ -232,7 +232,7 @@ class ContactMomentum(_OverWindows):
     @property
     def note(self) -> str:
         """A cause of the remaining torque, and the unresolved windows."""
-        if self._worst <= self._limit:
+        if self._worst <= max(self._limit, 0.0):
             return super().note
         if self._vertical:
             named = "what is left is about the vertical, as torsional friction is"
@@ -347,7 +347,7 @@ class Kinematics(_OverWindows):
         R, given = samples.setup.body.R, samples.given
         excess, bound = numpy.zeros(len(windows.spans)), numpy.zeros(len(windows.spans))
         # the last window may overlap the one before
-        follows = numpy.diff(windows.rows[:, 0], prepend=1 - ROWS) >= ROWS - 1
+        follows = numpy.append(True, windows.rows[1:, 0] == windows.rows[:-1, -1])
         for name in self._looked_at:
             if name in ("axis", "inclination"):
                 parts = slice(0 if name == "axis" else 2, 3)  # or cos theta alone
@@ -427,7 +427,7 @@ class Kinematics(_OverWindows):
         looked = "checked " + ", ".join(self._looked_at)
         lacking = [name for name in ("spin", "x", "y", "z") if name not in self._looked_at]
         if lacking:
-            looked += f", not at {', '.join(lacking)} (columns lack)"
+            looked += f", not at {', '.join(lacking)} (columns missing)"
         return "; ".join(text for text in (fails, looked, super().note) if text)
 
 
