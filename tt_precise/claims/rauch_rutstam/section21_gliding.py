@@ -226,9 +226,8 @@ def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Finding:
 @claim(
     "QUAL-23",
     counterexample={"name": "nu_y"},
-    definition="oscillation: largest distance between consecutive extrema, to which the ends of "
-    "both spans are counted; slightly: the mean over "
-    "the climb is below a fifth of the largest oscillation",
+    definition="oscillation: largest distance between consecutive extrema, among which the ends of "
+    "both spans are; slightly: the mean over the climb is below a fifth of the largest oscillation",
     quote="oscillations of nu_x(t) also increase and the mean value becomes slightly negative",
 )
 def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Finding:

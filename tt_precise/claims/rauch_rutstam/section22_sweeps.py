@@ -347,9 +347,8 @@ def climb_stays_short(limit: str = "8") -> Finding:
 
     longest = s.greatest(s.starts(EVERY, "through"), "climb_A")
     start = ", ".join(f"{name}(0) = {s.number(longest[name], 3)}" for name in ("phi_dot", *s.ALONE))
-    return v.readings(
-        s.both_ways(EVERY, check), f"The longest that ends by then starts with {start}."
-    )
+    note = f"The longest climb that ends within the horizon starts with {start}."
+    return v.readings(s.both_ways(EVERY, check), note)
 
 
 @claim(
