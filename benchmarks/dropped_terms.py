@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Functions, Scalar
-from tt_precise.scene.body import Parameters
 
 LONGEST_NAME = 60
 
@@ -104,7 +104,7 @@ def term_names() -> list[str]:
     import sympy
 
     from tt_precise.mechanics import euler
-    from tt_precise.scene.body import Parameters
+    from tt_precise.mechanics.parameters import Parameters
 
     body = Parameters(*sympy.symbols("m R alpha I1 I3 g mu", positive=True))
     state = euler.EulerState(*sympy.symbols("theta theta_dot phi_dot omega_3 nu_x nu_y"))

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import Vector, added, cross, scaled
 from tt_precise.runtime.values import Scalar
-from tt_precise.scene.body import Parameters
 
 
 def rates_without(body: Parameters, state: NewtonState) -> NewtonState:

@@ -15,17 +15,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, Json, Scalar
-from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
     import pandas
 
     from tt_precise.check.result import Result
-    from tt_precise.mechanics.initial_state import InitialState
-    from tt_precise.scene.body import Units
+    from tt_precise.mechanics.parameters import Units
+    from tt_precise.scene.initial_state import InitialState
 
 SCENE = "reference"
 OUT = Path("reports/measured/faults.csv")
@@ -206,8 +206,8 @@ def _runge_kutta(
 
 def _initial_state(scene: Scene) -> tuple[InitialState, Parameters, Units]:
     from tt_precise.integration.precision import precision_named
-    from tt_precise.mechanics.initial_state import InitialState
-    from tt_precise.scene.body import Units
+    from tt_precise.mechanics.parameters import Units
+    from tt_precise.scene.initial_state import InitialState
 
     start = InitialState.of(scene, precision_named("double").arithmetic)
     return start, start.body.numbers(float), Units(*map(float, start.units))

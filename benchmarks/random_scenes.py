@@ -58,7 +58,7 @@ def stands(scene: Scene) -> bool:
     """Whether the table has to push at the start."""
     from tt_precise.integration.precision import precision_named
     from tt_precise.integration.setup import require_contact
-    from tt_precise.mechanics.initial_state import InitialState
+    from tt_precise.scene.initial_state import InitialState
 
     double = precision_named("double")
     start = InitialState.of(scene, double.arithmetic)

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 import tt_precise as tt
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import require_contact
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.values import InputError
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene, parse_scene
 
 TEXT = load_scene("reference").text

@@ -19,11 +19,11 @@ from tests.conftest import Printed, Said
 from tt_precise import cli
 from tt_precise.integration import events, heyoka_backend, run
 from tt_precise.integration.events import Event
-from tt_precise.mechanics import conserved, quantities
+from tt_precise.mechanics import conserved, laws, quantities
+from tt_precise.mechanics.laws import DIMENSIONLESS_MU, EPSILON, Law
 from tt_precise.mechanics.quantities import ENERGY, Motion, quantity
 from tt_precise.runtime import tables
-from tt_precise.scene import laws, scene
-from tt_precise.scene.laws import DIMENSIONLESS_MU, EPSILON, Law
+from tt_precise.scene import scene
 
 ROOT = Path(__file__).parents[1]
 RECIPES = (ROOT / "docs/howto/extend.md").read_text("utf-8")

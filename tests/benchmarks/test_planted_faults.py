@@ -12,7 +12,7 @@ from benchmarks import planted_faults as faults
 from benchmarks.dropped_terms import rates_without, term_names
 from benchmarks.gyroscopic_term import rates_without as rates_without_gyroscopic
 from tt_precise.mechanics import euler, newton
-from tt_precise.scene.body import Parameters
+from tt_precise.mechanics.parameters import Parameters
 
 pytestmark = pytest.mark.usefixtures("no_cause")
 

@@ -25,8 +25,8 @@ from tt_precise.certify.problem import units_of
 from tt_precise.golden import store
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_squared
-from tt_precise.scene.body import Parameters
 
 
 @pytest.fixture(autouse=True)

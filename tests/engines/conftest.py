@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from tt_precise.engines.ladder import Rung, RungResult, climb, rungs
-from tt_precise.scene.laws import COULOMB, Law
+from tt_precise.mechanics.laws import COULOMB, Law
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ORDER = 4  # of Runge and Kutta's method, which both examples have

@@ -10,7 +10,7 @@ import pytest
 
 from tt_precise.engines.ladder import STEPS, VERDICTS, Rung, measured, rungs
 from tt_precise.engines.protocol import ProgramRun, States
-from tt_precise.scene.laws import COULOMB, LAWS, VISCOUS, Law
+from tt_precise.mechanics.laws import COULOMB, LAWS, VISCOUS, Law
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,7 @@ from tests.engines.conftest import EXAMPLES, ORDER, climbed, compiled_c, rung_na
 from tt_precise.engines.ladder import EVERY_LAW
 from tt_precise.engines.protocol import as_text
 from tt_precise.golden.store import home
-from tt_precise.scene.laws import VISCOUS
+from tt_precise.mechanics.laws import VISCOUS
 
 GOOD = ("converges", "rounding")
 FLYING, LAWS = "none", ("none", "viscous", "coulomb")

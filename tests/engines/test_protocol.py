@@ -22,10 +22,10 @@ from tt_precise.cli import main
 from tt_precise.engines.adapters import COLUMNS, POSITION
 from tt_precise.engines.ladder import rungs
 from tt_precise.engines.protocol import Job, ProgramRun, run
+from tt_precise.mechanics.laws import REGULARISED, VISCOUS
 from tt_precise.mechanics.vectors import turned
 from tt_precise.runtime.records import json_schema
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.laws import REGULARISED, VISCOUS
 
 STEP = Fraction(1, 500)
 

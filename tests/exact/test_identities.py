@@ -11,8 +11,8 @@ import pytest
 from tests.exact.conftest import Spoil, wrong, wrong_quantity
 from tt_precise.exact import identities
 from tt_precise.mechanics import conversion, euler, friction, newton, rolling
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.body import Parameters
 
 ONE_BODY = Parameters(*map(Fraction, ("2", "3/5", "1/3", "7/4", "9/5", "10", "1/7")))
 

@@ -21,8 +21,9 @@ from tt_precise.exact.stability import (
 )
 from tt_precise.mechanics import newton, thresholds
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters, Units
 from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM
-from tt_precise.scene.body import Parameters, TippeTop, Units
+from tt_precise.scene.body import TippeTop
 
 SIDES = pytest.mark.parametrize("side", [UPRIGHT, INVERTED])
 

@@ -11,7 +11,7 @@ import pytest
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.stability import linearised
 from tt_precise.extremes import theory
-from tt_precise.scene.body import Parameters
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.scene.scene import load_scene
 
 FN = own_context(50)

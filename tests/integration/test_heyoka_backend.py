@@ -15,7 +15,7 @@ from tt_precise.integration.heyoka_backend import KINDS, lent
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import FORMULATIONS, SLOW, integrated
-from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
 

@@ -13,10 +13,10 @@ from tt_precise.integration import Trajectory, heyoka_backend, integrate
 from tt_precise.integration.precision import KINDS
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import subtracted
 from tt_precise.runtime.terminal import silent
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene, shipped
 
 

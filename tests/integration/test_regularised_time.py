@@ -8,9 +8,9 @@ import pytest
 from tt_precise.integration import regularised_time
 from tt_precise.integration.regularised_time import OnsetSeries
 from tt_precise.mechanics import friction, rolling
+from tt_precise.mechanics.laws import COULOMB
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.scene.body import Parameters
-from tt_precise.scene.laws import COULOMB
+from tt_precise.mechanics.parameters import Parameters
 
 TERMS = 16
 mp = mpmath.MPContext()

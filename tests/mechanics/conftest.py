@@ -9,7 +9,8 @@ import mpmath
 import pytest
 
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.scene.body import Parameters, TippeTop
+from tt_precise.mechanics.parameters import Parameters
+from tt_precise.scene.body import TippeTop
 from tt_precise.scene.numerals import to_mpmath
 
 DIGITS = 60

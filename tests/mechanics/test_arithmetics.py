@@ -1,7 +1,7 @@
 """Every arithmetic beside every function that the mechanics ask for: there and right, or missing.
 
-What is missing is refused in words by whoever needs it (``scene.laws.Law.require``); a new function
-in a formula, or a new arithmetic, has to be decided here.
+What is missing is refused in words by whoever needs it (``mechanics.laws.Law.require``); a new
+function in a formula, or a new arithmetic, has to be decided here.
 """
 
 import math

@@ -7,8 +7,8 @@ import pytest
 
 from tt_precise.mechanics.conserved import INTEGRALS, conserved, drift
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import load_scene
 
 

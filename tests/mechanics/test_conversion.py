@@ -18,8 +18,9 @@ from tt_precise.mechanics.conversion import (
     vectors_from_rigid_body,
 )
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import cross
-from tt_precise.scene.body import Parameters, TippeTop
+from tt_precise.scene.body import TippeTop
 
 EPS = float(np.finfo(float).eps)
 TILTS = ["1", "1e-3", "1e-8", "1e-30", "1e-150"]

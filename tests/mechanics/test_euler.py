@@ -6,7 +6,8 @@ import pytest
 
 from tt_precise.mechanics import euler
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.scene.body import Parameters, TippeTop
+from tt_precise.mechanics.parameters import Parameters
+from tt_precise.scene.body import TippeTop
 
 
 class Pythagorean:

@@ -8,8 +8,8 @@ import pytest
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.newton import angular_momentum
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import cross, rotation, turned
-from tt_precise.scene.body import Parameters
 
 BODY = (1.7, 0.6, 0.3, 0.37, 0.41, 9.82, 0)
 

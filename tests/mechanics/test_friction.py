@@ -13,11 +13,12 @@ from tt_precise.mechanics import euler, friction, newton
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import formulation
+from tt_precise.mechanics.laws import COULOMB, LAWS
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.body import Parameters, TippeTop, top_of
-from tt_precise.scene.laws import COULOMB, LAWS
+from tt_precise.scene.body import TippeTop, top_of
 from tt_precise.scene.scene import load_scene
 
 BODY: dict[str, Any] = {

@@ -9,9 +9,10 @@ import pytest
 from tests.mechanics.conftest import slopes
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import added, cross, dot, scaled
-from tt_precise.scene.body import Parameters, TippeTop
+from tt_precise.scene.body import TippeTop
 
 RATIOS = [(3, 4), (5, 12), (-8, 15), (20, 21)]
 

@@ -14,9 +14,10 @@ from tt_precise.mechanics.conversion import (
     vectors_from_rigid_body,
 )
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.scene.body import Parameters, TippeTop
+from tt_precise.scene.body import TippeTop
 
 PHI, PSI = "0.7", "-1.9"
 

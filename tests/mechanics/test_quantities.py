@@ -15,10 +15,11 @@ from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters, Units
 from tt_precise.mechanics.pose import Pose
 from tt_precise.mechanics.quantities import DESCRIPTIONS, QUANTITIES, Motion, described
 from tt_precise.mechanics.rolling import RollingState
-from tt_precise.scene.body import Parameters, TippeTop, Units
+from tt_precise.scene.body import TippeTop
 
 START = EulerState(*(Fraction(n, 10) for n in (9, 21, -13, 34, 5, -8)))
 EVERY = pytest.mark.parametrize("name", QUANTITIES)

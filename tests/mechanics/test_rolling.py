@@ -7,9 +7,10 @@ import pytest
 
 from tt_precise.mechanics import newton, rolling
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.mechanics.vectors import added
-from tt_precise.scene.body import Parameters, TippeTop
+from tt_precise.scene.body import TippeTop
 
 
 def still(state: NewtonState) -> NewtonState:

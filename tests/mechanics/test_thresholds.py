@@ -10,9 +10,10 @@ import pytest
 
 from tt_precise.mechanics import newton, thresholds
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Dimension, Parameters, Units
 from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM, ENERGY, JELLETT, QUANTITIES, Motion, d
 from tt_precise.mechanics.vectors import added, dot, scaled, subtracted
-from tt_precise.scene.body import Dimension, Parameters, TippeTop, Units
+from tt_precise.scene.body import TippeTop
 
 Round = Callable[[Fraction], Any]
 

@@ -7,8 +7,9 @@ import mpmath
 import pytest
 
 from tests.conftest import top
+from tt_precise.mechanics.parameters import Dimension, Units
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.body import Dimension, TippeTop, Units, require_si, top_of
+from tt_precise.scene.body import TippeTop, require_si, top_of
 from tt_precise.scene.numerals import to_mpmath
 
 

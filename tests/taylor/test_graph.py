@@ -9,8 +9,8 @@ import mpmath
 import pytest
 
 from tt_precise.mechanics.formulations import integrated
+from tt_precise.mechanics.laws import law_named
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.laws import law_named
 from tt_precise.taylor.graph import Graph, Traced, constants_of, in_order, numbers
 
 

@@ -48,10 +48,10 @@ from tt_precise.certify.comparison import Enclosed, Happening
 from tt_precise.integration.equations import QUADRATURE_SCALE, Layout
 from tt_precise.integration.events import TERMINAL, Event, catalogue, event_named
 from tt_precise.mechanics import compliant, formulations
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Arithmetic, Functions, InputError, Json, Scalar
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
 GUARD = 40  # bits of the balls beyond those of the pieces

@@ -56,13 +56,13 @@ from tt_precise.certify.problem import BALLS
 from tt_precise.golden.runs import exact_decimal
 from tt_precise.mechanics import friction, newton
 from tt_precise.mechanics.formulations import integrated
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import CentreState, NewtonState, contact_arm
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.mechanics.thresholds import energy_excludes, least_energy, tumbling_lambda_squared
 from tt_precise.mechanics.vectors import added, dot, scaled
 from tt_precise.runtime.values import Json
-from tt_precise.scene.body import Parameters
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
 FORM = integrated("gliding", "newton")

@@ -28,10 +28,10 @@ from tt_precise.certify.problem import form_of
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
-from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.parameters import Units
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.values import Ring, Scalar
-from tt_precise.scene.body import Units
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Inclination, Scene
 from tt_precise.scene.start import LIFTED, LiftedStart
 from tt_precise.taylor.series import Series, SeriesFunctions, solution

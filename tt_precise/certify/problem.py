@@ -23,10 +23,10 @@ from tt_precise.integration.equations import QUADRATURE_SCALE, Layout
 from tt_precise.mechanics import formulations
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import Formulation
-from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.parameters import Units
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.values import Arithmetic, Functions, Scalar
-from tt_precise.scene.body import Units
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.graph import Constant, Graph, Operand, constants_of, in_order, numbers
 from tt_precise.taylor.series import Series, SeriesFunctions

@@ -19,9 +19,9 @@ from tt_precise.mechanics import conversion
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.values import Functions, InputError, Scalar
-from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LIFTED
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from tt_precise.check.columns import Changed, Columns
     from tt_precise.check.sources import ColumnSource
-    from tt_precise.scene.body import Parameters
+    from tt_precise.mechanics.parameters import Parameters
 
 CENTRE_OF_SPHERE, CENTRE_OF_MASS = "centre", "cm"
 

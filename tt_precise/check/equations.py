@@ -39,12 +39,12 @@ from tt_precise.mechanics.formulations import (
     raised,
 )
 from tt_precise.mechanics.friction import cone_margin
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import cross, dot
 from tt_precise.runtime.values import Array, InputError, Scalar
-from tt_precise.scene.body import Parameters
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.series import SeriesFunctions, Truncated, coefficients
 

@@ -27,10 +27,10 @@ from tt_precise.check.columns import (
 from tt_precise.check.equations import EquationResidual
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.newton import NewtonState, axis_rate, contact_arm
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted, turned
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.body import Parameters
 
 ANGULAR = ("theta_dot", "phi_dot", "omega_3", "wx", "wy", "wz")
 LINEAR = ("vx", "vy", "nu_x", "nu_y", "vcx", "vcy", "vcz")

@@ -10,10 +10,10 @@ from pathlib import Path
 import click
 
 from tt_precise.commands import options
+from tt_precise.mechanics.laws import COULOMB, LAWS
 from tt_precise.runtime.terminal import progress_bar
 from tt_precise.runtime.values import InputError
 from tt_precise.runtime.workers import cores
-from tt_precise.scene.laws import COULOMB, LAWS
 
 GOOD = ("rounding", "converges", "measured")
 

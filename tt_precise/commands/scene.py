@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands.options import JSON, emit
+from tt_precise.mechanics.laws import LAWS, law_named
 from tt_precise.runtime.values import InputError, Json
-from tt_precise.scene.laws import LAWS, law_named
 
 if TYPE_CHECKING:
     from tt_precise.scene.scene import Scene
@@ -141,7 +141,7 @@ def balance(scene: Scene) -> str:
 def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
     """Return a warning for each unusual property."""
     from tt_precise.integration.precision import precision_named
-    from tt_precise.mechanics.initial_state import InitialState
+    from tt_precise.scene.initial_state import InitialState
     from tt_precise.scene.start import LiftedStart
 
     unusual = []

@@ -30,13 +30,13 @@ from tt_precise.golden.digits import correct_digits
 from tt_precise.integration import integrate
 from tt_precise.mechanics import flight, quantities
 from tt_precise.mechanics.conversion import RigidBodyState
-from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.laws import COULOMB, Law
 from tt_precise.mechanics.newton import NewtonState, angular_momentum
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import turned
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, Check, InputError, Json
-from tt_precise.scene.laws import COULOMB, Law
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:

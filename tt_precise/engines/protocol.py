@@ -26,13 +26,13 @@ from msgspec import Meta
 from tt_precise.check.units import readings
 from tt_precise.engines.adapters import COLUMNS, POSITION, REFUSED
 from tt_precise.mechanics.conversion import axis_of
-from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.laws import LAWS
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import multiplied
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.values import Arithmetic, Array, InputError, Json
-from tt_precise.scene.body import Parameters
-from tt_precise.scene.laws import LAWS
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
 DOUBLE = Arithmetic(numpy, float)

@@ -14,9 +14,9 @@ from pathlib import Path
 
 from tt_precise._version import __version__
 from tt_precise.engines.ladder import VERDICTS, Rung, RungResult, climb, rungs
+from tt_precise.mechanics.laws import COULOMB, Law
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Json
-from tt_precise.scene.laws import COULOMB, Law
 
 SCHEMA = "tt_precise.engines/1"
 DESCRIBED = ("name", "version", "precision", "friction", "settings")  # of an engine

@@ -18,9 +18,9 @@ from sympy.polys.fields import field
 
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import NAMES, Parameters
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.runtime.values import Scalar
-from tt_precise.scene.body import NAMES, Parameters
 
 
 class Remainder(NamedTuple):

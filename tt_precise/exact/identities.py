@@ -32,13 +32,13 @@ from tt_precise.exact.chart import (
 from tt_precise.mechanics import conversion, euler, friction, newton, quantities, rolling
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.friction import PolarState
+from tt_precise.mechanics.laws import COULOMB, REGULARISED
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted
 from tt_precise.runtime.values import InputError, Scalar
-from tt_precise.scene.body import Parameters
-from tt_precise.scene.laws import COULOMB, REGULARISED
 
 SYMBOLIC = "symbolic"  # a polynomial reduction: for all parameters and states at once
 RATIONAL_POINTS = "rational points"  # exact evaluation at random points

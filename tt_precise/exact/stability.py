@@ -23,9 +23,10 @@ from typing import NamedTuple
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters, Units
 from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM
 from tt_precise.runtime.values import Functions, Scalar
-from tt_precise.scene.body import Parameters, TippeTop, Units
+from tt_precise.scene.body import TippeTop
 
 UPRIGHT, INVERTED = 1, -1
 GUARD_DIGITS = 10  # additional digits for the search of the sign change

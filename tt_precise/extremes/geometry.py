@@ -28,8 +28,8 @@ from tt_precise.integration.precision import KINDS
 from tt_precise.mechanics.conversion import euler_from_vectors, vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Check, Functions, Scalar
-from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene
 
 POLES = ("", "pi - ")

@@ -21,9 +21,9 @@ from tt_precise.integration.setup import Setup
 from tt_precise.integration.variational import sensitivity
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.formulations import formulation
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.values import Array, Check, Functions, Scalar
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
 STEP = "1e-3"  # rad; the potentials of the scenes have one valley, far wider

@@ -26,9 +26,9 @@ from tt_precise.extremes.tops import (
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Units
 from tt_precise.mechanics.rolling import constraint_force
 from tt_precise.runtime.values import Check, Scalar
-from tt_precise.scene.body import Units
 from tt_precise.scene.scene import Scene
 
 SHORT_S = "0.05"

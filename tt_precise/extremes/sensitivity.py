@@ -15,11 +15,11 @@ from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.variational import Sensitivity, sensitivity
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters, of_numbers
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.values import Array, Check, Scalar
-from tt_precise.scene.body import Parameters, of_numbers
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
 QUICK = ("reference", "contact-lost", "frictionless", "inverted", "kicked", "rocking")

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Functions, Scalar
-from tt_precise.scene.body import Parameters
 
 
 class Tilt(NamedTuple):

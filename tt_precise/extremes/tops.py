@@ -13,9 +13,9 @@ from tt_precise.extremes import theory
 from tt_precise.extremes.case import finite, noted
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.precision import precision_named
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.values import Check, InputError, Scalar
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
 DIGITS = 80  # of the theory; mp has 60

@@ -33,7 +33,6 @@ from tt_precise.mechanics import euler
 from tt_precise.mechanics.conserved import conserved, drift
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion, described, jellett
 from tt_precise.runtime.cache import SOURCES, UNREADABLE, Records, source_hash
@@ -42,6 +41,7 @@ from tt_precise.runtime.mpfr import mpfr_of
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Functions, InputError, Json, Scalar
 from tt_precise.runtime.workers import Call, Failure, local_pool
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import to_mpmath
 from tt_precise.scene.scene import Scene, load_scene, parse_scene, shipped
 

@@ -24,10 +24,10 @@ from tt_precise.mechanics.conversion import (
     horizontal_length,
     vectors_from_rigid_body,
 )
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.pose import pose
 from tt_precise.mechanics.vectors import cross, dot
 from tt_precise.runtime.values import Functions, Scalar
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import to_mpmath
 from tt_precise.scene.scene import Scene
 

@@ -15,11 +15,11 @@ from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.conversion import horizontal_length
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
-from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.parameters import Dimension
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import QUANTITIES, RATE, SPEED, Motion, Quantity
 from tt_precise.runtime.values import Array, Functions, InputError, Json, Scalar, distinct
-from tt_precise.scene.body import Dimension
+from tt_precise.scene.initial_state import InitialState
 
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 LIFTED_COLUMNS = ("height", "rise")  # of the lowest point, which is otherwise on the table

@@ -20,11 +20,11 @@ from tt_precise.integration.columns import Columns, Row
 from tt_precise.integration.events import EventRecord
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup
-from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.mpfr import Mpfr, mpfr_of
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, ContinuousOutput, InputError, Scalar
-from tt_precise.scene.body import Parameters
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction, to_mpmath
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.machine import MOST_PARTS

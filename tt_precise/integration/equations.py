@@ -17,11 +17,11 @@ from tt_precise.mechanics import compliant, friction, newton
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.friction import largest_coefficient
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Functions, InputError, Ring, Scalar
-from tt_precise.scene.body import Parameters
 from tt_precise.scene.numerals import as_fraction
 from tt_precise.taylor.series import Series, SeriesFunctions, rate, solution
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from tt_precise.mechanics import newton
+from tt_precise.mechanics.laws import VISCOUS, Law
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import Vector, dot
 from tt_precise.runtime.values import InputError, Scalar
-from tt_precise.scene.laws import VISCOUS, Law
 
 EXTREMUM, ZERO = "extremum:", "zero:"
 

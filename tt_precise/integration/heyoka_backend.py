@@ -41,10 +41,10 @@ from tt_precise.integration.events import (
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table
 from tt_precise.mechanics.formulations import Formulation
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Adaptive, Array, InputError, Scalar
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
 MOST_CUTS = 4  # of a failed propagation, back to its last good step

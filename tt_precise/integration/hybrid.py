@@ -36,9 +36,9 @@ from tt_precise.mechanics.formulations import (
     Formulation,
     raised,
 )
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Functions, InputError, Scalar
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
 MOST_SEGMENTS = 10_000

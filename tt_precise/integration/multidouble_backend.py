@@ -24,9 +24,9 @@ from tt_precise.integration.dense_output import (
 from tt_precise.integration.equations import longest_step, terminal_functions
 from tt_precise.integration.events import FIRST_STEP, MOST_EVENTS, EventRecord, too_many_events
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Functions, Scalar
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.crossings import SignChange, Watch
 from tt_precise.taylor.system import StepBlock, System, moments, number, numbers_of, order_of

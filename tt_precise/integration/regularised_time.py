@@ -30,13 +30,13 @@ from tt_precise.integration.setup import Setup
 from tt_precise.integration.vanishing import signs_beyond_rounding
 from tt_precise.mechanics import friction, newton, rolling
 from tt_precise.mechanics.conversion import euler_from_vectors
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.mpfr import mpfr_of
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Functions, Scalar
-from tt_precise.scene.body import Parameters
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.taylor.series import Series
 
 DIRECTIONS = 64  # directions in which gliding may begin, tested for sign changes

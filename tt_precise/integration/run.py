@@ -32,10 +32,10 @@ from tt_precise.integration.dense_output import (
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup, require_contact
 from tt_precise.mechanics.conserved import Integral, drift
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LiftedStart

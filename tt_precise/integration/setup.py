@@ -16,9 +16,9 @@ from tt_precise.mechanics.formulations import (
     elastic,
     integrated,
 )
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.values import Functions, InputError, Scalar, distinct, listed
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import RECORDABLE, Scene
 from tt_precise.taylor.graph import Graph
 

@@ -24,10 +24,10 @@ from tt_precise.integration.setup import (
     refused_in_doubles,
 )
 from tt_precise.mechanics.conserved import conserved
+from tt_precise.mechanics.parameters import Dimension
 from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar, listed
-from tt_precise.scene.body import Dimension
 from tt_precise.scene.numerals import as_fraction, exact, shortest_texts
 from tt_precise.scene.scene import RECORDABLE, Scene, load_scene
 from tt_precise.taylor.graph import ArcTangentError

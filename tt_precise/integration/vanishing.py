@@ -19,8 +19,8 @@ import numpy
 from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import FIRST_STEP, Event, EventRecord
 from tt_precise.integration.setup import Setup
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.taylor.crossings import crossings
 from tt_precise.taylor.series import Series, Sized, SizedFunctions
 

@@ -26,10 +26,10 @@ from tt_precise.integration.precision import precision_named
 from tt_precise.integration.run import integrated
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation, formulation
-from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.parameters import Units
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.runtime.values import Adaptive, Array, InputError, Scalar
-from tt_precise.scene.body import Units
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import Scene, load_scene
 

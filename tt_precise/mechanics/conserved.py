@@ -10,10 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tt_precise.mechanics import quantities
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, cross, dot, scaled, subtracted
 from tt_precise.runtime.values import Scalar
-from tt_precise.scene.body import Parameters, TippeTop
 
 
 @dataclass(frozen=True)
@@ -26,24 +26,24 @@ class Integral:
     name: str
     evaluate: Callable[[Motion], Scalar]
     scale: Callable[[Motion], Scalar]
-    holds: Callable[[str, TippeTop], bool]
+    holds: Callable[[str, Parameters], bool]
     meaning: str
     azimuth: bool = False
 
 
-def _always(model: str, body: TippeTop) -> bool:
+def _always(model: str, body: Parameters) -> bool:
     return True
 
 
-def _flight(model: str, body: TippeTop) -> bool:
+def _flight(model: str, body: Parameters) -> bool:
     return model == "flight"
 
 
-def _rolling(model: str, body: TippeTop) -> bool:
+def _rolling(model: str, body: Parameters) -> bool:
     return model == "rolling"
 
 
-def _frictionless(model: str, body: TippeTop) -> bool:
+def _frictionless(model: str, body: Parameters) -> bool:
     return model == "flight" or (model == "gliding" and body.mu == 0)
 
 
@@ -59,7 +59,7 @@ def _momentum(q: Motion) -> Scalar:
     return q.body.m * q.body.R * q.fn.sqrt(dot(q.omega, q.omega))
 
 
-def _energy_holds(model: str, body: TippeTop) -> bool:
+def _energy_holds(model: str, body: Parameters) -> bool:
     rigid = not body.spring  # an elastic table stores and damps
     return rigid and (_frictionless(model, body) or _rolling(model, body))
 
@@ -93,7 +93,7 @@ OF_FLIGHT = ("angular_momentum_x", "angular_momentum_y", "rotational_energy")
 INTEGRALS = {integral.name: integral for integral in _ALL}
 
 
-def conserved(model: str, body: TippeTop) -> tuple[Integral, ...]:
+def conserved(model: str, body: Parameters) -> tuple[Integral, ...]:
     """The integrals of a correct motion of ``body`` under ``model``."""
     return tuple(integral for integral in INTEGRALS.values() if integral.holds(model, body))
 

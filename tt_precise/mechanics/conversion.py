@@ -12,9 +12,9 @@ from collections import namedtuple
 
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState, angular_momentum, contact_arm
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 from tt_precise.runtime.values import Functions, Scalar
-from tt_precise.scene.body import Parameters
 
 
 class RigidBodyState(namedtuple("RigidBodyState", "qw qx qy qz wx wy wz vcx vcy vcz")):

@@ -14,6 +14,7 @@ from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Dimension, Parameters
 from tt_precise.mechanics.quantities import (
     ANGLE,
     ANGULAR_MOMENTUM,
@@ -26,7 +27,6 @@ from tt_precise.mechanics.quantities import (
 )
 from tt_precise.mechanics.vectors import Vector, cross, dot
 from tt_precise.runtime.values import Functions, Scalar
-from tt_precise.scene.body import Dimension, Parameters
 
 MOST_GOLDEN = 33  # digits that golden data can confirm: they are rounded to 34
 

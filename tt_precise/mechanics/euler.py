@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections import namedtuple
 
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Functions, Scalar
-from tt_precise.scene.body import Parameters
 
 
 class EulerState(namedtuple("EulerState", "theta theta_dot phi_dot omega_3 nu_x nu_y")):

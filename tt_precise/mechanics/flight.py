@@ -20,6 +20,7 @@ from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState, OfAxis
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import (
     Quaternion,
     Vector,
@@ -29,7 +30,6 @@ from tt_precise.mechanics.vectors import (
     turned,
 )
 from tt_precise.runtime.values import Functions, Scalar
-from tt_precise.scene.body import Parameters
 
 
 class LiftedState(OfAxis, namedtuple("LiftedState", "kx ky kz Lx Ly Lz vx vy height rise")):

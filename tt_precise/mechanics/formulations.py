@@ -13,12 +13,12 @@ from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedEulerState, LiftedState
 from tt_precise.mechanics.friction import PolarEulerState, PolarState
+from tt_precise.mechanics.laws import COULOMB, VISCOUS, Law
 from tt_precise.mechanics.newton import CentreState, NewtonState
+from tt_precise.mechanics.parameters import Dimension, Parameters, of_numbers
 from tt_precise.mechanics.quantities import ANGLE, ANGULAR_MOMENTUM, RATE, SPEED, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.runtime.values import Functions, InputError, Scalar, StateOfAny
-from tt_precise.scene.body import Dimension, Parameters, of_numbers
-from tt_precise.scene.laws import COULOMB, VISCOUS, Law
 
 COORDINATES = ("newton", "euler")
 

@@ -1,8 +1,9 @@
 """Friction at the contact point under the law of the body, generic in the arithmetic.
 
-Every law has F_f = -c g_n v_A with a coefficient c (``scene.laws``). Eqs (1) to (7) are algebraic
-in mu, so with c for mu they are the equations of motion of each law, and no formula is repeated. A
-formula with the derivative of mu g_n v_A (``newton.normal_force_slope``) holds only for constant c.
+Every law has F_f = -c g_n v_A with a coefficient c (``mechanics.laws``). Eqs (1) to (7) are
+algebraic in mu, so with c for mu they are the equations of motion of each law, and no formula is
+repeated. A formula with the derivative of mu g_n v_A (``newton.normal_force_slope``) holds only for
+constant c.
 
 Where v_A = 0 the direction of Coulomb's force is undefined and the equations are singular. In polar
 form, v_A = v e with |e| = 1, and in a time tau, d tau = dt/v, they are regular: g_n and the
@@ -19,8 +20,8 @@ from tt_precise.mechanics import euler, newton, rolling
 from tt_precise.mechanics.conversion import horizontal_length
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Functions, Scalar
-from tt_precise.scene.body import Parameters
 
 
 def coefficient(body: Parameters, vx: Scalar, vy: Scalar, fn: Functions) -> Scalar:

@@ -19,9 +19,9 @@ from __future__ import annotations
 from collections import namedtuple
 from typing import Any
 
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 from tt_precise.runtime.values import Functions, Scalar
-from tt_precise.scene.body import Parameters
 
 
 class OfAxis:

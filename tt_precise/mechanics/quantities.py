@@ -18,9 +18,9 @@ from tt_precise.mechanics.conversion import euler_from_vectors, horizontal_lengt
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import SPRINGS, Dimension, Parameters
 from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted
 from tt_precise.runtime.values import Functions, Scalar
-from tt_precise.scene.body import SPRINGS, Dimension, Parameters
 
 
 class Motion:

@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections import namedtuple
 
 from tt_precise.mechanics.newton import NewtonState, axis_rate, contact_arm
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 from tt_precise.runtime.values import Functions
-from tt_precise.scene.body import Parameters
 
 
 class RollingState(namedtuple("RollingState", "kx ky kz Lx Ly Lz")):

@@ -6,9 +6,9 @@ alpha) L0 = R (1 + alpha) L1.
 
 from __future__ import annotations
 
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import d
 from tt_precise.runtime.values import Functions, Scalar
-from tt_precise.scene.body import Parameters
 
 # 21.95, which section 1 prints before the bracket of T_upp, as a ratio of integers
 FACTOR_OF_T_UPP = 2195, 100

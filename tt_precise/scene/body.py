@@ -1,85 +1,16 @@
-"""The body: the exact parameters of a Tippe Top, and the units that make it dimensionless."""
+"""The body: the exact parameters of a Tippe Top, read from the tables of a scene."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, NamedTuple, TypeVar
+from typing import Any
 
+from tt_precise.mechanics.laws import LAWS, VISCOUS, Law, law_named
+from tt_precise.mechanics.parameters import NAMES, SPRINGS, Parameters, of_numbers
 from tt_precise.runtime.values import Functions, InputError, Json, Scalar
-from tt_precise.scene.laws import LAWS, VISCOUS, Law, law_named
 from tt_precise.scene.numerals import within_doubles, written
-
-SPRINGS = ("linear", "hunt-crossley")
-Top = TypeVar("Top", bound="Parameters")
-NAMES = ("m", "R", "alpha", "I1", "I3", "g", "mu")
-
-
-@dataclass(frozen=True)
-class Parameters:
-    """The parameters of a Tippe Top as scalars of any one arithmetic, in consistent units.
-
-    m mass, R radius, alpha eccentricity of the centre of mass in units of R, I1 and I3 principal
-    moments of inertia about it, g gravity, mu the coefficient of the law ``friction``, which is
-    F_f = -mu g_n v_A unless given; ``further`` has the values of its other parameters, in order.
-    ``spring`` names the force of an elastic table ("" for a rigid one), F_n at a depth:
-    linear, stiffness depth + damping depth_dot (N/m, N s/m), or Hunt and Crossley's,
-    stiffness depth^(3/2) (1 + damping depth_dot) (N/m^(3/2), s/m); see ``mechanics.compliant``.
-    """
-
-    m: Scalar
-    R: Scalar
-    alpha: Scalar
-    I1: Scalar
-    I3: Scalar
-    g: Scalar
-    mu: Scalar
-    _: KW_ONLY
-    friction: Law = VISCOUS
-    further: tuple[Scalar, ...] = ()
-    spring: str = ""
-    stiffness: Scalar = 0
-    damping: Scalar = 0
-
-    @property
-    def numbers_by_name(self) -> dict[str, Scalar]:
-        """Every number of the body under its key in a scene file."""
-        numbers = {name: getattr(self, name) for name in NAMES}
-        numbers |= zip(self.friction.further, self.further, strict=True)
-        if self.spring:
-            numbers |= {"stiffness": self.stiffness, "damping": self.damping}
-        return numbers
-
-    def numbers(self, convert: Callable[[Scalar], Scalar]) -> Parameters:
-        """These parameters in another arithmetic; ``convert`` rounds one number."""
-        return of_numbers(
-            {name: convert(value) for name, value in self.numbers_by_name.items()},
-            self.friction,
-            self.spring,
-            Parameters,
-        )
-
-    @property
-    def law(self) -> str:
-        return self.friction.name
-
-    @property
-    def gamma(self) -> Scalar:
-        """Ratio of the moments of inertia gamma = I1/I3; Theorem 1.1."""
-        return self.I1 / self.I3
-
-    @property
-    def sigma(self) -> Scalar:
-        """Ratio sigma = m R^2/I3; after eq (9)."""
-        return self.m * self.R * self.R / self.I3
-
-
-def of_numbers(numbers: Mapping[str, Scalar], friction: Law, spring: str, kind: type[Top]) -> Top:
-    """Parameters from ``numbers_by_name``, exact or not."""
-    given = dict(numbers)
-    further = tuple(given.pop(name) for name in friction.further)
-    return kind(**given, friction=friction, further=further, spring=spring)
 
 
 @dataclass(frozen=True)
@@ -324,44 +255,6 @@ def require_si(body: TippeTop) -> None:
         f"m in kg and R in m: with R = {_short(body.R)} the sphere has a density of "
         f"{_three_digits(density)} kg/m^3 (is it in g, cm or mm? there are m_g and R_mm)",
     )  # fmt: skip
-
-
-class Dimension(NamedTuple):
-    """Powers of mass, length and time in a physical quantity."""
-
-    mass: int = 0
-    length: int = 0
-    time: int = 0
-
-    @property
-    def unit(self) -> str:
-        """The SI unit in base units, such as "kg m^2/s"; "1" for a pure number."""
-        named = [("kg", self.mass), ("m", self.length), ("s", self.time)]
-        power = [(unit if abs(n) == 1 else f"{unit}^{abs(n)}", n) for unit, n in named if n]
-        over = " ".join(text for text, n in power if n > 0) or "1"
-        under = "".join("/" + text for text, n in power if n < 0)
-        return over + under
-
-
-class Units(NamedTuple):
-    """The units of the dimensionless form: mass m, length R, time sqrt(R/g), in SI."""
-
-    mass: Scalar
-    length: Scalar
-    time: Scalar
-
-    @classmethod
-    def of(cls, body: TippeTop, fn: Functions, convert: Callable[[Fraction], Scalar]) -> Units:
-        """The units of ``body``, each rounded once by ``convert`` (and one square root)."""
-        return cls(convert(body.m), convert(body.R), fn.sqrt(convert(body.R / body.g)))
-
-    def of_dimension(self, dimension: Dimension) -> Scalar:
-        """The dimensionless unit of this dimension, in SI."""
-        factor: Scalar = 1
-        for unit, power in zip(self, dimension, strict=True):
-            if power:
-                factor = factor * unit**power
-        return factor
 
 
 def _require(holds: bool, name: str, got: Fraction, expected: str) -> None:

@@ -10,17 +10,11 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
+from tt_precise.mechanics.laws import VISCOUS
+from tt_precise.mechanics.parameters import of_numbers
 from tt_precise.runtime.files import parse_toml, read_toml, shown
 from tt_precise.runtime.values import InputError, Json
-from tt_precise.scene.body import (
-    UNIT_KEYS,
-    TippeTop,
-    body_numbers,
-    of_numbers,
-    require_keys,
-    top_of,
-)
-from tt_precise.scene.laws import VISCOUS
+from tt_precise.scene.body import UNIT_KEYS, TippeTop, body_numbers, require_keys, top_of
 from tt_precise.scene.numerals import exact, written
 from tt_precise.scene.start import LIFTED, START_KEYS, Inclination, LiftedStart, Start, is_derived
 

@@ -25,10 +25,10 @@ from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import ended_at_start
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.formulations import Formulation, integrated
-from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.parameters import NAMES, Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.runtime.values import Arithmetic, Array
-from tt_precise.scene.body import NAMES, Parameters
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.sweeps.columns import TIMES, Part, detectors, extremes, outcomes, part_named
 from tt_precise.sweeps.events import EARLY, Events
 from tt_precise.sweeps.lanes import Build, LaneResult, LaneStart, lanes

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy
 
 from tt_precise.integration.events import EXTREMUM, Event, axis_fall, event_named
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.mechanics.thresholds import energy_excludes
 from tt_precise.runtime.values import Array, InputError
-from tt_precise.scene.body import Parameters
 
 OUTCOMES = {
     "inverts": "has crossed the equator, and the axis is below it at the end",

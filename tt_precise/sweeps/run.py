@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from tt_precise._version import __version__
 from tt_precise.integration.precision import precision_named
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, InputError, Json, listed
 from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError, local_pool
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Inclination, Scene
 from tt_precise.sweeps import spot_check
 from tt_precise.sweeps.specification import (

@@ -17,8 +17,8 @@ import numpy
 from tt_precise.integration.inversion import NEEDED
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import ended_at_start
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.values import InputError, Json
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 from tt_precise.sweeps.columns import DEFINITIONS, TIMES, extremum, outcomes, parts, turning_events
 

@@ -19,9 +19,9 @@ from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.formulations import Formulation, integrated
-from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, Json
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.tradeoff.heyoka_methods import bare_batch
 

@@ -15,8 +15,8 @@ import numpy
 
 from tt_precise.integration.precision import Precision
 from tt_precise.mechanics.formulations import Formulation
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array, Json, Scalar
-from tt_precise.scene.body import Parameters
 from tt_precise.tradeoff.problem import GoldenProblem
 
 # arguments, and what is done with the rates; without a p the parameters are constants of the text

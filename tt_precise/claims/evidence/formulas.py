@@ -18,9 +18,9 @@ from tt_precise.exact.identities import prove
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import NAMES, Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, d
 from tt_precise.runtime.values import Check, Functions, Scalar
-from tt_precise.scene.body import NAMES, Parameters
 
 # A state without symmetry at which everything, including the root in Routh's function, is rational;
 # in consistent units with m, R, g all different from 1, so that a missing factor shows.

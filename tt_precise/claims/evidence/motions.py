@@ -19,10 +19,10 @@ from tt_precise.exact.stability import eigenvalues, linearised
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, effective_mass, effective_potential
 from tt_precise.mechanics.thresholds import lambda_thres, lambda_up, tumbling_lambda_squared
 from tt_precise.runtime.values import Array, Functions, Scalar
-from tt_precise.scene.body import Parameters
 
 REACH = 40  # in u: 1 - |z| down to 1e-34, so the context needs some 60 digits
 COARSE = 4  # eighths

@@ -21,8 +21,8 @@ from tt_precise.integration import Trajectory, catalogue, integrate
 from tt_precise.integration.inversion import InversionTimes
 from tt_precise.integration.precision import is_available
 from tt_precise.integration.setup import refused_in_doubles
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array, Functions, Scalar
-from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:

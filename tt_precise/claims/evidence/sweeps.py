@@ -17,9 +17,9 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
+from tt_precise.mechanics.parameters import NAMES
 from tt_precise.runtime.cache import cached_table
 from tt_precise.runtime.values import Array, Check, Json
-from tt_precise.scene.body import NAMES
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps.run import integrated, lambda_of_start, sweep_pool
 from tt_precise.sweeps.specification import STARTS, Plan, blocks, specification

@@ -20,10 +20,10 @@ from tt_precise.claims.verdicts import Finding
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, d, effective_potential
 from tt_precise.mechanics.vectors import cross
 from tt_precise.runtime.values import Check, Scalar
-from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import load_scene
 
 claim = claims_of(RAUCH_RUTSTAM, "1")

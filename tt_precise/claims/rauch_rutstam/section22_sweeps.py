@@ -15,9 +15,9 @@ from tt_precise.claims.rauch_rutstam.section22_starts import last_turn
 from tt_precise.claims.verdicts import Finding
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import E, Motion, jellett
 from tt_precise.runtime.values import Check, Scalar
-from tt_precise.scene.body import Parameters
 
 if TYPE_CHECKING:
     import pandas

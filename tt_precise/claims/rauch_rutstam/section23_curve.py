@@ -16,9 +16,9 @@ from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.mechanics import newton
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import Vector, cross, dot
 from tt_precise.runtime.values import Array, Check, Functions, Scalar
-from tt_precise.scene.body import Parameters
 
 claim = claims_of(RAUCH_RUTSTAM, "2.3")
 COMPONENTS = ("tau_x", "tau_y", "tau_z")

@@ -13,9 +13,9 @@ from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation, contact_terms
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters, Units
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.values import Arithmetic, Functions, Scalar
-from tt_precise.scene.body import Parameters, Units
 from tt_precise.scene.scene import Scene, Start
 from tt_precise.scene.start import LIFTED, LiftedStart
 
