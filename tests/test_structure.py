@@ -4,6 +4,7 @@ Every import counts, those inside functions and those for type checking too.
 """
 
 import ast
+import re
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -16,20 +17,18 @@ from tt_precise.golden import building
 from tt_precise.runtime.cache import SOURCES
 
 PACKAGE = Path(tt_precise.__file__).parent
-
-# The way of the data, from what everything stands on to what a user types. CONTRIBUTING draws it.
-ORDER = (
-    "base", "taylor", "body", "mechanics", "scene", "exact", "integration", "golden", "certify",
-    "vectors", "check", "sweeps", "extremes", "claims", "tradeoff", "engines", "report", "commands",
-    "cli",
-)  # fmt: skip
-# files of the top folder that are no common tools
-PLACES = {
-    "__main__": "cli",
-    "mechanics.initial_state": "scene",
-    **dict.fromkeys(("scene", "scene.numerals", "scene.body", "scene.laws"), "body"),
-}
+PLACE = re.compile(r"`([^`]+)`")
 LONGEST = 700  # lines of a file
+
+
+def drawn() -> list[str]:
+    """Places of CONTRIBUTING's map, in its order: from what all stands on to what a user types."""
+    text = (PACKAGE.parent / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    rows = text.partition("## Map")[2].partition("## Rules")[0].splitlines()
+    cells = [row.split("|")[1] for row in rows if row.startswith("| `")]
+    return [
+        place.rstrip("/").removesuffix(".py") for cell in cells for place in PLACE.findall(cell)
+    ]
 
 
 def modules(package: Path) -> dict[str, Path]:
@@ -62,19 +61,18 @@ def arrows() -> dict[str, set[str]]:
     return {name: imported(name, file, known) for name, file in known.items()}
 
 
-def layer(name: str) -> str:
-    within = name.partition(".")[2]
-    first = within.partition(".")[0]
-    return PLACES.get(within) or (first if first in ORDER else "base")
+def place(name: str) -> str:
+    """The folder, or the file of the top folder, that a module lies in."""
+    return name.split(".")[1]
 
 
-def upward(graph: dict[str, set[str]]) -> list[str]:
-    """The imports that run against the way; the package's own ``__init__`` hands out names."""
+def upward(graph: dict[str, set[str]], order: list[str]) -> list[str]:
+    """The imports that run against the order; the package's own ``__init__`` hands out names."""
     return sorted(
         f"{name} -> {other}"
         for name, others in graph.items()
         for other in others
-        if "." in name and ORDER.index(layer(other)) > ORDER.index(layer(name))
+        if "." in name and order.index(place(other)) > order.index(place(name))
     )
 
 
@@ -90,8 +88,8 @@ def circle(graph: dict[str, set[str]]) -> list[str]:
 def test_no_folder_imports_one_further_down() -> None:
     graph = arrows()
     assert len(graph) > 150
-    assert {layer(name) for name in graph} <= set(ORDER)
-    assert upward(graph) == []
+    assert {place(name) for name in graph if "." in name} <= set(drawn())
+    assert upward(graph, drawn()) == []
 
 
 def test_no_circle_of_files() -> None:
@@ -132,12 +130,13 @@ def test_results_are_kept_beside_the_hash_of_all_that_they_rest_on(places: tuple
 
 
 def test_an_arrow_that_runs_up_and_a_circle_are_found(tmp_path: Path) -> None:
-    low, high = "small.mechanics.a", "small.report.b"
-    assert upward({high: {low}}) == circle({high: {low}}) == []
-    assert upward({low: {high}}) == [f"{low} -> {high}"]
+    low, high = "small.mechanics.a", "small.scene.b"
+    order = drawn()
+    assert upward({high: {low}}, order) == circle({high: {low}}) == []
+    assert upward({low: {high}}, order) == [f"{low} -> {high}"]
     assert set(circle({low: {high}, high: {low}})) == {low, high}
     for indent in ("", "if True:\n    ", "def late():\n    "):
-        (tmp_path / "a.py").write_text(f"{indent}from small.report import b\n")
+        (tmp_path / "a.py").write_text(f"{indent}from small.scene import b\n")
         assert imported(low, tmp_path / "a.py", {high: tmp_path}) == {high}
 
 

@@ -11,8 +11,8 @@ import pytest
 
 from tt_precise.mechanics import compliant
 from tt_precise.mechanics.flight import LiftedState
-from tt_precise.mechanics.parameters import Parameters
-from tt_precise.scene.body import SPRINGS, TippeTop
+from tt_precise.mechanics.parameters import SPRINGS, Parameters
+from tt_precise.scene.body import TippeTop
 
 Round = Callable[[Fraction], Any]
 STIFFNESS, DAMPING = 70, Fraction(3, 7)

@@ -18,10 +18,10 @@ from tt_precise.mechanics.formulations import (
     integrated,
     raised,
 )
-from tt_precise.mechanics.parameters import Parameters
+from tt_precise.mechanics.parameters import SPRINGS, Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.body import SPRINGS, TippeTop
+from tt_precise.scene.body import TippeTop
 
 Round = Callable[[Fraction], Any]
 EVERY = pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from tt_precise.mechanics import compliant, euler, flight, newton, rolling
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.laws import LAWS
-from tt_precise.scene.body import SPRINGS
+from tt_precise.mechanics.parameters import SPRINGS
 from tt_precise.vectors import index, states, steps
 
 
