@@ -5,10 +5,11 @@ from fractions import Fraction
 from typing import Any
 
 import mpmath
+import numpy
 import pytest
 
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.numerals import LONGEST, WithPi, exact, read, to_mpmath
+from tt_precise.scene.numerals import LONGEST, WithPi, as_fraction, exact, read, to_mpmath
 
 
 @pytest.mark.parametrize(
@@ -52,6 +53,27 @@ def test_refuses_with_one_line(given: Any) -> None:
     assert "expected" in message
     assert "\n" not in message
     assert len(message) < 200
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        "1" * 400 + "e999*1e999*1e999*1e999", "1e-999/1e999", Fraction(10**5000), 10**5000,
+        "9" * 1999,
+    ],
+    ids=["product", "quotient", "fraction", "integer", "long"],
+)  # fmt: skip
+def test_refuses_a_number_that_python_could_not_print(given: Any) -> None:
+    with pytest.raises(InputError, match=r"^m: got .*, expected a number of at most 1000 digits$"):
+        exact(given, "m")
+    assert exact("1e999").numerator == 10**999
+
+
+def test_a_time_may_stand_in_an_array_without_axes() -> None:
+    assert as_fraction(numpy.array(0.5)) == as_fraction(numpy.float32(0.5)) == Fraction(1, 2)
+    assert as_fraction(numpy.array(3)) == 3
+    with pytest.raises(InputError, match="expected a finite time"):
+        as_fraction(numpy.array(math.nan))
 
 
 def test_a_multiple_of_pi_has_100_digits() -> None:

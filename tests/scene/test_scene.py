@@ -2,16 +2,20 @@
 
 import dataclasses
 import tomllib
+from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import mpmath
+import numpy
 import pytest
 
+from tt_precise.integration import integrate
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.numerals import exact, to_mpmath
 from tt_precise.scene.scene import Inclination, Scene, Start, load_scene, parse_scene, shipped
+from tt_precise.sweeps.specification import specification as sweep_specification
 
 TEXT = """\
 title = "A top"
@@ -196,6 +200,53 @@ def test_moments_of_inertia_keep_their_ratio_when_m_or_R_are_varied() -> None:
     unit = Fraction("0.05") * Fraction("0.03") ** 2
     assert Fraction("131/350") * unit == reference.varied(m="0.05", R="0.03").body.I1
     assert Fraction("0.5") * unit == reference.varied(m="0.05", R="0.03", I3="0.5").body.I3
+
+
+KEYS_WITH_UNITS = {
+    "m_g": ("m", "25"), "R_mm": ("R", "15"), "centre_mm": ("alpha", "6"),
+    "centre_m": ("alpha", "0.004"), "I1_kg_m2": ("I1", "3e-6"), "I3_kg_m2": ("I3", "3.2e-6"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        ("m_g",), ("R_mm",), ("centre_mm",), ("centre_m",), ("I1_kg_m2",), ("I3_kg_m2",),
+        ("I1_kg_m2", "I3_kg_m2"), ("R_mm", "centre_mm"), ("m_g", "I1_kg_m2"),
+        ("m_g", "R_mm", "centre_mm", "I1_kg_m2", "I3_kg_m2"),
+    ],
+)  # fmt: skip
+def test_keys_with_units_are_varied_as_the_file_would_say(keys: tuple[str, ...]) -> None:
+    """The expected scene is the text with each line replaced: its m and R convert the units."""
+    table = tomllib.loads(TEXT)
+    changes = {key: KEYS_WITH_UNITS[key][1] for key in keys}
+    for key in keys:
+        del table["body"][KEYS_WITH_UNITS[key][0]]
+    expected = Scene.of(**{**table, "body": {**table["body"], **changes}})
+    assert parsed().varied(**changes).body == expected.body
+
+
+def test_one_quantity_is_varied_by_one_key() -> None:
+    with pytest.raises(InputError, match=r"body\.centre_mm: got another key for alpha too"):
+        parsed().varied(alpha="0.3", centre_mm="6")
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        0.1, "0.1", Fraction(1, 10), Decimal("0.1"), numpy.float64(0.1), numpy.float32(0.1),
+        numpy.longdouble("0.1"), numpy.array(0.1), numpy.array(0.1, dtype=numpy.float32),
+    ],
+)  # fmt: skip
+def test_every_type_of_number_is_read_as_its_decimal(value: Any) -> None:
+    tenth = Fraction(1, 10)
+    reference = load_scene("reference")
+    assert reference.varied(until=value, theta=value, mu=value).start.theta.offset == tenth
+    assert reference.varied(m=value, R=value).body.m == tenth
+    assert reference.perturbed(alpha=value).body.alpha == reference.body.alpha * Fraction(11, 10)
+    assert Scene.of(**{**tomllib.loads(TEXT), "run": {"until": value}}).until == tenth
+    assert integrate("rolling", until=value, sample_every=value).scene.sample_every == tenth
+    assert sweep_specification("reference", vary={"theta": [value]}, until=value).rows == 1
 
 
 def test_a_perturbed_scene_is_off_by_relative_sizes() -> None:

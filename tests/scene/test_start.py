@@ -128,6 +128,16 @@ def test_derived_entries_follow_what_is_varied() -> None:
     assert scene.varied(R="0.03").start.nu_y == pytest.approx(1.5 * float(scene.start.nu_y))
 
 
+@pytest.mark.parametrize(("changed", "kept"), [("nu_x", "nu_y"), ("nu_y", "nu_x")])
+def test_one_gliding_velocity_is_varied_alone(changed: str, kept: str) -> None:
+    """Of a start at rest as well: the other component keeps the value that it was resolved to."""
+    scene = REFERENCE.varied(theta_dot="3", phi_dot="-5", at_rest="centre of mass")
+    moved = scene.varied(**{changed: "0.01"})
+    assert getattr(moved.start, changed) == Fraction(1, 100)
+    assert getattr(moved.start, kept) == getattr(scene.start, kept) != 0
+    assert moved.varied(phi_dot="7").start.nu_x == moved.start.nu_x
+
+
 def test_a_start_that_was_replaced_forgets_what_was_given() -> None:
     scene = REFERENCE.varied(psi_dot="150", phi_dot="10")
     plain = replace(scene, start=start(**PLAIN))

@@ -16,7 +16,7 @@ from tt_precise.runtime.files import require_apart, require_writable
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.tables import FORMATS
 from tt_precise.runtime.values import InputError, Json, Scalar, listed
-from tt_precise.scene.numerals import exact
+from tt_precise.scene.numerals import written
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
@@ -176,7 +176,7 @@ def command(
 
     loaded = load_scene(scene)
     if until is not None:
-        loaded = replace(loaded, until=exact(until, "until"))
+        loaded = replace(loaded, until=written(until, "until"))
     recorded = set(listed(record or "") or loaded.record)
     if formulation == "euler":
         recorded.add("phi")  # so that the end can be shown as vectors too

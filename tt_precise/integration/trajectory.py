@@ -28,7 +28,7 @@ from tt_precise.mechanics.parameters import Dimension
 from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar, listed
-from tt_precise.scene.numerals import as_fraction, exact, shortest_texts
+from tt_precise.scene.numerals import as_fraction, shortest_texts, written
 from tt_precise.scene.scene import RECORDABLE, Scene, load_scene
 from tt_precise.taylor.graph import ArcTangentError
 
@@ -49,7 +49,7 @@ def is_estimate(name: Name) -> bool:
 
 def is_one(t: Any) -> bool:
     """Whether it is one time, not several."""
-    return isinstance(t, str) or not isinstance(t, Iterable)
+    return isinstance(t, str) or not isinstance(t, Iterable) or getattr(t, "shape", None) == ()
 
 
 def each(t: Any) -> Iterable[Scalar]:
@@ -494,8 +494,8 @@ def integrate(
     bits: int | None = None,
     contact: str = "unilateral",
     tolerance: float = 0.0,
-    until: str | int | Fraction | None = None,
-    sample_every: str | int | Fraction | None = None,
+    until: str | float | Fraction | None = None,
+    sample_every: str | float | Fraction | None = None,
     sensitivity: Iterable[str] = (),
     progress: Progress | None = None,
 ) -> Trajectory:
@@ -546,9 +546,9 @@ def integrate(
     """
     loaded = load_scene(scene)
     if until is not None:
-        loaded = replace(loaded, until=exact(until, "until"))
+        loaded = replace(loaded, until=written(until, "until"))
     if sample_every is not None:
-        loaded = replace(loaded, sample_every=exact(sample_every, "sample_every"))
+        loaded = replace(loaded, sample_every=written(sample_every, "sample_every"))
     record = None if record is None else listed(record)
     watched = None if events is None else asked_for(events, loaded.model)
 

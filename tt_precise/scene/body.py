@@ -123,8 +123,13 @@ UNIT_KEYS = {
 }  # fmt: skip
 
 
-def body_numbers(given: Mapping[str, Json]) -> dict[str, Fraction]:
-    """The numbers of a table ``[body]`` in SI, except I1 and I3 in units of m R^2.
+def body_numbers(
+    given: Mapping[str, Json], known: Mapping[str, Fraction] | None = None
+) -> dict[str, Fraction]:
+    """Return the numbers of a table ``[body]`` in SI, except I1 and I3 in units of m R^2.
+
+    ``known`` has the m and R that convert the units where ``given`` has none; without them a key
+    whose unit needs one of them is converted with 1, and the missing key is refused later.
 
     Raises ``InputError``: a quantity is given twice, or is not a number.
     """
@@ -136,11 +141,11 @@ def body_numbers(given: Mapping[str, Json]) -> dict[str, Fraction]:
             raise InputError(f"body.{key}: got another key for {name} too, expected one of them")
         value = written(given[key], key) * unit
         if name in ("alpha", "I1", "I3"):
-            for other in ("m", "R"):
-                _require(values.get(other, 1) > 0, other, values.get(other, Fraction(1)),
-                         "a number above 0")  # fmt: skip
-            R = values.get("R", Fraction(1))
-            value /= R if name == "alpha" else values.get("m", Fraction(1)) * R**2
+            scales = {"m": Fraction(1), "R": Fraction(1), **(known or {}), **values}
+            m, R = scales["m"], scales["R"]
+            for other, scale in (("m", m), ("R", R)):
+                _require(scale > 0, other, scale, "a number above 0")
+            value /= R if name == "alpha" else m * R**2
         values[name] = value
     return values
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import decimal
 import math
 import re
+from contextlib import suppress
 from fractions import Fraction
 from numbers import Integral
 from typing import Any, NamedTuple
@@ -19,9 +20,10 @@ _EXPRESSION = re.compile(
     rf"(?:\s*(?P<operator>[+-])\s*(?P<second>{_PRODUCT}))?(?:\s+(?P<unit>deg(?:/s)?))?",
     re.ASCII,
 )
-# Characters. With three digits of exponent an integer stays below the 4300 digits that Python
-# prints, and a hostile file cannot build a huge integer.
-LONGEST = 2000
+LONGEST = 2000  # Characters of a numeral: a hostile file cannot build a huge integer.
+# Bits of a numerator or denominator, about 1,000 digits: a moment of inertia, a product of four
+# such numbers, stays below the 4,300 digits that Python prints.
+MOST_BITS = 3400
 LARGEST = 10**300
 IRRATIONAL_DIGITS = 100
 PI = Fraction(
@@ -68,23 +70,39 @@ def read(value: str | int | Fraction, what: str = "number", unit: str = "") -> W
 
     Raises ``InputError``: as ``exact``.
     """
+    number = _parse(value, unit)
+    if number is None:
+        raise InputError(
+            f"{what}: got {_shortened(value)}, expected an exact number as a string, such as "
+            '"0.02", "1e-9", "131/350" or "0.004/0.017"' + (f', or "10 {unit}"' if unit else "")
+        )
+    for part in number:
+        if max(part.numerator.bit_length(), part.denominator.bit_length()) > MOST_BITS:
+            raise InputError(
+                f"{what}: got {_shortened(value)}, expected a number of at most 1000 digits"
+            )
+    return number
+
+
+def _parse(value: Any, unit: str) -> WithPi | None:
+    """The number of a fraction, an integer or a text; None for anything else."""
     if isinstance(value, Fraction):
         return WithPi(value)
     if (number := whole(value)) is not None:
         return WithPi(Fraction(number))
     if isinstance(value, str) and len(value) <= LONGEST:
-        text = value.strip()
-        try:
-            form = _EXPRESSION.fullmatch(text)
-            if form and (form["unit"] or unit) == unit:
-                return _evaluated(form)
-        except ArithmeticError:
-            pass
-    shown = repr(value) if len(repr(value)) <= 60 else repr(value)[:57] + "..."
-    raise InputError(
-        f"{what}: got {shown}, expected an exact number as a string, "
-        'such as "0.02", "1e-9", "131/350" or "0.004/0.017"' + (f', or "10 {unit}"' if unit else "")
-    )
+        form = _EXPRESSION.fullmatch(value.strip())
+        with suppress(ArithmeticError):
+            return _evaluated(form) if form and (form["unit"] or unit) == unit else None
+    return None
+
+
+def _shortened(value: Any) -> str:
+    try:
+        text = repr(value)
+    except ValueError:  # Python prints no integer of more than 4,300 digits.
+        return "an integer of thousands of digits"
+    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _evaluated(form: re.Match[str]) -> WithPi:
@@ -118,8 +136,8 @@ def _product(text: str) -> WithPi:
     return WithPi(Fraction(0), value) if powers else WithPi(value)
 
 
-def written(value: str | float | Fraction, what: str = "number", unit: str = "") -> Fraction:
-    """``exact`` for numbers in files and code: a float stands for its shortest decimal, as in TOML.
+def written(value: Scalar, what: str = "number", unit: str = "") -> Fraction:
+    """``exact`` for the numbers of files and users, of every type that ``decimal_of`` knows.
 
     Raises ``InputError``: as ``exact``; NaN and infinity too.
     """
@@ -127,10 +145,25 @@ def written(value: str | float | Fraction, what: str = "number", unit: str = "")
 
 
 def decimal_of(value: Any) -> Any:
-    """The shortest decimal of a finite float; anything else as it is."""
-    if isinstance(value, float) and math.isfinite(value):
-        return float.__repr__(value)
-    return value
+    """The shortest decimal of a finite float, as in TOML; anything else as it is.
+
+    A float is one of Python or NumPy of any width, or a ``Decimal``, also in an array without axes.
+    """
+    value = scalar(value)
+    # float32(0.1) is 0.1, not the 0.100000001490116 that its conversion to double would print
+    if isinstance(value, decimal.Decimal) or _is_wide_float(value):
+        return str(value)
+    return float.__repr__(value) if isinstance(value, float) and math.isfinite(value) else value
+
+
+def scalar(value: Any) -> Any:
+    """The number in an array without axes; anything else as it is."""
+    return value[()] if getattr(value, "shape", None) == () else value
+
+
+def _is_wide_float(value: Any) -> bool:
+    """Whether it is one of NumPy's floats that is no Python float: float16, float32, longdouble."""
+    return hasattr(value, "dtype") and value.dtype.kind == "f" and not isinstance(value, float)
 
 
 def within_doubles(value: Fraction, what: str) -> Fraction:
@@ -139,7 +172,7 @@ def within_doubles(value: Fraction, what: str) -> Fraction:
     Raises ``InputError``: it is beyond ``LARGEST``.
     """
     if abs(value) > LARGEST:
-        digits = len(str(abs(value.numerator) // value.denominator))
+        digits = math.floor((abs(value) // 1).bit_length() * math.log10(2)) + 1
         raise InputError(
             f"{what}: got a number of {digits} digits before the point, expected at most 1e300 "
             "in size (the range of double)"
@@ -157,8 +190,11 @@ def to_mpmath(value: Fraction, context: Functions) -> Scalar:
 def as_fraction(t: Scalar) -> Fraction:
     """The exact value of a time: a string, an int, a fraction, or a float of any kind.
 
+    The number may stand in an array without axes.
+
     Raises ``InputError``: it is not a finite number.
     """
+    t = scalar(t)
     if hasattr(t, "_mpf_"):
         sign, mantissa, power, _ = t._mpf_
         if t - t != 0:

@@ -15,8 +15,16 @@ from tt_precise.mechanics.parameters import of_numbers
 from tt_precise.runtime.files import parse_toml, read_toml, shown
 from tt_precise.runtime.values import InputError, Json
 from tt_precise.scene.body import UNIT_KEYS, TippeTop, body_numbers, require_keys, top_of
-from tt_precise.scene.numerals import exact, written
-from tt_precise.scene.start import LIFTED, START_KEYS, Inclination, LiftedStart, Start, is_derived
+from tt_precise.scene.numerals import written
+from tt_precise.scene.start import (
+    AT_REST,
+    LIFTED,
+    START_KEYS,
+    Inclination,
+    LiftedStart,
+    Start,
+    is_derived,
+)
 
 MODELS = ("gliding", "rolling", "flight")
 RECORDABLE = ("phi", "psi", "x", "y")
@@ -177,7 +185,7 @@ class Scene:
             _one_of(name, known, "varied")
         start = {name: changes[name] for name in START_KEYS if name in changes}
         run = {name: changes[name] for name in _RUN if name in changes}
-        body = body_numbers(changes)
+        body = body_numbers(changes, self.body.numbers_by_name)
         body |= {name: changes[name] for name in parameters if name in changes}
         top = TippeTop.from_ratios(**{**self.body.in_file_units(), **body}) if body else self.body
         return replace(self, body=top, **self._start_with(start, top), **run)
@@ -189,7 +197,10 @@ class Scene:
         if not is_derived({**given, **changes}):
             kind = LiftedStart if changes.keys() & set(LIFTED) else type(self.start)
             return {"start": kind(**{**_entries(self.start), **changes})}
-        values = dict(given or _entries(self.start)) | dict(changes)
+        values = dict(given or _entries(self.start))
+        if AT_REST in values and changes.keys() & {"nu_x", "nu_y"}:
+            values |= {name: getattr(self.start, name) for name in ("nu_x", "nu_y")}
+        values |= changes
         for name, others in _REPLACES.items():
             if name in changes:
                 for other in others:
@@ -213,7 +224,7 @@ class Scene:
         known = {*body, *_START}
         for name, size in relative.items():
             _one_of(name, known - {"theta"}, "perturbed")
-            factor = 1 + exact(size, name)
+            factor = 1 + written(size, name)
             if name in _START:
                 start[name] = getattr(self.start, name) * factor
             else:

@@ -27,7 +27,7 @@ from tt_precise.runtime.files import parse_toml, read_toml
 from tt_precise.runtime.records import Meta, Record
 from tt_precise.runtime.values import Array, InputError, Json
 from tt_precise.scene.body import require_si
-from tt_precise.scene.numerals import exact, within_doubles, written
+from tt_precise.scene.numerals import within_doubles, written
 from tt_precise.scene.scene import Scene, Start, load_scene
 from tt_precise.sweeps.columns import check_names
 
@@ -187,7 +187,7 @@ def specification(
     """
     loaded = load_scene(scene)
     if until is not None:
-        loaded = replace(loaded, until=exact(until, "until"))
+        loaded = replace(loaded, until=written(until, "until"))
     return Specification(
         loaded,
         {name: grid_values(name, values) for name, values in (vary or {}).items()},
