@@ -50,6 +50,17 @@ def test_a_full_disk_leaves_the_old_files_and_no_other(
     assert list(tmp_path.rglob(".*")) == []
 
 
+@pytest.mark.parametrize("ending", [".h5", ".parquet", ".arrow", ".json"])
+def test_a_disk_that_fills_up_while_a_library_writes_leaves_nothing(
+    commands: Commands, tmp_path: Path, ending: str
+) -> None:
+    """The limit lets the check before the work pass; HDF5 would end in a segmentation fault."""
+    argv = ["run", "reference", "--until", "2", "--out", str(tmp_path / f"a{ending}")]
+    answer = commands.outside(argv, before=files_of(8192))
+    assert answer.one_line, answer
+    assert list(tmp_path.rglob("*")) == []
+
+
 @pytest.mark.parametrize("command", PRINTERS)
 def test_a_full_disk_behind_stdout_is_one_line(commands: Commands, command: str) -> None:
     """What a pipeline into a file meets."""

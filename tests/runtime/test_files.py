@@ -90,6 +90,15 @@ def test_permissions_are_the_usual_ones(tmp_path: Path, mask: int) -> None:
     assert (tmp_path / "a.csv").stat().st_mode & 0o777 == 0o666 & ~mask
 
 
+@pytest.mark.parametrize("mode", [0o600, 0o664])
+def test_a_file_that_is_replaced_keeps_its_permissions(tmp_path: Path, mode: int) -> None:
+    (tmp_path / "a.csv").touch()
+    (tmp_path / "a.csv").chmod(mode)
+    files.atomic_write(tmp_path / "a.csv", "new")
+    assert (tmp_path / "a.csv").read_text() == "new"
+    assert (tmp_path / "a.csv").stat().st_mode & 0o777 == mode
+
+
 def test_a_place_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     (tmp_path / "folder").mkdir()

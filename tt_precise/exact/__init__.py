@@ -1,6 +1,7 @@
-"""Exactness: mpmath determinations, SymPy proofs, and Jellett's integral of printed states.
+"""Exactness: determinations in mpmath to any number of digits, and proofs in SymPy.
 
-``thresholds`` evaluates lambda, the thresholds and the asymptotic values to any number of digits,
-each in two independent ways; ``identities`` proves statements of the paper about the equations of
-``tt_precise.mechanics``; ``jellett`` recomputes lambda from the decimal strings of a trajectory.
+``thresholds`` evaluates lambda, the thresholds and the asymptotic values, each in two independent
+ways; ``stability`` finds where a steady spin changes its stability; ``identities`` proves
+statements of the paper about the equations of ``tt_precise.mechanics``; ``chart`` has symbolic
+coordinates for that; ``arithmetic`` has mpmath contexts and compares digits.
 """

@@ -46,7 +46,7 @@ def checked_digits(digits: int) -> int:
 def agreed_digits(a: Scalar, b: Scalar, most: int, context: Functions) -> int:
     """Decimal digits on which ``a`` and ``b`` agree: -log10 |a - b|/max, at most ``most``.
 
-    None if one of them is infinite or NaN.
+    0 if they differ by more than their size, or one of them is infinite or NaN.
     """
     difference = abs(a - b)
     if difference == 0:

@@ -25,8 +25,8 @@ class _GivenUpError(Exception):
 def replacing(path: str | Path) -> Iterator[Path]:
     """Give a temporary path next to ``path``; without an error it replaces ``path`` at the end.
 
-    A link stays a link: its target is replaced. A device or a pipe, such as /dev/stdout, is not
-    replaced but written to, from a temporary file elsewhere.
+    A link stays a link: its target is replaced. An old file keeps its permissions. A device or a
+    pipe, such as /dev/stdout, is not replaced but written to, from a temporary file elsewhere.
 
     Raises ``InputError``: the place cannot be written, or is full; or it is a dash, which means a
     stream elsewhere.
@@ -61,7 +61,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
             return
         with temporary.open("rb") as written:
             os.fsync(written.fileno())
-        temporary.chmod(0o666 & ~_umask())
+        temporary.chmod(_mode_for(target))
         temporary.replace(target)
     except OSError as error:
         raise _unwritable(target, error) from error
@@ -153,10 +153,13 @@ def _is_device(path: Path) -> bool:
     return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
 
-def _umask() -> int:
+def _mode_for(target: Path) -> int:
+    """The permissions of the file that is replaced, or those of a new file."""
+    with suppress(OSError):
+        return stat.S_IMODE(target.stat().st_mode)
     mask = os.umask(0)
     os.umask(mask)
-    return mask
+    return 0o666 & ~mask
 
 
 def _unwritable(target: Path, error: OSError | ValueError) -> InputError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import io
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -95,12 +96,15 @@ def _read_feather(path: Path) -> Any:
 
 def _hdf5(path: Path, table: Table) -> None:
     h5py = _needed("h5py")
-    with h5py.File(path, "w") as file:
+    # In memory first: where a disk is full, HDF5 itself ends the process with a segmentation fault.
+    content = io.BytesIO()
+    with h5py.File(content, "w") as file:
         for name, column in table.items():
             if any(isinstance(value, str) for value in column):
                 file.create_dataset(name, data=[v or "" for v in column], dtype=h5py.string_dtype())
             else:
                 file[name] = [math.nan if value is None else value for value in column]
+    path.write_bytes(content.getbuffer())
 
 
 def _read_hdf5(path: Path) -> Table:
