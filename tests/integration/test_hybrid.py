@@ -238,6 +238,56 @@ def test_an_elastic_table_may_be_met_at_any_height(name: str) -> None:
     assert pressed.frame("height").iloc[0]["height"] == pytest.approx(-1e-4, rel=1e-15)
 
 
+@pytest.mark.parametrize("formulation", ["newton", "euler"])
+@pytest.mark.parametrize(
+    ("force", "stiffness", "depth"),
+    [("linear", "1000", 7.11514056e-05), ("hunt-crossley", "1e5", 1.130960243e-4)],
+)
+def test_a_top_that_touches_an_elastic_table_sinks_into_it(
+    force: str, stiffness: str, depth: float, formulation: str
+) -> None:
+    """The depth lies between those from starts a little deeper and a little higher."""
+    pressed = load_scene(f"elastic-{force}").varied(
+        stiffness=stiffness, damping="0.2", theta="0.5", phi_dot="0", omega_3="100", nu_y="0",
+        mu="0.3", epsilon="0.01", height="0", rise="0", until="0.02", sample_every="0.001",
+    )  # fmt: skip
+    if force == "hunt-crossley":
+        pressed = pressed.varied(damping="0.1")
+    runs = [
+        tt.integrate(pressed.varied(height=height), formulation=formulation, events=())
+        for height in ("0", "-1e-9", "1e-9")
+    ]
+    heights = [float(run.state.height) for run in runs]
+    assert heights[0] == pytest.approx(-depth, rel=1e-8)
+    assert min(heights[1:]) < heights[0] < max(heights[1:])
+    assert [one.model for one in runs[0].pieces] == ["contact"]
+
+
+def test_a_flight_from_next_to_nothing_lands() -> None:
+    """Free fall of the lowest point: its acceleration is that at the start."""
+    scene = load_scene("flight").varied(
+        theta="0.01", theta_dot="0", phi_dot="0", omega_3="100", rise="0", height="1e-15"
+    )
+    for chosen in ({}, {"precision": "quad"}, {"formulation": "euler"}):
+        run = tt.integrate(scene, events=(), **chosen)
+        assert run.status == "landed"
+        # 3e-4 of the weight holds the tilted axis up
+        assert float(run.t_end) == pytest.approx(math.sqrt(2e-15 / 9.82), rel=1e-3)
+        assert float(run.state.rise) == pytest.approx(-9.82 * float(run.t_end), rel=1e-3)
+
+
+def test_a_hop_of_half_a_millisecond_lands() -> None:
+    hop = edited("reference", "[start]", '[contact]\nlost = "fly"\n[start]').varied(
+        theta="1.2", omega_3="100", phi_dot="14.80873035476", until="0.5"
+    )
+    for chosen in ({}, {"precision": "quad"}, {"formulation": "euler"}, {"tolerance": 1e-10}):
+        run = tt.integrate(hop, events=(), **chosen)
+        assert run.status == "landed"
+        assert float(run.t_end) == pytest.approx(0.236818547372, abs=1e-10)
+        # the landing is as slow as the take-off was soft
+        assert float(run.state.rise) == pytest.approx(-3.52527e-7, rel=1e-4)
+
+
 NAME = "coulomb-stick-slip"
 JOINTS = [("stick", "gliding"), ("slip", "rolling")]
 
@@ -386,6 +436,21 @@ def test_events_just_after_slipping_begins(formulation: str) -> None:
     events = tt.integrate(scene(), formulation=formulation, events=names).events
     late = events[events["t"] >= slip - 1e-12]
     assert list(late["name"]) == ["slip", "aside", "extremum:E_tilde_main"]
+
+
+@pytest.mark.parametrize("formulation", ["newton", "euler"])
+def test_a_start_that_glides_by_less_than_rest_sticks_at_once(formulation: str) -> None:
+    still, *tiny = (
+        tt.integrate(
+            scene(theta="0.3", omega_3="20", mu="0.3", nu_y=nu_y, until="0.01"),
+            formulation=formulation, events=(),
+        )
+        for nu_y in ("0", "1e-20", "1e-300", "1e-15")
+    )  # fmt: skip
+    assert [one.model for one in still.pieces] == ["rolling"]
+    for run in tiny:
+        assert run.pieces[-1].model == "rolling"
+        assert run.state.theta == pytest.approx(still.state.theta, rel=1e-13)
 
 
 def test_events_just_after_rest() -> None:

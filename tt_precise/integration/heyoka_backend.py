@@ -5,6 +5,7 @@ Everything is integrated in dimensionless units (m = R = g = 1).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
@@ -40,7 +41,7 @@ from tt_precise.integration.events import (
 )
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table
-from tt_precise.mechanics.formulations import Formulation
+from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Adaptive, Array, InputError, Scalar
@@ -50,7 +51,10 @@ from tt_precise.scene.scene import Scene
 MOST_CUTS = 4  # of a failed propagation, back to its last good step
 LONGEST_REGULARISED_TIME = 2.0**40  # where the state ends the propagation
 REST_SPEED = 2.0**-8  # of eps; v = 0 is less than an ulp of time away from there
-GRAZING = 2.0**-20  # in units of sqrt(g R): no landing is as slow, but a take-off may be
+# Bound on the relative error of the vertical acceleration in flight, in units of eps: it has some
+# ten operations. A top that takes off rises with the third power of time, so this error alone may
+# bring the computed height back to 0 soon after.
+ACCELERATION_ROUNDINGS = 16
 # How far LLVM optimises. Compact code in double has the bits of level 3 at level 1, in 0.6 of the
 # time. Wider types have them at level 0, in a seventh of it: a library does their operations.
 OPTIMISATION = {"loop": 3, "compact": 1, "wide": 0}
@@ -334,7 +338,7 @@ def build(setup: Setup) -> Integrator:
         fp_type=fp_type,
         t_events=[
             heyoka.t_event(
-                ex, fp_type=fp_type, direction=heyoka_direction(-1), **_condition(form, name)
+                ex, fp_type=fp_type, direction=heyoka_direction(-1), **_condition(setup, name)
             )
             for name, ex in terminal.items()
         ],
@@ -347,16 +351,26 @@ def build(setup: Setup) -> Integrator:
     return Integrator(made, tuple(terminal), events, hits, losses)
 
 
-def _condition(form: Formulation, name: str) -> dict[str, Any]:
-    """The condition of the end of a flight: a callback that ignores other zeros."""
+def _condition(setup: Setup, name: str) -> dict[str, Any]:
+    """Return the condition of the end of a flight: a callback that ignores other zeros.
+
+    A landing at any speed ends a flight, unless the error of the acceleration since the start of
+    the flight explains that speed.
+    """
+    form = setup.formulation
     if form.model != "flight" or name not in ("landing", "sinking"):
         return {}
     height, rise = form.columns.index("height"), form.columns.index("rise")
+    error = max(ACCELERATION_ROUNDINGS * float(setup.precision.eps), setup.tolerance)
 
     def goes_on(adaptive: Any, sign: int) -> bool:
-        if name == "landing":
-            return bool(adaptive.state[rise] > -GRAZING)
-        return bool(adaptive.state[height] >= 0)
+        if name == "sinking":
+            return bool(adaptive.state[height] >= 0)
+        row = [float(adaptive.state[i]) for i in range(len(form.columns))]
+        body = form.body([float(adaptive.pars[i]) for i in range(len(form.parameters))])
+        L = form.motion(body, form.State(*row), math).state.L
+        largest = 1 + body.alpha * dot(L, L) / body.I1**2  # acceleration in units of g
+        return row[rise] >= -error * largest * float(adaptive.time)
 
     return {"callback": goes_on}
 

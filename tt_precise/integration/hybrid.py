@@ -18,7 +18,7 @@ from typing import Any
 from tt_precise.integration.dense_output import DenseOutput, SampleTimes, Segment, StoredPieces
 from tt_precise.integration.equations import SLOW_SPEED
 from tt_precise.integration.events import existing
-from tt_precise.integration.heyoka_backend import propagate, repeating
+from tt_precise.integration.heyoka_backend import REST_SPEED, propagate, repeating
 from tt_precise.integration.regularised_time import (
     OnsetOutput,
     RegularisedTimeOutput,
@@ -28,7 +28,7 @@ from tt_precise.integration.regularised_time import (
     terms_for,
 )
 from tt_precise.integration.setup import Setup, refused_in_doubles
-from tt_precise.mechanics import compliant, friction, rolling
+from tt_precise.mechanics import compliant, flight, friction, rolling
 from tt_precise.mechanics.formulations import (
     FORMULATIONS,
     SLOW,
@@ -87,23 +87,25 @@ def propagated(setup: Setup, start: InitialState) -> DenseOutput:
     return RegularisedTimeOutput(setup, start, replace(propagation, hits=hits), pieces, again)
 
 
-def after(output: DenseOutput, before: InitialState, *, at_rest: bool = False) -> InitialState:
-    """The start of the next piece: the end of the last piece, as a row of its formulation."""
+def after(output: DenseOutput, before: InitialState) -> InitialState:
+    """Return the start of the next segment: the end of ``output``, as a row of its formulation."""
     setup, fn = output.setup, output.precision.context
     row = output.end_row
     q = setup.layout.motion(output.start.body, row, fn)
-    vectors = q.state
-    if at_rest:
-        vectors = vectors._replace(vx=fn.mpf(0), vy=fn.mpf(0))
     euler = q.euler if setup.formulation.coordinates == "euler" else before.euler
     return replace(
         before,
         model=setup.formulation.model,
-        vectors=vectors,
+        vectors=q.state,
         euler=euler,
         until=before.until - output.end_time,
         row=row[len(setup.formulation.columns) :],
     )
+
+
+def at_rest(here: InitialState, fn: Functions) -> InitialState:
+    """Return the same start with a contact point at rest."""
+    return replace(here, vectors=here.vectors._replace(vx=fn.mpf(0), vy=fn.mpf(0)))
 
 
 def entering(here: InitialState, form: Formulation, fn: Functions) -> InitialState:
@@ -162,8 +164,11 @@ def _outputs(
     here = replace(start, row=tuple(context.mpf(0) for _ in setup.record))
     status = "rest"
     if any(start.vectors.v):
-        slow = context.hypot(*start.vectors.v[:2]) < SLOW_SPEED
-        status = "slow" if slow else "fast"
+        speed = context.hypot(*start.vectors.v[:2])
+        status = "slow" if speed < SLOW_SPEED else "fast"
+        if speed <= REST_SPEED * setup.precision.eps and _sticks(here, context):
+            here = at_rest(here, context)
+            status = "stick"
     while True:
         if status in ("rest", "stick", "slip"):
             output = _from_rest(name, setup, here, status)
@@ -178,19 +183,26 @@ def _outputs(
             progress(float(1 - (here.until - output.end_time) / start.until))
         if status not in GOES_ON:
             return
-        here = after(output, here, at_rest=status == "stick")
+        here = after(output, here)
+        if status == "stick":
+            here = at_rest(here, context)
+
+
+def _sticks(here: InitialState, fn: Functions) -> bool:
+    """Return whether the force that keeps the top rolling lies within the cone of friction."""
+    q = here.motion(fn)
+    pressed = rolling.constraint_force(q.body, q.state)[2] > 0
+    return bool(pressed and friction.cone_margin(q.body, q.state) >= 0)
 
 
 def _from_rest(name: str, setup: Setup, here: InitialState, status: str) -> DenseOutput:
     """Rolling if the cone allows it, otherwise the begin of gliding."""
     coordinates, fn = setup.formulation.coordinates, setup.precision.context
     q = here.motion(fn)
-    if status != "slip":
-        pressed = rolling.constraint_force(q.body, q.state)[2] > 0
-        if pressed and friction.cone_margin(q.body, q.state) >= 0:
-            form = FORMULATIONS[STICKING, coordinates]
-            rolls = setup.but(formulation=form, events=existing(setup.events, "rolling"))
-            return propagated(rolls, entering(here, form, fn))
+    if status != "slip" and _sticks(here, fn):
+        form = FORMULATIONS[STICKING, coordinates]
+        rolls = setup.but(formulation=form, events=existing(setup.events, "rolling"))
+        return propagated(rolls, entering(here, form, fn))
     precision = setup.precision
     vectors = here.vectors
     on_the_cone = status == "slip"
@@ -250,7 +262,15 @@ def bouncing(
     fn, contact = setup.precision.context, setup.formulation
     here = replace(start.pressed_in(fn), row=tuple(fn.mpf(0) for _ in setup.record))
     segments: list[Segment] = []
-    begin, flies = start.until * 0, _flies(here)
+    begin, flies = start.until * 0, _flies(here, fn)
+    vectors: Any = here.vectors
+    touches = vectors.height == vectors.rise == 0
+    if touches and not flies and contact.regularised_time:
+        output = _first_fall(setup, here)
+        segments.append(Segment(begin, output))
+        begin, here = output.end_time, after(output, here)
+        if not here.until:
+            return segments
     while True:
         form = raised(contact.coordinates, contact.model) if flies else contact
         events = existing(setup.events, "flight") if flies else setup.events
@@ -268,13 +288,38 @@ def bouncing(
         begin = begin + output.end_time
         here, flies = after(output, here), joint == "separation"
         if status == "landing" or (contact.regularised_time and status == "separation"):
-            lifted: Any = here.vectors
-            here = replace(here, vectors=lifted._replace(height=fn.mpf(0)))
+            vectors = here.vectors
+            here = replace(here, vectors=vectors._replace(height=fn.mpf(0)))
         if progress and start.until:
             progress(float(begin / start.until))
 
 
-def _flies(here: InitialState) -> bool:
+def _flies(here: InitialState, fn: Functions) -> bool:
+    """Return whether the top begins off an elastic table, or where the table would pull.
+
+    A top that touches the table at rest flies if it rises in free flight.
+    """
     vectors: Any = here.vectors
-    pulls = bool(compliant.reach(here.body, vectors.height, vectors.rise) > 0)
-    return bool(vectors.height > 0) or (vectors.height == 0 and vectors.rise >= 0) or pulls
+    if compliant.reach(here.body, vectors.height, vectors.rise) > 0 or vectors.height > 0:
+        return True
+    if vectors.height < 0 or vectors.rise:
+        return bool(vectors.height == 0 < vectors.rise)
+    return bool(flight.rates(here.body, vectors, fn).rise > 0)
+
+
+def _first_fall(setup: Setup, here: InitialState) -> DenseOutput:
+    """The first moment of a top that sinks from rest into a table with a non-smooth force.
+
+    In the regularised time it would stay at height 0. In t the force grows with the third power:
+    the moment ends before it reaches eps of the weight that accelerates the top.
+    """
+    fn, body = setup.precision.context, here.body
+    vectors: Any = here.vectors
+    falling = -flight.rates(body, vectors, fn).rise
+    yielding = 1 + (1 + body.alpha) ** 2 / min(body.I1, body.I3)  # acceleration by a unit force
+    force = yielding * body.stiffness * (falling / 2) ** fn.mpf("1.5")
+    moment = fn.cbrt(setup.precision.eps / 16 * falling / force)
+    form = raised(setup.formulation.coordinates, setup.formulation.model)
+    events = existing(setup.events, "flight")
+    begun = replace(here, until=min(moment, here.until))
+    return propagated(setup.but(formulation=form, events=events), entering(begun, form, fn))
