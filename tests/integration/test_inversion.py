@@ -136,3 +136,11 @@ def test_the_second_integration_is_of_the_same_setup(reference: Scene) -> None:
     assert at_once.inversion.A.t_init == pytest.approx(1.486, abs=1e-3)
     assert at_once.inversion.A.t_end == pytest.approx(5.834, abs=1e-3)
     assert integrate(scene, **setup).inversion == at_once.inversion
+
+
+@pytest.mark.parametrize("chosen", [{}, {"digits": 20}])
+def test_a_passage_of_the_pole_has_no_direction(chosen: dict[str, Any]) -> None:
+    """A top that rocks in a plane has no phi_dot where theta is 0, and does not climb."""
+    assert integrate("rocking", **chosen).inversion == inversion.InversionTimes(
+        None, NONE, NONE, NONE
+    )

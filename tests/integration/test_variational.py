@@ -1,5 +1,6 @@
 """Derivatives of solutions: difference quotients, and what holds without any."""
 
+import pickle
 from fractions import Fraction
 from operator import attrgetter
 
@@ -143,3 +144,12 @@ def test_a_spread_is_the_derivative_times_sigma() -> None:
 def test_derivatives_that_there_are_not(scene: str, names: tuple[str, ...], said: str) -> None:
     with pytest.raises(InputError, match=said):
         integrate(scene, until="0.01", sensitivity=names)
+
+
+def test_a_pickle_keeps_what_is_differentiated() -> None:
+    run = integrate("kicked", until="0.1", sensitivity=("theta", "mu"))
+    again = pickle.loads(pickle.dumps(run))
+    assert run.sensitivity is not None
+    assert again.sensitivity.names == ("theta", "mu")
+    assert again.sensitivity.frame().equals(run.sensitivity.frame())
+    assert pickle.loads(pickle.dumps(integrate("kicked", until="0.1"))).sensitivity is None

@@ -20,6 +20,7 @@ top does not climb or the horizon ends too early, is None. A top that spins in t
 from __future__ import annotations
 
 import bisect
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -98,6 +99,8 @@ def from_events(
         numpy.asarray(events[column]) for column in ("name", "t", "direction", "theta", "phi_dot")
     )
     sign = -1 if mirrored else 1
+    # at a pole phi_dot is undefined, None in wide arithmetics: a number that has no sign
+    phi_dot = numpy.array([math.nan if rate is None else rate for rate in phi_dot.tolist()])
 
     def times(wanted: str) -> list[Scalar]:
         return list(t[name == wanted].tolist())

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 from tt_precise.integration.columns import POSE, POSE_NAMES, Name, State, expanded
@@ -113,9 +113,9 @@ class Trajectory:
         return Trajectory.of(self.scene, setup, opposite_rounding=opposite_rounding)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # made again where it is unpickled: heyoka's own pickles are machine code
-        make = partial(Trajectory.of, opposite_rounding=self._opposite_rounding)
-        return make, (self.scene, self.setup)
+        # integrated again where it is unpickled: heyoka's own pickles are machine code
+        names = self.sensitivity.names if self.sensitivity else ()
+        return _unpickled, (self.scene, self.setup, self._opposite_rounding, names)
 
     def __repr__(self) -> str:
         return (
@@ -483,6 +483,21 @@ class Trajectory:
         )
 
 
+def _unpickled(
+    scene: Scene, setup: Setup, opposite_rounding: bool, names: Sequence[str]
+) -> Trajectory:
+    return _differentiated(Trajectory.of(scene, setup, opposite_rounding=opposite_rounding), names)
+
+
+def _differentiated(trajectory: Trajectory, names: Iterable[str]) -> Trajectory:
+    """Return the trajectory with its ``sensitivity`` to the entries ``names``, if any."""
+    if names:
+        from tt_precise.integration.variational import Derivatives
+
+        trajectory.sensitivity = Derivatives(trajectory, listed(names))
+    return trajectory
+
+
 def integrate(
     scene: str | Scene,
     precision: str | None = None,
@@ -552,13 +567,6 @@ def integrate(
     record = None if record is None else listed(record)
     watched = None if events is None else asked_for(events, loaded.model)
 
-    def differentiated(trajectory: Trajectory) -> Trajectory:
-        if sensitivity:
-            from tt_precise.integration.variational import Derivatives
-
-            trajectory.sensitivity = Derivatives(trajectory, listed(sensitivity))
-        return trajectory
-
     def run(rung: Rung) -> Trajectory:
         setup = Setup.of(
             loaded, rung.precision, bits=rung.bits, tolerance=rung.tolerance,
@@ -567,13 +575,14 @@ def integrate(
         return Trajectory.of(loaded, setup, progress)
 
     if digits is None:
-        return differentiated(run(Rung(precision or "double", tolerance, bits)))
+        return _differentiated(run(Rung(precision or "double", tolerance, bits)), sensitivity)
     for name, given in (("precision", precision), ("bits", bits), ("tolerance", tolerance)):
         if given:
             raise InputError(
                 f"digits: got a {name} too, which digits choose; expected one of the two"
             )
-    return differentiated(integrate_to_digits(digits, loaded, run, euler=formulation == "euler"))
+    trajectory = integrate_to_digits(digits, loaded, run, euler=formulation == "euler")
+    return _differentiated(trajectory, sensitivity)
 
 
 SPARE = 0.1  # digits; a reference that errs by a tenth of the run's error is off by half of this
