@@ -2,7 +2,7 @@
    friction while the contact glides, the Runge-Kutta method of order 4. No JSON library is needed:
    a job has every key once, and its value follows the key.
 
-       cc -O2 -o engine examples/engine.c -lm && tt-precise engines --run ./engine --rung ice */
+       cc -O2 -o engine examples/engine.c -lm && tt-precise engines --run ./engine --test ice */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 Rigid contact, Coulomb friction (below 1 cm/s proportional to the gliding speed, so there is no
 sticking), the Runge-Kutta method of order 4.
 
-    tt-precise engines --run "python examples/engine.py" --rung flight --rung ice --rung gliding
+    tt-precise engines --run "python examples/engine.py" --test flight --test ice --test gliding
 """
 
 import json

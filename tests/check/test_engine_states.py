@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 
 import tt_precise as tt
+from benchmarks.engines import ENGINES
 from tests.conftest import Said
 from tt_precise.check.engine_states import CONVENTIONS, engine_columns
 from tt_precise.cli import main
-from tt_precise.engines.scoreboard import ENGINES
 from tt_precise.integration import integrate
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene

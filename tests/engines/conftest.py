@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from tt_precise.engines.ladder import Rung, RungResult, climb, rungs
+from tt_precise.engines.ladder import Rung, climb, rungs
+from tt_precise.engines.results import RungResult
 from tt_precise.mechanics.laws import COULOMB, Law
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

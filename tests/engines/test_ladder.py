@@ -8,8 +8,9 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.engines.ladder import STEPS, VERDICTS, Rung, measured, rungs
+from tt_precise.engines.ladder import STEPS, Rung, measured, rungs
 from tt_precise.engines.protocol import ProgramRun, States
+from tt_precise.engines.results import VERDICTS
 from tt_precise.mechanics.laws import COULOMB, LAWS, VISCOUS, Law
 
 

@@ -19,9 +19,8 @@ import pytest
 from tests.conftest import Said
 from tests.engines.conftest import EXAMPLES, compiled_c, rung_named
 from tt_precise.cli import main
-from tt_precise.engines.adapters import COLUMNS, POSITION
 from tt_precise.engines.ladder import rungs
-from tt_precise.engines.protocol import Job, ProgramRun, run
+from tt_precise.engines.protocol import COLUMNS, POSITION, Job, ProgramRun, run
 from tt_precise.mechanics.laws import REGULARISED, VISCOUS
 from tt_precise.mechanics.vectors import turned
 from tt_precise.runtime.records import json_schema
@@ -236,12 +235,11 @@ def test_the_command_prints_job_and_schema(said: Said) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ("--engine Havok", "engine: got 'Havok', expected one of: MuJoCo"),
-        ("--rung loop", "rung: got 'loop', expected one of: flight"),
+        ("", "run: got no program, expected --run PROGRAM"),
+        ("--test loop", "test: got 'loop', expected one of: flight"),
         ("--step 0.003", "step: got 0.003, expected a whole fraction"),
-        ("--run ./x --engine DART", "expected one program"),
         ("""--run "'./nowhere\"""", "No closing quotation"),
-        ("--law viscous", "expected --run too"),
+        ("--law viscous", "run: got no program"),
     ],
 )
 def test_the_command_refuses_in_one_line(arguments: str, message: str, said: Said) -> None:
@@ -254,7 +252,7 @@ def test_a_healthy_program_passes_and_a_spoiled_one_does_not(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: list[str]
 ) -> None:
     out = tmp_path / "mine.json"
-    arguments = ["engines", "--rung", "flight", "--workers", "1", "--run"]
+    arguments = ["engines", "--test", "flight", "--workers", "1", "--run"]
     assert main([*arguments, compiled[0], "--out", str(out)]) == 0
     (row,) = json.loads(out.read_text())["rows"]
     assert row["verdict"] == "converges"

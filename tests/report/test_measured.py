@@ -12,9 +12,10 @@ import numpy
 import pandas
 import pytest
 
+from benchmarks.engines import DESCRIBED, ENGINES
 from tests.report.conftest import drawn, tables
-from tt_precise.engines.ladder import STEPS, RungResult, rungs
-from tt_precise.engines.scoreboard import ENGINES, as_dict
+from tt_precise.engines.ladder import STEPS, rungs
+from tt_precise.engines.results import RungResult, document
 from tt_precise.report import measured, render
 from tt_precise.report.document import Figure, Report, Section, Text
 from tt_precise.runtime.values import InputError
@@ -67,7 +68,7 @@ def measure(folder: Path) -> None:
     [
         (measured.tradeoff, "tt-precise tradeoff"),
         (measured.extremes, "tt-precise extremes"),
-        (measured.engines, "tt-precise engines"),
+        (measured.engines, "benchmarks.engines"),
         (measured.faults, "benchmarks.planted_faults"),
     ],
 )
@@ -179,13 +180,13 @@ def board() -> dict[str, Any]:
         RungResult("Bullet", "flight", "failed", "step 0.001 s: timeout: still running after 60 s"),
         RungResult("Bullet", "ice", "refused", "Bullet has no viscous friction"),
     ]
-    return as_dict(
-        [one for one in ENGINES if one.name in ("MuJoCo", "Bullet")],
-        rungs(),
-        STEPS,
-        rows,
-        ["DART: not installed"],
-    )
+    described = [
+        {name: getattr(engine, name) for name in DESCRIBED}
+        for engine in ENGINES
+        if engine.name in ("MuJoCo", "Bullet")
+    ]
+    tests = [(rung.name, rung.meaning) for rung in rungs()]
+    return document(tests, STEPS, rows, described, ["DART: not installed"])
 
 
 def test_it_shows_what_was_measured(

@@ -1,4 +1,4 @@
-"""``tt-precise engines``: physics engines on a ladder of tests."""
+"""``tt-precise engines``: a physics engine on a ladder of tests."""
 
 from __future__ import annotations
 
@@ -30,8 +30,7 @@ GOOD = ("rounding", "converges", "measured")
     "--order", type=options.POSITIVE,
     help="Order of the program's method; slower convergence fails.",
 )  # fmt: skip
-@click.option("--engine", "names", multiple=True, help="Only this engine; may be repeated.")
-@click.option("--rung", "wanted", multiple=True, help="Only this test; may be repeated.")
+@click.option("--test", "wanted", multiple=True, help="Only this test; may be repeated.")
 @click.option(
     "--step", default="0.001", show_default=True,
     help="Largest step in s; the others are a half and a quarter of it.",
@@ -42,16 +41,15 @@ GOOD = ("rounding", "converges", "measured")
 )  # fmt: skip
 @options.workers("by default one for each core")
 @click.option(
-    "--out", type=click.Path(path_type=Path), help="Write the scoreboard (JSON) to this file."
+    "--out", type=click.Path(path_type=Path), help="Write the results (JSON) to this file."
 )
 @click.option("--schema", is_flag=True, help="Print the JSON Schema of a job.")
-@click.option("--job", "job_of", metavar="RUNG", help="Print the job of a test at --step.")
+@click.option("--job", "job_of", metavar="TEST", help="Print the job of a test at --step.")
 @options.JSON
 def command(
     program: str | None,
     law: str,
     order: float | None,
-    names: tuple[str, ...],
     wanted: tuple[str, ...],
     step: str,
     time_limit: float,
@@ -61,17 +59,17 @@ def command(
     job_of: str | None,
     as_json: bool,
 ) -> int:
-    """Measure order and floor of physics engines against references, test by test.
+    """Measure order and floor of a physics engine against references, test by test.
 
-    Without --run: all installed engines (extra "engines", and npm packages). With --run: your own
-    program in any language. tt_precise/engines/PROTOCOL.md describes the protocol; --schema prints
-    the schema of a job. With --run the exit status is 1 if a test fails, does not converge,
-    converges to another motion than the reference, or converges more slowly than --order.
+    The engine is your program, in any language: it reads one JSON object and writes CSV.
+    tt_precise/engines/PROTOCOL.md describes the protocol; --schema prints the schema of a job. The
+    exit status is 1 if a test fails, does not converge, converges to another motion than the
+    reference, or converges more slowly than --order. A check that fails although the motion
+    converges is named below the row: it needs a smaller step.
     """
-    from tt_precise.engines import scoreboard
+    from tt_precise.engines import results
     from tt_precise.engines.ladder import climb, rungs
     from tt_precise.engines.protocol import Job, as_text
-    from tt_precise.engines.scoreboard import ENGINES
     from tt_precise.runtime.files import require_writable
     from tt_precise.runtime.records import json_schema
     from tt_precise.scene.numerals import exact
@@ -89,50 +87,28 @@ def command(
     known = [rung.name for rung in ladder]
     for name in (*wanted, *([] if job_of is None else [job_of])):
         if name not in known:
-            raise InputError(f"rung: got {name!r}, expected one of: {', '.join(known)}")
+            raise InputError(f"test: got {name!r}, expected one of: {', '.join(known)}")
     if job_of is not None:
         (rung,) = (rung for rung in ladder if rung.name == job_of)
         click.echo(as_text(rung.job(largest)), nl=False)
         return 0
-    if program is None and (order is not None or law != COULOMB.name):
-        raise InputError("--law, --order: got one of them without --run, expected --run too")
+    words = _words(program or "")
+    if not words:
+        raise InputError("run: got no program, expected --run PROGRAM, --job TEST or --schema")
     if out:
         require_writable(out)
-    at_once = workers or cores()
-    if program is not None:
-        words = _words(program)
-        if not words or names:
-            raise InputError(
-                "run: got no program, or --engine too; expected one program and no --engine"
+    chosen = [rung for rung in ladder if not wanted or rung.name in wanted]
+    with progress_bar("tests of the ladder") as progress:
+        rows = list(
+            climb(
+                Path(words[0]).name, words, chosen, steps, order=order,
+                time_limit=time_limit, workers=workers or cores(), progress=progress,
             )
-        chosen = [rung for rung in ladder if not wanted or rung.name in wanted]
-        with progress_bar("tests of the ladder") as progress:
-            results = list(
-                climb(
-                    Path(words[0]).name, words, chosen, steps, order=order,
-                    time_limit=time_limit, workers=at_once, progress=progress,
-                )
-            )  # fmt: skip
-        content = scoreboard.as_dict((), ladder, steps, results)
-        options.emit(as_json, content, map(scoreboard.line, content["rows"]), out)
-        looked_at = [result for result in results if result.verdict != "refused"]
-        return 0 if looked_at and all(result.verdict in GOOD for result in looked_at) else 1
-    by_name = {engine.name.lower(): engine for engine in ENGINES}
-    for name in names:
-        if name.lower() not in by_name:
-            expected = ", ".join(engine.name for engine in ENGINES)
-            raise InputError(f"engine: got {name!r}, expected one of: {expected}")
-    engines = [by_name[name.lower()] for name in names] or list(ENGINES)
-    with progress_bar("engines") as progress:
-        content = scoreboard.measure(
-            engines, steps, chosen=lambda rung: not wanted or rung.name in wanted,
-            time_limit=time_limit, workers=at_once,
-            note=lambda text: click.echo(text, err=True), progress=progress,
         )  # fmt: skip
-    if not content["rows"]:
-        raise InputError("engines: none is installed, so there is no measurement; see above")
-    options.emit(as_json, content, map(scoreboard.line, content["rows"]), out)
-    return 0
+    content = results.document([(rung.name, rung.meaning) for rung in ladder], steps, rows)
+    options.emit(as_json, content, results.lines(content["rows"], content["steps"]), out)
+    compared = [row for row in rows if row.verdict != "refused"]
+    return 0 if compared and all(row.verdict in GOOD for row in compared) else 1
 
 
 def _words(program: str) -> list[str]:

@@ -7,7 +7,7 @@ import math
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
@@ -26,6 +26,7 @@ from tt_precise.engines.protocol import (
     job,
     run,
 )
+from tt_precise.engines.results import LEAST_ORDER, RungResult
 from tt_precise.golden.digits import correct_digits
 from tt_precise.integration import integrate
 from tt_precise.mechanics import flight, quantities
@@ -45,21 +46,10 @@ if TYPE_CHECKING:
 UNTIL, INVERSION_UNTIL = "0.5", "4"  # s
 STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))  # s
 SLOWER = 0.5  # tolerance of an observed order below the method's order
-LEAST_ORDER = 0.5  # below it halving the step does not bring the motions closer together
 HIGHEST_ORDER = 4.0  # highest order of the engines' methods; a coarse run that blew up shows more
 EPS = 2.0**-52
 ROWS = 10  # of output in a sampling interval, at most: a check of motions needs closer rows
 EVERY_LAW = ("kinematics", "contact_momentum")  # checks that hold under every friction law
-VERDICTS = {
-    "rounding": "differs from the reference by rounding alone",
-    "converges": "converges to the reference",
-    "slow": "converges to the reference, but at a lower order than its method has",
-    "floor": "converges, but to another motion: an error of its model remains",
-    "no order": "a smaller step does not bring it closer to itself",
-    "measured": "there is no reference",
-    "refused": "the engine cannot express it",
-    "failed": "it did not get to the end",
-}
 
 
 @dataclass(frozen=True)
@@ -216,40 +206,6 @@ def rungs(law: Law = COULOMB) -> tuple[Rung, ...]:
 
 
 # ---- running the tests -----------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class RungResult:
-    """An engine on a rung. Differences are ``States.distance``: 1 is the size of the motion.
-
-    ``errors`` from the reference, at the end ``digits`` of it, and ``drift`` of what is conserved
-    (relative, largest), one entry a step size. ``order``, ``constant`` (with the step in s) and
-    ``floor`` describe the error as constant step^order + floor; ``resolved`` bounds the step error
-    that is left at the smallest step; ``limit`` is twice the error that they give there.
-    ``equator`` is when the axis was first horizontal, s. ``digits_over_time``: smallest step, at
-    ten times. ``checks``: what ``check`` says of ``EVERY_LAW``, with the values of all steps.
-    """
-
-    engine: str
-    rung: str
-    verdict: str
-    message: str = ""
-    steps: tuple[float, ...] = ()
-    errors: tuple[float, ...] = ()
-    digits: tuple[float, ...] = ()
-    digits_over_time: tuple[float, ...] = ()
-    drift: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    order: float | None = None
-    constant: float | None = None
-    floor: float | None = None
-    resolved: float | None = None
-    limit: float | None = None
-    equator: tuple[float | None, ...] = ()
-    checks: dict[str, Json] = field(default_factory=dict)
-
-    def as_dict(self) -> dict[str, Json]:
-        """Plain values for JSON, numbers to four digits."""
-        return {name: _rounded(value) for name, value in asdict(self).items()}
 
 
 def climb(
@@ -434,11 +390,3 @@ DRIFTS: dict[str, Callable[[Rung, States], float]] = {
         / numpy.linalg.norm(L[0])
     ),
 }
-
-
-def _rounded(value: Json) -> Json:
-    if isinstance(value, float):
-        return float(f"{value:.4g}")
-    if isinstance(value, dict):
-        return {name: _rounded(entry) for name, entry in value.items()}
-    return [_rounded(entry) for entry in value] if isinstance(value, tuple | list) else value

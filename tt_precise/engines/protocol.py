@@ -24,7 +24,6 @@ import numpy
 from msgspec import Meta
 
 from tt_precise.check.units import readings
-from tt_precise.engines.adapters import COLUMNS, POSITION, REFUSED
 from tt_precise.mechanics.conversion import axis_of
 from tt_precise.mechanics.laws import LAWS
 from tt_precise.mechanics.parameters import Parameters
@@ -36,6 +35,10 @@ from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
 DOUBLE = Arithmetic(numpy, float)
+# The columns that a program writes; the position of the centre of mass may be left out.
+COLUMNS = ("t", "qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz")
+POSITION = ("x", "y", "z")
+REFUSED = 3  # exit status of a program that cannot express the job
 # about the axis: without it a quaternion read in the wrong order would be one of the same axis
 TURNED = (0.8, 0.0, 0.0, 0.6)
 MOST_BYTES = 20_000_000  # on standard output, and on standard error

@@ -6,7 +6,7 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tt_precise.engines.scoreboard import check_of
+from tt_precise.engines.results import check_of
 from tt_precise.extremes.case import TOPICS, Extremes, families, family_rows
 from tt_precise.report import pictures
 from tt_precise.report.document import Block, Figure, PageTable, Section, Text
@@ -132,7 +132,7 @@ def extremes(folder: Path) -> Section:
 
 
 ENGINES = "engines.json"
-ENGINES_COMMAND = "tt-precise engines --out reports/measured/engines.json"
+ENGINES_COMMAND = "python -m benchmarks.engines"
 ENGINES_TITLE = "Other people's engines"
 
 

@@ -12,22 +12,21 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
-
-from tt_precise.runtime.values import Array, Json
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
 
 COLUMNS = ("t", "qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz")
 POSITION = ("x", "y", "z")  # of the centre of mass; a program may leave it out
 REFUSED = 3  # exit status of a program that cannot express the job
 
-Row = tuple[float, Array, Array, Array, Array]
+Row = tuple[float, Sequence[float], Sequence[float], Sequence[float], Sequence[float]]
 
 
 class RefusedError(Exception):
     """The engine cannot express the job; the message says what."""
 
 
-def serve(simulate: Callable[[dict[str, Json]], Iterable[Row]]) -> None:
+def serve(simulate: Callable[[dict[str, Any]], Iterable[Row]]) -> None:
     """Run ``simulate`` on the job from standard input; ends the process."""
     out = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
@@ -47,7 +46,7 @@ def serve(simulate: Callable[[dict[str, Json]], Iterable[Row]]) -> None:
     os._exit(0)
 
 
-def friction_of(job: dict[str, Json], engine: str, *laws: str) -> float:
+def friction_of(job: dict[str, Any], engine: str, *laws: str) -> float:
     """The friction coefficient of the job, whose law has to be one of ``laws``, or none at all.
 
     Raises ``RefusedError``: it is another law.
@@ -60,7 +59,7 @@ def friction_of(job: dict[str, Json], engine: str, *laws: str) -> float:
     return float(friction["mu"])
 
 
-def samples(job: dict[str, Json], advance: Callable[[int], None]) -> Iterator[float]:
+def samples(job: dict[str, Any], advance: Callable[[int], None]) -> Iterator[float]:
     """The sample times, with ``advance(steps)`` called between one and the next."""
     done = 0
     for t in job["sample_times"]:

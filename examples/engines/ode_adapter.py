@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from tt_precise.engines.adapters import Row, friction_of, samples, serve
-from tt_precise.runtime.values import Json
+from program import Row, friction_of, samples, serve
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 APPROX1 = 0x3000  # friction is proportional to the normal force, in both directions
 
 
-def simulate(job: dict[str, Json]) -> Iterator[Row]:
+def simulate(job: dict[str, Any]) -> Iterator[Row]:
     """Rows of ODE's motion."""
     from panda3d import core, ode
 

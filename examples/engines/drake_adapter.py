@@ -8,14 +8,13 @@ stiction tolerance with it.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy
-
-from tt_precise.engines.adapters import Row, friction_of, samples, serve
-from tt_precise.runtime.values import Array, Json
+from program import Row, friction_of, samples, serve
 
 
-def simulate(job: dict[str, Json]) -> Iterator[Row]:
+def simulate(job: dict[str, Any]) -> Iterator[Row]:
     """Rows of Drake's motion."""
     from pydrake.common.eigen_geometry import Quaternion
     from pydrake.geometry import HalfSpace, Sphere
@@ -33,7 +32,7 @@ def simulate(job: dict[str, Json]) -> Iterator[Row]:
     plant.set_discrete_contact_approximation(plants.DiscreteContactApproximation.kLagged)
     plant.mutable_gravity_field().set_gravity_vector([0, 0, -job["gravity"]])
     inertia = tree.UnitInertia(*(body[name] / body["mass"] for name in ("I1", "I1", "I3")))
-    centre: Array = numpy.zeros(3)
+    centre: Any = numpy.zeros(3)
     spatial = tree.SpatialInertia(mass=body["mass"], p_PScm_E=centre, G_SP_E=inertia)
     top = plant.AddRigidBody("top", spatial)
     if job["contact"] != "none":

@@ -8,10 +8,9 @@ step, the shortest that it allows, so that the contact hardens as the step falls
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
-from tt_precise.engines.adapters import Row, friction_of, samples, serve
-from tt_precise.mechanics.vectors import turned
-from tt_precise.runtime.values import Json
+from program import Row, friction_of, samples, serve
 
 MODEL = """
 <mujoco>
@@ -30,9 +29,10 @@ MODEL = """
 """
 
 
-def simulate(job: dict[str, Json]) -> Iterator[Row]:
+def simulate(job: dict[str, Any]) -> Iterator[Row]:
     """Rows of MuJoCo's motion."""
     import mujoco
+    import numpy
 
     mu, body, start = friction_of(job, "MuJoCo", "coulomb"), job["body"], job["start"]
     model = mujoco.MjModel.from_xml_string(
@@ -44,17 +44,23 @@ def simulate(job: dict[str, Json]) -> Iterator[Row]:
         )
     )  # fmt: skip
     data = mujoco.MjData(model)
+
+    def turned(vector: Any, q: Any) -> Any:
+        result = numpy.zeros(3)
+        mujoco.mju_rotVecQuat(result, numpy.array(vector), numpy.array(q))
+        return result
+
     w, x, y, z = start["quaternion_wxyz"]
     # a free joint moves its origin in the inertial frame and turns in the body's
     data.qpos[:] = [*start["position"], w, x, y, z]
-    data.qvel[:] = [*start["velocity"], *turned((w, -x, -y, -z), start["angular_velocity"])]
+    data.qvel[:] = [*start["velocity"], *turned(start["angular_velocity"], (w, -x, -y, -z))]
 
     def advance(steps: int) -> None:
         mujoco.mj_step(model, data, nstep=steps)
 
     for t in samples(job, advance):
         q = data.qpos[3:].copy()
-        yield t, q, turned(q, data.qvel[3:]), data.qvel[:3].copy(), data.qpos[:3].copy()
+        yield t, q, turned(data.qvel[3:], q), data.qvel[:3].copy(), data.qpos[:3].copy()
 
 
 if __name__ == "__main__":

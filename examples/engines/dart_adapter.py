@@ -10,15 +10,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy
-
-from tt_precise.engines.adapters import Row, friction_of, samples, serve
-from tt_precise.runtime.values import Json
+from program import Row, friction_of, samples, serve
 
 if TYPE_CHECKING:
     from types import ModuleType
 
 
-def simulate(job: dict[str, Json]) -> Iterator[Row]:
+def simulate(job: dict[str, Any]) -> Iterator[Row]:
     """Rows of DART's motion."""
     import dartpy as dart
 

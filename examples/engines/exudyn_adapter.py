@@ -9,17 +9,16 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Iterator
+from typing import Any
 
 import numpy
-
-from tt_precise.engines.adapters import Row, friction_of, serve
-from tt_precise.runtime.values import Json
+from program import Row, friction_of, serve
 
 FAST = 100.0  # m/s: below it the friction is proportional to the speed
 SLOW = 1e-3  # m/s
 
 
-def simulate(job: dict[str, Json]) -> Iterator[Row]:
+def simulate(job: dict[str, Any]) -> Iterator[Row]:
     """Rows of Exudyn's motion."""
     exu = importlib.import_module("exudyn")
     tools = importlib.import_module("exudyn.utilities")

@@ -1,9 +1,14 @@
-"""The engines with adapters, and the scoreboard: their results on the ladder."""
+"""Ten physics engines on the ladder of tests: ``python -m benchmarks.engines``.
+
+Their adapters are programs of the engine protocol in ``examples/engines``. Those with a Python
+interface come with the extra ``engines``, the others with ``npm install --prefix
+examples/engines/node``. The report reads the scoreboard, ``reports/measured/engines.json``.
+"""
 
 from __future__ import annotations
 
+import argparse
 import json
-import platform
 import shutil
 import sys
 from collections.abc import Callable, Sequence
@@ -12,15 +17,20 @@ from fractions import Fraction
 from importlib import metadata
 from pathlib import Path
 
-from tt_precise._version import __version__
-from tt_precise.engines.ladder import VERDICTS, Rung, RungResult, climb, rungs
+from tt_precise.engines.ladder import STEPS, Rung, climb, rungs
+from tt_precise.engines.results import RungResult, document, lines
 from tt_precise.mechanics.laws import COULOMB, Law
-from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.files import atomic_write
+from tt_precise.runtime.records import encode
+from tt_precise.runtime.terminal import Progress, progress_bar, say, silent
 from tt_precise.runtime.values import Json
+from tt_precise.runtime.workers import cores
 
-SCHEMA = "tt_precise.engines/1"
+TIME_LIMIT_S = 120.0  # for one motion
 DESCRIBED = ("name", "version", "precision", "friction", "settings")  # of an engine
-ADAPTERS = Path(__file__).with_name("adapters")
+ROOT = Path(__file__).parents[1]
+OUT = ROOT / "reports/measured/engines.json"
+ADAPTERS = ROOT / "examples/engines"
 NODE = ADAPTERS / "node"
 
 
@@ -30,7 +40,7 @@ class Engine:
 
     name: str
     package: str
-    program: str  # a module of ``adapters``, or a file of ``adapters/node``
+    program: str  # a module of ``examples/engines``, or a file of its ``node``
     friction: str
     settings: str
     precision: str = "double"
@@ -46,7 +56,7 @@ class Engine:
         """The program of the engine protocol."""
         if self.in_node:
             return ("node", str(NODE / self.program))
-        return (sys.executable, "-m", f"tt_precise.engines.adapters.{self.program}")
+        return (sys.executable, str(ADAPTERS / f"{self.program}.py"))
 
     @property
     def version(self) -> str | None:
@@ -120,55 +130,31 @@ def measure(
         for climbed, result in enumerate(results, start=1):
             rows.append(result)
             progress((done + climbed / len(ladder)) / len(present))
-    return as_dict(present, rungs(), steps, rows, skipped)
+    described = [{name: getattr(engine, name) for name in DESCRIBED} for engine in present]
+    return document([(one.name, one.meaning) for one in rungs()], steps, rows, described, skipped)
 
 
-def as_dict(
-    engines: Sequence[Engine],
-    ladder: Sequence[Rung],
-    steps: Sequence[Fraction],
-    rows: Sequence[RungResult],
-    skipped: Sequence[str] = (),
-) -> dict[str, Json]:
-    """The scoreboard as plain values, without times of day."""
-    return {
-        "schema": SCHEMA,
-        "tt_precise": __version__,
-        "python": platform.python_version(),
-        "machine": platform.machine(),
-        "steps": [float(step) for step in steps],
-        "verdicts": VERDICTS,
-        "engines": [{name: getattr(engine, name) for name in DESCRIBED} for engine in engines],
-        "rungs": [{"name": rung.name, "meaning": rung.meaning} for rung in ladder],
-        "rows": [row.as_dict() for row in rows],
-        "skipped": list(skipped),
-    }
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure all installed engines, or those named, and write the scoreboard."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.engines")
+    parser.add_argument(
+        "names", nargs="*", metavar="ENGINE", help=", ".join(engine.name for engine in ENGINES)
+    )
+    parser.add_argument("--out", type=Path, default=OUT, help="the scoreboard")
+    asked = parser.parse_args(arguments)
+    by_name = {engine.name: engine for engine in ENGINES}
+    for name in asked.names:
+        if name not in by_name:
+            parser.error(f"engine: got {name!r}, expected one of: {', '.join(by_name)}")
+    with progress_bar("engines") as progress:
+        content = measure(
+            [by_name[name] for name in asked.names] or list(ENGINES), STEPS,
+            time_limit=TIME_LIMIT_S, workers=cores(),
+            note=lambda text: print(text, file=sys.stderr), progress=progress,
+        )  # fmt: skip
+    atomic_write(asked.out, encode(content))
+    say(lines(content["rows"], content["steps"]))
 
 
-def line(row: dict[str, Json]) -> str:
-    """One row of the scoreboard in one line of a terminal."""
-    parts = [f"{row['engine']:10} {row['rung']:18} {row['verdict']:10}"]
-    if row["message"]:
-        parts.append(row["message"])
-    if row["digits"]:
-        parts.append("digits " + " ".join(f"{digits:.1f}" for digits in row["digits"]))
-    known = (name for name in ("order", "floor", "limit") if row[name] is not None)
-    parts.extend(f"{name} {row[name]:.3g}" for name in known)
-    if row["drift"]:
-        drifts = (f"{name} {values[-1]:.1e}" for name, values in row["drift"].items())
-        parts.append("drift " + ", ".join(drifts))
-    parts.extend(f"{name} {check_of(row, name)}" for name in row["checks"])
-    if row["rung"] == "inversion" and row["equator"]:
-        moments = ("never" if t is None else f"{t:.2f}" for t in row["equator"])
-        parts.append(f"axis horizontal at {' '.join(moments)} s")
-    return "  ".join(parts)
-
-
-def check_of(row: dict[str, Json], name: str) -> str:
-    """A row's result of a check for every friction law: verdict, values of all steps, reason."""
-    check = row.get("checks", {}).get(name)
-    if check is None:
-        return ""
-    values = ", ".join("-" if value is None else f"{value:.1e}" for value in check["values"])
-    why = f" ({check['note']})" if check["verdict"] != "pass" else ""
-    return f"{check['verdict']} {values}{why}"
+if __name__ == "__main__":
+    main()

@@ -7,12 +7,12 @@ iterations, and no limit to the velocities (its default is 100).
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
-from tt_precise.engines.adapters import Row, friction_of, samples, serve
-from tt_precise.runtime.values import Json
+from program import Row, friction_of, samples, serve
 
 
-def simulate(job: dict[str, Json]) -> Iterator[Row]:
+def simulate(job: dict[str, Any]) -> Iterator[Row]:
     """Rows of Bullet's motion."""
     import pybullet as p
 

@@ -9,10 +9,11 @@ import pandas
 import pytest
 
 import tt_precise as tt
+from benchmarks.engines import ADAPTERS, ENGINES, NODE, Engine, main, measure
 from tests.engines.conftest import PATIENCE_S, climbed, rung_named
-from tt_precise.engines.ladder import Rung, RungResult, climb, rungs
+from tt_precise.engines.ladder import Rung, climb, rungs
 from tt_precise.engines.protocol import run
-from tt_precise.engines.scoreboard import ADAPTERS, ENGINES, NODE, Engine, measure
+from tt_precise.engines.results import RungResult
 
 STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))
 
@@ -36,7 +37,7 @@ def test_progress_goes_forward_to_the_end(monkeypatch: pytest.MonkeyPatch) -> No
     def climbed(name: str, _: object, ladder: list[Rung], *rest: object, **more: object) -> Any:
         return (RungResult(name, rung.name, "refused") for rung in ladder)
 
-    monkeypatch.setattr("tt_precise.engines.scoreboard.climb", climbed)
+    monkeypatch.setattr("benchmarks.engines.climb", climbed)
     here = [Engine(name, "numpy", "no_adapter", "", "") for name in ("One", "Other")]
     seen: list[float] = []
     measure(here, STEPS, time_limit=1, workers=1, progress=seen.append)
@@ -93,3 +94,9 @@ def test_what_an_engine_wrote_goes_through_the_check() -> None:
     spoiled = rung.scene.perturbed(alpha="1e-3")
     checked = tt.check.conservation(frame, spoiled, friction="other", limits=limits)
     assert "jellett" in {finding.name for finding in checked.failures}
+
+
+def test_an_unknown_engine_is_refused_by_name(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["Havok"])
+    assert "got 'Havok', expected one of: MuJoCo" in capsys.readouterr().err

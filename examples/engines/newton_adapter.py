@@ -7,12 +7,12 @@ torsional and rolling friction off), contacts found anew each step.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
-from tt_precise.engines.adapters import Row, friction_of, samples, serve
-from tt_precise.runtime.values import Json
+from program import Row, friction_of, samples, serve
 
 
-def simulate(job: dict[str, Json]) -> Iterator[Row]:
+def simulate(job: dict[str, Any]) -> Iterator[Row]:
     """Rows of Newton's motion."""
     import newton
     import warp
