@@ -24,6 +24,7 @@ from tt_precise.integration.inversion import (
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import ended_at_start
 from tt_precise.mechanics import thresholds
+from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.formulations import Formulation, integrated
 from tt_precise.mechanics.parameters import NAMES, Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
@@ -226,9 +227,11 @@ class _Integrated:
     def _drift(self) -> Array:
         start, end = jellett(self._start_motion), jellett(self._end_motion)
         owner, q = self._turning_points
-        drift: Array = numpy.abs(end - start) / numpy.abs(start)
-        change = numpy.abs(jellett(q) - start[owner]) / numpy.abs(start[owner])
-        numpy.fmax.at(drift, owner, change)
+        # the scale of a trajectory's drift, which is not lambda where lambda is 0
+        scale = INTEGRALS["jellett"].scale
+        scales = numpy.array([scale(one.motion(FLOATS.fn)) or 1.0 for one in self.starts])
+        drift: Array = numpy.abs(end - start) / scales
+        numpy.fmax.at(drift, owner, numpy.abs(jellett(q) - start[owner]) / scales[owner])
         return drift
 
     def _inversion_times(self) -> list[InversionTimes]:
