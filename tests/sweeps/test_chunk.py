@@ -196,3 +196,58 @@ def test_a_climb_that_precesses_backwards_has_no_times_in_definition_c() -> None
     assert rows["t_equator"].notna().all()
     assert rows["t_init_C"].notna().tolist() == [False, True]
     assert rows.attrs["summary"]["recheck"]["only_in_one"] == []
+
+
+@pytest.mark.parametrize("mu", ["0.3", "0"])
+def test_a_start_a_rounding_above_the_equator_crosses_it_at_once(mu: str) -> None:
+    """The double below pi/2 is above the equator, by 6e-17 rad, and its axis falls."""
+    start = {"theta": "pi/2", "omega_3": "-155", "phi_dot": "10", "mu": mu}
+    spec = specification("reference", vary=start, until="0.1", record=("t_equator",))
+    values = values_of(spec)
+    rows = compute(spec.plan, values, LANES)
+    scene = spec.plan.scene_of(dict(zip(spec.names, values[0].tolist(), strict=True)))
+    fine = tt.integrate(scene, "double-double", events=NEEDED).inversion
+    assert 3e-10 < rows["t_equator"][0] == pytest.approx(float(fine.equator), rel=1e-9, abs=0)
+    assert rows["outcome"] == ["inverts"]
+    assert rows["t_end_C"][0] == pytest.approx(float(fine.C.t_end), rel=1e-12)
+
+
+@pytest.mark.parametrize("rate", ["0", "1e-30", "-1e-30"])
+def test_the_exact_start_decides_what_happens_next_to_it(rate: str) -> None:
+    """Rounding makes of phi_dot = 0, or 1e-30, a function of either sign."""
+    start = {"phi_dot": rate, "theta": "1.5", "theta_dot": "3"}
+    spec = specification("reference", vary=start, until="0.05")
+    values = values_of(spec)
+    found = compute(spec.plan, values, LANES)
+    scene = spec.plan.scene_of(dict(zip(spec.names, values[0].tolist(), strict=True)))
+    fine = tt.integrate(scene, "double-double", events=NEEDED).inversion.times
+    for name in TIMES:
+        expected = numpy.nan if fine[name] is None else float(fine[name])
+        assert found[name][0] == pytest.approx(expected, abs=1e-12, nan_ok=True)
+
+
+def test_the_drift_of_lambda_has_a_trajectory_s_scale_where_lambda_is_0() -> None:
+    spec = specification("reference", vary={"omega_3": "0", "theta_dot": "1"}, until="0.3")
+    (drift,) = compute(spec.plan, values_of(spec), LANES)["jellett_drift"]
+    alone = tt.integrate(spec.plan.scene_of({"omega_3": 0.0, "theta_dot": 1.0}))
+    assert alone.drift["jellett"] < 1e-15
+    assert 0 <= drift < 1e-15
+
+
+def test_an_extreme_value_among_rounding_errors_is_found_soon(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Friction stops the contact point, and v_A is rounding: no step resolves its maximum."""
+    start = {"theta": "1e-200", "omega_3": "155", "mu": "1000"}
+    spec = specification("reference", until="0.01", vary=start, record=("max_nu_x",))
+    sampled, right = [0], extremes.Extreme._sampled
+
+    def counting(self: Any, row: Any, series: Any, since: Any) -> Any:
+        sampled[0] += since.shape[1]
+        return right(self, row, series, since)
+
+    monkeypatch.setattr(extremes.Extreme, "_sampled", counting)
+    rows = compute(spec.plan, values_of(spec), LANES)
+    assert 0 <= rows["max_nu_x"][0] < 1e-198
+    # two quantities, each read once and looked at again a few times; halving alone takes 30 times
+    assert sampled[0] < 8 * rows["steps"][0] + 1000

@@ -30,14 +30,20 @@ from tt_precise.mechanics.parameters import NAMES, Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.runtime.values import Arithmetic, Array
 from tt_precise.scene.initial_state import InitialState
-from tt_precise.sweeps.columns import TIMES, Part, detectors, extremes, outcomes, part_named
+from tt_precise.sweeps.columns import TIMES, Detector, Part, detectors, extremes, outcomes, part_named
 from tt_precise.sweeps.events import EARLY, Events
 from tt_precise.sweeps.lanes import Build, LaneResult, LaneStart, lanes
 from tt_precise.sweeps.specification import PARAMETERS, Plan
+from tt_precise.taylor.series import Sized, SizedFunctions
 
-SAME = 2.0**-53
+# A function's value in double decides its sign if it exceeds this part of the size of its terms,
+# some 30 roundings; below, the exact start decides.
+SURE_SIGN = 2.0**-48
+START_BITS, ZERO = 300, 2.0**-250  # of the exact start; a smaller value is zero
 DOUBLE = precision_named("double")
 FLOATS = Arithmetic(math, float)
+# Events whose functions are a positive multiple of a rate of the start, or of minus it.
+RATES = {"theta_min": "theta_dot", "phi_dot_zero": "phi_dot"}
 
 
 def compute(plan: Plan, values: Array, batch: int) -> dict[str, Array]:
@@ -60,10 +66,11 @@ def _computed(plan: Plan, values: Array, batch: int) -> _Integrated:
         status = ended_at_start(start, plan.contact, DOUBLE.context)
         ended.append(status and LaneResult(status, 0.0, numpy.array(start.state(form)), 0))
     moving = numpy.array([row for row, result in enumerate(ended) if result is None], dtype=int)
+    signs = _start_signs(plan, form, build.detectors, values, starts)
     with lanes(build) as integrator:
         order = integrator.order
         lane_results = integrator.integrate(
-            [_lane_start(form, starts[row], order) for row in moving]
+            [_lane_start(form, starts[row], order) for row in moving], signs[:, moving]
         )
     for row, result in zip(moving, lane_results.results, strict=True):
         ended[row] = result
@@ -72,7 +79,7 @@ def _computed(plan: Plan, values: Array, batch: int) -> _Integrated:
     peaks = {
         part: (moving[owner], states) for part, (owner, states) in lane_results.extremes.items()
     }
-    return _Integrated(plan, form, build, starts, results, events, peaks)
+    return _Integrated(plan, form, build, starts, results, events, peaks, signs)
 
 
 def _starts(plan: Plan, values: Array) -> list[InitialState]:
@@ -81,6 +88,46 @@ def _starts(plan: Plan, values: Array) -> list[InitialState]:
         return [InitialState.of(plan.scene_of(row), FLOATS) for row in rows]
     first = InitialState.of(plan.scene, FLOATS)
     return [first.from_another(plan.scene.start, FLOATS, row) for row in rows]
+
+
+def _start_signs(
+    plan: Plan,
+    form: Formulation,
+    detectors: Sequence[Detector],
+    values: Array,
+    starts: Sequence[InitialState],
+) -> Array:
+    """The signs of the functions at the exact starts, 0 where they vanish: (detectors, rows)."""
+    sized = form.State(*(Sized(x, abs(x)) for x in numpy.array([s.state(form) for s in starts]).T))
+    body = Parameters(**{name: _column(starts, name) for name in NAMES})
+    q = form.motion(body, sized, SizedFunctions())
+    signs = numpy.empty((len(detectors), len(starts)), dtype=int)
+    for number, detector in enumerate(detectors):
+        name = detector.event.name
+        if name in RATES:  # the start itself has this rate
+            rates = numpy.array([getattr(start.euler, RATES[name]) for start in starts])
+            tilted = numpy.array([start.vectors.kx != 0 for start in starts])
+            rising = -1 if detector.turning else 1
+            signs[number] = rising * numpy.sign(rates) * tilted
+            continue
+        found = detector.event.function(q)
+        value, size = found.value, found.size
+        signs[number] = numpy.sign(value)
+        for row in numpy.flatnonzero((numpy.abs(value) <= SURE_SIGN * size) & (size > 0)):
+            signs[number, row] = _exact_sign(plan, detector.event, values[row])
+    return signs
+
+
+def _exact_sign(plan: Plan, event: Event, values: Array) -> int:
+    """The sign of a function at a row's exact start."""
+    finest = precision_named("mp", START_BITS)
+    scene = plan.scene_of(dict(zip(plan.names, values.tolist(), strict=True)))
+    value = event.function(InitialState.of(scene, finest.arithmetic).motion(finest.context))
+    return 0 if abs(value) < ZERO else 1 if value > 0 else -1
+
+
+def _column(starts: Sequence[InitialState], name: str) -> Array:
+    return numpy.array([float(getattr(start.body, name)) for start in starts])
 
 
 def _lane_start(form: Formulation, start: InitialState, order: int) -> LaneStart:
@@ -105,6 +152,7 @@ class _Integrated:
         results: Sequence[LaneResult],
         events: Events,
         peaks: Mapping[Part, tuple[Array, Array]],
+        signs: Array,
     ):
         self.peaks = peaks
         self.plan, self.form, self.starts, self.results = plan, form, starts, results
@@ -112,7 +160,7 @@ class _Integrated:
         self.rows = len(starts)
         self.owner, self.times, self.states = events.row, events.time, events.state
         self.kind = 2 * events.detector + (events.direction > 0)
-        self._drop_starts([detector.event for detector in build.detectors])
+        self._drop_starts(signs)
 
     def columns(self) -> dict[str, Array]:
         """All columns of the rows, in SI."""
@@ -177,10 +225,7 @@ class _Integrated:
 
     @cached_property
     def _bodies(self) -> dict[str, Array]:
-        return {
-            name: numpy.array([float(getattr(start.body, name)) for start in self.starts])
-            for name in NAMES
-        }
+        return {name: _column(self.starts, name) for name in NAMES}
 
     @cached_property
     def _start_motion(self) -> Motion:
@@ -273,15 +318,8 @@ class _Integrated:
         items = column.tolist()  # numbers of NumPy's are slow
         return [items[start:end] for start, end in itertools.pairwise(cuts)]
 
-    def _drop_starts(self, events: Sequence[Event]) -> None:
-        """Remove events at the start itself; rounding decides whether they are detected."""
-        early = numpy.flatnonzero(self.times < EARLY)
-        if not len(early):
-            return
-        ones = numpy.ones(self.rows)
-        sizes = [abs(event.function(self._start_motion) * ones) for event in events]
-        zero = numpy.array(sizes) < SAME
-        keep = numpy.ones(len(self.times), dtype=bool)
-        keep[early] = ~zero[self.kind[early] // 2, self.owner[early]].astype(bool)
+    def _drop_starts(self, signs: Array) -> None:
+        """Remove the events of functions that vanish at the start, next to the start."""
+        keep = (self.times >= EARLY) | (signs[self.kind // 2, self.owner] != 0)
         self.kind, self.owner = self.kind[keep], self.owner[keep]
         self.times, self.states = self.times[keep], self.states[keep]

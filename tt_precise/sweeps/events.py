@@ -103,10 +103,14 @@ class Zeros:
         self._height = form.columns.index("kz")
         self._values = _values(form, detectors)
 
-    def open(self, bodies: Array) -> None:
-        """Begin with rows of bodies with these parameters, shape (parameters, rows)."""
+    def open(self, bodies: Array, signs: Array) -> None:
+        """Begin with rows of bodies with these parameters, shape (parameters, rows).
+
+        ``signs`` of the functions at the exact starts, shape (detectors, rows), are -1, 0 or 1.
+        """
         rows = bodies.shape[1]
         self._bodies = bodies
+        self._start_signs = numpy.where(signs < 0, -1.0, 1.0)  # 0 counts as positive
         # the last one of these is for empty lanes
         self.climb = numpy.full(rows + 1, numpy.inf)  # theta first rises through pi/2
         self._past = numpy.zeros((len(self._detectors), rows + 1), dtype=bool)  # no more is wanted
@@ -153,6 +157,9 @@ class Zeros:
         starts = self._evaluated(numpy.moveaxis(steps.series[:, :, 0], 1, 0), steps.row)
         inputs = numpy.empty((7, count, *shape))
         inputs[:3] = starts.reshape(3, count, *shape)
+        at_start = steps.taken & (steps.begin == 0)
+        exact = self._start_signs[:, steps.row[at_start]]
+        inputs[0][:, at_start] = numpy.copysign(inputs[0][:, at_start], exact)
         # a step begins where the previous one ends, so that no zero is lost or counted twice
         inputs[3:6, :, :-1] = inputs[:3, :, 1:]
         last = self._evaluated(steps.ends, steps.row[steps.last])

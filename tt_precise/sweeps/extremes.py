@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy
 
@@ -20,8 +20,10 @@ from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Array
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.sweeps.columns import SMALLEST_FORCE, Part
 from tt_precise.sweeps.events import ALONE, Steps, horner, states_in, variables
+from tt_precise.taylor.series import Sized, SizedFunctions
 
 heyoka = import_heyoka()
 
@@ -29,7 +31,7 @@ NODES = numpy.linspace(0, 1, 5)
 FINER = numpy.linspace(0, 1, 9)
 MARGIN = 1 / 8  # of the spread of the values: what lies between them may be so much larger
 RESOLVED = 2.0**-6  # of the spread: by so much a parabola through every other value is off
-ROUNDING = 2.0**-45  # of the value, a lower limit of the spread
+ROUNDING = 2.0**-45  # Part of the size of a quantity's terms below which values are rounding.
 TURN = 0.5  # rad; where the axis' azimuth turns more between places, a peak may lie between them
 CLOSE = 2.0**-27  # of a step: a parabola loses 2^-54 of its height so near to its peak
 MOST_HELD = 20_000  # steps; each takes 1.5 kB
@@ -110,13 +112,22 @@ class Extreme:
             row = held.row[owner]
             values, turns = self._sampled(row, series[:, :, owner], held.width[owner] * at)
             ceiling, largest = _ceiling(values, turns)
+            gain = numpy.zeros(len(owner))  # a smaller difference is rounding
+            unresolved = numpy.flatnonzero(numpy.isinf(ceiling))
+            if len(unresolved):
+                some = owner[unresolved]
+                since = held.width[some] * at[:, unresolved]
+                gain[unresolved] = self._rounding(row[unresolved], series[:, :, some], since)
+                ceiling[unresolved], _ = _ceiling(
+                    values[:, unresolved], turns[unresolved], gain[unresolved]
+                )
             best = values.argmax(axis=0)
             order = numpy.lexsort((-at[best, numpy.arange(len(owner))], largest))
             order = order[largest[order] > highest[owner[order]]]  # the last one stays
             highest[owner[order]] = largest[order]
             place[owner[order]] = at[best[order], order]
             numpy.fmax.at(self._best, row, largest)
-            further = (ceiling >= self._best[row]) & (size > CLOSE)
+            further = (ceiling >= self._best[row]) & (ceiling > largest + gain) & (size > CLOSE)
             single = further & numpy.isfinite(ceiling)
             halved = further & ~single
             # between the neighbours of the highest node
@@ -149,9 +160,7 @@ class Extreme:
             inputs = numpy.concatenate((series[0, 2:], since))
             curvature = _curvature(len(series[0]) - 2, len(since))
             return curvature(numpy.ascontiguousarray(inputs), **ALONE), turns
-        states = states_in(series, *since)
-        body = self._form.body(self._bodies[:, row])
-        state = self._form.State(*numpy.moveaxis(states, -1, 0))
+        body, state = self._states_at(row, series, since)
         q = self._form.motion(body, state, numpy)
         values: Array = self._sign * self._quantity.evaluate(q) * numpy.ones(since.shape)
         if not self._quantity.pole:
@@ -161,10 +170,28 @@ class Extreme:
         return values, turns
 
 
-def _ceiling(values: Array, turns: Array | bool = False) -> tuple[Array, Array]:
+    def _rounding(self, row: Array, series: Array, since: Array) -> Array:
+        """Bounds of the rounding errors of ``_sampled`` values, shape (steps,)."""
+        body, state = self._states_at(row, series, since)
+        sized = self._form.State(*(Sized(x, numpy.abs(x)) for x in state))
+        found = self._quantity.evaluate(self._form.motion(body, sized, SizedFunctions()))
+        size = getattr(found, "size", 0.0) * numpy.ones(since.shape)
+        bounds: Array = ROUNDING * size.max(axis=0)
+        return bounds
+
+    def _states_at(self, row: Array, series: Array, since: Array) -> tuple[Parameters, Any]:
+        states = states_in(series, *since)
+        body = self._form.body(self._bodies[:, row])
+        return body, self._form.State(*numpy.moveaxis(states, -1, 0))
+
+
+def _ceiling(
+    values: Array, turns: Array | bool = False, rounding: Array | float = 0.0
+) -> tuple[Array, Array]:
     """An upper bound of a quantity between nodes, and its largest value at a node.
 
-    Infinite where the values, or ``turns`` of the axis, do not resolve it.
+    Infinite where the values, which have errors of ``rounding``, or ``turns`` of the axis do not
+    resolve it.
     """
     largest, smallest = values.max(axis=0), values.min(axis=0)
     spread = largest - smallest
@@ -175,7 +202,8 @@ def _ceiling(values: Array, turns: Array | bool = False) -> tuple[Array, Array]:
         first = (5 * even[0] + 15 * even[1] - 5 * even[2] + even[3]) / 16
         last = (5 * even[4] + 15 * even[3] - 5 * even[2] + even[1]) / 16
         off = numpy.abs(numpy.stack((first, *middle, last)) - odd).max(axis=0)
-        rough = turns | (off > RESOLVED * spread + ROUNDING * numpy.abs(largest))
+        known = numpy.maximum(rounding, ROUNDING * numpy.abs(largest))
+        rough = turns | (off > RESOLVED * spread + known)
         ceiling = numpy.where(rough, numpy.inf, ceiling)
     return ceiling, largest
 

@@ -106,14 +106,15 @@ class Lanes:
         self._closed: list[tuple[int, Array, Array]] = []  # rows that end: step, lanes, states
         self._record_step = self._recorder()
 
-    def integrate(self, starts: Sequence[LaneStart]) -> LaneResults:
-        """Integrate from all starts."""
+    def integrate(self, starts: Sequence[LaneStart], signs: Array) -> LaneResults:
+        """Integrate from all starts, where the detectors' functions have these ``signs``."""
         ends: dict[int, tuple[str, float, Array]] = {}
         waiting = iter(range(len(starts)))
         bodies = numpy.array([start.parameters for start in starts])
         bodies = bodies.reshape(len(starts), len(self._batch.pars)).T.copy()
-        for reader in self._readers:
-            reader.open(bodies)
+        self._zeros.open(bodies, signs)
+        for extreme in self._extremes:
+            extreme.open(bodies)
         self._taken = numpy.zeros(len(starts) + 1, dtype=int)  # the last one: by empty lanes
         self._steps = 0
         self._times[0] = 0.0

@@ -16,11 +16,13 @@ import numpy
 
 from tt_precise.integration.inversion import NEEDED
 from tt_precise.integration.precision import precision_named
-from tt_precise.integration.setup import ended_at_start
-from tt_precise.runtime.values import InputError, Json
+from tt_precise.integration.setup import ended_at_start, refused_in_doubles
+from tt_precise.runtime.values import Json
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 from tt_precise.sweeps.columns import DEFINITIONS, TIMES, extremum, outcomes, parts, turning_events
+
+from tt_precise.taylor.graph import ArcTangentError
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
@@ -87,9 +89,11 @@ def _integrated(scene: Scene, events: tuple[str, ...]) -> Trajectory:
     from tt_precise.integration import integrate  # which a worker without such rows does not load
 
     run = partial(integrate, scene, events=events, record=(), tolerance=TOLERANCE)
+    if refused_in_doubles(scene):
+        return run(WHERE_REFUSED)
     try:
         return run(FINE)
-    except InputError:  # it lacks something; or the start is refused, as it then is in quad
+    except ArcTangentError:  # of an event's function
         return run(WHERE_REFUSED)
 
 
