@@ -240,3 +240,25 @@ def test_a_reader_that_leaves_early_is_no_error() -> None:
     os.close(writing)
     assert done.returncode == 128 + signal.SIGPIPE
     assert done.stderr == ""
+
+
+def test_an_option_given_twice_is_refused_by_every_command(refused: Said) -> None:
+    """Click takes the last value and drops the first without a word."""
+    options = [
+        (words, option.opts[-1])
+        for words, command in every_command()
+        for option in command.params
+        if isinstance(option, click.Option) and not option.is_flag and not option.multiple
+    ]
+    assert ("sweep run", "--record") in options
+    for words, option in options:
+        line = refused(f"{words} {option} 1 {option}=1")
+        assert line.startswith(f"tt-precise: {option}: got it 2 times, expected it once")
+
+
+def test_options_that_are_lists_are_given_several_times(said: Said) -> None:
+    said("sweep reference --vary mu=0.3 --vary omega_3=155 --until 0.01 --workers 1 --recheck 0")
+
+
+def test_sweep_h_shows_the_options_of_a_sweep(said: Said) -> None:
+    assert "--vary" in said("sweep -h")

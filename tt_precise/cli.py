@@ -15,6 +15,7 @@ import sys
 import click
 
 from tt_precise._version import __version__
+from tt_precise.commands.options import Group
 from tt_precise.runtime.process import Terminated, end_within, heeded, in_a_process_of_ours
 from tt_precise.runtime.terminal import open_closed_streams, sanitized
 from tt_precise.runtime.values import InputError
@@ -42,7 +43,7 @@ LEAVING_S = 2.0
 EXHAUSTED = {errno.ENOSPC, errno.EDQUOT, errno.ENOMEM, errno.EAGAIN, errno.EMFILE, errno.ENFILE}
 
 
-class _Lazy(click.Group):
+class _Lazy(Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
 

@@ -28,7 +28,7 @@ FOLDER = click.option(
 WORKERS = options.workers("by default one for each core")
 
 
-@click.group("golden")
+@click.group("golden", cls=options.Group)
 def command() -> None:
     """Reference trajectories with every printed digit right."""
 

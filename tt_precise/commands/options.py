@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -19,6 +20,30 @@ PRECISION = click.option(
     type=click.Choice(["double", "extended", "double-double", "quad", "triple-double", "mp"]),
     help="The arithmetic: 53 bits (the default), 64, 104, 113, 155 or 200.",
 )
+
+
+class Group(click.Group):
+    """A group of commands that refuse an option given twice, of which click drops the first."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the name, the command and its arguments."""
+        name, command, rest = super().resolve_command(ctx, args)
+        if command is not None and not isinstance(command, click.Group):
+            _refuse_repeats(command, ctx, rest)
+        return name, command, rest
+
+
+def _refuse_repeats(command: click.Command, ctx: click.Context, args: list[str]) -> None:
+    tried = click.Context(command, parent=ctx, resilient_parsing=True)
+    _, _, order = command.make_parser(tried).parse_args(list(args))
+    counts = Counter(p for p in order if isinstance(p, click.Option) and not p.is_flag)
+    for option, count in counts.items():
+        if count > 1 and not option.multiple:
+            raise click.UsageError(
+                f"{option.opts[-1]}: got it {count} times, expected it once; give all of it in one"
+            )
 
 
 def emit(as_json: bool, content: Json, lines: Iterable[str], out: str | Path | None = None) -> None:

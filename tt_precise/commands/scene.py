@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tt_precise.commands.options import JSON, emit
+from tt_precise.commands.options import JSON, Group, emit
 from tt_precise.mechanics.laws import LAWS, law_named
 from tt_precise.runtime.values import InputError, Json
 
@@ -31,7 +31,7 @@ def _laws() -> str:
     )
 
 
-@click.group("scene")
+@click.group("scene", cls=Group)
 def command() -> None:
     """Scenes: bodies, starts and horizons, one TOML file each."""
 

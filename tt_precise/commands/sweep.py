@@ -18,11 +18,11 @@ LARGEST_SEED = 2**64 - 1
 SAID_IN_FILE = ("vary", "box", "samples", "sampler", "seed", "until", "record", "contact")
 
 
-class _RunByDefault(click.Group):
-    """``sweep SCENE ...`` is ``sweep run SCENE ...``; ``sweep plot`` stays itself."""
+class _RunByDefault(options.Group):
+    """``sweep SCENE ...`` is ``sweep run SCENE ...``, and so is ``sweep --help``."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        if args and args[0] not in self.commands and args[0] not in ("-h", "--help"):
+        if args and args[0] not in self.commands:
             args = ["run", *args]
         return super().parse_args(ctx, args)
 

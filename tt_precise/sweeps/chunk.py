@@ -30,7 +30,15 @@ from tt_precise.mechanics.parameters import NAMES, Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.runtime.values import Arithmetic, Array
 from tt_precise.scene.initial_state import InitialState
-from tt_precise.sweeps.columns import TIMES, Detector, Part, detectors, extremes, outcomes, part_named
+from tt_precise.sweeps.columns import (
+    TIMES,
+    Detector,
+    Part,
+    detectors,
+    extremes,
+    outcomes,
+    part_named,
+)
 from tt_precise.sweeps.events import EARLY, Events
 from tt_precise.sweeps.lanes import Build, LaneResult, LaneStart, lanes
 from tt_precise.sweeps.specification import PARAMETERS, Plan

@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.mechanics.formulations import Formulation
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Array
-from tt_precise.mechanics.parameters import Parameters
 from tt_precise.sweeps.columns import SMALLEST_FORCE, Part
 from tt_precise.sweeps.events import ALONE, Steps, horner, states_in, variables
 from tt_precise.taylor.series import Sized, SizedFunctions
@@ -168,7 +168,6 @@ class Extreme:
             along = state.kx[:-1] * state.kx[1:] + state.ky[:-1] * state.ky[1:]
             turns = (numpy.abs(across) > math.tan(TURN) * along).any(axis=0)
         return values, turns
-
 
     def _rounding(self, row: Array, series: Array, since: Array) -> Array:
         """Bounds of the rounding errors of ``_sampled`` values, shape (steps,)."""

@@ -21,7 +21,6 @@ from tt_precise.runtime.values import Json
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 from tt_precise.sweeps.columns import DEFINITIONS, TIMES, extremum, outcomes, parts, turning_events
-
 from tt_precise.taylor.graph import ArcTangentError
 
 if TYPE_CHECKING:
