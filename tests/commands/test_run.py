@@ -77,20 +77,49 @@ def test_events_are_printed_when_asked_for(printed: Printed) -> None:
 def test_the_climb_is_that_of_the_trajectory(printed: Printed) -> None:
     found = printed("run reference --precision double-double")
     climb, expected = found["climb"], integrate("reference").inversion
-    assert (found["inverted"], climb["precision"]) == (True, "double")
+    assert climb["precision"] == "double"
+    assert found["equator"] == {"verdict": "passed", "t": climb["equator"]}
     assert float(climb["equator"]) == expected.equator
     for name in "ABC":
         times = [float(climb[name][key]) for key in ("t_init", "t_end")]
         assert times == [getattr(expected, name).t_init, getattr(expected, name).t_end]
-    assert found["smallest_g_n"]["t"] == "5.42"
-    assert float(found["smallest_g_n"]["value"]) == pytest.approx(0.06098946831288, rel=1e-12)
+    # between the samples at 5.37 and 5.38 s, of which the smaller has 0.0577 N
+    assert float(found["smallest_g_n"]["t"]) == pytest.approx(5.37676848807, rel=1e-11)
+    assert float(found["smallest_g_n"]["value"]) == pytest.approx(0.0563416061168, rel=1e-11)
+    assert float(found["smallest_g_n"]["value"]) < integrate("reference").frame("g_n")["g_n"].min()
     assert found["contact_lost"] is None
     assert [one["model"] for one in found["stretches"]] == ["gliding"]
     # one that has not ended; and none, below from the start
     found = printed("run regularised-1e-2 --precision extended")
-    assert (found["inverted"], found["climb"]["C"]["t_end"]) == (True, None)
+    assert (found["equator"]["verdict"], found["climb"]["C"]["t_end"]) == ("passed", None)
     never = printed("run inverted --until 0.1 --precision extended")
-    assert (never["inverted"], never["climb"]) == (False, None)
+    assert (never["equator"]["verdict"], never["climb"]) == ("not_passed", None)
+
+
+@pytest.mark.parametrize(
+    ("words", "theorem", "equator", "end"),
+    [
+        ("reference", "inverts", "passed", "inverted"),
+        # it inverts, but later
+        ("reference --until 4", "inverts", "not_passed", "undecided"),
+        # it settles on an inclined axis below the equator
+        ("below-threshold", "does_not_invert", "passed", "not_inverted"),
+        ("stays-upright", "does_not_invert", "never", "upright"),
+        ("coulomb-gliding", "says_nothing", "not_passed", "undecided"),
+    ],
+)
+def test_three_statements_are_three(
+    printed: Printed, said: Said, words: str, theorem: str, equator: str, end: str
+) -> None:
+    """The theorem judges the start, the equator is what happened, the end is what is proved."""
+    found = printed("run", words)
+    assert [found[name]["verdict"] for name in ("theorem", "equator", "end")] == [
+        theorem, equator, end,
+    ]  # fmt: skip
+    assert (found["equator"]["t"] is None) == (equator != "passed")
+    text = said("run", words)
+    assert [line.split()[0] for line in text.splitlines()[1:4]] == ["theorem:", "equator:", "end:"]
+    assert "inverted: " not in text
 
 
 def test_a_coulomb_top_at_rest_rolls(said: Said, printed: Printed, tmp_path: Path) -> None:
@@ -101,7 +130,7 @@ def test_a_coulomb_top_at_rest_rolls(said: Said, printed: Printed, tmp_path: Pat
     found = printed("run", file)
     (rolls,) = found["stretches"]
     assert tuple(rolls.values()) == ("rolling", "0.0", "8.0", "complete")
-    assert found["inverted"] is False
+    assert found["equator"]["verdict"] == "never"
     assert "\n  motion: rolls 0 s to 8 s (complete)\n" in said("run", file)
     slides, sticks = printed("run coulomb-small-top")["stretches"]
     assert (slides["model"], slides["ended"]) == ("gliding", "stick")
@@ -146,7 +175,8 @@ def test_what_a_person_reads(said: Said) -> None:
     text = said(SHORT, "--events all")
     first, *lines = text.splitlines()
     assert first.startswith("reference: complete at t = 0.1 s (double, tolerance 1.4e-17, newton, ")
-    assert [line.split()[0] for line in lines[:17]] == ["inverted:", "contact:", "motion:", *STATE]
+    outcome = ["theorem:", "equator:", "end:", "contact:", "motion:"]
+    assert [line.split()[0] for line in lines[:19]] == [*outcome, *STATE]
     for pattern in (
         r"theta 0\.09\d+ \+- \d\.\d+e-1\d",
         r"drift of jellett: .*e-1\d",

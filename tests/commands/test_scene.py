@@ -20,7 +20,7 @@ def test_a_new_scene_is_valid_as_it_is(tmp_path: Path, said: Said, printed: Prin
     assert scene.title == 'my "own" top'
     assert scene.varied(at_rest="centre of mass").start.nu_y > 0
     said("run", file, "--until 0.05")
-    assert printed("scene show", file)["inverts"] is True
+    assert printed("scene show", file)["theorem"]["verdict"] == "inverts"
 
 
 def test_nothing_is_overwritten(tmp_path: Path, said: Said) -> None:
@@ -38,9 +38,14 @@ def test_what_follows_from_the_reference(said: Said, printed: Printed) -> None:
     found = printed("scene show reference")
     assert found["gamma"] == pytest.approx(131 / 140)
     assert found["lambda_over"]["lambda_thres"] == pytest.approx(2.00485, abs=1e-5)
-    assert (found["inverts"], found["warnings"]) == (True, [])
+    assert (found["theorem"]["verdict"], found["warnings"]) == ("inverts", [])
     text = said("scene show reference")
-    for words in ("lambda/lambda_thres = 2.00485", "inverts    yes, if", "6 mm below", "m 0.02 kg"):
+    for words in (
+        "lambda/lambda_thres = 2.00485",
+        "theorem    inverts, if",
+        "6 mm below",
+        "m 0.02 kg",
+    ):
         assert words in text
 
 
@@ -88,6 +93,6 @@ def test_a_shipped_scene_is_shown_with_its_own_law(name: str, printed: Printed) 
 
 
 def test_a_title_cannot_forge_a_line(scene_file: SceneFile, said: Said) -> None:
-    lines = said("scene show", scene_file(title=r"a\\n  inverts    no")).splitlines()
-    assert lines[0] == r"mine: a\n  inverts    no"
-    assert [line.split()[1] for line in lines if "inverts" in line][1:] == ["yes,"]
+    lines = said("scene show", scene_file(title=r"a\\n  theorem    no")).splitlines()
+    assert lines[0] == r"mine: a\n  theorem    no"
+    assert [line.split()[1] for line in lines if "theorem" in line][1:] == ["inverts,"]

@@ -14,7 +14,7 @@ def test_what_a_person_reads(said: Said) -> None:
     assert [line.split()[0] for line in lines] == NAMES
     assert lines[7].split()[:2] == ["gamma", "0.93571428571428571429"]
     assert all(line.endswith("20 digits agree") for line in lines)
-    assert last.split()[:2] == ["inverts", "yes,"]
+    assert last.split()[:2] == ["theorem", "inverts,"]
 
 
 def test_digits_that_do_not_agree_fail(
@@ -39,7 +39,7 @@ def test_a_threshold_that_does_not_exist_is_no_failure(
     found = printed("thresholds", file, "--digits 10")
     absent = found["quantities"]["lambda_thres"]
     assert (absent["value"], absent["independent"], absent["digits_agreed"]) == (None, None, None)
-    assert found["inverts"] is False
+    assert (found["inverts"], found["theorem"]["verdict"]) == (False, "does_not_invert")
     assert "does not exist" in said("thresholds", file, "--digits 10")
 
 

@@ -15,7 +15,7 @@ from tests.conftest import RATIOS, top
 from tests.exact.conftest import Spoil, wrong, wrong_quantity
 from tt_precise.exact import thresholds as module
 from tt_precise.exact.stability import MarginalMomentum
-from tt_precise.exact.thresholds import InversionVerdict, Thresholds, inversion, thresholds
+from tt_precise.exact.thresholds import Theorem, Thresholds, inversion, thresholds
 from tt_precise.mechanics import euler
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.scene.body import top_of
@@ -210,7 +210,7 @@ def test_import_is_light() -> None:
 
 def verdict(
     size: float, thres: float | None = 3, up: float | None = 1, scene: str | Scene = "reference"
-) -> InversionVerdict:
+) -> Theorem:
     return inversion(load_scene(scene), size, thres, up, True, 1e-12)
 
 

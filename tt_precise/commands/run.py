@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
@@ -24,6 +25,11 @@ if TYPE_CHECKING:
 UNFINISHED = 1
 LONG_S = 60.0  # a run with --digits that takes longer says so first
 LEAVES = ("contact_lost", "lift_off", "separation")  # how a stretch on the table ends in the air
+FORCE = "extremum:g_n"
+APPROACHES = {
+    "inverted": "approaches the inverted spin", "upright": "approaches the upright spin",
+    "not_inverted": "not the inverted spin", "undecided": "undecided",
+}  # fmt: skip
 MOST_STRETCHES = 8  # that are told in a line
 TOUCHES = "touches zero, stays there, or crosses it by less than the accuracy of the run"
 DOES = {"gliding": "glides", "rolling": "rolls", "flight": "flies", "contact": "in contact"}
@@ -63,10 +69,40 @@ class StretchRecord(Record, frozen=True):
 
 
 class NormalForceRecord(Record, frozen=True):
-    """The smallest normal force at a sample."""
+    """The smallest normal force."""
 
     value: Annotated[str, means("g_n in N, as a double")]
-    t: Annotated[str, means("time of the sample in s")]
+    t: Annotated[str, means("time in s")]
+
+
+class TheoremRecord(Record, frozen=True):
+    """The verdict of Theorem 1.1 on body and start."""
+
+    verdict: Annotated[
+        Literal["inverts", "does_not_invert", "says_nothing"],
+        means("whether the condition of the theorem holds; nothing is integrated for it"),
+    ]
+    reason: Annotated[str, means("the condition that decides")]
+
+
+class EquatorRecord(Record, frozen=True):
+    """The first passage of the equator theta = pi/2 from below."""
+
+    verdict: Annotated[
+        Literal["passed", "not_passed", "never"],
+        means("never: energy and lambda at the end exclude it for all times"),
+    ]
+    t: Annotated[str | None, means("time of the passage in s; null unless passed")]
+
+
+class EndRecord(Record, frozen=True):
+    """The spin that the motion approaches after its last state."""
+
+    verdict: Annotated[
+        Literal["inverted", "upright", "not_inverted", "undecided"],
+        means("stated only where energy and lambda prove it, within the estimated error"),
+    ]
+    reason: Annotated[str, means("the proof, or the reason why nothing is stated")]
 
 
 class EventRecord(Record, frozen=True):
@@ -92,13 +128,16 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
     tolerance: Annotated[str, means("relative tolerance")]
     status: Annotated[Ending, means("how the trajectory ended")]
     t_end: Annotated[str, means("end in s")]
-    inverted: Annotated[bool, means("whether theta has crossed pi/2, and is beyond it at the end")]
+    theorem: Annotated[TheoremRecord, means("the verdict of Theorem 1.1")]
+    equator: Annotated[EquatorRecord, means("whether the axis passed the equator, and when")]
+    end: Annotated[EndRecord, means("the spin that the motion approaches")]
     climb: Annotated[
-        ClimbsRecord | None,
-        means("times of the climb; null if theta does not cross pi/2 at the samples"),
+        ClimbsRecord | None, means("times of the climb; null if the axis does not pass the equator")
     ]
     contact_lost: Annotated[str | None, means("time of the first loss of contact in s")]
-    smallest_g_n: Annotated[NormalForceRecord | None, means("smallest normal force at the samples")]
+    smallest_g_n: Annotated[
+        NormalForceRecord | None, means("smallest normal force between start and end")
+    ]
     stretches: Annotated[
         tuple[StretchRecord, ...], means("gliding, rolling, flight, in order of time")
     ]
@@ -267,25 +306,23 @@ def summary(trajectory: Trajectory, outcome: dict[str, Any]) -> RunRecord:
 
 
 def answers(trajectory: Trajectory) -> dict[str, Any]:
-    """The outcome: the entries of ``RunRecord`` from ``inverted`` to ``stretches``."""
-    import numpy
+    """Return the outcome: the entries of ``RunRecord`` from ``theorem`` to ``stretches``."""
+    from tt_precise.certify.outcome import outcome_of
 
     text = trajectory.precision.text
-    table = trajectory.table("kz", "g_n", numbers="float")
-    t, height, force = (numpy.asarray(table[name], float) for name in ("t", "kz", "g_n"))
-    climb = None
-    if trajectory.scene.model != "flight" and height[0] > 0 and (height < 0).any():
-        climb = _climbs(trajectory)
-    smallest = None
-    if trajectory.scene.model != "flight" and numpy.isfinite(force).any():
-        least = int(numpy.nanargmin(force))
-        smallest = NormalForceRecord(repr(float(force[least])), repr(float(t[least])))
+    climb = smallest = None
+    # in free flight a top turns over without a climb; what fails at once has no events
+    if trajectory.scene.model != "flight" and trajectory.t_end > 0:
+        climb, smallest = _climbs(trajectory), _smallest_force(trajectory)
+    theorem, equator, end = outcome_of(trajectory, climb.equator if climb else None)
     stretches = tuple(
         StretchRecord(piece.model, text(piece.begin), text(piece.end), piece.status)
         for piece in trajectory.pieces
     )
     return {
-        "inverted": climb is not None and bool(height[-1] < 0),
+        "theorem": TheoremRecord(**theorem.as_dict()),
+        "equator": EquatorRecord(*equator),
+        "end": EndRecord(*end),
         "climb": climb,
         "contact_lost": next(
             (stretch.end for stretch in stretches if stretch.ended in LEAVES), None
@@ -295,15 +332,20 @@ def answers(trajectory: Trajectory) -> dict[str, Any]:
     }
 
 
-def _climbs(trajectory: Trajectory) -> ClimbsRecord | None:
-    """The climb in doubles, a tenth of a second more, unless its events were recorded."""
-    from tt_precise.integration.inversion import NEEDED
+def _with_events(trajectory: Trajectory, *events: str) -> Trajectory:
+    """The run in doubles with these events, unless they were recorded: a hundredth of a second."""
     from tt_precise.integration.precision import precision_named
 
-    run = trajectory
-    if not set(NEEDED) <= set(run.setup.events):
-        double = precision_named("double")
-        run = run.again(precision=double, tolerance=0.0, events=NEEDED, record=())
+    if set(events) <= set(trajectory.setup.events):
+        return trajectory
+    double = precision_named("double")
+    return trajectory.again(precision=double, tolerance=0.0, events=events, record=())
+
+
+def _climbs(trajectory: Trajectory) -> ClimbsRecord | None:
+    from tt_precise.integration.inversion import NEEDED
+
+    run = _with_events(trajectory, *NEEDED)
     text, inversion = run.precision.text, run.inversion
     if inversion.equator is None:
         return None
@@ -311,6 +353,26 @@ def _climbs(trajectory: Trajectory) -> ClimbsRecord | None:
         ClimbRecord(text(c.t_init), text(c.t_end)) for c in (inversion.A, inversion.B, inversion.C)
     ]
     return ClimbsRecord(run.precision.name, text(inversion.equator), *climbs)
+
+
+def _smallest_force(trajectory: Trajectory) -> NormalForceRecord | None:
+    """The smallest g_n at its extrema, and at the ends of the segments."""
+    run = _with_events(trajectory, FORCE)
+    events = run.event_table(["g_n"])
+    at_ends = run.table("g_n", times=[0, *(piece.end for piece in run.pieces)], numbers="float")
+    known = [*zip(events["g_n"], events["t"], strict=True)]
+    known += zip(at_ends["g_n"], at_ends["t"], strict=True)
+    # Where contact is lost g_n is 0; the value there is the rounding of that.
+    lost = {float(piece.end) for piece in run.pieces if piece.status in LEAVES}
+    forces = [
+        (0.0 if float(t) in lost else float(force), float(t))
+        for force, t in known
+        if force is not None and math.isfinite(force)
+    ]
+    if not forces:
+        return None
+    force, t = min(forces)
+    return NormalForceRecord(repr(force), repr(t))
 
 
 def event_rows(trajectory: Trajectory) -> list[dict[str, Json]]:
@@ -361,14 +423,24 @@ def lines(trajectory: Trajectory, outcome: dict[str, Any]) -> list[str]:
 
 
 def _told(outcome: dict[str, Any]) -> list[str]:
+    from tt_precise.exact.thresholds import IN_WORDS
 
     def seconds(time: str | None) -> str:
         return "none" if time is None else f"{float(time):.9g} s"
 
     climb, smallest, stretches = outcome["climb"], outcome["smallest_g_n"], outcome["stretches"]
-    shown = [f"  inverted: {'yes' if outcome['inverted'] else 'no'}"]
+    theorem, equator, end = outcome["theorem"], outcome["equator"], outcome["end"]
+    passage = {
+        "passed": f"passed at {seconds(equator.t)}",
+        "not_passed": f"not passed by {seconds(stretches[-1].end)}",
+        "never": "never passed: energy and lambda exclude it",
+    }
+    shown = [
+        f"  theorem: {IN_WORDS[theorem.verdict]}: {theorem.reason}",
+        f"  equator: {passage[equator.verdict]}",
+        f"  end: {APPROACHES[end.verdict]}: {end.reason}",
+    ]
     if climb is not None:
-        shown[0] += f"; theta = pi/2 at {seconds(climb.equator)}"
         shown += [
             f"  climb {name}: {seconds(times.t_init)} to {seconds(times.t_end)}"
             for name, times in (("A", climb.A), ("B", climb.B), ("C", climb.C))
@@ -377,8 +449,8 @@ def _told(outcome: dict[str, Any]) -> list[str]:
         lost = outcome["contact_lost"]
         how = "kept" if lost is None else f"lost at {seconds(lost)}"
         shown.append(
-            f"  contact: {how}; smallest g_n at a sample "
-            f"{float(smallest.value):.3g} N, at {seconds(smallest.t)}"
+            f"  contact: {how}; smallest g_n {float(smallest.value):.3g} N, at "
+            f"{seconds(smallest.t)}"
         )
     first = [
         f"{DOES[stretch.model]} {seconds(stretch.begin)} to {seconds(stretch.end)} "

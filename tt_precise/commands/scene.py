@@ -79,7 +79,8 @@ def list_command(as_json: bool) -> None:
 def show(scene: str, as_json: bool) -> None:
     """Show derived numbers and warnings of SCENE, a shipped name or a TOML file.
 
-    They are gamma, lambda over its thresholds, whether the top inverts, and its static balance.
+    They are gamma, lambda over its thresholds, the verdict of Theorem 1.1 about the start, and the
+    static balance. Nothing is integrated: `tt-precise run` says what the axis does.
     """
     from tt_precise.scene.scene import load_scene
 
@@ -120,8 +121,7 @@ def summary(scene: Scene) -> dict[str, Json]:
         "gamma": float(body.gamma),
         "lambda": float(values["lambda"]),
         "lambda_over": ratios,
-        "inverts": known.inverts,
-        "inverts_reason": known.inverts_reason,
+        "theorem": known.theorem.as_dict(),
         "static_balance": balance(scene),
         "warnings": warnings(scene, ratios),
     }
@@ -180,8 +180,9 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
 def lines(content: dict[str, Json]) -> list[str]:
     """What a person reads."""
     body = {name: _short(value) for name, value in content["body"].items()}
-    from tt_precise.exact.thresholds import INVERTS
+    from tt_precise.exact.thresholds import IN_WORDS
 
+    theorem = content["theorem"]
     ratios = "   ".join(
         f"lambda/{name} = {value:.6g}" if value is not None else f"{name} does not exist"
         for name, value in content["lambda_over"].items()
@@ -197,7 +198,7 @@ def lines(content: dict[str, Json]) -> list[str]:
         *([f"  given      {given}"] if given else []),
         f"  gamma      {content['gamma']:.6g}",
         f"  lambda     {content['lambda']:.10g} kg m^3/s; {ratios}",
-        f"  inverts    {INVERTS[content['inverts']]}: {content['inverts_reason']}",
+        f"  theorem    {IN_WORDS[theorem['verdict']]}: {theorem['reason']}",
         f"  balance    {content['static_balance']}",
         *(f"  WARNING    {warning}" for warning in content["warnings"]),
     ]

@@ -43,16 +43,14 @@ def agree(known: Thresholds) -> bool:
 
 
 def lines(known: Thresholds) -> list[str]:
-    """Return the text: value, unit and number of agreeing digits; then whether it inverts."""
-    from tt_precise.exact.thresholds import INVERTS
-
+    """Return the text: value, unit and number of agreeing digits; then the theorem's verdict."""
     texts = known.as_dict()["quantities"]
     shown = [
         f"{name:>12}  {texts[name]['value'] or 'does not exist':<{known.digits + 9}} "
         f"{quantity.unit:<10}  {_agreement(quantity, known.digits)}"
         for name, quantity in known.quantities.items()
     ]
-    return [*shown, f"{'inverts':>12}  {INVERTS[known.inverts]}: {known.inverts_reason}"]
+    return [*shown, f"{'theorem':>12}  {known.theorem}"]
 
 
 def _agreement(quantity: Determination, asked: int) -> str:

@@ -30,7 +30,13 @@ from tt_precise.scene.scene import Scene, load_scene
 
 GUARD_DIGITS = 15  # some ten roundings in each formula, and the fineness of the body on top
 MOST_GUARD = 5000
-INVERTS = {True: "yes, if contact is never lost", False: "no", None: "undecided"}
+# The verdict of Theorem 1.1 for a machine, and in words.
+VERDICTS = {True: "inverts", False: "does_not_invert", None: "says_nothing"}
+IN_WORDS = {
+    "inverts": "inverts, if contact is never lost",
+    "does_not_invert": "does not invert",
+    "says_nothing": "says nothing",
+}
 
 
 @dataclass(frozen=True)
@@ -52,13 +58,22 @@ class Determination:
 
 @dataclass(frozen=True)
 class Thresholds:
-    """The results of ``thresholds`` for a scene; ``inverts`` as in ``inversion``."""
+    """The results of ``thresholds`` for a scene; ``theorem`` is the verdict of Theorem 1.1."""
 
     digits: int
     context: Functions
     quantities: Mapping[str, Determination]
-    inverts: bool | None
-    inverts_reason: str
+    theorem: Theorem
+
+    @property
+    def inverts(self) -> bool | None:
+        """True: the theorem says that the top inverts; False: that it does not; None: nothing."""
+        return self.theorem.inverts
+
+    @property
+    def inverts_reason(self) -> str:
+        """The reason of the theorem's verdict."""
+        return self.theorem.reason
 
     def as_dict(self) -> dict[str, Json]:
         """The same as strings of ``digits`` digits, for ``tt-precise thresholds --json``."""
@@ -73,6 +88,7 @@ class Thresholds:
                 | {"value": text(entry.value), "independent": text(entry.independent)}
                 for name, entry in self.quantities.items()
             },
+            "theorem": self.theorem.as_dict(),
             "inverts": self.inverts,
             "inverts_reason": self.inverts_reason,
         }
@@ -103,16 +119,12 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
         "gamma": work.gamma(),
         "sigma": work.sigma(),
     }
-    numerator, denominator = contact_terms(scene.model, work.top, work.motion.state, work.fn)
-    verdict = inversion(
-        scene,
-        lambda_.value,
-        quantities["lambda_thres"].value,
-        quantities["lambda_up"].value,
-        bool(numerator > 0 and denominator > 0),
-        work.fn.mpf(10) ** -digits,
-    )
-    return Thresholds(digits, work.fn, quantities, verdict.inverts, verdict.reason)
+    return Thresholds(digits, work.fn, quantities, work.theorem())
+
+
+def theorem(scene: Scene) -> Theorem:
+    """Only the verdict of Theorem 1.1, from 50 digits of the formulas; milliseconds."""
+    return _Work(scene, 50).theorem()
 
 
 def lambda_at_start(scene: Scene) -> Scalar:
@@ -143,15 +155,31 @@ class _Work:
     def lambda_of_vectors(self) -> Scalar:
         return QUANTITIES["lambda"].evaluate(self.motion)
 
-    def threshold(self, side: int) -> Determination:
+    def theorem(self) -> Theorem:
+        numerator, denominator = contact_terms(
+            self.scene.model, self.top, self.motion.state, self.fn
+        )
+        return inversion(
+            self.scene,
+            self.lambda_of_vectors(),
+            self.formula(INVERTED),
+            self.formula(UPRIGHT),
+            bool(numerator > 0 and denominator > 0),
+            self.fn.mpf(10) ** -self.digits,
+        )
+
+    def formula(self, side: int) -> Scalar:
+        """The threshold of a spin by its formula; None where the formula has none."""
         body = self.scene.body
         if side == INVERTED:
-            spin, exists, needs = "inverted", body.gamma < 1 + body.alpha, "gamma < 1 + alpha"
-            formula = formulas.lambda_thres
-        else:
-            spin, exists, needs = "upright", body.gamma > 1 - body.alpha, "gamma > 1 - alpha"
-            formula = formulas.lambda_up
-        value = formula(self.top, self.fn) if exists else None
+            return formulas.lambda_thres(self.top, self.fn) if body.gamma < 1 + body.alpha else None
+        return formulas.lambda_up(self.top, self.fn) if body.gamma > 1 - body.alpha else None
+
+    def threshold(self, side: int) -> Determination:
+        body, value = self.scene.body, self.formula(side)
+        spin, needs = "upright", "gamma > 1 - alpha"
+        if side == INVERTED:
+            spin, needs = "inverted", "gamma < 1 + alpha"
         named, own = self.friction_at_rest()
         crossings = {
             named: marginal_spin(body, side, self.digits, self.fn, own),
@@ -170,7 +198,7 @@ class _Work:
         independents = [
             crossing.spin * unit if crossing.exists else None for crossing in used.values()
         ]
-        reasons = [] if exists else [f"the formula needs {needs}"]
+        reasons = [] if value is not None else [f"the formula needs {needs}"]
         reasons += [
             f"eigenvalues with {name}: {crossing.reason}"
             for name, crossing in crossings.items()
@@ -248,11 +276,28 @@ class _Work:
         return Determination(value, independent, agreed, how, unit)
 
 
-class InversionVerdict(NamedTuple):
-    """True: inverts, by Theorem 1.1 while g_n > 0. False: does not. None: not decided."""
+class Theorem(NamedTuple):
+    """The verdict of Theorem 1.1 and stability about a scene, which is not integrated.
+
+    ``inverts`` is True if the condition of the theorem holds: the motion approaches the inverted
+    spin while g_n > 0. It is False if the inverted spin is unstable, or the top a steady upright
+    spin; the axis may pass the equator nevertheless. None: the theorem says nothing.
+    """
 
     inverts: bool | None
     reason: str
+
+    @property
+    def verdict(self) -> str:
+        """One of "inverts", "does_not_invert", "says_nothing"."""
+        return VERDICTS[self.inverts]
+
+    def __str__(self) -> str:
+        return f"{IN_WORDS[self.verdict]}: {self.reason}"
+
+    def as_dict(self) -> dict[str, Json]:
+        """For JSON."""
+        return {"verdict": self.verdict, "reason": self.reason}
 
 
 def inversion(
@@ -262,7 +307,7 @@ def inversion(
     lambda_up: Scalar,
     on_table: bool,
     margin: Scalar,
-) -> InversionVerdict:
+) -> Theorem:
     """Whether the scene's motion tends to the inverted spin.
 
     ``lambda_thres`` is None where the inverted spin is unstable at every lambda, ``lambda_up``
@@ -270,7 +315,7 @@ def inversion(
     start; lambdas closer than the relative ``margin`` to a threshold are undecided. The mirror
     image of a motion has -lambda and inverts when it does, so that only |lambda| counts.
     """
-    undecided, never = (partial(InversionVerdict, answer) for answer in (None, False))
+    undecided, never = (partial(Theorem, answer) for answer in (None, False))
     if scene.model == "rolling" or scene.body.mu == 0:
         return undecided("Theorem 1.1 is about gliding with friction, which this scene lacks")
     if scene.body.spring:
@@ -301,7 +346,7 @@ def inversion(
         return undecided("|lambda| = lambda_up in all digits: the upright spin is marginal")
     if size < lambda_up:
         return undecided(f"lambda_thres < |lambda| < lambda_up: {both_stable}")
-    return InversionVerdict(
-        True, "1 - alpha < gamma < 1 + alpha and |lambda| > max(lambda_thres, lambda_up): "
-        "Theorem 1.1, for solutions that keep g_n > 0"
-    )  # fmt: skip
+    return Theorem(
+        True,
+        "Theorem 1.1: 1 - alpha < gamma < 1 + alpha and |lambda| > max(lambda_thres, lambda_up)",
+    )

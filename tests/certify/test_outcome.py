@@ -1,0 +1,62 @@
+"""The outcome of a trajectory: what is proved about its end, and what is not."""
+
+import pytest
+
+from tt_precise.certify.outcome import Outcome, outcome_of
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.scene.scene import Scene, load_scene
+
+
+def outcome(scene: str | Scene, precision: str = "double", **how: str) -> Outcome:
+    run = integrate(scene, precision, **how)  # type: ignore[arg-type]
+    return outcome_of(run, run.inversion.equator)
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+@pytest.mark.parametrize("formulation", ["newton", "euler"])
+def test_the_reference_top_approaches_the_inverted_spin(precision: str, formulation: str) -> None:
+    if (precision, formulation) == ("double-double", "euler"):
+        pytest.skip("double-double integrates vectors only")
+    found = outcome("reference", precision, formulation=formulation)
+    assert (found.equator.verdict, found.end.verdict) == ("passed", "inverted")
+    assert float(found.equator.t) == pytest.approx(5.87974951858, abs=1e-9)
+    assert found.theorem.inverts is True
+
+
+def test_a_top_in_the_other_direction_does_the_same() -> None:
+    mirrored = load_scene("reference").varied(omega_3="-155")
+    assert outcome(mirrored).end.verdict == "inverted"
+
+
+@pytest.mark.parametrize(
+    ("scene", "equator", "end"),
+    [
+        ("stays-upright", "never", "upright"),
+        ("below-threshold", "passed", "not_inverted"),
+        ("frictionless", "not_passed", "undecided"),
+        ("upright", "not_passed", "undecided"),
+        ("contact-lost", "not_passed", "undecided"),
+        ("elastic-linear", "not_passed", "undecided"),
+    ],
+)
+def test_by_scene(scene: str, equator: str, end: str) -> None:
+    found = outcome(scene)
+    assert (found.equator.verdict, found.end.verdict) == (equator, end)
+
+
+def test_what_settles_inclined_is_not_inverted() -> None:
+    """Just below the threshold: the axis passes the equator and settles at an inclination."""
+    scene = load_scene("reference").varied(omega_3="75", until="40", sample_every="1")
+    found = outcome(scene)
+    assert (found.theorem.verdict, found.equator.verdict) == ("does_not_invert", "passed")
+    assert found.end.verdict == "not_inverted"
+
+
+def test_nothing_is_stated_of_a_state_that_is_not_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The control: with no right digit every end is within the error."""
+    run = integrate("reference")
+    monkeypatch.setattr(Trajectory, "digits", 0.0)
+    assert outcome_of(run, None).end.verdict == "undecided"
+    run = integrate("stays-upright")
+    assert outcome_of(run, None)[1:] == (("not_passed", None), outcome_of(run, None).end)
+    assert outcome_of(run, None).end.verdict == "undecided"

@@ -1,0 +1,113 @@
+"""The outcome of a trajectory: three statements that ask different things about turning over.
+
+- ``theorem``: whether the condition of Theorem 1.1 holds, from the body and the start alone.
+- ``equator``: whether the axis rose through theta = pi/2 while the motion was integrated; "never"
+  if energy and lambda at the end exclude that it ever does.
+- ``end``: the steady spin that the motion approaches after its last state. It is stated only where
+  energy and lambda prove it for every state within the estimated error of the last one
+  (``energy_well``); a motion whose energy is below the barrier before the inverted spin is "not
+  inverted".
+
+The three may differ: a top beyond the equator may settle on an inclined axis, and one that inverts
+at 6 s has not passed the equator after 4 s.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Literal, NamedTuple
+
+import flint
+
+from tt_precise.certify.balls import Balls, NotProved, around, ball
+from tt_precise.certify.energy_well import BITS, held
+from tt_precise.certify.problem import BALLS
+from tt_precise.exact.thresholds import Theorem, theorem
+from tt_precise.integration import Trajectory
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
+from tt_precise.mechanics.thresholds import energy_excludes
+from tt_precise.runtime.values import Scalar
+from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.numerals import as_fraction
+
+# The estimate of the digits is a model, not a bound: the balls are ten times as wide.
+MARGIN = 10
+CONFINED = "energy and lambda confine it"
+
+
+class Equator(NamedTuple):
+    """Whether the axis rose through theta = pi/2, and when (s; None unless it did)."""
+
+    verdict: Literal["passed", "not_passed", "never"]
+    t: Scalar
+
+
+class End(NamedTuple):
+    """The spin that the motion approaches, with the reason, or why that is not known."""
+
+    verdict: Literal["inverted", "upright", "not_inverted", "undecided"]
+    reason: str
+
+
+class Outcome(NamedTuple):
+    """The three statements about a trajectory."""
+
+    theorem: Theorem
+    equator: Equator
+    end: End
+
+
+def outcome_of(trajectory: Trajectory, equator: Scalar) -> Outcome:
+    """Return the three statements; ``equator`` is the time of the first crossing (s) or None."""
+    end, excluded = _confinement(trajectory)
+    verdict: Literal["passed", "not_passed", "never"] = "passed"
+    if equator is None:
+        verdict = "never" if excluded else "not_passed"
+    return Outcome(theorem(trajectory.scene), Equator(verdict, equator), end)
+
+
+def _confinement(trajectory: Trajectory) -> tuple[End, bool]:
+    """The statement of the energy about all times after the last state, and about the equator.
+
+    The second value says that an axis above the equator never passes it.
+    """
+    scene = trajectory.scene
+    if trajectory.status != "complete":
+        return End("undecided", f"the motion ended: {trajectory.status}"), False
+    if scene.lifts:
+        return End("undecided", "the top may leave the table, or sink into it"), False
+    if scene.start.theta.at_pole:
+        return End("undecided", "the axis is vertical from the start"), False
+    with flint.ctx.workprec(max(BITS, trajectory.precision.bits + 20)):
+        body = InitialState.of(scene, BALLS).body
+        state = _last_state(trajectory)
+        q = Motion(body, state, Balls, scene.model)
+        lambda_, energy = jellett(q), QUANTITIES["E"].evaluate(q)
+        z = state.kz
+        never = bool(z > 0) and bool(energy_excludes(body, energy, lambda_, z))
+        reason = "without friction nothing approaches a spin"
+        if scene.model == "gliding" and scene.body.mu:
+            try:
+                pole = held(scene, scene.until, state).pole
+                return End("inverted" if pole < 0 else "upright", CONFINED), never
+            except NotProved as error:
+                reason = error.reason
+        if energy_excludes(body, energy, lambda_, z, to=-1):
+            return End("not_inverted", "its energy is too low for the inverted spin"), never
+        return End("undecided", reason), never
+
+
+def _last_state(trajectory: Trajectory) -> NewtonState:
+    """The last state, dimensionless, in balls as wide as its estimated error.
+
+    The digits are relative to the size of the vector k, L or v; v counts as at least sqrt(g R).
+    """
+    (motion,) = trajectory.run.motions([trajectory.run.end_time])
+    numbers = [as_fraction(value) for value in NewtonState(*motion.state[:8])]
+    share = MARGIN * Fraction(10) ** -int(trajectory.digits)
+    components = []
+    for first, last in ((0, 3), (3, 6), (6, 8)):
+        size = max(Fraction(1), *map(abs, numbers[first:last]))
+        components += [ball(x) + around(ball(share * size)) for x in numbers[first:last]]
+    return NewtonState(*components)
