@@ -18,12 +18,12 @@ from typing import Any
 import pytest
 
 import tt_precise as tt
+from benchmarks.work_precision.heyoka_methods import bare
+from benchmarks.work_precision.peers import Settings
+from benchmarks.work_precision.problem import golden_problem
 from tt_precise.integration import catalogue
 from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.tradeoff.heyoka_methods import bare
-from tt_precise.tradeoff.methods import Settings
-from tt_precise.tradeoff.problem import golden_problem
 
 REFERENCE = tt.load_scene("reference")
 COMMANDS = {

@@ -29,7 +29,7 @@ COMMANDS = {
     "check": "Check the conservation laws on a trajectory from any program.",
     "columns": "List the columns of a trajectory: names, units, frames, conventions.",
     "claims": "Show the verdicts on the paper's claims.",
-    "tradeoff": "Measure speed against accuracy of this integrator and others.",
+    "tradeoff": "Measure what a digit costs on a scene, with SciPy beside it.",
     "extremes": "Test numerical stability in extreme cases.",
     "sweep": "Integrate a scene from many starts, or plot a sweep.",
     "engines": "Test physics engines: the installed ones, or your own.",

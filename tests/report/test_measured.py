@@ -66,7 +66,7 @@ def measure(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("make", "command"),
     [
-        (measured.tradeoff, "tt-precise tradeoff"),
+        (measured.tradeoff, "benchmarks.work_precision"),
         (measured.extremes, "tt-precise extremes"),
         (measured.engines, "benchmarks.engines"),
         (measured.faults, "benchmarks.planted_faults"),

@@ -1,72 +1,74 @@
-"""``tt-precise tradeoff``: measures speed and accuracy of integrators, peers included."""
+"""``tt-precise tradeoff``: measures what a digit costs on a scene, with SciPy beside it."""
 
 from __future__ import annotations
 
-from pathlib import Path
+import math
+from collections.abc import Iterator
 from typing import Annotated
 
 import click
 
 from tt_precise.commands.options import JSON, emit
-from tt_precise.runtime.files import require_writable, write_together
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import progress_bar
-from tt_precise.tradeoff.findings import GROWTH, TABLE, Finding, TradeoffTables, findings
-from tt_precise.tradeoff.measure import Machine, Row
-
-REPORTS = Path("reports/measured")
+from tt_precise.scene.scene import load_scene
+from tt_precise.tradeoff.measure import Row, Tradeoff, measure, ratios
 
 
-class Measured(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff/2"):
-    """What `tt-precise tradeoff --json` prints."""
+class Measured(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff/3"):
+    """What `tt-precise tradeoff SCENE --json` prints."""
 
-    rows: Annotated[tuple[Row, ...], means("one entry for each method and setting")]
-    machine: Annotated[
-        tuple[Machine, ...],
-        means("one trajectory at the start and at the end of the run, and imports"),
+    scene: Annotated[str, means("name of the scene")]
+    until_s: Annotated[float, means("the last sample at which the rows are compared, s")]
+    rows: Annotated[tuple[Row, ...], means("one entry for each number of digits, or tolerance")]
+    ratios: Annotated[
+        dict[str, float],
+        means("time of a row of SciPy over that of the fastest own row with no fewer digits"),
     ]
-    ratios: Annotated[dict[str, float], means("value of each finding by its name")]
-    findings: Annotated[tuple[Finding, ...], means("the same with definitions")]
-    skipped: Annotated[tuple[str, ...], means("skipped methods, with the reason")]
+    left_out: Annotated[tuple[str, ...], means("what was not measured, with the reason")]
 
 
 @click.command("tradeoff")
-@click.option("--quick", is_flag=True, help="Fewer methods and settings; under three minutes.")
-@click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path),
-    help=f"Folder for tables and figures; by default {REPORTS}, with --quick none.",
-)  # fmt: skip
+@click.argument("scene", default="reference")
 @JSON
-def command(quick: bool, out: Path | None, as_json: bool) -> int:
-    """Time every method at every setting on golden scenes, and compare with golden data.
+def command(scene: str, as_json: bool) -> int:
+    """Measure what a digit costs on SCENE (a shipped name or a TOML file), in some ten seconds.
 
-    An integrator that is not installed is skipped with a line on stderr.
+    Asks for 3 to 30 digits, and shows the arithmetic that was chosen, the digits delivered, the
+    time, and the drift of lambda. Below are SciPy's DOP853 and LSODA on the same equations as plain
+    Python; the report compares with compiled integrators.
     """
-    from tt_precise.report.measured import figures
-    from tt_precise.tradeoff import error_growth, measure
-
-    folder = out or (None if quick else REPORTS)
-    if folder:
-        require_writable(folder / TABLE)  # fail early
-    with progress_bar("methods and settings") as progress:
-        plan = measure.quick() if quick else measure.whole()
-        measured = measure.measure(plan, lambda text: click.echo(text, err=True), progress)
-    with progress_bar("long runs") as progress:
-        spans = error_growth.QUICK if quick else error_growth.WHOLE
-        long_runs = error_growth.table(spans, progress)
-    results = findings(TradeoffTables(measured.table, long_runs))
-    if folder:
-        written = {
-            name: rows.to_csv(index=False, float_format="%.4g", lineterminator="\n")
-            for name, rows in ((TABLE, measured.table), (GROWTH, long_runs))
-        }
-        for figure in figures(measured.table, long_runs):
-            written[f"figures/{figure.name}.svg"] = figure.svg
-        write_together({folder / name: content for name, content in written.items()})
-        for name in written:
-            click.echo(str(folder / name), err=True)
-    ratios = {finding.name: finding.value for finding in results}
-    record = Measured(measured.rows, measured.machine, ratios, tuple(results), measured.skipped)
-    lines = (f"{f.name}: {f'{f.value:.3g} {f.unit}'.strip()}  ({f.definition})" for f in results)
-    emit(as_json, record, lines)
+    loaded = load_scene(scene)
+    with progress_bar("digits and tolerances") as progress:
+        measured = measure(loaded, progress)
+    known = ratios(measured.rows)
+    record = Measured(loaded.name, measured.until_s, measured.rows, known, measured.left_out)
+    emit(as_json, record, _lines(loaded.name, measured, known))
     return 0
+
+
+def _lines(name: str, measured: Tradeoff, ratios: dict[str, float]) -> Iterator[str]:
+    yield (
+        f"{name}, 0 to {measured.until_s:g} s; digits delivered at the worst sample, by comparison "
+        f"with the run of {measured.finest} digits"
+    )
+    yield ""
+    yield (
+        f"{'method':13}{'setting':20}{'arithmetic':14}{'digits':>7}{'seconds':>9}{'first':>7}"
+        f"{'drift':>9}"
+    )
+    for row in measured.rows:
+        digits = f"{row.digits:.1f}" if row.digits >= 1 else "none"
+        drift = "" if row.jellett_drift is None else f"{row.jellett_drift:.0e}"
+        ratio = ratios.get(f"{row.method}, {row.setting}", math.nan)
+        times = "" if math.isnan(ratio) else f"  {ratio:.3g} x"
+        yield (
+            f"{row.method:13}{row.setting:20}{row.precision:14}{digits:>7}{row.seconds:9.2g}"
+            f"{row.first_seconds:7.2g}{drift:>9}{times}"
+        )
+    yield ""
+    yield "first: the first call, with compiling. drift: of lambda, relative."
+    if ratios:
+        yield "x: the time over that of the fastest run of tt_precise with no fewer digits."
+    for sentence in measured.left_out:
+        yield f"left out: {sentence}"

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 TRADEOFF_TITLE = "Speed against accuracy"
-TRADEOFF_COMMAND = "tt-precise tradeoff"
+TRADEOFF_COMMAND = "python -m benchmarks.work_precision"
 
 
 def _not_measured(key: str, title: str, command: str) -> Section:

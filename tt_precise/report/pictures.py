@@ -12,7 +12,6 @@ from tt_precise.report import style
 from tt_precise.report.document import Figure
 from tt_precise.report.style import Words
 from tt_precise.runtime.values import Json
-from tt_precise.tradeoff.error_growth import INTEGRALS_SHOWN
 from tt_precise.tradeoff.findings import (
     PRINTED,
     WHOLE_S,
@@ -22,6 +21,7 @@ from tt_precise.tradeoff.findings import (
     front,
     points,
 )  # fmt: skip
+from tt_precise.tradeoff.growth import INTEGRALS_SHOWN
 
 if TYPE_CHECKING:
     import pandas

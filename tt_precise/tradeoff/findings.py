@@ -1,4 +1,4 @@
-"""Findings from the tables of ``tt-precise tradeoff``: costs of an accuracy, ratios, exponents.
+"""Findings from the tables of ``benchmarks.work_precision``: costs, ratios, exponents.
 
 Unless a definition says otherwise, it is for the reference scene, 0 to 8 s, in double, without
 events and without compilation. An error is the largest absolute error of k, L, v at the end,
@@ -15,12 +15,17 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import numpy
 
 from tt_precise.runtime.records import Record, means
-from tt_precise.tradeoff import error_growth
-from tt_precise.tradeoff.measure import EVENTS, LADDER, RECORDS, SCENE, SHORT, WORKLOAD
+from tt_precise.tradeoff import growth
 
 if TYPE_CHECKING:
     import pandas
 
+SCENE = "reference"
+WORKLOAD = "reference workload"
+EVENTS = ("contact watched", "one event", "all events")
+RECORDS = ("records phi", "records x", "records phi, psi, x, y")
+SHORT = "0.1"  # s; the ladder of digits to 1,000 bits, of which 8 s would take an hour
+LADDER = (113, 167, 200, 333, 500, 665, 1000)  # bits: 34 to 301 digits
 TABLE, GROWTH, ESTIMATES = "tradeoff.csv", "tradeoff-growth.csv", "estimates.csv"
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
 WHOLE_S = 8.0  # the horizon of the reference scene
@@ -261,7 +266,7 @@ def _ladder_exponent(rows: pandas.DataFrame, column: str, low: int, high: int) -
     part = mine[digits.between(low - 0.5, high + 1.5)].assign(digits=digits)
     if len(part) < 2 or part["digits"].max() <= high - 1.5:
         return math.nan
-    return error_growth.slope(part["digits"], part[column])
+    return growth.slope(part["digits"], part[column])
 
 
 def _machine(rows: pandas.DataFrame) -> Iterator[Finding]:
@@ -306,11 +311,11 @@ def _conservation(rows: pandas.DataFrame) -> Iterator[Finding]:
 
 
 def _growth(long_runs: pandas.DataFrame) -> Iterator[Finding]:
-    for scene in error_growth.SCENES:
+    for scene in growth.SCENES:
         mine = long_runs[long_runs["scene"] == scene]
         for until in sorted(set(mine.groupby("seed")["t_s"].max())):
             for integral, symbol in GROWING.items():
-                fit = error_growth.exponent(long_runs, scene, integral, until)
+                fit = growth.exponent(long_runs, scene, integral, until)
                 off = (fit.exponent - BROUWER) / fit.error if fit.error else math.nan
                 yield Finding(
                     f"growth of {symbol}, {scene}, to {until:.0e} s",

@@ -1,461 +1,227 @@
-"""Measure speed against accuracy: the plan, the timing, one row a trial."""
+"""Costs of a digit on one scene: this integrator digit by digit, SciPy's beside it.
+
+Every row integrates the scene up to the same time and is compared at the same samples with the run
+of the most digits, whose own estimated error is added. An error is relative, by the rule of digits
+(``mechanics.digits``), and the largest over samples and entries of k, L, v.
+"""
 
 from __future__ import annotations
 
-import operator
-import subprocess
-import sys
+import itertools
+import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
-from functools import partial
-from importlib.util import find_spec
-from statistics import median
-from timeit import timeit
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from typing import Annotated, Any, NamedTuple
 
-from msgspec.structs import asdict
+import numpy
 
-from tt_precise.integration.precision import Precision, precision_named
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.columns import VECTOR_COLUMNS
+from tt_precise.integration.setup import refused_in_doubles
+from tt_precise.mechanics.conserved import INTEGRALS, drift
+from tt_precise.mechanics.digits import sizes
+from tt_precise.mechanics.formulations import integrated
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import InputError, Scalar
-from tt_precise.scene.scene import load_scene
-from tt_precise.tradeoff.heyoka_methods import OWN
-from tt_precise.tradeoff.methods import PEERS, Settings, Solve, SolverResult
-from tt_precise.tradeoff.problem import GoldenProblem, StateErrors, golden_problem
+from tt_precise.runtime.values import Arithmetic, Array, InputError
+from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.numerals import as_fraction
+from tt_precise.scene.scene import Scene
 
-if TYPE_CHECKING:
-    import pandas
-
-
-METHODS = {method.name: method for method in (*OWN, *PEERS)}
-SCENE = "reference"
-DECADES = tuple(float(f"1e-{n}") for n in range(3, 16))
-COARSE = (1e-3, 1e-6, 1e-9, 1e-12)
-QUICK = (1e-4, 1e-7, 1e-10, 1e-12, 1e-13, 1e-14, 1e-15)
-SHORT = "0.1"  # s; the ladder of digits to 1,000 bits, of which 8 s would take an hour
-SHORTEST = "0.02"  # s; mpmath's odefun
-TRUTH_BITS = 232  # for errors below golden data's 1e-33, on the whole horizon
-LADDER = (113, 167, 200, 333, 500, 665, 1000)  # bits: 34 to 301 digits
-EVENTS = ("contact watched", "one event", "all events")
-RECORDS = ("records phi", "records x", "records phi, psi, x, y")
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One method at one setting on one problem; ``until`` None is the scene's horizon."""
-
-    method: str
-    tolerance: float
-    precision: str = "double"
-    bits: int | None = None
-    coordinates: str = "newton"
-    scene: str = SCENE
-    until: str | None = None
-    truth_bits: int = 0
-
-    @property
-    def arithmetic(self) -> Precision:
-        """The precision with its bits."""
-        return precision_named(self.precision, self.bits)
-
-
-class Group(NamedTuple):
-    """Trials that are timed in turn: at most so many rounds, and seconds for each trial."""
-
-    name: str
-    trials: tuple[Trial, ...]
-    rounds: int
-    budget_s: float
-
-
-# tolerances of each peer that it takes at all and bears: RK45 needs a minute for 1e-12
-TOLERANCES: dict[str, tuple[float, ...]] = {
-    "SciPy DOP853, numba": DECADES, "SciPy RK45, numba": DECADES[:7],
-    "SciPy LSODA, numba": DECADES[:10], "SciPy odeint, numba": (0.0, *DECADES[:11]),
-    "SciPy Radau, numba": (1e-3, 1e-4, 1e-5), "SciPy DOP853, Python": COARSE,
-    "SciPy RK45, Python": (1e-3, 1e-6), "SciPy LSODA, Python": (1e-3, 1e-6, 1e-9),
-    "SciPy odeint, Python": (0.0, 1e-9, 1e-12), "SciPy Radau, Python": (1e-3,),
-    "diffrax Dopri8": DECADES, "diffrax Tsit5": DECADES[:11], "CyRK DOP853": DECADES,
-    "CyRK VERN8": DECADES, "CyRK TSIT5": DECADES[:10], "CyRK LSODA": DECADES[:11],
-    "SUNDIALS CVODE Adams": DECADES[:11], "SUNDIALS CVODE BDF": (1e-3, 1e-6),
-}  # fmt: skip
-# with these alone the quick plan and the other scenes are measured
-BEST_PEERS = ("SciPy DOP853, numba", "diffrax Dopri8", "CyRK DOP853", "CyRK VERN8")
-QUICK_PEERS = (*BEST_PEERS, "SciPy odeint, numba", "SUNDIALS CVODE Adams")
-
-
-def whole() -> Iterator[Group]:
-    """Everything; under half an hour."""
-    yield Group("double, Newton form", tuple(_double("newton")), 9, 1.0)
-    yield Group("double, Euler form", tuple(_double("euler")), 5, 1.0)
-    yield Group("wide arithmetics", tuple(_wide()), 3, 15.0)
-    yield Group("digits", tuple(_digits(LADDER)), 3, 20.0)
-    yield Group("mpmath", tuple(_odefun((60, 113, 200))), 3, 10.0)
-    yield Group("golden scenes", tuple(_other_scenes()), 5, 0.5)
-
-
-def quick() -> Iterator[Group]:
-    """What shows the ratios, in under three minutes."""
-    trials = [Trial("heyoka", tolerance) for tolerance in (*DECADES[::2], 0.0)]
-    trials += [Trial(f"heyoka, {n} lanes", tolerance) for n in (4, 8) for tolerance in (0.0,)]
-    trials += [Trial(f"heyoka, {name}", 0.0) for name in ("contact watched", "all events")]
-    trials += [Trial("heyoka, records phi, psi, x, y", 0.0)]
-    trials += [Trial("tt_precise, tolerance", 0.0)]
-    for name in QUICK_PEERS:
-        trials += [Trial(name, tolerance) for tolerance in QUICK if tolerance in TOLERANCES[name]]
-    trials += [Trial("SciPy odeint, Python", 0.0, coordinates="euler")]
-    for name in ("heyoka", "CyRK DOP853"):
-        trials += [Trial(name, tolerance, coordinates="euler") for tolerance in COARSE]
-    yield Group("double", tuple(trials), 9, 0.5)
-    yield Group(
-        "wide arithmetics", tuple(Trial("heyoka", t, "quad") for t in (1e-31, 0.0)), 1, 10.0
-    )
-    yield Group("digits", tuple(_digits(LADDER[:4])), 1, 10.0)
-
-
-def _double(coordinates: str) -> Iterator[Trial]:
-    def at(method: str, tolerances: Iterable[float]) -> Iterator[Trial]:
-        return (Trial(method, tolerance, coordinates=coordinates) for tolerance in tolerances)
-
-    yield from at("heyoka", (*DECADES, 0.0))
-    for option in ("high_accuracy", "fast_math", "compact_mode", "4 lanes", "8 lanes"):
-        yield from at(f"heyoka, {option}", (*COARSE[1:], 0.0))
-    for extra in (*EVENTS, *RECORDS):
-        yield from at(f"heyoka, {extra}", (1e-9, 0.0))
-    yield from at("tt_precise, tolerance", (*COARSE, 0.0))
-    if coordinates == "newton":
-        yield from at("tt_precise, digits", COARSE)
-    for name, tolerances in TOLERANCES.items():
-        yield from at(name, tolerances)
-    for tolerance in (1e-6, 1e-12, 1e-15, 0.0):
-        yield Trial("heyoka", tolerance, "extended", coordinates=coordinates)
-
-
-def _wide() -> Iterator[Trial]:
-    for tolerance in (1e-15, 1e-20, 1e-25, 1e-28, 1e-30, 1e-32, 0.0):
-        yield Trial("heyoka", tolerance, "quad")
-    yield Trial("heyoka", 0.0, "quad", coordinates="euler")
-    yield Trial("heyoka", 0.0, "mp", 113)
-    for bits, tolerance in ((176, 0.0), (184, 1e-52), (200, 1e-40), (200, 1e-52), (200, 0.0)):
-        yield Trial("heyoka", tolerance, "mp", bits, truth_bits=TRUTH_BITS)
-
-
-def _digits(bits: tuple[int, ...]) -> Iterator[Trial]:
-    truth = bits[-1] + 40
-    for name in ("double", "extended", "quad"):
-        yield Trial("heyoka", 0.0, name, until=SHORT, truth_bits=truth)
-    for width in bits:
-        yield Trial("heyoka", 0.0, "mp", width, until=SHORT, truth_bits=truth)
-    for width in bits[3::3]:
-        yield Trial("heyoka, parallel_mode", 0.0, "mp", width, until=SHORT, truth_bits=truth)
-
-
-def _odefun(bits: tuple[int, ...]) -> Iterator[Trial]:
-    for method in ("heyoka", "mpmath odefun"):
-        for width in bits:
-            yield Trial(method, 0.0, "mp", width, until=SHORTEST, truth_bits=bits[-1] + 40)
-
-
-def _other_scenes() -> Iterator[Trial]:
-    from tt_precise import golden
-
-    for scene in golden.scenes():
-        if scene == SCENE:
-            continue
-        at_pole = load_scene(scene).start.theta.at_pole
-        for coordinates in ("newton",) if at_pole else ("newton", "euler"):
-            for tolerance in (*COARSE[1:], 0.0):
-                yield Trial("heyoka", tolerance, coordinates=coordinates, scene=scene)
-            for name in BEST_PEERS:
-                for tolerance in COARSE[1:]:
-                    yield Trial(name, tolerance, coordinates=coordinates, scene=scene)
-        yield Trial("tt_precise, digits", 1e-9, scene=scene)
-
-
-Action = Callable[[], object]
-
-
-@dataclass
-class Timings:
-    """Seconds of one action, and of the baseline just before each of them."""
-
-    seconds: list[float] = field(default_factory=list)
-    baselines: list[float] = field(default_factory=list)
-
-    @property
-    def median(self) -> float:
-        """The median of the seconds."""
-        return median(self.seconds)
-
-    @property
-    def ratio(self) -> float:
-        """The median of the ratios to the baseline before each: a slow minute slows both."""
-        return median(map(operator.truediv, self.seconds, self.baselines))
-
-
-def interleaved(
-    actions: Sequence[Action],
-    baseline: Action,
-    *,
-    rounds: int,
-    budget_s: float,
-    progress: Progress = silent,
-) -> list[Timings]:
-    """Time every action in turn, ``rounds`` times, and each just after the baseline.
-
-    An action has at least one turn, and no further one that would bring it above ``budget_s``.
-    """
-    times = [Timings() for _ in actions]
-    for number in range(rounds):
-        for place, (action, mine) in enumerate(zip(actions, times, strict=True)):
-            if number and (number + 1) * mine.median > budget_s:
-                continue
-            mine.baselines.append(timed(baseline))
-            mine.seconds.append(timed(action))
-            progress((number + (place + 1) / len(actions)) / rounds)
-    return times
-
-
-def timed(action: Action) -> float:
-    """Seconds that an action takes, without the collection of garbage."""
-    return timeit(action, number=1)
-
-
-@dataclass
-class CompiledTrial:
-    """A trial, its compiled solver, and what its last runs gave.
-
-    ``setup_s`` is what importing and compiling took. ``grid`` is a run with samples on the way,
-    which is not timed; in the wide arithmetics samples cost nothing next to the steps, and the
-    timed run itself takes them.
-    """
-
-    trial: Trial
-    problem: GoldenProblem
-    solve: Solve
-    setup_s: float
-    times: list[Scalar]
-    ended: SolverResult = field(init=False)  # the last timed run
-    grid: SolverResult | None = None
-
-    @property
-    def wide(self) -> bool:
-        """Whether it computes in software, in seconds where double takes milliseconds."""
-        return self.trial.precision in ("quad", "mp")
-
-    def run(self) -> None:
-        """What is timed: from the start to the end."""
-        self.ended = self.solve(self.times if self.wide else self.times[-1:])
-
-    def errors(self) -> StateErrors:
-        """The error at the end, and the largest error and drift that are known of the way."""
-        truth, precision, end = self.problem.truth, self.trial.arithmetic, self.ended
-        given = None if end.published else self.times[len(self.times) - len(end.states) :]
-        at_end = truth.errors(end.states, precision, given)
-        way, drift = at_end.error_on_way, at_end.jellett_drift
-        if self.grid is not None and len(self.grid.states) > 1:
-            on_grid = truth.errors(self.grid.states, precision, self.times)
-            way, drift = max(way, on_grid.error_on_way), max(drift, on_grid.jellett_drift)
-        elif len(end.states) == 1:
-            way = None
-        return StateErrors(at_end.error, way, drift)
-
-
-def prepare(trial: Trial) -> CompiledTrial:
-    """Import and compile what a trial needs, and run it once.
-
-    Raises
-    ------
-    ArithmeticError, InputError
-        The method fails, or does not support this request.
-    """
-    problem = golden_problem(trial.scene, trial.coordinates, trial.until, trial.truth_bits)
-    settings = Settings(trial.tolerance, trial.arithmetic)
-    made: list[Solve] = []
-    setup_s = timed(lambda: made.append(METHODS[trial.method].prepare(problem, settings)))
-    times = problem.clock(settings.precision, problem.times)
-    ready = CompiledTrial(trial, problem, made[0], setup_s, times)
-    if not ready.wide:
-        ready.run()
-        ready.grid = ready.solve(times)
-    return ready
-
-
-WORKLOAD = "reference workload"
-WORKLOAD_ROUNDS = 40
-IMPORT = "import"
-IMPORTED = ("heyoka", "scipy.integrate", "numba", "diffrax", "CyRK", "sksundae.cvode", "mpmath")
-
-Notify = Callable[[str], None]
+ASKED = (3, 6, 9, 12, 15, 20, 30)  # digits
+DOUBLE_DIGITS = 15  # a scene that several doubles refuse needs quad beyond: a hundred times slower
+TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
+SMALLEST_RTOL = 2.3e-14  # of solve_ivp
+MOST_SAMPLES = 40  # at which rows are compared
+BUDGET_S = 3.0  # for this integrator, and for each of SciPy's
+SHARE = 1 / 3  # of a budget that one row may take if there is to be another one
+OWN = "tt_precise"
+PEERS = ("DOP853", "LSODA")
+STAGES = 11  # evaluations in a step of DOP853
 
 
 class Row(Record, frozen=True):
-    """A method at a setting on a scene."""
+    """A method at a setting."""
 
-    scene: Annotated[str, means("name of the scene")]
-    horizon_s: Annotated[float, means("horizon in s")]
-    method: Annotated[str, means("name of the method")]
-    setting: Annotated[str, means("arithmetic, tolerance, formulation")]
-    precision: Annotated[str, means("the arithmetic")]
-    bits: Annotated[int, means("bits of its significand")]
-    formulation: Annotated[str, means("newton or euler")]
-    tolerance: Annotated[float, means("the method's tolerance; 0: its best or default")]
-    peer: Annotated[bool, means("whether it is another project's integrator")]
-    error: Annotated[
-        float | None,
-        means("largest absolute error of k, L, v at the end, dimensionless; null: none"),
-    ]
-    error_on_way: Annotated[float | None, means("the largest such error at the golden times")]
-    seconds: Annotated[float, means("least time of one trajectory in s")]
-    seconds_median: Annotated[float, means("median time of one trajectory in s")]
-    ratio: Annotated[float, means("median of the ratios to a bare heyoka loop timed just before")]
-    rounds: Annotated[int, means("number of timings")]
-    setup_s: Annotated[float, means("time in s of compiling and building, done once")]
+    method: Annotated[str, means("tt_precise, or a method of scipy.integrate.solve_ivp")]
+    setting: Annotated[str, means("digits asked for, or tolerance")]
+    precision: Annotated[str, means("the arithmetic that was chosen")]
+    digits: Annotated[float, means("digits delivered: -log10 of the error")]
+    error: Annotated[float, means("largest relative error of k, L, v at the samples")]
+    seconds: Annotated[float, means("time in s, once everything is compiled")]
+    first_seconds: Annotated[float, means("time of the first call in s, with compiling")]
     steps: Annotated[int | None, means("steps taken; null: not reported")]
-    work: Annotated[
-        int | None,
-        means("evaluations of the right-hand side, or Taylor coefficients of an entry"),
-    ]
-    order: Annotated[int | None, means("order of the method if it is fixed")]
     jellett_drift: Annotated[float | None, means("largest relative change of Jellett's integral")]
 
 
-class Machine(Record, frozen=True):
-    """How fast the machine was."""
-
-    method: Annotated[str, means('"reference workload" or "import"')]
-    setting: Annotated[str, means("start or end of the run, or the imported package")]
-    seconds: Annotated[float, means("least time in s")]
-    seconds_median: Annotated[float, means("median time in s")]
-    rounds: Annotated[int, means("number of timings")]
-
-
 class Tradeoff(NamedTuple):
-    """What was measured, how fast the machine was, and what was left out and why."""
+    """Rows, and sentences on what was left out and why."""
 
+    until_s: float
+    finest: int  # the digits of the run with which all are compared
     rows: tuple[Row, ...]
-    machine: tuple[Machine, ...]
-    skipped: tuple[str, ...]
-
-    @property
-    def table(self) -> pandas.DataFrame:
-        """Rows of methods, then of the machine."""
-        import pandas
-
-        return pandas.DataFrame([asdict(row) for row in (*self.rows, *self.machine)])
+    left_out: tuple[str, ...]
 
 
-def measure(groups: Iterable[Group], notify: Notify, progress: Progress = silent) -> Tradeoff:
-    """Run the groups; ``notify`` is called with what is left out, and with what each group took."""
-    every = list(groups)
-    total = sum(len(group.trials) for group in every)
-    baseline = prepare(Trial("heyoka", 0.0)).run
-    machine = [_workload(baseline, "start"), *_imports()]
-    rows: list[Row] = []
-    skipped: list[str] = []
-    done = 0.0
+def measure(scene: Scene, progress: Progress = silent) -> Tradeoff:
+    """Measure all methods on ``scene`` within some ten seconds.
 
-    def report(part: float) -> None:
-        progress(done + share * part)
-
-    def skip(line: str) -> None:
-        if line not in skipped:
-            skipped.append(line)
-            notify(f"skipped: {line}")
-
-    with _compiled_anew() as forget:
-        for group in every:
-            forget()
-            began, share = time.monotonic(), len(group.trials) / total
-            ready = list(_prepared(group.trials, skip))
-            times = interleaved(
-                [trial.run for trial in ready],
-                baseline,
-                rounds=group.rounds,
-                budget_s=group.budget_s,
-                progress=report,
-            )
-            rows += map(_row, ready, times)
-            done += share
-            notify(f"{group.name}: {len(ready)} settings, {time.monotonic() - began:.0f} s")
-    machine.append(_workload(baseline, "end"))
-    return Tradeoff(tuple(rows), tuple(machine), tuple(skipped))
-
-
-def _prepared(trials: Iterable[Trial], skip: Notify) -> Iterator[CompiledTrial]:
-    for trial in trials:
-        missing = METHODS[trial.method].missing
-        if missing:
-            skip(f"{trial.method}: needs {', '.join(missing)} (the extra peers)")
-            continue
-        try:
-            yield prepare(trial)
-        except (ArithmeticError, InputError) as error:
-            skip(f"{trial.scene}, {trial.method}, {_setting(trial)}: {error}")
-
-
-@contextmanager
-def _compiled_anew() -> Iterator[Callable[[], None]]:
-    """Without heyoka's cache on disk; what it yields clears what is in memory.
-
-    So the first compilation of a group is what it costs at first, and a later one of the same
-    system, for another scene, costs nothing.
+    Raises ``InputError``: the scene cannot be integrated, or has no sample before its end.
     """
-    import heyoka
+    left_out: list[str] = []
+    runs = list(_own_runs(scene, left_out.append, lambda part: progress(part / 2)))
+    truth = Truth.of(runs[-1].trajectory)
+    rows = [truth.row(run) for run in runs]
+    if scene.in_pieces:
+        left_out.append("SciPy: it has no equations that change at stick, slip, flight or landing")
+    else:
+        for done, method in enumerate(PEERS, start=1):
+            rows += _peer_rows(scene, method, truth, left_out.append)
+            progress(0.5 + done / len(PEERS) / 2)
+    return Tradeoff(float(truth.times[-1]), runs[-1].asked, tuple(rows), tuple(left_out))
 
-    state = heyoka.llvm_state
-    enabled = state.get_diskcache_enabled()
-    state.set_diskcache_enabled(False)
-    try:
-        yield state.clear_memcache
-    finally:
-        state.set_diskcache_enabled(enabled)
+
+def ratios(rows: Sequence[Row]) -> dict[str, float]:
+    """Seconds of each row of SciPy over those of the fastest own row with no fewer digits.
+
+    A row without a correct digit has none.
+    """
+    own = [row for row in rows if row.method == OWN]
+    known = {}
+    for row in rows:
+        as_good = [mine.seconds for mine in own if mine.digits >= row.digits]
+        if row.method != OWN and as_good and row.digits >= 1:
+            known[f"{row.method}, {row.setting}"] = row.seconds / min(as_good)
+    return known
 
 
-def _row(compiled: CompiledTrial, times: Timings) -> Row:
-    trial, end, errors = compiled.trial, compiled.ended, compiled.errors()
+class Run(NamedTuple):
+    """A trajectory to ``asked`` digits, and the seconds of the two calls that made it."""
+
+    asked: int
+    trajectory: Trajectory
+    seconds: tuple[float, float]
+
+
+def _own_runs(scene: Scene, leave_out: Callable[[str], None], progress: Progress) -> Iterator[Run]:
+    began = time.perf_counter()
+    for done, (asked, following) in enumerate(itertools.pairwise((*ASKED, 0)), start=1):
+        (_, first), (trajectory, again) = (_timed(scene, asked) for _ in range(2))
+        yield Run(asked, trajectory, (first, again))
+        progress(done / len(ASKED))
+        refusal = refused_in_doubles(scene) if following > DOUBLE_DIGITS else ""
+        if not following:
+            return
+        if refusal:
+            leave_out(f"{following} digits and more: they need quad for {refusal}")
+            return
+        if again > SHARE * BUDGET_S or time.perf_counter() - began > 2 * BUDGET_S:
+            leave_out(f"{following} digits and more: {asked} took {again:.2g} s")
+            return
+
+
+def _timed(scene: Scene, digits: int) -> tuple[Trajectory, float]:
+    began = time.perf_counter()
+    trajectory = integrate(scene, digits=digits, events=(), record=())
+    return trajectory, time.perf_counter() - began
+
+
+class Truth(NamedTuple):
+    """The finest run at the samples: SI, exact numbers, axes (time, entry); and its own error."""
+
+    times: tuple[Fraction, ...]
+    values: Array
+    sizes: Array
+    own_error: float
+
+    @classmethod
+    def of(cls, trajectory: Trajectory) -> Truth:
+        """The states at the scene's samples after 0 that it reaches, ``MOST_SAMPLES`` at most."""
+        scene, end = trajectory.scene, as_fraction(trajectory.run.end)
+        complete = trajectory.status == "complete"
+        every = [t for t in scene.sample_times if t and (complete or t < end)]
+        if not every:
+            raise InputError(
+                f"{scene.name}: got no sample before its end at {float(end):g} s, expected one; "
+                "use a smaller sample_every"
+            )
+        times = tuple(reversed(every[::-1][:: -(-len(every) // MOST_SAMPLES)]))
+        values = _states(trajectory, times)
+        columns = dict(zip(VECTOR_COLUMNS, values.astype(float).T, strict=True))
+        by_name = sizes(scene.body.numbers(float), columns, numpy)
+        shown = numpy.stack([by_name[name] for name in VECTOR_COLUMNS], axis=1)
+        return cls(times, values, shown, 10.0**-trajectory.digits_throughout)
+
+    def error(self, values: Array) -> float:
+        """Largest relative error of states at the samples; infinite if one is no number."""
+        with numpy.errstate(invalid="ignore"):  # NaN in an array of objects
+            worst = float((abs(values - self.values).astype(float) / self.sizes).max())
+        return math.inf if math.isnan(worst) else worst + self.own_error
+
+    def row(self, run: Run) -> Row:
+        """The row of an own run."""
+        trajectory = run.trajectory
+        error = self.error(_states(trajectory, self.times))
+        change = trajectory.drift.get("jellett")
+        return Row(
+            OWN, f"digits={run.asked}", trajectory.precision.name, -math.log10(error), error,
+            run.seconds[1], run.seconds[0], trajectory.steps,
+            None if change is None else float(change),
+        )  # fmt: skip
+
+
+def _states(trajectory: Trajectory, times: Sequence[Fraction]) -> Array:
+    columns = trajectory.table(*VECTOR_COLUMNS, times=times, numbers="exact")
+    return numpy.array([columns[name] for name in VECTOR_COLUMNS], dtype=object).T
+
+
+class _TooLongError(Exception):
+    pass
+
+
+def _peer_rows(
+    scene: Scene, method: str, truth: Truth, leave_out: Callable[[str], None]
+) -> Iterator[Row]:
+    """SciPy's method on the equations as plain Python, tolerance after tolerance."""
+    deadline = time.perf_counter() + BUDGET_S
+    for tolerance in TOLERANCES:
+        try:
+            yield _peer_row(scene, method, tolerance, truth, deadline)
+        except _TooLongError:
+            leave_out(f"SciPy {method} from {tolerance:g} on: beyond {BUDGET_S:g} s")
+            return
+        except ArithmeticError as error:
+            leave_out(f"SciPy {method} at {tolerance:g}: {error}")
+
+
+def _peer_row(scene: Scene, method: Any, tolerance: float, truth: Truth, deadline: float) -> Row:
+    import scipy.integrate
+
+    form = integrated(scene.model, "newton", scene.body.friction)
+    start = InitialState.in_si(scene, Arithmetic(math, float))
+    body = start.body
+    first = form.start(body, start.vectors, start.euler)
+
+    def rates(t: float, y: Array) -> Any:
+        if time.perf_counter() > deadline:
+            raise _TooLongError
+        return form.rates(body, form.State(*y), math)
+
+    began = time.perf_counter()
+    solution = scipy.integrate.solve_ivp(
+        rates, (0.0, float(truth.times[-1])), list(first), method, list(map(float, truth.times)),
+        rtol=max(tolerance, SMALLEST_RTOL), atol=tolerance,
+    )  # fmt: skip
+    seconds = time.perf_counter() - began
+    if solution.status != 0:
+        raise ArithmeticError(solution.message)
+    motions = [form.motion(body, row, math) for row in (first, *solution.y.T.tolist())]
+    width = len(VECTOR_COLUMNS)
+    values = numpy.array([q.state[:width] for q in motions[1:]], dtype=object)
+    error = truth.error(values)
     return Row(
-        scene=trial.scene,
-        horizon_s=float(compiled.problem.until),
-        method=trial.method,
-        setting=_setting(trial),
-        precision=trial.precision,
-        bits=trial.arithmetic.bits,
-        formulation=trial.coordinates,
-        tolerance=trial.tolerance,
-        peer=METHODS[trial.method].peer,
-        error=float(errors.error),
-        error_on_way=None if errors.error_on_way is None else float(errors.error_on_way),
-        seconds=min(times.seconds) / end.lanes,
-        seconds_median=times.median / end.lanes,
-        ratio=times.ratio / end.lanes,
-        rounds=len(times.seconds),
-        setup_s=compiled.setup_s,
-        steps=end.steps or None,
-        work=end.work or None,
-        order=end.order,
-        jellett_drift=float(errors.jellett_drift),
-    )
-
-
-def _setting(trial: Trial) -> str:
-    width = f"{trial.bits} bits, " if trial.bits else ""
-    tolerance = f"tol {trial.tolerance:g}" if trial.tolerance else "default tolerance"
-    return f"{width}{tolerance}, {trial.coordinates}"
-
-
-def _workload(baseline: Action, when: str) -> Machine:
-    """The bare heyoka loop, many times: the drift of the machine from start to end."""
-    seconds = [timed(baseline) for _ in range(WORKLOAD_ROUNDS)]
-    return Machine(WORKLOAD, when, min(seconds), median(seconds), WORKLOAD_ROUNDS)
-
-
-def _imports() -> Iterator[Machine]:
-    """Seconds to start Python and import a package in a new process; and without a package."""
-    for name in ("", *(name for name in IMPORTED if find_spec(name.partition(".")[0]))):
-        command = [sys.executable, "-c", f"import {name}" if name else ""]
-        seconds = timed(partial(subprocess.run, command, check=True))
-        yield Machine(IMPORT, name or "nothing", seconds, seconds, 1)
+        f"SciPy {method}", f"rtol = atol = {tolerance:g}", "double", -math.log10(error), error,
+        seconds, seconds, solution.nfev // STAGES if method == "DOP853" else None,
+        max(drift(INTEGRALS["jellett"], motions)),
+    )  # fmt: skip

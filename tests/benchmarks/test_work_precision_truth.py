@@ -7,11 +7,11 @@ from typing import Any
 import numpy
 import pytest
 
+from benchmarks.work_precision.measure import METHODS
+from benchmarks.work_precision.peers import Settings
+from benchmarks.work_precision.problem import GoldenProblem, golden_problem
 from tt_precise.integration.precision import precision_named
 from tt_precise.runtime.values import InputError
-from tt_precise.tradeoff.measure import METHODS
-from tt_precise.tradeoff.methods import Settings
-from tt_precise.tradeoff.problem import GoldenProblem, golden_problem
 
 DOUBLE, QUAD = precision_named("double"), precision_named("quad")
 

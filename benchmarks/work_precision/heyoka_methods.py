@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy
 
+from benchmarks.work_precision.peers import Method, Prepare, Settings, Solve, SolverResult
+from benchmarks.work_precision.problem import GoldenProblem
 from tt_precise.integration.equations import Equations
 from tt_precise.integration.events import catalogue
 from tt_precise.integration.heyoka_backend import Integrator, build, numeric_options
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.runtime.values import Adaptive, Array, Scalar
-from tt_precise.tradeoff.methods import Method, Prepare, Settings, Solve, SolverResult
-from tt_precise.tradeoff.problem import GoldenProblem
 
 
 def bare_batch(setup: Setup, state: Array, parameters: Array) -> Adaptive:

@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 import mpmath
 import numpy
 
+from benchmarks.work_precision.problem import GoldenProblem
 from tt_precise.integration.precision import Precision
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array, Json, Scalar
-from tt_precise.tradeoff.problem import GoldenProblem
 
 # arguments, and what is done with the rates; without a p the parameters are constants of the text
 SHAPES = {

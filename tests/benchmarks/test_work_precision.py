@@ -7,14 +7,14 @@ from typing import Any
 import numpy
 import pytest
 
+from benchmarks.work_precision import measure
+from benchmarks.work_precision.heyoka_methods import OWN
+from benchmarks.work_precision.measure import METHODS, Timings, interleaved
+from benchmarks.work_precision.peers import PEERS as METHODS_OF_PEERS
+from benchmarks.work_precision.peers import SHAPES, Settings, flat, source
+from benchmarks.work_precision.problem import golden_problem
 from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics.formulations import CENTRE, FORMULATIONS, MODELS, Formulation
-from tt_precise.tradeoff import measure
-from tt_precise.tradeoff.heyoka_methods import OWN
-from tt_precise.tradeoff.measure import METHODS, Timings, interleaved
-from tt_precise.tradeoff.methods import PEERS as METHODS_OF_PEERS
-from tt_precise.tradeoff.methods import SHAPES, Settings, flat, source
-from tt_precise.tradeoff.problem import golden_problem
 
 DOUBLE = precision_named("double")
 HEYOKA = [method.name for method in OWN if "digits" not in method.name]

@@ -1,0 +1,48 @@
+"""Measure speed against accuracy, and write the tables of the report."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from benchmarks.work_precision import long_runs, measure
+from tt_precise.runtime.files import require_writable, write_together
+from tt_precise.runtime.terminal import progress_bar, say
+from tt_precise.tradeoff.findings import GROWTH, TABLE, TradeoffTables, findings
+
+OUT = Path(__file__).parents[2] / "reports/measured"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the plan, write both tables, and print the findings."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.work_precision")
+    parser.add_argument(
+        "--quick", action="store_true", help="fewer methods and settings; under three minutes"
+    )
+    parser.add_argument("--out", type=Path, help=f"folder of the tables; {OUT} without --quick")
+    asked = parser.parse_args(arguments)
+    folder = asked.out or (None if asked.quick else OUT)
+    if folder:
+        require_writable(folder / TABLE)  # fail early
+    with progress_bar("methods and settings") as progress:
+        plan = measure.quick() if asked.quick else measure.whole()
+        measured = measure.measure(plan, lambda text: print(text, file=sys.stderr), progress)
+    with progress_bar("long runs") as progress:
+        grown = long_runs.table(long_runs.QUICK if asked.quick else long_runs.WHOLE, progress)
+    if folder:
+        write_together(
+            {
+                folder / name: table.to_csv(index=False, float_format="%.4g", lineterminator="\n")
+                for name, table in ((TABLE, measured.table), (GROWTH, grown))
+            }
+        )
+    say(
+        f"{finding.name}: {f'{finding.value:.3g} {finding.unit}'.strip()}  ({finding.definition})"
+        for finding in findings(TradeoffTables(measured.table, grown))
+    )
+
+
+if __name__ == "__main__":
+    main()
