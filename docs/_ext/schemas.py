@@ -11,17 +11,10 @@ from tt_precise.runtime.records import json_schema
 FOLDER = Path(__file__).parents[1] / "schemas"
 # name of the file: module and record
 DOCUMENTS = {
-    "claims": "tt_precise.claims.committed:Claims",
-    "extremes": "tt_precise.extremes.case:Extremes",
     "results": "tt_precise.report.build:Results",
-    "golden-certify": "tt_precise.golden.documents:Certified",
     "golden-manifest": "tt_precise.golden.documents:Manifest",
     "golden-proof": "tt_precise.golden.documents:Proof",
-    "index": "tt_precise.vectors.documents:Index",
     "run": "tt_precise.commands.run:RunRecord",
-    "tradeoff": "tt_precise.commands.tradeoff:Measured",
-    "vectors-states": "tt_precise.vectors.documents:States",
-    "vectors-steps": "tt_precise.vectors.documents:Steps",
 }
 
 

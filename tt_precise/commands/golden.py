@@ -1,4 +1,4 @@
-"""``tt-precise golden``: makes, verifies, proves and lists reference data and test vectors."""
+"""``tt-precise golden``: makes, verifies, proves and lists reference data."""
 
 from __future__ import annotations
 
@@ -197,47 +197,6 @@ def certify_command(
     ]
     options.emit(as_json, {"schema": SCHEMA.format("certify"), "scenes": entries}, ())
     return 0 if all(proof.complete for proof in proved) and not nothing else CHECK_FAILED
-
-
-@command.command("vectors", short_help="Verify test vectors and the index.")
-@click.option("--build", is_flag=True, help="Write the vectors and the index.")
-@click.option("--index-only", is_flag=True, help="Only the index, without the vectors (quick).")
-@FOLDER
-@options.JSON
-def vectors_command(build: bool, index_only: bool, folder: Path | None, as_json: bool) -> int:
-    """Verify the test vectors and the index of the reference data, or build them.
-
-    Verifying recomputes every vector, in two precisions and two formulations, and compares every
-    file with its SHA-256 in index.json. Exit status 1 if anything differs.
-    """
-    from tt_precise.golden.store import home
-    from tt_precise.runtime.files import atomic_write
-    from tt_precise.vectors import index
-
-    place = folder or home()
-    written: list[Path] = []
-    problems: list[str] = []
-    if index_only and build:
-        atomic_write(place / index.INDEX, index.index_text(place))
-        written = [place / index.INDEX]
-    elif index_only:
-        problems = list(index.stale(place))
-    else:
-        with progress_bar("test vectors") as progress:
-            if build:
-                written = index.build(place, progress)
-            else:
-                problems = index.verify(place, progress)
-    content = {
-        "schema": SCHEMA.format("vectors"),
-        "verdict": "fail" if problems else "pass",
-        "problems": problems,
-        "written": [path.relative_to(place).as_posix() for path in written],
-    }
-    files = sum(1 for _ in index.entries(place))
-    good = [f"wrote {path}" for path in written] or [f"{files} files verified"]
-    options.emit(as_json, content, problems or good)
-    return 1 if problems else 0
 
 
 def _listed(stored: Stored) -> dict[str, Json]:

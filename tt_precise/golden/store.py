@@ -1,8 +1,8 @@
 """The folders of golden data: reading, verification of hashes, replacement.
 
-Four hashes identify the built data: of each file (of its content, so that line ends and comments do
-not count), in ``manifest.json``; of the manifest itself and of the proof, inside each of them; and
-of every file, in ``index.json`` (``tt_precise.vectors``). They show damage and careless edits.
+Three hashes identify the built data: of each file (of its content, so that line ends and comments
+do not count), in ``manifest.json``; of the manifest itself and of the proof, inside each of them.
+They show damage and careless edits.
 Somebody who rewrites the files can also rewrite the hashes; a signature of the release protects
 against that, see ``reference_data/README.md``.
 """

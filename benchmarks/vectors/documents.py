@@ -1,4 +1,4 @@
-"""The JSON documents of the test vectors and of the index, as records."""
+"""The JSON documents of the test vectors, as records."""
 
 from __future__ import annotations
 
@@ -17,27 +17,6 @@ Axis = Annotated[Three, means("axis of symmetry")]
 Omega = Annotated[Three, means("angular velocity")]
 CentreVelocity = Annotated[Three, means("velocity of the centre of mass")]
 Height = Annotated[Number | Unset, means("height of the lowest point above an elastic table")]
-
-
-class Listed(Record, frozen=True):
-    """A file of the reference data."""
-
-    path: Annotated[str, means("path below reference_data")]
-    sha256: Annotated[str, means("SHA-256 in hex")]
-    licence: Licence
-    kind: Annotated[str, means("kind of file")]
-    content: Annotated[str, means("content")]
-    scene: Annotated[str | None, means("scene of the file")]
-    schema: Annotated[str, means("name and version of its format")]
-    digits: Annotated[int | None, means("significant digits of its numbers")]
-
-
-class Index(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.index/1"):
-    """`reference_data/index.json`: every file of the reference data."""
-
-    licence: Licence
-    units: Annotated[str, means("place of the units")]
-    files: Annotated[list[Listed], means("the files")]
 
 
 class Parameters(Record, frozen=True):

@@ -1,29 +1,28 @@
-"""Test vectors and index: computed afresh, checked another way, and seen to fail."""
+"""Test vectors: computed afresh, checked another way, and seen to fail."""
 
 import json
-import shutil
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
-from fnmatch import fnmatch
 from fractions import Fraction
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
+import jsonschema
 import numpy
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.conftest import Patch, Said
-from tests.golden.tables import edit_json
+from benchmarks.vectors import __main__ as made
+from benchmarks.vectors import states, steps
+from tests.conftest import Patch
 from tt_precise.golden.store import home
 from tt_precise.mechanics import compliant, euler, flight, newton, rolling
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.laws import LAWS
 from tt_precise.mechanics.parameters import SPRINGS
-from tt_precise.vectors import index, states, steps
 
 
 def committed(name: str) -> Any:
@@ -287,104 +286,45 @@ def test_a_wrong_step_is_not_published(monkeypatch: Patch) -> None:
         list(steps._entries(case))
 
 
-def test_the_index_is_that_of_the_files() -> None:
-    assert list(index.stale(home())) == [], "tt-precise golden vectors --build --index-only"
-    listed = committed(index.INDEX)["files"]
-    for entry in listed:
-        if entry["path"].endswith(".json"):
-            assert entry["schema"] == committed(entry["path"])["schema"], entry["path"]
-    keys = {"path", "sha256", "licence", "kind", "content", "schema", "digits", "scene"}
-    assert keys == set(listed[0])
-    # so that `golden vectors` passes on an installed package
+@pytest.fixture
+def quickly(monkeypatch: Patch) -> dict[str, str]:
+    """The committed vectors in place of a minute of work."""
+    vectors = {name: (home() / "vectors" / name).read_text("utf-8") for name in made.FILES}
+    monkeypatch.setattr(made, "vector_texts", lambda _: dict(vectors))
+    return vectors
+
+
+def test_committed_schemas_are_those_of_the_records_and_describe_the_files(
+    quickly: dict[str, str],
+) -> None:
+    assert made.problems(home() / "vectors") == []
+    for name, text in quickly.items():
+        schema = committed(f"vectors/{name.replace('.json', '.schema.json')}")
+        jsonschema.validate(json.loads(text), schema)
+        assert json.loads(text)["schema"] == schema["title"]
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate({**json.loads(text), "digits": "34"}, schema)
+    # so that every reader finds them in an installed package
     project = tomllib.loads((home().parent / "pyproject.toml").read_text("utf-8"))
     wheel = project["tool"]["hatch"]["build"]["targets"]["wheel"]
     assert "reference_data" in wheel["only-include"]
-    paths = [f"reference_data/{entry['path']}" for entry in listed]
-    assert not [path for path in paths for left in wheel.get("exclude", []) if fnmatch(path, left)]
 
 
-@pytest.fixture
-def data(tmp_path: Path) -> Path:
-    """A folder with golden data and test vectors."""
-    for name in ("rolling", "vectors"):
-        shutil.copytree(home() / name, tmp_path / name)
-    return tmp_path
-
-
-def test_what_the_index_finds(data: Path, said: Said) -> None:
-    look = ("golden vectors --index-only --folder", data)
-    assert "index.json: missing" in said(*look, status=1)
-    said(*look, "--build")
-    said(*look)
-    trajectory = data / "rolling" / "trajectory.csv"
-    trajectory.write_text(trajectory.read_text().replace("1", "2", 1))
-    (data / "vectors" / "steps.json").unlink()
-    shutil.copytree(home() / "upright", data / "upright")
-    lines = said(*look, status=1)
-    assert "rolling/trajectory.csv: not as index.json says" in lines
-    assert "vectors/steps.json: listed in index.json, and missing" in lines
-    assert "upright/scene.toml: not listed in index.json" in lines
-    (data / "index.json").write_text("[]")
-    assert "index.json: no index" in said(*look, status=1)
-
-
-@pytest.mark.parametrize(("file", "key"), [("manifest.json", "digits"), ("proof.json", "schema")])
-def test_a_file_that_says_nothing_of_itself_is_named(
-    file: str, key: str, data: Path, said: Said
+def test_a_file_that_was_edited_or_is_missing_is_named(
+    quickly: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    edit_json(data / "rolling" / file, lambda content: content.pop(key))
-    shown = said("golden vectors --index-only --build --folder", data, status=2)
-    assert file in shown
-    assert key in shown
-    assert len(shown.splitlines()) == 1
-
-
-def test_an_index_that_was_sealed_again_is_noticed(data: Path, monkeypatch: Patch) -> None:
-    """Whoever edits a file may write its hash anew; what can be computed is, and nothing is new."""
-    texts = {one.name: one.read_text("utf-8") for one in (data / "vectors").iterdir()}
-    monkeypatch.setattr(index, "vector_texts", lambda _: texts)
-    file, vectors = data / "index.json", data / "vectors" / "states.json"
-    whole = index.index_text(data)
-    entry, *others = json.loads(whole)["files"]
-
-    def found(**changes: object) -> list[str]:
-        if changes:
-            file.write_text(json.dumps({**json.loads(whole), **changes}, indent=1) + "\n")
-        problems = index.verify(data)
-        file.write_text(whole)
-        vectors.write_text(texts["states.json"])
-        return problems
-
-    file.write_text(whole)
-    assert found() == []
-    vectors.write_text(texts["states.json"].replace("7", "8", 1))
-    file.write_text(index.index_text(data))
-    assert found() == ["vectors/states.json: differs from what is computed now"]
-    vectors.unlink()
-    file.write_text(index.index_text(data))
-    assert found() == ["vectors/states.json: missing"]
-    (data / "rolling" / "notes.csv").write_text("t\n")
-    assert found() == ["rolling/notes.csv: no file of the reference data"]
-    (data / "rolling" / "notes.csv").unlink()
-    twice = [{**entry, "sha256": 64 * "0"}, entry, *others]
-    for changes in ({"licence": "none"}, {"units": "cgs"}, {"more": 1}, {"files": twice}):
-        assert found(**changes) == ["index.json: differs from a fresh index, except in its files"]
-    file.write_text(whole.replace("tt_precise.index/1", "tt_precise.index/2"))
-    assert "index.json: no index" in found()[0]
-    for name in entry:
-        assert found(files=[{**entry, name: "other"}, *others]), name
-
-
-@pytest.mark.parametrize("options", ["", "--build", "--index-only --json", "--build --index-only"])
-def test_an_empty_folder_is_refused_before_the_work(
-    tmp_path: Path, said: Said, monkeypatch: Patch, options: str
-) -> None:
-    monkeypatch.setattr(index, "vector_texts", lambda _: pytest.fail("a minute of work"))
-    refused = said("golden vectors", options, "--folder", tmp_path, status=2)
-    assert "expected one with golden data" in refused
-    assert list(tmp_path.iterdir()) == []
+    assert made.main(["--folder", str(tmp_path)]) == 0
+    assert made.main(["--check", "--folder", str(tmp_path)]) == 0
+    states_file = tmp_path / "states.json"
+    states_file.write_text(quickly["states.json"].replace("7", "8", 1))
+    (tmp_path / "steps.schema.json").unlink()
+    assert made.main(["--check", "--folder", str(tmp_path)]) == 1
+    assert capsys.readouterr().err.splitlines() == [
+        "states.json: differs from what is computed now",
+        "steps.schema.json: missing",
+    ]
 
 
 @pytest.mark.golden
 def test_everything_is_what_is_computed_now() -> None:
-    assert index.verify(home()) == []
+    assert made.problems(home() / "vectors") == []

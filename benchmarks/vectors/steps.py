@@ -7,6 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from benchmarks.vectors.states import DIGITS, JOINED, STEPS, StateCase, cases
 from tt_precise.exact.arithmetic import agreed_digits, decimal
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics import flight
@@ -18,7 +19,6 @@ from tt_precise.runtime.values import Json, Scalar
 from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LIFTED
-from tt_precise.vectors.states import DIGITS, JOINED, STEPS, StateCase, cases
 
 BITS, EULER_BITS = (176, 160), 160  # the first is printed
 VECTORS, ANGLES = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"), ("phi", "psi")

@@ -13,6 +13,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+from benchmarks.vectors.terms import disagreement, terms
 from tt_precise.exact.arithmetic import arithmetic_of, decimal, own_context
 from tt_precise.mechanics import flight, newton
 from tt_precise.mechanics.friction import cone_margin
@@ -26,7 +27,6 @@ from tt_precise.runtime.values import Functions, Json, Scalar
 from tt_precise.scene.body import top_of
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
-from tt_precise.vectors.terms import disagreement, terms
 
 SEED = 2013
 STATES = 5  # of each law
