@@ -36,6 +36,7 @@ def test_a_top_in_the_other_direction_does_the_same() -> None:
         ("frictionless", "not_passed", "undecided"),
         ("upright", "not_passed", "undecided"),
         ("contact-lost", "not_passed", "undecided"),
+        ("stribeck", "passed", "undecided"),
         ("elastic-linear", "not_passed", "undecided"),
     ],
 )

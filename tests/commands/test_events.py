@@ -64,6 +64,23 @@ def test_only_some(said: Said) -> None:
     )
 
 
+def test_the_equator_goes_up_where_theta_rises(printed: Printed) -> None:
+    found = printed("events reference --only equator")["events"]
+    assert [event["change"] for event in found] == ["up", "down", "up"]
+    assert [float(event["state"]["theta_dot"]) > 0 for event in found] == [True, False, True]
+
+
+def test_what_every_run_records_can_be_asked_for_alone(said: Said, printed: Printed) -> None:
+    found = printed("events coulomb-small-top --only stick")["events"]
+    assert [event["name"] for event in found] == ["stick"]
+    assert printed("events coulomb-small-top --only equator")["events"] == []
+    lines = said("events reference --only climb").splitlines()
+    assert [line.split(":")[0].strip() for line in lines] == CLIMB
+    lost = said("events contact-lost --only contact_lost").splitlines()
+    assert lost[-1].startswith("contact_lost at t = 1.33692")
+    assert "expected one of" in said("events reference --only climbs", status=2)
+
+
 def test_a_touch_is_said_once(said: Said, printed: Printed) -> None:
     command = "events rolling --only phi_dot_zero,theta_max --until 1"
     text = said(command)

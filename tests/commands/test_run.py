@@ -118,7 +118,7 @@ def test_three_statements_are_three(
     ]  # fmt: skip
     assert (found["equator"]["t"] is None) == (equator != "passed")
     text = said("run", words)
-    assert [line.split()[0] for line in text.splitlines()[1:4]] == ["theorem:", "equator:", "end:"]
+    assert re.search(r"^  theorem: .*\n  equator: .*\n  end: ", text, re.MULTILINE)
     assert "inverted: " not in text
 
 
@@ -131,11 +131,33 @@ def test_a_coulomb_top_at_rest_rolls(said: Said, printed: Printed, tmp_path: Pat
     (rolls,) = found["stretches"]
     assert tuple(rolls.values()) == ("rolling", "0.0", "8.0", "complete")
     assert found["equator"]["verdict"] == "never"
+    assert found["at_rest"] == "contact point"
+    assert 'at_rest = "centre of mass"' in found["warnings"][0]
     assert "\n  motion: rolls 0 s to 8 s (complete)\n" in said("run", file)
     slides, sticks = printed("run coulomb-small-top")["stretches"]
     assert (slides["model"], slides["ended"]) == ("gliding", "stick")
     assert (sticks["model"], sticks["ended"]) == ("rolling", "complete")
     assert slides["end"] == sticks["begin"]
+
+
+@pytest.mark.parametrize(
+    ("words", "at_rest", "warning"),
+    [
+        ("reference --until 0.1", "contact point", ""),
+        ("tippetopsim --until 0.1", "centre of mass", ""),
+        ("from-initiation --until 0.1", "", ""),
+        ("regularised-1e-2 --until 1.5", "", ""),
+        ("regularised-1e-4", "", "from 0.04 s on: the contact creeps"),
+    ],
+)
+def test_what_is_at_rest_and_what_creeps(
+    printed: Printed, said: Said, words: str, at_rest: str, warning: str
+) -> None:
+    found = printed("run", words)
+    assert found["at_rest"] == at_rest
+    assert bool(found["warnings"]) == bool(warning)
+    assert (f"start: {at_rest} at rest" in said("run", words)) == bool(at_rest)
+    assert all(warning in one for one in found["warnings"])
 
 
 def test_a_run_that_ends_early_cannot_look_complete(
@@ -175,8 +197,8 @@ def test_what_a_person_reads(said: Said) -> None:
     text = said(SHORT, "--events all")
     first, *lines = text.splitlines()
     assert first.startswith("reference: complete at t = 0.1 s (double, tolerance 1.4e-17, newton, ")
-    outcome = ["theorem:", "equator:", "end:", "contact:", "motion:"]
-    assert [line.split()[0] for line in lines[:19]] == [*outcome, *STATE]
+    outcome = ["start:", "theorem:", "equator:", "end:", "contact:", "motion:"]
+    assert [line.split()[0] for line in lines[:20]] == [*outcome, *STATE]
     for pattern in (
         r"theta 0\.09\d+ \+- \d\.\d+e-1\d",
         r"drift of jellett: .*e-1\d",

@@ -87,7 +87,9 @@ def _confinement(trajectory: Trajectory) -> tuple[End, bool]:
         z = state.kz
         never = bool(z > 0) and bool(energy_excludes(body, energy, lambda_, z))
         reason = "without friction nothing approaches a spin"
-        if scene.model == "gliding" and scene.body.mu:
+        if scene.body.friction.missing(Balls):
+            reason = f"nothing is proved about {scene.body.law} friction"
+        elif scene.model == "gliding" and scene.body.mu:
             try:
                 pole = held(scene, scene.until, state).pole
                 return End("inverted" if pole < 0 else "upright", CONFINED), never

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands import options
-from tt_precise.runtime.values import InputError, Scalar
+from tt_precise.runtime.values import InputError, Scalar, listed
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
 
 SCHEMA = "tt_precise.events/1"
+CLIMB = "climb"  # The name in --only for the times of the climb alone.
 
 
 @click.command("events")
@@ -20,7 +21,10 @@ SCHEMA = "tt_precise.events/1"
 @options.PRECISION
 @click.option("--digits", type=int, help="Number of correct digits of times and states.")
 @click.option("--until", help="Horizon in s, instead of the scene's.")
-@click.option("--only", help="Events, separated by commas; also extremum:QUANTITY, zero:QUANTITY.")
+@click.option(
+    "--only",
+    help="Events, separated by commas; also extremum:QUANTITY, zero:QUANTITY, and climb.",
+)
 @options.JSON
 def command(
     scene: str | None,
@@ -32,8 +36,9 @@ def command(
 ) -> int:
     """List the catalogue of events; with SCENE, all events of that scene, and the climb.
 
-    Each line has the time, the kind (minimum or maximum, up or down through zero), theta, and the
-    value of the quantity at its extremum.
+    Each line has the time, the kind (minimum or maximum, up or down through zero; of the equator,
+    theta rises or falls through pi/2), theta, and the value of the quantity at its extremum. Events
+    that switch or end a motion, such as stick, are recorded in every run.
     """
     if scene is None:
         if any(option is not None for option in (precision, digits, until, only)):
@@ -41,15 +46,18 @@ def command(
         return _catalogue(as_json)
     from tt_precise.commands.run import TOUCHES, event_rows
     from tt_precise.integration import integrate
-    from tt_precise.integration.events import TERMINAL
+    from tt_precise.integration.events import JOINING, TERMINAL
     from tt_precise.integration.setup import asked_for
     from tt_precise.runtime.terminal import progress_bar
     from tt_precise.scene.scene import load_scene
 
     loaded = load_scene(scene)
-    names = asked_for("all" if only is None else only, loaded.model)
-    if not names:
+    wanted = listed("all" if only is None else only)
+    if not wanted:
         raise InputError(f"--only: got {only!r}, expected names separated by commas")
+    # recorded in every run, or derived from the events of the climb
+    always = {*JOINING, *TERMINAL, CLIMB}
+    names = asked_for([name for name in wanted if name not in always], loaded.model)
     with progress_bar(f"integrating {loaded.name}") as progress:
         run = integrate(
             loaded, precision, digits=digits, events=names, until=until, progress=progress
@@ -62,11 +70,11 @@ def command(
         "scene": loaded.name,
         "status": run.status,
         "t_end": text(run.t_end),
-        "events": event_rows(run),
+        "events": [row for row in event_rows(run) if only is None or row["name"] in wanted],
         "touches": run.touches,
         "climb": {key: text(time) for key, time in climb.items()} or None,
     }
-    shown = _lines(run)
+    shown = _lines(run, None if only is None else wanted)
     shown += [f"{name}: its function {TOUCHES}" for name in run.touches]
     shown += [f"{key:>9}: {_seconds(time)}" for key, time in climb.items()]
     if run.status != "complete":
@@ -80,7 +88,7 @@ def _seconds(time: Scalar) -> str:
     return "none" if time is None else f"{float(time):.12f} s"
 
 
-def _lines(run: Trajectory) -> list[str]:
+def _lines(run: Trajectory, only: tuple[str, ...] | None) -> list[str]:
     from tt_precise.integration.events import EXTREMUM, change
     from tt_precise.mechanics.quantities import QUANTITIES
 
@@ -93,6 +101,8 @@ def _lines(run: Trajectory) -> list[str]:
     events = run.event_table(list(columns))
     lines = []
     for row in (dict(zip(events, row, strict=True)) for row in zip(*events.values(), strict=True)):
+        if only is not None and row["name"] not in only:
+            continue
         shown = "" if row["theta"] is None else f"theta {float(row['theta']):.6f}"
         quantity = quantities.get(row["name"])
         if quantity and row[quantity.name] is not None:
@@ -109,6 +119,7 @@ def _catalogue(as_json: bool) -> int:
     shown = listed | {
         f"{EXTREMUM}QUANTITY": f"extremum of any quantity, such as {EXTREMUM}g_n",
         f"{ZERO}QUANTITY": f"any quantity changes sign, such as {ZERO}E_dot",
+        CLIMB: "times of the climb by three definitions, below the events of a scene",
     }
     lines = []
     for heading, group in (

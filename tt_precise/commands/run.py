@@ -128,6 +128,11 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
     tolerance: Annotated[str, means("relative tolerance")]
     status: Annotated[Ending, means("how the trajectory ended")]
     t_end: Annotated[str, means("end in s")]
+    at_rest: Annotated[
+        Literal["contact point", "centre of mass", ""],
+        means("the point that is at rest at the start; empty if neither is"),
+    ]
+    warnings: Annotated[tuple[str, ...], means("properties of start and friction to know of")]
     theorem: Annotated[TheoremRecord, means("the verdict of Theorem 1.1")]
     equator: Annotated[EquatorRecord, means("whether the axis passed the equator, and when")]
     end: Annotated[EndRecord, means("the spin that the motion approaches")]
@@ -306,8 +311,9 @@ def summary(trajectory: Trajectory, outcome: dict[str, Any]) -> RunRecord:
 
 
 def answers(trajectory: Trajectory) -> dict[str, Any]:
-    """Return the outcome: the entries of ``RunRecord`` from ``theorem`` to ``stretches``."""
+    """Return the outcome: the entries of ``RunRecord`` from ``at_rest`` to ``stretches``."""
     from tt_precise.certify.outcome import outcome_of
+    from tt_precise.commands.scene import sticking
 
     text = trajectory.precision.text
     climb = smallest = None
@@ -320,6 +326,8 @@ def answers(trajectory: Trajectory) -> dict[str, Any]:
         for piece in trajectory.pieces
     )
     return {
+        "at_rest": trajectory.scene.at_rest,
+        "warnings": (*sticking(trajectory.scene), *_creep(trajectory)),
         "theorem": TheoremRecord(**theorem.as_dict()),
         "equator": EquatorRecord(*equator),
         "end": EndRecord(*end),
@@ -330,6 +338,25 @@ def answers(trajectory: Trajectory) -> dict[str, Any]:
         "smallest_g_n": smallest,
         "stretches": stretches,
     }
+
+
+def _creep(trajectory: Trajectory) -> list[str]:
+    """The warning about a law that is smooth at rest where another one would stick."""
+    import numpy
+
+    numbers = trajectory.scene.body.numbers_by_name
+    if trajectory.scene.model != "gliding" or "epsilon" not in numbers:
+        return []
+    table = trajectory.table("gliding_speed", numbers="float")
+    slow = numpy.asarray(table["gliding_speed"], float) < float(numbers["epsilon"])
+    first = len(slow) - int(slow[::-1].argmin()) if not slow.all() else 0
+    if not slow[-1]:
+        return []
+    return [
+        f"v_A stays below epsilon = {float(numbers['epsilon']):g} m/s at the samples from "
+        f"{float(table['t'][first]):g} s on: the contact creeps, it does not stick, and what "
+        "follows may depend on epsilon"
+    ]
 
 
 def _with_events(trajectory: Trajectory, *events: str) -> Trajectory:
@@ -435,7 +462,10 @@ def _told(outcome: dict[str, Any]) -> list[str]:
         "not_passed": f"not passed by {seconds(stretches[-1].end)}",
         "never": "never passed: energy and lambda exclude it",
     }
-    shown = [
+    rest = outcome["at_rest"]
+    shown = [f"  start: {rest} at rest"] if rest else []
+    shown += [f"  WARNING: {warning}" for warning in outcome["warnings"]]
+    shown += [
         f"  theorem: {IN_WORDS[theorem.verdict]}: {theorem.reason}",
         f"  equator: {passage[equator.verdict]}",
         f"  end: {APPROACHES[end.verdict]}: {end.reason}",

@@ -12,6 +12,7 @@ import click
 from tt_precise.commands.options import JSON, Group, emit
 from tt_precise.mechanics.laws import LAWS, law_named
 from tt_precise.runtime.values import InputError, Json
+from tt_precise.scene.start import CONTACT_POINT
 
 if TYPE_CHECKING:
     from tt_precise.scene.scene import Scene
@@ -117,6 +118,7 @@ def summary(scene: Scene) -> dict[str, Json]:
         "body": shown,
         "start": start,
         "given": {name: str(value) for name, value in scene.given.items()},
+        "at_rest": scene.at_rest,
         "until": str(scene.until),
         "gamma": float(body.gamma),
         "lambda": float(values["lambda"]),
@@ -165,6 +167,7 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
         )
     if scene.model != "rolling" and body.mu == 0:
         unusual.append("no friction: nothing drives the top to the inverted spin")
+    unusual += sticking(scene)
     if isinstance(start, LiftedStart):
         return unusual  # there need be no contact
     double = precision_named("double")
@@ -177,8 +180,18 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
     return unusual
 
 
+def sticking(scene: Scene) -> list[str]:
+    """Return the warning about a top that starts where dry friction holds its contact point."""
+    if not scene.may_stick or scene.at_rest != CONTACT_POINT:
+        return []
+    return [
+        f"the contact point is at rest at t = 0, where {scene.body.law} friction may hold it: the "
+        'top then rolls and nothing else happens. A top spun by hand has at_rest = "centre of mass"'
+    ]
+
+
 def lines(content: dict[str, Json]) -> list[str]:
-    """What a person reads."""
+    """Return the text of ``scene show``."""
     body = {name: _short(value) for name, value in content["body"].items()}
     from tt_precise.exact.thresholds import IN_WORDS
 
@@ -196,6 +209,7 @@ def lines(content: dict[str, Json]) -> list[str]:
         "  start      "
         + ", ".join(f"{name} {_short(value)}" for name, value in content["start"].items()),
         *([f"  given      {given}"] if given else []),
+        *([f"  at rest    {content['at_rest']}"] if content["at_rest"] else []),
         f"  gamma      {content['gamma']:.6g}",
         f"  lambda     {content['lambda']:.10g} kg m^3/s; {ratios}",
         f"  theorem    {IN_WORDS[theorem['verdict']]}: {theorem['reason']}",

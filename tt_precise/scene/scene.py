@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cache, cached_property
@@ -18,6 +18,8 @@ from tt_precise.scene.body import UNIT_KEYS, TippeTop, body_numbers, require_key
 from tt_precise.scene.numerals import written
 from tt_precise.scene.start import (
     AT_REST,
+    CENTRE_OF_MASS,
+    CONTACT_POINT,
     LIFTED,
     START_KEYS,
     Inclination,
@@ -41,6 +43,7 @@ _REPLACES = {
     "psi_dot": ("omega_3",), "omega_3": ("psi_dot",), "at_rest": ("nu_x", "nu_y"),
     "nu_x": ("at_rest",), "nu_y": ("at_rest",),
 }  # fmt: skip
+_RATES = ("theta", "theta_dot", "phi_dot", "omega_3")
 _RUN = ("until", "sample_every", "record", "events")
 
 
@@ -260,6 +263,20 @@ class Scene:
         return self.model == "gliding" and not self.body.friction.smooth_at_rest
 
     @cached_property
+    def at_rest(self) -> str:
+        """The point that is at rest at t = 0: "contact point", "centre of mass", "" for neither.
+
+        A centre of mass counts as at rest if its speed is below 1e-6 of its speed with the contact
+        point at rest, so that a rounded nu_y counts too.
+        """
+        if not (self.start.nu_x or self.start.nu_y):
+            return CONTACT_POINT
+        rest = Start.of(self.body, {**_entries(self.start, _RATES), AT_REST: CENTRE_OF_MASS})
+        speeds = [float(abs(getattr(rest, name))) for name in ("nu_x", "nu_y")]
+        apart = [float(abs(getattr(rest, n) - getattr(self.start, n))) for n in ("nu_x", "nu_y")]
+        return CENTRE_OF_MASS if max(apart) < 1e-6 * max(speeds) else ""
+
+    @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
         """Exact sample times in s: multiples of ``sample_every`` from 0, and the end."""
         count = int(self.until / self.sample_every)
@@ -267,8 +284,8 @@ class Scene:
         return tuple(times if times[-1] == self.until else [*times, self.until])
 
 
-def _entries(start: Start) -> dict[str, Any]:
-    return {entry.name: getattr(start, entry.name) for entry in fields(start)}
+def _entries(start: Start, names: Sequence[str] = ()) -> dict[str, Any]:
+    return {name: getattr(start, name) for name in names or (e.name for e in fields(start))}
 
 
 def shipped() -> list[str]:
