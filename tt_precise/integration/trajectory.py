@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
+    from tt_precise.integration.derivatives import Derivatives
     from tt_precise.integration.inversion import InversionTimes
-    from tt_precise.integration.variational import Derivatives
 
 
 def is_estimate(name: Name) -> bool:
@@ -492,7 +492,7 @@ def _unpickled(
 def _differentiated(trajectory: Trajectory, names: Iterable[str]) -> Trajectory:
     """Return the trajectory with its ``sensitivity`` to the entries ``names``, if any."""
     if names:
-        from tt_precise.integration.variational import Derivatives
+        from tt_precise.integration.derivatives import Derivatives
 
         trajectory.sensitivity = Derivatives(trajectory, listed(names))
     return trajectory

@@ -1,0 +1,192 @@
+"""Derivatives and ranges: difference quotients, closed forms, poles, scenes in segments."""
+
+import pickle
+from fractions import Fraction
+from operator import attrgetter
+
+import numpy
+import pytest
+
+from tt_precise.integration import integrate
+from tt_precise.integration.derivatives import Derivatives
+from tt_precise.runtime.values import InputError
+from tt_precise.scene.scene import load_scene
+
+
+@pytest.mark.parametrize(("name", "value"), [("omega_3", "155"), ("mu", "0.3"), ("R", "0.02")])
+def test_derivatives_are_difference_quotients(name: str, value: str) -> None:
+    """Of columns and of the times of the climb, against two runs in double-double."""
+    at, columns, size = 4, ("theta", "g_n", "kx"), Fraction(value) / 10**12
+    run = integrate("kicked", until=at, sample_every=1, sensitivity=(name,))
+    assert run.sensitivity is not None
+    found = run.sensitivity.frame(*columns).iloc[-1]
+    sides = [
+        integrate(
+            load_scene("kicked").varied(**{name: Fraction(value) + sign * size}), "double-double",
+            until=at, events="all",
+        )
+        for sign in (1, -1)
+    ]  # fmt: skip
+    ends = [side.frame(*columns, times=[at], numbers="exact").iloc[0] for side in sides]
+    for column in columns:
+        quotient = float((ends[0][column] - ends[1][column]) / float(2 * size))
+        error = found[f"error:d {column}/d {name}"]
+        assert 0 < error < 1e-8 * abs(quotient)
+        assert found[f"d {column}/d {name}"] == pytest.approx(quotient, rel=1e-9, abs=20 * error)
+    climb = run.sensitivity.climb
+    assert {"equator", "A.t_init", "B.t_init", "C.t_init"} <= set(climb.index)
+    for place, row in climb.iterrows():
+        times = [attrgetter(str(place))(side.inversion) for side in sides]
+        quotient = float((times[0] - times[1]) / float(2 * size))
+        assert row["t"] == pytest.approx(float(times[0]), abs=1e-9)
+        assert row[f"d/d {name}"] == pytest.approx(quotient, rel=1e-8, abs=1e-9)
+        assert row[f"error:d/d {name}"] < 1e-8 * abs(quotient) + 1e-12
+
+
+def test_the_derivative_at_the_start_is_that_of_the_start() -> None:
+    run = integrate("reference", until="0.02", sensitivity="theta, omega_3")
+    assert run.sensitivity is not None
+    first = run.sensitivity.frame("theta", "omega_3", "kx").iloc[0]
+    names = ("theta/d theta", "omega_3/d omega_3", "theta/d omega_3", "kx/d theta")
+    expected = [1, 1, 0, numpy.cos(0.1)]
+    assert [first[f"d {name}"] for name in names] == pytest.approx(expected, rel=1e-15, abs=0)
+
+
+@pytest.mark.parametrize(
+    ("name", "entry", "inside"),
+    [("frictionless", "mu", "1e-12"), ("upright", "theta", "1e-12"), ("inverted", "theta", None)],
+)
+def test_an_entry_at_an_end_has_a_derivative(name: str, entry: str, inside: str | None) -> None:
+    """Where a rate is undefined, at a pole, it is NaN, and no warning says so."""
+    scene = load_scene(name).varied(until="0.2")
+    run = integrate(scene, sensitivity=entry)
+    found = run.sensitivity.frame("kx", "theta_dot").iloc[-1]  # type: ignore[union-attr]
+    near = scene.varied(**{entry: inside or "pi - 1e-12"})
+    apart = integrate(near, "double-double").state.kx - integrate(scene, "double-double").state.kx
+    quotient = float(apart) / (1e-12 if inside else -1e-12)
+    assert found[f"d kx/d {entry}"] == pytest.approx(quotient, rel=1e-9)
+    assert numpy.isnan(found[f"d theta_dot/d {entry}"]) == (entry == "theta")
+
+
+def test_a_spread_is_the_derivative_times_sigma() -> None:
+    run = integrate("kicked", until=4, sensitivity=("theta", "mu"))
+    assert run.sensitivity is not None
+    last, climb = run.sensitivity.frame("g_n").iloc[-1], run.sensitivity.climb.loc["equator"]
+    alone = run.sensitivity.spread({"mu": 0.03}, "g_n")
+    assert alone.loc["g_n", "value"] == run.frame("g_n").g_n.iloc[-1]
+    assert alone.loc["g_n", "sigma"] == pytest.approx(0.03 * abs(last["d g_n/d mu"]))
+    both = run.sensitivity.spread({"theta": 0.002, "mu": 0.03}).loc["equator"]
+    assert both["value"] == climb["t"]
+    by_both = numpy.hypot(0.002 * climb["d/d theta"], 0.03 * climb["d/d mu"])
+    assert both["sigma"] == pytest.approx(by_both)
+    assert (run.sensitivity.spread({})["sigma"] == 0).all()
+    for wrong in ({"I1": 0.1}, {"mu": -0.1}, {"mu": numpy.nan}):
+        with pytest.raises(InputError, match="expected sigmas of any of: theta, mu"):
+            run.sensitivity.spread(wrong)
+
+
+@pytest.mark.parametrize(
+    ("scene", "names", "said"),
+    [
+        ("reference", ("lean",), "sensitivity: got 'lean', expected any of: "),
+        ("reference", ("friction",), "got 'friction', expected any of: m, "),
+    ],
+)
+def test_derivatives_that_there_are_not(scene: str, names: tuple[str, ...], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        integrate(scene, until="0.01", sensitivity=names)
+
+
+def test_a_pickle_keeps_what_is_differentiated() -> None:
+    run = integrate("kicked", until="0.1", sensitivity=("theta", "mu"))
+    again = pickle.loads(pickle.dumps(run))
+    assert run.sensitivity is not None
+    assert again.sensitivity.names == ("theta", "mu")
+    assert again.sensitivity.frame().equals(run.sensitivity.frame())
+    assert pickle.loads(pickle.dumps(integrate("kicked", until="0.1"))).sensitivity is None
+
+
+def test_a_range_is_that_of_runs_at_both_ends() -> None:
+    """A crossing that moves to another nutation makes the range far larger than a sigma."""
+    scene = load_scene("reference").varied(until="6.2", sample_every="6.2")
+    run = integrate(scene, sensitivity=("mu",))
+    assert run.sensitivity is not None
+    row = run.sensitivity.spread({"mu": 0.003}).loc["equator"]
+    ends = [
+        integrate(scene.varied(mu=mu), events="all").inversion.equator for mu in ("0.297", "0.303")
+    ]
+    assert row["low"] == pytest.approx(min(ends), abs=1e-9)
+    assert row["high"] == pytest.approx(max(ends), abs=1e-9)
+    assert "moves to another nutation, by mu" in row["note"]
+    assert row["high"] - row["low"] > 3 * 2 * row["sigma"]
+    straight = run.sensitivity.spread({"mu": 1e-6}).loc["equator"]
+    assert straight["note"] == ""
+    assert straight["high"] - straight["value"] == pytest.approx(straight["sigma"], rel=1e-2)
+
+
+def test_a_side_without_a_result_is_named() -> None:
+    run = integrate("reference", until="6", sample_every=6, sensitivity="mu")
+    assert run.sensitivity is not None
+    row = run.sensitivity.spread({"mu": 0.02}).loc["equator"]
+    assert row["note"].endswith("none at mu - sigma")
+    edge = integrate("frictionless", until="0.1", sensitivity="mu").sensitivity
+    assert edge is not None
+    assert "none at mu - sigma" in edge.spread({"mu": 0.1}, "theta").loc["theta", "note"]
+
+
+@pytest.mark.parametrize(
+    ("scene", "entry", "until", "size"),
+    [("coulomb-stick-slip", "mu", "0.4", "1e-5"), ("elastic-linear", "theta", "0.1", "1e-6")],
+)
+def test_motions_in_segments_have_derivatives(
+    scene: str, entry: str, until: str, size: str
+) -> None:
+    run = integrate(scene, until=until, sample_every=until, sensitivity=entry)
+    assert len(run.pieces) > 1
+    found = run.sensitivity.frame("kx", "omega_3").iloc[-1]  # type: ignore[union-attr]
+    value = Fraction({"theta": run.scene.start.theta.offset, "mu": run.scene.body.mu}[entry])
+    ends = [
+        integrate(run.scene.varied(**{entry: value + sign * Fraction(size)})).frame("kx", "omega_3")
+        for sign in (-1, 1)
+    ]
+    for name in ("kx", "omega_3"):
+        quotient = (ends[1][name].iloc[-1] - ends[0][name].iloc[-1]) / (2 * float(size))
+        assert found[f"d {name}/d {entry}"] == pytest.approx(quotient, rel=1e-4)
+        assert found[f"error:d {name}/d {entry}"] < 1e-6 * abs(quotient)
+
+
+def test_errors_beside_a_pole_and_at_little_friction_are_those_of_rounding() -> None:
+    """At a tilt of 1e-12 phi_dot hardly depends on it; rounding left 0.9 in double."""
+    tilted = load_scene("reference").varied(theta="1e-12", until=1, sample_every="0.5")
+    steep = Derivatives(integrate(tilted), ("theta",)).frame("phi_dot").iloc[-1]
+    wide = [
+        integrate(tilted.varied(theta=theta), "quad").frame("phi_dot", numbers="exact")["phi_dot"]
+        for theta in ("1e-8", "2e-8")
+    ]  # the derivative is proportional to so small a tilt
+    curvature = 2 * float(wide[1].iloc[-1] - wide[0].iloc[-1]) / (4e-16 - 1e-16)
+    error = steep["error:d phi_dot/d theta"]
+    assert abs(steep["d phi_dot/d theta"] - curvature * 1e-12) < error < 1e-12
+    slow = load_scene("reference").varied(mu="1e-7", until=1, sample_every="0.5")
+    found = Derivatives(integrate(slow), ("omega_3",)).frame("tau_x", "omega_3_dot").iloc[-1]
+    for name in ("tau_x", "omega_3_dot"):
+        slope, error = (found[f"{kind}d {name}/d omega_3"] for kind in ("", "error:"))
+        assert 2.0**-54 * abs(slope) < error < 1e-9 * abs(slope)
+
+
+def test_a_vertical_start_has_derivatives_on_one_side() -> None:
+    run = integrate("upright", until=1, sample_every="0.5", sensitivity="theta")
+    found = run.sensitivity.frame("theta", "g_n").iloc[-1]  # type: ignore[union-attr]
+    near = integrate(run.scene.varied(theta="1e-9"), "double-double")
+    assert found["d theta/d theta"] == pytest.approx(float(near.state.theta) / 1e-9, rel=1e-9)
+    assert found["error:d theta/d theta"] < 1e-12
+    assert abs(found["d g_n/d theta"]) < found["error:d g_n/d theta"] < 1e-9
+
+
+def test_a_motion_that_ends_early_ends_at_another_time() -> None:
+    run = integrate("contact-lost", sample_every="0.5", sensitivity="theta")
+    row = run.sensitivity.climb.loc["t_end"]  # type: ignore[union-attr]
+    ends = [
+        integrate(run.scene.varied(theta=run.scene.start.theta.offset + Fraction(size))).t_end
+        for size in (Fraction(-1, 10**6), Fraction(1, 10**6))
+    ]
+    assert row["d/d theta"] == pytest.approx((ends[1] - ends[0]) / 2e-6, rel=1e-5)

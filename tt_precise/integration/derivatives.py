@@ -1,0 +1,373 @@
+"""Derivatives of a trajectory by entries of its scene, and ranges from their uncertainties.
+
+Both are differences of runs of changed scenes: derivatives of runs in several doubles whose entries
+differ by 1e-9 to 1e-18 of the value, ranges of runs at both ends of an interval. So they exist for
+every scene that can be integrated, also where its equations change on the way or it starts at a
+pole.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy
+
+from tt_precise.integration.columns import VECTOR_COLUMNS
+from tt_precise.integration.dense_output import ARRIVED
+from tt_precise.integration.inversion import NEEDED
+from tt_precise.integration.setup import Setup, refused_in_doubles
+from tt_precise.integration.trajectory import Trajectory
+from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.runtime.values import InputError, Scalar
+from tt_precise.scene.scene import Scene
+from tt_precise.scene.start import Inclination
+
+COLUMNS = ("theta", "omega_3")  # These columns are differentiated by default.
+TOLERANCE = 1e-28  # Relative tolerance in double-double, three digits above its rounding.
+# Parts of an entry by which it is changed, as powers of the rounding 2^-bits of the arithmetic. A
+# central difference is best near 1/3. From a pole tilts grow by orders of magnitude, and need
+# smaller changes too; beside it the solution changes over 1 rad, and needs large parts of the tilt.
+POWERS = (2 / 7, 3 / 7)
+AT_A_POLE, NEAR_A_POLE = (*POWERS, 4 / 7, 5 / 7), (1 / 52, 1 / 26, *POWERS)
+NEAR = Fraction(1, 2**20)  # Tilt in rad whose square is lost beside 1 in half of double-double.
+LINEAR = 0.1  # Part of a range by which a linear one may differ: a sigma has one or two digits.
+RATES = ("theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
+
+Values = dict[str, Any]
+
+
+class Side(NamedTuple):
+    """A run with a changed entry, and by how much it is changed."""
+
+    run: Trajectory
+    change: Fraction
+
+
+class Derivatives:
+    """Derivatives of a trajectory's columns and climb by entries of its scene.
+
+    ``names`` are entries of [body] and [start], in the units of the scene's file. A derivative is a
+    central difference quotient; at the end of an entry's range, as theta = 0 is, the quotient on
+    the other side. Its error is estimated from quotients with other changes of the entry.
+
+    Raises ``InputError``: the scene has no such entry.
+    """
+
+    def __init__(self, run: Trajectory, names: Sequence[str]):
+        self.run, self.names = run, tuple(names)
+        for name in self.names:
+            _value(run.scene, name)
+        self._pairs: dict[str, list[tuple[Side, Side]]] = {}
+
+    def frame(self, *columns: str) -> Any:
+        """At the scene's samples: ``t``, and for each column and name "d COLUMN/d NAME" (SI).
+
+        "error:" before a name stands for the estimated error. By default theta and omega_3. Where
+        the motion ends before its horizon, the table ends with the last sample that all runs reach.
+        """
+        import pandas
+
+        columns = _checked(columns or COLUMNS)
+        end = self._end(self.names)
+        times = [t for t in self.run.sample_times if t <= end]
+        table: dict[str, Any] = {"t": [float(t) for t in times]}
+
+        def values(run: Trajectory) -> Values:
+            return _table(run, columns, times)
+
+        for name in self.names:
+            for column, (slope, error) in self._slopes(name, values).items():
+                table[f"d {column}/d {name}"] = slope
+                table[f"error:d {column}/d {name}"] = error
+        return pandas.DataFrame(table)
+
+    @cached_property
+    def climb(self) -> Any:
+        """Rows for times of the climb, such as "A.t_end": t (s), "d/d NAME", "error:d/d NAME".
+
+        A motion that ends before its horizon has the row "t_end".
+        """
+        import pandas
+
+        table: dict[str, Any] = {"t": {name: float(t) for name, t in _times(self._centre).items()}}
+        for name in self.names:
+            slopes = self._slopes(name, _times)
+            table[f"d/d {name}"] = {key: slope for key, (slope, _) in slopes.items()}
+            table[f"error:d/d {name}"] = {key: error for key, (_, error) in slopes.items()}
+        return pandas.DataFrame(table)
+
+    def spread(self, sigmas: Mapping[str, float], *columns: str) -> Any:
+        """Columns at the last sample and times of the climb (SI), from uncertain entries.
+
+        ``sigmas`` are standard deviations of independent errors, in the units of the scene's file;
+        other entries are exact. By default theta and omega_3.
+
+        Returns
+        -------
+        pandas.DataFrame
+            "value"; "sigma", the standard deviation to first order; "low" and "high", the ends of
+            the range: differences of runs in which one entry is changed by its sigma, up or down,
+            added in quadrature; and "note", which says where the range is not linear, and why.
+        """
+        import pandas
+
+        for name, sigma in sigmas.items():
+            if name not in self.names or not 0 <= sigma < math.inf:
+                known = ", ".join(self.names)
+                raise InputError(f"spread: got {name}: {sigma}, expected sigmas of any of: {known}")
+        columns = _checked(columns or COLUMNS)
+
+        end = self._end(sigmas)
+
+        def values(run: Trajectory) -> Values:
+            last = _table(run, columns, [min(end, run.sample_times[-1])])
+            return {name: last[name][0] for name in columns} | _times(run)
+
+        centre = {name: float(value) for name, value in values(self._centre).items()}
+        centre |= {name: float(self.run.table(name, times=[end])[name][0]) for name in columns}
+        effects = [
+            _Effect.of(name, Fraction(sigma), self, values)
+            for name, sigma in sigmas.items()
+            if sigma
+        ]
+        rows = {}
+        for key, value in centre.items():
+            ends = [
+                (effect.below.get(key, math.nan), effect.above.get(key, math.nan))
+                for effect in effects
+            ]
+            low = math.hypot(*(min(0.0, *pair) for pair in ends))
+            high = math.hypot(*(max(0.0, *pair) for pair in ends))
+            rows[key] = {
+                "value": value,
+                "sigma": math.hypot(*(effect.linear.get(key, math.nan) for effect in effects)),
+                "low": value - low,
+                "high": value + high,
+                "note": _note(key, effects, max(low, high)),
+            }
+        return pandas.DataFrame.from_dict(rows, orient="index")
+
+    def _end(self, names: Iterable[str]) -> Fraction:
+        """The last sample time that the trajectory and its changed runs reach."""
+        runs = [side.run for name in names for pair in self._sides(name) for side in pair]
+        return min(run.sample_times[-1] for run in (self.run, *runs))
+
+    def _setup(self, precision: str, tolerance: float, events: bool = True) -> Setup:
+        return Setup.of(
+            self.run.scene,
+            precision,
+            events=NEEDED if events else (),
+            record=(),
+            contact=self.run.setup.contact,
+            tolerance=tolerance,
+        )
+
+    @cached_property
+    def _fine(self) -> Setup:
+        """The arithmetic of the runs whose differences are quotients."""
+        if refused_in_doubles(self.run.scene):
+            return self._setup("extended", 0.0)
+        return self._setup("double-double", TOLERANCE)
+
+    @cached_property
+    def _rough(self) -> Setup:
+        """The arithmetic of the ends of ranges."""
+        return self._setup("double", 0.0)
+
+    @cached_property
+    def _centre(self) -> Trajectory:
+        return Trajectory.of(self.run.scene, self._fine)
+
+    def _changed(self, name: str, change: Fraction, setup: Setup) -> Trajectory | None:
+        """The run with a changed entry; None if the scene refuses it."""
+        try:
+            return Trajectory.of(_moved(self.run.scene, name, change), setup)
+        except InputError:
+            return None
+
+    def _sides(self, name: str) -> list[tuple[Side, Side]]:
+        """The runs below and above, from the largest change of the entry to the smallest."""
+        if name not in self._pairs:
+            value, bits = _value(self.run.scene, name), self._fine.precision.bits
+            pairs = []
+            for power in _powers(self.run.scene.start.theta):
+                change = (abs(value) or 1) * Fraction(2) ** -round(bits * power)
+                below, above = (self._changed(name, s * change, self._fine) for s in (-1, 1))
+                if below is None and above is None:
+                    _moved(self.run.scene, name, change)  # says why
+                pairs.append((
+                    Side(below, -change) if below else Side(self._centre, Fraction(0)),
+                    Side(above, change) if above else Side(self._centre, Fraction(0)),
+                ))  # fmt: skip
+            self._pairs[name] = pairs
+        return self._pairs[name]
+
+    def _slopes(self, name: str, values: Callable[[Trajectory], Values]) -> dict[str, Any]:
+        """(derivative, error) of each of the ``values`` of a run, by the entry ``name``.
+
+        Of two neighbouring changes of the entry the quotients differ by their error; the pair that
+        differs least counts. To that is added what a relative error of one tolerance does to the
+        values, and the rounding of the result to double.
+        """
+        quotients: list[tuple[Values, Values]] = []
+        for below, above in self._sides(name):
+            first, last = values(below.run), values(above.run)
+            width = _number(above.run, above.change - below.change)
+            noise = _number(above.run, above.run.tolerance) / width
+            keys = [key for key in first if key in last]
+            quotients.append((
+                {key: _doubles((last[key] - first[key]) / width) for key in keys},
+                {key: _doubles(abs(last[key]) * noise) for key in keys},
+            ))  # fmt: skip
+        return {key: _best(key, quotients) for key in quotients[-1][0]}
+
+
+class _Effect(NamedTuple):
+    """Effects of an uncertain entry on values: to first order, and at -sigma and +sigma.
+
+    ``nutations`` are the minima of theta before each time of the climb, at -sigma, 0 and +sigma.
+    """
+
+    name: str
+    linear: dict[str, float]
+    below: dict[str, float]
+    above: dict[str, float]
+    nutations: tuple[Mapping[str, int], ...]
+
+    @classmethod
+    def of(
+        cls, name: str, sigma: Fraction, of: Derivatives, values: Callable[[Trajectory], Values]
+    ) -> _Effect:
+        slopes = of._slopes(name, values)
+        linear = {key: float(slope) * float(sigma) for key, (slope, _) in slopes.items()}
+        middle = values(of._centre)
+        runs = [of._changed(name, sign * sigma, of._rough) for sign in (-1, 1)]
+        found = [values(run) if run else {} for run in runs]
+        below, above = (
+            {key: float(there[key] - middle[key]) for key in middle if key in there}
+            for there in found
+        )
+        ordered = (runs[0], of._centre, runs[1])
+        return cls(name, linear, below, above, tuple(map(_nutations, ordered)))
+
+    def ends(self, key: str) -> tuple[float, ...]:
+        """The changes of a value at -sigma and +sigma that exist."""
+        return tuple(end[key] for end in (self.below, self.above) if key in end)
+
+
+def _note(key: str, effects: Sequence[_Effect], size: float) -> str:
+    """The reasons why a range of this size is not linear; "" if it is."""
+    bent: list[str] = []
+    moved: list[str] = []
+    missing: list[str] = []
+    for effect in effects:
+        linear, off = effect.linear.get(key, math.nan), []
+        for sign, ends in ((-1, effect.below), (1, effect.above)):
+            if key in ends:
+                off.append(abs(ends[key] - sign * linear))
+            else:
+                missing.append(f"{effect.name} {'+' if sign > 0 else '-'} sigma")
+        if any(not value <= LINEAR * size for value in off):
+            jumps = len({counts.get(key) for counts in effect.nutations} - {None}) > 1
+            (moved if jumps else bent).append(effect.name)
+    event = "crossing" if key == "equator" else "time"
+    notes = (
+        (f"not linear: the {event} moves to another nutation, by", moved),
+        ("not linear in", bent),
+        ("none at", missing),
+    )
+    return "; ".join(f"{text} {', '.join(names)}" for text, names in notes if names)
+
+
+def _nutations(run: Trajectory | None) -> Mapping[str, int]:
+    """The minima of theta before each time of the climb."""
+    if run is None:
+        return {}
+    events = run.event_table(())
+    minima = [t for name, t in zip(events["name"], events["t"], strict=True) if name == "theta_min"]
+    return {key: sum(t < time for t in minima) for key, time in _times(run).items()}
+
+
+def _times(run: Trajectory) -> Values:
+    """The times of the climb that exist, in s, and the end of a motion that ends early."""
+    climb = run.inversion
+    ends = {f"{name[-1]}.{name[:-2]}": t for name, t in climb.times.items()}
+    every = {"equator": climb.equator, **ends}
+    if run.status not in ARRIVED:
+        every["t_end"] = run.t_end
+    return {name: t for name, t in every.items() if t is not None}
+
+
+def _powers(theta: Inclination) -> tuple[float, ...]:
+    if theta.at_pole:
+        return AT_A_POLE
+    return NEAR_A_POLE if theta.offset < NEAR else POWERS
+
+
+def _best(key: str, quotients: Sequence[tuple[Values, Values]]) -> tuple[Any, Any]:
+    """The quotient that differs least from its neighbour, and its error."""
+    best: Any = numpy.float64(math.nan)
+    least: Any = best
+    for (coarse, _), (fine, noise) in itertools.pairwise(quotients):
+        if key not in coarse or key not in fine:
+            continue
+        slope = fine[key]
+        with numpy.errstate(invalid="ignore"):
+            error = abs(slope - coarse[key]) + noise[key] + 2.0**-53 * abs(slope)
+        closer = (error < least) | numpy.isnan(least)
+        best, least = numpy.where(closer, slope, best), numpy.where(closer, error, least)
+    return best, least
+
+
+def _checked(columns: Sequence[str]) -> tuple[str, ...]:
+    for column in columns:
+        if column not in {*VECTOR_COLUMNS, *QUANTITIES}:
+            raise InputError(f"sensitivity: got {column!r:.60}, expected a column or a quantity")
+    return tuple(columns)
+
+
+def _entries(scene: Scene) -> Iterator[tuple[str, Fraction]]:
+    for name, value in scene.body.in_file_units().items():
+        if isinstance(value, Fraction):
+            yield name, value
+    yield "theta", scene.start.theta.offset
+    for name in RATES:
+        yield name, getattr(scene.start, name)
+
+
+def _value(scene: Scene, name: str) -> Fraction:
+    """An entry's value; of theta the distance from the nearer pole."""
+    known = dict(_entries(scene))
+    if name not in known:
+        raise InputError(f"sensitivity: got {name!r:.60}, expected any of: {', '.join(known)}")
+    return known[name]
+
+
+def _moved(scene: Scene, name: str, change: Fraction) -> Scene:
+    """The scene with an entry changed by an exact amount."""
+    if name == "theta" and scene.start.theta.from_pi:
+        return scene.varied(theta=f"pi - {scene.start.theta.offset - change}")
+    return scene.varied(**{name: _value(scene, name) + change})
+
+
+def _number(run: Trajectory, value: Scalar) -> Scalar:
+    """A number of the arithmetic of a run."""
+    return run.precision.arithmetic.exact(value) if isinstance(value, Fraction) else value
+
+
+def _table(run: Trajectory, columns: Sequence[str], times: Sequence[Fraction]) -> Values:
+    """Columns at some times as arrays of the run's numbers, NaN where a value is undefined."""
+    found, nan = run.table(*columns, times=times, numbers="exact"), run.precision.context.nan
+    return {
+        name: numpy.array([nan if x is None else x for x in found[name]], dtype=object)
+        for name in columns
+    }
+
+
+def _doubles(values: Any) -> Any:
+    return values.astype(float) if isinstance(values, numpy.ndarray) else numpy.float64(values)
