@@ -13,17 +13,17 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy
 
 from tt_precise.integration.columns import VECTOR_COLUMNS
-from tt_precise.integration.dense_output import ARRIVED
-from tt_precise.integration.inversion import NEEDED
+from tt_precise.integration.dense_output import ARRIVED, Status
+from tt_precise.integration.inversion import NEEDED, InversionTimes
+from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup, refused_in_doubles
-from tt_precise.integration.trajectory import Trajectory
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.values import InputError, Scalar
+from tt_precise.runtime.values import Array, InputError, Scalar
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import Inclination
 
@@ -41,10 +41,48 @@ RATES = ("theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
 Values = dict[str, Any]
 
 
+class Integrated(Protocol):
+    """The members of a ``Trajectory``, whose module imports this module, that are compared."""
+
+    scene: Scene
+    setup: Setup
+    status: Status
+
+    @classmethod
+    def of(cls, scene: Scene, setup: Setup) -> Integrated:
+        """Integrate a scene."""
+
+    @property
+    def precision(self) -> Precision:
+        """The arithmetic."""
+
+    @property
+    def tolerance(self) -> Scalar:
+        """The relative tolerance."""
+
+    @property
+    def t_end(self) -> Scalar:
+        """The end in s."""
+
+    @property
+    def sample_times(self) -> tuple[Fraction, ...]:
+        """The exact sample times up to the end, in s."""
+
+    @property
+    def inversion(self) -> InversionTimes:
+        """The times of the climb."""
+
+    def table(self, *names: Any, times: Any, numbers: Any = "float") -> dict[str, Array]:
+        """Columns at some times."""
+
+    def event_table(self, names: Sequence[str]) -> dict[str, Array]:
+        """The recorded events."""
+
+
 class Side(NamedTuple):
     """A run with a changed entry, and by how much it is changed."""
 
-    run: Trajectory
+    run: Integrated
     change: Fraction
 
 
@@ -58,7 +96,7 @@ class Derivatives:
     Raises ``InputError``: the scene has no such entry.
     """
 
-    def __init__(self, run: Trajectory, names: Sequence[str]):
+    def __init__(self, run: Integrated, names: Sequence[str]):
         self.run, self.names = run, tuple(names)
         for name in self.names:
             _value(run.scene, name)
@@ -77,7 +115,7 @@ class Derivatives:
         times = [t for t in self.run.sample_times if t <= end]
         table: dict[str, Any] = {"t": [float(t) for t in times]}
 
-        def values(run: Trajectory) -> Values:
+        def values(run: Integrated) -> Values:
             return _table(run, columns, times)
 
         for name in self.names:
@@ -124,7 +162,7 @@ class Derivatives:
 
         end = self._end(sigmas)
 
-        def values(run: Trajectory) -> Values:
+        def values(run: Integrated) -> Values:
             last = _table(run, columns, [min(end, run.sample_times[-1])])
             return {name: last[name][0] for name in columns} | _times(run)
 
@@ -180,13 +218,13 @@ class Derivatives:
         return self._setup("double", 0.0)
 
     @cached_property
-    def _centre(self) -> Trajectory:
-        return Trajectory.of(self.run.scene, self._fine)
+    def _centre(self) -> Integrated:
+        return self.run.of(self.run.scene, self._fine)
 
-    def _changed(self, name: str, change: Fraction, setup: Setup) -> Trajectory | None:
+    def _changed(self, name: str, change: Fraction, setup: Setup) -> Integrated | None:
         """The run with a changed entry; None if the scene refuses it."""
         try:
-            return Trajectory.of(_moved(self.run.scene, name, change), setup)
+            return self.run.of(_moved(self.run.scene, name, change), setup)
         except InputError:
             return None
 
@@ -207,7 +245,7 @@ class Derivatives:
             self._pairs[name] = pairs
         return self._pairs[name]
 
-    def _slopes(self, name: str, values: Callable[[Trajectory], Values]) -> dict[str, Any]:
+    def _slopes(self, name: str, values: Callable[[Integrated], Values]) -> dict[str, Any]:
         """(derivative, error) of each of the ``values`` of a run, by the entry ``name``.
 
         Of two neighbouring changes of the entry the quotients differ by their error; the pair that
@@ -241,7 +279,7 @@ class _Effect(NamedTuple):
 
     @classmethod
     def of(
-        cls, name: str, sigma: Fraction, of: Derivatives, values: Callable[[Trajectory], Values]
+        cls, name: str, sigma: Fraction, of: Derivatives, values: Callable[[Integrated], Values]
     ) -> _Effect:
         slopes = of._slopes(name, values)
         linear = {key: float(slope) * float(sigma) for key, (slope, _) in slopes.items()}
@@ -284,7 +322,7 @@ def _note(key: str, effects: Sequence[_Effect], size: float) -> str:
     return "; ".join(f"{text} {', '.join(names)}" for text, names in notes if names)
 
 
-def _nutations(run: Trajectory | None) -> Mapping[str, int]:
+def _nutations(run: Integrated | None) -> Mapping[str, int]:
     """The minima of theta before each time of the climb."""
     if run is None:
         return {}
@@ -293,7 +331,7 @@ def _nutations(run: Trajectory | None) -> Mapping[str, int]:
     return {key: sum(t < time for t in minima) for key, time in _times(run).items()}
 
 
-def _times(run: Trajectory) -> Values:
+def _times(run: Integrated) -> Values:
     """The times of the climb that exist, in s, and the end of a motion that ends early."""
     climb = run.inversion
     ends = {f"{name[-1]}.{name[:-2]}": t for name, t in climb.times.items()}
@@ -355,12 +393,12 @@ def _moved(scene: Scene, name: str, change: Fraction) -> Scene:
     return scene.varied(**{name: _value(scene, name) + change})
 
 
-def _number(run: Trajectory, value: Scalar) -> Scalar:
+def _number(run: Integrated, value: Scalar) -> Scalar:
     """A number of the arithmetic of a run."""
     return run.precision.arithmetic.exact(value) if isinstance(value, Fraction) else value
 
 
-def _table(run: Trajectory, columns: Sequence[str], times: Sequence[Fraction]) -> Values:
+def _table(run: Integrated, columns: Sequence[str], times: Sequence[Fraction]) -> Values:
     """Columns at some times as arrays of the run's numbers, NaN where a value is undefined."""
     found, nan = run.table(*columns, times=times, numbers="exact"), run.precision.context.nan
     return {
