@@ -153,9 +153,9 @@ lock:     ## pin and hash requirements/*.txt anew
 	$(PYTHON) -m venv --clear build/lock
 	build/lock/bin/python -m pip --quiet --disable-pip-version-check install uv
 	$(UV_COMPILE) $(ARGS) --all-extras -o requirements/all.txt
-	$(UV_COMPILE) -c requirements/all.txt --extra test --extra dev --extra parquet --extra hdf5 --extra certify \
+	$(UV_COMPILE) -c requirements/all.txt --extra test --extra dev --extra parquet --extra hdf5 \
 		-o requirements/dev.txt
-	$(UV_COMPILE) -c requirements/all.txt --extra docs --extra certify -o requirements/docs.txt
+	$(UV_COMPILE) -c requirements/all.txt --extra docs -o requirements/docs.txt
 	$(UV_COMPILE) -c requirements/all.txt -o requirements/runtime.txt
 
 clean:    ## remove .venv, builds and caches

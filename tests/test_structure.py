@@ -102,7 +102,7 @@ NO_NUMBERS = {
     for name in (
         "_version", "runtime",
         *(f"runtime.{tool}" for tool in (
-            "cache", "plotting", "process", "tables", "terminal", "workers",
+            "cache", "player", "plotting", "process", "tables", "terminal", "workers",
         )),
     )
 }  # fmt: skip

@@ -260,6 +260,12 @@ def test_a_picture_and_a_moving_picture(
     assert drawn == [str(moving)]
 
 
+@pytest.mark.parametrize("option", ["--animate top.html", "--out a.csv --columns pose"])
+def test_a_vertical_axis_has_no_pose(said: Said, option: str) -> None:
+    text = said("run upright", option, status=2)
+    assert text.startswith(f"tt-precise: --{option.split()[-2].strip('-')}: got a start")
+
+
 @pytest.mark.parametrize(("digits", "told"), [(40, ""), (100, "about 2 min"), (2000, "")])
 def test_a_long_run_says_so_first(
     digits: int, told: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

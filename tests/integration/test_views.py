@@ -1,5 +1,7 @@
 """Pictures of a trajectory, still and moving, and what a notebook shows."""
 
+import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +10,16 @@ import pytest
 from PIL import Image
 
 from tt_precise.integration import Trajectory, integrate
-from tt_precise.integration.views import ELEVATION, _Picture, _seen, _towards, sampled
+from tt_precise.integration.views import (
+    ELEVATION,
+    PEG,
+    PEG_END,
+    _Picture,
+    _seen,
+    _towards,
+    peg_ends,
+    sampled,
+)
 from tt_precise.runtime import plotting
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
@@ -61,9 +72,6 @@ def test_html_of_a_trajectory_and_a_scene(short: Trajectory) -> None:
 
 
 def test_pictures_that_move_have_their_frames(short: Trajectory, tmp_path: Path) -> None:
-    text = short.animate(tmp_path / "top.html", seconds=0.2, fps=10, end=0.1).read_text("utf-8")
-    assert text.count("data:image/png;base64") == 2
-    assert not list(tmp_path.glob("*_frames"))
     done: list[float] = []
     made = short.animate(tmp_path / "top.gif", seconds=0.3, fps=10, progress=done.append)
     with Image.open(made) as picture:
@@ -71,7 +79,40 @@ def test_pictures_that_move_have_their_frames(short: Trajectory, tmp_path: Path)
         first = picture.convert("RGB").copy()
         picture.seek(2)
         assert picture.convert("RGB").tobytes() != first.tobytes()
+        assert picture.size == (960, 624)
     assert done[-1] == 1
+
+
+def test_a_page_that_plays_needs_nobody(short: Trajectory, tmp_path: Path) -> None:
+    text = short.animate(tmp_path / "top.html", end=0.25).read_text("utf-8")
+    assert "http" not in text.replace("http://www.w3.org", "")
+    for part in ('type="range"', 'id="top-speed"', "track of the contact point"):
+        assert part in text
+    played = json.loads(re.search(r'id="motion">(.*?)</script>', text)[1])  # type: ignore[index]
+    count = len(played["theta"])
+    times = [played["every"] * i for i in range(count)]
+    assert times[-1] == pytest.approx(0.25)
+    frame = short.frame("theta", "kx", "kz", times=times)
+    assert played["theta"] == pytest.approx(list(frame["theta"]), abs=6e-5)
+    # the sphere's centre is above the contact point: alpha k from the centre of mass
+    assert played["x"][0] == pytest.approx(0.3 * np.sin(0.1), abs=1e-3)
+    assert "lift" not in played
+
+
+def test_a_top_that_flies_is_drawn_above_the_table(tmp_path: Path) -> None:
+    run = integrate("flight")
+    text = run.animate(tmp_path / "top.html").read_text("utf-8")
+    played = json.loads(re.search(r'id="motion">(.*?)</script>', text)[1])  # type: ignore[index]
+    heights = run.frame("height", times=[0, run.t_end])["height"] / float(run.scene.body.R)
+    assert [played["lift"][0], played["lift"][-1]] == pytest.approx(list(heights), abs=1e-3)
+    assert max(played["lift"]) > 0.1
+
+
+@pytest.mark.parametrize("kz", [1.0, 0.3, 0.0, -0.3, -0.87, -1.0])
+def test_the_peg_does_not_sink_through_the_table(kz: float) -> None:
+    foot, end = peg_ends(kz)
+    assert 0 < foot <= end <= 1 + PEG
+    assert 1 + end * kz >= PEG_END - 1e-12
 
 
 def test_words_and_panels_stand_inside_the_picture(short: Trajectory) -> None:

@@ -11,6 +11,7 @@ from tt_precise.claims.committed import JudgedClaim, committed
 from tt_precise.report import overview as animation
 from tt_precise.report.document import MARKS, entry, sections
 from tt_precise.report.overview import TRACK, motion
+from tt_precise.runtime import player
 from tt_precise.scene.scene import load_scene
 
 CLIMB = (3.19, 7.82)  # s
@@ -23,12 +24,13 @@ def found() -> Any:
 
 def test_the_courses_are_those_of_the_golden_scene(found: Any) -> None:
     trajectory = golden.load(TRACK)
-    assert len(found["theta"]) == len(trajectory) == 801
+    played = found["played"]
+    assert len(played["theta"]) == len(trajectory) == 801
     for name in ("theta", "phi", "psi"):
         for row in (0, 400, 800):
             truth = float(trajectory[name].iloc[row])
-            assert found[name][row] == pytest.approx(truth, abs=10 ** -animation.DECIMALS[name])
-    assert found["every"] == 0.01
+            assert played[name][row] == pytest.approx(truth, abs=10 ** -player.DECIMALS[name])
+    assert played["every"] == 0.01
     assert found["end"] == 8.0
 
 
@@ -45,19 +47,19 @@ def test_the_contact_point_glides_as_the_sphere_rolls_and_slips(found: Any) -> N
     for name, rate in rates.items():
         way = numpy.trapezoid(rate, dx=0.01) / body.R
         # a nutation lasts 37 ms, of which the trapezoids of 10 ms leave some percent of a radius
-        assert found[name][-1] - found[name][0] == pytest.approx(way, abs=0.2)
-    assert abs(found["x"][-1]) > 20
+        assert found["played"][name][-1] - found["played"][name][0] == pytest.approx(way, abs=0.2)
+    assert abs(found["played"]["x"][-1]) > 20
 
 
 def test_map_and_graph_lie_inside_the_drawing(found: Any) -> None:
     for path, (left, top, width, height) in (
-        (found["track"], animation.MAP), (found["curve"], animation.GRAPH),
+        (found["track"], player.MAP), (found["curve"], player.GRAPH),
     ):  # fmt: skip
         for point in path[1:].split("L"):
             x, y = map(float, point.split())
             assert left - 0.1 <= x <= left + width + 0.1
             assert top - 0.1 <= y <= top + height + 0.1
-    assert found["graph"]["sy"] * math.pi == pytest.approx(animation.GRAPH[3], rel=1e-3)
+    assert found["graph"]["sy"] * math.pi == pytest.approx(player.GRAPH[3], rel=1e-3)
 
 
 def test_without_golden_data_nothing_moves(monkeypatch: pytest.MonkeyPatch) -> None:

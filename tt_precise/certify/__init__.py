@@ -56,8 +56,6 @@ of ``energy_well``; ``checker`` is a second, independent program.
     >>> proof = prove(dataclasses.replace(tt.load_scene("reference"), until="0.02"))
     >>> proof.state("0.02")["theta"].str(30)
     '[0.0974468621270673365519920016122 +/- 2.95e-32]'
-
-Needs python-flint (the extra ``certify``).
 """
 
 from __future__ import annotations

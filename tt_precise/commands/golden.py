@@ -153,16 +153,9 @@ def certify_command(
     Writes proof.json and the enclosures into the folder of the golden tables. With --check it
     verifies the certificates of SCENES (certificate.json.xz in that folder, or one made first) and
     writes nothing. Exit status 1 if a printed digit is proved wrong, the proof does not reach the
-    end, or a certificate is refused. Needs python-flint (extra `certify`).
+    end, or a certificate is refused.
     """
-    try:
-        from tt_precise.certify.golden_proof import attempted
-    except ModuleNotFoundError as error:
-        if error.name != "flint":
-            raise
-        raise InputError(
-            "golden certify: python-flint is not installed; pip install 'tt-precise[certify]'"
-        ) from None
+    from tt_precise.certify.golden_proof import attempted
     from tt_precise.golden.proofs import PROOF
     from tt_precise.golden.store import require, some
     from tt_precise.golden.store import scenes as golden_scenes

@@ -233,9 +233,9 @@ def command(
         require_format(plot)
         _require_writable(Path(plot), "--plot")
     if animate is not None:
-        from tt_precise.integration.views import movie_writer
+        from tt_precise.integration.views import require_animation
 
-        movie_writer(Path(animate))
+        require_animation(Path(animate))
         _require_writable(Path(animate), "--animate")
     if out is not None:
         from tt_precise.runtime import tables
@@ -244,7 +244,13 @@ def command(
         _require_writable(Path(out), "--out")
     elif wanted:
         raise InputError("--columns: got names without --out, expected --out FILE too")
-    if _require_columns(wanted) or animate is not None:
+    posed = _require_columns(wanted)
+    if posed or animate is not None:
+        if loaded.start.theta.at_pole:
+            raise InputError(
+                f"{'--columns' if posed else '--animate'}: got a start whose axis is exactly "
+                "vertical, where phi and psi are undefined; expected a tilt, such as theta = 1e-9"
+            )
         recorded |= set(RECORDABLE)  # now, not in a second integration
     seconds = seconds_for(digits, loaded) if digits else 0.0
     if LONG_S < seconds <= MOST_SECONDS:

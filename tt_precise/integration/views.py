@@ -10,11 +10,11 @@ import numpy
 from tt_precise.integration.columns import Name
 from tt_precise.integration.run import DIGITS, ERROR
 from tt_precise.mechanics.quantities import described
-from tt_precise.runtime import plotting
-from tt_precise.runtime.files import replacing
+from tt_precise.runtime import player, plotting
+from tt_precise.runtime.files import atomic_write, replacing
 from tt_precise.runtime.tables import as_html
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import Array, InputError
+from tt_precise.runtime.values import Array, InputError, Json
 
 if TYPE_CHECKING:
     import pandas
@@ -134,9 +134,13 @@ def _label(name: str) -> str:
 FORMATS = (".gif", ".html", ".mp4")
 ELEVATION = 0.30  # rad above the table, from where it is seen
 PEG = 0.12  # of R, beyond the sphere: only a mark, as the model has none
+PEG_END = 0.15  # of R, half the width of its line, which stays above the table
+# Values of each course in a page of 0.1 MB: a nutation is round, and a screen has fewer pixels.
+LEAST_PLAYED, MOST_PLAYED = 1500, 4000
+PLAYED_EVERY_S = 0.01
 CIRCLE_POINTS = 73
 FINER = 8  # points of the track for each frame
-DPI = 80
+DPI = 160  # 960 x 624 pixels
 
 
 class Frames(NamedTuple):
@@ -163,10 +167,12 @@ def animate(
 ) -> Path:
     """Write the animation of ``trajectory`` from ``begin`` to ``end`` (s).
 
+    A page (.html) plays in a browser without a network, with a slider and several speeds; ``fps``
+    is of no importance there, and ``seconds`` chooses the first speed.
+
     Raises ``InputError``: an unknown suffix, an empty span of time, no frames, a trajectory without
     a pose, or .mp4 without ffmpeg.
     """
-    import matplotlib
     from matplotlib.animation import FuncAnimation
 
     target = Path(path)
@@ -174,11 +180,15 @@ def animate(
         raise InputError(
             f"animate: got {seconds:g} s with {fps:g} frames in each, expected both above 0"
         )
+    require_animation(target)
+    if target.suffix.lower() == ".html":
+        atomic_write(target, player.page(playable(trajectory, begin, end, seconds)))
+        return target
     writer = movie_writer(target, fps)
     count = max(2, round(seconds * fps))
     frames = sampled(trajectory, begin, end, count)
     scene = trajectory.scene
-    with plotting.styled(), matplotlib.rc_context({"animation.embed_limit": 200}):
+    with plotting.styled():
         drawn = plotting.new_figure(6.0, 3.9)
         drawn.set_layout_engine("none")
         picture = _Picture(drawn, frames, f"{scene.name}  ({scene.title})")
@@ -192,6 +202,50 @@ def animate(
     return target
 
 
+def playable(
+    trajectory: Trajectory, begin: float, end: float | None, seconds: float
+) -> dict[str, Json]:
+    """The data of the page that plays, see ``runtime.player``."""
+    last = _require_span(trajectory, begin, end)
+    count = min(MOST_PLAYED, max(LEAST_PLAYED, round((last - begin) / PLAYED_EVERY_S)))
+    times = numpy.linspace(begin, last, count + 1)
+    names = ("theta", "phi", "psi", "x", "y", "z", "kx", "ky", "kz")
+    table = trajectory.with_quadratures.frame(*names, times=times.tolist(), numbers="float")
+    scene = trajectory.scene
+    R, alpha = float(scene.body.R), float(scene.body.alpha)
+    course = {name: table[name].to_numpy() for name in ("theta", "phi", "psi")}
+    # the point below the sphere's centre, which lies alpha R along the axis from the centre of mass
+    for name in ("x", "y"):
+        course[name] = table[name].to_numpy() / R + alpha * table[f"k{name}"].to_numpy()
+    lift = table["z"].to_numpy() / R + alpha * table["kz"].to_numpy() - 1
+    if scene.lifts:
+        course["lift"] = numpy.maximum(lift, 0)
+    words = (
+        f"{scene.title or scene.name}: theta over {begin:g} to {last:g} s, and the track of the "
+        "point below the sphere's centre, in radii of the top. The model is a sphere: the drawn "
+        "stem ends where the table is."
+    )
+    return player.drawing(
+        (last - begin) / count,
+        {name: values.tolist() for name, values in course.items()},
+        title=f"{scene.name}: {trajectory.status}",
+        words=words,
+        begin=begin,
+        seconds=seconds,
+    )
+
+
+def _require_span(trajectory: Trajectory, begin: float, end: float | None) -> float:
+    """The end of the animation in s; refuse a span that is empty or not in the trajectory."""
+    last = float(trajectory.t_end) if end is None else end
+    if not 0 <= begin < last <= float(trajectory.t_end):
+        raise InputError(
+            f"animate: got {begin:g} to {last:g} s, expected a span within 0 to "
+            f"{float(trajectory.t_end):g} s"
+        )
+    return last
+
+
 def sampled(trajectory: Trajectory, begin: float, end: float | None, count: int) -> Frames:
     """``count`` poses, equally spaced in time.
 
@@ -199,12 +253,7 @@ def sampled(trajectory: Trajectory, begin: float, end: float | None, count: int)
     """
     from scipy.spatial.transform import Rotation
 
-    last = float(trajectory.t_end) if end is None else end
-    if not 0 <= begin < last <= float(trajectory.t_end):
-        raise InputError(
-            f"animate: got {begin:g} to {last:g} s, expected a span within 0 to "
-            f"{float(trajectory.t_end):g} s"
-        )
+    last = _require_span(trajectory, begin, end)
     times = numpy.linspace(begin, last, FINER * (count - 1) + 1).tolist()
     table = trajectory.frame("theta", "pose", times=times, numbers="float")
     body = trajectory.scene.body
@@ -217,19 +266,26 @@ def sampled(trajectory: Trajectory, begin: float, end: float | None, count: int)
     return Frames(shown["t"].to_numpy(), turn[::FINER], shown["theta"].to_numpy(), track)
 
 
-def movie_writer(path: Path, fps: int = 20) -> AbstractMovieWriter:
-    """The writer for a file of this name; ``InputError`` if there is none."""
+def require_animation(path: Path) -> None:
+    """Refuse a file that cannot be made, before anything is computed.
+
+    Raises ``InputError``: another ending than ``FORMATS``, or .mp4 without ffmpeg.
+    """
     from matplotlib import animation
 
     ending = path.suffix.lower()
     if ending not in FORMATS:
         raise InputError(f"animate: got {path}, expected a name that ends in {', '.join(FORMATS)}")
-    if ending == ".gif":
-        return animation.PillowWriter(fps=fps)
-    if ending == ".html":
-        return animation.HTMLWriter(fps=fps, embed_frames=True)
-    if not animation.FFMpegWriter.isAvailable():
+    if ending == ".mp4" and not animation.FFMpegWriter.isAvailable():
         raise InputError(f"animate: got {path}, which needs ffmpeg; expected .gif or .html without")
+
+
+def movie_writer(path: Path, fps: int = 20) -> AbstractMovieWriter:
+    """The writer of matplotlib for a file of this name."""
+    from matplotlib import animation
+
+    if path.suffix.lower() == ".gif":
+        return animation.PillowWriter(fps=fps)
     return animation.FFMpegWriter(fps=fps)
 
 
@@ -289,7 +345,7 @@ class _Picture:
             front.set_data(numpy.where(near, across, numpy.nan), numpy.where(near, up, numpy.nan))
             back.set_data(numpy.where(near, numpy.nan, across), numpy.where(near, numpy.nan, up))
         k = turn[:, 2:]
-        self.peg.set_data(*_seen(middle + k * [0.97, 1 + PEG]))
+        self.peg.set_data(*_seen(middle + k * numpy.array(peg_ends(float(k[2, 0])))))
         # the peg in front of the ball, or behind it
         self.peg.set_zorder(5 if float(_towards(k)[0]) > 0 else 2.5)
         self._table(place)
@@ -314,6 +370,12 @@ class _Picture:
             else:
                 points = numpy.stack([ends, level + offset + shift[1], level])
             line.set_data(*_seen(points))
+
+
+def peg_ends(kz: float) -> tuple[float, float]:
+    """The ends of the peg from the sphere's centre, in radii; its round end is above the table."""
+    end = 1 + PEG if kz >= 0 else min(1 + PEG, (1 - PEG_END) / -kz)
+    return min(0.97, end), end
 
 
 def _seen(points: Array) -> tuple[Array, Array]:

@@ -7,10 +7,10 @@ three angles and the path of its centre of mass.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from markupsafe import Markup
 from msgspec import to_builtins
 
 from tt_precise.claims import Verdict, counts
@@ -20,6 +20,7 @@ from tt_precise.golden import store
 from tt_precise.report.document import Card, Claims, Overview, Section, Text, entry, sections
 from tt_precise.report.precision import precision_runs
 from tt_precise.report.prose import full, short
+from tt_precise.runtime import player
 from tt_precise.runtime.values import Json
 
 PAPER_DRIFT = 1e-6
@@ -158,17 +159,12 @@ def all_claims(judged: Sequence[JudgedClaim], run: JudgingRun) -> Section:
 
 
 TRACK = "track"
-DECIMALS = {"theta": 4, "phi": 3, "psi": 2, "x": 3, "y": 3}  # rad, and radii of the top
-# positions of map and graph in the drawing of 520 x 400 units: left, top, width, height
-MAP = (312.0, 22.0, 196.0, 176.0)
-GRAPH = (34.0, 300.0, 474.0, 74.0)
 
 
 def motion(climb: tuple[float, float]) -> dict[str, Json] | None:
-    """The data of the animation: ``every`` (s), five courses, the geometry of map and graph.
+    """The drawing of the animation, see ``runtime.player``; None without the golden data.
 
-    ``climb`` is the begin and end of the climb in s, for the caption. theta, phi and psi are in
-    rad; x and y of the contact point in radii of the top. None without the golden data.
+    ``climb`` is the begin and end of the climb in s, for the caption.
     """
     if TRACK not in store.scenes():
         return None
@@ -183,36 +179,14 @@ def motion(climb: tuple[float, float]) -> dict[str, Json] | None:
     for name, axis in (("x", "kx"), ("y", "ky")):
         pairs = zip(numbers(name), numbers(axis), strict=True)
         course[name] = [mass / radius + alpha * k for mass, k in pairs]
-    times, x, y = numbers("t"), course["x"], course["y"]
-    left, top, width, height = MAP
-    scale = min(width / (max(x) - min(x)), height / (max(y) - min(y)))
-    mapped = {
-        "scale": round(scale, 4),
-        "x0": round(left + width / 2 - scale * (max(x) + min(x)) / 2, 2),
-        "y0": round(top + height / 2 + scale * (max(y) + min(y)) / 2, 2),
-    }
-    left, top, width, height = GRAPH
-    graph = {
-        "x0": left, "y0": top + height,
-        "sx": round(width / times[-1], 4), "sy": round(height / math.pi, 4),
-    }  # fmt: skip
-    return {
-        "every": times[1] - times[0],
-        "climb": [round(moment, 1) for moment in climb],
-        **{name: [round(v, places) for v in course[name]] for name, places in DECIMALS.items()},
-        "map": mapped,
-        "graph": graph,
-        "track": _path(
-            (mapped["x0"] + mapped["scale"] * a, mapped["y0"] - mapped["scale"] * b)
-            for a, b in zip(x, y, strict=True)
-        ),
-        "curve": _path(
-            (graph["x0"] + graph["sx"] * t, graph["y0"] - graph["sy"] * theta)
-            for t, theta in zip(times, course["theta"], strict=True)
-        ),
-        "end": times[-1],
-    }
-
-
-def _path(points: Iterable[tuple[float, float]]) -> str:
-    return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points)
+    times = numbers("t")
+    begun, ended = (round(moment, 1) for moment in climb)
+    words = Markup(
+        f"The reference solution, drawn from <code>reference_data/{TRACK}</code>, golden data with "
+        "34 digits: the top starts upright, its contact point glides along the loop, and between "
+        f"{begun} s and {ended} s it turns over. The model is a sphere: the drawn stem ends where "
+        "the table is."
+    )
+    return player.drawing(
+        times[1] - times[0], course, title="The top turning over", words=words, first=2.6, rest=5.2
+    )

@@ -6,12 +6,11 @@ Long and wide tables, and the other pictures, are folded.
 
 from __future__ import annotations
 
-import json
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from tt_precise.claims.verdicts import Verdict
@@ -27,6 +26,7 @@ from tt_precise.report.document import (
     Text,
     sections,
 )
+from tt_precise.runtime import player
 from tt_precise.runtime.values import Json
 
 if TYPE_CHECKING:
@@ -48,14 +48,15 @@ Choices = list[tuple[str, list[tuple[str, str]]]]
 def html(report: Report) -> str:
     """The report as one HTML file with everything in it."""
     environment = _environment(escaped=True)
-    environment.filters |= {
+    filters: dict[str, Callable[..., Any]] = {
         "prose": _marked_up(prose.html),
         "short": _marked_up(lambda text: prose.html(text, prose.DIGITS)),
         "formula": _marked_up(prose.formula_html),
         "pair": lambda entry: _pair(entry, prose.pair_html, prose.formula_html),
         "image": _image,
-        "compact": _compact,
+        "compact": player.compact,
     }
+    environment.filters |= filters
     text = environment.get_template("report.html.j2").render(
         report=report, paper_sections=sections(), marks=MARKS, citation=_citation(report)
     )
@@ -83,10 +84,10 @@ def markdown(report: Report) -> str:
 
 @cache
 def _environment(*, escaped: bool) -> Environment:
-    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
-        loader=PackageLoader("tt_precise.report"),
+        loader=ChoiceLoader([PackageLoader("tt_precise.report"), player.templates()]),
         autoescape=escaped,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -200,13 +201,6 @@ def _image(figure: Figure) -> Markup:
 
     svg = quote(figure.svg[figure.svg.index("<svg") :].replace('"', "'"), safe=_AS_THEY_ARE)
     return Markup("data:image/svg+xml," + svg)
-
-
-def _compact(value: Mapping[str, Json]) -> Markup:
-    from markupsafe import Markup
-
-    data = {name: part for name, part in value.items() if name not in ("track", "curve", "end")}
-    return Markup(json.dumps(data, separators=(",", ":")).replace("<", "\\u003c"))
 
 
 def _tally(entries: Iterable[Entry]) -> list[tuple[str, int]]:
