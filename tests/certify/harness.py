@@ -14,13 +14,12 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any, NamedTuple
 
-from flint import arb, arb_mat
+from flint import arb
 
 import tt_precise.certify
-from tt_precise.certify.certificate import Refused
 
 PACKAGE = "tt_precise.certify"
-TRUSTED = ("checker_arithmetic", "checker")  # in the order in which they import each other
+TRUSTED = ("models", "kernel", "start", "zeros", "problem", "motion")  # in the order of imports
 BITS = 200
 
 
@@ -69,48 +68,67 @@ def _loaded(name: str, mutant: Mutant | None) -> ModuleType:
     return module
 
 
-Rates = Callable[[Sequence[Any]], Sequence[Any]]
+class Enclosing:
+    """The enclosure of y' = ``rates``(y) from a ``start`` of balls, step by step.
 
+    ``weights``, if there are any, are those of the norm.
+    """
 
-def enclosing(trusted: Any, rates: Rates, start: Sequence[arb], order: int) -> Any:
-    """The enclosure of y' = ``rates``(y) from a ``start`` of balls."""
+    vanishing = 0  # order to which functions vanish at t = 0
 
-    class Enclosing(trusted.checker.Checker):
-        vanishing = 0  # order to which functions vanish at t = 0
+    def __init__(
+        self,
+        trusted: Any,
+        rates: Callable[[Sequence[Any]], Sequence[Any]],
+        start: Sequence[arb],
+        order: int,
+        weights: Sequence[Any] = (),
+    ):
+        self.trusted, kernel = trusted, trusted.kernel
+        self.weights = [arb(weight) for weight in weights]
+        self.equations = kernel.Equations(trusted.models.Rates(rates, len(start)), BITS, order)
+        self.known = kernel.Known.of(self.equations, arb(0), [arb(x) for x in start])
+        self.step: Any = None
 
-        def __init__(self) -> None:
-            self.bits, self.order = BITS, order
-            self.finish = self.entered = arb(0)
-            self.end = [arb(x) for x in start]
-            self.rates = trusted.checker.Rates(rates, len(self.end))
-            self.free = self._moving(self.end)
-            n = len(self.free)
-            self.basis = arb_mat([[int(i == j) for j in range(n)] for i in range(n)])
-            self.box = arb_mat(n, 1, [arb(0)] * n)
+    def on(self, length: Any, power: int = 0, shift: Any = 0) -> None:
+        """Take one more step, from the middle of what is known, or ``shift`` from it.
 
-        def on(self, length: Any, power: int = 0, shift: Any = 0) -> None:
-            """One more piece, from the middle of what is enclosed, or ``shift`` from it."""
-            begin = [x.mid() for x in self.last()]
-            begin = [(x + shift).mid() if i in self.free else x for i, x in enumerate(begin)]
-            self.advance(power, arb(length), begin)
+        ``shift`` is that of each component, or of all that are not always zero.
+        """
+        shifts = shift if isinstance(shift, list) else [shift] * len(self.known.middle)
+        pairs = enumerate(zip(self.known.state, shifts, strict=True))
+        free = self.known.free
+        begin = [(x.mid() + y).mid() if i in free else x.mid() for i, (x, y) in pairs]
+        kernel = self.trusted.kernel
+        choice = kernel._weights
+        if self.weights:
+            kernel._weights = lambda band: self.weights
+        try:
+            self.step = kernel.advance(self.equations, self.known, power, arb(length), begin)
+        finally:
+            kernel._weights = choice
+        self.known = self.step.after
 
-        def last(self) -> list[arb]:
-            """The states with which the last piece ends."""
-            errors = dict(zip(self.free, (self.basis * self.box).entries(), strict=True))
-            return [x + errors.get(i, 0) for i, x in enumerate(self.end)]
+    @property
+    def length(self) -> arb:
+        return self.step.length
 
-        def motion(self, state: Sequence[Any]) -> Any:
-            return state
+    @property
+    def finish(self) -> arb:
+        return self.known.time
 
-        def order_at_entry(self, function: Any) -> int:
-            return self.vanishing
+    def at(self, s: Any) -> Any:
+        """Return the states at a local time of the last step."""
+        return self.step.at(arb(s))
 
-        def zeros(self, function: Any, until: Any = None, touches: Any = ()) -> Any:
-            """Direction and time of the zeros in the last piece."""
-            until = self.finish if until is None else arb(until)
-            return trusted.checker.Zeros(self).of(function, until, touches)
+    def last(self) -> Any:
+        """Return the states at the end of the last step."""
+        return self.known.state
 
-    return Enclosing()
-
-
-__all__ = ["BITS", "Mutant", "Refused", "enclosing", "program"]
+    def zeros(self, function: Any, until: Any = None, double: Any = ()) -> Any:
+        """Return direction and time of the zeros in the last step."""
+        until = self.finish if until is None else arb(until)
+        first = self.step.time == 0
+        order = (lambda _: self.vanishing) if first else None
+        zeros = self.trusted.zeros.Zeros(self.step, lambda state: state, order)
+        return zeros.of(function, until, double)

@@ -18,7 +18,7 @@ from tt_precise.certify import NotProved, Problem, balls, enclose, problem_of, z
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.interval_newton import _Part
 from tt_precise.certify.onset import Onset
-from tt_precise.certify.problem import exact_zeros, form_of
+from tt_precise.certify.prover_problem import exact_zeros, form_of
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 

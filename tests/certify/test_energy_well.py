@@ -21,7 +21,7 @@ from tt_precise.certify.energy_well import (
     forever,
     held,
 )
-from tt_precise.certify.problem import units_of
+from tt_precise.certify.prover_problem import units_of
 from tt_precise.golden import store
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState

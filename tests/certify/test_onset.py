@@ -16,7 +16,7 @@ import tt_precise as tt
 from tt_precise.certify import NotProved, checker, prove
 from tt_precise.certify.certificate import Refused, content_of
 from tt_precise.certify.onset import Exact, Onset, onset
-from tt_precise.certify.problem import FUNCTIONS, form_of, problem_of
+from tt_precise.certify.prover_problem import FUNCTIONS, form_of, problem_of
 from tt_precise.golden.store import Stored
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import catalogue, event_named

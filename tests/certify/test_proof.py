@@ -17,7 +17,7 @@ import tt_precise.certify
 from tests.conftest import Patch
 from tt_precise.certify import Enclosure, NotProved, Proof, problem_of, prove
 from tt_precise.certify.onset import onset
-from tt_precise.certify.problem import units_of
+from tt_precise.certify.prover_problem import units_of
 from tt_precise.golden import store
 from tt_precise.integration import catalogue
 from tt_precise.integration.events import event_named

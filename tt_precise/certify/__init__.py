@@ -68,8 +68,8 @@ if TYPE_CHECKING:
     from tt_precise.certify.balls import NotProved
     from tt_precise.certify.enclosure import Enclosure, enclose
     from tt_precise.certify.interval_newton import Zero, zeros
-    from tt_precise.certify.problem import Problem, problem_of
     from tt_precise.certify.proof import Proof, prove
+    from tt_precise.certify.prover_problem import Problem, problem_of
 
 __all__ = [
     "Enclosure", "NotProved", "Problem", "Proof", "Zero", "enclose", "problem_of", "prove", "zeros",
@@ -81,7 +81,7 @@ __getattr__, __dir__ = lazy_names(
     {
         "enclosure": ["Enclosure", "enclose"],
         "interval_newton": ["Zero", "zeros"],
-        "problem": ["Problem", "problem_of"],
+        "prover_problem": ["Problem", "problem_of"],
         "proof": ["Proof", "prove"],
         "balls": ["NotProved"],
     },

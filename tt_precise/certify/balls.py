@@ -31,7 +31,7 @@ class NotProved(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
 class Balls:
     """The elementary functions of the mechanics, on balls.
 
-    Roots also work on Taylor models and dual numbers.
+    Roots and exponentials also work on power series, Taylor models and dual numbers.
     """
 
     mpf = arb  # of a whole number
@@ -48,6 +48,11 @@ class Balls:
     def sqrt(x: Scalar) -> Scalar:
         """Square root; not a number where the ball reaches below zero."""
         return x.sqrt()
+
+    @staticmethod
+    def exp(x: Scalar) -> Scalar:
+        """The exponential function."""
+        return x.exp()
 
     @staticmethod
     def acos(x: Scalar) -> Scalar:

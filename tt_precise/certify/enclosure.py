@@ -17,7 +17,7 @@ from flint import arb, arb_poly
 
 from tt_precise.certify.balls import NotProved, between, require_outward_rounding
 from tt_precise.certify.error_set import LohnerSet
-from tt_precise.certify.problem import Problem, exact_zeros, restored, without
+from tt_precise.certify.prover_problem import Problem, exact_zeros, restored, without
 from tt_precise.certify.step import Crossing, Piece, cross
 from tt_precise.certify.taylor_model import Frame, TaylorModel
 from tt_precise.runtime.terminal import Progress, silent

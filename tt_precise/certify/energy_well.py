@@ -52,7 +52,7 @@ from flint import arb
 
 from tt_precise.certify.balls import Balls, NotProved, around, between, bounds, largest
 from tt_precise.certify.comparison import outward, rounded
-from tt_precise.certify.problem import BALLS
+from tt_precise.certify.prover_problem import BALLS
 from tt_precise.golden.runs import exact_decimal
 from tt_precise.mechanics import friction, newton
 from tt_precise.mechanics.formulations import integrated

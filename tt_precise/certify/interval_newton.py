@@ -26,7 +26,7 @@ from flint import arb
 from tt_precise.certify.balls import NotProved, between, fraction, largest
 from tt_precise.certify.enclosure import VerifiedStep
 from tt_precise.certify.onset import Onset
-from tt_precise.certify.problem import FUNCTIONS, Function
+from tt_precise.certify.prover_problem import FUNCTIONS, Function
 from tt_precise.certify.taylor_model import DualNumber, TaylorModel
 from tt_precise.taylor.series import Series, solution
 

@@ -24,7 +24,7 @@ import flint
 from flint import arb, fmpq, fmpq_poly
 
 from tt_precise.certify.balls import Balls, NotProved, ball
-from tt_precise.certify.problem import form_of
+from tt_precise.certify.prover_problem import form_of
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState

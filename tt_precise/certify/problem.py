@@ -1,287 +1,212 @@
-"""The exact initial value problem that is to be enclosed, and what is observed of its states.
+"""The exact initial value problem that is enclosed, and what is observed of its motion.
 
-Components that are exactly zero for all time are left out: balls around zero cannot prove a zero.
-But if f_i = 0 for each i of a set Z wherever all y_j, j in Z, are zero, then a solution that starts
-there stays there (it solves the problem without them, and solutions are unique). f_i is evaluated
-with exact zeros in Z and balls of positive radius elsewhere: an exactly zero result means that f_i
-vanishes on that box, hence, being analytic, wherever the y_j are zero. Upright and inverted spin,
-and rocking in a plane, are such solutions.
+A ``Problem`` knows nothing of a scene: closed forms test the kernel with it. ``problem_of`` makes
+that of a scene in vectors and dimensionless units (m = R = g = 1), the axis at azimuth 0.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from fractions import Fraction
-from functools import cached_property, reduce
-from operator import add
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
-from flint import arb
+from flint import arb, fmpq
 
 from tt_precise.certify.balls import Balls, NotProved, ball
-from tt_precise.integration.equations import QUADRATURE_SCALE, Layout
-from tt_precise.mechanics import formulations
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.certify.models import solution
+from tt_precise.certify.start import FormalFunctions, Function, Onset
+from tt_precise.integration.equations import Layout
+from tt_precise.integration.events import TERMINAL, catalogue, event_named
+from tt_precise.mechanics import compliant, formulations
 from tt_precise.mechanics.formulations import Formulation
-from tt_precise.mechanics.parameters import Units
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.values import Arithmetic, Functions, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
-from tt_precise.taylor.graph import Constant, Graph, Operand, constants_of, in_order, numbers
-from tt_precise.taylor.series import Series, SeriesFunctions
-
-
-class _Functions(SeriesFunctions, Balls):
-    """Those of balls, and of power series over them or over Taylor models."""
-
-    def hypot(self, x: Scalar, y: Scalar) -> Scalar:  # type: ignore[override]
-        return self.sqrt(x * x + y * y) if isinstance(x, Series) else Balls.hypot(x, y)
-
 
 BALLS = Arithmetic(Balls, ball)
-FUNCTIONS = _Functions(Balls)
-Function = Callable[[Sequence[Scalar]], Scalar]  # of a state
-
-
-class Equations:
-    """A right-hand side as a graph: each operation once, for arithmetics in which they are long."""
-
-    def __init__(
-        self, rates: Callable[..., Sequence[Scalar]], parameters: int, variables: int
-    ) -> None:
-        graph = Graph(variables, parameters)
-        self._results = list(rates(graph.parameters, list(graph.entries), graph))
-        self._nodes = in_order(graph, self._results)
-        alone = [result for result in self._results if isinstance(result, Constant)]
-        self._constants = [*constants_of(self._nodes), *alone]
-
-    def __call__(self, parameters: Sequence[Scalar], state: Sequence[Scalar]) -> list[Scalar]:
-        """The rates, in the arithmetic of the state; parameters are balls."""
-        known: dict[Scalar, Scalar] = dict(numbers(self._constants, parameters, Balls))
-
-        def value(operand: Scalar) -> Scalar:
-            return known[operand] if isinstance(operand, Operand) else operand
-
-        for node in self._nodes:
-            if node.kind == "entry":
-                known[node] = state[node.args[0]]
-            elif node.kind == "sum":
-                offset, terms = node.args
-                scaled = [_times(value(factor), known[operand]) for factor, operand in terms]
-                if isinstance(offset, Operand) or offset != 0:
-                    scaled.append(value(offset))
-                known[node] = reduce(add, scaled)
-            elif node.kind == "root":
-                known[node] = known[node.args[0]].sqrt()
-            else:
-                a, b = map(value, node.args)
-                known[node] = a * b if node.kind == "product" else a / b
-        return [value(operand) for operand in self._results]
-
-
-def _times(factor: Scalar, value: Scalar) -> Scalar:
-    if isinstance(factor, int):
-        return value if factor == 1 else -value
-    return value * factor
 
 
 @dataclass(frozen=True)
-class Problem:
-    """y' = rates(parameters, y, fn), y(0) = start, for exact real parameters and start.
+class Kind:
+    """A kind of event: the zeros of a function in one ``direction``, or in both (0).
 
-    ``rates`` is generic in the arithmetic, analytic, and free of time. ``parameters`` and
-    ``start`` return balls around the exact numbers, in the working precision of the moment: as
-    tight as one asks. ``form`` is the formulation of a scene that they are from, if they are.
+    Those that are ``gliding`` exist only where the contact point can glide. At the zeros of
+    ``double[0]`` in the direction ``double[1]`` the function is known to have a double zero.
     """
 
-    name: str
-    columns: tuple[str, ...]
-    rates: Callable[[Sequence[Scalar], Sequence[Scalar], Functions], Sequence[Scalar]]
-    parameters: Callable[[], Sequence[arb]]
-    start: Callable[[], Sequence[arb]]
-    until: Callable[[], arb]
-    form: Formulation | None = None
-
-    @cached_property
-    def traced(self) -> Equations:
-        """``rates`` with each operation once, for arithmetics in which they are long."""
-        return Equations(self.rates, len(self.parameters()), len(self.columns))
-
-    def rates_at(self, state: Sequence[Scalar]) -> Sequence[Scalar]:
-        """The rates in the arithmetic of ``state``: Taylor models, dual numbers."""
-        return self.traced(self.parameters(), state)
+    function: Function
+    direction: int = 0
+    gliding: bool = False
+    double: tuple[Function, int] | None = None
 
 
 @dataclass(frozen=True)
 class Phase:
-    """Equations that hold until ``function`` falls to zero, which is the event ``ends``."""
+    """Equations that hold until ``function`` falls to zero, which is the event ``ends``.
+
+    ``motion`` turns a state into the argument of functions. A phase that begins ``positive`` has
+    to begin with a positive function. Where ``excluded[0]`` falls to zero in the phase,
+    ``excluded[1]`` has to be positive, or the equations no longer hold; ``excluded[0]`` rises
+    through a simple zero where the phase begins.
+    """
 
     ends: str
-    form: Formulation
-    function: Callable[[Motion], Scalar]
+    rates: Callable[[Sequence[Scalar]], Sequence[Scalar]]
+    motion: Callable[[Sequence[Scalar]], Any]
+    function: Function
+    positive: bool = True
+    glides: bool = True
+    excluded: tuple[Function, Function] | None = None
+
+    @property
+    def is_last(self) -> bool:
+        """Whether the motion ends with the phase."""
+        return self.ends in TERMINAL
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A motion from ``start`` at t = 0 to ``until``, through its ``phases`` by turns.
+
+    ``onset`` decides how functions begin at t = 0; ``kinds`` are the events to be enclosed, and
+    ``samples`` the times at which the state is.
+    """
+
+    phases: tuple[Phase, ...]
+    start: Sequence[arb]
+    until: arb
+    onset: Any
+    kinds: Mapping[str, Kind] = field(default_factory=dict)
+    samples: Sequence[arb] = ()
+
+
+def problem_of(scene: Scene) -> Problem:
+    """Return the problem of a scene, in balls of the working precision.
+
+    Raises ``NotProved``: the scene changes its equations in a way that proofs do not cover, or does
+    not begin as its model requires.
+    """
+    start = _pressed(scene, InitialState.of(scene, BALLS), Balls)
+    forms = _forms(scene)
+    phases = tuple(
+        Phase(
+            ends,
+            _rates(form, scene, start),
+            _motion(form, start),
+            function,
+            positive=ends != "landing",
+            glides=form.model != "flight",
+            excluded=(_pull, _height) if ends == "landing" else None,
+        )
+        for ends, form, function in forms
+    )
+    first = list(map(arb, start.first_row(forms[0][1], scene.record)))
+    if not all(arb(x).is_finite() for x in (*first, *start.parameters(forms[0][1]))):
+        raise NotProved("balls", "a parameter or an initial value is not finite")
+    if scene.body.spring and not _height(phases[0].motion(first)) < 0:
+        raise NotProved("contact", "the top may begin above the elastic table")
+    onset = _onset(scene, forms[0][1])
+    return Problem(
+        phases,
+        first,
+        start.until,
+        onset,
+        _kinds(scene, onset),
+        [ball(seconds) / start.units.time for seconds in scene.sample_times],
+    )
+
+
+def _forms(scene: Scene) -> list[tuple[str, Formulation, Function]]:
+    """Return what ends each phase of a motion, its equations, and the function that falls."""
+    law, spring = scene.body.friction, scene.body.spring
+    if scene.flies or spring == "hunt-crossley":
+        which = "flight after contact" if scene.flies else f"a {spring} table"
+        raise NotProved("equations", f"{which} changes them in a way that proofs do not cover")
+    form = formulations.integrated(scene.model, "newton", law)
+    if scene.model == "flight":
+        return [("landed", form, _height)]
+    if not spring:
+        return [("contact_lost", form, contact_force)]
+    return [
+        ("separation", formulations.elastic(spring, "newton", law), contact_force),
+        ("landing", formulations.raised("newton", spring), _height),
+    ]
+
+
+def _rates(
+    form: Formulation, scene: Scene, start: InitialState
+) -> Callable[[Sequence[Scalar]], Sequence[Scalar]]:
+    return lambda y: Layout(form, scene.record).rates(start.body, tuple(y), Balls)
+
+
+def _motion(form: Formulation, start: InitialState) -> Callable[[Sequence[Scalar]], Motion]:
+    size = len(form.columns)
+    return lambda y: form.motion(start.body, form.State(*y[:size]), Balls)
+
+
+def _pressed(scene: Scene, start: InitialState, fn: Functions) -> InitialState:
+    return start.pressed_in(fn) if scene.body.spring else start
+
+
+def _onset(scene: Scene, form: Formulation) -> Onset:
+    formal = FormalFunctions()
+
+    def series(of: Callable[[], InitialState], fn: Functions) -> Callable[[], Motion]:
+        def motion() -> Motion:
+            start = _pressed(scene, of(), fn)
+            rates = lambda y: form.rates(start.body, form.State(*y), fn)  # noqa: E731
+            y = solution(rates, start.state(form))
+            return form.motion(start.body, form.State(*y), fn)
+
+        return motion
+
+    rational = Arithmetic(formal, lambda x: fmpq(x.numerator, x.denominator))
+    return Onset(
+        series(lambda: InitialState.in_si(scene, rational), formal),
+        series(lambda: InitialState.of(scene, BALLS), Balls),
+    )
+
+
+def _kinds(scene: Scene, onset: Onset) -> dict[str, Kind]:
+    kinds = {}
+    for name in catalogue(scene.model):
+        event = event_named(name, scene.model)
+        double = _mirrored(scene, onset) if name == "phi_dot_zero" else None
+        kinds[name] = Kind(event.function, event.direction, event.gliding, double)
+    return kinds
+
+
+def _mirrored(scene: Scene, onset: Onset) -> tuple[Function, int] | None:
+    """Return the turning points at which phi_dot is zero without changing its sign, if any.
+
+    Without friction, and rolling, the equations for k and L admit reversal of time together with a
+    mirror that is a vertical plane. At a turning point of theta k and L go over into themselves by
+    the plane that contains the axis, so the motion before it is the mirror image of that after it,
+    and phi_dot is the same. Where the motion starts from a turning point with phi_dot = 0, every
+    second turning point, the next one of the same kind, has this phi_dot, and its derivative is 0.
+    """
+    turn = event_named("theta_max", scene.model).function
+    loses = (scene.body.mu and scene.model == "gliding") or scene.body.spring
+    if loses or not scene.start.theta_dot == 0 == scene.start.phi_dot:
+        return None
+    try:
+        if onset.order(turn) != 1:
+            return None
+    except NotProved:
+        return None
+    return turn, onset.sign(turn, 1)
 
 
 def contact_force(q: Motion) -> Scalar:
-    """What a top stays on the table by."""
+    """The contact force g_n, which keeps a top on the table while it is positive."""
     return QUANTITIES["g_n"].evaluate(q)
 
 
-def phases_of(scene: Scene) -> tuple[Phase, ...]:
-    """What a motion consists of: one phase, or contact and flight by turns, which may begin.
-
-    Raises ``NotProved``: it changes its equations in a way that proofs do not cover, or they
-    contain a function that balls lack.
-    """
-    spring, law = scene.body.spring, scene.body.friction
-    if scene.flies or spring == "hunt-crossley":
-        what = "flight after contact" if scene.flies else f"a {spring} table"
-        raise NotProved("equations", f"{what} changes them in a way that proofs do not cover")
-    missing = law.missing(Balls)
-    if missing:
-        raise NotProved(
-            "equations", f"{law.name} friction needs {' and '.join(missing)}, proofs have none"
-        )
-    form = formulations.integrated(scene.model, "newton", law)
-    if scene.model == "flight":
-        return (Phase("landed", form, lambda q: q.state.height),)
-    if not spring:
-        return (Phase("contact_lost", form, contact_force),)
-    pressed = Phase("separation", formulations.elastic(spring, "newton", law), contact_force)
-    return pressed, Phase(
-        "landing", formulations.raised("newton", spring), lambda q: q.state.height
-    )
+def _height(q: Motion) -> Scalar:
+    return q.state.height
 
 
-def problem_of(
-    scene: Scene, form: Formulation | None = None, begins: Sequence[arb] | None = None
-) -> Problem:
-    """The scene in vectors and dimensionless units (m = R = g = 1), the axis at azimuth 0.
-
-    The state is that of ``form``, by default of ``form_of``; recorded quadratures follow, scaled
-    down as in ``integration.equations``. It ``begins`` as the scene says, or in another state.
-
-    Raises
-    ------
-    NotProved
-        As ``phases_of``.
-    """
-    form = form or form_of(scene)
-
-    def rates(
-        parameters: Sequence[Scalar], state: Sequence[Scalar], fn: Functions
-    ) -> Sequence[Scalar]:
-        return Layout(form, scene.record).rates(form.body(parameters), tuple(state), fn)
-
-    def parameters() -> Sequence[arb]:
-        return InitialState.of(scene, BALLS).parameters(form)
-
-    def start() -> Sequence[arb]:
-        if begins is not None:
-            return begins
-        first = InitialState.of(scene, BALLS)
-        state = (first.pressed_in(Balls) if scene.body.spring else first).state(form)
-        return [*map(arb, state), *(arb(0) for _ in scene.record)]
-
-    def until() -> arb:
-        return dimensionless_time(scene, scene.until)
-
-    return Problem(
-        scene.name, (*form.columns, *scene.record), rates, parameters, start, until, form
-    )
-
-
-def form_of(scene: Scene) -> Formulation:
-    """The equations that are enclosed at first, in vectors; others have the same columns."""
-    return phases_of(scene)[0].form
-
-
-def units_of(scene: Scene) -> Units:
-    """Mass, length and time units of the scene's dimensionless form in SI, as balls."""
-    return Units.of(scene.body, Balls, ball)
-
-
-def dimensionless_time(scene: Scene, seconds: Fraction) -> arb:
-    """An exact time in s as a ball in units of sqrt(R/g)."""
-    return ball(seconds) / units_of(scene).time
-
-
-BOX = arb(2) ** -20  # half an edge; any positive number will do
-
-
-def exact_zeros(problem: Problem) -> frozenset[int]:
-    """Positions of components that are zero at the start and stay so."""
-    start = problem.start()
-    vanishing = frozenset(i for i, value in enumerate(start) if value == 0)
-    while vanishing:
-        state = [arb(0) if i in vanishing else value + arb(0, BOX) for i, value in enumerate(start)]
-        rates = problem.rates(problem.parameters(), state, Balls)
-        staying = frozenset(i for i in vanishing if arb(rates[i]) == 0)
-        if staying == vanishing:
-            break
-        vanishing = staying
-    return vanishing
-
-
-def without(problem: Problem, zeros: frozenset[int]) -> Problem:
-    """The problem in the remaining components."""
-    size = len(problem.columns)
-    free = [i for i in range(size) if i not in zeros]
-
-    def rates(
-        parameters: Sequence[Scalar], state: Sequence[Scalar], fn: Functions
-    ) -> Sequence[Scalar]:
-        whole = restored(state, zeros, size, 0)
-        reduced_rates = problem.rates(parameters, whole, fn)
-        return [reduced_rates[i] for i in free]
-
-    def start() -> Sequence[arb]:
-        values = problem.start()
-        return [values[i] for i in free]
-
-    return replace(
-        problem, columns=tuple(problem.columns[i] for i in free), rates=rates, start=start
-    )
-
-
-def restored(
-    values: Sequence[Scalar], zeros: frozenset[int], size: int, zero: Scalar
-) -> list[Scalar]:
-    """The values with ``zero`` in the places that were left out."""
-    remaining = iter(values)
-    return [zero if i in zeros else next(remaining) for i in range(size)]
-
-
-def motion_of(scene: Scene, form: Formulation | None = None) -> Callable[..., Motion]:
-    """The scene's dimensionless ``Motion`` at entries of its state, in any arithmetic."""
-    form = form or form_of(scene)
-    parameters, width = problem_of(scene, form).parameters, len(form.columns)
-
-    def motion(state: Sequence[Scalar]) -> Motion:
-        return form.motion(form.body(parameters()), form.State(*state[:width]), FUNCTIONS)
-
-    return motion
-
-
-def observed(
-    scene: Scene, evaluate: Callable[[Motion], Scalar], form: Formulation | None = None
-) -> Function:
-    """``evaluate`` of the scene's ``Motion`` as a function of the state's entries."""
-    motion = motion_of(scene, form)
-    return lambda state: evaluate(motion(state))
-
-
-def columns_in_si(scene: Scene, state: Sequence[arb]) -> dict[str, arb | None]:
-    """Vector and Euler columns and recorded quadratures of one enclosed state, in SI.
-
-    None where a value is undefined, or not bounded (Euler angles at a pole).
-    """
-    motion = motion_of(scene)(state)
-    names = [*motion.state._fields, *EulerState._fields, *scene.record]
-    recorded = [value * QUADRATURE_SCALE for value in state[len(form_of(scene).columns) :]]
-    units = units_of(scene)
-    columns: dict[str, arb | None] = {}
-    for name, value in zip(names, [*motion.state, *motion.euler, *recorded], strict=True):
-        number = arb(value) * units.of_dimension(formulations.STATE_DIMENSIONS[name])
-        columns[name] = number if number.is_finite() else None
-    return columns
+def _pull(q: Motion) -> Scalar:
+    """The pull of an elastic table by the formula of its force, without the cut at zero."""
+    return compliant.reach(q.body, q.state.height, q.state.rise)

@@ -17,7 +17,7 @@ from tt_precise.certify.enclosure import Enclosure, VerifiedStep, enclose
 from tt_precise.certify.energy_well import Held, forever
 from tt_precise.certify.interval_newton import ProvedEvents, Zero, lower_bound, zeros
 from tt_precise.certify.onset import Onset, onset
-from tt_precise.certify.problem import (
+from tt_precise.certify.prover_problem import (
     Phase,
     columns_in_si,
     contact_force,

@@ -11,7 +11,7 @@ from flint import arb, arb_mat, arb_poly
 
 from tt_precise.certify.balls import NotProved, around, largest
 from tt_precise.certify.error_set import LohnerSet
-from tt_precise.certify.problem import Problem
+from tt_precise.certify.prover_problem import Problem
 from tt_precise.certify.taylor_model import Frame, TaylorModel, variables
 
 # A step is e^-2 of the radius of convergence, so 18 terms leave e^-36 of a function. The flow's

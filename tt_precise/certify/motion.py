@@ -1,0 +1,260 @@
+"""The motion of a problem, step by step: its phases, samples and events, all enclosed.
+
+``enclose`` goes on until the horizon, or until the motion ends. A step whose hypotheses, signs or
+zeros cannot be verified is made again, half as long, from the states that were known before it; if
+shorter steps do not help either, nothing is proved at all.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import flint
+from flint import arb, arb_poly
+
+from tt_precise.certify.balls import NotProved, require_outward_rounding
+from tt_precise.certify.kernel import LOW_BITS, Equations, Known, Step, advance
+from tt_precise.certify.models import Rates
+from tt_precise.certify.problem import Kind, Phase, Problem
+from tt_precise.certify.propose import Proposer
+from tt_precise.certify.start import Function
+from tt_precise.certify.zeros import Zeros
+from tt_precise.runtime.terminal import Progress, silent
+
+ORDER = 70  # Of the Taylor polynomials; 90 to 100 are some 15 % faster, and their models wider.
+DOUBLE = 2.0**-52  # Relative error of a double, doubled.
+NARROW = 1e-8  # A bound of a function is this close to a value of it.
+
+
+@dataclass(frozen=True)
+class Happening:
+    """An event in one ``phase``: its direction, and balls around time and state."""
+
+    direction: int
+    time: arb
+    state: Sequence[arb]
+    phase: Phase
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A verified step of a phase, up to a time ``until`` that it does not have to reach."""
+
+    phase: Phase
+    step: Step
+    until: arb
+
+
+@dataclass(frozen=True)
+class Enclosure:
+    """The solution, until the horizon or the ``end`` of the motion.
+
+    ``samples`` are the states at the problem's samples that the motion reaches, each with its
+    phase; ``events`` all that happen by kind, in order of time, those included that end a phase.
+    """
+
+    problem: Problem
+    bits: int
+    segments: Sequence[Segment]
+    samples: Sequence[tuple[Phase, Sequence[arb]]]
+    events: Mapping[str, Sequence[Happening]]
+    end: Happening | None
+
+    def state(self, time: arb) -> tuple[Phase, list[arb]]:
+        """Return phase and state at a time.
+
+        Raises ``NotProved``: the time is not surely in one segment.
+        """
+        for segment in self.segments:
+            if time <= segment.until and time >= segment.step.time:
+                return segment.phase, segment.step.state(time)
+        raise NotProved("time", f"t = {float(time):.6g} is not enclosed")
+
+    def least(self, function: Function) -> arb:
+        """Return a number that a function is nowhere below, close to its least value.
+
+        Raises ``NotProved``: the function has no finite bound.
+        """
+        with flint.ctx.workprec(LOW_BITS):
+            parts = list(self._parts(function))
+            least = min(part.value(part.b).upper() for part in parts)
+            bounds = [(float(part.low), n) for n, part in enumerate(parts)]
+            heapq.heapify(bounds)
+            while True:
+                low, n = bounds[0]
+                if not (math.isfinite(low) and least.is_finite()):
+                    raise NotProved("balls", "a function has no finite bound")
+                if low > least - NARROW:
+                    # as a double it may be rounded up
+                    return arb(low) - abs(arb(low)) * DOUBLE
+                least = min(least, parts[n].value(parts[n].middle).upper())
+                heapq.heappop(bounds)
+                for half in parts[n].halves:
+                    heapq.heappush(bounds, (float(half.low), len(parts)))
+                    parts.append(half)
+
+    def _parts(self, function: Function) -> Iterator[_Part]:
+        for segment in self.segments:
+            step = segment.step
+            end = min(step.length, ((segment.until - step.time) / step.unit).upper())
+            value, slope = Zeros(step, segment.phase.motion).with_slope(function)
+            yield _Part(value, slope, arb(0), end)
+
+
+class _Part(NamedTuple):
+    """A function with its derivative between two local times of a step."""
+
+    value: arb_poly
+    slope: arb_poly
+    a: arb
+    b: arb
+
+    @property
+    def middle(self) -> arb:
+        return ((self.a + self.b) / 2).mid()
+
+    @property
+    def low(self) -> arb:
+        """A bound from the values, or from that in the middle and the slope."""
+        part, middle = self.a.union(self.b), self.middle
+        by_slope = self.value(middle) + self.slope(part) * (part - middle)
+        lows = [x.lower() for x in (self.value(part), by_slope)]
+        return max(lows) if all(x.is_finite() for x in lows) else arb("nan")
+
+    @property
+    def halves(self) -> tuple[_Part, _Part]:
+        middle = self.middle
+        return self._replace(b=middle), self._replace(a=middle)
+
+
+def enclose(
+    problem: Problem, bits: int, order: int = ORDER, *, progress: Progress = silent
+) -> Enclosure:
+    """Enclose the motion of a problem, in the working precision of the moment.
+
+    Raises ``NotProved``: a hypothesis, a sign or a zero could not be verified.
+    """
+    require_outward_rounding()
+    return _Walk(problem, bits, order).through(progress)
+
+
+class _Walk:
+    """A motion on its way: what has been enclosed until now."""
+
+    def __init__(self, problem: Problem, bits: int, order: int):
+        self.problem, self.bits, self.order = problem, bits, order
+        self.phases = list(problem.phases)
+        self.segments: list[Segment] = []
+        self.samples: list[tuple[Phase, Sequence[arb]]] = []
+        self.events: dict[str, list[Happening]] = {name: [] for name in problem.kinds}
+        self.end: Happening | None = None
+        self._enter(arb(0), list(problem.start))
+
+    def _enter(self, time: arb, state: Sequence[arb]) -> None:
+        """Go on in the first of the phases."""
+        phase = self.phases[0]
+        if phase.positive and not phase.function(phase.motion(state)) > 0:
+            what = f"the motion is not proved to begin before {phase.ends}"
+            raise NotProved("contact", what)
+        rates = Rates(phase.rates, len(state))
+        self.equations = Equations(rates, self.bits, self.order)
+        self.known = Known.of(self.equations, time, state)
+        self.proposer = Proposer(self.equations)
+        self.entered = True
+
+    def through(self, progress: Progress) -> Enclosure:
+        until = self.problem.until
+        while self.end is None and not self.known.time > until:
+            power, length = self.proposer.next(float(until - self.known.time))
+            try:
+                step = advance(self.equations, self.known, power, length)
+                if not self.proposer.accepts(step):
+                    continue
+                ended = self._happened(step)
+            except ArithmeticError as why:
+                self.proposer.shorten(why)
+                continue
+            self.known, self.entered, self.proposer.failures = step.after, False, 0
+            if ended is not None:
+                self._switch(ended)
+            progress(min(1.0, float(self.known.time / until)))
+        return Enclosure(
+            self.problem, self.bits, self.segments, self.samples, self.events, self.end
+        )
+
+    def _happened(self, step: Step) -> Happening | None:
+        """Record all that happens in a step, or nothing; return the end of its phase, if any."""
+        phase, until = self.phases[0], self.problem.until
+        zeros = Zeros(step, phase.motion, self._order if self.entered else None)
+        ended = _end_of(phase, zeros, step, until)
+        end = until if ended is None else ended.time
+        samples = []
+        for time in self.problem.samples[len(self.samples) :]:
+            if not time < step.finish or (ended is not None and time > ended.time):
+                break
+            if ended is not None and not time < ended.time:
+                raise NotProved("time", f"whether a sample comes after {phase.ends} is undecided")
+            samples.append((phase, step.state(time)))
+        events = {
+            name: _events(kind, zeros, phase, step, end)
+            for name, kind in self.problem.kinds.items()
+            if phase.glides or not kind.gliding
+        }
+        self.samples += samples
+        for name, happened in events.items():
+            self.events[name] += happened
+        self.segments.append(Segment(phase, step, end if end < step.finish else step.finish))
+        return ended
+
+    def _switch(self, ended: Happening) -> None:
+        phase = self.phases[0]
+        self.events.setdefault(phase.ends, []).append(ended)
+        if phase.is_last:
+            self.end = ended
+            return
+        self.phases.append(self.phases.pop(0))
+        self._enter(ended.time, ended.state)
+
+    def _order(self, function: Function) -> int:
+        """Return the order to which a function vanishes where the present phase began."""
+        if self.known.time == 0:
+            order: int = self.problem.onset.order(function)
+            return order
+        excluded = self.phases[0].excluded
+        if excluded is None or function is not excluded[0]:
+            where = f"t = {float(self.known.time):.6g}"
+            raise NotProved("zeros", f"a sign at {where}, where a phase begins, is undecided")
+        return 1
+
+
+def _end_of(phase: Phase, zeros: Zeros, step: Step, until: arb) -> Happening | None:
+    """Return the event that ends a phase in a step, up to a time ``until``.
+
+    Raises ``NotProved``: whether there is one is undecided, or the equations may end otherwise.
+    """
+    falls = [] if zeros.never_below(phase.function, until) else zeros.of(phase.function, until)
+    first = next((zero.time for zero in falls if zero.direction < 0), None)
+    if phase.excluded is not None:
+        function, positive = phase.excluded
+        for zero in zeros.of(function, until):
+            over = zero.direction > 0 or (first is not None and zero.time > first)
+            if not (over or positive(phase.motion(step.state(zero.time))) > 0):
+                what = f"the equations may end otherwise at t = {float(zero.time):.6g}"
+                raise NotProved("contact", what)
+    return None if first is None else Happening(-1, first, step.state(first), phase)
+
+
+def _events(kind: Kind, zeros: Zeros, phase: Phase, step: Step, end: arb) -> list[Happening]:
+    double: list[arb] = []
+    if kind.double is not None:
+        turn, way = kind.double
+        double = [zero.time for zero in zeros.of(turn, end) if zero.direction == way]
+    return [
+        Happening(zero.direction, zero.time, step.state(zero.time), phase)
+        for zero in zeros.of(kind.function, end, double)
+        if kind.direction in (0, zero.direction)
+    ]
