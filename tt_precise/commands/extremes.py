@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import click
 
 from tt_precise.commands import options
 from tt_precise.extremes.case import TOPICS, Extremes, families, family_rows
+from tt_precise.extremes.edges import Outcome, explore, findings, table
 from tt_precise.runtime.files import require_writable
+from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import console, progress_bar
+from tt_precise.runtime.values import InputError
 from tt_precise.runtime.workers import cores
+from tt_precise.scene.scene import load_scene
 
 if TYPE_CHECKING:
     from tt_precise.extremes import CaseRecord
@@ -19,7 +23,16 @@ if TYPE_CHECKING:
 CASE_FAILED = 1
 
 
+class Edges(Record, frozen=True, tag_field="schema", tag="tt_precise.extremes.scene/1"):
+    """What `tt-precise extremes SCENE --json` prints."""
+
+    scene: Annotated[str, means("name of the scene")]
+    outcomes: Annotated[tuple[Outcome, ...], means("one entry for each change and precision")]
+    findings: Annotated[tuple[str, ...], means("where digits, contact or the model are lost")]
+
+
 @click.command("extremes")
+@click.argument("scene", required=False)
 @click.option("--quick", is_flag=True, help="Only the quick cases (half a minute).")
 @click.option("--topic", multiple=True, type=click.Choice(list(TOPICS)), help="Only these topics.")
 @click.option("--full", is_flag=True, help="Print a line for each case, not only for each family.")
@@ -27,6 +40,7 @@ CASE_FAILED = 1
 @click.option("--out", type=click.Path(dir_okay=False), help="Write the JSON to this file too.")
 @options.JSON
 def command(
+    scene: str | None,
     quick: bool,
     topic: tuple[str, ...],
     full: bool,
@@ -36,10 +50,18 @@ def command(
 ) -> int:
     """Run the extreme cases and print expected outcome, observed outcome and verdict.
 
-    Exit status 1 if a case fails.
+    With SCENE (a shipped name or a TOML file): that scene at tilts from 1e-1 to 1e-300 of both
+    poles, with spin and friction times powers of ten, in two precisions; where does it lose digits,
+    contact or the model? Exit status 1 if a case fails.
     """
     from tt_precise.extremes import cases, run_all
 
+    if scene is not None:
+        if quick or topic or full or workers:
+            raise InputError(
+                "extremes: got a SCENE and an option of the cases, expected only --out or --json"
+            )
+        return _explore(scene, out, as_json)
     chosen = cases(topic, quick)
     if out is not None:
         require_writable(out)
@@ -53,6 +75,18 @@ def command(
         _table(records, full)
     options.emit(as_json, document, [f"{len(records)} cases, {failed} failed; {took}."], out)
     return CASE_FAILED if failed else 0
+
+
+def _explore(name: str, out: str | None, as_json: bool) -> int:
+    scene = load_scene(name)
+    if out is not None:
+        require_writable(out)
+    with progress_bar(f"{scene.name} at its edges") as progress:
+        outcomes = explore(scene, progress)
+    found = tuple(findings(outcomes))
+    lines = (*table(outcomes), "", *found)
+    options.emit(as_json, Edges(scene.name, outcomes, found), lines, out)
+    return 0
 
 
 def _table(records: list[CaseRecord], full: bool) -> None:
