@@ -16,7 +16,7 @@ import pytest
 
 from tt_precise.runtime.values import InputError
 from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError, local_pool
-from tt_precise.scene.scene import load_scene
+from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps import read_rows, run_sweep, specification, spot_check
 from tt_precise.sweeps import run as running
 from tt_precise.sweeps.columns import FIXED
@@ -158,10 +158,19 @@ def test_the_spot_check_finds_what_quad_finds(
     assert max(differences(found, spot_check.recomputed(scene, record)).values()) < 1e-30
 
 
-def test_what_several_doubles_lack_is_done_in_quad() -> None:
+def test_what_several_doubles_lack_is_done_in_quad(monkeypatch: pytest.MonkeyPatch) -> None:
+    used: list[str] = []
+    right = spot_check.row_of
+
+    def noting(scene: Scene, record: tuple[str, ...], **how: Any) -> Any:
+        used.append(how["precision"])
+        return right(scene, record, **how)
+
+    monkeypatch.setattr(spot_check, "row_of", noting)
     for name, precision in (("reference", "double-double"), ("coulomb-stick-slip", "quad")):
-        scene = load_scene(name).varied(until="0.001")
-        assert spot_check._integrated(scene, ("theta_min",)).precision.name == precision
+        spot_check.recomputed(load_scene(name).varied(until="0.001"), ())
+        assert used.pop() == precision
+        assert not used
     thrown = load_scene("reference").varied(phi_dot="400")
     assert spot_check.recomputed(thrown, ())["outcome"] == "contact_lost"
 

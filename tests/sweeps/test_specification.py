@@ -104,7 +104,6 @@ def test_refuses_axes(vary: dict[str, str], message: str) -> None:
             {"box": {"mu": "0:1"}, "samples": MOST_SAMPLES + 1},
             "samples: got 10000001, expected at most 10000000",
         ),
-        ({"scene": "coulomb-gliding"}, "got coulomb friction, expected the viscous law"),
         *(({"record": (name,)}, "record") for name in ("min_g_n", "max_nothing", "g_n", "climb_D")),
     ],
 )

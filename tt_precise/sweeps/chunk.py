@@ -30,6 +30,7 @@ from tt_precise.mechanics.parameters import NAMES, Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.runtime.values import Arithmetic, Array
 from tt_precise.scene.initial_state import InitialState
+from tt_precise.sweeps.alone import columns_alone, in_lanes
 from tt_precise.sweeps.columns import (
     TIMES,
     Detector,
@@ -41,7 +42,7 @@ from tt_precise.sweeps.columns import (
 )
 from tt_precise.sweeps.events import EARLY, Events
 from tt_precise.sweeps.lanes import Build, LaneResult, LaneStart, lanes
-from tt_precise.sweeps.specification import PARAMETERS, Plan
+from tt_precise.sweeps.specification import Plan
 from tt_precise.taylor.series import Sized, SizedFunctions
 
 # A function's value in double decides its sign if it exceeds this part of the size of its terms,
@@ -59,6 +60,9 @@ def compute(plan: Plan, values: Array, batch: int) -> dict[str, Array]:
 
     Returns lists for "outcome" and float64 or int64 arrays for the rest, in the order of the rows.
     """
+    if not in_lanes(plan.scene):
+        rows = (dict(zip(plan.names, row, strict=True)) for row in values.tolist())
+        return columns_alone(map(plan.scene_of, rows), plan.record, plan.contact)
     with numpy.errstate(all="ignore"):  # what overflows is NaN in its row, whose status says why
         return _computed(plan, values, batch).columns()
 
@@ -92,7 +96,7 @@ def _computed(plan: Plan, values: Array, batch: int) -> _Integrated:
 
 def _starts(plan: Plan, values: Array) -> list[InitialState]:
     rows = [dict(zip(plan.names, row, strict=True)) for row in values.tolist()]
-    if plan.derived or any(name in PARAMETERS for name in plan.names):
+    if plan.derived:
         return [InitialState.of(plan.scene_of(row), FLOATS) for row in rows]
     first = InitialState.of(plan.scene, FLOATS)
     return [first.from_another(plan.scene.start, FLOATS, row) for row in rows]

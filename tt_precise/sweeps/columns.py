@@ -27,6 +27,7 @@ OUTCOMES = {
     "undecided": "neither is known at the horizon",
     "contact_lost": "the normal force g_n reached 0",
     "singular_contact": "the denominator of g_n reached 0",
+    "landed": "the top came down after a flight; a rigid impact has no law here",
     "failed": "the integration failed",
 }
 SURE = 2.0**-40  # of the energy: far more than its rounding errors

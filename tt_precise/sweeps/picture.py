@@ -5,7 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.plotting import BLACK, BLUE, GREY, ORANGE, PURPLE, RED, new_figure, styled
+from tt_precise.runtime.plotting import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RED,
+    new_figure,
+    styled,
+)
 from tt_precise.runtime.values import Array, InputError
 from tt_precise.sweeps.columns import DEFINITIONS, OUTCOMES, part_named
 
@@ -19,13 +29,11 @@ if TYPE_CHECKING:
 
 SHORT = {"t_init": "t_init_A", "t_end": "t_end_A", "climb": "climb_A", "inverts": "outcome"}
 # a colour and a mark of its own for each
-STYLES = dict(
-    zip(
-        OUTCOMES,
-        ((BLUE, "o"), (ORANGE, "^"), (GREY, "."), (RED, "x"), (PURPLE, "s"), (BLACK, "*")),
-        strict=True,
-    )
-)
+STYLES = {
+    "inverts": (BLUE, "o"), "does_not_invert": (ORANGE, "^"), "undecided": (GREY, "."),
+    "contact_lost": (RED, "x"), "singular_contact": (PURPLE, "s"), "landed": (GREEN, "v"),
+    "failed": (BLACK, "*"),
+}  # fmt: skip
 UNITS = {"m": "kg", "R": "m", "I1": "m R²", "I3": "m R²", "g": "m/s²", "mu": "s/m"}
 
 

@@ -64,8 +64,8 @@ def sweep(
     Parameters
     ----------
     scene
-        A shipped name, a path to a TOML file, or a scene: gliding with the viscous law, or rolling,
-        on a rigid table.
+        A shipped name, a path to a TOML file, or a scene. Rows of gliding with the viscous law and
+        of rolling, on a rigid table, take milliseconds; others as long as ``integrate``.
     vary
         A grid: the values of each start value (rad, rad/s, m/s) or parameter (SI; I1 and I3 in
         units of m R^2), by name, as numbers or as text: "0.1,0.2", or "-200:200:801" for 801
@@ -96,7 +96,7 @@ def sweep(
         are ``inverts`` (has crossed the equator, and the axis is below it at the end),
         ``does_not_invert`` (energy and lambda at the end exclude that the axis reaches the
         equator), ``undecided`` (at the horizon neither is certain), ``contact_lost``,
-        ``singular_contact`` and ``failed``.
+        ``singular_contact``, ``landed`` and ``failed``.
 
     Raises
     ------

@@ -29,11 +29,10 @@ from tt_precise.runtime.values import Array, InputError, Json
 from tt_precise.scene.body import require_si
 from tt_precise.scene.numerals import within_doubles, written
 from tt_precise.scene.scene import Scene, Start, load_scene
+from tt_precise.scene.start import LIFTED, LiftedStart
 from tt_precise.sweeps.columns import check_names
 
 STARTS = tuple(one.name for one in fields(Start))
-PARAMETERS = ("m", "R", "alpha", "I1", "I3", "g", "mu")  # I1 and I3 in units of m R^2
-VARIABLE = (*STARTS, "psi_dot", *PARAMETERS)
 SAMPLERS = ("sobol", "latin")
 UNITS = {"theta": "deg", **dict.fromkeys(("theta_dot", "phi_dot", "omega_3", "psi_dot"), "deg/s")}
 MOST_VALUES = 1_000_000  # of an axis
@@ -42,6 +41,12 @@ MOST_SAMPLES = 10_000_000  # which stay in memory
 Number = str | int | float
 Values = str | Number | Iterable[Number]
 Ends = str | tuple[Number, Number]
+
+
+def variable(scene: Scene) -> tuple[str, ...]:
+    """The names that a sweep of ``scene`` can vary; I1 and I3 in units of m R^2."""
+    lifted = LIFTED if isinstance(scene.start, LiftedStart) or scene.body.spring else ()
+    return (*STARTS, "psi_dot", *lifted, *scene.body.numbers_by_name)
 
 
 @dataclass(frozen=True)
@@ -55,8 +60,8 @@ class Plan:
 
     @property
     def derived(self) -> bool:
-        """Whether a row's start has entries that are computed from others, exactly."""
-        return bool(self.scene.given) or "psi_dot" in self.names
+        """Whether a row has its own body, or start entries that are computed from others."""
+        return bool(self.scene.given) or not set(self.names) <= set(STARTS)
 
     def scene_of(self, values: Mapping[str, float]) -> Scene:
         """The scene of one row, from the numbers in its columns."""
@@ -86,25 +91,21 @@ class Specification:
     contact: str = "unilateral"
 
     def __post_init__(self) -> None:
-        if not self.scene.body.friction.constant:
-            raise InputError(
-                f"{self.scene.name}: got {self.scene.body.law} friction, expected the viscous law "
-                "in a sweep; integrate such scenes one at a time"
-            )
-        if self.scene.lifts:
-            raise InputError(
-                f"{self.scene.name}: got a scene with flight or an elastic table, expected a rigid "
-                "table without flight; integrate such scenes one at a time"
-            )
         for what, allowed in (("sampler", SAMPLERS), ("contact", CONTACTS)):
             value = getattr(self, what)
             if value not in allowed:
                 expected = " or ".join(allowed)
                 raise InputError(f"{what}: got {str(value)[:60]!r}, expected {expected}")
+        if self.contact == "bilateral" and self.scene.in_pieces:
+            raise InputError(
+                f"contact: got bilateral for {self.scene.name}, whose motion comes in segments, "
+                "expected unilateral"
+            )
+        known = variable(self.scene)
         for name in self.names:
-            if name not in VARIABLE or self.names.count(name) > 1:
+            if name not in known or self.names.count(name) > 1:
                 raise InputError(
-                    f"sweep: got {name[:60]!r}, expected each once of: {', '.join(VARIABLE)}"
+                    f"sweep: got {name[:60]!r}, expected each once of: {', '.join(known)}"
                 )
         if bool(self.box) != (self.samples > 0):
             raise InputError(

@@ -26,6 +26,7 @@ from tt_precise._version import __version__
 from tt_precise.runtime import records
 from tt_precise.runtime.files import locked
 from tt_precise.runtime.values import Array, InputError, Json
+from tt_precise.sweeps.alone import in_lanes
 from tt_precise.sweeps.specification import Specification
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ class Store:
     """
 
     def __init__(self, spec: Specification, out: str | Path | None, size: int | None):
-        self.spec, self.size = spec, size or default_chunk(spec.rows)
+        self.spec, self.size = spec, size or default_chunk(spec.rows, in_lanes(spec.scene))
         self.out = None if out is None else str(out)
         self.known: set[int] = set()
         self.quarantined: dict[int, str] = {}
@@ -143,11 +144,14 @@ class Store:
         return manifest
 
 
-def default_chunk(rows: int) -> int:
+def default_chunk(rows: int, lanes: bool = True) -> int:
     """Rows in a task: hundreds, so that a lane idles little at its end; thousands in long sweeps.
 
     A worker's trajectories of one task take seconds, a folder stays below some ten thousand files.
+    Without lanes each row is a run, which takes up to a second.
     """
+    if not lanes:
+        return min(256, max(4, -(-rows // 2000)))
     return min(16384, max(256, 256 * -(-rows // (2000 * 256))))
 
 
