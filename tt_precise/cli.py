@@ -17,7 +17,7 @@ import click
 from tt_precise._version import __version__
 from tt_precise.commands.options import Group
 from tt_precise.runtime.process import Terminated, end_within, heeded, in_a_process_of_ours
-from tt_precise.runtime.terminal import open_closed_streams, sanitized
+from tt_precise.runtime.terminal import open_closed_streams
 from tt_precise.runtime.values import InputError
 
 COMMANDS = {
@@ -75,11 +75,6 @@ def group() -> None:
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command line with ``argv``; returns the exit status."""
-    with sanitized():
-        return _main(argv)
-
-
-def _main(argv: list[str] | None) -> int:
     try:
         status = group.main(args=argv, prog_name="tt-precise", standalone_mode=False)
     except click.exceptions.Exit as left:
