@@ -62,7 +62,7 @@ def test_a_quantity(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     assert (frame["twice_energy"] == 2 * frame["E"]).all()
     said(SHORT, "--out a.csv --columns twice_energy")
     assert Path("a.csv").read_text("utf-8").startswith("t,twice_energy\n")
-    described = ("kg m^2/s^2", "Twice the energy E; after eq (9).")
+    described = ("J", "Twice the energy E; after eq (9).")
     assert quantities.described("twice_energy") == described
 
 

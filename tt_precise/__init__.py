@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from tt_precise import check, claims, golden
     from tt_precise.exact.thresholds import thresholds
     from tt_precise.integration import Trajectory, integrate
+    from tt_precise.integration.columns import quantity
     from tt_precise.runtime.values import InputError
     from tt_precise.scene.scene import Scene, load_scene
     from tt_precise.sweeps.run import sweep
@@ -36,6 +37,7 @@ __all__ = [
     "golden",
     "integrate",
     "load_scene",
+    "quantity",
     "sweep",
     "thresholds",
 ]  # fmt: skip
@@ -45,6 +47,7 @@ __getattr__, __dir__ = lazy_names(
     {
         "runtime.values": ["InputError"],
         "integration": ["Trajectory", "integrate"],
+        "integration.columns": ["quantity"],
         "exact.thresholds": ["thresholds"],
         "scene.scene": ["Scene", "load_scene"],
         "sweeps.run": ["sweep"],

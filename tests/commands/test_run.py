@@ -260,6 +260,16 @@ def test_a_picture_and_a_moving_picture(
     assert drawn == [str(moving)]
 
 
+def test_columns_are_the_panels_of_a_plot(tmp_path: Path, said: Said) -> None:
+    one, all_of_it = tmp_path / "one.svg", tmp_path / "all.svg"
+    said(SHORT, "--plot", one, "--columns theta,drift:jellett")
+    said(SHORT, "--plot", all_of_it)
+    assert one.read_text("utf-8") != all_of_it.read_text("utf-8")
+    text = said(SHORT, "--out", tmp_path / "a.csv", "--columns drift:jellett", status=2)
+    assert "--columns: got 'drift:jellett'" in text
+    assert "without --out or --plot" in said(SHORT, "--columns theta", status=2)
+
+
 @pytest.mark.parametrize("option", ["--animate top.html", "--out a.csv --columns pose"])
 def test_a_vertical_axis_has_no_pose(said: Said, option: str) -> None:
     text = said("run upright", option, status=2)

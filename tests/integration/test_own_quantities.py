@@ -17,6 +17,9 @@ def half_up(q: Motion) -> Scalar:
     return q.state.kz - q.fn.sqrt(q.body.I3 / q.body.I3 / 4)
 
 
+half_up.dimension = "1"  # type: ignore[attr-defined]
+
+
 def energy(q: Motion) -> Scalar:
     """The energy again, under another name."""
     return E(q)
@@ -43,6 +46,38 @@ def test_a_function_is_a_column_and_an_event(reference: Scene, digits: int) -> N
     assert (own["energy"] == own["E"]).all()
     assert 0 < own["energy"].max() < 10.0**-digits
     assert run.plot(energy).axes[0].get_ylabel() == "energy / J"
+
+
+def slip(q: Motion) -> Scalar:
+    """The gliding speed."""
+    return q.fn.sqrt(q.state.vx**2 + q.state.vy**2)
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_a_unit_makes_it_si_and_no_unit_is_said(reference: Scene, precision: str) -> None:
+    run = tt.integrate(reference.varied(until="1"), precision)
+    frame = run.frame(tt.quantity(slip, "m/s"), "gliding_speed", slip)
+    assert list(frame) == ["t", "slip", "gliding_speed", "slip [m = R = g = 1]"]
+    assert frame["slip"].to_numpy() == pytest.approx(frame["gliding_speed"].to_numpy(), rel=1e-14)
+    unit = float(reference.body.g * reference.body.R) ** 0.5
+    dimensionless = frame["slip [m = R = g = 1]"].to_numpy()
+    assert dimensionless * unit == pytest.approx(frame["slip"].to_numpy(), rel=1e-14)
+    assert run.plot(tt.quantity(slip, "m/s")).axes[0].get_ylabel() == "slip / m/s"
+
+
+def test_what_is_no_number_is_refused(reference: Scene) -> None:
+    run = tt.integrate(reference.varied(until="0.1"))
+
+    def omega(q: Motion) -> Any:
+        return q.omega
+
+    with pytest.raises(InputError, match="column: got a tuple from omega, expected one number"):
+        run.frame(tt.quantity(omega, "rad/s"))
+    for unit in ("mm/s", "m/", "metre", "m**2", 7):
+        with pytest.raises(InputError, match=r"unit: got .*, expected an SI unit without prefix"):
+            tt.quantity(slip, unit)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="quantity: got 'theta', expected a function"):
+        tt.quantity("theta", "rad")  # type: ignore[arg-type]
 
 
 def test_digits_of_an_event_with_an_arc_tangent(reference: Scene) -> None:

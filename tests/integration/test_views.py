@@ -57,6 +57,18 @@ def test_columns_of_ones_choice(short: Trajectory) -> None:
         short.plot("lean")
 
 
+def test_the_drift_of_every_quantity_can_be_drawn(short: Trajectory) -> None:
+    jellett, energy, theta = short.plot("drift:jellett", "drift:E", "theta").axes
+    assert jellett.get_ylabel() == "relative drift of jellett"
+    assert max(np.asarray(jellett.lines[0].get_ydata(), float)) == float(short.drift["jellett"])
+    E = short.frame("E")["E"]
+    assert energy.lines[0].get_ydata()[-1] == pytest.approx(1 - E.iloc[-1] / E.iloc[0])
+    assert (jellett.get_yscale(), theta.get_yscale()) == ("log", "linear")
+    assert short.plot("drift:nu_x").axes[0].lines[0].get_ydata()[-1] <= 1  # which starts at 0
+    with pytest.raises(InputError, match="plot: got 'drift:lean', expected drift: and one of: jel"):
+        short.plot("drift:lean")
+
+
 def test_a_run_that_ended_early_says_so(rough: Scene) -> None:
     assert "contact_lost" in integrate(rough).plot("theta").axes[0].get_title("left")
 

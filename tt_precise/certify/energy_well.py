@@ -51,9 +51,7 @@ import flint
 from flint import arb
 
 from tt_precise.certify.balls import Balls, NotProved, around, between, bounds, largest
-from tt_precise.certify.comparison import outward, rounded
 from tt_precise.certify.prover_problem import BALLS
-from tt_precise.golden.runs import exact_decimal
 from tt_precise.mechanics import friction, newton
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.newton import CentreState, NewtonState, contact_arm
@@ -79,17 +77,27 @@ UPRIGHT, NEVER, UNDECIDED = "goes upright", "never inverts", "undecided"
 class Held:
     """A neighbourhood of the vertical spin that the solution never leaves again.
 
-    ``pole`` is -1 (inverted) or 1 (upright), ``force`` a bound of g_n/(m g) from ``since_s`` on,
+    ``pole`` is -1 (inverted) or 1 (upright), ``force`` a bound of g_n/(m g) from ``since`` (s) on,
     ``tilt`` one of sin theta; ``limits`` are those of D, E, E~ and omega_3, in SI.
     """
 
     pole: int
-    since_s: str
+    since: Fraction
     force: arb
     tilt: arb
     limits: dict[str, arb]
 
+    @property
+    def since_s(self) -> str:
+        """The time from which on the bounds hold, in s."""
+        # here and below, because `run` proves the end of a motion without golden data
+        from tt_precise.golden.runs import exact_decimal
+
+        return str(exact_decimal(self.since))
+
     def as_dict(self) -> dict[str, Json]:
+        from tt_precise.certify.comparison import outward, rounded
+
         return {
             "theta_tends_to": "pi" if self.pole < 0 else "0",
             "since_s": self.since_s,
@@ -139,7 +147,7 @@ def held(scene: Scene, time: Fraction, known: NewtonState) -> Held:
     """
     well = _Well(scene, known)
     force, tilt = well.held()
-    return Held(well.pole, str(exact_decimal(time)), force, tilt, well.limits())
+    return Held(well.pole, time, force, tilt, well.limits())
 
 
 def fate_at_the_start(scene: Scene) -> str:

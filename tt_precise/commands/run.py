@@ -178,7 +178,8 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
 @click.option("--record", help="Also integrate any of phi,psi,x,y, separated by commas.")
 @click.option(
     "--columns",
-    help="Columns of --out, separated by commas: quantities, pose, pose:xyzw, error:NAME, digits.",
+    help="Columns of --out, or panels of --plot, separated by commas: quantities, pose, pose:xyzw, "
+    "error:NAME, digits; for --plot also drift:NAME.",
 )
 @click.option(
     "--out",
@@ -242,9 +243,9 @@ def command(
 
         tables.format_of(out)
         _require_writable(Path(out), "--out")
-    elif wanted:
-        raise InputError("--columns: got names without --out, expected --out FILE too")
-    posed = _require_columns(wanted)
+    elif wanted and plot is None:
+        raise InputError("--columns: got names without --out or --plot, expected one of the two")
+    posed = _require_columns(wanted, drifts=out is None)
     if posed or animate is not None:
         if loaded.start.theta.at_pole:
             raise InputError(
@@ -279,7 +280,7 @@ def command(
     if plot is not None:
         from tt_precise.runtime.plotting import save
 
-        save(trajectory.plot(), plot)
+        save(trajectory.plot(*wanted), plot)
     if animate is not None:
         with progress_bar(f"drawing {loaded.name}") as progress:
             trajectory.animate(animate, progress=progress)
@@ -319,7 +320,6 @@ def summary(trajectory: Trajectory, outcome: dict[str, Any]) -> RunRecord:
 def answers(trajectory: Trajectory) -> dict[str, Any]:
     """Return the outcome: the entries of ``RunRecord`` from ``at_rest`` to ``stretches``."""
     from tt_precise.certify.outcome import outcome_of
-    from tt_precise.commands.scene import sticking
 
     text = trajectory.precision.text
     climb = smallest = None
@@ -333,7 +333,7 @@ def answers(trajectory: Trajectory) -> dict[str, Any]:
     )
     return {
         "at_rest": trajectory.scene.at_rest,
-        "warnings": (*sticking(trajectory.scene), *_creep(trajectory)),
+        "warnings": tuple(filter(None, (trajectory.scene.held_from_the_start, _creep(trajectory)))),
         "theorem": TheoremRecord(**theorem.as_dict()),
         "equator": EquatorRecord(*equator),
         "end": EndRecord(*end),
@@ -346,23 +346,23 @@ def answers(trajectory: Trajectory) -> dict[str, Any]:
     }
 
 
-def _creep(trajectory: Trajectory) -> list[str]:
-    """The warning about a law that is smooth at rest where another one would stick."""
+def _creep(trajectory: Trajectory) -> str:
+    """The warning about a law that is smooth at rest where another would stick; or nothing."""
     import numpy
 
     numbers = trajectory.scene.body.numbers_by_name
     if trajectory.scene.model != "gliding" or "epsilon" not in numbers:
-        return []
+        return ""
     table = trajectory.table("gliding_speed", numbers="float")
     slow = numpy.asarray(table["gliding_speed"], float) < float(numbers["epsilon"])
     first = len(slow) - int(slow[::-1].argmin()) if not slow.all() else 0
     if not slow[-1]:
-        return []
-    return [
+        return ""
+    return (
         f"v_A stays below epsilon = {float(numbers['epsilon']):g} m/s at the samples from "
         f"{float(table['t'][first]):g} s on: the contact creeps, it does not stick, and what "
         "follows may depend on epsilon"
-    ]
+    )
 
 
 def _with_events(trajectory: Trajectory, *events: str) -> Trajectory:
@@ -497,13 +497,15 @@ def _told(outcome: dict[str, Any]) -> list[str]:
     return [*shown, "  motion: " + ", ".join(first) + (f", and {more} more" if more else "")]
 
 
-def _require_columns(names: tuple[str, ...]) -> bool:
-    """Refuse unknown columns; whether the pose is among them."""
+def _require_columns(names: tuple[str, ...], *, drifts: bool) -> bool:
+    """Refuse unknown columns; return whether the pose is among them."""
     from tt_precise.integration.columns import POSE_COLUMNS
     from tt_precise.integration.run import DIGITS, ERROR
 
     known = dict.fromkeys([*STATE_DIMENSIONS, *QUANTITIES, *POSE_COLUMNS])
     for name in names:
+        if drifts and name.startswith("drift:"):
+            continue  # the conserved quantities depend on the scene
         if name.removeprefix(ERROR) not in known and name != DIGITS:
             raise InputError(f"--columns: got {name[:60]!r}, expected any of: {', '.join(known)}")
     return bool(POSE_COLUMNS.keys() & set(names))

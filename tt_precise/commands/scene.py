@@ -12,7 +12,6 @@ import click
 from tt_precise.commands.options import JSON, Group, emit
 from tt_precise.mechanics.laws import LAWS, law_named
 from tt_precise.runtime.values import InputError, Json
-from tt_precise.scene.start import CONTACT_POINT
 
 if TYPE_CHECKING:
     from tt_precise.scene.scene import Scene
@@ -167,7 +166,7 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
         )
     if scene.model != "rolling" and body.mu == 0:
         unusual.append("no friction: nothing drives the top to the inverted spin")
-    unusual += sticking(scene)
+    unusual += [scene.held_from_the_start] if scene.held_from_the_start else []
     if isinstance(start, LiftedStart):
         return unusual  # there need be no contact
     double = precision_named("double")
@@ -178,16 +177,6 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
     elif force < 0.3:
         unusual.append(f"g_n is only {float(force):.3g} m g at t = 0: contact may be lost soon")
     return unusual
-
-
-def sticking(scene: Scene) -> list[str]:
-    """Return the warning about a top that starts where dry friction holds its contact point."""
-    if not scene.may_stick or scene.at_rest != CONTACT_POINT:
-        return []
-    return [
-        f"the contact point is at rest at t = 0, where {scene.body.law} friction may hold it: the "
-        'top then rolls and nothing else happens. A top spun by hand has at_rest = "centre of mass"'
-    ]
 
 
 def lines(content: dict[str, Json]) -> list[str]:

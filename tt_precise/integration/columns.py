@@ -207,7 +207,7 @@ class Columns:
 
     def _entry(self, name: Name, row: tuple[Scalar, ...], q: Motion) -> Scalar:
         if isinstance(name, Quantity):
-            return name.evaluate(q)
+            return _number(name, q)
         if name in self.record:
             return self._recorded(row)[name]
         if name in LIFTED_COLUMNS:
@@ -231,6 +231,37 @@ class Columns:
         return {
             name: value * QUADRATURE_SCALE for name, value in zip(self.record, values, strict=True)
         }
+
+
+def quantity(function: Callable[[Motion], Scalar], unit: str) -> Quantity:
+    """A user's quantity with its SI unit, as a column: ``frame(tt.quantity(slip, "m/s"))``.
+
+    ``function`` takes the ``Motion``, which is in units of m = R = g = 1 and in the arithmetic of
+    the run, and returns one number in these units. Its functions are ``motion.fn.sqrt``, ``sin``
+    and others. ``unit`` is an SI unit without prefix, such as "m/s", "kg m^2/s", "J" or "1".
+
+    Raises
+    ------
+    InputError
+        ``function`` is no function with a name, or the unit is not of this form.
+    """
+    if not (callable(function) and hasattr(function, "__name__")):
+        raise InputError(f"quantity: got {function!r:.60}, expected a function of the motion")
+    return Quantity.of(function, unit)
+
+
+def _number(own: Quantity, q: Motion) -> Scalar:
+    """The value of a user's quantity.
+
+    Raises ``InputError``: it is no number, or there are several.
+    """
+    value = own.evaluate(q)
+    if isinstance(value, (tuple, list, str, complex)) or value is None or callable(value):
+        raise InputError(
+            f"column: got a {type(value).__name__} from {own.name}, expected one number, such as a "
+            "component: motion.omega[2]"
+        )
+    return value
 
 
 def expanded(names: Iterable[Any]) -> tuple[Name, ...]:

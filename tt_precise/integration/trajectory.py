@@ -213,8 +213,10 @@ class Trajectory:
         ----------
         names
             State entries (kx, theta, ...), recorded quadratures, any quantity, or a function of
-            the ``Motion`` (``Quantity.of``; in Euler form its azimuth is 0 unless phi is recorded),
-            also in a list; by default all vector and Euler columns and the recorded quadratures.
+            the ``Motion``, in SI by ``tt.quantity(function, "m/s")``, otherwise in units of m =
+            R = g = 1, which its column's name then says (in Euler form the azimuth is 0 unless phi
+            is recorded), also in a list; by default all vector and Euler columns and the recorded
+            quadratures.
             "pose" means the columns of the pose, "pose:xyzw" the same with the scalar of the
             quaternion last, "error:NAME" the estimated error of a column, "digits" the digits of
             the state's worst entry (``error_over_time``).
@@ -428,7 +430,8 @@ class Trajectory:
     def plot(self, *names: Any) -> Figure:
         """A matplotlib ``Figure`` over time with a panel for each of ``names`` (as in ``frame``).
 
-        Without names: theta, energies, normal force, relative drift of the conserved quantities.
+        "drift:NAME" is the relative drift of a conserved or of any other quantity. Without names:
+        theta, energies, normal force, relative drift of the conserved quantities.
         Recorded events are marked. ``tt_precise.runtime.plotting.save`` writes the figure.
         """
         from tt_precise.integration.views import figure

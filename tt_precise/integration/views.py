@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -9,12 +10,12 @@ import numpy
 
 from tt_precise.integration.columns import Name
 from tt_precise.integration.run import DIGITS, ERROR
-from tt_precise.mechanics.quantities import described
+from tt_precise.mechanics.quantities import QUANTITIES, described
 from tt_precise.runtime import player, plotting
 from tt_precise.runtime.files import atomic_write, replacing
 from tt_precise.runtime.tables import as_html
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import Array, InputError, Json
+from tt_precise.runtime.values import Array, InputError, Json, Scalar
 
 if TYPE_CHECKING:
     import pandas
@@ -29,8 +30,8 @@ Trajectory: TypeAlias = Any  # its module imports this module
 WIDTH, PANEL = 7.0, 1.55  # inches
 # drawn for an exact zero on a logarithmic axis: a part of eps
 EXACT, TINIEST = 2.0**-8, 1e-300
+DRIFT = "drift:"
 ENERGIES = ("E", "E_rot", "E_trans", "E_pot")
-SHORT_UNITS = {"kg m^2/s^2": "J", "kg m/s^2": "N", "kg m^2/s^3": "W"}
 LABELS = {
     "theta": r"$\theta$", "theta_dot": r"$\dot\theta$", "phi_dot": r"$\dot\varphi$",
     "omega_3": r"$\omega_3$", "nu_x": r"$\nu_x$", "nu_y": r"$\nu_y$", "g_n": r"$g_n$",
@@ -61,16 +62,21 @@ def figure(trajectory: Trajectory, names: tuple[Name, ...] = ()) -> Figure:
     panels: tuple[tuple[Name, ...], ...] = tuple((name,) for name in names)
     if not names:
         panels = (("theta",), ENERGIES, ("g_n",))
-    wanted = [name for panel in panels for name in panel]
-    samples = trajectory.frame(*dict.fromkeys(wanted), numbers="float")
+    wanted = [name for panel in panels for name in panel if not is_drift(name)]
+    drifts = {str(name): drift_of(trajectory, str(name)) for name in names if is_drift(name)}
+    samples = trajectory.frame(*(dict.fromkeys(wanted) or ["theta"]), numbers="float")
     count = len(panels) + (not names)
     with plotting.styled():
         drawn = plotting.new_figure(WIDTH, PANEL * count + 0.5)
         axes = list(drawn.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
         for panel, place in zip(panels, axes, strict=False):
-            _panel(place, trajectory, samples, panel)
+            if is_drift(panel[0]):
+                name = str(panel[0])
+                _drifts(place, trajectory, {name.removeprefix(DRIFT): drifts[name]})
+            else:
+                _panel(place, trajectory, samples, panel)
         if not names:
-            _drift(axes[-1], trajectory)
+            _drifts(axes[-1], trajectory, trajectory.drift_over_time())
         _events(axes[0], trajectory)
         axes[-1].set_xlabel("t / s")
         note = "" if trajectory.status == "complete" else f" ({trajectory.status})"
@@ -90,7 +96,6 @@ def _panel(
     unit = "1"
     if first != DIGITS:
         unit = getattr(columns[0], "unit", None) or described(first).unit
-    unit = SHORT_UNITS.get(unit, unit)
     if names[0].startswith(ERROR):
         axes.set_yscale("log")
     axes.set_ylabel((f"{_label(names[0])} / " if len(names) == 1 else "") + unit)
@@ -100,14 +105,43 @@ def _panel(
         axes.axhline(0, color=plotting.GREY, linewidth=0.8)
 
 
-def _drift(axes: Axes, trajectory: Trajectory) -> None:
+def is_drift(name: Name) -> bool:
+    """Whether a panel is the drift of a quantity, such as "drift:jellett"."""
+    return isinstance(name, str) and name.startswith(DRIFT)
+
+
+def drift_of(trajectory: Trajectory, name: str) -> Sequence[Scalar]:
+    """The relative drift of "drift:NAME" at the samples.
+
+    NAME is a conserved quantity of the scene, whose drift is computed in finer arithmetic, or any
+    quantity: the change since the start over its value there, or over its largest value if it
+    starts at 0.
+
+    Raises ``InputError``: there is no such quantity.
+    """
+    wanted, known = name.removeprefix(DRIFT), trajectory.drift_over_time()
+    if wanted in known:
+        return known[wanted]
+    if wanted not in QUANTITIES:
+        raise InputError(
+            f"plot: got {name[:60]!r}, expected {DRIFT} and one of: {', '.join(known)}, or a "
+            "quantity such as E or D"
+        )
+    values = trajectory.frame(wanted, numbers="float")[wanted].to_numpy()
+    scale = abs(values[0]) or numpy.nanmax(abs(values)) or 1.0
+    return abs(values - values[0]) / scale
+
+
+def _drifts(axes: Axes, trajectory: Trajectory, drifts: Mapping[str, Sequence[Scalar]]) -> None:
     times = [float(t) for t in trajectory.sample_times]
     floor = max(float(trajectory.precision.eps) * EXACT, TINIEST)
-    for name, values in trajectory.drift_over_time().items():
+    for name, values in drifts.items():
         floats = numpy.maximum([float(value) for value in values], floor)
         axes.semilogy(times, floats, label=name.replace("_", " "))
-    axes.set_ylabel("relative drift")
-    axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
+    one = next(iter(drifts)) if len(drifts) == 1 else ""
+    axes.set_ylabel(f"relative drift of {_label(one)}" if one else "relative drift")
+    if not one:
+        axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
 
 
 def _events(axes: Axes, trajectory: Trajectory) -> None:

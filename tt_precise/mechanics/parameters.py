@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass
 from fractions import Fraction
 from typing import NamedTuple, TypeVar
 
 from tt_precise.mechanics.laws import VISCOUS, Law
-from tt_precise.runtime.values import Functions, Scalar
+from tt_precise.runtime.values import Functions, InputError, Scalar
 
 Top = TypeVar("Top", bound="Parameters")
 # The forces of an elastic table that a scene may name.
@@ -83,6 +84,13 @@ def of_numbers(numbers: Mapping[str, Scalar], friction: Law, spring: str, kind: 
     return kind(**given, friction=friction, further=further, spring=spring)
 
 
+DERIVED = {(1, 1, -2): "N", (1, 2, -2): "J", (1, 2, -3): "W"}
+_UNITS = {"kg": (1, 0, 0), "m": (0, 1, 0), "s": (0, 0, 1), "rad": (0, 0, 0), "1": (0, 0, 0)} | {
+    unit: powers for powers, unit in DERIVED.items()
+}
+_FACTOR = re.compile(r"(kg|rad|[msNJW1])(?:\^(-?\d))?")
+
+
 class Dimension(NamedTuple):
     """Powers of mass, length and time in a physical quantity."""
 
@@ -92,12 +100,43 @@ class Dimension(NamedTuple):
 
     @property
     def unit(self) -> str:
-        """The SI unit in base units, such as "kg m^2/s"; "1" for a pure number."""
+        """The SI unit, such as "J" or "kg m^2/s"; "1" for a pure number."""
+        if self in DERIVED:
+            return DERIVED[self]
         named = [("kg", self.mass), ("m", self.length), ("s", self.time)]
         power = [(unit if abs(n) == 1 else f"{unit}^{abs(n)}", n) for unit, n in named if n]
         over = " ".join(text for text, n in power if n > 0) or "1"
         under = "".join("/" + text for text, n in power if n < 0)
         return over + under
+
+    @classmethod
+    def of(cls, unit: str) -> Dimension:
+        """The dimension of an SI unit in words, such as "m/s", "kg m^2/s", "rad/s", "N m" or "1".
+
+        Raises ``InputError``: it is not of this form, or has a prefix, as "mm".
+        """
+        powers = [0, 0, 0]
+        groups = [group.split() for group in unit.split("/")] if isinstance(unit, str) else [[]]
+        for number, group in enumerate(groups):
+            found = [_FACTOR.fullmatch(factor) for factor in group]
+            if not found or None in found:
+                raise InputError(
+                    f"unit: got {unit!r:.60}, expected an SI unit without prefix, such as "
+                    '"m/s", "kg m^2/s", "rad/s", "N m" or "1"'
+                )
+            for known in filter(None, found):
+                sign = (-1 if number else 1) * int(known[2] or 1)
+                powers = [a + sign * b for a, b in zip(powers, _UNITS[known[1]], strict=True)]
+        return cls(*powers)
+
+
+class Torque(Dimension):
+    """The dimension of a torque, which is that of an energy under another unit."""
+
+    @property
+    def unit(self) -> str:
+        """N m."""
+        return "N m"
 
 
 class Units(NamedTuple):

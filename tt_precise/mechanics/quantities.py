@@ -18,7 +18,7 @@ from tt_precise.mechanics.conversion import euler_from_vectors, horizontal_lengt
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.parameters import SPRINGS, Dimension, Parameters
+from tt_precise.mechanics.parameters import SPRINGS, Dimension, Parameters, Torque
 from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted
 from tt_precise.runtime.values import Functions, Scalar
 
@@ -145,8 +145,10 @@ class Motion:
 ANGLE, RATE, ACCELERATION = Dimension(), Dimension(0, 0, -1), Dimension(0, 0, -2)
 SPEED = Dimension(0, 1, -1)
 FORCE, TORQUE, ENERGY, POWER = (
-    Dimension(1, 1, -2), Dimension(1, 2, -2), Dimension(1, 2, -2), Dimension(1, 2, -3),
+    Dimension(1, 1, -2), Torque(1, 2, -2), Dimension(1, 2, -2), Dimension(1, 2, -3),
 )  # fmt: skip
+# The mark of a user's column whose unit nobody said.
+UNITLESS = " [m = R = g = 1]"
 ANGULAR_MOMENTUM, JELLETT = Dimension(1, 2, -1), Dimension(1, 3, -1)
 
 
@@ -166,14 +168,19 @@ class Quantity:
     azimuth: bool = False
 
     @classmethod
-    def of(cls, function: Callable[[Motion], Scalar]) -> Quantity:
-        """A user's quantity: a function of the motion, generic in its arithmetic, with its name.
+    def of(cls, function: Callable[[Motion], Scalar], unit: str | None = None) -> Quantity:
+        """A user's quantity: a function of the ``Motion``, generic in its arithmetic.
 
-        Its arguments and results are in units of m, R and sqrt(R/g); with an attribute
-        ``dimension`` its columns are in SI.
+        Its arguments and results are in units of m, R and sqrt(R/g). With a ``unit`` ("m/s"), or a
+        dimension as attribute of the function, its columns are in SI; otherwise their name says
+        that m = R = g = 1.
         """
-        dimension = getattr(function, "dimension", Dimension())
-        meaning = str(function.__doc__ or "one's own").partition("\n")[0]
+        meaning = str(function.__doc__ or "of the user").partition("\n")[0]
+        dimension = getattr(function, "dimension", None) if unit is None else unit
+        if dimension is None:
+            return cls(function.__name__ + UNITLESS, function, Dimension(), meaning)
+        if isinstance(dimension, str):
+            dimension = Dimension.of(dimension)
         return cls(function.__name__, function, dimension, meaning)
 
     @property

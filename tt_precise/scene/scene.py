@@ -276,6 +276,17 @@ class Scene:
         apart = [float(abs(getattr(rest, n) - getattr(self.start, n))) for n in ("nu_x", "nu_y")]
         return CENTRE_OF_MASS if max(apart) < 1e-6 * max(speeds) else ""
 
+    @property
+    def held_from_the_start(self) -> str:
+        """The warning about a top that dry friction may hold at t = 0; empty for other tops."""
+        if not self.may_stick or self.at_rest != CONTACT_POINT:
+            return ""
+        return (
+            f"the contact point is at rest at t = 0, where {self.body.law} friction may hold it: "
+            "the top then rolls and nothing else happens. A top spun by hand has at_rest = "
+            '"centre of mass"'
+        )
+
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
         """Exact sample times in s: multiples of ``sample_every`` from 0, and the end."""
