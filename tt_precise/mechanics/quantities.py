@@ -179,7 +179,7 @@ class Quantity:
         dimension = getattr(function, "dimension", None) if unit is None else unit
         if dimension is None:
             return cls(function.__name__ + UNITLESS, function, Dimension(), meaning)
-        if isinstance(dimension, str):
+        if not isinstance(dimension, Dimension):
             dimension = Dimension.of(dimension)
         return cls(function.__name__, function, dimension, meaning)
 
