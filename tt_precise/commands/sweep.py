@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any, cast
 
 import click
 from click.core import ParameterSource
@@ -12,7 +13,7 @@ from tt_precise.runtime.terminal import progress_bar, say
 from tt_precise.runtime.values import InputError, Json, listed
 from tt_precise.runtime.workers import cores, dask_pool
 
-SOME_FAILED = 1
+SOME_FAILED = NOT_FOUND = 1
 CONTRADICTIONS = ("other_outcome", "only_in_one", "errors")  # of the spot check, in the summary
 LARGEST_SEED = 2**64 - 1
 SAID_IN_FILE = ("vary", "box", "samples", "sampler", "seed", "until", "record", "contact")
@@ -177,6 +178,52 @@ def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: st
     target = out or f"{z or y}-{x}.svg"
     save(figure, target)
     say([target])
+
+
+@command.command("find", short_help="Find the smallest value that passes the equator.")
+@click.argument("scene")
+@click.argument("ends", metavar="NAME=LOW:HIGH")
+@click.option(
+    "--goal",
+    default="equator",
+    show_default=True,
+    help="equator: the axis passes it by the horizon; inverted: the motion provably approaches "
+    "inverted spin.",
+)
+@click.option("--until", help="Horizon in s, instead of the scene's.")
+@click.option("--digits", type=int, default=6, show_default=True, help="Digits of the value.")
+@click.option(
+    "--points", type=int, default=33, show_default=True, help="Values that are tried first."
+)
+@options.JSON
+def find_command(
+    scene: str, ends: str, goal: str, until: str | None, digits: int, points: int, as_json: bool
+) -> int:
+    """Find the smallest value of an entry of SCENE, between two, that reaches a goal.
+
+    The entry is a spin, a friction coefficient, a tilt or any other number that a sweep can vary:
+    sweep find reference omega_3=20:260. Values across the range are tried first, then the first
+    change of the answer from no to yes is bisected; both ends of the last bracket are integrated
+    again in a finer arithmetic. The verdict of Theorem 1.1 over the range stands beside it.
+
+    Exit status 1 if no value of the range reaches the goal, or a finer arithmetic contradicts.
+    """
+    from tt_precise.sweeps import threshold
+
+    ((name, between),) = pairs((ends,), "sweep find").items()
+    with progress_bar(f"{points} values of {name}") as progress:
+        found = threshold.find(
+            scene,
+            name,
+            between,
+            goal=cast(Any, goal),
+            until=until,
+            digits=digits,
+            points=points,
+            progress=progress,
+        )
+    options.emit(as_json, found.as_dict(), threshold.lines(found))
+    return 0 if found.above is not None and found.confirmed else NOT_FOUND
 
 
 def lines(summary: dict[str, Json]) -> list[str]:

@@ -1,0 +1,105 @@
+"""The finder of thresholds: against rows of a sweep, the theorem, and known answers."""
+
+import json
+from fractions import Fraction
+
+import pytest
+
+import tt_precise as tt
+from tests.conftest import Printed, Said
+from tt_precise.runtime.values import InputError
+from tt_precise.sweeps import threshold
+from tt_precise.sweeps.threshold import Answer, bisected, decimal, find
+
+
+def test_a_known_threshold_is_bisected_to_the_digits() -> None:
+    exact = Fraction(2, 3)
+
+    def answer(value: Fraction) -> Answer:
+        return Answer(value, value >= exact, "", None)
+
+    relative = Fraction(1, 10**30)
+    below, above = bisected(answer(Fraction(0)), answer(Fraction(1)), relative, answer)
+    assert below.value < exact <= above.value <= below.value + relative
+    exact = Fraction(0)
+    below, above = bisected(answer(Fraction(-1)), answer(Fraction(1)), relative, answer)
+    assert below.value < exact <= above.value < relative
+    assert decimal(Fraction(2, 3), 20) == "0.66666666666666666667"
+    assert [decimal(Fraction(x), 6) for x in ("50", "1e-9", "-1/3")] == ["50", "1E-9", "-0.333333"]
+
+
+def test_the_least_spin_that_passes_the_equator() -> None:
+    """A sweep's rows on both sides of it agree, and the theorem asks for more spin."""
+    found = find("reference", "omega_3", "40:90", until=8, digits=4, points=3)
+    assert found.below is not None
+    assert found.above is not None
+    assert found.above.value - found.below.value <= found.above.value / 10**4
+    spins = [float(answer.value) for answer in (found.below, found.above)]
+    rows = tt.sweep("reference", vary={"omega_3": spins}, until=8, record=["t_equator"], recheck=0)
+    assert rows["t_equator"].notna().tolist() == [False, True]
+    assert rows["t_equator"][1] == pytest.approx(found.above.t, rel=1e-4)
+    assert found.confirmed
+    assert "just before the horizon" in "\n".join(threshold.lines(found))
+    assert found.verdicts == ("does_not_invert", "inverts")
+    # lambda is proportional to the spin of this start
+    ratio = tt.sweep(
+        "reference", vary={"omega_3": [77.0]}, until="0.01", record=["lambda_ratio"], recheck=0
+    )["lambda_ratio"][0]
+    assert float(found.by_theorem or 0) == pytest.approx(77 / ratio, rel=1e-4)
+
+
+def test_the_end_of_the_motion_is_found_too() -> None:
+    found = find("reference", "omega_3", "60:100", until=12, digits=2, points=3, goal="inverted")
+    assert found.above is not None
+    assert "end inverted" in found.above.text
+    assert float(found.above.value) > float(found.by_theorem or 0)
+
+
+def test_no_and_yes_everywhere_are_said(said: Said, printed: Printed) -> None:
+    none = "sweep find reference omega_3=1:5 --until 0.1 --points 2"
+    text = said(none, status=1)
+    assert "none: the answer is no at all of 2 values" in text
+    assert "theorem: does not invert in the whole range" in text
+    document = printed(none, status=1)
+    assert (document["value"], document["changes"]) == (None, [])
+    low = find("reference", "omega_3", "100:120", until=8, points=2)
+    assert (low.below, low.changes) == (None, ())
+    assert "already at the low end of the range, omega_3 = 100" in "\n".join(threshold.lines(low))
+    assert json.loads(json.dumps(low.as_dict()))["value"] == "100"
+
+
+def test_every_change_of_the_answer_is_named() -> None:
+    """A top that spins too fast loses contact before the equator."""
+    found = find("reference", "omega_3", "40:240", until=8, digits=2, points=11)
+    assert len(found.changes) == 2
+    assert any("contact_lost" in answer.text for pair in found.changes for answer in pair)
+    assert "the answer changes 2 times" in "\n".join(threshold.lines(found))
+
+
+def test_a_finer_arithmetic_that_contradicts_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = threshold._Search._answer
+
+    def spoiled(self: threshold._Search, value: Fraction, precision: str, tol: float) -> Answer:
+        answer = right(self, value, precision, tol)
+        return answer if precision == "double" else answer._replace(yes=not answer.yes)
+
+    monkeypatch.setattr(threshold._Search, "_answer", spoiled)
+    found = find("reference", "omega_3", "40:90", until=8, digits=2, points=2)
+    assert not found.confirmed
+    assert any("NOT CONFIRMED" in line for line in threshold.lines(found))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"name": "lean"}, "find: got 'lean', expected one of: theta"),
+        ({"ends": "2:1"}, "lower end first"),
+        ({"digits": 99}, "digits: got 99, expected 1 to 25"),
+        ({"points": 1}, "points: got 1"),
+        ({"goal": "both"}, "goal: got 'both', expected one of: equator, inverted"),
+    ],
+)
+def test_refuses(changes: dict[str, object], message: str) -> None:
+    asked = {"scene": "reference", "name": "mu", "ends": "0.1:0.2"} | changes
+    with pytest.raises(InputError, match=message):
+        find(**asked)  # type: ignore[arg-type]

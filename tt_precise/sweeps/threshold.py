@@ -1,0 +1,304 @@
+"""The smallest value of an entry from which a top passes the equator, or approaches inverted spin.
+
+A scan of the range finds every change of the answer that its values resolve; bisection of the first
+change from no to yes gives the digits. Each answer is a run. Both ends of the last bracket are
+answered again in a finer arithmetic, and compared with Theorem 1.1 where it speaks.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from decimal import Context, Decimal
+from fractions import Fraction
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from tt_precise.exact.thresholds import theorem
+from tt_precise.integration.setup import refused_in_doubles
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import InputError, Json
+from tt_precise.scene.numerals import written
+from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.sweeps.specification import Ends, box_ends, variable
+
+if TYPE_CHECKING:
+    from tt_precise.integration import Trajectory
+
+Goal = Literal["equator", "inverted"]
+GOALS = {
+    "equator": "the axis passes the equator within the horizon",
+    "inverted": "energy and lambda at the horizon prove that the motion approaches inverted spin",
+}
+POINTS, MOST_POINTS = 33, 10_000
+MOST_DIGITS = 25  # Of double-double's 31, which lose some six on the way.
+PLAIN = 6  # Decimal exponents up to which a number is written without an exponent.
+LATE = 0.95  # Part of the horizon after which it may be the horizon that decides.
+IN_DOUBLE = 10  # Digits that runs in double answer: the state loses up to five of their 15.
+
+
+class Answer(NamedTuple):
+    """The answer at one value, in words, with its time (s; None if it has none)."""
+
+    value: Fraction
+    yes: bool
+    text: str
+    t: float | None
+
+    def as_dict(self, digits: int) -> dict[str, Json]:
+        """For JSON."""
+        return {
+            "value": decimal(self.value, digits), "yes": self.yes, "text": self.text, "t": self.t
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Found:
+    """The result of ``find``.
+
+    ``below`` and ``above`` enclose the smallest value from which the answer is yes: they are the
+    ends of the bracket. Without ``below`` the answer is yes from the low end of the range on;
+    without ``above`` it is no at every value of the scan. ``changes`` are all neighbours in the
+    scan whose answers differ. ``confirmed``: a finer arithmetic gives the same answers at both
+    ends. ``by_theorem`` is the value from which Theorem 1.1 says "inverts", if it begins to do so
+    in the range; ``verdicts`` are its words at both ends of the range.
+    """
+
+    scene: Scene
+    name: str
+    goal: Goal
+    digits: int
+    points: int
+    below: Answer | None
+    above: Answer | None
+    changes: tuple[tuple[Answer, Answer], ...]
+    confirmed: bool
+    by_theorem: Fraction | None
+    verdicts: tuple[str, str]
+
+    def as_dict(self) -> dict[str, Json]:
+        """For JSON; numbers are strings of ``digits`` digits."""
+
+        def text(answer: Answer | None) -> Json:
+            return answer and answer.as_dict(self.digits + 1)
+
+        exact = self.by_theorem
+        return {
+            "schema": "tt_precise.threshold/1",
+            "scene": self.scene.name,
+            "name": self.name,
+            "goal": self.goal,
+            "until": str(self.scene.until),
+            "digits": self.digits,
+            "points": self.points,
+            "value": self.above and decimal(self.above.value, self.digits),
+            "below": text(self.below),
+            "above": text(self.above),
+            "changes": [[text(one), text(other)] for one, other in self.changes],
+            "confirmed": self.confirmed,
+            "theorem": {
+                "value": None if exact is None else decimal(exact, self.digits),
+                "at_low": self.verdicts[0],
+                "at_high": self.verdicts[1],
+            },
+        }
+
+
+def find(
+    scene: str | Scene,
+    name: str,
+    ends: Ends,
+    *,
+    goal: Goal = "equator",
+    until: str | int | float | None = None,
+    digits: int = 6,
+    points: int = POINTS,
+    progress: Progress = silent,
+) -> Found:
+    """Find the smallest value of the entry ``name`` between ``ends`` that reaches the ``goal``.
+
+    ``name`` and ``ends`` are as in a sweep's box: a start value or parameter, and two numbers or
+    "low:high". ``digits`` of the value are significant. ``points`` values are tried first: of
+    several changes of the answer between two of them, one is found or none.
+
+    Raises ``InputError``: an argument cannot be used, or a scene in the range is refused.
+    """
+    loaded = load_scene(scene)
+    if until is not None:
+        loaded = loaded.varied(until=written(until, "until"))
+    if name not in variable(loaded):
+        expected = ", ".join(variable(loaded))
+        raise InputError(f"find: got {name[:60]!r}, expected one of: {expected}")
+    for what, value, least, most in (
+        ("digits", digits, 1, MOST_DIGITS),
+        ("points", points, 2, MOST_POINTS),
+    ):
+        if not least <= value <= most:
+            raise InputError(f"{what}: got {value}, expected {least} to {most}")
+    if goal not in GOALS:
+        raise InputError(f"goal: got {str(goal)[:60]!r}, expected one of: {', '.join(GOALS)}")
+    low, high = box_ends(name, ends)
+    search = _Search(loaded, name, goal)
+    scan = []
+    for number in range(points):
+        scan.append(search.answer(low + (high - low) * number / (points - 1)))
+        progress((number + 1) / points)
+    changes = [pair for pair in itertools.pairwise(scan) if pair[0].yes != pair[1].yes]
+    first = None if scan[0].yes else next((pair for pair in changes if pair[1].yes), None)
+    below, above = first or (None, scan[0] if scan[0].yes else None)
+    confirmed = True
+    if below and above:
+        rough = Fraction(1, 10 ** min(digits, IN_DOUBLE))
+        below, above = bisected(below, above, rough, search.answer)
+        fine = search.finer()
+        below, above, confirmed = _again(below, above, fine)
+        if confirmed:
+            below, above = bisected(below, above, Fraction(1, 10**digits), fine)
+    verdicts = [theorem(search.scene_at(value)).verdict for value in (low, high)]
+    return Found(
+        loaded, name, goal, digits, points, below, above, tuple(changes), confirmed,
+        search.by_theorem(low, high, digits) if verdicts[0] != verdicts[1] else None,
+        (verdicts[0], verdicts[1]),
+    )  # fmt: skip
+
+
+def bisected(
+    below: Answer, above: Answer, relative: Fraction, answer: Callable[[Fraction], Answer]
+) -> tuple[Answer, Answer]:
+    """Halve the bracket of a no and a yes until its relative width is at most ``relative``.
+
+    Beside 0, ``relative`` squared of the first width is enough.
+    """
+    least = relative**2 * (above.value - below.value)
+    while above.value - below.value > max(
+        relative * max(abs(below.value), abs(above.value)), least
+    ):
+        middle = answer((below.value + above.value) / 2)
+        below, above = (below, middle) if middle.yes else (middle, above)
+    return below, above
+
+
+def _again(
+    below: Answer, above: Answer, fine: Callable[[Fraction], Answer]
+) -> tuple[Answer, Answer, bool]:
+    again = fine(below.value), fine(above.value)
+    return *again, (again[0].yes, again[1].yes) == (False, True)
+
+
+class _Search:
+    """Answers about one scene with other values of an entry."""
+
+    def __init__(self, scene: Scene, name: str, goal: Goal):
+        self.scene, self.name, self.goal = scene, name, goal
+
+    def scene_at(self, value: Fraction) -> Scene:
+        """The scene with a value of the entry."""
+        return self.scene.varied(**{self.name: value})
+
+    def answer(self, value: Fraction) -> Answer:
+        """The answer of a run in double."""
+        return self._answer(value, "double", 0.0)
+
+    def finer(self) -> Callable[[Fraction], Answer]:
+        """Answers of runs in a finer arithmetic."""
+        precision = "quad" if refused_in_doubles(self.scene) else "double-double"
+        return lambda value: self._answer(value, precision, 1e-28)
+
+    def _answer(self, value: Fraction, precision: str, tolerance: float) -> Answer:
+        from tt_precise.certify.outcome import outcome_of
+        from tt_precise.integration import integrate
+
+        run = integrate(
+            self.scene_at(value), precision, events=("equator",), record=(), tolerance=tolerance
+        )
+        crossing = _crossing(run)
+        until = f"{float(run.t_end):.6g} s"
+        ended = "" if run.status == "complete" else f", where the motion ends: {run.status}"
+        if self.goal == "equator":
+            if crossing is not None:
+                return Answer(value, True, f"passed at {crossing:.6g} s", crossing)
+            return Answer(value, False, f"not passed by {until}{ended}", None)
+        end = outcome_of(run, crossing).end
+        theta = f"theta = {float(run.state.theta):.4g} rad at {until}"
+        return Answer(value, end.verdict == "inverted", f"end {end.verdict}, {theta}{ended}", None)
+
+    def by_theorem(self, low: Fraction, high: Fraction, digits: int) -> Fraction | None:
+        """The value from which the theorem says "inverts", if it does so at the high end only."""
+
+        def says(value: Fraction) -> Answer:
+            verdict = theorem(self.scene_at(value))
+            return Answer(value, bool(verdict.inverts), verdict.verdict, None)
+
+        below, above = says(low), says(high)
+        if below.yes or not above.yes:
+            return None
+        return bisected(below, above, Fraction(1, 10 ** (digits + 1)), says)[1].value
+
+
+def _crossing(run: Trajectory) -> float | None:
+    """When theta first rises through pi/2, in s."""
+    events = run.event_table(())
+    for name, t, way in zip(events["name"], events["t"], events["direction"], strict=True):
+        if name == "equator" and way < 0:
+            return float(t)
+    return None
+
+
+def decimal(value: Fraction, digits: int) -> str:
+    """A value in decimals, rounded to significant digits."""
+    context = Context(prec=digits)
+    rounded = context.divide(Decimal(value.numerator), Decimal(value.denominator)).normalize()
+    plain = -PLAIN <= rounded.adjusted() <= PLAIN
+    return f"{rounded:f}" if plain else str(rounded)
+
+
+def lines(found: Found) -> list[str]:
+    """The result as text."""
+    name, digits = found.name, found.digits
+    until = f"{float(found.scene.until):g} s"
+    shown = [
+        f"{found.scene.name}, until {until}: the smallest {name} from which {GOALS[found.goal]}"
+    ]
+    if found.above is None:
+        return [
+            *shown,
+            f"  none: the answer is no at all of {found.points} values",
+            *_theorem(found),
+        ]
+    if found.below is None:
+        low = decimal(found.above.value, digits)
+        shown.append(f"  already at the low end of the range, {name} = {low}: {found.above.text}")
+        return [*shown, *_theorem(found)]
+    shown.append(f"  {name} = {decimal(found.above.value, digits)}")
+    shown += [
+        f"    at {decimal(answer.value, digits + 1)}: {answer.text}"
+        for answer in (found.below, found.above)
+    ]
+    t = found.above.t
+    if t is not None and t > LATE * found.scene.until:
+        shown.append("    just before the horizon: the value may be smaller with a later --until")
+    if not found.confirmed:
+        shown.append(
+            "  NOT CONFIRMED: a finer arithmetic answers otherwise at an end; ask for fewer digits"
+        )
+    if len(found.changes) > 1:
+        places = ", ".join(
+            f"{decimal(one.value, 4)} to {decimal(other.value, 4)}" for one, other in found.changes
+        )
+        shown.append(f"  the answer changes {len(found.changes)} times in the range: {places}")
+    return [*shown, *_theorem(found)]
+
+
+def _theorem(found: Found) -> list[str]:
+    words = [verdict.replace("_", " ") for verdict in found.verdicts]
+    if found.by_theorem is not None:
+        value = decimal(found.by_theorem, found.digits)
+        said = f"{words[0]} below {found.name} = {value}, {words[1]} from there on"
+        if found.above is not None and found.below is not None:
+            ratio = float(found.above.value / found.by_theorem)
+            said += f"; the value found is {ratio:.4g} of it"
+    elif words[0] == words[1]:
+        said = f"{words[0]} in the whole range"
+    else:
+        said = f"{words[0]} at the low end, {words[1]} at the high end"
+    return [f"  theorem: {said}"]
