@@ -208,7 +208,7 @@ def find_command(
 
     Exit status 1 if no value of the range reaches the goal, or a finer arithmetic contradicts.
     """
-    from tt_precise.sweeps import threshold
+    from tt_precise import threshold
 
     ((name, between),) = pairs((ends,), "sweep find").items()
     with progress_bar(f"{points} values of {name}") as progress:

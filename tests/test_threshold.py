@@ -7,9 +7,9 @@ import pytest
 
 import tt_precise as tt
 from tests.conftest import Printed, Said
+from tt_precise import threshold
 from tt_precise.runtime.values import InputError
-from tt_precise.sweeps import threshold
-from tt_precise.sweeps.threshold import Answer, bisected, decimal, find
+from tt_precise.threshold import Answer, bisected, decimal, find
 
 
 def test_a_known_threshold_is_bisected_to_the_digits() -> None:
