@@ -82,9 +82,22 @@ costs:    ## what calls and commands cost, beside their baselines
 costs: $(DEV)
 	$(PYTEST) -n 0 -o addopts=--import-mode=importlib benchmarks $(ARGS)
 
-mutants:  ## 200 mutants of the core, of which the tests must kill 92 % (an hour)
+# In a worktree, because cosmic-ray changes the files; PYTHONPATH goes before the editable install.
+FILE ?= tt_precise/mechanics/newton.py
+MUTANTS := $(CURDIR)/build/mutants
+IN_MUTANTS = cd $(MUTANTS) && PYTHONPATH=$(MUTANTS) $(abspath $(BIN))
+
+mutants:  ## mutants of one file, FILE=..., of which the tests of its folder must kill 92 %
 mutants: $(ALL)
-	$(BIN)/python -m benchmarks.mutants $(ARGS)
+	rm -rf $(MUTANTS) && git worktree prune && git worktree add --detach $(MUTANTS) HEAD
+	sed 's|FILE|$(FILE)|; s|FOLDER|$(notdir $(patsubst %/,%,$(dir $(FILE))))|; s|PYTHON|$(abspath $(BIN))/python|' \
+		benchmarks/mutants.toml > $(MUTANTS)/mutants.toml
+	$(IN_MUTANTS)/cosmic-ray init mutants.toml session.sqlite
+	$(IN_MUTANTS)/cr-filter-operators session.sqlite mutants.toml
+	$(IN_MUTANTS)/cosmic-ray baseline mutants.toml
+	$(IN_MUTANTS)/cosmic-ray exec mutants.toml session.sqlite
+	$(IN_MUTANTS)/cr-report --surviving-only --show-diff session.sqlite
+	$(IN_MUTANTS)/cr-rate --fail-over 8 session.sqlite
 
 browser:  ## tests marked browser: the report in chromium (installs it from Debian)
 browser: $(DEV)
