@@ -199,6 +199,15 @@ def test_a_difference_in_the_30th_digit_is_seen(
     assert found in (29, 30)
 
 
+def test_what_a_notebook_shows_is_short() -> None:
+    found = thresholds("reference", 40)
+    assert repr(found).startswith("<Thresholds, 40 digits: lambda 6.8944413e-06, lambda_thres")
+    assert len(repr(found)) < 300
+    assert repr(found.quantities["E0"]) == "<Determination: 0.0406428725676 J, 40 digits agree>"
+    assert "theorem" in found._repr_html_()
+    assert found.as_dict()["quantities"]["E0"]["value"] in found._repr_html_()
+
+
 def test_import_is_light() -> None:
     code = (
         "import sys, tt_precise.exact.thresholds; "

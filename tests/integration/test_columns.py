@@ -1,5 +1,7 @@
 """The pose of a trajectory: its own rates, the checks of rigid bodies, and the poles."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -85,3 +87,29 @@ def test_errors_of_a_pose_need_its_quadratures(half: Scene) -> None:
         integrate(half).frame("error:qw")
     recorded = integrate(half, record=("phi", "psi", "x", "y"))
     assert 0 < recorded.frame("error:qw")["error:qw"].max() < 1e-9
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_a_state_can_be_pickled(precision: str) -> None:
+    """Numbers of mpmath belong to a context, which itself cannot be pickled."""
+    run = integrate("reference", precision, until="0.2")
+    _ = run.digits  # so that the state knows its errors
+    for state in (run.state, run.at("0.1"), run.at([0, "0.1"])):
+        found = pickle.loads(pickle.dumps(state))
+        assert list(found.values) == list(state.values)
+        assert str(found) == str(state)
+        for name, value in state.values.items():
+            assert np.all(np.asarray(found.values[name] == value)), name
+
+
+def test_what_a_notebook_shows_is_short() -> None:
+    run = integrate("reference", "double-double")
+    assert repr(run.at("0.5")) == "<State at t = 0.5 s: theta 0.0916644 rad, double-double>"
+    assert repr(run.at([0, 1])).startswith("<State at 2 times: kx, ky")
+    assert repr(run.inversion).startswith("<InversionTimes: theta = pi/2 at 5.87975 s; A 3.18597 s")
+    assert repr(integrate("upright").inversion) == "<InversionTimes: theta = pi/2 is not passed>"
+    for shown in (run.state, run.inversion, run.at([0, 1])):
+        assert len(repr(shown)) < 160
+        assert "<table>" in shown._repr_html_()
+    for text in ("kg m^2/s", "theta_dot", "rad/s"):
+        assert text in run.state._repr_html_()

@@ -1,6 +1,7 @@
 """Scenes: what ships, what is read exactly, and every refusal with its one line."""
 
 import dataclasses
+import re
 import tomllib
 from decimal import Decimal
 from fractions import Fraction
@@ -247,6 +248,17 @@ def test_every_type_of_number_is_read_as_its_decimal(value: Any) -> None:
     assert Scene.of(**{**tomllib.loads(TEXT), "run": {"until": value}}).until == tenth
     assert integrate("rolling", until=value, sample_every=value).scene.sample_every == tenth
     assert sweep_specification("reference", vary={"theta": [value]}, until=value).rows == 1
+
+
+def test_printed_scenes_are_short() -> None:
+    scene = load_scene("reference").varied(psi_dot="150", at_rest="centre of mass", phi_dot="7/3")
+    assert repr(scene) == (
+        "<Scene reference: gliding, viscous friction, theta 0.1 rad, omega_3 152.322 rad/s, "
+        "until 8 s>"
+    )
+    assert "alpha 0.3" in repr(scene.body)
+    assert len(repr(load_scene("elastic-hunt-crossley").body)) < 220
+    assert max(map(len, re.findall(r"<td[^>]*>([^<]*)<", scene._repr_html_()))) < 40
 
 
 def test_a_perturbed_scene_is_off_by_relative_sizes() -> None:

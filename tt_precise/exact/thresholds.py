@@ -39,7 +39,7 @@ IN_WORDS = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Determination:
     """A number and its independent determination (mpmath numbers, SI).
 
@@ -55,8 +55,14 @@ class Determination:
     unit: str
     reason: str = ""
 
+    def __repr__(self) -> str:
+        if self.value is None:
+            return "<Determination: does not exist>"
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return f"<Determination: {float(self.value):.12g}{unit}, {self.digits_agreed} digits agree>"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Thresholds:
     """The results of ``thresholds`` for a scene; ``theorem`` is the verdict of Theorem 1.1."""
 
@@ -74,6 +80,25 @@ class Thresholds:
     def inverts_reason(self) -> str:
         """The reason of the theorem's verdict."""
         return self.theorem.reason
+
+    def __repr__(self) -> str:
+        named = (
+            f"{name} {float(one.value):.8g}"
+            for name, one in self.quantities.items()
+            if one.value is not None
+        )
+        return f"<Thresholds, {self.digits} digits: {', '.join(named)}; {self.theorem.verdict}>"
+
+    def _repr_html_(self) -> str:
+        from tt_precise.runtime.tables import as_html
+
+        texts = self.as_dict()["quantities"]
+        rows: list[tuple[object, ...]] = [
+            (name, texts[name]["value"] or "does not exist", one.unit, one.digits_agreed)
+            for name, one in self.quantities.items()
+        ]
+        rows.append(("theorem", str(self.theorem), "", ""))
+        return as_html("Thresholds (SI)", rows, ("", "value", "unit", "digits that agree"))
 
     def as_dict(self) -> dict[str, Json]:
         """The same as strings of ``digits`` digits, for ``tt-precise thresholds --json``."""

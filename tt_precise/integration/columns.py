@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy
+from mpmath.libmp import MPZ
 
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES
 from tt_precise.integration.precision import Precision
@@ -17,7 +18,7 @@ from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.parameters import Dimension
 from tt_precise.mechanics.pose import Pose, pose
-from tt_precise.mechanics.quantities import QUANTITIES, RATE, SPEED, Motion, Quantity
+from tt_precise.mechanics.quantities import QUANTITIES, RATE, SPEED, Motion, Quantity, described
 from tt_precise.runtime.values import Array, Functions, InputError, Json, Scalar, distinct
 from tt_precise.scene.initial_state import InitialState
 
@@ -44,7 +45,7 @@ Row = tuple[Scalar, ...]
 """The state in the order of its formulation's columns, and the quadratures (scaled) behind it."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class State:
     """A state at one time, in SI: ``t`` in s, then name to number, None where undefined.
 
@@ -73,6 +74,31 @@ class State:
             precision,
         )
 
+    def __repr__(self) -> str:
+        if hasattr(self.t, "__len__"):
+            return f"<State at {len(self.t)} times: {', '.join(self.values)}>"
+        theta = self.values.get("theta")
+        tilt = "" if theta is None else f": theta {float(theta):.6g} rad"
+        return f"<State at t = {float(self.t):.6g} s{tilt}, {self.precision.name}>"
+
+    def _repr_html_(self) -> str:
+        from tt_precise.runtime.tables import as_html
+
+        text, several = self.precision.with_error, hasattr(self.t, "__len__")
+        units = {"t": "s", **{name: unit_of(name) for name in self.values}}
+        rows = [
+            (name, value if several else text(value, self.errors.get(name)), units[name])
+            for name, value in {"t": self.t, **self.values}.items()
+        ]
+        return as_html("State (SI)", rows)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # mpmath's numbers belong to a context, which cannot be pickled
+        numbers = {"t": self.t, **self.values}
+        plain = {name: _plain(value) for name, value in numbers.items()}
+        errors = {name: _plain(value) for name, value in self.errors.items()}
+        return _state_of, (plain, self.precision, errors)
+
     def __getattr__(self, name: str) -> Scalar:
         try:
             # through __dict__, which is empty during copying
@@ -98,6 +124,41 @@ class State:
             return [self._text(entry) for entry in value]
         text: Json = None if value != value else self.precision.text(value)
         return text
+
+
+def _plain(value: Scalar) -> Any:
+    """A number, or an array of numbers, without a context of mpmath."""
+    if hasattr(value, "_mpf_"):
+        sign, mantissa, exponent, bits = value._mpf_
+        return ("mpf", (int(sign), int(mantissa), int(exponent), int(bits)))
+    if hasattr(value, "dtype") and value.dtype == object:
+        return ("array", [_plain(entry) for entry in value])
+    return value
+
+
+def _number_of(plain: Any, context: Functions) -> Scalar:
+    """The number that ``_plain`` gave, in a context."""
+    if not isinstance(plain, tuple):
+        return plain
+    kind, content = plain
+    if kind == "mpf":
+        return context.make_mpf((content[0], MPZ(content[1]), *content[2:]))
+    numbers = numpy.empty(len(content), dtype=object)
+    numbers[:] = [_number_of(entry, context) for entry in content]
+    return numbers
+
+
+def _state_of(plain: dict[str, Any], precision: Precision, errors: dict[str, Any]) -> State:
+    values = {name: _number_of(value, precision.context) for name, value in plain.items()}
+    t = values.pop("t")
+    known = {name: _number_of(error, precision.context) for name, error in errors.items()}
+    carrying = precision.carrying
+    return State(t, {n: carrying(v, known.get(n)) for n, v in values.items()}, precision, known)
+
+
+def unit_of(name: str) -> str:
+    """The SI unit of a column of the state or a recorded quadrature."""
+    return described(name).unit
 
 
 class Columns:

@@ -70,7 +70,7 @@ class InversionEvents:
     backwards: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class InversionTimes:
     """The climb in the definitions A, B and C, and when theta first crosses pi/2 (s)."""
 
@@ -84,6 +84,34 @@ class InversionTimes:
         """Begin and end in each definition, such as ``t_init_A``."""
         ends = ("t_init", "t_end")
         return {f"{end}_{d}": getattr(getattr(self, d), end) for d in "ABC" for end in ends}
+
+    def __repr__(self) -> str:
+        if self.equator is None:
+            return "<InversionTimes: theta = pi/2 is not passed>"
+        climbs = (f"{d} {_brief(climb.t_init)} to {_brief(climb.t_end)}" for d, climb in self._each)
+        return f"<InversionTimes: theta = pi/2 at {_brief(self.equator)}; {', '.join(climbs)}>"
+
+    def _repr_html_(self) -> str:
+        from tt_precise.runtime.tables import as_html
+
+        rows: list[tuple[object, ...]] = [("theta = pi/2", _full(self.equator), "", "")]
+        rows += [
+            (f"climb {d}", *map(_full, (climb.t_init, climb.t_end, climb.duration)))
+            for d, climb in self._each
+        ]
+        return as_html("Climb, in s", rows, ("", "begin", "end", "duration"))
+
+    @property
+    def _each(self) -> tuple[tuple[str, Climb], ...]:
+        return ("A", self.A), ("B", self.B), ("C", self.C)
+
+
+def _brief(time: Scalar) -> str:
+    return "none" if time is None else f"{float(time):.6g} s"
+
+
+def _full(time: Scalar) -> str:
+    return "none" if time is None else str(time)
 
 
 def from_events(

@@ -6,7 +6,7 @@ import importlib
 import io
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -141,16 +141,20 @@ FORMATS = {
 }  # fmt: skip
 
 
-def as_html(caption: str, rows: Iterable[tuple[str, object]]) -> str:
-    """Two columns in HTML: names and values."""
+def as_html(caption: str, rows: Iterable[Sequence[object]], heads: Sequence[str] = ()) -> str:
+    """A table in HTML: in each row a name and its values, under ``heads`` if there are any."""
     from html import escape  # here, because every scene imports this
 
+    left = 'style="text-align:left"'
+    head = "".join(f"<th {left}>{escape(name)}</th>" for name in heads)
     body = "".join(
-        f'<tr><th style="text-align:left">{escape(name)}</th>'
-        f'<td style="text-align:left">{escape(str(value))}</td></tr>'
-        for name, value in rows
+        f"<tr><th {left}>{escape(str(name))}</th>"
+        + "".join(f"<td {left}>{escape(str(value))}</td>" for value in values)
+        + "</tr>"
+        for name, *values in rows
     )
     return (
-        f'<table><caption style="text-align:left">{escape(caption)}</caption>'
-        f"<tbody>{body}</tbody></table>"
+        f"<table><caption {left}>{escape(caption)}</caption>"
+        + (f"<thead><tr>{head}</tr></thead>" if head else "")
+        + f"<tbody>{body}</tbody></table>"
     )

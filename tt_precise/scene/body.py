@@ -13,7 +13,7 @@ from tt_precise.runtime.values import Functions, InputError, Json, Scalar
 from tt_precise.scene.numerals import within_doubles, written
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TippeTop(Parameters):
     """A Tippe Top with exact parameters in SI: kg, m, 1, kg m^2, kg m^2, m/s^2, and mu.
 
@@ -56,6 +56,12 @@ class TippeTop(Parameters):
             self.I3 / (self.m * self.R**2),
             f"at most 2 I1 = {_short(2 * self.I1 / (self.m * self.R**2))} (in units of m R^2)",
         )
+
+    def __repr__(self) -> str:
+        numbers = {**self.in_file_units(), "friction": None, "spring": None}
+        shown = (f"{name} {float(n):.6g}" for name, n in numbers.items() if n is not None)
+        table = f", {self.spring} table" if self.spring else ""
+        return f"<TippeTop: {', '.join(shown)} (I1, I3 in m R^2); {self.law} friction{table}>"
 
     @classmethod
     def from_ratios(cls, **given: Any) -> TippeTop:

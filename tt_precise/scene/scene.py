@@ -47,7 +47,7 @@ _RATES = ("theta", "theta_dot", "phi_dot", "omega_3")
 _RUN = ("until", "sample_every", "record", "events")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scene:
     """A body, a start, a horizon and the columns and events to record.
 
@@ -235,6 +235,15 @@ class Scene:
         top = of_numbers(body, self.body.friction, self.body.spring, TippeTop)
         return replace(self, body=top, start=replace(self.start, **start))
 
+    def __repr__(self) -> str:
+        start = self.start
+        theta = _brief(start.theta.radians_float)
+        law = f"{self.body.law} friction, " if self.model == "gliding" and self.body.mu else ""
+        return (
+            f"<Scene {self.name}: {self.model}, {law}theta {theta} rad, "
+            f"omega_3 {_brief(start.omega_3)} rad/s, until {_brief(self.until)} s>"
+        )
+
     def _repr_html_(self) -> str:
         from tt_precise.runtime.tables import as_html
 
@@ -242,7 +251,7 @@ class Scene:
             name: getattr(self, name) for name in ("title", "source", "model")
         }
         for table, values in (("body", self.body.numbers_by_name), ("start", _entries(self.start))):
-            entries |= {f"{table}.{name}": value for name, value in values.items()}
+            entries |= {f"{table}.{name}": _readable(value) for name, value in values.items()}
         entries |= {name: f"{getattr(self, name)} s" for name in ("until", "sample_every")}
         entries |= {name: ", ".join(getattr(self, name)) or "none" for name in ("record", "events")}
         return as_html(f"Scene {self.name}", entries.items())
@@ -293,6 +302,16 @@ class Scene:
         count = int(self.until / self.sample_every)
         times = [k * self.sample_every for k in range(count + 1)]
         return tuple(times if times[-1] == self.until else [*times, self.until])
+
+
+def _readable(value: Any) -> str:
+    """A number as its file may write it, or rounded where that takes more than 30 characters."""
+    text = str(value)
+    return text if len(text) <= 30 else f"about {_brief(value)}"
+
+
+def _brief(value: Fraction | float) -> str:
+    return f"{float(value):.6g}"
 
 
 def _entries(start: Start, names: Sequence[str] = ()) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
@@ -74,6 +75,12 @@ class Inclination(NamedTuple):
         """Theta itself in the arithmetic ``fn``."""
         offset = convert(self.offset)
         return fn.acos(convert(Fraction(-1))) - offset if self.from_pi else offset
+
+    @property
+    def radians_float(self) -> float:
+        """Theta itself as a double, for display."""
+        offset = float(self.offset)
+        return math.pi - offset if self.from_pi else offset
 
     def __str__(self) -> str:
         if not self.from_pi:
