@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# One trajectory in a job: the table for its summary, an annotation for each failed check, a picture.
+#
+#     FILE=mine.csv SCENE=reference LIMITS="jellett=1e-9 energy=1e-6" examples/ci/check.sh
+#
+# DIGITS, UNTIL, COLUMNS (theirs=ours) and FRICTION are options of `tt-precise check`; LIMITS and
+# COLUMNS may have several entries with blanks between them. check.json, summary.md and drift.svg go
+# into OUT, by default here. The exit status is that of the check: 0, 1 failed, 2 unusable.
+set -euo pipefail
+here=$(dirname "$0")
+out=${OUT:-.}
+mkdir -p "$out"
+rm -f "$out/check.json" "$out/summary.md" "$out/drift.svg"
+
+options=()
+for limit in ${LIMITS:-}; do options+=(--limit "$limit"); done
+for column in ${COLUMNS:-}; do options+=(--columns "$column"); done
+for name in DIGITS UNTIL FRICTION; do
+    if [[ -n ${!name:-} ]]; then options+=("--${name,,}" "${!name}"); fi
+done
+
+status=0
+tt-precise check "${FILE:?a trajectory}" --scene "${SCENE:?a scene}" ${options[@]+"${options[@]}"} \
+    --markdown "$out/summary.md" --plot "$out/drift.svg" --json > "$out/check.json" || status=$?
+
+if [[ -s $out/summary.md ]]; then
+    cat "$out/summary.md" >> "${GITHUB_STEP_SUMMARY:-/dev/stdout}"
+fi
+if [[ -s $out/check.json ]]; then
+    "${PYTHON:-python3}" "$here/annotations.py" "$out/check.json"
+fi
+exit "$status"
