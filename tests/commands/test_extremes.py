@@ -7,14 +7,14 @@ import pytest
 
 from tests.conftest import Printed, Said
 from tt_precise.extremes import ExtremeCase
-from tt_precise.extremes.case import noted
+from tt_precise.extremes.case import Finding
 
 GOOD = ExtremeCase(
-    "contact", "mu = {mu}", "mu = 1", "all [well]", "theory", noted,
+    "contact", "mu = {mu}", "mu = 1", "all [well]", "theory", Finding,
     {"measured": "1 eps", "value": 1.0}, quick=True,
 )  # fmt: skip
 BAD = ExtremeCase(
-    "contact", "a start", "a start", "a refusal", "theory", noted,
+    "contact", "a start", "a start", "a refusal", "theory", Finding,
     {"measured": "accepted", "holds": False},
 )  # fmt: skip
 

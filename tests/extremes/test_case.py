@@ -17,10 +17,9 @@ from tt_precise.extremes import case as registry
 from tt_precise.extremes import geometry, horizons, sensitivity
 from tt_precise.extremes.case import NotFiniteError
 from tt_precise.integration import integrate
-from tt_precise.runtime.values import Check
 
 
-def one(function: Any = registry.noted, name: str = "name", **arguments: Any) -> Any:
+def one(function: Any = registry.Finding, name: str = "name", **arguments: Any) -> Any:
     arguments = arguments or {"measured": "well"}
     return registry.ExtremeCase("topic", "family", name, "well", "theory", function, arguments)
 
@@ -49,14 +48,18 @@ def test_what_goes_wrong_fails_alone_in_one_line() -> None:
     assert len(failed.found) <= 200
 
 
-def test_within_and_same_and_together() -> None:
+def test_findings_of_a_case_are_one() -> None:
     held = [registry.within(value, 3, "eps").holds for value in (3, 3.1, math.nan)]
     assert held == [True, False, False]
-    assert registry.same("complete", "complete").holds
-    assert registry.same("pole", "complete").measured == "pole, not complete"
-    both = registry.together(registry.within(1, 2), registry.same("a", "b"))
+    assert registry.equal("complete", "complete").holds
+    assert registry.equal("pole", "complete").measured == "pole, not complete"
+    both = registry.merged((registry.within(1, 2), (registry.equal("a", "b"),)))
     assert (both.holds, both.value) == (False, 1)
-    assert registry.together(registry.same("a", "a"), registry.within(3, 4)).value == 3
+    assert both.measured == "1 (allowed: 2); a, not b"
+    both = registry.merged((registry.equal("a", "a"), registry.within(3, 4)))
+    assert (both.holds, both.value) == (True, 3)
+    drawn = registry.merged((registry.Finding("a", data={"x": 1.0}), registry.Finding("b")))
+    assert drawn.data == {"x": 1.0}
     assert registry.finite([1.0, None, 2]) == [1.0, 2]
     with pytest.raises(registry.NotFiniteError):
         registry.finite([1.0, math.nan])
@@ -73,8 +76,8 @@ def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) 
         over={"k": (1, 2), "word": ("a", "b")},
         quick=lambda k, word: k == 2,
     )
-    def echo(k: int, word: str, truth: str = "") -> Check:
-        return registry.same(truth or word, word)
+    def echo(k: int, word: str, truth: str = "") -> registry.Findings:
+        return registry.equal(truth or word, word)
 
     made = list(registry._registered.values())
     assert [case.name for case in made] == ["k = 1, a", "k = 1, b", "k = 2, a", "k = 2, b"]
@@ -131,7 +134,7 @@ class Spoiled:
 def test_an_entry_of_a_state(
     case: Any, arguments: tuple[Any, ...], entry: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert case(*arguments).holds
+    assert registry.merged(case(*arguments)).holds
 
     def spoiled(*given: Any, **options: Any) -> Spoiled:
         return Spoiled(integrate(*given, **options), entry)
@@ -149,7 +152,7 @@ def test_an_integral_of_a_long_run(monkeypatch: pytest.MonkeyPatch) -> None:
     columns = {name: numpy.array([1e-30, 1e-30]) for name in names}
     found = "complete", numpy.array([0.0, 1.0]), columns
     monkeypatch.setattr(horizons, "_sampled", lambda *_: found)
-    assert horizons.long_run("frictionless", "1e3").holds
+    assert registry.merged(horizons.long_run("frictionless", "1e3")).holds
     columns["E"][1] = math.nan
     with pytest.raises(NotFiniteError):
         horizons.long_run("frictionless", "1e3")

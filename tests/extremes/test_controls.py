@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tt_precise.extremes import TOPICS, ExtremeCase, cases, contact
+from tt_precise.extremes.case import merged
 from tt_precise.extremes.horizons import there_and_back
 
 AT_LEAST = 120  # cases
@@ -53,15 +54,15 @@ def test_every_control_fails(family: str) -> None:
 
 def test_the_heavier_top_blows_up_unless_it_is_let_go() -> None:
     heavier = contact.NAMES[6]
-    assert contact.blow_up(heavier).holds
-    assert contact.lost_first(heavier).holds
-    assert not contact.lost_first(heavier, contact="bilateral").holds
+    assert merged(contact.blow_up(heavier)).holds
+    assert merged(contact.lost_first(heavier)).holds
+    assert not merged(contact.lost_first(heavier, contact="bilateral")).holds
 
 
 @pytest.mark.slow
 def test_eight_seconds_and_back_in_mp() -> None:
     """It takes minutes, too long for a case of the command."""
-    check = there_and_back("8", "mp")
+    check = merged(there_and_back("8", "mp"))
     assert check.holds
     # in 200 bits, more than double has in all
     assert float(check.measured.split("; ")[1].split()[0]) > 20

@@ -8,9 +8,9 @@
         quick=lambda k: k % 50 == 0,
         control={"integrate": a_spoiled_one},
     )
-    def small_start(k: int, integrate=integrate) -> Check:
+    def small_start(k: int, integrate=integrate) -> Findings:
         ...
-        return within(worst / eps, 100, "eps")
+        return within(worst / eps, 100, "eps"), equal(run.status, "complete")
 
 The topic is that of the module. ``over`` makes one case of each combination of its arguments (or of
 each entry of a list), which fill the braces in the name and in the expectation. ``control``
@@ -30,7 +30,7 @@ from typing import Annotated, Literal
 
 from tt_precise.runtime.records import UNSET, Record, Unset, means
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import Check, Scalar, Verdict
+from tt_precise.runtime.values import Scalar
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
 # heyoka.real arrays leak memory, so a worker is replaced after some tasks
@@ -50,7 +50,7 @@ class ExtremeCase:
 
     ``family`` is the name with its braces. ``expected`` is the expected outcome, and ``source`` its
     source: a theory, a closed form, a higher precision; never the code under test.
-    ``function(**arguments)`` gives a ``Check``, which fails with the arguments ``control``.
+    ``function(**arguments)`` gives ``Findings``, of which one fails with the arguments ``control``.
     ``quick``: it belongs to ``--quick``. After ``limit_s`` seconds it is stopped, and has failed.
     """
 
@@ -59,7 +59,7 @@ class ExtremeCase:
     name: str
     expected: str
     source: str
-    function: Callable[..., Check]
+    function: Callable[..., Findings]
     arguments: Mapping[str, object] = field(default_factory=dict)
     control: Mapping[str, object] = field(default_factory=dict)
     quick: bool = False
@@ -68,29 +68,29 @@ class ExtremeCase:
     def outcome(self, **changes: object) -> CaseRecord:
         """Run the case here; an exception or a number that is not finite is a failure."""
         try:
-            check = self.function(**{**self.arguments, **changes})
+            found = merged(self.function(**{**self.arguments, **changes}))
         except Exception as error:
             return self.failed(f"{type(error).__name__}: {error}")
-        if not all(math.isfinite(x) for x in (check.value or 0.0, *check.parts.values())):
-            return self.failed(f"a number that is not finite: {check.measured}")
-        return self._record(check)
+        if not all(math.isfinite(x) for x in (found.value or 0.0, *found.data.values())):
+            return self.failed(f"a number that is not finite: {found.measured}")
+        return self._record(found)
 
     def failed(self, reason: str) -> CaseRecord:
         """The record of a case without a result; ``reason`` becomes one line."""
         line = " ".join(reason.split())
-        return self._record(noted(line if len(line) <= 200 else line[:197] + "...", False))
+        return self._record(Finding(line if len(line) <= 200 else line[:197] + "...", False))
 
-    def _record(self, check: Check) -> CaseRecord:
+    def _record(self, found: Finding) -> CaseRecord:
         return CaseRecord(
             topic=self.topic,
             family=self.family,
             name=self.name,
             expected=self.expected,
             source=self.source,
-            found=check.measured,
-            verdict="pass" if check.holds else "fail",
-            value=check.value,
-            data=check.parts or UNSET,
+            found=found.measured,
+            verdict="pass" if found.holds else "fail",
+            value=found.value,
+            data=found.data or UNSET,
         )
 
 
@@ -126,34 +126,41 @@ class NotFiniteError(ArithmeticError):
     """A NaN or an infinity where a number was expected."""
 
 
-def noted(measured: str, holds: bool = True, value: float | None = None, **parts: float) -> Check:
-    """A check in words: what was ``measured``, and whether it ``holds``.
+@dataclass(frozen=True)
+class Finding:
+    """What was ``measured``, in words, whether it ``holds``, and numbers for pictures."""
 
-    ``parts`` are further numbers, for pictures.
-    """
-    verdict: Verdict = "pass" if holds else "fail"
-    return Check("", verdict, value, measured=measured, parts=parts)
+    measured: str
+    holds: bool = True
+    value: float | None = None
+    data: dict[str, float] = field(default_factory=dict)
 
 
-def within(value: Scalar, limit: float, unit: str = "") -> Check:
-    """Holds if ``value`` is at most ``limit``; in words "3.2 eps (allowed: 10)"."""
+Findings = Finding | tuple["Findings", ...]  # of a case; all have to hold
+
+
+def merged(findings: Findings) -> Finding:
+    """One finding of all: it holds if all hold; its value is the first one."""
+    if isinstance(findings, Finding):
+        return findings
+    each = [merged(one) for one in findings]
+    value = next((one.value for one in each if one.value is not None), None)
+    data = {name: number for one in each for name, number in one.data.items()}
+    words = "; ".join(one.measured for one in each)
+    return Finding(words, all(one.holds for one in each), value, data)
+
+
+def within(value: Scalar, limit: float, unit: str = "") -> Finding:
+    """A finding that holds if ``value`` is at most ``limit``: "3.2 eps (allowed: 10)"."""
     number = float(value)
     text = f"{number:.2g} {unit}".rstrip() + f" (allowed: {limit:g})"
-    return replace(noted(text, number <= limit, number), limit=limit)
+    return Finding(text, number <= limit, number)
 
 
-def same(got: object, expected: object, value: float | None = None) -> Check:
-    """Holds if ``got`` equals ``expected``, such as a status."""
+def equal(got: object, expected: object, value: float | None = None) -> Finding:
+    """A finding that holds if ``got`` equals ``expected``, such as a status."""
     text = str(got) if got == expected else f"{got}, not {expected}"
-    return noted(text, bool(got == expected), value)
-
-
-def together(*checks: Check) -> Check:
-    """Several checks of one case: holds if all hold; the value is the first value."""
-    words = "; ".join(check.measured for check in checks)
-    value = next((check.value for check in checks if check.value is not None), None)
-    parts = {name: number for check in checks for name, number in check.parts.items()}
-    return noted(words, all(check.holds for check in checks), value, **parts)
+    return Finding(text, bool(got == expected), value)
 
 
 def finite(values: Iterable[Scalar], what: str = "output") -> list[Scalar]:
@@ -180,14 +187,14 @@ def case(
     over: Mapping[str, Iterable[object]] | Sequence[Mapping[str, object]] = (),
     quick: bool | Callable[..., bool] = False,
     limit_s: float = LIMIT_S,
-) -> Callable[[Callable[..., Check]], Callable[..., Check]]:
+) -> Callable[[Callable[..., Findings]], Callable[..., Findings]]:
     """Register the decorated function as a case, or as one for each combination in ``over``.
 
     ``name`` and ``expected`` have the arguments in braces: "mu = {mu}". ``quick`` says whether it
     belongs to ``--quick``: for all combinations, or as a function of the arguments.
     """
 
-    def register(function: Callable[..., Check]) -> Callable[..., Check]:
+    def register(function: Callable[..., Findings]) -> Callable[..., Findings]:
         topic = _topic_of.get(function.__module__.removeprefix(f"{__package__}."), "other")
         for arguments in combinations(over):
             filled = name.format(**arguments)

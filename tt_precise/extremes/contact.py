@@ -7,8 +7,8 @@ from functools import cache
 
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes import theory
-from tt_precise.extremes.case import case, finite, noted, same, together, within
-from tt_precise.extremes.tops import (
+from tt_precise.extremes.case import Finding, Findings, case, equal, finite, within
+from tt_precise.extremes.runs import (
     EPS,
     Integrate,
     exact_start,
@@ -18,7 +18,7 @@ from tt_precise.extremes.tops import (
     varied,
 )
 from tt_precise.integration import Trajectory, integrate
-from tt_precise.runtime.values import Check, Scalar
+from tt_precise.runtime.values import Scalar
 from tt_precise.scene.scene import Scene, load_scene
 
 NARROW_S = Fraction("1e-13")
@@ -51,13 +51,13 @@ def losing(name: str) -> Scene:
     quick=lambda scene, precision: scene == "mu = 3" and precision != "quad",
     control={"integrate": integrating(I3="1e-12")},
 )
-def time_of_loss(scene: str, precision: str, integrate: Integrate = integrate) -> Check:
+def time_of_loss(scene: str, precision: str, integrate: Integrate = integrate) -> Findings:
     """The end of the model is a root, found as well as the state is known."""
     fine = triple_double(losing(scene))
     run = integrate(losing(scene), precision)
     error = abs(fine.precision.context.mpf(run.t_end) - fine.t_end) / run.precision.eps
     finite(value for value in run.state.values.values())
-    return together(within(error, 30, "eps s"), same(run.status, "contact_lost"))
+    return (within(error, 30, "eps s"), equal(run.status, "contact_lost"))
 
 
 @case(
@@ -68,16 +68,16 @@ def time_of_loss(scene: str, precision: str, integrate: Integrate = integrate) -
     quick=True,
     control={"integrate": integrating(theta_dot="1e-9")},
 )
-def plane_loss(precision: str, integrate: Integrate = integrate) -> Check:
+def plane_loss(precision: str, integrate: Integrate = integrate) -> Findings:
     """A closed form of the loss: no spin, no friction, over the equator and off the table."""
     run = integrate(varied(**PLANE), precision)
     angle, time = _plane()
     fn = own_context(80)
     eps = fn.convert(run.precision.eps)
-    return together(
+    return (
         within(abs(fn.mpf(run.state.theta) - angle) / eps, 30, "eps rad"),
         within(abs(fn.mpf(run.t_end) / time - 1) / eps, 30, "eps of the time"),
-        same(run.status, "contact_lost"),
+        equal(run.status, "contact_lost"),
     )
 
 
@@ -89,12 +89,12 @@ def plane_loss(precision: str, integrate: Integrate = integrate) -> Check:
     quick=True,
     control={"shift": "1e-12"},
 )
-def narrow_horizon(side: str, shift: str = "0") -> Check:
+def narrow_horizon(side: str, shift: str = "0") -> Findings:
     """The model holds to the last instant, and not an instant longer."""
     sign, status = (-1, "complete") if side == "before" else (1, "contact_lost")
     lost = Fraction(str(triple_double(losing("mu = 3")).t_end))
     until = lost + sign * (NARROW_S - Fraction(shift))
-    return same(integrate(varied(mu="3", until=str(until))).status, status)
+    return equal(integrate(varied(mu="3", until=str(until))).status, status)
 
 
 @case(
@@ -113,7 +113,7 @@ def narrow_horizon(side: str, shift: str = "0") -> Check:
     quick=True,
     control={"what": "no defect"},
 )
-def start_off_the_table(what: str, contact: str = "unilateral") -> Check:
+def start_off_the_table(what: str, contact: str = "unilateral") -> Findings:
     """Starts from which a top does not move on a table."""
     return refused(lambda: integrate(varied(**_off_the_table(what)), contact=contact))
 
@@ -126,15 +126,17 @@ def start_off_the_table(what: str, contact: str = "unilateral") -> Check:
     quick=True,
     control={"contact": "unilateral"},
 )
-def bilateral(what: str, contact: str = "bilateral") -> Check:
+def bilateral(what: str, contact: str = "bilateral") -> Findings:
     """The paper's equations beyond their meaning, on request."""
     run = integrate(varied(**_off_the_table(what)), contact=contact)
     table = run.frame("g_n", "E", numbers="exact")
     energy = finite(table["E"], "E")
     force = "g_n = 0" if abs(table["g_n"][0]) < 1e-14 else "g_n < 0"
     drift = (max(energy) - min(energy)) / abs(energy[0]) / EPS
-    return together(
-        within(drift, 100, "eps in E"), same(force, what), same(run.status, "contact_ignored")
+    return (
+        within(drift, 100, "eps in E"),
+        equal(force, what),
+        equal(run.status, "contact_ignored"),
     )
 
 
@@ -179,17 +181,17 @@ def blowing_up(name: str) -> Scene:
     quick=lambda motion: motion in (NAMES[2], NAMES[6]),
     control={"integrate": integrating(I1="1e-12")},
 )
-def blow_up(motion: str, integrate: Integrate = integrate) -> Check:
+def blow_up(motion: str, integrate: Integrate = integrate) -> Findings:
     """The time of the blow-up is bracketed from below by every run."""
     scene = blowing_up(motion)
     run, fine = integrate(scene, contact="bilateral"), _fine(motion)
     finite(run.state.values.values())
     fn = fine.precision.context
     left = _blow_up_time(motion) - fine.t_end
-    return together(
+    return (
         within(abs(fn.mpf(run.t_end) - fine.t_end) / EPS, 30, "eps s from the fine run's"),
-        noted(f"{float(left):.1e} s before the blow-up", bool(0 < left < 1e-12)),
-        same(run.status, "singular_contact"),
+        Finding(f"{float(left):.1e} s before the blow-up", bool(0 < left < 1e-12)),
+        equal(run.status, "singular_contact"),
     )
 
 
@@ -202,7 +204,7 @@ def blow_up(motion: str, integrate: Integrate = integrate) -> Check:
     quick=lambda motion: motion == NAMES[2],
     control={"exponent": 1},
 )
-def square_root(motion: str, exponent: int = 2) -> Check:
+def square_root(motion: str, exponent: int = 2) -> Findings:
     """The law of the approach, over four decades of the time left."""
     fine, fn = _fine(motion), _fine(motion).precision.context
     end = _blow_up_time(motion)
@@ -220,13 +222,11 @@ def square_root(motion: str, exponent: int = 2) -> Check:
     quick=lambda motion: motion in (NAMES[2], NAMES[6]),
     control={"contact": "bilateral"},
 )
-def lost_first(motion: str, contact: str = "unilateral") -> Check:
+def lost_first(motion: str, contact: str = "unilateral") -> Findings:
     """A table that only pushes never sees the blow-up."""
     run = integrate(blowing_up(motion), contact=contact)
     earlier = float(_blow_up_time(motion) - run.t_end)
-    return together(
-        same(run.status, "contact_lost"), noted(f"{earlier:.3f} s before", earlier > 1e-6)
-    )
+    return (equal(run.status, "contact_lost"), Finding(f"{earlier:.3f} s before", earlier > 1e-6))
 
 
 @case(
@@ -237,14 +237,14 @@ def lost_first(motion: str, contact: str = "unilateral") -> Check:
     quick=lambda k: k in (3, 12),
     control={"integrate": integrating(nu_x="-1e-9")},
 )
-def both_at_once(k: int, integrate: Integrate = integrate) -> Check:
+def both_at_once(k: int, integrate: Integrate = integrate) -> Findings:
     """A force 0/0 at the start: it is 1 m g there, and small changes decide what follows."""
     scene = _at_both_zeros(k)
     run, fine = integrate(scene), triple_double(scene)
     finite(run.state.values.values())
     fn = fine.precision.context
     apart = abs(fn.mpf(run.t_end) - fine.t_end) / fine.precision.exact(scene.until)
-    return together(same(run.status, fine.status), within(apart / EPS, 30, "eps of the horizon"))
+    return (equal(run.status, fine.status), within(apart / EPS, 30, "eps of the horizon"))
 
 
 def _at_both_zeros(k: int) -> Scene:

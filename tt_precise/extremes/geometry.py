@@ -11,15 +11,14 @@ import numpy
 
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes import theory
-from tt_precise.extremes.case import case, finite, noted, same, together, within
-from tt_precise.extremes.tops import (
+from tt_precise.extremes.case import Finding, Findings, case, equal, finite, within
+from tt_precise.extremes.runs import (
     EPS,
     Integrate,
     distance,
     exact_start,
     integrating,
     quad,
-    refused,
     tilt_error,
     varied,
 )
@@ -29,7 +28,7 @@ from tt_precise.mechanics.conversion import euler_from_vectors, vectors_from_eul
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.runtime.values import Check, Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.scene import Scene, load_scene
 
 POLES = ("", "pi - ")
@@ -55,7 +54,7 @@ Convert = Callable[..., Scalar]
     quick=lambda pole, decades: decades in (DECADES[0], DECADES[-1]),
     control={"integrate": integrating(mu="1e-9")},
 )
-def start_beside_a_pole(pole: str, decades: str, integrate: Integrate = integrate) -> Check:
+def start_beside_a_pole(pole: str, decades: str, integrate: Integrate = integrate) -> Findings:
     """Ten decades of starts in double."""
     first, last = map(int, decades.split(" to "))
     errors = []
@@ -77,7 +76,7 @@ def start_beside_a_pole(pole: str, decades: str, integrate: Integrate = integrat
 )
 def start_beside_a_pole_in_every_precision(
     precision: str, pole: str, integrate: Integrate = integrate
-) -> Check:
+) -> Findings:
     """The farthest decade in every arithmetic."""
     scene = varied(theta=f"{pole}1e-300", until=PROBE_S)
     return within(tilt_error(integrate(scene, precision), scene), 30, "eps")
@@ -91,7 +90,7 @@ def start_beside_a_pole_in_every_precision(
     quick=True,
     control={"moved": "1e-300"},
 )
-def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Check:
+def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Findings:
     """No rounding may break the symmetry."""
     upright = pole == "0"
     theta = (moved if upright else f"pi - {moved}") if moved else pole
@@ -102,25 +101,12 @@ def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Check:
     unchanged = state.kz == (1 if upright else -1) and state.Lz == earlier.Lz
     fn = run.precision.context
     expected = rounding_to(fn)(varied().body.I3) * 155 * state.kz
-    return together(
-        same(run.status, "complete"),
-        same(f"moved sideways by {float(sideways):g}", "moved sideways by 0", float(sideways)),
-        same("vertical as before" if unchanged else "changed", "vertical as before"),
+    return (
+        equal(run.status, "complete"),
+        equal(f"moved sideways by {float(sideways):g}", "moved sideways by 0", float(sideways)),
+        equal("vertical as before" if unchanged else "changed", "vertical as before"),
         within(abs(fn.mpf(state.Lz) / expected - 1) / run.precision.eps, 2, "eps in L.z"),
     )
-
-
-@case(
-    "Euler form from theta(0) = {theta}",
-    expected="refused in one line that says what to do: Euler angles do not exist there",
-    source="theta is the angle of a direction x-hat that a vertical axis does not have",
-    over={"theta": ("0", "pi", "pi - 1e-16", "pi - 1e-300")},
-    quick=True,
-    control={"moved": "1e-3"},
-)
-def euler_start_at_a_pole(theta: str, moved: str = "") -> Check:
-    """Exactly at the poles, and where theta cannot be distinguished from pi in double."""
-    return refused(lambda: integrate(varied(theta=moved or theta, until="0"), formulation="euler"))
 
 
 @case(
@@ -131,7 +117,7 @@ def euler_start_at_a_pole(theta: str, moved: str = "") -> Check:
     quick=lambda k: k == 16,
     control={"integrate": integrating(alpha="1e-9")},
 )
-def climb_is_delayed(k: int, integrate: Integrate = integrate) -> Check:
+def climb_is_delayed(k: int, integrate: Integrate = integrate) -> Findings:
     """Every decade of theta(0) delays the inversion by the same time."""
     start, fn = exact_start(varied(theta="1e-9"))
     growth = fn.re(theory.tilt_modes(start.body, 1, start.euler.omega_3, fn)[0])
@@ -141,7 +127,7 @@ def climb_is_delayed(k: int, integrate: Integrate = integrate) -> Check:
         until = str(int(power * fn.log(10) / growth * start.units.time) + 5)
         run = integrate(varied(theta=f"1e-{power}", until=until), events=("equator",))
         if not len(run.events):
-            return noted(f"no equator before {until} s ({run.status})", False)
+            return Finding(f"no equator before {until} s ({run.status})", False)
         times.append(run.events["t"][0])
     # a random walk: every step moves the logarithm of the tilt by about 1 eps
     walk = float(run.precision.eps / growth * start.units.time) * run.steps**0.5
@@ -203,13 +189,13 @@ PASSING: dict[str, Any] = {
     control={"integrate": integrating(phi_dot="1e-13")},
     **PASSING,
 )
-def passing(k: int, precision: str, integrate: Integrate = integrate) -> Check:
+def passing(k: int, precision: str, integrate: Integrate = integrate) -> Findings:
     """The axis keeps an absolute accuracy of some eps, at every distance."""
     run = integrate(passage(k), precision, events=("theta_min",))
     (least,) = finite(run.events["theta"])
     fn = run.precision.context
     error = abs(fn.mpf(least) - fn.convert(nearest(k)[0])) / run.precision.eps
-    return together(within(error, 10, "eps"), same(run.status, "complete"))
+    return (within(error, 10, "eps"), equal(run.status, "complete"))
 
 
 @case(
@@ -221,17 +207,17 @@ def passing(k: int, precision: str, integrate: Integrate = integrate) -> Check:
     quick=lambda k: k in (6, 12),
     control={"integrate": integrating(omega_3="1e-13")},
 )
-def euler_passing(k: int, integrate: Integrate = integrate) -> Check:
+def euler_passing(k: int, integrate: Integrate = integrate) -> Findings:
     """Steps against the distance, and the error behind the passage."""
     euler = integrate(passage(k), formulation="euler", record=("phi",))
     newton = quad(passage(k))
     if euler.status != "complete":
-        return noted(f"{euler.status} at {euler.t_end} s", False)
+        return Finding(f"{euler.status} at {euler.t_end} s", False)
     # the first 15 steps are those before the approach, as many as Newton's form takes in all
     a_decade = (euler.steps - 15) / k
-    return together(
+    return (
         within(distance(euler, newton) / euler.precision.eps, 50, "eps"),
-        noted(f"{a_decade:.0f} steps a decade", 24 < a_decade < 38),
+        Finding(f"{a_decade:.0f} steps a decade", 24 < a_decade < 38),
     )
 
 
@@ -244,17 +230,17 @@ def euler_passing(k: int, integrate: Integrate = integrate) -> Check:
     quick=lambda k: k == 20,
     control={"k": 13},
 )
-def euler_overflowing(k: int) -> Check:
+def euler_overflowing(k: int) -> Findings:
     """Where the Euler form stops in double, which quad does not."""
     euler = integrate(passage(k), formulation="euler")
     (passed,) = integrate(passage(k), "quad", events=("theta_min",)).events["t"]
     least, rate = nearest(k)
     size = (euler.order + 1) * math.log10(float(rate / least))
     finite(euler.state.values.values())
-    return together(
-        same(euler.status, "failed"),
+    return (
+        equal(euler.status, "failed"),
         within(abs(float(passed) - euler.t_end), 1e-12, "s before the passage"),
-        noted(f"coefficients about 1e{size:.0f}", size > LARGEST_DOUBLE),
+        Finding(f"coefficients about 1e{size:.0f}", size > LARGEST_DOUBLE),
     )
 
 
@@ -266,13 +252,13 @@ def euler_overflowing(k: int) -> Check:
     quick=lambda theta: theta == "1",
     control={"integrate": integrating(g="1e-12")},
 )
-def through_the_pole(theta: str, integrate: Integrate = integrate) -> Check:
+def through_the_pole(theta: str, integrate: Integrate = integrate) -> Findings:
     """A top that does not spin falls in a plane, through the pole and up again."""
     run = integrate(falling(theta, until=2 * _fall(theta, 0.0) - _fall(theta, 0.5)))
     angle = float(theta) / 2
     errors = (run.state.kx + math.sin(angle), run.state.ky, run.state.kz - math.cos(angle))
     worst = max(map(abs, errors)) / float(run.precision.eps)
-    return together(same(run.status, "complete"), within(worst, 40, "eps"))
+    return (equal(run.status, "complete"), within(worst, 40, "eps"))
 
 
 @case(
@@ -283,13 +269,13 @@ def through_the_pole(theta: str, integrate: Integrate = integrate) -> Check:
     quick=lambda theta: theta == "1",
     control={"integrate": integrating(g="1e-12")},
 )
-def into_the_pole(theta: str, integrate: Integrate = integrate) -> Check:
+def into_the_pole(theta: str, integrate: Integrate = integrate) -> Findings:
     """A pole, where the paper's equations stop and Newton's continue."""
     fall = _fall(theta, 0.0)
     run = integrate(falling(theta, until=2 * fall), formulation="euler")
     eps = float(run.precision.eps)
     error = abs(run.t_end / float(fall) - 1) / eps
-    return together(same(run.status, "pole"), within(error, 40, "eps of the time"))
+    return (equal(run.status, "pole"), within(error, 40, "eps of the time"))
 
 
 def falling(theta: str, until: Scalar) -> Scene:
@@ -379,10 +365,10 @@ def digits_of_the_tilt(precision: str, k: int, known: bool) -> float:
     return max(0.0, float(-FN.log10(max(trip.tilt, FN.mpf(1) / 2) * eps)))
 
 
-def every_decade(precision: str, *how: Any) -> Check:
+def every_decade(precision: str, *how: Any) -> Findings:
     """No digit may be lost in a round trip at any distance from 1 to 1e-300."""
     trips = [round_trip(precision, k, *how) for k in range(0, 301)]
-    return together(
+    return (
         within(max(trip.tilt for trip in trips), 4, "eps of the tilt"),
         within(max(trip.rate for trip in trips), 40, "eps of the rates"),
     )
@@ -396,7 +382,7 @@ def every_decade(precision: str, *how: Any) -> Check:
     quick=True,
     control={"back": "printed"},
 )
-def beside_the_upright_pole(precision: str, back: Convert | str = euler_from_vectors) -> Check:
+def beside_the_upright_pole(precision: str, back: Convert | str = euler_from_vectors) -> Findings:
     """Both ways, every decade."""
     return every_decade(precision, False, False, _printed_back if isinstance(back, str) else back)
 
@@ -409,7 +395,7 @@ def beside_the_upright_pole(precision: str, back: Convert | str = euler_from_vec
     quick=True,
     control={"known": False},
 )
-def beside_the_inverted_pole(precision: str, known: bool = True) -> Check:
+def beside_the_inverted_pole(precision: str, known: bool = True) -> Findings:
     """With the sine and cosine that a scene's ``pi - 1e-300`` leads to."""
     return every_decade(precision, True, known)
 
@@ -423,14 +409,14 @@ def beside_the_inverted_pole(precision: str, known: bool = True) -> Check:
     quick=True,
     control={"known": True},
 )
-def digits_of_theta_near_pi(precision: str, known: bool = False) -> Check:
+def digits_of_theta_near_pi(precision: str, known: bool = False) -> Findings:
     """The law by which the Euler form loses digits; it ends where no digit is left."""
     last = int(KINDS[precision].bits * 0.30103) - 1
     trips = {k: round_trip(precision, k, True, known) for k in range(1, last + 1)}
     share = max(trip.tilt * FN.mpf(10) ** -k for k, trip in trips.items())
-    return together(
+    return (
         within(share, 1.5, "eps 10^k"),
-        noted("reached in part" if share > 0.3 else "never reached", bool(share > 0.3)),
+        Finding("reached in part" if share > 0.3 else "never reached", bool(share > 0.3)),
         within(max(trip.rate for trip in trips.values()), 40, "eps of the rates"),
     )
 
@@ -443,7 +429,7 @@ def digits_of_theta_near_pi(precision: str, known: bool = False) -> Check:
     quick=True,
     control={"fewer": 100.0},
 )
-def subnormal_theta(k: int, fewer: float = 1.0) -> Check:
+def subnormal_theta(k: int, fewer: float = 1.0) -> Findings:
     """No NaN, and no lost digits except those that subnormal numbers lack."""
     trip = round_trip("double", k, False, False)
     spacing = FN.ldexp(1, -1074) * FN.mpf(10) ** k * FN.ldexp(1, 52)
@@ -459,7 +445,7 @@ def subnormal_theta(k: int, fewer: float = 1.0) -> Check:
     quick=True,
     control={"pole_of_the_law": "other"},
 )
-def euler_against_newton(pole: str, pole_of_the_law: str = "") -> Check:
+def euler_against_newton(pole: str, pole_of_the_law: str = "") -> Findings:
     """Integrated in Euler form in double, against the linear theory."""
     scenes = {k: varied(theta=f"{pole}1e-{k}", until="0.1") for k in range(8, 16)}
     errors = {
@@ -470,9 +456,9 @@ def euler_against_newton(pole: str, pole_of_the_law: str = "") -> Check:
     share = max(error * (10.0**-k if lost else 1) for k, error in errors.items())
     visible = share > (0.1 if lost else 0)
     # each of 25 steps rounds theta again
-    return together(
+    return (
         within(share, 30, "eps 10^k" if lost else "eps"),
-        noted("the law is reached in part" if visible else "the law is not reached", visible),
+        Finding("the law is reached in part" if visible else "the law is not reached", visible),
     )
 
 

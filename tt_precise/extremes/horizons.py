@@ -10,8 +10,8 @@ from functools import cache
 
 import numpy
 
-from tt_precise.extremes.case import case, finite, noted, same, together, within
-from tt_precise.extremes.tops import EPS, Integrate, distance, integrating, quad, varied
+from tt_precise.extremes.case import Finding, Findings, case, equal, finite, within
+from tt_precise.extremes.runs import EPS, Integrate, distance, integrating, quad, varied
 from tt_precise.integration import integrate
 from tt_precise.integration.columns import Columns
 from tt_precise.integration.dense_output import SampleTimes, moved_arrays
@@ -22,7 +22,7 @@ from tt_precise.integration.variational import sensitivity
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.values import Array, Check, Functions, Scalar
+from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -46,7 +46,7 @@ TURN = 6.283185307179586
     control={"period_off": Fraction(1, 10**11)},
     limit_s=240,
 )
-def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Check:
+def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Findings:
     """A million turns; the samples lie where theta has to be at rest."""
     known = swing(scene)
     periods = int(Fraction(seconds) / known.period) // 100
@@ -62,11 +62,11 @@ def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Ch
     changes = [numpy.abs(columns[name] / columns[name][0] - 1) / walk for name in LONG[scene]]
     drift = float(numpy.max(changes))
     turns = float(100 * every) * 155 / TURN  # omega_3 of both scenes
-    return together(
+    return (
         within(late, 2, "eps t sqrt(steps) late"),
         within(drift, 2, "eps sqrt(steps) of drift"),
-        same(status, "complete"),
-        noted(f"{turns:.2g} turns"),
+        equal(status, "complete"),
+        Finding(f"{turns:.2g} turns"),
     )
 
 
@@ -96,7 +96,7 @@ def _sampled(scene: Scene, names: tuple[str, ...]) -> tuple[str, Array, dict[str
     quick=lambda until, precision: until == "1" and precision != "mp",
     control={"tolerance": 1e-9},
 )
-def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Check:
+def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Findings:
     """Friction, run backwards, drives away from where it led to: the way back is the worse one."""
     scene, working = varied(until=until), precision_named(precision)
     start, form = InitialState.of(scene, working.arithmetic), formulation("gliding", "newton")
@@ -116,11 +116,11 @@ def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Check:
     digits = max(0.0, float(working.context.log10(size / distance)))
     if allowed * working.eps > HOPELESS:
         # what comes back all the same has not been integrated
-        return noted(f"{digits:.1f} digits come back, where none can", digits < 1, digits)
+        return Finding(f"{digits:.1f} digits come back, where none can", digits < 1, digits)
     least = max(0.0, -math.log10(float(allowed * working.eps)))
-    return together(
+    return (
         within(distance / size / working.eps / allowed, 1, "of what the condition allows"),
-        noted(f"{digits:.1f} digits come back, at least {least:.1f} have to"),
+        Finding(f"{digits:.1f} digits come back, at least {least:.1f} have to"),
     )
 
 
@@ -138,7 +138,7 @@ def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Check:
     quick=lambda every, until: every != "7" and until != "0.1",
     control={"integrate": integrating(omega_3="1e-12")},
 )  # fmt: skip
-def sampling(every: str, until: str, integrate: Integrate = integrate) -> Check:
+def sampling(every: str, until: str, integrate: Integrate = integrate) -> Findings:
     """A thousand samples, some so close that their times need more digits than double has."""
     horizon, step = Fraction(until), Fraction(every)
     scene = replace(load_scene("reference"), until=horizon, sample_every=step)
@@ -147,10 +147,10 @@ def sampling(every: str, until: str, integrate: Integrate = integrate) -> Check:
     chosen = {times[0], times[min(1, len(times) - 1)], times[len(times) // 2], times[-1]}
     worst = float(max(distance(run, fine, t) for t in chosen))
     # rounded once at the start and once in each step; 20 steps to 0.1 s, condition below 10
-    return together(
+    return (
         within(worst / EPS, 4 + 4 * run.steps, "eps"),
-        same(len(times), int(horizon / step) + 1 + (horizon % step != 0)),
-        same(run.status, "complete"),
+        equal(len(times), int(horizon / step) + 1 + (horizon % step != 0)),
+        equal(run.status, "complete"),
     )
 
 
@@ -162,7 +162,7 @@ def sampling(every: str, until: str, integrate: Integrate = integrate) -> Check:
     quick=True,
     control={"run_of": integrating(omega_3="1e-12")},
 )
-def no_time_at_all(until: str, precision: str, run_of: Integrate = integrate) -> Check:
+def no_time_at_all(until: str, precision: str, run_of: Integrate = integrate) -> Findings:
     """Nothing divides by the length of the run."""
     scene = varied(until=until)
     run = run_of(scene, precision, events=("theta_min", "theta_max", "nu_x_zero"))
@@ -172,12 +172,12 @@ def no_time_at_all(until: str, precision: str, run_of: Integrate = integrate) ->
         for name in ("theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
     ]
     worst = max(finite(errors)) / float(scene.start.omega_3)
-    return together(
+    return (
         within(worst / run.precision.eps, 4, "eps"),
-        same(run.status, "complete"),
-        same(len(run.events), 0),
-        same(float(run.t_end), float(scene.until)),
-        same(run.drift["jellett"] < 4 * run.precision.eps, True),
+        equal(run.status, "complete"),
+        equal(len(run.events), 0),
+        equal(float(run.t_end), float(scene.until)),
+        equal(run.drift["jellett"] < 4 * run.precision.eps, True),
     )
 
 
@@ -189,7 +189,7 @@ def no_time_at_all(until: str, precision: str, run_of: Integrate = integrate) ->
     quick=lambda beyond, precision: precision == "double",
     control={"until_off": Fraction(-1, 100)},
 )
-def event_at_the_end(beyond: str, precision: str, until_off: Fraction = Fraction(0)) -> Check:
+def event_at_the_end(beyond: str, precision: str, until_off: Fraction = Fraction(0)) -> Findings:
     """The top on ice starts where theta is largest, which is not an event, and is back after T."""
     period, gap = swing("frictionless").period, Fraction(beyond)
     counts, times = [], []
@@ -201,8 +201,8 @@ def event_at_the_end(beyond: str, precision: str, until_off: Fraction = Fraction
     late = max((abs(float(t - float(period))) for t in times), default=1.0)
     # theta_dot is rounded to eps of the largest rate, omega_3, and theta_ddot is 39 rad/s^2
     allowed = 20 * EPS * 155 / abs(swing("frictionless").acceleration)
-    return together(
-        same(counts, [0, 1]),
+    return (
+        equal(counts, [0, 1]),
         within(late / float(period), max(allowed / float(period), 4 * EPS), "of the period late"),
     )
 
@@ -215,7 +215,7 @@ def event_at_the_end(beyond: str, precision: str, until_off: Fraction = Fraction
     quick=lambda apart: apart == "1e-9",
     control={"sign": 1},
 )
-def zeros_close_together(apart: str, sign: int = -1) -> Check:
+def zeros_close_together(apart: str, sign: int = -1) -> Findings:
     """A double root that has just split, or just vanished."""
     base, known = load_scene("frictionless"), swing("frictionless")
     working = precision_named("quad")
@@ -241,9 +241,7 @@ def zeros_close_together(apart: str, sign: int = -1) -> Check:
     error = abs(gaps[0] / float(Fraction(apart)) - 1) if gaps else 1.0
     # the next term of the series, (rate x apart)^2, and the double constants
     allowed = 100 * (200 * float(Fraction(apart))) ** 2 + 1e-6
-    return together(
-        within(error, allowed, "off the distance"), same(counts, [2, 0]), same(suspects, [])
-    )
+    return (within(error, allowed, "off the distance"), equal(counts, [2, 0]), equal(suspects, []))
 
 
 # ---- the period of a swing, as an integral --------------------------------------------------

@@ -7,21 +7,20 @@ import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
-from tt_precise.extremes.case import case, finite, noted, same, together, within
-from tt_precise.extremes.tops import EPS, distance, quad, varied
+from tt_precise.extremes.case import Finding, Findings, case, equal, finite, within
+from tt_precise.extremes.runs import EPS, distance, quad, varied
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.variational import sensitivity
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.values import Check, Json
+from tt_precise.runtime.values import Json
 from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
-    import pandas
+    pass
 
 HORIZON_S = "2"
 SHORT_S = "0.1"
@@ -36,7 +35,7 @@ FLAGS: dict[str, dict[str, float]] = {
 WIDE = {name: FLAGS[name] for name in ("opt_level 0", "force_avx512")}
 VARIABLES = ("OMP_NUM_THREADS", "TBB_NUM_THREADS")
 ONE_RUN = """
-from tt_precise.extremes.tops import varied
+from tt_precise.extremes.runs import varied
 from tt_precise.integration import integrate
 print({name: x.hex() for name, x in integrate(varied(until="2")).state.values.items()})
 """
@@ -58,17 +57,17 @@ def _allowed(until: str) -> float:
     quick=lambda flag: flag in ("opt_level 0", "compact_mode"),
     control={"wrong": {"alpha": "1e-11"}},
 )
-def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Check:
+def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Findings:
     """How much of a result in double is the compiler's."""
     scene = varied(until=HORIZON_S).perturbed(**(wrong or {}))
     run = Trajectory.of(scene, Setup.of(scene, options=FLAGS[flag]))
     plain = varied(until=HORIZON_S)
     moved = distance(run, integrate(plain)) / EPS
     finite([moved])
-    return together(
+    return (
         within(distance(run, quad(plain)) / EPS, _allowed(HORIZON_S), "eps from quad"),
-        same(run.status, "complete"),
-        noted(f"moved by {float(moved):.2g} eps"),
+        equal(run.status, "complete"),
+        Finding(f"moved by {float(moved):.2g} eps"),
     )
 
 
@@ -83,7 +82,7 @@ def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Check:
 )
 def flags_in_wide(
     precision: str, flag: str, flags: dict[str, dict[str, float]] | None = None
-) -> Check:
+) -> Findings:
     """What makes golden data portable."""
     scene = varied(until=SHORT_S)
     options = {"opt_level": 3} | (flags or WIDE)[flag]
@@ -91,9 +90,9 @@ def flags_in_wide(
     optimised = Setup.of(scene, precision, options={"opt_level": 3})
     setup = Setup.of(scene, precision, options=options, tolerance=tolerance)
     plain, compiled = Trajectory.of(scene, optimised), Trajectory.of(scene, setup)
-    return together(
-        same(compiled.state.as_text() == plain.state.as_text(), True),
-        same(compiled.steps, plain.steps),
+    return (
+        equal(compiled.state.as_text() == plain.state.as_text(), True),
+        equal(compiled.steps, plain.steps),
     )
 
 
@@ -105,7 +104,7 @@ def flags_in_wide(
     quick=True,
     control={"shared": True},
 )
-def two_threads(precision: str, shared: bool = False) -> Check:
+def two_threads(precision: str, shared: bool = False) -> Findings:
     """An integrator serves one run at a time."""
     spins = ("150", "155", "160", "165")
     scenes = [varied(omega_3=spin, until=SHORT_S) for spin in spins]
@@ -116,28 +115,7 @@ def two_threads(precision: str, shared: bool = False) -> Check:
     alone = [state(scene) for scene in scenes]
     with ThreadPoolExecutor(2) as pool:
         in_threads = list(pool.map(state, [scenes[0]] * 4 if shared else scenes))
-    return same(in_threads == alone, True)
-
-
-@case(
-    "{lanes} lanes of a batch against one",
-    expected="every row of a sweep the same, bit for bit",
-    source="IEEE arithmetic rounds each lane for itself",
-    over={"lanes": (4, 8)},
-    control={"moved": "1e-9"},
-    limit_s=240,
-)
-def lanes(lanes: int, moved: str = "0") -> Check:
-    """Vectors of the processor, which one lane alone (run as two) does not need."""
-    from tt_precise.sweeps import run_sweep, specification
-
-    def rows(batch: int, shift: str) -> pandas.DataFrame:
-        spins = [Fraction(spin) + Fraction(shift) for spin in range(150, 160)]
-        values = ",".join(str(float(spin)) for spin in spins)
-        spec = specification("reference", vary={"omega_3": values}, until="0.5")
-        return run_sweep(spec, batch=batch, recheck=0).rows.drop(columns=["index", "omega_3"])
-
-    return same(rows(lanes, moved).equals(rows(1, "0")), True)
+    return equal(in_threads == alone, True)
 
 
 @case(
@@ -147,9 +125,9 @@ def lanes(lanes: int, moved: str = "0") -> Check:
     over={"variable": VARIABLES, "count": (1, 2)},
     control={"code": ONE_RUN.replace('"2"', '"2.0000000001"')},
 )
-def library_threads(variable: str, count: int, code: str = ONE_RUN) -> Check:
+def library_threads(variable: str, count: int, code: str = ONE_RUN) -> Findings:
     """In a process of its own, because libraries look when they are loaded."""
-    return same(_output_of(code, **{variable: str(count)}) == _output_of(ONE_RUN), True)
+    return equal(_output_of(code, **{variable: str(count)}) == _output_of(ONE_RUN), True)
 
 
 @cache
@@ -170,7 +148,7 @@ def _output_of(code: str, **settings: str) -> str:
     quick=lambda tilt: tilt == "1e-310",
     control={"flush": True},
 )
-def subnormal(tilt: str, flush: bool = False) -> Check:
+def subnormal(tilt: str, flush: bool = False) -> Findings:
     """Processors can be set to flush such numbers to zero; then nothing would be left."""
     size = float(tilt)
     run, usual = (
@@ -185,8 +163,8 @@ def subnormal(tilt: str, flush: bool = False) -> Check:
     spacing = max(EPS, 2.0**-1074 / size)
     relative = distance / math.hypot(*wanted)
     finite([*tilt_at_end, *NewtonState(*(run.state.values[n] for n in NewtonState._fields))])
-    return together(
+    return (
         within(relative / spacing, 1000, "spacings"),
-        same(run.status, "complete"),
-        same(relative < 0.5, True),
+        equal(run.status, "complete"),
+        equal(relative < 0.5, True),
     )

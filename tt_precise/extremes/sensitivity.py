@@ -8,8 +8,8 @@ from functools import cache
 
 import numpy
 
-from tt_precise.extremes.case import case, finite, noted, together, within
-from tt_precise.extremes.tops import EPS, Integrate, integrating
+from tt_precise.extremes.case import Finding, Findings, case, finite, within
+from tt_precise.extremes.runs import EPS, Integrate, integrating
 from tt_precise.golden import load, scenes
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.variational import Sensitivity, sensitivity
@@ -18,7 +18,7 @@ from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters, of_numbers
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.values import Array, Check, Scalar
+from tt_precise.runtime.values import Array, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -43,7 +43,7 @@ def _sensitivity(scene: str) -> Sensitivity:
     quick=lambda scene: scene in QUICK,
     control={"integrate": lambda scene: integrate(scene, tolerance=1e-12)},
 )
-def error_against_condition(scene: str, integrate: Integrate = integrate) -> Check:
+def error_against_condition(scene: str, integrate: Integrate = integrate) -> Findings:
     """The digits that double can give at each time, and those that it gives."""
     how = _sensitivity(scene)
     run: Trajectory = integrate(scene)
@@ -53,9 +53,9 @@ def error_against_condition(scene: str, integrate: Integrate = integrate) -> Che
     possible = EPS * how.rounding * a_sample**0.5
     ratio = errors / possible
     finite([*errors, *possible])
-    return together(
+    return (
         within(ratio.max(), 1, "of what the condition allows"),
-        noted(
+        Finding(
             f"condition up to {how.condition.max():.2g}, {how.condition[-1]:.2g} at the end; "
             f"at the worst time {-numpy.log10(errors.max()):.1f} digits"
         ),
@@ -83,7 +83,7 @@ def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Array:
     quick=lambda scene: scene == "contact-lost",
     control={"spoil": 1e-9},
 )
-def lambda_carried_along(scene: str, spoil: float = 0.0) -> Check:
+def lambda_carried_along(scene: str, spoil: float = 0.0) -> Findings:
     """An independent check of the matrices, without any other integration."""
     how = _sensitivity(scene)
     start = InitialState.of(load_scene(scene), integrate(scene).precision.arithmetic)
@@ -126,7 +126,7 @@ def lambda_carried_along(scene: str, spoil: float = 0.0) -> Check:
     over={"name": tuple(VARIED)},
     control={"varied": integrating(alpha="1e-6")},
 )
-def derivative_by_differences(name: str, varied: Integrate = integrate) -> Check:
+def derivative_by_differences(name: str, varied: Integrate = integrate) -> Findings:
     """Matrices of variational equations against runs that know nothing of them."""
     how = _sensitivity("reference")
     now = int(how.condition.argmax())

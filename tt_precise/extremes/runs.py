@@ -10,11 +10,11 @@ from typing import Any, TypeAlias
 
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import theory
-from tt_precise.extremes.case import finite, noted
+from tt_precise.extremes.case import Finding, Findings, finite
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.values import Check, InputError, Scalar
+from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -54,14 +54,14 @@ def triple_double(scene: Scene) -> Trajectory:
     return integrate(scene, "triple-double")
 
 
-def refused(attempt: Callable[[], object]) -> Check:
+def refused(attempt: Callable[[], object]) -> Findings:
     """Right if ``attempt`` raises ``InputError`` with one line that states an expectation."""
     try:
         got = attempt()
     except InputError as error:
         line = str(error)
-        return noted(f"refused: {line}", "expected" in line and "\n" not in line)
-    return noted(f"accepted: {got!r}", False)
+        return Finding(f"refused: {line}", "expected" in line and "\n" not in line)
+    return Finding(f"accepted: {got!r}", False)
 
 
 # ---- distances ----------------------------------------------------------------------------------
