@@ -82,14 +82,15 @@ costs:    ## what calls and commands cost, beside their baselines
 costs: $(DEV)
 	$(PYTEST) -n 0 -o addopts=--import-mode=importlib benchmarks $(ARGS)
 
-# In a worktree, because cosmic-ray changes the files; PYTHONPATH goes before the editable install.
+# In a worktree, because cosmic-ray changes the files; PYTHONPATH goes before the editable install, and
+# bytecode of the same second and size would hide a change.
 FILE ?= tt_precise/mechanics/newton.py
 MUTANTS := $(CURDIR)/build/mutants
 # cr-rate counts a mutant that the filter skipped as killed: forget those before any is tried
 FORGET := import sqlite3; db = sqlite3.connect('session.sqlite'); [db.execute('delete from ' + table + \
 	' where job_id in (select job_id from work_results)') for table in \
 	('mutation_specs', 'work_items', 'work_results')]; db.commit()
-IN_MUTANTS = cd $(MUTANTS) && PYTHONPATH=$(MUTANTS) $(abspath $(BIN))
+IN_MUTANTS = cd $(MUTANTS) && PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$(MUTANTS) $(abspath $(BIN))
 
 mutants:  ## mutants of one file, FILE=..., of which the tests of its folder must kill 92 %
 mutants: $(ALL)
