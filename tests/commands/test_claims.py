@@ -32,6 +32,13 @@ def test_filters_combine(printed: Printed) -> None:
     assert found["counts"]["misprint"] == sum(found["counts"].values()) == 2
 
 
+def test_a_table_on_a_pipe_is_not_cut(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("COLUMNS", raising=False)
+    text = said("claims --verdict misprint")
+    assert "corrected: discriminant of d(z): 0 for the toy's alpha and gamma" in text
+    assert "\u2026" not in text
+
+
 def test_many_claims_make_a_table_that_fits(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "80")
     lines = said(CHEAP).splitlines()

@@ -11,7 +11,7 @@ import click
 from tt_precise.claims.paper import KINDS, named
 from tt_precise.claims.verdicts import Verdict
 from tt_precise.commands import options
-from tt_precise.runtime.terminal import console, progress_bar
+from tt_precise.runtime.terminal import UNCUT, console, progress_bar
 from tt_precise.runtime.workers import cores
 
 if TYPE_CHECKING:
@@ -119,7 +119,8 @@ def _table(rows: Sequence[JudgedClaim]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    table = Table(box=None, pad_edge=False, expand=True)
+    screen = console()
+    table = Table(box=None, pad_edge=False, expand=screen.width < UNCUT)
     for heading, longest in (("id", 7), ("verdict", 10)):
         table.add_column(heading, no_wrap=True, min_width=longest)
     for heading, ratio in (("claim", 4), ("printed", 2), ("measured", 3)):
@@ -129,7 +130,6 @@ def _table(rows: Sequence[JudgedClaim]) -> None:
         cells = map(escape, (claim.statement, claim.printed, claim.measured))
         table.add_row(claim.id, coloured, *cells)
     counted = ", ".join(f"{number} {name}" for name, number in _counts(rows).items() if number)
-    screen = console()
     if rows:
         screen.print(table)
     screen.print(f"{len(rows)} claims: {counted or 'none'}.", highlight=False)

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 # control characters but tab; line separators; bytes of file names that are not UTF-8
 HIDDEN = re.compile("[\x00-\x08\x0a-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
 
+UNCUT = 100_000  # Columns of a line that goes into a pipe or a file: more than any table has.
+
 
 def one_line(text: str) -> str:
     r"""The text with control characters as \uXXXX and newlines as \n: it cannot forge a line."""
@@ -31,10 +33,13 @@ def say(lines: Iterable[str]) -> None:
 
 
 def console(*, stderr: bool = False) -> Console:
-    """A console of rich's."""
+    """A console of rich's, as wide as its terminal; on a pipe or in a file nothing is cut."""
     from rich.console import Console
 
-    return Console(stderr=stderr)
+    screen = Console(stderr=stderr)
+    if not screen.is_terminal and "COLUMNS" not in os.environ:
+        screen.width = UNCUT
+    return screen
 
 
 def open_closed_streams() -> None:
