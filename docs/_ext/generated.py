@@ -121,8 +121,35 @@ def digits(_: str) -> Iterator[str]:
     )  # fmt: skip
 
 
+LEVELS = (1e-3, 1e-6, 1e-9, 1e-12)  # of the largest error at the end of the reference scene
+
+
+def peers(_: str) -> Iterator[str]:
+    """The time of each integrator to an error, over that of a bare heyoka loop in double."""
+    with (DOCS.parent / "reports/measured/tradeoff.csv").open(encoding="utf-8") as file:
+        rows = [
+            row
+            for row in csv.DictReader(file)
+            if (row["scene"], row["horizon_s"]) == ("reference", "8") and row["error"]
+        ]
+    best: dict[str, list[str]] = {}
+    for row in rows:
+        if row["peer"] == "True" or row["method"] in ("heyoka", "tt_precise, digits"):
+            best.setdefault(row["method"], [])
+    for method, cells in best.items():
+        for level in LEVELS:
+            ratios = [
+                float(row["ratio"])
+                for row in rows
+                if row["method"] == method and float(row["error"]) <= level
+            ]
+            cells.append(f"{min(ratios):.3g}" if ratios else "")
+    shown = [(method, *cells) for method, cells in best.items() if any(cells)]
+    yield from table(("program", *(f"error {level:g}" for level in LEVELS)), shown)
+
+
 MAKERS: dict[str, Callable[[str], Iterator[str]]] = {
-    made.__name__: made for made in (columns, scenes, events, quantities, schema, digits)
+    made.__name__: made for made in (columns, scenes, events, quantities, schema, digits, peers)
 }
 
 
@@ -147,10 +174,12 @@ class Generated(Directive):
 def draw(app: Any) -> None:
     """The pictures that pages include."""
     import axes
+    import flow
 
     folder = DOCS / "_generated"
     folder.mkdir(exist_ok=True)
     axes.draw(folder / "axes.svg")
+    flow.draw(folder / "flow.svg")
 
 
 def setup(app: Any) -> dict[str, Any]:

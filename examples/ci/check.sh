@@ -12,16 +12,16 @@ out=${OUT:-.}
 mkdir -p "$out"
 rm -f "$out/check.json" "$out/summary.md" "$out/drift.svg"
 
-options=()
-for limit in ${LIMITS:-}; do options+=(--limit "$limit"); done
-for column in ${COLUMNS:-}; do options+=(--columns "$column"); done
+check=(tt-precise check "${FILE:?a trajectory}" --scene "${SCENE:?a scene}" --json)
+check+=(--markdown "$out/summary.md" --plot "$out/drift.svg")
+for limit in ${LIMITS:-}; do check+=(--limit "$limit"); done
+for column in ${COLUMNS:-}; do check+=(--columns "$column"); done
 for name in DIGITS UNTIL FRICTION; do
-    if [[ -n ${!name:-} ]]; then options+=("--${name,,}" "${!name}"); fi
+    if [[ -n ${!name:-} ]]; then check+=("--${name,,}" "${!name}"); fi
 done
 
 status=0
-tt-precise check "${FILE:?a trajectory}" --scene "${SCENE:?a scene}" ${options[@]+"${options[@]}"} \
-    --markdown "$out/summary.md" --plot "$out/drift.svg" --json > "$out/check.json" || status=$?
+"${check[@]}" > "$out/check.json" || status=$?
 
 if [[ -s $out/summary.md ]]; then
     cat "$out/summary.md" >> "${GITHUB_STEP_SUMMARY:-/dev/stdout}"
