@@ -8,7 +8,7 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import EULER, Engine, check
-from tt_precise.check.kinematics import Windows
+from tt_precise.check.friction_power import Windows
 from tt_precise.mechanics import conserved
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
@@ -118,7 +118,7 @@ def test_a_small_error_that_goes_on_fails(engine: Engine) -> None:
 def test_what_was_not_looked_at_is_said(engine: Engine) -> None:
     found = kinematics(engine().drop(columns=["x", "y", "z"]))
     assert "not at x, y, z (columns missing)" in found["kinematics"].note
-    coarse = kinematics(engine(60))
+    coarse = kinematics(engine(20))
     for name in ("kinematics", "contact_momentum"):
         assert coarse[name].verdict == "skipped"
         assert coarse[name].note.startswith("rows too far apart")
@@ -130,7 +130,7 @@ def test_what_was_not_looked_at_is_said(engine: Engine) -> None:
     assert "does not follow" not in check(far, "reference")["kinematics"].note
     euler = tt.integrate("contact-lost").frame(*EULER[1:5])
     note = check(euler, "contact-lost")["kinematics"].note
-    assert "rows too far apart: checked inclination, not at spin, x, y, z" in note
+    assert "checked inclination, not at spin, x, y, z" in note
 
 
 def healthy_runs(engine: Engine, seeds: range) -> list[str]:
@@ -158,18 +158,13 @@ def test_healthy_runs_with_other_laws_are_not_flagged(engine: Engine, seeds: ran
     assert healthy_runs(engine, seeds) == []
 
 
-def test_windows_integrate_quartics_exactly() -> None:
+def test_windows_differentiate_quartics_exactly() -> None:
     rng = numpy.random.default_rng(3)
     t = numpy.cumsum(rng.uniform(0.5, 1.5, 23))
     windows = Windows(t, 0.0)
     assert windows.rows[0, 0] == 0
     assert windows.rows[-1, -1] == 22
-    exact = (t[windows.rows[:, -1]] ** 5 - t[windows.rows[:, 0]] ** 5) / 5
-    assert windows.integral(t**4) == pytest.approx(exact, rel=1e-12)
     assert windows.middle_rate(t**4)[0] == pytest.approx(4 * t[windows.rows[:, 2]] ** 3, rel=1e-9)
-    value, bound = windows.unexplained([t**5 / 5], [t**4 + 1e-3])
-    assert -value[0] == pytest.approx(1e-3 * windows.spans, rel=1e-6)
-    assert (bound > 0).all()
 
 
 @pytest.mark.parametrize("name", ["reference", "rolling", "frictionless"])

@@ -22,7 +22,8 @@ from tt_precise.check.equations import (
     lift_off,
     to_one_digit,
 )
-from tt_precise.check.kinematics import ContactMomentum, FrictionPower, Kinematics, normal_force
+from tt_precise.check.friction_power import FrictionPower, normal_force
+from tt_precise.check.kinematics import ContactMomentum, Kinematics
 from tt_precise.golden.measuring import ending
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy

@@ -1,435 +1,480 @@
-"""Laws for every friction: attitude and position follow the velocities, L follows the torques.
+"""The checks ``kinematics`` and ``contact_momentum``: residuals that need no force, judged.
 
-Both checks compare, over windows of four intervals, the change of something with the integral of
-its rate by Boole's rule. Its distance from Simpson's rule says how well the rows resolve the
-motion: ``MARGIN`` times the largest of that and of both neighbours' is subtracted. Where the rest
-is above the limit the check fails; where the subtracted bound is above it, the window is open, and
-a check with more open windows than others is skipped. ``kinematics`` also adds up, from the start,
-what windows leave and what is subtracted: a small error that goes on is a large one.
+``kinematics`` asks whether attitude (rad) and position (over R) follow the velocities, and whether
+the height follows from the attitude; ``contact_momentum`` whether the angular momentum about the
+lowest point changes as weight and motion make it (m g R alpha). Both hold for every contact force.
+Sums from the start count as well: a small error that goes on is a large one, and integrators that
+are right leave less of it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy
 
 from tt_precise.check.columns import CheckSetup, Samples
-from tt_precise.check.equations import to_one_digit
-from tt_precise.mechanics import conserved
-from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import Quaternion, Vector, added, cross, dot, multiplied, scaled
+from tt_precise.check.force_free import DENSE, LOCAL, Misfit, Rounding, misfits, norm, spread
+from tt_precise.check.force_free_flow import (
+    BLIND,
+    LEAST_NUTATION,
+    Rows,
+    Way,
+    axis_of,
+    gauss,
+    interpolate,
+    momentum_at_contact,
+    nutation,
+    rates_of,
+    turns,
+)
+from tt_precise.check.friction_power import motion_as_given
+from tt_precise.check.precision import precisions, times_of
+from tt_precise.mechanics.newton import contact_arm
+from tt_precise.mechanics.parameters import Parameters
+from tt_precise.mechanics.vectors import cross
 from tt_precise.runtime.values import Array
 
-ROWS = 5  # of a window
-MARGIN = 20.0
-FARTHEST = 2.0  # rad by which the angular momentum lets the axis turn from row to row
-EVEN = 1e-9  # of a window, by which evenly spaced rows differ
-CLOSEST = 0.01  # sqrt(R/g) between rows: what is closer adds roundings only
-SINKS = 0.1  # of R: a soft contact may give way up to this depth
-ROUNDING = 8 * float(numpy.finfo(float).eps)
-# friction is seen where at least so many windows show it, and is as a law where what that keeps
-# deviates by less than this part; gliding below this part of the fastest says nothing
-FEWEST, ALIKE, STILL = 8, 0.05, 0.05
-NONE = 1e-9  # of F_z: rounding
-FITS = 0.03  # of what is left over, by a change that explains it
-NEAR = 40  # windows on either side of the worst one, from which its cause is sought
-Bounded = tuple[Array, Array]
-"""By how much each window is off, and the bound of the error of that."""
+EPS = float(numpy.finfo(float).eps)
+# Bounds of an interval's error (rad, R; m g R alpha) up to which it counts as looked at.
+RESOLUTION = {"inclination": 0.1, "spin": 0.1, "axis": 0.1, "position": 0.1, "torque": 0.3}
+# The part of the time that may lie in intervals that are not resolved.
+UNRESOLVED = 0.25
+# An interval that is so many times as long as most is a gap, and has to be resolved.
+GAP = 5.0
+# The mean torque since the start counts so many times: steps of a right integrator leave errors of
+# either sign, which cancel in it (measured, see docs/explanation/measured.md).
+MEAN_COUNTS = 10.0
+# By spacing^3 the bounds fall at least (measured, 60 to 240 Hz).
+FALLS_AS = 3
+LARGEST_SHARE = 1e4  # Of a bound over the resolution, where nothing at all is seen.
+CLEAR = 1.5  # rad of nutation from row to row where interpolation sees well.
+FEWEST_ROWS = 6
+# What a cubic between rows ``DENSE`` apart misses (measured: 3e-7 of attitude, 1e-5 of torque).
+BETWEEN = 3e-5
+# Times the difference between other ways' results that a derivative may be off.
+DERIVATIVE = 6.0
+# Ratio of the horizontal to the vertical torque left over, below which it is about the vertical.
+ABOUT_VERTICAL = 0.1
+SINKS = 0.1  # Part of R by which a soft contact may give way.
+QUATERNION = ("qw", "qx", "qy", "qz")
 
 
-class Windows:
-    """Windows of ``ROWS`` rows each over times ``t``, the last one ending in the last row.
+@dataclass(frozen=True)
+class Movement:
+    """The rows of a file as a motion, and what is known of it.
 
-    ``rows`` are their indices (windows, ROWS), ``spans`` their lengths in s.
+    ``spin`` says that the turn about the axis is known, ``moving`` that the velocity is;
+    ``visited`` are the rows that are far enough apart to say something.
     """
 
-    def __init__(self, t: Array, apart: float):
-        stride = stride_of(t, apart)
-        width = (ROWS - 1) * stride
-        if len(t) <= width:
-            stride, width = 1, ROWS - 1
-        firsts = numpy.arange(0, max(len(t) - width, 0), width)
-        if len(firsts) and firsts[-1] != len(t) - 1 - width:
-            firsts = numpy.append(firsts, len(t) - 1 - width)
-        self.rows = firsts[:, None] + stride * numpy.arange(ROWS)
-        nodes = t[self.rows]
-        self.spans = nodes[:, -1] - nodes[:, 0]
-        self.widest = numpy.diff(nodes).max(axis=1, initial=0.0)
-        self.step = self.widest / stride  # between neighbouring rows
-        x = (nodes - nodes[:, :1]) / self.spans[:, None]
-        # most rows are evenly spaced
-        x = x[:1] if len(x) and numpy.ptp(x, axis=0).max() < EVEN else x
-        self._boole, self._slope = _weights(x), _slopes(x)
-        self._inner_slope = numpy.pad(_slopes(x[:, 1:4]), ((0, 0), (1, 1)))
-        half, other = _weights(x[:, :3]), _weights(x[:, 2:])
-        self._simpson = numpy.concatenate(
-            (half[:, :2], half[:, 2:] + other[:, :1], other[:, 1:]), 1
-        )
-
-    def unexplained(self, values: Sequence[Array], rates: Sequence[Array]) -> Bounded:
-        """Change - integral of the rate of a vector (entries, windows), and how far to trust it."""
-        apart = numpy.array([self.change(value) for value in values])
-        integrals = numpy.array([self.integral(rate) for rate in rates])
-        coarse = numpy.array([self.integral(rate, self._simpson) for rate in rates])
-        return apart - integrals, spread(MARGIN * numpy.linalg.norm(integrals - coarse, axis=0))
-
-    def middle_rate(self, value: Array) -> Bounded:
-        """Of an entry, in the middle row of each window, by the polynomial through all five rows.
-
-        And how far the polynomial through the inner three is from that.
-        """
-        entries = self._entries(value)
-        rate, apart = (
-            (entries * weights).sum(axis=1) / self.spans
-            for weights in (self._slope, self._slope - self._inner_slope)
-        )
-        return rate, apart
-
-    def _entries(self, value: Array) -> Array:
-        return numpy.broadcast_to(value, self.rows.max(initial=-1) + 1)[self.rows]
-
-    def change(self, value: Array) -> Array:
-        """From the first row of each window to the last."""
-        entries = self._entries(value)
-        return entries[:, -1] - entries[:, 0]
-
-    def integral(self, rate: Array, weights: Array | None = None) -> Array:
-        """Of a rate over each window, by Boole's rule."""
-        weighted = self._entries(rate) * (self._boole if weights is None else weights)
-        integrals: Array = self.spans * weighted.sum(1)
-        return integrals
+    body: Parameters
+    rows: Rows
+    rounding: Rounding
+    spin: bool
+    moving: bool
+    visited: Array
 
 
-def stride_of(t: Array, apart: float) -> int:
-    """The fewest rows that are ``apart`` (s) in the mean."""
-    return max(1, math.ceil(apart * (len(t) - 1) / (t[-1] - t[0]))) if len(t) > 1 else 1
+class Sight(NamedTuple):
+    """Values of residuals beyond their bounds, in the unit of the limit, at the times ``t`` (s).
 
-
-def windows_of(samples: Samples) -> Windows:
-    """The windows of these rows, made once for all checks."""
-    if "windows" not in samples.shared:
-        samples.shared["windows"] = Windows(samples.t, CLOSEST * samples.setup.time)
-    windows: Windows = samples.shared["windows"]
-    return windows
-
-
-def spread(values: Array) -> Array:
-    """The largest of each value and its two neighbours."""
-    padded = numpy.concatenate((values[:1], values, values[-1:]))
-    return numpy.maximum(numpy.maximum(padded[:-2], padded[2:]), values)
-
-
-def _weights(x: Array) -> Array:
-    """Weights of the integral of the polynomial through the nodes ``x`` (windows, n)."""
-    width = x[:, -1:] - x[:, :1]
-    powers = numpy.arange(x.shape[1])
-    matrix = ((x - x[:, :1]) / width)[:, None, :] ** powers[None, :, None]
-    right = numpy.broadcast_to(1.0 / (powers + 1), x.shape)[:, :, None]
-    weights: Array = numpy.linalg.solve(matrix, right)[:, :, 0] * width
-    return weights
-
-
-def _slopes(x: Array) -> Array:
-    """Weights of the slope in the middle node of the polynomial through the nodes ``x``."""
-    powers, middle = numpy.arange(x.shape[1]), x.shape[1] // 2
-    matrix = (x - x[:, middle : middle + 1])[:, None, :] ** powers[None, :, None]
-    right = numpy.broadcast_to(powers == 1, x.shape).astype(float)[:, :, None]
-    slopes: Array = numpy.linalg.solve(matrix, right)[:, :, 0]
-    return slopes
-
-
-def _conjugate(q: Sequence[Array]) -> Quaternion:
-    return (q[0], -q[1], -q[2], -q[3])
-
-
-class _OverWindows:
-    """Values for the rows of each block, from those of windows; and how many windows are open."""
-
-    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
-        self._setup, self._limit = setup, limit
-        self._worst = 0.0
-        self.windows = self.open = 0
-        self._bounds: list[float] = []
-        self._wide, self._apart_now = math.inf, 0.0
-
-    def __call__(self, samples: Samples) -> Array:
-        values = numpy.zeros(len(samples.t))
-        windows = windows_of(samples)
-        if not len(windows.rows):
-            return values
-        q = motion_as_given(samples)
-        turning = numpy.sqrt(dot(samples.state.L, samples.state.L)) / q.body.I1
-        seen = windows.widest * turning[windows.rows].max(axis=1) <= FARTHEST
-        if self._setup.scene.may_stick:  # its rates bend where the contact point comes to rest
-            vx, vy = samples.state.vx[windows.rows], samples.state.vy[windows.rows]
-            speed, change = numpy.hypot(vx, vy), numpy.hypot(numpy.diff(vx), numpy.diff(vy))
-            seen &= (speed.max(axis=1) == 0) | (speed.min(axis=1) > change.max(axis=1))
-        excess, bound = self._look(windows, samples, q, seen)
-        open_ = ~(bound <= self._limit) | ~seen
-        self.windows += len(excess)
-        self.open += int(open_.sum())
-        if open_.any():
-            with numpy.errstate(all="ignore"):
-                enough = windows.step * numpy.sqrt(self._limit / bound)
-            enough = numpy.where(seen & (enough > 0), enough, 0.25 / turning.max())
-            self._wide = min(self._wide, float(enough[open_].min()))
-            self._apart_now = max(self._apart_now, float(windows.step.max()))
-        self._bounds.append(float(numpy.max(bound, where=~open_, initial=0.0)))
-        excess = numpy.where(numpy.isnan(excess), numpy.inf, excess)
-        numpy.maximum.at(values, windows.rows[:, -1], excess)
-        return values
-
-    def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
-        """The error of each window beyond its bound, 0 if not ``seen`` in the rows; the bound."""
-        raise NotImplementedError
-
-    @property
-    def error_bound(self) -> float:
-        """Largest error that would go unnoticed; infinite where too many windows are open."""
-        resolved = self.windows - self.open
-        return max(self._bounds) if resolved > 0 and resolved >= self.open else math.inf
-
-    @property
-    def note(self) -> str:
-        """The unresolved windows."""
-        bound = self.error_bound
-        said = f"error bound {bound:.0e}" if math.isfinite(bound) else ""
-        if self.open:
-            said += f"{'; ' if said else ''}{self.open} of {self.windows} windows not resolved"
-            if 0 < self._wide < self._apart_now:
-                said += f"; rows {to_one_digit(self._wide, math.floor):g} s apart would do"
-        return said
-
-
-def motion_as_given(samples: Samples) -> Motion:
-    """The rows as a motion whose centre of mass moves as the columns say, where they do."""
-    given, state = samples.given, samples.state
-    if "vcz" not in given or not samples.setup.velocity_given:
-        return samples.q
-    centre = (given["vcx"], given["vcy"], given["vcz"])
-    return Motion(samples.setup.body, state, numpy, samples.setup.scene.model, s_dot=lambda: centre)
-
-
-class ContactMomentum(_OverWindows):
-    """The remaining torque about the lowest point after weight and motion (m g R alpha)."""
-
-    def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
-        off, bound = torque_left(samples)
-        excess = seen * numpy.maximum(numpy.linalg.norm(off, axis=0) - bound, 0.0)
-        worst = int(numpy.argmax(excess))
-        if excess[worst] > max(self._worst, self._limit):
-            self._worst = float(excess[worst])
-            x, y, z = off[:, worst]
-            about = off[2][excess > self._limit]  # of one sign, unlike that of rounding
-            steady = len(about) >= FEWEST and abs(about.sum()) > abs(about).sum() / 2
-            self._vertical = steady and math.hypot(x, y) < 0.1 * abs(z)
-            first, last = windows.rows[max(worst - NEAR, 0), 0], windows.rows[worst:][:NEAR][-1, -1]
-            self._rows = samples.rows(slice(first, last + 1))
-        return excess, bound
-
-    @property
-    def note(self) -> str:
-        """A cause of the remaining torque, and the unresolved windows."""
-        if self._worst <= max(self._limit, 0.0):
-            return super().note
-        if self._vertical:
-            named = "what is left is about the vertical, as torsional friction is"
-        else:
-            from tt_precise.check.causes import cause  # few need it
-
-            rows = self._rows
-            named = cause(
-                lambda rows: torque_left(rows)[0], rows, min(FITS, self._limit / self._worst),
-                lambda n: torque_left(rows, n)[0],
-            )  # fmt: skip
-        return "; ".join(text for text in (named, super().note) if text)
-
-
-def torque_left(samples: Samples, gyroscopic: float = 1.0) -> Bounded:
-    """The remaining mean torque of each window (3, windows), and its bound; both in m g R alpha.
-
-    The motion is supposed to have had the gyroscopic term ``gyroscopic`` times.
+    ``bound`` is the error bound of most intervals, ``open`` says why too little is resolved ("" if
+    enough is), ``worst`` is the quantity with the largest value, and ``drift`` the sum of what is
+    left of it there.
     """
-    windows, q = windows_of(samples), motion_as_given(samples)
-    about, rate = conserved.contact_momentum(q), conserved.contact_momentum_rate(q)
-    if gyroscopic != 1.0:
-        rate = added(rate, scaled(1.0 - gyroscopic, cross(q.omega, q.state.L)))
-    off, bound = windows.unexplained(about, rate)
-    bound += ROUNDING * numpy.sqrt(dot(about, about)).max()
-    unit = conserved.torque_unit(samples.setup.scene.body.numbers(float)) * windows.spans
-    return off / unit, bound / unit
+
+    t: Array
+    values: Array
+    bound: float
+    open: str
+    worst: str
+    drift: Array
 
 
-class FrictionPower(_OverWindows):
-    """Power of friction F_t.v_A in the middle of each window, over m g R omega at the start."""
+def movement_of(samples: Samples) -> Movement:
+    """Return the rows as a motion, their roundings, and which of them to visit."""
+    setup, state, given = samples.setup, samples.state, samples.given
+    body, count = setup.body, len(samples.t)
+    k = numpy.array(state.k, dtype=float)
+    k = k / norm(k)
+    L = numpy.array(numpy.broadcast_arrays(*state.L), dtype=float)
+    spin = all(name in given for name in QUATERNION)
+    q = numpy.array([given[name] for name in QUATERNION]) if spin else shortest_turn(k)
+    q = q / norm(q)
+    half = {name: one.half_unit for name, one in precisions(given).items()}
+    clock = times_of(samples.t)
 
-    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
-        super().__init__(setup, first, limit)
-        body, omega = setup.body, first.first.omega
-        self._unit = float(body.m * body.g * body.R * numpy.sqrt(dot(omega, omega))) or 1.0
-        self._force: list[Array] = []  # |F_t|/F_z and |v_A| in the middle of windows
+    def rounded(*names: str) -> float:
+        return 2 * max((half.get(name, 0.0) for name in names), default=0.0)
 
-    def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
-        middle = windows.rows[:, ROWS // 2]
-        vx, vy = samples.state.vx[middle], samples.state.vy[middle]
-        (x, off_x), (y, off_y), (z, _) = map(windows.middle_rate, q.s_dot)
-        force = conserved.contact_force(q, (x, y, z))
-        within = numpy.hypot(off_x, off_y)
-        speed = numpy.hypot(vx, vy)
-        bound = spread(MARGIN * q.body.m * within * speed) / self._unit
-        power = (force[0] * vx + force[1] * vy) / self._unit
-        ratio = numpy.hypot(force[0], force[1]) / force[2]
-        kept = seen & (bound <= self._limit) & (force[2] > 0.1 * q.body.m * q.body.g)
-        kept &= speed > STILL * speed.max()
-        self._force.append(numpy.array([ratio[kept], speed[kept]]))
-        return seen * numpy.maximum(power - bound, 0.0), bound
-
-    @property
-    def note(self) -> str:
-        """The friction in the rows, and the unresolved windows."""
-        return "; ".join(text for text in (self._friction, super().note) if text)
-
-    @property
-    def _friction(self) -> str:
-        ratio, speed = numpy.concatenate([numpy.empty((2, 0)), *self._force], axis=1)
-        if len(ratio) < FEWEST:
-            return ""
-        if ratio.max() < NONE:
-            return "no friction seen"
-        for law, values, unit in (("Coulomb's", ratio, ""), ("viscous", ratio / speed, " s/m v_A")):
-            mean, deviation = float(values.mean()), float(values.std())
-            if deviation < ALIKE * mean:
-                return f"friction seen: {mean:.3g} +- {deviation:.1g}{unit} of F_z, as {law}"
-        return f"friction seen: {ratio.min():.2g} to {ratio.max():.2g} of F_z"
-
-
-def normal_force(setup: CheckSetup, first: Samples, limit: float) -> Callable[[Samples], Array]:
-    """Mean F_z/(m g) since the row before, from the change of the vertical velocity."""
-
-    def mean(samples: Samples) -> Array:
-        t, values = samples.t, numpy.full(len(samples.t), numpy.inf)
-        stride = stride_of(t, CLOSEST * setup.time)
-        rows = numpy.arange(0, len(t), stride)
-        speed = numpy.broadcast_to(motion_as_given(samples).s_dot[2], t.shape)[rows]
-        values[rows[1:]] = 1 + numpy.diff(speed) / (setup.body.g * numpy.diff(t[rows]))
-        return values
-
-    return mean
+    omega = norm(L) / min(body.I1, body.I3)
+    u_q = rounded("kx", "ky", "kz", *QUATERNION, "theta", "phi") + numpy.zeros(count)
+    u_L = rounded("Lx", "Ly", "Lz") + max(body.I1, body.I3) * rounded(
+        "wx", "wy", "wz", "theta_dot", "phi_dot", "omega_3"
+    )
+    u_L = u_L + (2 * abs(body.I3 - body.I1) * omega * u_q if spin else 0 * u_q)
+    u_v = rounded("vcx", "vcy", "vcz", "vx", "vy", "nu_x", "nu_y") + numpy.zeros(count)
+    if not spin:
+        u_v = u_v + 2 * body.R * u_L / min(body.I1, body.I3)
+    x = numpy.array([given.get(name, numpy.full(count, numpy.nan)) for name in "xyz"])
+    known = numpy.isfinite(x[:, :1]).any()
+    moving = setup.velocity_known and (setup.height_given or not setup.scene.lifts or spin)
+    if moving:
+        v = numpy.array(numpy.broadcast_arrays(*motion_as_given(samples).s_dot), dtype=float)
+    elif numpy.isfinite(x[:2]).all() and count >= FEWEST_ROWS and not setup.scene.lifts:
+        v = numpy.zeros((3, count))
+        v[:2], error = velocity_from(body, Rows(clock.t, q, L, v, x))
+        a = contact_arm(body, (k[0], k[1], k[2]))
+        along = (1 / body.I3 - 1 / body.I1) * (L * k).sum(axis=0)
+        turning = L / body.I1 + along * k
+        v[2] = -cross((turning[0], turning[1], turning[2]), a)[2]
+        moving, u_v = True, u_v + error
+    else:
+        v = numpy.zeros((3, count))
+    if not setup.columns.azimuth:
+        turned, error = azimuth(clock.t, given["phi_dot"])
+        k, L, v = (about_vertical(part, turned) for part in (k, L, v))
+        q = shortest_turn(k)
+        # turning everything about the vertical leaves the inclination alone
+        u_v = u_v + error * numpy.hypot(v[0], v[1])
+    rows = Rows(clock.t, q, L, v, x if known else None)
+    rounding = Rounding(
+        numpy.full(count, 2 * clock.rounding), u_q, u_L, u_v,
+        numpy.full(count, rounded("x", "y", "z")),
+    )  # fmt: skip
+    return Movement(body, rows, rounding, spin, moving, visited(body, rows))
 
 
-class Kinematics(_OverWindows):
+def shortest_turn(k: Array) -> Array:
+    """Return quaternions that turn z to ``k`` (3, n) by the shortest way."""
+    below = k[2] < 0
+    half = numpy.where(below, (k[0] ** 2 + k[1] ** 2) / numpy.maximum(1 - k[2], 1), 1 + k[2])
+    w = numpy.sqrt(half / 2)
+    down = w == 0
+    safe = numpy.where(down, 1.0, 2 * w)
+    return numpy.array([w, numpy.where(down, 1.0, -k[1] / safe), k[0] / safe, 0 * w])
+
+
+def azimuth(t: Array, rate: Array) -> tuple[Array, Array]:
+    """Return the integral of phi_dot (rad), and how far from row to row it may be off."""
+    if len(t) < FEWEST_ROWS:
+        return numpy.zeros(len(t)), numpy.full(len(t), numpy.inf)
+    nodes, _, whole = gauss(FEWEST_ROWS)
+    h, still = numpy.diff(t), numpy.zeros(len(t) - 1)
+    best, other = (
+        h * (whole @ interpolate(t, rate[None], Way(rows, False), still, nodes)[0])
+        for rows in (FEWEST_ROWS, FEWEST_ROWS - 2)
+    )
+    error = numpy.append(abs(best - other), 0.0)
+    return numpy.append(0.0, numpy.cumsum(best)), LOCAL * spread(error)
+
+
+def about_vertical(vectors: Array, angle: Array) -> Array:
+    """Return vectors (3, n) turned by angles about the vertical."""
+    c, s = numpy.cos(angle), numpy.sin(angle)
+    x, y, z = vectors
+    return numpy.array([c * x - s * y, s * x + c * y, z])
+
+
+def velocity_from(body: Parameters, rows: Rows) -> tuple[Array, Array]:
+    """Return the horizontal velocity (2, n) from seven rows' positions, and its error (n,).
+
+    By polynomials with and without the cosine and sine of the nutation, and by five rows: rows
+    that are too far apart see a nutation as a slow motion, which the second way gives away.
+    """
+    t, x = rows.t, rows.x[:2] if rows.x is not None else numpy.zeros((2, len(rows.t)))
+    turn = numpy.pad(nutation(body, rows), (0, 1), mode="edge")
+
+    def slopes(count: int, nutated: bool) -> Array:
+        count = min(count, len(t))
+        first = numpy.clip(numpy.arange(len(t)) - count // 2, 0, len(t) - count)
+        at = first[:, None] + numpy.arange(count)
+        spacing = numpy.ptp(t[at], axis=1)[:, None] / (count - 1)
+        u = (t[at] - t[:, None]) / spacing
+        shapes = u[:, :, None] ** numpy.arange(count)
+        wanted = (numpy.arange(count) == 1) + numpy.zeros((len(t), 1))
+        if nutated:
+            some = (turn > LEAST_NUTATION) & (abs(numpy.sin(turn)) > BLIND)
+            angle = (turn[:, None] * u)[some]
+            shapes[some, :, -2], shapes[some, :, -1] = numpy.cos(angle), numpy.sin(angle)
+            wanted[some, -1] = turn[some]
+        found = numpy.linalg.solve(shapes.swapaxes(1, 2), wanted[..., None])[..., 0] / spacing
+        return numpy.einsum("np,cnp->cn", found, x[:, at])
+
+    best = slopes(7, True)
+    apart = numpy.maximum(norm(best - slopes(7, False)), norm(best - slopes(5, False)))
+    return best, DERIVATIVE * spread(apart)
+
+
+def visited(body: Parameters, rows: Rows) -> Array:
+    """Return indices of rows between which the top turns by ``DENSE``, or of all rows."""
+    count = len(rows.t)
+    turned = turns(body, rows) if count > 1 else numpy.zeros(0)
+    if not float(turned.sum()) < DENSE * (count - 1):
+        return numpy.arange(count)
+    cell = numpy.floor(numpy.concatenate(([0.0], numpy.cumsum(turned))) / DENSE)
+    found = numpy.flatnonzero(numpy.diff(cell, prepend=-1.0))
+    return found if found[-1] == count - 1 else numpy.append(found, count - 1)
+
+
+def taken(movement: Movement) -> tuple[Rows, Rounding]:
+    """Return the rows to visit, and their roundings."""
+    at, rows = movement.visited, movement.rows
+    if len(at) == len(rows.t):
+        return rows, movement.rounding
+    x = None if rows.x is None else rows.x[:, at]
+    fewer = Rows(rows.t[at], rows.q[:, at], rows.L[:, at], rows.v[:, at], x)
+    return fewer, Rounding(*(part[at] for part in movement.rounding))
+
+
+def seen(samples: Samples) -> tuple[Movement, dict[str, Misfit]]:
+    """Return the motion and its misfits, computed once for both checks."""
+    if "misfits" not in samples.shared:
+        movement = movement_of(samples)
+        rows, rounding = taken(movement)
+        found: dict[str, Misfit] = {}
+        if len(rows.t) >= FEWEST_ROWS:
+            found = misfits(movement.body, rows, rounding, movement.moving)
+        samples.shared["misfits"] = movement, found
+    both: tuple[Movement, dict[str, Misfit]] = samples.shared["misfits"]
+    return both
+
+
+def look(samples: Samples, names: Sequence[str], limit: float) -> Sight:
+    """Return the residuals of the quantities ``names``."""
+    movement, found = seen(samples)
+    rows, _ = taken(movement)
+    if not found:
+        few = f"{len(rows.t)} rows, expected at least {FEWEST_ROWS}"
+        return Sight(rows.t, numpy.zeros(len(rows.t)), math.inf, few, "", numpy.zeros(3))
+    steps = numpy.diff(rows.t)
+    parts = {name: _excess(found[name], MEAN_COUNTS if name == "torque" else 1) for name in names}
+    values = numpy.maximum.reduce(list(parts.values()))
+    share = numpy.maximum.reduce(
+        [found[name].bound / max(limit, RESOLUTION[name]) for name in names]
+    )
+    t = rows.t[1:]
+    if len(movement.visited) < len(movement.rows.t):
+        passed_over, beyond = _between(movement, names)
+        order = numpy.argsort(numpy.append(t, passed_over))
+        t, values = numpy.append(t, passed_over)[order], numpy.append(values, beyond)[order]
+    bounds = [float(numpy.sort(found[name].bound)[len(steps) // 2]) for name in names]
+    worst = max(parts, key=lambda name: float(parts[name].max()))
+    drift = found[worst].drift[:, int(numpy.argmax(parts[worst]))]
+    if worst == "position":
+        worst = "xyz"[int(numpy.argmax(abs(drift)))]
+    return Sight(t, values, max(bounds), _open(movement, steps, share), worst, drift)
+
+
+def _excess(one: Misfit, mean_counts: float) -> Array:
+    """Values beyond their bounds, of the intervals and of the sums; 0 where nothing is seen."""
+    local, summed = one.value - one.bound, mean_counts * (one.summed - one.summed_bound)
+    excess: Array = numpy.fmax(numpy.fmax(local, summed), 0.0)
+    return excess
+
+
+def _open(movement: Movement, steps: Array, share: Array) -> str:
+    """Why too little is resolved: ``share`` is the bound over the resolution that is wanted."""
+    rows, _ = taken(movement)
+    unseen = ~(share <= 1)
+    usual = float(numpy.sort(steps)[len(steps) // 2])
+    gaps = numpy.flatnonzero(unseen & (steps > GAP * usual))
+    if len(gaps):
+        return f"no rows from {rows.t[gaps[0]]:.6g} to {rows.t[gaps[0] + 1]:.6g} s"
+    part = float(steps[unseen].sum() / steps.sum())
+    if part <= UNRESOLVED:
+        return ""
+    share = numpy.where(numpy.isfinite(share), share, LARGEST_SHARE)
+    nutated = nutation(movement.body, rows)
+    with numpy.errstate(all="ignore"):
+        enough = steps * numpy.minimum(share ** (-1 / FALLS_AS), CLEAR / nutated)
+    spacing = to_one_digit_below(float(enough[unseen].min()))
+    return f"{part:.0%} of the motion is not resolved; rows {spacing:g} s apart would do"
+
+
+def _between(movement: Movement, names: Sequence[str]) -> tuple[Array, Array]:
+    """Times of the rows that are not visited, and their distances from cubics beyond the bounds.
+
+    The cubic between two visited rows has their values and rates.
+    """
+    body, rows, u = movement.body, movement.rows, movement.rounding
+    at = movement.visited
+    skipped = numpy.ones(len(rows.t), bool)
+    skipped[at] = False
+    here = numpy.flatnonzero(skipped)
+    left = numpy.searchsorted(at, here) - 1
+    begin, end = at[left], at[left + 1]
+    h = rows.t[end] - rows.t[begin]
+    s = (rows.t[here] - rows.t[begin]) / h
+    kept, _ = taken(movement)
+    state = rates_of(body, kept)
+
+    def off(values: Array, rates: Array) -> Array:
+        a, b = values[:, begin], values[:, end]
+        if len(values) == 4:  # quaternions of either sign
+            b = b * numpy.where((a * b).sum(axis=0) < 0, -1.0, 1.0)
+        slope_a, slope_b = rates[:, left], rates[:, left + 1]
+        if len(values) == 4:
+            slope_b = slope_b * numpy.where((a * values[:, end]).sum(axis=0) < 0, -1.0, 1.0)
+        cubic = (
+            (1 + 2 * s) * (1 - s) ** 2 * a + s**2 * (3 - 2 * s) * b
+            + h * s * (1 - s) ** 2 * slope_a - h * s**2 * (1 - s) * slope_b
+        )  # fmt: skip
+        given = values[:, here]
+        if len(values) == 4:
+            given = given * numpy.where((given * cubic).sum(axis=0) < 0, -1.0, 1.0)
+        return norm(numpy.nan_to_num(given - cubic))
+
+    beyond = numpy.zeros(len(here))
+    speed = norm(rows.v)[here]
+    omega = norm(rows.L)[here] / min(body.I1, body.I3)
+    attitude = BETWEEN + 4 * u.q[here] + 2 * omega * u.t[here]
+    if "torque" in names:
+        unit = body.m * body.g * body.R * body.alpha
+        Q, rate = momentum_at_contact(body, rows), state.Q
+        slack = (2 * u.L + 4 * body.R * body.m * u.v)[here] / unit + 8 * EPS * norm(rows.L)[
+            here
+        ] / unit
+        beyond = (off(Q, rate) / unit - slack) / h - BETWEEN
+    elif movement.spin:
+        beyond = 2 * off(rows.q, state.q) - attitude
+    else:
+        beyond = off(numpy.array(axis_of(rows.q)), state.k) - attitude
+    if "position" in names and rows.x is not None:
+        slack = (2 * u.x[here] + 2 * speed * u.t[here] + h * u.v[here]) / body.R
+        beyond = numpy.maximum(beyond, off(rows.x, kept.v) / body.R - slack - BETWEEN)
+    return rows.t[here], numpy.maximum(beyond, 0.0)
+
+
+def kinematic_quantities(samples: Samples) -> list[str]:
+    """Return the quantities that ``kinematics`` looks at, by the columns that there are."""
+    movement, found = seen(samples)
+    names = ["axis"]
+    if not samples.setup.columns.azimuth:
+        return ["inclination"] if found else []
+    if movement.spin:
+        names.append("spin")
+    if movement.moving and movement.rows.x is not None:
+        names.append("position")
+    return names if found else []
+
+
+class Kinematics:
     """Attitude (rad) and position (over R) against the integrals of the velocities; the height.
 
-    An integrator of first order takes the velocity of an end of its step for that of the whole: a
-    change in velocity of one step, at most the distance of rows, is not a fault.
+    Values for the rows that are given, and what there is to say.
     """
 
     def __init__(self, setup: CheckSetup, first: Samples, limit: float):
-        super().__init__(setup, first, limit)
-        given = first.given
-        azimuth = setup.columns.azimuth
-        self._looked_at = ["axis" if azimuth else "inclination"]
-        if setup.columns.name == "rigid body":
-            self._looked_at.append("spin")
-        upwards = setup.height_given or not setup.scene.lifts
-        if setup.velocity_known:
-            names = ("x", "y", "z")[0 if azimuth else 2 : 2 + upwards]
-            self._looked_at += [name for name in names if name in given]
-        if "z" in given and not setup.scene.lifts:
-            self._looked_at.append("height")
-        self._what = ""
-        self._sums: dict[str, Bounded] = {}
+        self._limit = limit
+        self._sights: list[Sight] = []
+        self._quantities: list[str] = []
+        self._columns: list[str] = []
+        self._height = 0.0
         self._begins = float(first.t[0])
 
-    def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
-        R, given = samples.setup.body.R, samples.given
-        excess, bound = numpy.zeros(len(windows.spans)), numpy.zeros(len(windows.spans))
-        # the last window may overlap the one before
-        follows = numpy.append(True, windows.rows[1:, 0] == windows.rows[:-1, -1])
-        for name in self._looked_at:
-            if name in ("axis", "inclination"):
-                parts = slice(0 if name == "axis" else 2, 3)  # or cos theta alone
-                off, within = self._part(windows, q.k[parts], cross(q.omega, q.k)[parts])
-            elif name == "spin":
-                off, within = self._spin(windows, samples, q)
-            elif name == "height":
-                off, within = self._height(windows, samples, q), 0 * bound
-            else:
-                speed = q.s_dot["xyz".index(name)]
-                off, within = (x / R for x in self._part(windows, [given[name]], [speed]))
-            # the height follows from the attitude of each row, however far apart rows are
-            clear = seen | (name == "height")
-            beyond = clear * numpy.maximum(numpy.linalg.norm(off, axis=0) - within, 0.0)
-            if name != "height":
-                counts = seen & follows & (within <= self._limit)
-                sums, bounds = self._sums.get(name, (numpy.zeros((len(off), 1)), numpy.zeros(())))
-                sums = sums + numpy.cumsum(numpy.where(counts, off, 0.0), axis=1)
-                bounds = bounds + numpy.cumsum(numpy.where(counts, within, 0.0))
-                self._sums[name] = sums[:, -1:], bounds[-1]
-                beyond = numpy.fmax(beyond, numpy.linalg.norm(sums, axis=0) - bounds)
-            if beyond.max() > self._worst:
-                self._worst, self._what = float(beyond.max()), name
-            excess, bound = numpy.fmax(excess, beyond), numpy.fmax(bound, within)
-        return excess, bound
+    def __call__(self, samples: Samples) -> Array:
+        self._quantities = kinematic_quantities(samples)
+        values = numpy.zeros(len(samples.t))
+        if self._quantities:
+            sight = look(samples, self._quantities, self._limit)
+            self._sights.append(sight)
+            numpy.maximum.at(values, numpy.searchsorted(samples.t, sight.t), sight.values)
+        self._columns = [name for name in "xyz" if name in samples.given]
+        if "z" in samples.given and not samples.setup.scene.lifts:
+            height = self._above(samples)
+            self._height = max(self._height, float(height.max()))
+            values = numpy.maximum(values, height)
+        return values
 
-    @staticmethod
-    def _part(windows: Windows, values: Sequence[Array], rates: Sequence[Array]) -> Bounded:
-        off, bound = windows.unexplained(values, rates)
-        step = windows.step * numpy.sqrt(sum(windows.change(rate) ** 2 for rate in rates))
-        return off, bound + step
-
-    def _height(self, windows: Windows, samples: Samples, q: Motion) -> Array:
+    def _above(self, samples: Samples) -> Array:
         """Distance of z from R (1 - alpha cos theta), over R.
 
         Under another law the top may leave the table (not at the start), and a soft contact may
         give way.
         """
         body = samples.setup.body
-        height = samples.given["z"] / body.R - (1 - body.alpha * q.k[2])
+        height = samples.given["z"] / body.R - (1 - body.alpha * samples.state.kz)
         if samples.setup.friction == "other":
             above = numpy.where(samples.t == self._begins, height, 0.0)
             height = numpy.maximum(numpy.maximum(above, -height) - SINKS, 0.0)
-        largest: Array = abs(height[windows.rows]).max(axis=1)
-        return largest[None]
+        distance: Array = abs(height)
+        return distance
 
-    def _spin(self, windows: Windows, samples: Samples, q: Motion) -> Bounded:
-        """Turn about the axis against the integral of omega.k, within whole turns.
-
-        From row to row the attitude turns by the shortest way from axis to axis, and about the
-        axis. Carried along its own way instead, a frame turns by the area between the two ways
-        more.
-        """
-        rows, spinning = windows.rows, dot(q.omega, q.k)
-        k = numpy.array(numpy.broadcast_arrays(*q.k))[:, rows]
-        here, there = k[:, :, :-1], k[:, :, 1:]
-        attitude = [samples.given[name][rows] for name in ("qw", "qx", "qy", "qz")]
-        begin, end = ([part[:, rows] for part in attitude] for rows in (slice(-1), slice(1, None)))
-        turned = multiplied((end[0], *_v(end[1:])), _conjugate(begin))
-        shortest = [1 + dot(_v(here), _v(there)), *cross(_v(here), _v(there))]
-        twist = multiplied(_conjugate(shortest), turned)
-        about = 2 * numpy.arctan2(dot(twist[1:], _v(here)), twist[0])
-        bent = numpy.diff(k, n=2, axis=2)
-        inner = (bent[:, :, :-1] + bent[:, :, 1:]) / 2
-        bent = numpy.concatenate((bent[:, :, :1], inner, bent[:, :, -1:]), axis=2)
-        area = dot(_v(here), cross(_v(there - here), _v(bent))) / 12
-        off = about.sum(axis=1) - area.sum(axis=1) - windows.integral(spinning)
-        off -= 2 * math.pi * numpy.rint(off / (2 * math.pi))
-        _, coarse = windows.unexplained([0 * spinning], [spinning])
-        step = windows.step * abs(windows.change(spinning))
-        return off[None], coarse + spread(step + (bent**2).sum(axis=(0, 2)) / 6)
+    @property
+    def error_bound(self) -> float:
+        """The bound of most intervals; infinite where too much is not resolved."""
+        return _bound_of(self._sights, self._limit)
 
     @property
     def note(self) -> str:
-        """The checked columns, and those that do not follow from the velocities."""
-        fails = f"{self._what} does not follow" if self._worst > self._limit else ""
-        looked = "checked " + ", ".join(self._looked_at)
-        lacking = [name for name in ("spin", "x", "y", "z") if name not in self._looked_at]
+        """The quantities that were looked at, that which does not follow, and what is open."""
+        worst = max(self._sights, key=lambda one: float(one.values.max()), default=None)
+        largest = float(worst.values.max()) if worst else 0.0
+        fails = ""
+        if max(largest, self._height) > self._limit:
+            name = worst.worst if worst and largest > self._height else "height"
+            fails = f"{name} does not follow"
+        looked = ["height"] if self._columns and self._columns[-1] == "z" else []
+        looked = [*self._quantities, *looked]
+        lacking = [name for name in ("spin",) if name not in looked]
+        lacking += [name for name in "xyz" if name not in self._columns]
+        text = "checked " + ", ".join(looked)
         if lacking:
-            looked += f", not at {', '.join(lacking)} (columns missing)"
-        return "; ".join(text for text in (fails, looked, super().note) if text)
+            text += f", not at {', '.join(lacking)} (columns missing)"
+        return "; ".join(part for part in (fails, text, _open_of(self._sights)) if part)
 
 
-def _v(entries: Sequence[Array] | Array) -> Vector:
-    return (entries[0], entries[1], entries[2])
+class ContactMomentum:
+    """The remaining torque about the lowest point after weight and motion (m g R alpha)."""
+
+    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
+        self._limit = limit
+        self._sights: list[Sight] = []
+
+    def __call__(self, samples: Samples) -> Array:
+        values = numpy.zeros(len(samples.t))
+        sight = look(samples, ["torque"], self._limit)
+        self._sights.append(sight)
+        numpy.maximum.at(values, numpy.searchsorted(samples.t, sight.t), sight.values)
+        return values
+
+    @property
+    def error_bound(self) -> float:
+        """The bound of most intervals; infinite where too much is not resolved."""
+        return _bound_of(self._sights, self._limit)
+
+    @property
+    def note(self) -> str:
+        """The smallest torque that would be seen, and what is open."""
+        bounds = [one.bound for one in self._sights if math.isfinite(one.bound)]
+        said = f"sees {max(max(bounds), self._limit):.0e}" if bounds else ""
+        worst = max(self._sights, key=lambda one: float(one.values.max()), default=None)
+        if worst and float(worst.values.max()) > self._limit:
+            x, y, z = worst.drift
+            if math.hypot(x, y) < ABOUT_VERTICAL * abs(z):
+                said = "what is left is about the vertical, as torsional friction is"
+        return "; ".join(part for part in (said, _open_of(self._sights)) if part)
+
+
+def _open_of(sights: Sequence[Sight]) -> str:
+    return next((one.open for one in sights if one.open), "")
+
+
+def _bound_of(sights: Sequence[Sight], limit: float) -> float:
+    """An infinite bound where the check is open; otherwise at most the limit, as it is resolved."""
+    if not sights or _open_of(sights):
+        return math.inf
+    return min(max(one.bound for one in sights), limit)
+
+
+def to_one_digit_below(value: float) -> float:
+    """Round down to one digit."""
+    if not 0 < value < math.inf:
+        return value
+    exponent = math.floor(math.log10(value))
+    return float(f"{math.floor(value / 10.0**exponent)}e{exponent}")

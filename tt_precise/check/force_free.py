@@ -1,0 +1,317 @@
+"""Residuals that no contact force can excuse: attitude, position, momentum about the lowest point.
+
+Each row is moved to the time of the next one by ``force_free_flow``; what the next row then differs
+by is summed from the start, too. The flow is computed in several ways, and the spread of the ways
+bounds its error: what remains beyond the bound is the rows' own. Where the bound is wider than the
+check has to see, an interval is not resolved; where too much of the motion is not, the check is
+open. Roundings of the file's numbers are in the bounds from the start.
+
+Rows closer together than the flow needs are compared with cubics through the rows that it visits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy
+
+from tt_precise.check.force_free_flow import (
+    Ends,
+    Rows,
+    Way,
+    axis_of,
+    by_guidance,
+    by_interpolation,
+    by_momentum,
+    lift_of,
+    momentum_at_contact,
+    nutation,
+)
+from tt_precise.mechanics.parameters import Parameters
+from tt_precise.mechanics.vectors import dot, multiplied
+from tt_precise.runtime.values import Array
+
+EPS = float(numpy.finfo(float).eps)
+# The first way gives the value, its distances from the others the bound.
+WAYS = (Way(6, True), Way(4, True), Way(6, False), Way(4, False))
+# Factors between the spread of the ways and the bound, of one interval and of sums, by polynomials
+# and guided: fitted on every second shipped scene and tested on the others (docs, "measured").
+LOCAL, SUMMED = 20.0, 8.0
+GUIDED_LOCAL, GUIDED_SUMMED = 20.0, 10.0
+# Nutation (rad from row to row) above which polynomials see little, and nothing; and above which
+# guidance sees nothing.
+DIM, BLIND, GUIDED_BLIND = 2.2, 2.9, 6.0
+# The part of the change of v_h that friction of unknown strength may leave over where it guides.
+EXPLAINED = 5e-3
+SPREAD = 3  # Intervals on either side of one whose spread counts for its bound.
+CHUNK = 4000  # Intervals solved at once: bounds memory to some 100 MB.
+# rad by which the top turns between rows that the flow visits, where rows are closer together.
+DENSE = 0.07
+
+
+class Rounding(NamedTuple):
+    """Errors of rows by the rounding of their numbers: t (s), attitude (rad), L, v, x (SI)."""
+
+    t: Array
+    q: Array
+    L: Array
+    v: Array
+    x: Array
+
+
+QUANTITIES = ("spin", "axis", "inclination", "position", "torque")
+PARTS = {
+    "spin": slice(0, 1),
+    "axis": slice(1, 4),
+    "inclination": slice(3, 4),
+    "torque": slice(4, 7),
+    "position": slice(7, 10),
+}
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """Differences of the rows from the flow: spin and axis (rad), torque (m g R alpha), way (R).
+
+    For each interval that ends at ``t``: ``value`` of the interval, ``summed`` since the start (the
+    torque as a mean), and the bounds of their errors, infinite where nothing is seen. ``drift`` has
+    the components of ``summed``.
+    """
+
+    t: Array
+    value: Array
+    bound: Array
+    summed: Array
+    summed_bound: Array
+    drift: Array
+
+
+def spread(values: Array, about: int = SPREAD) -> Array:
+    """Return the largest of each value and its neighbours."""
+    padded = numpy.pad(values, about, mode="edge")
+    windows = numpy.lib.stride_tricks.sliding_window_view(padded, 2 * about + 1)
+    largest: Array = windows.max(axis=-1)
+    return largest
+
+
+def norm(components: Array) -> Array:
+    """Return the length of vectors (components first)."""
+    size: Array = numpy.sqrt((components**2).sum(axis=0))
+    return size
+
+
+def differences(body: Parameters, rows: Rows, Q: Array, ends: Ends) -> Array:
+    """Return what the rows differ by from the ends of the flow, shape (10, intervals).
+
+    Where an attitude has no known turn about its axis, the first component says nothing; nor does
+    the way where a position is NaN.
+    """
+    to, end = rows.q[:, 1:], ends.q
+    w, *turned = multiplied(tuple(to), (end[0], -end[1], -end[2], -end[3]))
+    sine = numpy.sqrt(sum(part**2 for part in turned))
+    sign = numpy.where(w < 0, -1.0, 1.0)
+    angle = 2 * numpy.arctan2(sine, abs(w))
+    factor = sign * numpy.where(sine > 1e-12, angle / numpy.maximum(sine, 1e-300), 2.0)
+    vector = factor * numpy.array(turned)
+    k, reached = numpy.array(axis_of(to)), numpy.array(axis_of(end))
+    about = (vector * k).sum(axis=0)
+    torque = (Q[:, 1:] - ends.Q) / (body.m * body.g * body.R * body.alpha)
+    way = numpy.zeros_like(ends.way)
+    if rows.x is not None:
+        way = numpy.nan_to_num((numpy.diff(rows.x) - ends.way) / body.R)
+    return numpy.concatenate((about[None], k - reached, torque, way))
+
+
+class _Chunk(NamedTuple):
+    """Differences (10, intervals) by the best way and the distances of the others from it."""
+
+    best: Array
+    others: Array
+    guided: Array | None
+    guided_others: Array | None
+    left: Array | None
+    against: Array | None
+
+
+def chunks(count: int) -> Iterator[tuple[slice, slice]]:
+    """Ranges of rows with a margin for interpolation, and of their intervals without it."""
+    margin = 2 * SPREAD + 3
+    for first in range(0, count, CHUNK):
+        last = min(first + CHUNK, count)
+        begin, end = max(first - margin, 0), min(last + margin, count)
+        yield slice(begin, end + 1), slice(first - begin, last - begin)
+
+
+def _solve(
+    body: Parameters, rows: Rows, moving: bool, guide: bool, ways: tuple[Way, ...]
+) -> _Chunk:
+    Q = momentum_at_contact(body, rows)
+    flow = by_interpolation if moving else by_momentum
+    found = [differences(body, rows, Q, ends) for ends in flow(body, rows, ways)]
+    best, others = found[0], numpy.array([found[0] - one for one in found[1:]])
+    if not guide:
+        return _Chunk(best, others, None, None, None, None)
+    guided = by_guidance(body, rows)
+    first, *rest = (
+        differences(body, rows, Q, ends)
+        for ends in (guided.best, guided.less, guided.plain, guided.other)
+    )
+    distances = numpy.array([first - one for one in rest])
+    return _Chunk(best, others, first, distances, guided.unexplained, guided.against)
+
+
+def _joined(parts: list[tuple[_Chunk, slice]], name: str) -> Array:
+    pieces = [getattr(chunk, name)[..., kept] for chunk, kept in parts]
+    return numpy.concatenate(pieces, axis=-1)
+
+
+def misfits(
+    body: Parameters, rows: Rows, rounding: Rounding, moving: bool = True, guide: bool = True
+) -> dict[str, Misfit]:
+    """Return the misfit of every quantity; ``moving`` if the velocity of the centre is known.
+
+    ``guide`` allows the guided flow where interpolation does not see enough.
+    """
+    with numpy.errstate(all="ignore"):
+        nutated = nutation(body, rows)
+        ways = WAYS if float(numpy.max(nutated)) > 0.3 else tuple(w for w in WAYS if not w.nutation)
+        guide = guide and moving and len(ways) == len(WAYS)
+        parts = [
+            (_solve(body, rows.part(taken), moving, guide, ways), kept)
+            for taken, kept in chunks(len(rows.t) - 1)
+        ]
+        errors = _rounding_errors(body, rows, rounding)
+        h = numpy.diff(rows.t)
+        families = [_polynomial(parts, nutated)]
+        if guide:
+            families.append(_guided(parts, nutated, _bend(body, rows)))
+        found = {}
+        for name in QUANTITIES:
+            if name == "position" and rows.x is None:
+                continue
+            per, span = (h, numpy.cumsum(h)) if name == "torque" else (1.0, 1.0)
+            candidates = []
+            for values, local, summed in families:
+                at, moved = errors[name]
+                one = (local[name] + moved + at[1:] + at[:-1]) / per
+                all_ = summed[name] + at[0] + at[1:] + 2 * numpy.sqrt(numpy.cumsum(moved**2))
+                part = values[PARTS[name]]
+                sums = numpy.cumsum(part, axis=1)
+                candidates.append(
+                    Misfit(rows.t[1:], norm(part) / per, one, norm(sums) / span, all_ / span, sums)
+                )
+            found[name] = _seen(_sharper(candidates))
+    return found
+
+
+def _sharper(candidates: list[Misfit]) -> Misfit:
+    """Of two ways to look the sharper one, for each interval and each sum."""
+    first, *rest = candidates
+    for other in rest:
+        one, all_ = other.bound < first.bound, other.summed_bound < first.summed_bound
+        first = Misfit(
+            first.t,
+            numpy.where(one, other.value, first.value),
+            numpy.where(one, other.bound, first.bound),
+            numpy.where(all_, other.summed, first.summed),
+            numpy.where(all_, other.summed_bound, first.summed_bound),
+            numpy.where(all_, other.drift, first.drift),
+        )
+    return first
+
+
+def _seen(one: Misfit) -> Misfit:
+    """The misfit, with infinite bounds where the flow has no end."""
+    lost, lost_sum = (
+        ~numpy.isfinite(one.value + one.bound),
+        ~numpy.isfinite(one.summed + one.summed_bound),
+    )
+    return Misfit(
+        one.t,
+        numpy.where(lost, 0.0, one.value),
+        numpy.where(lost, numpy.inf, one.bound),
+        numpy.where(lost_sum, 0.0, one.summed),
+        numpy.where(lost_sum, numpy.inf, one.summed_bound),
+        one.drift,
+    )
+
+
+Family = tuple[Array, dict[str, Array], dict[str, Array]]
+
+
+def _polynomial(parts: list[tuple[_Chunk, slice]], nutated: Array) -> Family:
+    """Values and bounds by interpolation: multiples of the spread of its ways."""
+    values, others = _joined(parts, "best"), _joined(parts, "others")
+    blind = numpy.where(nutated > BLIND, numpy.inf, 0.0)
+    dim = numpy.where(nutated > DIM, 3.0, 1.0)
+    local, summed = {}, {}
+    for name, part in PARTS.items():
+        apart = norm(others[:, part].swapaxes(0, 1)).max(axis=0)
+        sums = norm(numpy.cumsum(others[:, part], axis=2).swapaxes(0, 1)).max(axis=0)
+        walk = numpy.sqrt(numpy.cumsum(spread(apart) ** 2))
+        local[name] = LOCAL * dim * spread(apart) + blind
+        furthest = numpy.maximum(numpy.maximum.accumulate(sums), walk)
+        summed[name] = numpy.maximum.accumulate(dim) * SUMMED * furthest
+        summed[name] = summed[name] + numpy.maximum.accumulate(blind)
+    return values, local, summed
+
+
+def _guided(parts: list[tuple[_Chunk, slice]], nutated: Array, bend: dict[str, Array]) -> Family:
+    """Values and bounds by guidance: multiples of what a further pass and the law change."""
+    values, others = _joined(parts, "guided"), _joined(parts, "guided_others")
+    left, against = _joined(parts, "left"), _joined(parts, "against")
+    trusted = (nutated < GUIDED_BLIND) & (spread(left) < EXPLAINED)
+    local, summed = {}, {}
+    for name, part in PARTS.items():
+        less, plain, other = (norm(one) for one in others[:, part])
+        error = spread(less + left * plain + against * other + bend[name])
+        good = trusted & numpy.isfinite(error)
+        local[name] = numpy.where(good, GUIDED_LOCAL * error, numpy.inf)
+        total = numpy.cumsum(numpy.where(good, error, 0.0))
+        summed[name] = GUIDED_SUMMED * total + (numpy.inf if not good.all() else 0.0)
+    return values, local, summed
+
+
+def _bend(body: Parameters, rows: Rows) -> dict[str, Array]:
+    """What the guided flow misses where the lift is not linear from row to row."""
+    lift, h = lift_of(body, rows), numpy.diff(rows.t)
+    second = abs(numpy.diff(numpy.pad(lift, 1, mode="edge"), n=2)) / 8
+    bent = numpy.maximum(second[1:], second[:-1])
+    omega = numpy.sqrt(dot(tuple(rows.L), tuple(rows.L)))[1:] / min(body.I1, body.I3)
+    turned = h * body.m * body.R * bent / body.I1
+    return {
+        "spin": turned,
+        "axis": turned,
+        "inclination": turned,
+        "torque": omega * bent * h / body.g,
+        "position": h * bent / body.R * (1 + h * body.m * body.R**2 * omega / body.I1),
+    }
+
+
+def _rounding_errors(body: Parameters, rows: Rows, u: Rounding) -> dict[str, tuple[Array, Array]]:
+    """Errors of each quantity by rounding: of the rows (n), and what the flow makes of them."""
+    h, unit = numpy.diff(rows.t), body.m * body.g * body.R * body.alpha
+    L, speed = norm(rows.L), norm(rows.v)
+    omega = L / min(body.I1, body.I3)
+    lever = body.R * body.alpha
+
+    def both(values: Array) -> Array:
+        mean: Array = (values[1:] + values[:-1]) / 2
+        return mean
+
+    attitude = 2 * u.q + omega * u.t
+    momentum = u.L + 2 * body.R * body.m * u.v + body.m * lever * speed * u.q
+    turning = h * both(u.L) / min(body.I1, body.I3) + 2 * h * body.m * body.R * both(u.v) / body.I1
+    turning = turning + 16 * EPS * (1 + omega[1:] * h)
+    weighed = h * both(u.q) + body.m * omega[1:] * lever * both(u.v) * h / unit
+    moved = h * both(u.v) + h * omega[1:] * lever * both(u.q)
+    moved = moved + h * lever * both(u.L) / body.I1 + 2 * h * both(u.v)
+    return {
+        "spin": (attitude, turning),
+        "axis": (attitude, turning),
+        "inclination": (attitude, turning),
+        "torque": (momentum / unit + 4 * EPS * L / unit + u.t, weighed),
+        "position": ((u.x + speed * u.t) / body.R + 4 * EPS, moved / body.R),
+    }

@@ -1,0 +1,430 @@
+"""The motion from row to row of a top whose contact force is not known.
+
+Attitude q and momentum about the lowest point, Q = L - a x m v, obey
+
+    dq/dt = omega q / 2,    dQ/dt = -da/dt x m v + a x m g z,
+
+in which no contact force appears. The velocity v of the centre of mass does: its vertical part
+follows from Q, its horizontal part v_h and the lift v_A.z of the contact point, which is 0 on a
+rigid table. So a motion follows from one row and from v_h(t) and v_A.z(t), which are
+
+- *interpolated* (``by_interpolation``) through four or six rows, by polynomials with or without
+  the cosine and sine of the nutation; or
+- *guided* (``by_guidance``): friction is -c N v_A or -c N v_A/|v_A|, with the N that keeps the
+  contact and a c that fits seven intervals, and a force linear in time leads to the next row's
+  v_h. Nothing is supposed of the law: the bound of the error contains what c leaves over.
+
+All intervals are solved at once by collocation at Gauss nodes. Arrays have the shape (components,
+nodes, intervals).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import NamedTuple
+
+import numpy
+
+from tt_precise.mechanics.newton import contact_arm
+from tt_precise.mechanics.parameters import Parameters
+from tt_precise.mechanics.vectors import Vector, cross, dot
+from tt_precise.runtime.values import Array
+
+# Gauss nodes of an interval in which the top turns by some rad. The polynomial through them then
+# misses less than 1e-11 of the motion (measured from 0.1 to 12 rad).
+FEWEST_NODES, NODES_PER_RADIAN, MOST_NODES = 5, 2.5, 40
+# The fixed point has settled where a sweep changes q by no more than this; its error falls as
+# turn^j/j! with the number j of sweeps.
+SETTLED, MOST_SWEEPS = 1e-12, 60
+# Nutation (rad from row to row) below which polynomials are as good; and the sine of it below which
+# its cosine and sine have nearly the same values in all rows.
+LEAST_NUTATION, BLIND = 0.3, 0.15
+NEIGHBOURS = 3  # Intervals on either side of one from which its coefficient of friction is fitted.
+
+
+class Rows(NamedTuple):
+    """A motion at times ``t`` (s): attitude (4, n), L, v of the centre of mass, position (3, n).
+
+    The quaternion, scalar first, turns the body's frame, whose z is the axis, to the inertial one.
+    """
+
+    t: Array
+    q: Array
+    L: Array
+    v: Array
+    x: Array | None = None
+
+    def part(self, rows: slice) -> Rows:
+        """Return some of the rows."""
+        x = None if self.x is None else self.x[:, rows]
+        return Rows(self.t[rows], self.q[:, rows], self.L[:, rows], self.v[:, rows], x)
+
+
+class Ends(NamedTuple):
+    """Solutions at the end of each interval: q (4, n), Q (3, n), the way of the centre (3, n)."""
+
+    q: Array
+    Q: Array
+    way: Array
+
+
+class Way(NamedTuple):
+    """An interpolation by ``rows``, with or without the nutation."""
+
+    rows: int
+    nutation: bool
+
+
+@cache
+def gauss(count: int) -> tuple[Array, Array, Array]:
+    """Return nodes in (0, 1), the matrix of integrals up to each, and the weights of the whole."""
+    x, w = numpy.polynomial.legendre.leggauss(count)
+    P = numpy.polynomial.legendre.legvander(x, count)
+    k = numpy.arange(count)
+    integrals = numpy.empty((count, count))
+    integrals[:, 0] = x + 1
+    integrals[:, 1:] = (P[:, 2:] - P[:, : count - 1]) / (2 * k[1:] + 1)
+    matrix = integrals @ ((k + 0.5)[:, None] * P[:, :count].T * w) / 2
+    return (x + 1) / 2, matrix, w / 2
+
+
+def nodes_for(turn: float) -> int:
+    """Return the number of nodes for intervals in which the top turns by ``turn`` (rad)."""
+    return int(min(FEWEST_NODES + numpy.ceil(NODES_PER_RADIAN * turn), MOST_NODES))
+
+
+def axis_of(q: Array) -> Vector:
+    """Return the body's z axis in the inertial frame."""
+    w, x, y, z = q
+    return (2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z)
+
+
+def momentum_at_contact(body: Parameters, rows: Rows) -> Array:
+    """Return Q = L - a x m v, shape (3, n)."""
+    a = contact_arm(body, axis_of(rows.q))
+    Q: Array = rows.L - body.m * numpy.array(cross(a, _vector(rows.v)))
+    return Q
+
+
+def lift_of(body: Parameters, rows: Rows) -> Array:
+    """Return v_A.z of the contact point, m/s."""
+    k = axis_of(rows.q)
+    lift: Array = rows.v[2] + body.R * body.alpha / body.I1 * cross(_vector(rows.L), k)[2]
+    return lift
+
+
+def nutation(body: Parameters, rows: Rows) -> Array:
+    """Return the angle (rad) by which the axis nutates in each interval.
+
+    The rate is that about the motion of constant inclination, where the swing of the axis has to
+    move the centre of mass.
+    """
+    k, L = axis_of(rows.q), _vector(rows.L)
+    size = numpy.sqrt(dot(L, L))[:-1] / body.I1
+    heavier = 1 + body.m * (body.R * body.alpha) ** 2 / body.I1 * (1 - k[2][:-1] ** 2)
+    turn: Array = size / numpy.sqrt(heavier) * numpy.diff(rows.t)
+    return turn
+
+
+def turns(body: Parameters, rows: Rows) -> Array:
+    """Return the angle (rad) by which the body turns in each interval."""
+    k, L = axis_of(rows.q), _vector(rows.L)
+    along = dot(L, k)
+    omega = numpy.sqrt(numpy.maximum(dot(L, L) - along**2, 0) / body.I1**2 + (along / body.I3) ** 2)
+    turned: Array = numpy.maximum(omega[:-1], omega[1:]) * numpy.diff(rows.t)
+    return turned
+
+
+def _vector(components: Array) -> Vector:
+    return (components[0], components[1], components[2])
+
+
+class _State:
+    """A motion where q, Q, the horizontal velocity and the lift are known."""
+
+    def __init__(self, body: Parameters, q: Array, Q: Array, v_x: Array, v_y: Array, lift: Array):
+        lever, m = body.R * body.alpha, body.m
+        k = axis_of(q)
+        a = contact_arm(body, k)
+        # L but for the part of the vertical velocity
+        x, y = Q[0] - m * a[2] * v_y, Q[1] + m * a[2] * v_x
+        z = Q[2] + m * (a[0] * v_y - a[1] * v_x)
+        heavier = 1 + m * lever**2 / body.I1 * (1 - k[2] * k[2])
+        v_z = (lift - lever / body.I1 * (x * k[1] - y * k[0])) / heavier
+        self.k, self.a, self.v = k, a, (v_x, v_y, v_z)
+        self.L = (x + m * a[1] * v_z, y - m * a[0] * v_z, z)
+        spin = (1 / body.I3 - 1 / body.I1) * dot(self.L, k)
+        wx, wy, wz = (self.L[i] / body.I1 + spin * k[i] for i in range(3))
+        self.omega = (wx, wy, wz)
+        self.k_dot = cross(self.omega, k)
+
+    def write(self, body: Parameters, q: Array, rates: Array) -> None:
+        """Write the rates of q, Q and the way of the centre into ``rates``."""
+        _write_turning(q, self.omega, rates)
+        carried = cross(self.k_dot, self.v)
+        lever, weight = body.m * body.R * body.alpha, body.m * body.g
+        rates[4] = weight * self.a[1] - lever * carried[0]
+        rates[5] = -weight * self.a[0] - lever * carried[1]
+        rates[6] = -lever * carried[2]
+        rates[7], rates[8], rates[9] = self.v
+
+    def normal_force(
+        self, body: Parameters, along: Vector, more: tuple[Array, Array], rise: Array
+    ) -> Array:
+        """Return N/m (m/s^2) of a contact force N ``along``, ``along``.z = 1, beside a further one.
+
+        ``more`` is the horizontal further force over m, ``rise`` the rate of the lift.
+        """
+        share, k, m = body.R * body.alpha / body.I1, self.k, body.m
+        by_unit = cross(self.a, along)
+        by_more = (-self.a[2] * m * more[1], self.a[2] * m * more[0])
+        own = self.L[0] * self.k_dot[1] - self.L[1] * self.k_dot[0]
+        own = own + by_more[0] * k[1] - by_more[1] * k[0]
+        force: Array = (body.g + rise - share * own) / (
+            1 + share * m * (by_unit[0] * k[1] - by_unit[1] * k[0])
+        )
+        return force
+
+
+def _write_turning(q: Array, omega: Vector, rates: Array) -> None:
+    """Write dq/dt = omega q / 2."""
+    wx, wy, wz = (0.5 * w for w in omega)
+    rates[0] = -(wx * q[1] + wy * q[2] + wz * q[3])
+    rates[1] = wx * q[0] + wy * q[3] - wz * q[2]
+    rates[2] = wy * q[0] + wz * q[1] - wx * q[3]
+    rates[3] = wz * q[0] + wx * q[2] - wy * q[1]
+
+
+class Rates(NamedTuple):
+    """Rates of rows: of q (4, n), Q and k (3, n)."""
+
+    q: Array
+    Q: Array
+    k: Array
+
+
+def rates_of(body: Parameters, rows: Rows) -> Rates:
+    """Return the rates of attitude and momentum in rows."""
+    Q, written = momentum_at_contact(body, rows), numpy.empty((10, len(rows.t)))
+    state = _State(body, rows.q, Q, rows.v[0], rows.v[1], lift_of(body, rows))
+    state.write(body, rows.q, written)
+    return Rates(written[:4], written[4:7], numpy.array(state.k_dot))
+
+
+Sweep = Callable[[Array, Array], None]
+
+
+def _solve(start: Array, h: Array, count: int, sweep: Sweep, guess: Array | None = None) -> Array:
+    """Return the solution (components, nodes and end, intervals) of a fixed point.
+
+    ``sweep(y, rates)`` writes the rates at the nodes.
+    """
+    _, matrix, weights = gauss(count)
+    whole = numpy.concatenate((matrix, weights[None]))
+    shape = (len(start), count + 1, start.shape[1])
+    y = numpy.broadcast_to(start[:, None], shape) if guess is None else guess
+    rates = numpy.zeros((len(start), count, start.shape[1]))
+    for _ in range(MOST_SWEEPS):
+        sweep(y, rates)
+        new = whole @ rates
+        new *= h
+        new += start[:, None]
+        # the length of a quaternion is 1: sweeps that overshoot are held there
+        new[:4] /= numpy.sqrt((new[:4] ** 2).sum(axis=0))
+        change = float(numpy.nanmax(abs(new[:4, -1] - y[:4, -1]), initial=0.0))
+        y = new
+        if change < SETTLED:
+            break
+    return y
+
+
+def neighbours(t: Array, count: int) -> tuple[Array, Array]:
+    """For each interval the ``count`` rows about it, and their times, 0 to 1 within it."""
+    count = min(count, len(t))
+    first = numpy.clip(numpy.arange(len(t) - 1) - (count // 2 - 1), 0, len(t) - count)
+    rows = first[:, None] + numpy.arange(count)
+    return rows, (t[rows] - t[:-1, None]) / numpy.diff(t)[:, None]
+
+
+def _shapes(x: Array, turn: Array, count: int) -> Array:
+    """Functions (..., count) at ``x``: powers, two of them cos and sin where ``turn`` is not 0."""
+    u = x - 0.5
+    out = u[..., None] ** numpy.arange(count)
+    seen = turn != 0
+    if count > 3 and seen.any():
+        angle = (turn[:, None] * u)[seen]
+        out[seen, :, -2], out[seen, :, -1] = numpy.cos(angle), numpy.sin(angle)
+    return out
+
+
+def weights(t: Array, way: Way, turn: Array, at: Array) -> tuple[Array, Array]:
+    """Rows (n, m) and their weights (n, len(at), m) of the interpolation of each interval."""
+    rows, x = neighbours(t, way.rows)
+    seen = numpy.zeros_like(turn)
+    if way.nutation:
+        clear = (abs(numpy.sin(turn)) >= BLIND) | (turn <= 1)
+        seen = numpy.where(clear & (turn >= LEAST_NUTATION), turn, 0.0)
+    if not seen.any() and numpy.ptp(x, axis=0).max() < 1e-9:  # evenly spaced rows but at the ends
+        x, seen = x[:1], seen[:1]
+    nodes = numpy.broadcast_to(at, (len(x), len(at)))
+    count = x.shape[1]
+    basis, values = _shapes(x, seen, count), _shapes(nodes, seen, count)
+    found = numpy.linalg.solve(basis.swapaxes(1, 2), values.swapaxes(1, 2)).swapaxes(1, 2)
+    return rows, numpy.broadcast_to(found, (len(rows), *found.shape[1:]))
+
+
+def interpolate(t: Array, values: Array, way: Way, turn: Array, at: Array) -> Array:
+    """Values (components, n rows) at the fractions ``at`` of each interval: (components, at, n)."""
+    rows, found = weights(t, way, turn, at)
+    return numpy.einsum("nap,cnp->can", found, values[:, rows], optimize=False)
+
+
+def by_interpolation(body: Parameters, rows: Rows, ways: Sequence[Way]) -> list[Ends]:
+    """Return the ends of each interval's motion, for each way to interpolate v_h and the lift."""
+    Q, lift = momentum_at_contact(body, rows), lift_of(body, rows)
+    known = numpy.stack((rows.v[0], rows.v[1], lift))
+    h, count = numpy.diff(rows.t), nodes_for(float(turns(body, rows).max()))
+    at, turn = gauss(count)[0], nutation(body, rows)
+    start = numpy.concatenate((rows.q, Q, 0 * rows.v))[:, :-1]
+    ends = []
+    guess = None
+    for way in ways:
+        given = interpolate(rows.t, known, way, turn, at)
+
+        def sweep(y: Array, rates: Array, given: Array = given) -> None:
+            q = y[:4, :-1]
+            _State(body, q, y[4:7, :-1], *given).write(body, q, rates)
+
+        guess = _solve(start, h, count, sweep, guess)
+        ends.append(Ends(guess[:4, -1], guess[4:7, -1], guess[7:, -1]))
+    return ends
+
+
+def by_momentum(body: Parameters, rows: Rows, ways: Sequence[Way]) -> list[Ends]:
+    """Return the ends of each interval's turning alone, for each way to interpolate L."""
+    h, count = numpy.diff(rows.t), nodes_for(float(turns(body, rows).max()))
+    at, turn = gauss(count)[0], nutation(body, rows)
+    start, still = rows.q[:, :-1], numpy.zeros((3, len(h)))
+    ends = []
+    guess = None
+    for way in ways:
+        L = interpolate(rows.t, rows.L, way, turn, at)
+
+        def sweep(y: Array, rates: Array, L: Array = L) -> None:
+            q = y[:, :-1]
+            k = axis_of(q)
+            spin = (1 / body.I3 - 1 / body.I1) * dot(L, k)
+            _write_turning(q, tuple(L[i] / body.I1 + spin * k[i] for i in range(3)), rates)
+
+        guess = _solve(start, h, count, sweep, guess)
+        ends.append(Ends(guess[:, -1], still, still))
+    return ends
+
+
+class Guided(NamedTuple):
+    """Motions with friction of unknown strength.
+
+    ``best`` has a force linear in time beside friction, ``less`` one that is constant in each
+    interval, ``plain`` no friction, ``other`` the other law's. ``unexplained`` is the part of the
+    change of v_h about an interval that friction leaves over, ``against`` its ratio to the other
+    law's.
+    """
+
+    best: Ends
+    less: Ends
+    plain: Ends
+    other: Ends
+    unexplained: Array
+    against: Array
+
+
+class _Guidance:
+    """The fixed point of intervals whose v_h has to reach the next row's."""
+
+    def __init__(self, body: Parameters, rows: Rows):
+        self.body, self.h = body, numpy.diff(rows.t)
+        self.count = nodes_for(float(turns(body, rows).max()))
+        nodes = gauss(self.count)[0]
+        lift = lift_of(body, rows)
+        self.rise = numpy.diff(lift) / self.h
+        self.lift = lift[:-1] + nodes[:, None] * numpy.diff(lift)
+        self.start = numpy.concatenate(
+            (rows.q, momentum_at_contact(body, rows), 0 * rows.v, 0 * rows.v[:2])
+        )[:, :-1]
+        self.v, self.change = rows.v[:2, :-1], numpy.diff(rows.v[:2])
+        self.s = nodes[:, None]
+        L = numpy.sqrt(dot(_vector(rows.L), _vector(rows.L)))
+        # m/s: below this nothing glides
+        self.least = 1e-6 * body.R * float(L.max()) / body.I1
+
+    def solve(
+        self, friction: bool, coulomb: bool, linear: bool, guess: Array | None = None
+    ) -> tuple[Array, Array]:
+        """Return the solution, and what friction leaves of the change of v_h (2, n)."""
+        body, h, count = self.body, self.h, self.count
+        strength = numpy.zeros_like(h)
+        force, slope = self.change / h, 0 * self.change
+
+        def sweep(y: Array, rates: Array) -> None:
+            nonlocal strength, force, slope
+            q, push = y[:4, :-1], y[10:12]
+            if friction:
+                J = push[:, -1]
+                still = (self.least if not coulomb else 1e-6) * body.g * h
+                strength = -_about((self.change * J).sum(0)) / (_about((J * J).sum(0)) + still**2)
+                strength = numpy.where(numpy.isfinite(strength), strength, 0.0)
+                force = (self.change + strength * J) / h
+                if linear:
+                    slope = numpy.gradient(force, axis=1)
+            s = self.s
+            bend = (s * s - s) / 2  # the integral of s - 1/2
+            v_x, v_y = (
+                self.v[i] - strength * push[i, :-1] + h * (s * force[i] + bend * slope[i])
+                for i in range(2)
+            )
+            at = _State(body, q, y[4:7, :-1], v_x, v_y, self.lift)
+            at.write(body, q, rates)
+            if friction:
+                swing = cross(at.omega, at.a)
+                slip_x, slip_y = v_x + swing[0], v_y + swing[1]
+                if coulomb:
+                    speed = numpy.sqrt(slip_x**2 + slip_y**2 + self.least**2)
+                    slip_x, slip_y = slip_x / speed, slip_y / speed
+                along = (-strength * slip_x, -strength * slip_y, 1.0)
+                more = tuple(force[i] + (s - 0.5) * slope[i] for i in range(2))
+                N = at.normal_force(body, along, more, self.rise)
+                rates[10], rates[11] = N * slip_x, N * slip_y
+
+        y = _solve(self.start, h, count, sweep, guess)
+        return y, force * h
+
+
+def _about(values: Array) -> Array:
+    """Sums over ``NEIGHBOURS`` on either side, the ends repeated."""
+    padded = numpy.pad(values, NEIGHBOURS, mode="edge")
+    return numpy.convolve(padded, numpy.ones(2 * NEIGHBOURS + 1), "valid")
+
+
+def by_guidance(body: Parameters, rows: Rows) -> Guided:
+    """Return motions of each interval under friction of unknown strength."""
+    guidance = _Guidance(body, rows)
+    plain, _ = guidance.solve(False, False, False)
+    changed = _about((guidance.change**2).sum(0))
+    pairs, left = [], []
+    for law in (False, True):
+        less, _ = guidance.solve(True, law, False, plain)
+        best, over = guidance.solve(True, law, True, less)
+        pairs.append((best, less))
+        part = numpy.sqrt(_about((over**2).sum(0)) / numpy.maximum(changed, 1e-300))
+        left.append(numpy.minimum(numpy.nan_to_num(part, nan=1.0), 1.0))
+    better = left[1] < left[0]
+    viscous, coulomb = ([y[:, -1] for y in pair] for pair in pairs)
+    best = numpy.where(better, coulomb[0], viscous[0])
+    less = numpy.where(better, coulomb[1], viscous[1])
+    other = numpy.where(better, viscous[0], coulomb[0])
+    least, most = numpy.minimum(*left), numpy.maximum(*left)
+    first, second, third, last = (
+        Ends(y[:4], y[4:7], y[7:10]) for y in (best, less, plain[:, -1], other)
+    )
+    return Guided(first, second, third, last, least, least / numpy.maximum(most, 1e-300))

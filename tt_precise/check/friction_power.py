@@ -1,0 +1,228 @@
+"""The power of friction in the rows, and their mean normal force: laws for every friction.
+
+Derivatives are those of polynomials through windows of five rows. The distance from polynomials
+through the inner three says how well the rows resolve the motion: ``MARGIN`` times the largest of
+that and of both neighbours' is subtracted. Where the rest is above the limit the check fails; where
+the subtracted bound is above it, the window is open, and a check with more open windows than others
+is skipped.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy
+
+from tt_precise.check.columns import CheckSetup, Samples
+from tt_precise.check.equations import to_one_digit
+from tt_precise.mechanics import conserved
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.vectors import dot
+from tt_precise.runtime.values import Array
+
+ROWS = 5  # of a window
+MARGIN = 20.0
+FARTHEST = 2.0  # rad by which the angular momentum lets the axis turn from row to row
+EVEN = 1e-9  # of a window, by which evenly spaced rows differ
+CLOSEST = 0.01  # sqrt(R/g) between rows: what is closer adds roundings only
+# friction is seen where at least so many windows show it, and is as a law where what that keeps
+# deviates by less than this part; gliding below this part of the fastest says nothing
+FEWEST, ALIKE, STILL = 8, 0.05, 0.05
+NONE = 1e-9  # of F_z: rounding
+Bounded = tuple[Array, Array]
+"""By how much each window is off, and the bound of the error of that."""
+
+
+class Windows:
+    """Windows of ``ROWS`` rows each over times ``t``, the last one ending in the last row.
+
+    ``rows`` are their indices (windows, ROWS), ``spans`` their lengths in s.
+    """
+
+    def __init__(self, t: Array, apart: float):
+        stride = stride_of(t, apart)
+        width = (ROWS - 1) * stride
+        if len(t) <= width:
+            stride, width = 1, ROWS - 1
+        firsts = numpy.arange(0, max(len(t) - width, 0), width)
+        if len(firsts) and firsts[-1] != len(t) - 1 - width:
+            firsts = numpy.append(firsts, len(t) - 1 - width)
+        self.rows = firsts[:, None] + stride * numpy.arange(ROWS)
+        nodes = t[self.rows]
+        self.spans = nodes[:, -1] - nodes[:, 0]
+        self.widest = numpy.diff(nodes).max(axis=1, initial=0.0)
+        self.step = self.widest / stride  # between neighbouring rows
+        x = (nodes - nodes[:, :1]) / self.spans[:, None]
+        # most rows are evenly spaced
+        x = x[:1] if len(x) and numpy.ptp(x, axis=0).max() < EVEN else x
+        self._slope = _slopes(x)
+        self._inner_slope = numpy.pad(_slopes(x[:, 1:4]), ((0, 0), (1, 1)))
+
+    def middle_rate(self, value: Array) -> Bounded:
+        """Of an entry, in the middle row of each window, by the polynomial through all five rows.
+
+        And how far the polynomial through the inner three is from that.
+        """
+        entries = self._entries(value)
+        rate, apart = (
+            (entries * weights).sum(axis=1) / self.spans
+            for weights in (self._slope, self._slope - self._inner_slope)
+        )
+        return rate, apart
+
+    def _entries(self, value: Array) -> Array:
+        return numpy.broadcast_to(value, self.rows.max(initial=-1) + 1)[self.rows]
+
+
+def stride_of(t: Array, apart: float) -> int:
+    """The fewest rows that are ``apart`` (s) in the mean."""
+    return max(1, math.ceil(apart * (len(t) - 1) / (t[-1] - t[0]))) if len(t) > 1 else 1
+
+
+def windows_of(samples: Samples) -> Windows:
+    """The windows of these rows, made once for all checks."""
+    if "windows" not in samples.shared:
+        samples.shared["windows"] = Windows(samples.t, CLOSEST * samples.setup.time)
+    windows: Windows = samples.shared["windows"]
+    return windows
+
+
+def spread(values: Array) -> Array:
+    """The largest of each value and its two neighbours."""
+    padded = numpy.concatenate((values[:1], values, values[-1:]))
+    return numpy.maximum(numpy.maximum(padded[:-2], padded[2:]), values)
+
+
+def _slopes(x: Array) -> Array:
+    """Weights of the slope in the middle node of the polynomial through the nodes ``x``."""
+    powers, middle = numpy.arange(x.shape[1]), x.shape[1] // 2
+    matrix = (x - x[:, middle : middle + 1])[:, None, :] ** powers[None, :, None]
+    right = numpy.broadcast_to(powers == 1, x.shape).astype(float)[:, :, None]
+    slopes: Array = numpy.linalg.solve(matrix, right)[:, :, 0]
+    return slopes
+
+
+class _OverWindows:
+    """Values for the rows of each block, from those of windows; and how many windows are open."""
+
+    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
+        self._setup, self._limit = setup, limit
+        self._worst = 0.0
+        self.windows = self.open = 0
+        self._bounds: list[float] = []
+        self._wide, self._apart_now = math.inf, 0.0
+
+    def __call__(self, samples: Samples) -> Array:
+        values = numpy.zeros(len(samples.t))
+        windows = windows_of(samples)
+        if not len(windows.rows):
+            return values
+        q = motion_as_given(samples)
+        turning = numpy.sqrt(dot(samples.state.L, samples.state.L)) / q.body.I1
+        seen = windows.widest * turning[windows.rows].max(axis=1) <= FARTHEST
+        if self._setup.scene.may_stick:  # its rates bend where the contact point comes to rest
+            vx, vy = samples.state.vx[windows.rows], samples.state.vy[windows.rows]
+            speed, change = numpy.hypot(vx, vy), numpy.hypot(numpy.diff(vx), numpy.diff(vy))
+            seen &= (speed.max(axis=1) == 0) | (speed.min(axis=1) > change.max(axis=1))
+        excess, bound = self._look(windows, samples, q, seen)
+        open_ = ~(bound <= self._limit) | ~seen
+        self.windows += len(excess)
+        self.open += int(open_.sum())
+        if open_.any():
+            with numpy.errstate(all="ignore"):
+                enough = windows.step * numpy.sqrt(self._limit / bound)
+            enough = numpy.where(seen & (enough > 0), enough, 0.25 / turning.max())
+            self._wide = min(self._wide, float(enough[open_].min()))
+            self._apart_now = max(self._apart_now, float(windows.step.max()))
+        self._bounds.append(float(numpy.max(bound, where=~open_, initial=0.0)))
+        excess = numpy.where(numpy.isnan(excess), numpy.inf, excess)
+        numpy.maximum.at(values, windows.rows[:, -1], excess)
+        return values
+
+    def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
+        """The error of each window beyond its bound, 0 if not ``seen`` in the rows; the bound."""
+        raise NotImplementedError
+
+    @property
+    def error_bound(self) -> float:
+        """Largest error that would go unnoticed; infinite where too many windows are open."""
+        resolved = self.windows - self.open
+        return max(self._bounds) if resolved > 0 and resolved >= self.open else math.inf
+
+    @property
+    def note(self) -> str:
+        """The unresolved windows."""
+        bound = self.error_bound
+        said = f"error bound {bound:.0e}" if math.isfinite(bound) else ""
+        if self.open:
+            said += f"{'; ' if said else ''}{self.open} of {self.windows} windows not resolved"
+            if 0 < self._wide < self._apart_now:
+                said += f"; rows {to_one_digit(self._wide, math.floor):g} s apart would do"
+        return said
+
+
+def motion_as_given(samples: Samples) -> Motion:
+    """The rows as a motion whose centre of mass moves as the columns say, where they do."""
+    given, state = samples.given, samples.state
+    if "vcz" not in given or not samples.setup.velocity_given:
+        return samples.q
+    centre = (given["vcx"], given["vcy"], given["vcz"])
+    return Motion(samples.setup.body, state, numpy, samples.setup.scene.model, s_dot=lambda: centre)
+
+
+class FrictionPower(_OverWindows):
+    """Power of friction F_t.v_A in the middle of each window, over m g R omega at the start."""
+
+    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
+        super().__init__(setup, first, limit)
+        body, omega = setup.body, first.first.omega
+        self._unit = float(body.m * body.g * body.R * numpy.sqrt(dot(omega, omega))) or 1.0
+        self._force: list[Array] = []  # |F_t|/F_z and |v_A| in the middle of windows
+
+    def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
+        middle = windows.rows[:, ROWS // 2]
+        vx, vy = samples.state.vx[middle], samples.state.vy[middle]
+        (x, off_x), (y, off_y), (z, _) = map(windows.middle_rate, q.s_dot)
+        force = conserved.contact_force(q, (x, y, z))
+        within = numpy.hypot(off_x, off_y)
+        speed = numpy.hypot(vx, vy)
+        bound = spread(MARGIN * q.body.m * within * speed) / self._unit
+        power = (force[0] * vx + force[1] * vy) / self._unit
+        ratio = numpy.hypot(force[0], force[1]) / force[2]
+        kept = seen & (bound <= self._limit) & (force[2] > 0.1 * q.body.m * q.body.g)
+        kept &= speed > STILL * speed.max()
+        self._force.append(numpy.array([ratio[kept], speed[kept]]))
+        return seen * numpy.maximum(power - bound, 0.0), bound
+
+    @property
+    def note(self) -> str:
+        """The friction in the rows, and the unresolved windows."""
+        return "; ".join(text for text in (self._friction, super().note) if text)
+
+    @property
+    def _friction(self) -> str:
+        ratio, speed = numpy.concatenate([numpy.empty((2, 0)), *self._force], axis=1)
+        if len(ratio) < FEWEST:
+            return ""
+        if ratio.max() < NONE:
+            return "no friction seen"
+        for law, values, unit in (("Coulomb's", ratio, ""), ("viscous", ratio / speed, " s/m v_A")):
+            mean, deviation = float(values.mean()), float(values.std())
+            if deviation < ALIKE * mean:
+                return f"friction seen: {mean:.3g} +- {deviation:.1g}{unit} of F_z, as {law}"
+        return f"friction seen: {ratio.min():.2g} to {ratio.max():.2g} of F_z"
+
+
+def normal_force(setup: CheckSetup, first: Samples, limit: float) -> Callable[[Samples], Array]:
+    """Mean F_z/(m g) since the row before, from the change of the vertical velocity."""
+
+    def mean(samples: Samples) -> Array:
+        t, values = samples.t, numpy.full(len(samples.t), numpy.inf)
+        stride = stride_of(t, CLOSEST * setup.time)
+        rows = numpy.arange(0, len(t), stride)
+        speed = numpy.broadcast_to(motion_as_given(samples).s_dot[2], t.shape)[rows]
+        values[rows[1:]] = 1 + numpy.diff(speed) / (setup.body.g * numpy.diff(t[rows]))
+        return values
+
+    return mean

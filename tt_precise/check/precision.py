@@ -1,0 +1,138 @@
+"""The precision of a file's numbers, from their values alone: decimals, digits, 32-bit floats.
+
+A printed number is off by half a unit of its last place. Components of a vector are printed alike,
+so that they are looked at together: a component that stays 0 says nothing alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy
+
+from tt_precise.runtime.values import Array
+
+EPS = float(numpy.finfo(float).eps)
+ROUNDED = 8 * EPS  # Relative error of a decimal number that was read into a double.
+MOST_DECIMALS, MOST_DIGITS = 11, 10  # More of them are as good as a double here.
+FEWEST = 8  # Values that differ from 0, and
+DIFFERENT = 4  # values that differ from each other, from which a precision is recognised.
+LOOKED_AT = 4096  # Rows from which the precision is taken.
+FIRST = 24  # Values of which one usually shows that the numbers are full doubles.
+
+VECTORS = (
+    ("t",),
+    ("kx", "ky", "kz"), ("Lx", "Ly", "Lz"), ("vx", "vy"),
+    ("qw", "qx", "qy", "qz"), ("wx", "wy", "wz"), ("vcx", "vcy", "vcz"), ("x", "y", "z"),
+    ("theta",), ("theta_dot", "phi_dot", "omega_3"), ("nu_x", "nu_y"), ("phi", "psi"),
+    ("height",), ("rise",),
+)  # fmt: skip
+
+
+class Precision(NamedTuple):
+    """Half a unit of the last place of the largest number, in its unit, and the words for it."""
+
+    half_unit: float
+    words: str
+
+
+FULL = Precision(0.0, "")
+
+
+def precision_of(values: Array) -> Precision:
+    """Return the precision of numbers that are printed alike."""
+    numbers = values[values != 0]
+    if len(numbers) < FEWEST or not numpy.isfinite(numbers).all():
+        return FULL
+    found = _kinds(numbers[:FIRST]) and _kinds(numbers)
+    if not found or len(numpy.unique(numbers[:LOOKED_AT])) < DIFFERENT:
+        return FULL
+    # The coarser of several: a short decimal may be a 32-bit float by chance.
+    return max(found, key=lambda one: one.half_unit)
+
+
+def _kinds(numbers: Array) -> list[Precision]:
+    size = abs(numbers)
+    largest = float(size.max())
+    top = math.floor(math.log10(largest))
+    found: list[Precision] = []
+    for decimals in range(1, MOST_DECIMALS - top):
+        scaled = numbers * 10.0**decimals
+        if (abs(scaled - numpy.rint(scaled)) < ROUNDED * (1 + abs(scaled))).all():
+            found.append(Precision(0.5 * 10.0**-decimals, f"{decimals} decimals"))
+            break
+    exponents = numpy.floor(numpy.log10(size))
+    for digits in range(2, MOST_DIGITS + 1):
+        scaled = numbers * 10.0 ** (digits - 1 - exponents)
+        if (abs(scaled - numpy.rint(scaled)) < ROUNDED * 10.0**digits).all():
+            half = 0.5 * 10.0 ** (top - digits + 1)
+            found.append(Precision(half, f"{digits} significant digits"))
+            break
+    with numpy.errstate(over="ignore"):
+        if (abs(numbers - numbers.astype(numpy.float32)) < 1e-9 * size).all():
+            found.append(Precision(6e-8 * largest, "32-bit floats"))
+    return found
+
+
+def precisions(given: Mapping[str, Array]) -> dict[str, Precision]:
+    """Return the precision of every known column."""
+    found: dict[str, Precision] = {}
+    for names in VECTORS:
+        there = [name for name in names if name in given]
+        if there:
+            stride = max(1, len(given[there[0]]) // LOOKED_AT)
+            together = numpy.concatenate([numpy.asarray(given[n])[::stride] for n in there])
+            found |= dict.fromkeys(there, precision_of(together))
+    return found
+
+
+def resolution(given: Mapping[str, Array]) -> dict[str, float]:
+    """Return half a unit of the last place of every known column; 0 for full doubles."""
+    return {name: one.half_unit for name, one in precisions(given).items()}
+
+
+def described(found: Mapping[str, Precision]) -> str:
+    """Return words for the columns that are not full doubles, such as "kx ky kz: 6 decimals"."""
+    by_words: dict[str, list[str]] = {}
+    for name, one in found.items():
+        if one.words:
+            by_words.setdefault(one.words, []).append(name)
+    return "; ".join(f"{' '.join(names)}: {words}" for words, names in by_words.items())
+
+
+class Times(NamedTuple):
+    """Times (s) with their rounding (s); evenly spaced ones without that, and ``words`` for it."""
+
+    t: Array
+    rounding: float
+    words: str
+
+
+def times_of(t: Array) -> Times:
+    """Return times; those that are evenly spaced but for their rounding are made even."""
+    count = len(t)
+    if count < 3:
+        return Times(t, 0.0, "")
+    rows, step = numpy.arange(count), (t[-1] - t[0]) / (count - 1)
+    noise = 8 * EPS * float(abs(t).max())
+    if float(abs(t - t[0] - step * rows).max()) < 1e-9 * step + noise:
+        return Times(t, noise, "")
+    found = precision_of(t[:: max(1, count // LOOKED_AT)])
+    if not found.words:
+        return Times(t, noise, "")
+    # A file has a whole number of rows in a second, or of tenths of ms from row to row.
+    for rate in (1.0, 1e-4, 1e-3):
+        whole = numpy.rint(1 / step) if rate == 1.0 else numpy.rint(step / rate)
+        nice = 1 / whole if rate == 1.0 else whole * rate
+        if whole and abs(nice / step - 1) * count < 0.05:
+            step = nice
+            break
+    off = t - step * rows
+    off -= (off.max() + off.min()) / 2
+    if float(abs(off).max()) <= 2.1 * found.half_unit:
+        return Times(
+            t - off, EPS * float(abs(t).max()), f"{found.words}, evenly spaced but for that"
+        )
+    return Times(t, found.half_unit, found.words)
