@@ -15,7 +15,6 @@ from tt_precise.mechanics.quantities import Motion
 
 EVERY_LAW = ("kinematics", "contact_momentum", "normal_force", "friction_power")
 CAUSES = {
-    "no gyroscopic term": "no gyroscopic term",
     "I1 a hundredth more": "I1 1.01 times",
     "I3 a hundredth more": "I3 1.01 times",
     "centre of mass at the centre": "the centre of mass at the centre",
@@ -28,7 +27,9 @@ CAUSES = {
 WIDE = {"I1 a hundredth more": 100, "mu a tenth more": 33}  # Hz
 # the checks of which one must fail, under the scene's own law and under any
 FAULTS = {
-    **dict.fromkeys((*CAUSES, "torsional friction"), ("equations", "contact_momentum")),
+    **dict.fromkeys(
+        (*CAUSES, "no gyroscopic term", "torsional friction"), ("equations", "contact_momentum")
+    ),
     "normal force is the weight": ("refused", "refused"),
     "spin angle at random": ("kinematics", "kinematics"),
     "z is five metres": ("kinematics", "kinematics"),

@@ -87,6 +87,7 @@ def test_the_plot_is_written(
     legend: Any = axes.get_legend()
     labels = [text.get_text() for text in legend.get_texts()]
     drifts = {"jellett", "energy", "energy_balance", "equations", "friction_power", "axis_norm"}
+    drifts |= {"kinematics", "contact_momentum"}
     assert {label.split()[0] for label in labels} == {*drifts, "limit"}
     assert "limit 1.0e-06" in labels
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]

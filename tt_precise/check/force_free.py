@@ -38,11 +38,13 @@ EPS = float(numpy.finfo(float).eps)
 WAYS = (Way(6, True), Way(4, True), Way(6, False), Way(4, False))
 # Factors between the spread of the ways and the bound, of one interval and of sums, by polynomials
 # and guided: fitted on every second shipped scene and tested on the others (docs, "measured").
-LOCAL, SUMMED = 20.0, 8.0
+LOCAL, SUMMED = 30.0, 10.0
 GUIDED_LOCAL, GUIDED_SUMMED = 20.0, 10.0
 # Nutation (rad from row to row) above which polynomials see little, and nothing; and above which
 # guidance sees nothing.
 DIM, BLIND, GUIDED_BLIND = 2.2, 2.9, 6.0
+# Intervals at either end whose interpolation has most of its rows on one side.
+ONE_SIDED = 2
 # The part of the change of v_h that friction of unknown strength may leave over where it guides.
 EXPLAINED = 5e-3
 SPREAD = 3  # Intervals on either side of one whose spread counts for its bound.
@@ -246,16 +248,25 @@ def _polynomial(parts: list[tuple[_Chunk, slice]], nutated: Array) -> Family:
     values, others = _joined(parts, "best"), _joined(parts, "others")
     blind = numpy.where(nutated > BLIND, numpy.inf, 0.0)
     dim = numpy.where(nutated > DIM, 3.0, 1.0)
+    one_sided = _one_sided(len(nutated))
     local, summed = {}, {}
     for name, part in PARTS.items():
         apart = norm(others[:, part].swapaxes(0, 1)).max(axis=0)
         sums = norm(numpy.cumsum(others[:, part], axis=2).swapaxes(0, 1)).max(axis=0)
-        walk = numpy.sqrt(numpy.cumsum(spread(apart) ** 2))
-        local[name] = LOCAL * dim * spread(apart) + blind
+        apart = one_sided * spread(apart)
+        walk = numpy.sqrt(numpy.cumsum(apart**2))
+        local[name] = LOCAL * dim * apart + blind
         furthest = numpy.maximum(numpy.maximum.accumulate(sums), walk)
         summed[name] = numpy.maximum.accumulate(dim) * SUMMED * furthest
         summed[name] = summed[name] + numpy.maximum.accumulate(blind)
     return values, local, summed
+
+
+def _one_sided(count: int) -> Array:
+    """Factors of the bounds of intervals at the ends."""
+    factors = numpy.ones(count)
+    factors[:ONE_SIDED] = factors[-ONE_SIDED:] = 3.0
+    return factors
 
 
 def _guided(parts: list[tuple[_Chunk, slice]], nutated: Array, bend: dict[str, Array]) -> Family:
@@ -266,7 +277,7 @@ def _guided(parts: list[tuple[_Chunk, slice]], nutated: Array, bend: dict[str, A
     local, summed = {}, {}
     for name, part in PARTS.items():
         less, plain, other = (norm(one) for one in others[:, part])
-        error = spread(less + left * plain + against * other + bend[name])
+        error = _one_sided(len(left)) * spread(less + left * plain + against * other + bend[name])
         good = trusted & numpy.isfinite(error)
         local[name] = numpy.where(good, GUIDED_LOCAL * error, numpy.inf)
         total = numpy.cumsum(numpy.where(good, error, 0.0))

@@ -20,6 +20,7 @@ nodes, intervals).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import NamedTuple
@@ -91,7 +92,9 @@ def gauss(count: int) -> tuple[Array, Array, Array]:
 
 def nodes_for(turn: float) -> int:
     """Return the number of nodes for intervals in which the top turns by ``turn`` (rad)."""
-    return int(min(FEWEST_NODES + numpy.ceil(NODES_PER_RADIAN * turn), MOST_NODES))
+    if not turn * NODES_PER_RADIAN < MOST_NODES:
+        return MOST_NODES
+    return min(FEWEST_NODES + math.ceil(NODES_PER_RADIAN * turn), MOST_NODES)
 
 
 def axis_of(q: Array) -> Vector:

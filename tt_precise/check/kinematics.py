@@ -48,6 +48,7 @@ GAP = 5.0
 # The mean torque since the start counts so many times: steps of a right integrator leave errors of
 # either sign, which cancel in it (measured, see docs/explanation/measured.md).
 MEAN_COUNTS = 10.0
+MEAN_OVER = 10  # Intervals from which on it is a mean.
 # By spacing^3 the bounds fall at least (measured, 60 to 240 Hz).
 FALLS_AS = 3
 LARGEST_SHARE = 1e4  # Of a bound over the resolution, where nothing at all is seen.
@@ -259,7 +260,7 @@ def look(samples: Samples, names: Sequence[str], limit: float) -> Sight:
     )
     t = rows.t[1:]
     if len(movement.visited) < len(movement.rows.t):
-        passed_over, beyond = _between(movement, names)
+        passed_over, beyond = _between(movement, found, names)
         order = numpy.argsort(numpy.append(t, passed_over))
         t, values = numpy.append(t, passed_over)[order], numpy.append(values, beyond)[order]
     bounds = [float(numpy.sort(found[name].bound)[len(steps) // 2]) for name in names]
@@ -273,6 +274,8 @@ def look(samples: Samples, names: Sequence[str], limit: float) -> Sight:
 def _excess(one: Misfit, mean_counts: float) -> Array:
     """Values beyond their bounds, of the intervals and of the sums; 0 where nothing is seen."""
     local, summed = one.value - one.bound, mean_counts * (one.summed - one.summed_bound)
+    if mean_counts > 1:  # the mean of a few intervals is not one
+        summed[:MEAN_OVER] /= mean_counts
     excess: Array = numpy.fmax(numpy.fmax(local, summed), 0.0)
     return excess
 
@@ -296,10 +299,13 @@ def _open(movement: Movement, steps: Array, share: Array) -> str:
     return f"{part:.0%} of the motion is not resolved; rows {spacing:g} s apart would do"
 
 
-def _between(movement: Movement, names: Sequence[str]) -> tuple[Array, Array]:
+def _between(
+    movement: Movement, found: dict[str, Misfit], names: Sequence[str]
+) -> tuple[Array, Array]:
     """Times of the rows that are not visited, and their distances from cubics beyond the bounds.
 
-    The cubic between two visited rows has their values and rates.
+    The cubic between two visited rows has their values and rates. Where the flow between them is
+    not resolved, as at a kink of the force, the cubic is not either.
     """
     body, rows, u = movement.body, movement.rows, movement.rounding
     at = movement.visited
@@ -329,7 +335,7 @@ def _between(movement: Movement, names: Sequence[str]) -> tuple[Array, Array]:
             given = given * numpy.where((given * cubic).sum(axis=0) < 0, -1.0, 1.0)
         return norm(numpy.nan_to_num(given - cubic))
 
-    beyond = numpy.zeros(len(here))
+    kink = numpy.maximum.reduce([found[name].bound for name in names])[left]
     speed = norm(rows.v)[here]
     omega = norm(rows.L)[here] / min(body.I1, body.I3)
     attitude = BETWEEN + 4 * u.q[here] + 2 * omega * u.t[here]
@@ -347,7 +353,7 @@ def _between(movement: Movement, names: Sequence[str]) -> tuple[Array, Array]:
     if "position" in names and rows.x is not None:
         slack = (2 * u.x[here] + 2 * speed * u.t[here] + h * u.v[here]) / body.R
         beyond = numpy.maximum(beyond, off(rows.x, kept.v) / body.R - slack - BETWEEN)
-    return rows.t[here], numpy.maximum(beyond, 0.0)
+    return rows.t[here], numpy.fmax(beyond - kink, 0.0)
 
 
 def kinematic_quantities(samples: Samples) -> list[str]:
