@@ -7,8 +7,6 @@ import mpmath
 import pytest
 
 from tests.conftest import top
-from tt_precise.mechanics.parameters import Dimension, Units
-from tt_precise.mechanics.quantities import ENERGY, TORQUE
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import TippeTop, require_si, top_of
 from tt_precise.scene.numerals import to_mpmath
@@ -73,30 +71,6 @@ def test_dimensionless_form() -> None:
     squared = Fraction("0.3") ** 2 * Fraction("9.82") * Fraction("0.02")
     assert small.mu == context.sqrt(rounded(squared))
     assert abs(small.gamma - rounded(top().gamma)) <= context.eps  # one division, half an eps
-
-
-@pytest.mark.parametrize(
-    ("dimension", "unit"),
-    [
-        ((0, 0, 0), "1"),
-        ((1, 2, -1), "kg m^2/s"),
-        ((1, 2, -3), "W"),
-        ((0, 1, -2), "m/s^2"),
-        ((0, 0, -1), "1/s"),
-    ],
-)
-def test_units_in_words_and_in_numbers(dimension: tuple[int, int, int], unit: str) -> None:
-    mass, length, time = dimension
-    assert Dimension(*dimension).unit == unit
-    assert Dimension.of(unit) == dimension
-    size = Units(Fraction(2), Fraction(3), Fraction(5)).of_dimension(Dimension(*dimension))
-    assert size == Fraction(2) ** mass * Fraction(3) ** length * Fraction(5) ** time
-
-
-def test_a_torque_is_no_energy() -> None:
-    assert (TORQUE.unit, ENERGY.unit) == ("N m", "J")
-    assert Dimension.of("N m") == Dimension.of("J") == Dimension.of("kg m^2/s^2") == ENERGY
-    assert Dimension.of("rad/s") == (0, 0, -1)
 
 
 def test_floats_are_the_decimals_that_one_writes() -> None:
