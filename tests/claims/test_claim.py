@@ -15,6 +15,7 @@ from tt_precise.claims.claim import Claim, claims_of
 from tt_precise.claims.committed import run_record
 from tt_precise.claims.paper import KINDS, RAUCH_RUTSTAM, Paper, Section
 from tt_precise.claims.verdicts import all_of, untestable
+from tt_precise.report.document import Claims
 from tt_precise.report.overview import all_claims
 from tt_precise.runtime.values import InputError
 
@@ -31,7 +32,7 @@ from tt_precise.claims.verdicts import all_of, rounds_to
 claim = claims_of(PAPERS[-1], "4")
 
 
-@claim("NUM-01", quote="1.8571", counterexample={"printed": "1.8"})
+@claim("NUM-01", quote="1.8571", control=("refuted", {"printed": "1.8"}))
 def ratio(printed="1.8571"):
     """13/7."""
     return all_of(rounds_to(printed, 13 / 7), "As computed.")
@@ -42,7 +43,7 @@ def entry(**changes: Any) -> Claim:
     given: dict[str, Any] = {
         "id": "NUM-20", "paper": RAUCH_RUTSTAM, "section": "2.3", "statement": "E_pot.",
         "quote": "0.005106", "where": "Sec. 2.3", "definition": "",
-        "function": lambda: all_of(untestable("so"), "Why."), "counterexample": {"a": 1},
+        "function": lambda: all_of(untestable("so"), "Why."), "control": ("refuted", {"a": 1}),
     }  # fmt: skip
     return Claim(**given | changes)
 
@@ -63,7 +64,7 @@ def test_ids_have_one_form_and_nothing_is_left_out(change: dict[str, str], messa
 def test_nothing_is_registered_twice() -> None:
     again = claims()["NUM-20"].function
     with pytest.raises(ValueError, match="got it twice"):
-        claims_of(RAUCH_RUTSTAM, "2.3")("NUM-20", quote="0.005106", counterexample=None)(again)
+        claims_of(RAUCH_RUTSTAM, "2.3")("NUM-20", quote="0.005106", control=None)(again)
 
 
 @pytest.mark.parametrize("unknown", ["NUM-99", "", "x" * 1000, "EQ"])
@@ -118,7 +119,8 @@ def test_another_paper_is_a_folder_and_an_entry_filed_under_its_name(another_pap
     assert judge("OTHER-NUM-01", printed="1.8").verdict == "refuted"
     run = run_record(1, 1, {"date": "today", "commit": "abc", "versions": "heyoka 1"})
     section = all_claims(judge_all(["NUM-23", "OTHER-NUM-01"]), run)
-    groups = {block.title: [one.id for one in block.entries] for block in section.blocks[1:]}  # type: ignore[union-attr]
+    blocks = [block for block in section.blocks if isinstance(block, Claims)]
+    groups = {block.title: [one.id for one in block.entries] for block in blocks}
     assert groups == {
         f"{RAUCH_RUTSTAM.name}, Section 2.3: energy, torque, potential": ["NUM-23"],
         "Somebody, Section 4: a number": ["OTHER-NUM-01"],
@@ -128,7 +130,9 @@ def test_another_paper_is_a_folder_and_an_entry_filed_under_its_name(another_pap
 def test_a_judged_claim() -> None:
     record = judge("EQ-29")
     assert (record.verdict, record.kind, record.proved) == ("misprint", "equation", True)
-    assert [check.name for check in record.checks] == ["as printed", "as corrected"]
+    assert [part.name for part in record.parts] == ["as printed", "as corrected"]
+    assert all(part.proved and part.formula for part in record.parts)
+    assert record.correction == record.parts[1].printed
     assert record.note == f"Should read {record.correction}. {record.remark}"
     # changes reach the claim
     assert judge("NUM-23", printed="1.9").verdict == "rounded"
@@ -145,9 +149,10 @@ def test_workers_find_the_same() -> None:
     assert seen == sorted(seen)
     assert seen[-1] == 1
     assert counts(judged) == {
-        "reproduced": 0,
+        "reproduced": 1,
         "rounded": 1,
-        "reading": 1,
+        "partly": 0,
+        "ambiguous": 0,
         "refuted": 0,
         "misprint": 2,
         "untestable": 0,

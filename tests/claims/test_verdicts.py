@@ -8,7 +8,6 @@ import mpmath
 import pytest
 
 from tt_precise.claims import verdicts as v
-from tt_precise.runtime.values import Check
 
 TRUE, FALSE = v.statement(True, "so", "so"), v.statement(False, "so", "not so")
 ROUNDED = v.rounds_to("1.5", Fraction("1.46"))
@@ -29,7 +28,8 @@ ONES = Fraction("1." + "1" * 50)
         (lambda x: v.about("7.87", x), "7.874 rounded, 7.88 reproduced, 7.8801 refuted"),
         (lambda x: v.about("80", x), "80.3 rounded, 89 reproduced, 91 refuted"),
         (lambda x: v.about("0.34", x), "0.349 reproduced"),
-        (lambda x: v.within("1", x, "0.2"), "1.2 reproduced, 0.8 reproduced, 1.21 refuted"),
+        (lambda x: v.about("-85", x), "-84 reproduced, -82.9 refuted, 85 refuted"),
+        (lambda x: v.at_most("0.8", x), "0.3 reproduced, 0.84 rounded, 0.86 refuted"),
         (
             lambda x: v.at_most_order("1e-6", x),
             "1e-15 reproduced, -3.16e-6 reproduced, 3.17e-6 refuted",
@@ -39,31 +39,33 @@ ONES = Fraction("1." + "1" * 50)
         (lambda x: v.untestable("so"), "0 untestable"),
     ],
 )
-def test_a_check(check: Callable[[Fraction], Check], edges: str) -> None:
+def test_a_check(check: Callable[[Fraction], v.Part], edges: str) -> None:
     for edge in edges.split(", "):
         value, verdict = edge.split()
         found = check(Fraction(value))
-        assert v.verdict_of(found) == v.all_of(found, "A note.").verdict == verdict, edge
+        assert found.verdict == v.all_of(found, "A note.").verdict == verdict, edge
 
 
 @pytest.mark.parametrize(
-    ("rule", "checks", "verdict", "note"),
+    ("rule", "parts", "verdict", "note"),
     [
         (v.all_of, (TRUE, TRUE), "reproduced", ""),
         (v.all_of, (ROUNDED, ROUNDED), "rounded", ""),
         (v.all_of, (ROUNDED, TRUE), "reproduced", ""),
-        (v.all_of, (TRUE, FALSE), "refuted", " Failing: b."),
-        (v.readings, (TRUE, TRUE), "reproduced", ""),
-        (v.readings, (FALSE, FALSE), "refuted", ""),
-        (v.readings, (TRUE, FALSE), "reading", " Holds if read as: a. Fails as: b."),
+        (v.all_of, (TRUE, FALSE), "partly", " Holds: a. Fails: b."),
+        (v.all_of, (FALSE, FALSE), "refuted", ""),
+        (v.interpretations, (TRUE, TRUE), "reproduced", ""),
+        (v.interpretations, (FALSE, FALSE), "refuted", ""),
+        (v.interpretations, (TRUE, FALSE), "ambiguous", " Holds if read as: a. Fails as: b."),
     ],
 )
-def test_a_rule(rule: Any, checks: tuple[Check, Check], verdict: str, note: str) -> None:
-    finding = rule(dict(zip("ab", checks, strict=True)), "A note.")
-    assert (finding.verdict, finding.note) == (verdict, "A note." + note)
-    assert [check.verdict for check in finding.checks] == [check.verdict for check in checks]
-    if checks == (TRUE, FALSE):
-        assert finding.measured == "a: so; b: not so"
+def test_a_rule(rule: Any, parts: tuple[v.Part, v.Part], verdict: str, note: str) -> None:
+    judged = rule(dict(zip("ab", parts, strict=True)), "A note.")
+    assert (judged.verdict, judged.note, judged.remark) == (verdict, "A note." + note, "A note.")
+    assert [part.verdict for part in judged.parts] == [part.verdict for part in parts]
+    if parts == (TRUE, FALSE):
+        assert judged.measured == "a: so; b: not so"
+        assert judged.essential.name == "b"
 
 
 @pytest.mark.parametrize(
@@ -77,9 +79,37 @@ def test_a_rule(rule: Any, checks: tuple[Check, Check], verdict: str, note: str)
     ],
 )
 def test_misprint_needs_the_printed_form_to_fail_and_the_corrected_to_hold(
-    printed: Check, corrected: Check, verdict: str
+    printed: v.Part, corrected: v.Part, verdict: str
 ) -> None:
-    assert v.misprint((printed, corrected), "x", "A note.").verdict == verdict
+    judged = v.misprint((printed, corrected), "A note.")
+    assert judged.verdict == verdict
+    assert judged.correction == (corrected.printed if verdict == "misprint" else "")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "proved"),
+    [("1.5", "1.54", True), ("1.5", "1.56", False), ("1.6", "1.61", False)],
+)
+def test_a_value_is_proved_where_both_ends_of_its_enclosure_agree(
+    low: str, high: str, proved: bool
+) -> None:
+    value = v.Value(Fraction("1.51"), 3)
+    assert v.rounds_to("1.5", value.within((Fraction(low), Fraction(high)))).proved is proved
+    assert not v.rounds_to("1.5", value).proved
+    assert not v.rounds_to("1.5", value.within((value.value, value.value)).within(None)).proved
+    # the outcome is one of three: a number that is about 1.5 need not round to it
+    near = v.Value(Fraction("1.58"), 3, (Fraction("1.54"), Fraction("1.59")))
+    assert v.about("1.5", near).holds
+    assert not v.about("1.5", near).proved
+    # an exact number encloses itself, a float does not
+    assert v.rounds_to("1.5", Fraction(3, 2)).proved
+    assert not v.rounds_to("1.5", 1.5).proved
+
+
+def test_a_claim_is_proved_if_every_part_is() -> None:
+    proved = v.rounds_to("1.5", Fraction(3, 2))
+    assert v.all_of({"a": proved, "b": proved}, "A note.").proved
+    assert not v.all_of({"a": proved, "b": TRUE}, "A note.").proved
 
 
 @pytest.mark.parametrize("bad", ["", "1,5", "0x10", "nan", "1.5 s"])
@@ -113,16 +143,16 @@ def test_decimal(case: str) -> None:
 @pytest.mark.parametrize(
     ("other", "digits"), [("1.0001", 3), ("1.00004", 4), ("1.0000001", 6), ("2", 0), ("-1", 0)]
 )
-def test_settled_counts_agreeing_digits(other: str, digits: int) -> None:
-    assert v.Settled.of(Fraction(1), Fraction(other)).digits == digits
-    assert v.Settled.of(1, 1).digits == v.MOST_DIGITS
-    assert v.Settled.of(Fraction(1), 1 + Fraction(1, 10**60), most=40).digits == 40
+def test_a_value_counts_agreeing_digits(other: str, digits: int) -> None:
+    assert v.Value.of(Fraction(1), Fraction(other)).digits == digits
+    assert v.Value.of(1, 1).digits == v.MOST_DIGITS
+    assert v.Value.of(Fraction(1), 1 + Fraction(1, 10**60), most=40).digits == 40
 
 
 @pytest.mark.parametrize("number", [3, 0.1, Fraction(1, 3), mpmath.mpf("-0.3"), mpmath.mpf(0)])
 def test_fraction_of_is_exact(number: Any) -> None:
-    assert v.fraction_of(number) == v.fraction_of(v.Settled(number, 5))
-    assert float(v.fraction_of(number)) == float(v.Settled(number, 5)) == float(number)
+    assert v.fraction_of(number) == v.fraction_of(v.Value(number, 5))
+    assert float(v.fraction_of(number)) == float(v.Value(number, 5)) == float(number)
 
 
 @pytest.mark.parametrize("bad", [mpmath.nan, mpmath.inf, float("nan")])
@@ -132,7 +162,7 @@ def test_no_number_is_no_measurement(bad: object) -> None:
 
 
 def test_numbers_show_the_digits_they_have() -> None:
-    assert v.rounds_to("1.5", v.Settled(Fraction("1.4649"), 3), "s").measured == "1.46 s"
+    assert v.rounds_to("1.5", v.Value(Fraction("1.4649"), 3), "s").measured == "1.46 s"
     assert v.measured_text(2 / 3) == "0.666666666667"
     assert v.measured_text(Fraction(2, 3)) == "0.66666666666666666667"
     assert v.measured_text(350) == "350"

@@ -6,8 +6,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from tt_precise.claims import Claim, verdicts
-from tt_precise.claims.committed import JudgedClaim, run_record
+from tt_precise.claims import Claim, JudgedClaim, verdicts
+from tt_precise.claims.committed import run_record
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.report import overview
 from tt_precise.report.document import (
@@ -19,7 +19,6 @@ from tt_precise.report.document import (
     Report,
     Section,
     Text,
-    entry,
 )
 
 LARGEST_FIGURE = 300_000  # characters of SVG
@@ -46,27 +45,27 @@ def drawn(section: Section) -> list[str]:
     return [figure.name for figure in figures]
 
 
-def _judged(id: str, finding: verdicts.Finding, section: str = "1") -> JudgedClaim:
+def _judged(id: str, judged: JudgedClaim, section: str = "1") -> JudgedClaim:
     claim = Claim(
         id, RAUCH_RUTSTAM, section, f"claim {id} <b> of theta_dot", "a quote", f"Sec. {section}",
-        "as in theta", lambda: finding, None,
+        "as in theta", lambda: judged, None,
     )  # fmt: skip
-    return claim.judged(finding)
+    return claim.judge()
 
 
 @pytest.fixture
 def judged() -> list[JudgedClaim]:
-    """One claim of each verdict, in five sections of the paper."""
+    """Claims of each verdict, in five sections of the paper."""
     holds = verdicts.statement(True, "1", "1")
     fails = verdicts.statement(False, "2", "3 | 4")
-    right = verdicts.statement(True, CORRECT, "equal")
-    wrong = verdicts.statement(False, PRINTED, "off by 0.4 of its size")
+    right = verdicts.formula(True, CORRECT, "equal", proved=True)
+    wrong = verdicts.formula(False, PRINTED, "off by 40 % of its size", proved=True)
     return [
-        _judged("EQ-01", verdicts.misprint((wrong, right), CORRECT, "A factor R.", verdicts.EXACT)),
+        _judged("EQ-01", verdicts.misprint((wrong, right), "A factor R.")),
         _judged("NUM-01", verdicts.all_of(holds, "As printed."), "2.1"),
         _judged("NUM-02", verdicts.all_of(fails, "It is 3."), "2.2"),
         _judged("NUM-03", verdicts.all_of(verdicts.rounds_to("1.5", 1.49), "Rounded."), "2.3"),
-        _judged("NUM-04", verdicts.readings({"so": holds, "or so": fails}, "Either."), "3"),
+        _judged("NUM-04", verdicts.interpretations({"so": holds, "or so": fails}, "Either."), "3"),
         _judged("NUM-05", verdicts.all_of({"first": holds, "second": fails}, "Both."), "2.1"),
         _judged("NT-01", verdicts.all_of(verdicts.untestable("words"), "Words."), "2.1"),
     ]
@@ -108,8 +107,8 @@ def small_report(judged: list[JudgedClaim]) -> Report:
         Card("x", "2", "3", "", good=False),
         Card("y", "2", "3", ""),
     ]
-    entries, motion = [entry(claim) for claim in judged], overview.motion((3.19, 7.82))
-    first = Overview("All of 7 claims.", entries, cards, motion, {"a": 1})
+    motion = overview.motion((3.19, 7.82))
+    first = Overview("It holds.", "All of 7 claims.", judged, cards, motion, {"a": 1})
     sections = [
         overview.errata(judged),
         Section("one", "One", blocks),

@@ -5,12 +5,16 @@ from typing import Any
 
 import numpy
 import pytest
+from msgspec.structs import replace
 
 from tt_precise import golden
-from tt_precise.claims.committed import JudgedClaim, committed
+from tt_precise.claims import JudgedClaim, Verdict
+from tt_precise.claims.committed import committed
+from tt_precise.claims.rauch_rutstam.proofreading import ANSWERS
 from tt_precise.report import overview as animation
-from tt_precise.report.document import MARKS, entry, sections
-from tt_precise.report.overview import TRACK, motion
+from tt_precise.report.document import MARKS, key, sections
+from tt_precise.report.overview import TRACK, answer, findings, motion, verdict
+from tt_precise.report.render import names
 from tt_precise.runtime import player
 from tt_precise.scene.scene import load_scene
 
@@ -68,26 +72,48 @@ def test_without_golden_data_nothing_moves(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_a_line_shows_the_essential(judged: list[JudgedClaim]) -> None:
-    by_id = {claim.id: entry(claim) for claim in judged}
+    by_id = {claim.id: claim for claim in judged}
     misprint = by_id["EQ-01"]  # what should stand
-    assert misprint.correction
-    assert "- R*I3" in misprint.result
-    assert misprint.note == "A factor R."  # not what stands beside it already
+    assert misprint.essential.printed == misprint.correction
+    assert "- R*I3" in misprint.correction
+    assert misprint.remark == "A factor R."  # not what stands beside it already
     assert [line.name for line in misprint.lines] == ["as printed", "as corrected"]
-    refuted = [by_id[id] for id in ("NUM-02", "NUM-05")]  # the part that fails
-    assert [one.printed for one in refuted] == ["2", "2"]
-    assert [one.result for one in refuted] == ["3 | 4", "3 | 4 (second)"]
-    assert refuted[1].note == "Both."
-    reading = by_id["NUM-04"]  # which one holds
-    assert (reading.result, reading.note) == ("holds if read as: so", "Either.")
-    lines = [(line.name, line.verdict) for line in reading.lines]
-    assert lines == [("so", "reproduced"), ("or so", "refuted")]
+    failing = [by_id[id].essential for id in ("NUM-02", "NUM-05")]  # the part that fails
+    assert [(part.name, part.printed, part.measured) for part in failing] == [
+        ("", "2", "3 | 4"), ("second", "2", "3 | 4"),
+    ]  # fmt: skip
+    assert by_id["NUM-05"].verdict == "partly"
+    ambiguous = by_id["NUM-04"]  # which one holds
+    assert names(ambiguous, holding=True) == "so"
+    assert [(line.name, line.verdict) for line in ambiguous.lines] == [
+        ("so", "reproduced"), ("or so", "refuted"),
+    ]  # fmt: skip
 
 
 def test_every_claim_has_a_section_and_a_mark() -> None:
     known = committed()
     assert known is not None
-    found = [entry(claim) for claim in known.claims]
-    assert {one.section for one in found} == set(sections())
-    assert {one.mark for one in found} == set(MARKS.values())
-    assert len(set(MARKS.values())) == 6
+    assert {key(claim) for claim in known.claims} == set(sections())
+    assert {claim.verdict for claim in known.claims} == set(MARKS) == set(Verdict)
+    assert len(set(MARKS.values())) == len(MARKS)
+
+
+def test_the_answer_follows_from_the_verdicts() -> None:
+    known = committed()
+    assert known is not None
+    every = list(known.claims)
+    first, ids = ANSWERS[0], set(ANSWERS[0].claims)
+    assert first.holding in answer(every)
+    spoiled = [replace(claim, verdict="refuted") if claim.id in ids else claim for claim in every]
+    assert first.failing in answer(spoiled)
+    assert first.holding not in answer(spoiled)
+    assert answer([]) == ""
+
+
+def test_a_finding_counts_once() -> None:
+    known = committed()
+    assert known is not None
+    some = [claim for claim in known.claims if claim.id in ("EQ-26", "EQ-27", "TH-19")]
+    assert [claim.verdict for claim in some] == ["misprint"] * 3
+    assert findings(some)["misprint"] == 1
+    assert "The other 3 are 1 findings" in verdict(some)

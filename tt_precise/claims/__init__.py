@@ -24,11 +24,10 @@ if TYPE_CHECKING:
         judge,
         judge_all,
     )
-    from tt_precise.claims.committed import JudgedClaim
-    from tt_precise.claims.verdicts import Finding, Verdict
+    from tt_precise.claims.verdicts import JudgedClaim, Part, Verdict
 
 __all__ = [
-    "Claim", "Finding", "JudgedClaim", "Verdict", "claim_named", "claims", "counts", "judge",
+    "Claim", "JudgedClaim", "Part", "Verdict", "claim_named", "claims", "counts", "judge",
     "judge_all",
 ]  # fmt: skip
 
@@ -37,7 +36,6 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "claim": ["Claim", "claim_named", "claims", "counts", "judge", "judge_all"],
-        "committed": ["JudgedClaim"],
-        "verdicts": ["Finding", "Verdict"],
+        "verdicts": ["JudgedClaim", "Part", "Verdict"],
     },
 )

@@ -2,14 +2,14 @@
 
     claim = claims_of(RAUCH_RUTSTAM, section="2.3")
 
-    @claim("NUM-20", quote="0.005106", counterexample={"printed": "0.005107"})
+    @claim("NUM-20", quote="0.005106", control=("refuted", {"printed": "0.005107"}))
     def potential_energy_at_8_s(printed="0.005106", run=REFERENCE):
         '''E_pot at 8 s.'''
         return all_of(rounds_to(printed, run.at("E_pot", "8"), "J"), "m g R (1 - alpha cos theta).")
 
 The docstring states the claim. The keyword arguments are the printed value or formula and the run;
-their defaults are the paper's. ``counterexample`` replaces some of them by false values; a test
-checks that the verdict changes.
+their defaults are the paper's. ``control`` replaces some of them by other values and states the
+verdict that the claim must get then.
 """
 
 from __future__ import annotations
@@ -23,14 +23,16 @@ from dataclasses import dataclass, field
 from functools import cache
 from types import MappingProxyType
 
+from msgspec.structs import replace
+
 from tt_precise.claims import paper as papers
-from tt_precise.claims.committed import JudgedCheck, JudgedClaim
 from tt_precise.claims.paper import KINDS, Paper, named
-from tt_precise.claims.verdicts import Finding, Verdict, verdict_of
+from tt_precise.claims.verdicts import JudgedClaim, Verdict
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
-Function = Callable[..., Finding]
+Function = Callable[..., JudgedClaim]
+Control = tuple[str, Mapping[str, object]]  # the verdict it must get, and the changed arguments
 
 
 @dataclass(frozen=True)
@@ -50,12 +52,11 @@ class Claim:
     definition
         The definitions used where the paper leaves them open.
     function
-        Judges the claim: takes keyword arguments (defaults from the paper), returns a ``Finding``.
-    counterexample
-        Keyword arguments that make the claim false; None if the wording cannot be tested.
-    slow
-        Whether judging the claim and its counterexample takes a second or more; ``make slow`` tests
-        these counterexamples.
+        Judges the claim: takes keyword arguments (defaults from the paper), returns its parts.
+    control
+        Changed keyword arguments and the verdict they must get; None if nothing can be computed.
+    finding
+        The id of the claim that stands for the same finding in a count; by default the claim's own.
     """
 
     id: str
@@ -66,8 +67,8 @@ class Claim:
     where: str
     definition: str
     function: Function = field(repr=False)
-    counterexample: Mapping[str, object] | None = field(repr=False)
-    slow: bool = False
+    control: Control | None = field(repr=False)
+    finding: str = ""
 
     def __post_init__(self) -> None:
         if not re.fullmatch(rf"{self.paper.prefix}({'|'.join(KINDS)})-[0-9]{{2}}", self.id):
@@ -95,26 +96,13 @@ class Claim:
         """Key that sorts claims: by paper, kind and number."""
         return papers.PAPERS.index(self.paper), list(KINDS.values()).index(self.kind), self.id
 
-    def judged(self, finding: Finding) -> JudgedClaim:
+    def judge(self, **changes: object) -> JudgedClaim:
+        """Judge the claim, with some of its arguments changed."""
         own = ("id", "kind", "section", "statement", "quote", "where", "definition")
-        found = ("printed", "measured", "note", "remark", "proved", "correction")
-        checks = tuple(
-            JudgedCheck(
-                name=check.name,
-                verdict=verdict_of(check).value,
-                printed=check.expected,
-                measured=check.measured,
-            )
-            for check in finding.checks
-        )
-        return JudgedClaim(
-            **{name: getattr(self, name) for name in own},
-            paper=self.paper.name,
-            checks=checks,
-            **{name: getattr(finding, name) for name in found},
-            form=finding.form.value,
-            verdict=finding.verdict.value,
-        )
+        identity = {name: getattr(self, name) for name in own}
+        finding = self.finding or self.id
+        judged = self.function(**changes)
+        return replace(judged, paper=self.paper.name, finding=finding, **identity)
 
 
 # ---- the registry --------------------------------------------------------------------------------
@@ -129,19 +117,19 @@ def claims_of(paper: Paper, section: str) -> Callable[..., Callable[[Function], 
         id: str,
         *,
         quote: str,
-        counterexample: Mapping[str, object] | None,
+        control: Control | None,
         where: str = f"Sec. {section}",
         definition: str = "",
         statement: str = "",
-        slow: bool = False,
+        finding: str = "",
     ) -> Callable[[Function], Function]:
         def register(function: Function) -> Function:
-            name, told = paper.prefix + id, statement or " ".join((function.__doc__ or "").split())
+            name, text = paper.prefix + id, statement or " ".join((function.__doc__ or "").split())
             if name in _registered:
                 raise ValueError(f"claim {name}: got it twice, expected each id once")
             _registered[name] = Claim(
-                name, paper, section, told, quote, where, definition.removesuffix("."), function,
-                counterexample, slow,
+                name, paper, section, text, quote, where, definition.removesuffix("."), function,
+                control, finding and paper.prefix + finding,
             )  # fmt: skip
             return function
 
@@ -178,8 +166,7 @@ def claim_named(id: str) -> Claim:
 def judge(id: str, **changes: object) -> JudgedClaim:
     """Judge one claim.
 
-    ``changes`` replace arguments of the claim (a printed value, a formula, a scene). A
-    counterexample passes a false argument and must get another verdict.
+    ``changes`` replace arguments of the claim: a printed value, a formula, a scene.
 
     Raises
     ------
@@ -188,7 +175,7 @@ def judge(id: str, **changes: object) -> JudgedClaim:
     """
     claim = claim_named(id)
     try:
-        return claim.judged(claim.function(**changes))
+        return claim.judge(**changes)
     except Exception as error:
         error.add_note(f"while judging {claim.id}")
         raise
@@ -231,11 +218,11 @@ def calls_for(ids: Iterable[str] | None = None) -> list[Call]:
 
 
 def in_order(judged: Iterable[JudgedClaim]) -> list[JudgedClaim]:
-    """Judged claims in the order of the list of claims."""
+    """Sort judged claims in the order of the list of claims."""
     return sorted(judged, key=lambda claim: claim_named(claim.id).order)
 
 
 def counts(judged: Iterable[JudgedClaim]) -> dict[str, int]:
-    """The number of claims with each of the six verdicts."""
+    """Count the claims with each verdict."""
     counted = Counter[str](claim.verdict for claim in judged)
     return {verdict.value: counted[verdict] for verdict in Verdict}

@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from msgspec.structs import replace
 
+from tt_precise.claims.verdicts import JudgedClaim
 from tt_precise.runtime.cache import SOURCES, source_hash
 from tt_precise.runtime.files import shipped
 from tt_precise.runtime.records import UNSET, Record, Unset, means, read, record_of
@@ -24,49 +25,6 @@ CODE = (
     *SOURCES, "runtime/records.py", "claims", "exact", "golden", "sweeps",
 )  # fmt: skip
 WHAT = "verdicts, as `tt-precise report` writes them; compute them by --again"
-
-Verdicts = Annotated[
-    Literal["reproduced", "rounded", "reading", "refuted", "misprint", "untestable"],
-    means("the verdict"),
-]
-Printed = Annotated[str, means("the paper's text")]
-Measured = Annotated[str, means("the computed result with its correct digits")]
-
-
-class JudgedCheck(Record, frozen=True, kw_only=True):
-    """One part or reading of a claim."""
-
-    name: Annotated[str, means("name of the part or reading; empty if there is only one")]
-    verdict: Verdicts
-    printed: Printed
-    measured: Measured
-
-
-class JudgedClaim(Record, frozen=True, kw_only=True):
-    """A claim and its verdict."""
-
-    id: Annotated[str, means("id of the claim")]
-    verdict: Verdicts
-    printed: Printed
-    measured: Measured
-    note: Annotated[str, means("explanation of the verdict")]
-    kind: Annotated[str, means("equation, number, sweep, ...")]
-    paper: Annotated[str, means("the paper's name")]
-    section: Annotated[str, means("number of the section")]
-    statement: Annotated[str, means("the claim in words")]
-    quote: Annotated[str, means("the paper's words")]
-    where: Annotated[str, means("place in the paper")]
-    definition: Annotated[str, means("the quantity computed, where the paper leaves it open")]
-    remark: Annotated[str, means("the note without the checks and the correction")]
-    form: Annotated[
-        Literal["all of", "readings", "misprint"],
-        means("whether the checks are parts, readings, or the printed and corrected form"),
-    ]
-    checks: Annotated[tuple[JudgedCheck, ...], means("the checks behind the verdict")]
-    proved: Annotated[bool, means("whether the verdict rests on a proof or a rigorous enclosure")]
-    correction: Annotated[
-        str, means("the correct formula or number of a misprint; empty otherwise")
-    ]
 
 
 class JudgingRun(Record, frozen=True, kw_only=True):

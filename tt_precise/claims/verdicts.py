@@ -1,44 +1,52 @@
-"""Measured numbers with their correct digits, and the rules for verdicts.
+"""Measured values, the parts of a judged claim, and the rules that make a verdict.
 
-A value is computed twice, in two arithmetics with independent errors, and has the digits on which
-both agree. A *check* compares a statement of the paper with a computed result. A *finding* combines
-the checks of a claim; no claim names its own verdict:
+A *value* has the digits on which two computations with independent errors agree, and carries its
+rigorous enclosure where there is one. A *part* compares words or a number of the paper with a
+value; it is proved if the comparison has the same result at both ends of the enclosure. A *judged
+claim* combines parts by one of three rules, and no claim names its own verdict:
 
-- ``all_of(checks)``: all checks must hold; rounded, reproduced or refuted;
-- ``readings(checks)``: the same if all readings agree; "reading" if some hold and some fail;
-- ``misprint(checks)``: misprint if the printed form fails and the corrected form holds.
+- ``all_of(parts)``: what the statement says; "partly" if some parts hold and some fail;
+- ``interpretations(parts)``: the meanings that its words admit; "ambiguous" if some hold and some
+  fail;
+- ``misprint((printed, corrected))``: the formula or number as printed and as it should be.
 
-A claim without anything to compute has the check ``untestable``.
+A statement without anything to compute has the part ``untestable``.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from decimal import ROUND_DOWN, Context, Decimal
 from enum import StrEnum
 from fractions import Fraction
-from typing import Any, NamedTuple, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
-from tt_precise.runtime.values import Check, Scalar
+from msgspec.structs import replace
+
+from tt_precise.runtime.records import Record, means
+from tt_precise.runtime.values import Scalar
 from tt_precise.scene.numerals import as_fraction
 
-# ---- measured numbers ---------------------------------------------------------------------------
+# ---- measured values -----------------------------------------------------------------------------
 
-MOST_DIGITS = 20  # printed; the fine runs have more
-DEFAULT_DIGITS = 12  # printed for a number without a stated error
+MOST_DIGITS = 20  # printed at most; the fine runs have more
+DEFAULT_DIGITS = 12  # printed of a number without a stated error
+ABOUT_UNITS = 1  # of the last significant digit: the tolerance of "about N", for every N
+Enclosure = tuple[Fraction, Fraction]
 
 
 @dataclass(frozen=True)
-class Settled:
-    """A value, and the number of significant digits on which two computations agree."""
+class Value:
+    """A value, the number of its settled digits, and the enclosure of the exact value if any."""
 
     value: Scalar
     digits: int
+    enclosure: Enclosure | None = None
 
     @classmethod
-    def of(cls, value: Measured, other: Measured, most: int = MOST_DIGITS) -> Settled:
+    def of(cls, value: Measured, other: Measured, most: int = MOST_DIGITS) -> Value:
         """``value`` with the digits (at most ``most``) in which independent ``other`` agrees."""
         exact, second = fraction_of(value), fraction_of(other)
         if exact == second:
@@ -47,6 +55,13 @@ class Settled:
         difference = 2 * abs(exact - second) / max(abs(exact), abs(second))
         return cls(value, max(0, min(most, -decade(difference) - 1)))
 
+    def within(self, enclosure: Iterable[Fraction] | None) -> Value:
+        """The value with the ends of its enclosure, or with none."""
+        if enclosure is None:
+            return Value(self.value, self.digits)
+        low, high = enclosure
+        return Value(self.value, self.digits, (low, high))
+
     def __float__(self) -> float:
         return float(self.value)
 
@@ -54,17 +69,24 @@ class Settled:
         return decimal(self.value, self.digits)
 
 
-Measured: TypeAlias = Any  # a Settled, an mpmath number, a float, an int or a Fraction
+Measured: TypeAlias = Any  # a Value, an mpmath number, a float, an int or a Fraction
 
 
 def fraction_of(number: Measured) -> Fraction:
     """The exact value of a number of any arithmetic, so that comparisons are exact."""
-    return as_fraction(number.value if isinstance(number, Settled) else number)
+    return as_fraction(number.value if isinstance(number, Value) else number)
+
+
+def enclosure_of(number: Measured) -> Enclosure | None:
+    """The ends of the interval that is proved to contain a number; an exact number is both ends."""
+    if isinstance(number, Value):
+        return number.enclosure
+    return (Fraction(number),) * 2 if isinstance(number, Fraction | int) else None
 
 
 def measured_text(number: Measured) -> str:
-    """A number in decimals: settled and exact numbers with all digits, others with twelve."""
-    if isinstance(number, Settled | int):
+    """A number in decimals: values and exact numbers with all digits, others with twelve."""
+    if isinstance(number, Value | int):
         return str(number)
     if isinstance(number, Fraction):
         return decimal(number, MOST_DIGITS)
@@ -91,7 +113,7 @@ def decade(value: Fraction) -> int:
     return cut.divide(Decimal(value.numerator), Decimal(value.denominator)).adjusted()
 
 
-# ---- verdicts -----------------------------------------------------------------------------------
+# ---- verdicts ------------------------------------------------------------------------------------
 
 
 class Verdict(StrEnum):
@@ -99,163 +121,216 @@ class Verdict(StrEnum):
 
     REPRODUCED = "reproduced"
     ROUNDED = "rounded"
-    READING = "reading"
+    PARTLY = "partly"
+    AMBIGUOUS = "ambiguous"
     REFUTED = "refuted"
     MISPRINT = "misprint"
     UNTESTABLE = "untestable"
 
     @property
     def meaning(self) -> str:
+        """One line for a legend."""
         return _MEANINGS[self]
 
 
 _MEANINGS = {
     Verdict.REPRODUCED: "holds within the stated accuracy",
     Verdict.ROUNDED: "equal after rounding to the printed digits",
-    Verdict.READING: "holds under one reading and fails under another; the note states both",
+    Verdict.PARTLY: "a part holds and a part fails; the note names both",
+    Verdict.AMBIGUOUS: "the words admit several meanings, of which some hold; the note names them",
     Verdict.REFUTED: "does not hold",
     Verdict.MISPRINT: "fails as printed, holds as corrected in the note",
     Verdict.UNTESTABLE: "cannot be computed; the note says why",
 }
+Verdicts = Annotated[
+    Literal["reproduced", "rounded", "partly", "ambiguous", "refuted", "misprint", "untestable"],
+    means("the verdict"),
+]
+Rule = Literal["all of", "interpretations", "misprint"]
+Printed = Annotated[str, means("the paper's text")]
+MeasuredText = Annotated[str, means("the computed result with its correct digits")]
 
 
-def verdict_of(check: Check) -> Verdict:
-    """The verdict on a claim with only this check."""
-    if check.verdict == "skipped":
-        return Verdict.UNTESTABLE
-    if not check.holds:
-        return Verdict.REFUTED
-    return Verdict.ROUNDED if check.sense == "rounds to" else Verdict.REPRODUCED
+class Part(Record, frozen=True, kw_only=True):
+    """One part or interpretation of a claim, compared with a computed result."""
 
-
-class Proof(NamedTuple):
-    """Whether a verdict is proved, and the sentence about it in the note."""
-
-    settled: bool
-    sentence: str = ""
-
-
-NO_PROOF = Proof(False)
-EXACT = Proof(True)  # an identity for all symbols
-
-
-class Form(StrEnum):
-    """How the checks of a claim make its verdict."""
-
-    ALL_OF = "all of"
-    READINGS = "readings"
-    MISPRINT = "misprint"
-
-
-@dataclass(frozen=True)
-class Finding:
-    """The result for a claim, made only by the functions of this module.
-
-    Attributes
-    ----------
-    form, checks
-        The checks and how they make the verdict; for a misprint the printed and the corrected form.
-    remark
-        One or two sentences of explanation.
-    proved
-        Whether the verdict rests on a proof (SymPy, or rigorous enclosures), not on evaluation
-        at points.
-    proposed
-        The correction, for a misprint.
-    """
-
-    form: Form
-    checks: tuple[Check, ...]
-    remark: str
-    proved: bool = False
-    proposed: str = ""
+    name: Annotated[
+        str, means("name of the part or interpretation; empty if it is the only one")
+    ] = ""
+    holds: Annotated[bool | None, means("whether it holds; null if nothing can be computed")]
+    rounded: Annotated[bool, means("whether it holds after rounding to the printed digits")] = False
+    printed: Printed
+    measured: MeasuredText
+    proved: Annotated[bool, means("whether a proof or a rigorous enclosure decides it")] = False
+    formula: Annotated[bool, means("whether `printed` is a formula in Python's notation")] = False
 
     @property
     def verdict(self) -> Verdict:
-        holding = [check.holds for check in self.checks]
-        verdicts = list(map(verdict_of, self.checks))
-        if self.form is Form.MISPRINT:
-            return Verdict.MISPRINT if holding == [False, True] else verdicts[0]
-        if all(holding):
-            return verdicts[0] if len(set(verdicts)) == 1 else Verdict.REPRODUCED
-        some = self.form is Form.READINGS and any(holding)
-        return Verdict.READING if some else Verdict.REFUTED
+        """The verdict on a claim with only this part."""
+        if self.holds is None:
+            return Verdict.UNTESTABLE
+        if not self.holds:
+            return Verdict.REFUTED
+        return Verdict.ROUNDED if self.rounded else Verdict.REPRODUCED
+
+
+class JudgedClaim(Record, frozen=True, kw_only=True):
+    """A claim and its verdict, with the parts from which the verdict follows.
+
+    A claim function returns it by ``all_of``, ``interpretations`` or ``misprint``; the registry
+    adds the fields that identify the claim.
+    """
+
+    id: Annotated[str, means("id of the claim")] = ""
+    verdict: Verdicts
+    printed: Printed
+    measured: MeasuredText
+    note: Annotated[str, means("explanation of the verdict")]
+    kind: Annotated[str, means("equation, number, sweep, ...")] = ""
+    paper: Annotated[str, means("the paper's name")] = ""
+    section: Annotated[str, means("number of the section")] = ""
+    statement: Annotated[str, means("the claim in words")] = ""
+    quote: Annotated[str, means("the paper's words")] = ""
+    where: Annotated[str, means("place in the paper")] = ""
+    definition: Annotated[str, means("the quantity computed, where the paper leaves it open")] = ""
+    finding: Annotated[str, means("id of the claim that stands for the finding in a count")] = ""
+    rule: Annotated[Rule, means("how the parts make the verdict")]
+    parts: Annotated[tuple[Part, ...], means("the parts behind the verdict")]
+    remark: Annotated[str, means("the note without the parts and the correction")]
+    proved: Annotated[bool, means("whether a proof or rigorous enclosures decide every part")]
+    correction: Annotated[str, means("the correct formula or words of a misprint; else empty")]
 
     @property
-    def correction(self) -> str:
-        """The correction; empty unless the claim is a misprint."""
-        return self.proposed if self.verdict is Verdict.MISPRINT else ""
+    def lines(self) -> tuple[Part, ...]:
+        """The named parts, to be listed; none if there is only one."""
+        several = self.rule != "misprint" or self.correction
+        return tuple(part for part in self.parts if part.name and several)
 
     @property
-    def printed(self) -> str:
-        """The paper's statement, with unit."""
-        checks = self.checks if self.form is Form.ALL_OF else self.checks[:1]
-        return _joined({check.name: check.expected for check in checks})
-
-    @property
-    def measured(self) -> str:
-        """The computed result, with unit and its correct digits."""
-        first = self.checks[0]
-        if self.form is not Form.MISPRINT:
-            return _joined({check.name: check.measured for check in self.checks})
-        if first.holds:
-            return first.measured
-        other = "corrected" if self.correction else f"as {self.proposed}"
-        return f"{first.measured}; {other}: {self.checks[1].measured}"
-
-    @property
-    def note(self) -> str:
-        """The remark, with the correction or the readings and parts that hold and fail."""
-        holding = [check.name for check in self.checks if check.holds]
-        failing = [check.name for check in self.checks if not check.holds]
+    def essential(self) -> Part:
+        """The part that decides: the correction, or the first part that fails, or the first."""
         if self.correction:
-            return f"Should read {self.correction}. {self.remark}"
-        if self.verdict is Verdict.READING:
-            read_as = f"Holds if read as: {'; '.join(holding)}. Fails as: {'; '.join(failing)}."
-            return f"{self.remark} {read_as}"
-        if self.form is Form.ALL_OF and holding and failing:
-            return f"{self.remark} Failing: {'; '.join(failing)}."
-        return self.remark
+            return self.parts[1]
+        failing = [part for part in self.parts if part.holds is False]
+        return failing[0] if failing and self.rule != "misprint" else self.parts[0]
 
 
-# ---- checks: a printed statement compared with a computed result -------------------------------
+def _verdict(rule: Rule, parts: tuple[Part, ...]) -> Verdict:
+    holding = [part.holds for part in parts]
+    if rule == "misprint":
+        return Verdict.MISPRINT if holding == [False, True] else parts[0].verdict
+    if None in holding:
+        return Verdict.UNTESTABLE
+    if all(holding):
+        return Verdict.ROUNDED if all(part.rounded for part in parts) else Verdict.REPRODUCED
+    if any(holding):
+        return Verdict.AMBIGUOUS if rule == "interpretations" else Verdict.PARTLY
+    return Verdict.REFUTED
 
 
-def rounds_to(printed: str, measured: Measured, unit: str = "") -> Check:
-    """Whether ``measured``, rounded to the digits of ``printed``, is ``printed``."""
+def _judged(rule: Rule, parts: Part | Mapping[str, Part], remark: str) -> JudgedClaim:
+    listed = {"": parts} if isinstance(parts, Part) else parts
+    named = tuple(replace(part, name=name) for name, part in listed.items())
+    if not named:
+        raise ValueError("claim: got no parts, expected one or more")
+    verdict = _verdict(rule, named)
+    correction = named[1].printed if verdict is Verdict.MISPRINT else ""
+    names = {
+        holds: "; ".join(part.name for part in named if part.holds is holds)
+        for holds in (True, False)
+    }
+    note = remark
+    if correction:
+        note = f"Should read {correction}. {remark}"
+    elif verdict is Verdict.AMBIGUOUS:
+        note = f"{remark} Holds if read as: {names[True]}. Fails as: {names[False]}."
+    elif verdict is Verdict.PARTLY:
+        note = f"{remark} Holds: {names[True]}. Fails: {names[False]}."
+    return JudgedClaim(
+        verdict=verdict.value,
+        printed=_joined(named if rule == "all of" else named[:1], "printed"),
+        measured=_joined(named, "measured"),
+        note=note,
+        rule=rule,
+        parts=named,
+        remark=remark,
+        proved=all(part.proved for part in named),
+        correction=correction,
+    )
+
+
+def all_of(parts: Part | Mapping[str, Part], note: str) -> JudgedClaim:
+    """Judge a statement by its parts, which all have to hold."""
+    return _judged("all of", parts, note)
+
+
+def interpretations(parts: Mapping[str, Part], note: str) -> JudgedClaim:
+    """Judge a statement by the meanings that its words admit."""
+    return _judged("interpretations", parts, note)
+
+
+def misprint(parts: Iterable[Part], note: str) -> JudgedClaim:
+    """Judge a formula or number by two parts: as printed, and as corrected."""
+    named = dict(zip(("as printed", "as corrected"), parts, strict=True))
+    return _judged("misprint", named, note)
+
+
+def _joined(parts: tuple[Part, ...], field: str) -> str:
+    texts = {part.name: getattr(part, field) for part in parts if getattr(part, field)}
+    if len(set(texts.values())) <= 1:
+        return next(iter(texts.values()), "")
+    return "; ".join(f"{name}: {text}" for name, text in texts.items())
+
+
+# ---- parts: a printed statement compared with a computed result ----------------------------------
+
+
+def rounds_to(printed: str, measured: Measured, unit: str = "") -> Part:
+    """Compare ``printed`` with ``measured`` rounded to as many digits."""
     value, last = _printed(printed)
-    distance = abs(fraction_of(measured) - value)
-    return _numbers(2 * distance <= last, printed, measured, unit, rounded=True)
+
+    def compare(number: Fraction) -> tuple[bool, bool]:
+        holds = 2 * abs(number - value) <= last
+        return holds, holds
+
+    return _number(compare, printed, measured, unit)
 
 
-def about(printed: str, measured: Measured, unit: str = "") -> Check:
-    """Whether "about ``printed``" fits: within one unit of its last significant digit.
+def about(printed: str, measured: Measured, unit: str = "") -> Part:
+    """Compare "about ``printed``" with ``measured``, by the one rule for every such number.
 
-    The zeros that end a whole number are not significant: about 80 means 70 to 90. A number that
-    rounds to ``printed`` counts as rounded.
+    It holds within ``ABOUT_UNITS`` of the last significant digit. The zeros that end a whole number
+    are not significant: about 80 means 70 to 90, about 3.2 means 3.1 to 3.3. A number that rounds
+    to ``printed`` counts as rounded.
     """
     value, last = _printed(printed)
-    significant = _printed(printed, zeros=False)[1]
-    distance = abs(fraction_of(measured) - value)
-    rounded = 2 * distance <= last
-    return _numbers(distance <= significant, f"about {printed}", measured, unit, rounded=rounded)
+    tolerance = ABOUT_UNITS * _printed(printed, zeros=False)[1]
+
+    def compare(number: Fraction) -> tuple[bool, bool]:
+        distance = abs(number - value)
+        return distance <= tolerance, 2 * distance <= last
+
+    return _number(compare, f"about {printed}", measured, unit)
 
 
-def within(printed: str, measured: Measured, tolerance: str, unit: str = "") -> Check:
-    """Whether ``measured`` is within an absolute ``tolerance`` that the paper states."""
-    distance = abs(fraction_of(measured) - _printed(printed)[0])
-    holds, shown = distance <= _printed(tolerance)[0], f"{printed} {unit}".strip()
-    return statement(holds, f"{shown} within {tolerance}", _text(measured, unit))
+def at_most(printed: str, measured: Measured, unit: str = "") -> Part:
+    """Compare a printed bound with ``measured``, a size rounded to as many digits as the bound."""
+    value, last = _printed(printed)
+
+    def compare(number: Fraction) -> tuple[bool, bool]:
+        return 2 * (number - value) <= last, value < number and 2 * (number - value) <= last
+
+    return _number(compare, f"at most {printed}", measured, unit)
 
 
-def at_most_order(printed: str, measured: Measured, unit: str = "") -> Check:
-    """Whether an error fits "of order ``printed``": less than half a decade above it."""
-    holds = fraction_of(measured) ** 2 <= 10 * _printed(printed)[0] ** 2
-    return _numbers(holds, f"order {printed}", measured, unit)
+def at_most_order(printed: str, measured: Measured, unit: str = "") -> Part:
+    """Compare an error with "of order ``printed``": less than half a decade above it."""
+    value = _printed(printed)[0]
+    return _number(lambda x: (x**2 <= 10 * value**2, False), f"order {printed}", measured, unit)
 
 
-def approximate(printed: str, error: Measured, scale: Measured, what: str = "off by") -> Check:
-    """Whether "approximately", without a number, fits: the error is at most a tenth of the scale.
+def approximate(printed: str, error: Measured, scale: Measured, what: str = "off by") -> Part:
+    """Compare "approximately", without a number: the error is at most a tenth of the scale.
 
     A tenth still leaves the leading digit; ``what`` introduces the ratio.
     """
@@ -263,78 +338,44 @@ def approximate(printed: str, error: Measured, scale: Measured, what: str = "off
     return statement(10 * ratio <= 1, printed, f"{what} {decimal(ratio, 3)}")
 
 
-def agrees(printed: str, value: Measured, independent: Measured, digits: int) -> Check:
-    """Whether a printed formula's value agrees with an independent value to ``digits`` digits."""
-    agreed = Settled.of(value, independent, most=digits).digits
+def agrees(printed: str, value: Measured, independent: Measured, digits: int) -> Part:
+    """Compare a printed formula's value with an independent value to ``digits`` digits."""
+    agreed = Value.of(value, independent, most=digits).digits
     shown = decimal(independent, min(agreed, MOST_DIGITS))
-    return statement(agreed >= digits, printed, f"{shown} ({agreed} digits agree)")
+    return formula(agreed >= digits, printed, f"{shown} ({agreed} digits agree)")
 
 
-def statement(holds: bool, printed: str, measured: str) -> Check:
+def statement(holds: bool, printed: str, measured: str, *, proved: bool = False) -> Part:
     """A statement that a computation confirms or refutes; both sides in words and numbers."""
-    return Check("", "pass" if holds else "fail", expected=printed, measured=measured)
+    return Part(holds=bool(holds), printed=printed, measured=measured, proved=proved)
 
 
-def untestable(printed: str) -> Check:
-    """A statement that no computation can test."""
-    return Check("", "skipped", expected=printed, measured="-")
+def formula(holds: bool, printed: str, measured: str, *, proved: bool = False) -> Part:
+    """A statement printed as a formula, in Python's notation."""
+    return Part(holds=bool(holds), printed=printed, measured=measured, proved=proved, formula=True)
 
 
-def _numbers(
-    holds: bool, printed: str, measured: Measured, unit: str, *, rounded: bool = False
-) -> Check:
-    check = statement(holds, f"{printed} {unit}".strip(), _text(measured, unit))
-    return replace(check, sense="rounds to") if rounded else check
-
-
-# ---- findings: the checks of a claim together --------------------------------------------------
-
-Checks: TypeAlias = Check | Mapping[str, Check]  # a check, or the parts or readings by name
-
-
-def statements(printed: str, parts: Mapping[str, tuple[bool, str]]) -> dict[str, Check]:
+def statements(printed: str, parts: Mapping[str, tuple[bool, str]]) -> dict[str, Part]:
     """Several statements with the same printed words: whether each holds, and the result."""
     return {name: statement(holds, printed, measured) for name, (holds, measured) in parts.items()}
 
 
-def all_of(checks: Checks, remark: str, proof: Proof = NO_PROOF) -> Finding:
-    """A claim that holds if each of its parts does."""
-    return _finding(Form.ALL_OF, checks, remark, proof)
+def untestable(printed: str, measured: str = "-") -> Part:
+    """A statement that no computation can test."""
+    return Part(holds=None, printed=printed, measured=measured)
 
 
-def theorem(checks: Checks, remark: str) -> Finding:
-    """A claim whose parts are identities, compared for all symbols."""
-    return all_of(checks, remark, EXACT)
-
-
-def readings(checks: Mapping[str, Check], remark: str, proof: Proof = NO_PROOF) -> Finding:
-    """A claim whose words admit several readings, all of them computed."""
-    return _finding(Form.READINGS, checks, remark, proof)
-
-
-def misprint(
-    checks: Iterable[Check], correction: str, remark: str, proof: Proof = NO_PROOF
-) -> Finding:
-    """A claim checked as printed and as corrected by ``correction``."""
-    named = dict(zip(("as printed", "as corrected"), checks, strict=True))
-    return _finding(Form.MISPRINT, named, remark, proof, correction)
-
-
-def _finding(
-    form: Form, checks: Checks, remark: str, proof: Proof, correction: str = ""
-) -> Finding:
-    parts = {"": checks} if isinstance(checks, Check) else checks
-    named = tuple(replace(check, name=name) for name, check in parts.items())
-    if not named:
-        raise ValueError("claim: got no checks, expected one or more")
-    return Finding(form, named, remark + proof.sentence, proof.settled, correction)
-
-
-def _joined(texts: Mapping[str, str]) -> str:
-    given = {name: text for name, text in texts.items() if text}
-    if len(set(given.values())) <= 1:
-        return next(iter(given.values()), "")
-    return "; ".join(f"{name}: {text}" for name, text in given.items())
+def _number(
+    compare: Callable[[Fraction], tuple[bool, bool]], printed: str, measured: Measured, unit: str
+) -> Part:
+    outcome, ends = compare(fraction_of(measured)), enclosure_of(measured)
+    return Part(
+        holds=outcome[0],
+        rounded=outcome[1],
+        printed=f"{printed} {unit}".strip(),
+        measured=f"{measured_text(measured)} {unit}".strip(),
+        proved=ends is not None and all(compare(end) == outcome for end in ends),
+    )
 
 
 _NUMBER = re.compile(
@@ -352,7 +393,3 @@ def _printed(text: str, *, zeros: bool = True) -> tuple[Fraction, Fraction]:
     if not zeros and not places:
         last *= 10 ** (len(number["whole"]) - len(number["whole"].rstrip("0") or "0"))
     return Fraction(text), last
-
-
-def _text(measured: Measured, unit: str) -> str:
-    return f"{measured_text(measured)} {unit}".strip()

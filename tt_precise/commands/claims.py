@@ -15,11 +15,16 @@ from tt_precise.runtime.terminal import UNCUT, console, progress_bar
 from tt_precise.runtime.workers import cores
 
 if TYPE_CHECKING:
-    from tt_precise.claims.committed import Committed, JudgedClaim
+    from tt_precise.claims.committed import Committed
+    from tt_precise.claims.verdicts import JudgedClaim
 
 VERDICTS = [verdict.value for verdict in Verdict]
 COLOURS = dict(
-    zip(VERDICTS, ("green", "green", "yellow", "red", "magenta", "bright_black"), strict=True)
+    zip(
+        VERDICTS,
+        ("green", "green", "yellow", "yellow", "red", "magenta", "bright_black"),
+        strict=True,
+    )
 )
 SHOWN_IN_FULL = 3  # so few claims are shown with their quotes and notes
 
@@ -82,9 +87,10 @@ def in_full(claim: JudgedClaim) -> list[str]:
     if claim.definition:
         lines.append(f"  definition  {claim.definition}")
     lines.append(f"  printed     {claim.printed}")
-    if claim.form == "readings":
+    if claim.lines:
+        label = "read as" if claim.rule == "interpretations" else "part"
         lines += [
-            f"  read as     {each.name}: {each.measured} ({each.verdict})" for each in claim.checks
+            f"  {label:<11} {part.name}: {part.measured} ({part.verdict})" for part in claim.lines
         ]
     else:
         lines.append(f"  measured    {claim.measured}")

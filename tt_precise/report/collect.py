@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tt_precise.claims.claim import calls_for, in_order, judge
-from tt_precise.claims.committed import JudgedClaim
+from tt_precise.claims.verdicts import JudgedClaim
 from tt_precise.report import golden, measured, sections
 from tt_precise.report.document import Section
 from tt_precise.report.overview import Headlines, headlines

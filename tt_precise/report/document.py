@@ -9,43 +9,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from msgspec.structs import asdict
-
 from tt_precise.claims import paper
-from tt_precise.claims.committed import JudgedCheck, JudgedClaim
+from tt_precise.claims.verdicts import JudgedClaim
 from tt_precise.runtime.values import Json
 
 # a mark for each verdict, next to its colour
 MARKS = {
-    "reproduced": "✓", "rounded": "≈", "reading": "◐", "misprint": "M", "refuted": "✗",
-    "untestable": "–",
+    "reproduced": "✓", "rounded": "≈", "partly": "◑", "ambiguous": "?", "misprint": "M",
+    "refuted": "✗", "untestable": "–",
 }  # fmt: skip
 
 
-class Entry(JudgedClaim, frozen=True, kw_only=True):
-    """A claim whose ``section`` is a key of ``sections()``, and its ``note`` without repetitions.
-
-    ``printed`` and ``result`` are the paper's text, and its correction or the computed result, one
-    line each; ``lines`` are parts or readings, none if there is only one.
-    """
-
-    result: str
-    lines: tuple[JudgedCheck, ...]
-
-    @property
-    def mark(self) -> str:
-        """A sign for the verdict."""
-        return MARKS[self.verdict]
-
-
-def entry(claim: JudgedClaim) -> Entry:
-    """The entry of a claim."""
-    several = claim.form != "misprint" or claim.correction
-    lines = tuple(line for line in claim.checks if line.name and several)
-    printed, result = _essential(claim, lines)
+def key(claim: JudgedClaim) -> str:
+    """The key of a claim's section in ``sections()``."""
     prefixes = {known.name: known.prefix for known in paper.PAPERS}
-    own = {"section": prefixes[claim.paper] + claim.section, "note": claim.remark}
-    return Entry(**asdict(claim) | own | {"printed": printed, "result": result, "lines": lines})
+    return prefixes[claim.paper] + claim.section
 
 
 def sections() -> dict[str, str]:
@@ -56,22 +34,6 @@ def sections() -> dict[str, str]:
         for known in paper.PAPERS
         for section in known.sections
     }
-
-
-def _essential(claim: JudgedClaim, lines: Sequence[JudgedCheck]) -> tuple[str, str]:
-    if claim.correction:
-        return claim.printed, claim.correction
-    if claim.verdict == "reading":
-        holding = [line.name for line in lines if line.verdict != "refuted"]
-        return claim.printed, "holds if read as: " + "; ".join(holding)
-    failing = [line for line in lines if line.verdict == "refuted"]
-    if claim.verdict == "refuted" and failing:
-        first = failing[0]
-        more = f" ({first.name})" if len(lines) > 1 else ""
-        return first.printed or claim.printed, first.measured + more
-    if len(lines) > 1:
-        return claim.printed, f"{lines[0].measured} ({lines[0].name})"
-    return claim.printed, claim.measured
 
 
 @dataclass(frozen=True)
@@ -125,7 +87,7 @@ class Claims:
     """
 
     title: str
-    entries: Sequence[Entry]
+    entries: Sequence[JudgedClaim]
     errata: bool = False
     about: str = ""
     folded: bool = False
@@ -161,13 +123,14 @@ class Card:
 
 @dataclass(frozen=True)
 class Overview:
-    """The first screen: the verdict in a sentence, all claims at a glance, three numbers.
+    """The first screen: the answer, the counts, all claims at a glance, three numbers.
 
     ``animation`` holds the motion of the top, see ``report.overview``; None without golden data.
     """
 
+    answer: str
     verdict: str
-    entries: Sequence[Entry]
+    entries: Sequence[JudgedClaim]
     cards: Sequence[Card]
     animation: Mapping[str, Json] | None
     results: Mapping[str, Json] = field(default_factory=dict)

@@ -1,7 +1,7 @@
 """The page's first screen, the errata, and all claims.
 
-The first screen has the verdict in a sentence, three numbers and the motion of the top: axis, spin
-and contact track of the golden scene ``track``. This is the reference solution with the body's
+The first screen has the answer, the counts, three numbers and the motion of the top: axis, spin and
+contact track of the golden scene ``track``. This is the reference solution with the body's
 three angles and the path of its centre of mass.
 """
 
@@ -13,11 +13,21 @@ from dataclasses import dataclass, replace
 from markupsafe import Markup
 from msgspec import to_builtins
 
-from tt_precise.claims import Verdict, counts
-from tt_precise.claims.committed import Committed, JudgedClaim, JudgingRun
+from tt_precise.claims import JudgedClaim, Verdict, counts
+from tt_precise.claims.committed import Committed, JudgingRun
 from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.rauch_rutstam.proofreading import ANSWERS, UNTESTED
 from tt_precise.golden import store
-from tt_precise.report.document import Card, Claims, Overview, Section, Text, entry, sections
+from tt_precise.report.document import (
+    Card,
+    Claims,
+    Overview,
+    PageTable,
+    Section,
+    Text,
+    key,
+    sections,
+)
 from tt_precise.report.precision import precision_runs
 from tt_precise.report.prose import full, short
 from tt_precise.runtime import player
@@ -32,18 +42,28 @@ TRIED = {
     None: "of the {} definitions tried, not all give the paper's time",
     True: "all {} definitions tried give the paper's time",
 }
+HOLDING = (Verdict.REPRODUCED, Verdict.ROUNDED)
 ERRATA = {
     Verdict.MISPRINT: (
         "Misprints",
-        "The printed formula or number (left of the arrow) does not hold. The correction (right of "
-        "the arrow) does; the differences are marked.",
+        "The printed formula or number does not hold, the correction does; the differences are "
+        "marked.",
     ),
-    Verdict.REFUTED: ("Refuted", "Left of the arrow: the claim. Right: the computed result."),
-    Verdict.READING: (
-        "Claims that depend on the reading",
-        "These claims hold under one reading of the paper's words and fail under another.",
+    Verdict.REFUTED: ("Refuted", "The paper's statement, and the computed result."),
+    Verdict.PARTLY: ("Partly right", "A part of the statement holds, and a part fails."),
+    Verdict.AMBIGUOUS: (
+        "Ambiguous",
+        "The paper's words admit several meanings: some hold, and some fail.",
     ),
 }
+RULES = (
+    "A claim is one statement of the paper. Its quote is verbatim, and a definition says what the "
+    "words leave open, not more. A statement is ambiguous only where the paper's own words admit "
+    "several meanings; where a restriction of ours is needed to make it true, it is partly right. "
+    '"About N" holds within one unit of the last significant digit of N, whatever N is; other '
+    "numbers hold if they round to the printed digits. An outcome counts only when it is decided: "
+    "undecided starts are integrated on, and named. Claims about one mistake are one finding."
+)
 
 
 @dataclass(frozen=True)
@@ -99,24 +119,43 @@ def overview(judged: Sequence[JudgedClaim], computed: Headlines) -> Overview:
             good = _agrees(claim.verdict)
             comment = cards[claim.id].comment
             if claim.id == END:
-                comment = TRIED[good].format(len(claim.checks))
+                comment = TRIED[good].format(len(claim.parts))
             cards[claim.id] = replace(cards[claim.id], good=good, comment=comment)
     return Overview(
-        verdict(counts(judged), len(judged)),
-        [entry(claim) for claim in judged],
+        answer(judged),
+        verdict(judged),
+        list(judged),
         list(cards.values()),
         computed.animation,
         computed.results,
     )
 
 
-def verdict(tally: dict[str, int], total: int) -> str:
-    """The verdict on the paper in one sentence."""
-    holding = tally["reproduced"] + tally["rounded"]
+def answer(judged: Sequence[JudgedClaim]) -> str:
+    """The answer to "does the paper hold?", from the verdicts of the claims it depends on."""
+    found = {claim.id: claim.verdict for claim in judged}
+    return " ".join(
+        each.holding if all(found[id] in HOLDING for id in each.claims) else each.failing
+        for each in ANSWERS
+        if all(id in found for id in each.claims)
+    )
+
+
+def findings(judged: Sequence[JudgedClaim]) -> dict[str, int]:
+    """Count findings by verdict: the claims about one mistake count once, by the first of them."""
+    return counts(claim for claim in judged if claim.finding == claim.id)
+
+
+def verdict(judged: Sequence[JudgedClaim]) -> str:
+    """The counts in one sentence."""
+    tally, found = counts(judged), findings(judged)
+    holding = sum(tally[each] for each in HOLDING)
+    others = sum(tally[each] for each in ERRATA)
     return (
-        f"Of {total} statements, {holding} hold, {tally['reading']} hold only under one reading, "
-        f"{tally['misprint']} are misprints with a correction that holds, {tally['refuted']} are "
-        f"refuted, and {tally['untestable']} cannot be tested."
+        f"Of {len(judged)} statements, {holding} hold and {tally['untestable']} cannot be tested. "
+        f"The other {others} are {sum(found[each] for each in ERRATA)} findings: "
+        f"{found['misprint']} misprints with a correction that holds, {found['refuted']} refuted, "
+        f"{found['partly']} partly right, {found['ambiguous']} ambiguous."
     )
 
 
@@ -127,35 +166,48 @@ def _agrees(verdict: str) -> bool | None:
 
 
 def errata(judged: Sequence[JudgedClaim]) -> Section:
-    """Misprints, refuted claims, and claims that depend on the reading."""
-    every = [entry(claim) for claim in judged]
+    """Misprints, and refuted, partly right and ambiguous claims."""
     groups = [
         Claims(f"{title} ({len(some)})", some, errata=True, about=about,
-               folded=verdict is Verdict.READING)
+               folded=verdict is Verdict.AMBIGUOUS)
         for verdict, (title, about) in ERRATA.items()
-        if (some := [claim for claim in every if claim.verdict == verdict])
+        if (some := [claim for claim in judged if claim.verdict == verdict])
     ]  # fmt: skip
+    failing = [claim for claim in judged if claim.verdict in (Verdict.MISPRINT, Verdict.REFUTED)]
+    count = sum(claim.finding == claim.id for claim in failing)
     text = (
-        f"{sum(len(group.entries) for group in groups)} statements of the paper do not hold as "
-        "printed. Each has one line; a click shows the reason, the definition used, and every "
-        "reading that was tried."
+        f"{len(failing)} statements of the paper fail as printed; they are {count} findings, "
+        "because a mistake that is made in several places counts once. Statements of which a part "
+        "or a meaning holds follow. `tt-precise claims ID` shows the reason, the definition, and "
+        "every part of a claim."
     )
     return Section("errata", "Errata", [Text(text), *groups])
 
 
 def all_claims(judged: Sequence[JudgedClaim], run: JudgingRun) -> Section:
     """Every claim with its verdict, by section of the paper; ``run`` computed the verdicts."""
-    tally, every = counts(judged), [entry(claim) for claim in judged]
+    tally = counts(judged)
     legend = "; ".join(f"{tally[str(verdict)]} {verdict}: {verdict.meaning}" for verdict in Verdict)
-    proved = sum(claim.proved for claim in every)
+    proved = sum(claim.proved for claim in judged)
     groups = [
         Claims(title, some)
-        for key, title in sections().items()
-        if (some := [claim for claim in every if claim.section == key])
+        for section, title in sections().items()
+        if (some := [claim for claim in judged if key(claim) == section])
     ]
     records = Committed(claims=tuple(judged), counts=tally, run=run)
-    text = f"{len(every)} claims, {proved} of them settled by a proof. {legend}."
-    return Section("claims", "All claims", [Text(text), *groups], to_builtins(records))
+    text = f"{len(judged)} claims, {proved} of them settled by a proof. {legend}."
+    untested = PageTable(
+        ("where", "the paper", "why no claim tests it"),
+        [(each.where, each.quote, each.reason) for each in UNTESTED],
+        "Proofreading: sentences that no claim tests.",
+        name="untested-table",
+    )
+    return Section(
+        "claims",
+        "All claims",
+        [Text(text), Text(RULES), untested, *groups],
+        to_builtins(records),
+    )
 
 
 TRACK = "track"

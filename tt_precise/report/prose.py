@@ -15,8 +15,9 @@ from unicodedata import normalize
 
 import mpmath
 
+from tt_precise.claims.verdicts import Part
 from tt_precise.report import formula
-from tt_precise.report.formula import GREEK, NoFormulaError, parts_of_symbol
+from tt_precise.report.formula import GREEK, parts_of_symbol
 from tt_precise.runtime.values import Scalar
 
 DIGITS = 8  # significant, that a number shows where the digits are not the point
@@ -51,31 +52,30 @@ def markdown(text: str, digits: int | None = None) -> str:
     return _replaced(text, partial(_as_markdown, digits=digits), _unmarked)
 
 
-def formula_html(text: str, digits: int | None = DIGITS) -> str:
-    """One formula, several (``name: formula; name: formula``), or words."""
-    return _pieces(text, formula.mathml, partial(html, digits=digits), "<br>")
+def printed_html(part: Part, digits: int | None = DIGITS) -> str:
+    """The paper's side of a part, a formula or words, as HTML."""
+    return formula.mathml(part.printed) if part.formula else html(part.printed, digits)
 
 
-def formula_markdown(text: str, digits: int | None = DIGITS) -> str:
-    """The same in Markdown."""
-    return _pieces(text, lambda text: f"${formula.latex(text)}$",
-                   partial(markdown, digits=digits), "; ")  # fmt: skip
+def printed_markdown(part: Part, digits: int | None = DIGITS) -> str:
+    """The paper's side of a part, a formula or words, as Markdown."""
+    return f"${formula.latex(part.printed)}$" if part.formula else markdown(part.printed, digits)
 
 
-def pair_html(printed: str, corrected: str) -> tuple[str, str]:
-    """A printed and a corrected formula, with what differs marked."""
-    try:
-        return formula.mathml(printed, corrected), formula.mathml(corrected, printed)
-    except NoFormulaError:
-        return formula_html(printed), formula_html(corrected)
+def pair_html(printed: Part, corrected: Part) -> tuple[str, str]:
+    """A printed and a corrected formula with their differences marked, or words."""
+    if not (printed.formula and corrected.formula):
+        return printed_html(printed), printed_html(corrected)
+    left, right = printed.printed, corrected.printed
+    return formula.mathml(left, right), formula.mathml(right, left)
 
 
-def pair_markdown(printed: str, corrected: str) -> tuple[str, str]:
-    """The same as LaTeX, with what differs underlined."""
-    try:
-        return f"${formula.latex(printed, corrected)}$", f"${formula.latex(corrected, printed)}$"
-    except NoFormulaError:
-        return formula_markdown(printed), formula_markdown(corrected)
+def pair_markdown(printed: Part, corrected: Part) -> tuple[str, str]:
+    """A printed and a corrected formula with their differences underlined, or words."""
+    if not (printed.formula and corrected.formula):
+        return printed_markdown(printed), printed_markdown(corrected)
+    left, right = printed.printed, corrected.printed
+    return f"${formula.latex(left, right)}$", f"${formula.latex(right, left)}$"
 
 
 def shortened(number: str, digits: int) -> str:
@@ -85,22 +85,6 @@ def shortened(number: str, digits: int) -> str:
         return number
     rounded = Decimal(f"{Decimal(number):.{digits - 1}e}")
     return f"{rounded:.{max(digits - 1 - rounded.adjusted(), 0)}f}" if rounded else "0"
-
-
-def _pieces(
-    text: str, setter: Callable[[str], str], words: Callable[[str], str], between: str
-) -> str:
-    written_pieces, formulas = [], 0
-    for piece in text.split("; "):
-        name, colon, rest = piece.rpartition(": ")
-        try:
-            written = setter(rest)
-            formulas += 1
-        except NoFormulaError:
-            written_pieces.append(words(piece))
-            continue
-        written_pieces.append(words(name + colon) + written if name else written)
-    return (between if formulas else "; ").join(written_pieces)
 
 
 def _replaced(text: str, token: Callable[[re.Match[str]], str], other: Callable[[str], str]) -> str:

@@ -13,17 +13,17 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from tt_precise.claims.verdicts import Verdict
+from tt_precise.claims.verdicts import JudgedClaim, Part, Verdict
 from tt_precise.report import prose
 from tt_precise.report.document import (
     MARKS,
     Claims,
-    Entry,
     Figure,
     PageTable,
     Report,
     Section,
     Text,
+    key,
     sections,
 )
 from tt_precise.runtime import player
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 GOOD = {"reproduced", "rounded", "pass", "ok", "right", "verified", "unchanged", "whole"}
-MIXED = {"reading", "untestable", "skipped", "misprint"}
+MIXED = {"partly", "ambiguous", "untestable", "skipped", "misprint"}
 LONGEST_ROWS = 14  # of a table that is shown unasked
 LONGEST_TEXT = 480  # characters of a paragraph, likewise
 BESIDE_ROWS, BESIDE_COLUMNS = 12, 3
@@ -51,8 +51,10 @@ def html(report: Report) -> str:
     filters: dict[str, Callable[..., Any]] = {
         "prose": _marked_up(prose.html),
         "short": _marked_up(lambda text: prose.html(text, prose.DIGITS)),
-        "formula": _marked_up(prose.formula_html),
-        "pair": lambda entry: _pair(entry, prose.pair_html, prose.formula_html),
+        "printed": lambda part: _safe(prose.printed_html(part)),
+        "pair": lambda claim: tuple(
+            map(_safe, _pair(claim, prose.pair_html, prose.printed_html, _brief))
+        ),
         "image": _image,
         "compact": player.compact,
     }
@@ -70,10 +72,15 @@ def markdown(report: Report) -> str:
     environment.filters |= {
         "prose": prose.markdown,
         "short": lambda text: prose.markdown(text, prose.DIGITS),
-        "cell": lambda text: _cell(prose.markdown(text)),
-        "formula": lambda text: _cell(prose.formula_markdown(text)),
-        "pair": lambda entry: [
-            _cell(text) for text in _pair(entry, prose.pair_markdown, prose.formula_markdown)
+        "cell": lambda text: _cell(prose.markdown(text, prose.DIGITS)),
+        "pair": lambda claim: [
+            _cell(text)
+            for text in _pair(
+                claim,
+                prose.pair_markdown,
+                prose.printed_markdown,
+                lambda text: prose.markdown(text, prose.DIGITS),
+            )
         ],
     }
     text = environment.get_template("report.md.j2").render(
@@ -104,6 +111,9 @@ def _environment(*, escaped: bool) -> Environment:
         "tally": _tally,
         "meaning": lambda verdict: Verdict(verdict).meaning,
         "words": _words,
+        "key": key,
+        "marked": lambda verdict: MARKS[str(verdict)],
+        "names": names,
         "slug": lambda name: name.replace(" ", "-"),
     }
     return environment
@@ -126,9 +136,9 @@ def laid_out(section: Section) -> dict[str, Json]:
         and len(table.rows) <= BESIDE_ROWS
         and len(table.header) <= BESIDE_COLUMNS
     ][:1]
-    listed = [entry for block in claims for entry in block.entries]
+    listed = [claim for block in claims for claim in block.entries]
     verdicts, kinds = (
-        [(value, value) for value in dict.fromkeys(getattr(entry, name) for entry in listed)]
+        [(value, value) for value in dict.fromkeys(getattr(claim, name) for claim in listed)]
         for name in ("verdict", "kind")
     )
     return {
@@ -179,21 +189,38 @@ def _parted(text: Text) -> tuple[Text, str]:
 
 
 def _marked_up(render: Callable[[str], str]) -> Callable[[object], Markup]:
+    return lambda text: _safe(render(str(text)))
+
+
+def _safe(text: str) -> Markup:
     from markupsafe import Markup
 
-    return lambda text: Markup(render(str(text)))
+    return Markup(text)
+
+
+def _brief(text: str) -> str:
+    return prose.html(text, prose.DIGITS)
+
+
+def names(claim: JudgedClaim, *, holding: bool) -> str:
+    """The names of the parts that hold, or of those that fail."""
+    return "; ".join(part.name for part in claim.parts if part.holds is holding)
 
 
 def _pair(
-    entry: Entry, pair: Callable[[str, str], tuple[str, str]], single: Callable[[str], str]
-) -> tuple[Markup, ...]:
-    from markupsafe import Markup
-
-    if entry.correction:
-        written = pair(entry.printed, entry.result)
-    else:
-        written = single(entry.printed), single(entry.result)
-    return tuple(map(Markup, written))
+    claim: JudgedClaim,
+    pair: Callable[[Part, Part], tuple[str, str]],
+    printed: Callable[[Part], str],
+    words: Callable[[str], str],
+) -> tuple[str, str]:
+    """The paper's side of a claim, and what should stand there or was computed instead."""
+    if claim.correction:
+        return pair(*claim.parts)
+    part = claim.essential
+    if claim.verdict == "ambiguous":
+        return printed(part), words(f"holds if read as: {names(claim, holding=True)}")
+    name = f" ({part.name})" if len(claim.lines) > 1 else ""
+    return printed(part), words(part.measured + name)
 
 
 def _image(figure: Figure) -> Markup:
@@ -203,14 +230,14 @@ def _image(figure: Figure) -> Markup:
     return Markup("data:image/svg+xml," + svg)
 
 
-def _tally(entries: Iterable[Entry]) -> list[tuple[str, int]]:
-    counted = Counter[str](entry.verdict for entry in entries)
+def _tally(entries: Iterable[JudgedClaim]) -> list[tuple[str, int]]:
+    counted = Counter[str](claim.verdict for claim in entries)
     return [(verdict, counted[verdict]) for verdict in MARKS]
 
 
-def _words(entry: Entry) -> str:
+def _words(claim: JudgedClaim) -> str:
     """Further words that the search of the page finds: symbols by their names."""
-    texts = (entry.kind, entry.statement, entry.printed, entry.result)
+    texts = (claim.kind, claim.statement, claim.printed, claim.measured)
     return " ".join(" ".join(texts).lower().split())
 
 

@@ -40,7 +40,7 @@ def test_equal_holds_for_identities_only(printed: str, holds: bool) -> None:
 
 
 def test_a_difference_is_a_fraction_of_the_larger_side() -> None:
-    assert f.equal("3*R", f.read("4*R")).measured == "off by 0.250 of its size"
+    assert f.equal("3*R", f.read("4*R")).measured == "off by 25.0 % of its size"
     # vectors differ where one entry does
     one, two = f.read("R"), f.read("m")
     assert f.equal_vectors((one, two), (one, two), "a = b").holds

@@ -8,19 +8,21 @@ differ, the difference at one state is shown, in exact rational numbers.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache
 
-from tt_precise.claims.verdicts import decimal, statement
+from tt_precise.claims.verdicts import Part, decimal, formula, statement
 from tt_precise.exact.chart import EulerChart
 from tt_precise.exact.identities import prove
-from tt_precise.mechanics import euler, newton
+from tt_precise.mechanics import euler, newton, rolling
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import NAMES, Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, d
-from tt_precise.runtime.values import Check, Functions, Scalar
+from tt_precise.mechanics.rolling import RollingEulerState
+from tt_precise.runtime.values import Functions, Scalar
 
 # A state without symmetry at which everything, including the root in Routh's function, is rational;
 # in consistent units with m, R, g all different from 1, so that a missing factor shows.
@@ -70,6 +72,17 @@ def rate(value: Scalar) -> Scalar:
 
 
 @cache
+def rolling_rate(name: str) -> Scalar:
+    """The time derivative of a quantity of the rolling top, v_A = 0, along its own equations."""
+    symbols = chart()
+    here = RollingEulerState(*symbols.state[:4])
+    still = symbols.state._replace(nu_x=symbols.field.zero, nu_y=symbols.field.zero)
+    vectors = vectors_from_euler(symbols.body, still, symbols)
+    value = QUANTITIES[name].evaluate(Motion(symbols.body, vectors, symbols, euler=still))
+    return symbols.along(value, rolling.euler_rates(symbols.body, here, symbols))
+
+
+@cache
 def names() -> Mapping[str, Scalar]:
     """The symbols for the names in a printed formula."""
     symbols = chart()
@@ -90,36 +103,37 @@ def evaluate(text: str, body: Parameters, fn: Functions, **values: Scalar) -> Sc
     return read(text, _words(body, fn) | values)
 
 
-def equal(printed: Scalar, truth: Scalar, shown: str = "") -> Check:
-    """Whether a printed formula (text or symbols) equals ``truth`` for every body and state.
+def equal(printed: Scalar, truth: Scalar, shown: str = "") -> Part:
+    """Compare a printed formula (text or symbols) with ``truth`` for every body and state.
 
-    A difference is given as a fraction of the larger side at ``POINT``.
+    ``shown`` is the whole statement as a formula. A difference is given as a share of the larger
+    side at ``POINT``. Both results are proofs: an identity, or a state that contradicts it.
     """
     element = read(printed) if isinstance(printed, str) else printed
-    shown = (shown or str(printed)).replace("lambda_", "lambda")
+    shown = re.sub(r"\blambda_\b", "lambda", shown or str(printed))
     if chart().remainder(element - truth).vanishes:
-        return statement(True, shown, "equal, for every body and state")
+        return formula(True, shown, "equal, for every body and state", proved=True)
     left, right = at_point(element), at_point(truth)
     if left == right:
         raise ArithmeticError(f"{shown}: unequal, but equal at POINT; choose another one")
-    off = abs(left - right) / max(abs(left), abs(right))
-    return statement(False, shown, f"off by {decimal(off, 3)} of its size")
+    off = 100 * abs(left - right) / max(abs(left), abs(right))
+    return formula(False, shown, f"off by {decimal(off, 3)} % of its size", proved=True)
 
 
-def equal_vectors(printed: Sequence[Scalar], truth: Sequence[Scalar], shown: str) -> Check:
-    """The same for vectors: the first entry that differs, if any, decides."""
-    checks = [
+def equal_vectors(printed: Sequence[Scalar], truth: Sequence[Scalar], shown: str) -> Part:
+    """Compare vectors: the first component that differs, if any, decides."""
+    parts = [
         equal(entry, true_entry, shown) for entry, true_entry in zip(printed, truth, strict=True)
     ]
-    return next((check for check in checks if not check.holds), checks[0])
+    return next((part for part in parts if not part.holds), parts[0])
 
 
 @cache
-def proved(identity: str) -> Check:
+def proved(identity: str) -> Part:
     """A statement about the mechanics that ``exact.identities`` proves."""
     proof = prove(identity)
     outcome = "proved" if proof.holds else f"fails in {len(proof.failed)} of {proof.residuals}"
-    return statement(proof.holds, "", f"{proof.statement} ({outcome})")
+    return statement(proof.holds, "", f"{proof.statement} ({outcome})", proved=True)
 
 
 def at_point(element: Scalar) -> Fraction:

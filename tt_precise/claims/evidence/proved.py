@@ -1,23 +1,18 @@
-"""Evidence for claims from the committed proofs of golden digits (``golden certify``).
-
-A verdict counts as proved if it is the same at both ends of the proved interval of the number. (A
-check accepts a much wider interval, so the verdict is the same in between.)
-"""
+"""Enclosures for the claims from the committed proofs of golden digits (``golden certify``)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 from fractions import Fraction
 from functools import cache
 
-from tt_precise.claims.evidence.run import SceneLike
-from tt_precise.claims.verdicts import MOST_DIGITS, Measured, Proof, decade, verdict_of
 from tt_precise.golden import proofs
 from tt_precise.golden.proofs import Established, Interval
-from tt_precise.runtime.values import Check, InputError
-from tt_precise.scene.scene import load_scene
+from tt_precise.runtime.values import InputError
+from tt_precise.scene.scene import Scene, load_scene
 
 Event = dict[str, Interval]
+SceneLike = str | Scene
 
 
 @cache
@@ -27,42 +22,6 @@ def proofs_of(scene: SceneLike) -> Established:
         return proofs.established(load_scene(scene))
     except InputError as error:  # the note names unusable golden data, like missing ones
         return Established(why=str(error))
-
-
-def says(known: Established, settled: bool, theorem: str) -> Proof:
-    """For a claim: that ``theorem`` is proved, or that nothing is proved, and why."""
-    if settled:
-        return Proof(True, f" Proved (rigorous enclosure): {theorem}.")
-    return Proof(False, f" Not proved: {known.why or 'the enclosure does not decide it'}.")
-
-
-def settles(computed: Check, check: Callable[[Fraction], Check], interval: Interval | None) -> bool:
-    """Whether ``check`` gives the verdict ``computed`` at both ends of a proved interval."""
-    return interval is not None and all(
-        verdict_of(check(end)) == verdict_of(computed) for end in interval
-    )
-
-
-def enclosed(
-    scene: SceneLike,
-    check: Callable[[Measured], Check],
-    numbers: Mapping[str, tuple[Measured, Interval | None]],
-    what: str,
-) -> tuple[dict[str, Check], Proof]:
-    """Checks of numbers, proved if each has the same verdict at both ends of its interval."""
-    checks = {name: check(value) for name, (value, _) in numbers.items()}
-    settled = all(settles(checks[name], check, ends) for name, (_, ends) in numbers.items())
-    told = f"{what} {digits(e for _, e in numbers.values())}"
-    return checks, says(proofs_of(scene), settled, told)
-
-
-def digits(intervals: Iterable[Interval | None]) -> str:
-    """The number of proved digits in words, such as "to 41 digits or more"."""
-    numbers = []
-    for low, high in filter(None, intervals):
-        radius, size = (high - low) / 2, min(abs(low), abs(high))
-        numbers.append(-decade(radius / size) - 1 if radius and size else MOST_DIGITS)
-    return f"to {min(numbers, default=0)} digits or more"
 
 
 def count(events: Iterable[Event], column: str, low: Fraction, high: Fraction) -> Interval:

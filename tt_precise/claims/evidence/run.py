@@ -14,7 +14,8 @@ from functools import cache, cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tt_precise.claims.verdicts import Settled
+from tt_precise.claims.evidence.proved import SceneLike, proofs_of
+from tt_precise.claims.verdicts import Value
 from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.exact.thresholds import Thresholds, lambda_at_start, thresholds
 from tt_precise.integration import Trajectory, catalogue, integrate
@@ -28,7 +29,8 @@ from tt_precise.scene.scene import Scene, load_scene
 if TYPE_CHECKING:
     import pandas
 
-SceneLike = str | Scene
+    from tt_precise.golden.proofs import Established
+
 FINE, WHERE_MISSING = "double-double", "quad"
 CLOSER = 16  # points that each closing-in compares
 GAUSS = 6  # nodes in each piece; a nutation of 37 ms has 16 pieces
@@ -83,19 +85,24 @@ class Run:
         """The solution with all events recorded, in double-double, or in quad (slower)."""
         return _integrated(self.scene, precision)
 
-    def settled(self, value: Callable[[Trajectory], Scalar]) -> Settled:
+    def settled(self, value: Callable[[Trajectory], Scalar]) -> Value:
         """A value from the fine trajectory, with the digits that the confirming run shares."""
-        return Settled.of(
-            *(value(self.trajectory(name)) for name in (FINE, confirming_precision()))
-        )
+        return Value.of(*(value(self.trajectory(name)) for name in (FINE, confirming_precision())))
 
-    def at(self, name: str, t: str) -> Settled:
-        """A quantity or state entry by name at time ``t`` (exact, s), in SI, with its digits."""
-        return self.settled(lambda run: exact(run, name, t)[0])
+    def at(self, name: str, t: str) -> Value:
+        """A quantity or state component at time ``t`` (exact, s), in SI, with its enclosure."""
+        known = self.proved.potential_energy(t) if name == "E_pot" else self.proved.at(name, t)
+        return self.settled(lambda run: exact(run, name, t)[0]).within(known)
 
-    def moment(self, definition: str, which: str) -> Settled:
-        """``t_init``, ``t_end`` or ``duration`` of the inversion, in s."""
-        return self.settled(lambda run: getattr(getattr(run.inversion, definition), which))
+    def moment(self, definition: str, which: str) -> Value:
+        """``t_init``, ``t_end`` or ``duration`` of the inversion in s, with its enclosure."""
+        value = self.settled(lambda run: getattr(getattr(run.inversion, definition), which))
+        return value.within(self.proved.moment(definition, which))
+
+    @property
+    def proved(self) -> Established:
+        """The statements about the scene that its golden data prove."""
+        return proofs_of(self.scene)
 
     def columns(self, names: Iterable[str], times: Sequence[float]) -> dict[str, Array]:
         """Named columns at ``times`` as float arrays, from the dense output in double."""
@@ -220,6 +227,15 @@ class Run:
         """The largest distance of consecutive extrema."""
         return max(abs(float(b - a)) for a, b in pairwise(self.extrema(name, span)[1]))
 
+    def oscillation(self, name: str) -> tuple[float, float]:
+        """The largest oscillation of a quantity about its course, and its time (s).
+
+        The oscillation at an extremum is the smaller one of the distances to its neighbours.
+        """
+        times, values = self.extrema(name)
+        swings = [abs(float(b - a)) for a, b in pairwise(values)]
+        return max(zip(map(min, pairwise(swings)), times[1:-1].tolist(), strict=True))
+
     def zeros(self, name: str, span: Span | None = None) -> list[float]:
         """When a quantity changes sign within ``span``: the event ``zero:QUANTITY``."""
         zeros = _zeros(self.scene, name)
@@ -245,7 +261,7 @@ class Run:
         values = self.columns([name], list(points.ravel()))[name].reshape(points.shape)
         return float((values * weights * half).sum() / (times[-1] - times[0]))
 
-    def extreme(self, name: str, *, largest: bool, span: Span | None = None) -> Settled:
+    def extreme(self, name: str, *, largest: bool, span: Span | None = None) -> Value:
         """The largest or smallest value of a quantity, with its digits.
 
         The event gives the time to about 1e-12 s; each run moves on to the vertex of its parabola.
@@ -256,13 +272,13 @@ class Run:
             return self.settled(lambda run: exact(run, name, times[at])[0])
         return self.settled(lambda run: _vertex(run, name, times[at]))
 
-    def least(self, name: str) -> Settled:
+    def least(self, name: str) -> Value:
         """The smallest value of a quantity over the run, with the digits double confirms."""
         finer = confirming_precision()
         if finer == "double":  # which would confirm itself to any digit
             finer = FINE if is_available(FINE) else WHERE_MISSING
         extrema = (_extrema(self.scene, (name,), each)[name] for each in (finer, "double"))
-        return Settled.of(*(min(values) for _, values in extrema))
+        return Value.of(*(min(values) for _, values in extrema))
 
     def extreme_of(
         self,

@@ -17,9 +17,10 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
+from tt_precise.claims.verdicts import Part
 from tt_precise.mechanics.parameters import NAMES
 from tt_precise.runtime.cache import cached_table
-from tt_precise.runtime.values import Array, Check, Json
+from tt_precise.runtime.values import Array, Json
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps.run import integrated, lambda_of_start, sweep_pool
 from tt_precise.sweeps.specification import STARTS, Plan, blocks, specification
@@ -184,10 +185,10 @@ def _starts() -> Iterator[tuple[str, Array, Array]]:
 
 
 def both_ways(
-    names: str | Iterable[str], check: Callable[[pandas.DataFrame], Check]
-) -> dict[str, Check]:
-    """A check of the rows without and with the starts that lose contact, as two readings."""
-    return {reading: check(starts(names, contact)) for contact, reading in CONTACTS.items()}
+    names: str | Iterable[str], check: Callable[[pandas.DataFrame], Part]
+) -> dict[str, Part]:
+    """Compare the rows without and with the starts that lose contact: two parts."""
+    return {which: check(starts(names, contact)) for contact, which in CONTACTS.items()}
 
 
 def losing_contact(names: str | Iterable[str]) -> str:

@@ -13,9 +13,9 @@ from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import Finding
+from tt_precise.claims.verdicts import JudgedClaim
 from tt_precise.mechanics.vectors import cross, dot, scaled
-from tt_precise.runtime.values import Check, Scalar
+from tt_precise.runtime.values import Scalar
 
 Parts = tuple[tuple[str, str, str, str], ...]
 LOSS = "-mu*g_n*(nu_x**2 + nu_y**2)"
@@ -70,7 +70,7 @@ def identity(
     at: int = 0,
     where: str = "",
     definition: str = "",
-    slow: bool = False,
+    control: str,
 ) -> None:
     """Register an entry of the table as a claim."""
     claims_of(RAUCH_RUTSTAM, section)(
@@ -79,20 +79,19 @@ def identity(
         quote=quote,
         where=where or f"Sec. {section}",
         definition=definition,
-        counterexample={"printed": (*printed[:at], wrong, *printed[at + 1 :])},
-        slow=slow,
+        control=(control, {"printed": (*printed[:at], wrong, *printed[at + 1 :])}),
     )(partial(_judged, parts, remark, printed=printed))
 
 
-def _judged(parts: Parts, remark: str, printed: tuple[str, ...]) -> Finding:
-    def check(left: str, right: str, shown: str) -> Check:
+def _judged(parts: Parts, remark: str, printed: tuple[str, ...]) -> JudgedClaim:
+    def check(left: str, right: str, shown: str) -> v.Part:
         printed_side, derived_side = (
             f.read(side.format(*printed), _words()) for side in (left, right)
         )
         compared = f.equal_vectors if isinstance(derived_side, tuple) else f.equal
         return compared(printed_side, derived_side, shown.format(*printed))
 
-    return v.theorem({name: check(*part) for name, *part in parts}, remark)
+    return v.all_of({name: check(*part) for name, *part in parts}, remark)
 
 
 @cache
@@ -106,7 +105,7 @@ def _words() -> Mapping[str, Scalar]:
         "L_dot": (rates.Lx, rates.Ly, rates.Lz), "F": F, "F_f": (F[0], F[1], 0),
         "tau": q.torque, "z_hat": (0, 0, 1), "z": f.chart().c, "D": f.quantity("D"),
         "lambda_": f.quantity("lambda"), "quantity": f.quantity, "rate": f.rate,
-        "rate_of": f.rate_of,
+        "rate_of": f.rate_of, "rolling_rate": f.rolling_rate,
     }  # fmt: skip
 
 
@@ -117,10 +116,11 @@ in_section_1(
     "L_dot.a = (a x F).a vanishes for every force at A, and L.a_dot is a triple product with "
     "L twice.",
     parts=(
-        ("a_dot", "scaled({0}, cross(L, axis))", "scaled(R*alpha, axis_dot)", "a_dot = {0} L x 3"),
+        ("a_dot", "scaled({0}, cross(L, axis))", "scaled(R*alpha, axis_dot)",
+         "a_dot = {0}*cross(L, axis)"),
         ("lambda_dot", "0", "-dot(L_dot, a) - dot(L, scaled(R*alpha, axis_dot))", "lambda_dot = 0"),
     ),
-    where="Sec. 1, after eq (1)", printed=("R*alpha/I1",), wrong="R*alpha/I3",
+    where="Sec. 1, after eq (1)", control="partly", printed=("R*alpha/I1",), wrong="R*alpha/I3",
 )  # fmt: skip
 in_section_1(
     "EQ-05", "E_dot=v_A.F=-mu g_n |v_A|^2",
@@ -129,17 +129,18 @@ in_section_1(
     "v_A has no vertical component, so the normal force does no work.",
     parts=(
         ("E_dot", "{0}", "rate_of('E')", "E_dot = {0}"),
-        ("v_A.F", "{0}", "dot(v_A, F)", "v_A.F = {0}"),
+        ("v_A.F", "{0}", "dot(v_A, F)", "dot(v_A, F) = {0}"),
     ),
-    printed=(LOSS,), wrong=f"{LOSS}/2",
+    control="refuted", printed=(LOSS,), wrong=f"{LOSS}/2",
 )  # fmt: skip
 in_section_1(
     "EQ-15", "E~=... (with s_dot=-omega x a)",
     "The energy with s_dot = -omega x a is the printed expression in Euler angles.",
     "Expanded from m (omega x a)^2/2 + omega.L/2 + m g s.z.",
-    parts=(("", "{0}", "quantity('E_tilde')", "{0}"),),
+    parts=(("", "{0}", "quantity('E_tilde')", "E_tilde = {0}"),),
     where="eq (8)",
-    printed=(MODIFIED_ENERGY,), wrong=MODIFIED_ENERGY.replace("+ 2*omega_3", "- 2*omega_3"),
+    control="refuted", printed=(MODIFIED_ENERGY,),
+    wrong=MODIFIED_ENERGY.replace("+ 2*omega_3", "- 2*omega_3"),
 )  # fmt: skip
 in_section_1(
     "EQ-16", "D=omega_3 sqrt(I1 I3+...)=I3 omega_3 sqrt(d(cos theta))",
@@ -147,23 +148,26 @@ in_section_1(
     "Both forms are omega_3 times a positive root, so comparing the radicands is enough.",
     parts=(("", "{0}", "I3**2*({1})", "{0} = I3**2*({1})"),),
     where="eq (9)",
-    printed=(ROUTH_SQUARED, D_OF_Z), wrong=ROUTH_SQUARED.replace("R**2*I1", "R**2*I3"),
+    control="refuted", printed=(ROUTH_SQUARED, D_OF_Z),
+    wrong=ROUTH_SQUARED.replace("R**2*I1", "R**2*I3"),
 )  # fmt: skip
 in_section_1(
     "EQ-17", "d/dt lambda=0",
     "lambda is constant along the gliding motion.",
     "Differentiated along the equations of motion.",
-    parts=(("", "0", "rate_of('{0}')", "d {0}/dt = 0"),),
-    where="eq (10)", printed=("lambda",), wrong="L_z",
+    parts=(("", "0", "rate_of('{0}')", "ddt({0}) = 0"),),
+    where="eq (10)", control="refuted", printed=("lambda",), wrong="L_z",
 )  # fmt: skip
 in_section_1(
     "EQ-18", "d/dt D=gamma m/(alpha sqrt(d)) (z x a).v_A_dot",
     "Routh's function changes at the rate gamma m/(alpha sqrt(d)) (z x a).v_A_dot.",
     "v_A_dot is the derivative of the vector v_A, not of its components in the turning frame.",
     parts=(
-        ("", "{0}*dot(cross(z_hat, a), v_A_dot)", "rate_of('D')", "dD/dt = {0}*(z x a).v_A_dot"),
+        ("", "{0}*dot(cross(z_hat, a), v_A_dot)", "rate_of('D')",
+         "ddt(D) = {0}*dot(cross(z_hat, a), v_A_dot)"),
     ),
-    where="eq (11)", printed=(ROUTH_RATE,), wrong=ROUTH_RATE.replace("alpha", "R*alpha"),
+    where="eq (11)", control="refuted", printed=(ROUTH_RATE,),
+    wrong=ROUTH_RATE.replace("alpha", "R*alpha"),
 )  # fmt: skip
 in_section_1(
     "EQ-19", "d/dt E~=m (omega x a).v_A_dot",
@@ -171,9 +175,9 @@ in_section_1(
     "Differentiated along the equations of motion, with g_n from the contact constraint.",
     parts=(
         ("", "{0}*dot(cross(omega, a), v_A_dot)", "rate_of('E_tilde')",
-         "dE~/dt = {0} (omega x a).v_A_dot"),
+         "ddt(E_tilde) = {0}*dot(cross(omega, a), v_A_dot)"),
     ),
-    where="eq (12)", printed=("m",), wrong="-m",
+    where="eq (12)", control="refuted", printed=("m",), wrong="-m",
 )  # fmt: skip
 in_section_1(
     "EQ-20", "d/dt m r_dot=-mu g_n v_A",
@@ -182,16 +186,18 @@ in_section_1(
     parts=(
         ("", "scaled({0}, v_A)[:2]",
          "(m*(rate(s_dot[0]) - phi_dot*s_dot[1]), m*(rate(s_dot[1]) + phi_dot*s_dot[0]))",
-         "m r_ddot = {0} v_A"),
+         "m*r_ddot = {0}*v_A"),
     ),
-    where="eq (13)", printed=("-mu*g_n",), wrong="-mu*g_n*m",
+    where="eq (13)", control="refuted", printed=("-mu*g_n",), wrong="-mu*g_n*m",
 )  # fmt: skip
 in_section_1(
     "EQ-22", "E~(t)=g(cos theta) theta_dot^2+V(cos theta,D(t),lambda)",
     "E~ = g(cos theta) theta_dot^2 + V with the printed g and V: the Main Equation.",
     "phi_dot and omega_3 are eliminated with lambda and D.",
-    parts=(("", "{0}*theta_dot**2 + {1}", "quantity('E_tilde')", "E~ = {0}*theta_dot**2 + V"),),
-    where="Sec. 1, eq (17)", printed=(EFFECTIVE_MASS, EFFECTIVE_POTENTIAL),
+    parts=(
+        ("", "{0}*theta_dot**2 + {1}", "quantity('E_tilde')", "E_tilde = {0}*theta_dot**2 + V"),
+    ),
+    where="Sec. 1, eq (17)", control="refuted", printed=(EFFECTIVE_MASS, EFFECTIVE_POTENTIAL),
     wrong=EFFECTIVE_MASS.replace("+ gamma", "- gamma"),
 )  # fmt: skip
 in_section_1(
@@ -199,19 +205,33 @@ in_section_1(
     "The effective potential with its three terms is E~ at theta_dot = 0.",
     "The part of E~ without theta_dot, with phi_dot and omega_3 expressed by lambda and D.",
     parts=(("V", "{0}", f"quantity('E_tilde') - {EFFECTIVE_MASS}*theta_dot**2", "V = {0}"),),
-    where="Sec. 1, eq (18)", printed=(EFFECTIVE_POTENTIAL,),
+    where="Sec. 1, eq (18)", control="refuted", printed=(EFFECTIVE_POTENTIAL,),
     wrong=EFFECTIVE_POTENTIAL.replace("- sigma*lambda_", "+ sigma*lambda_"),
+)  # fmt: skip
+in_section_1(
+    "EQ-44", "functions which are integrals of motion for the rolling axisymmetric sphere",
+    "lambda, D and E~ are integrals of motion of the rolling sphere.",
+    "Differentiated along the rolling equations, v_A = 0. So the Main Equation has the form of the "
+    "rolling sphere's separation equation.",
+    parts=(
+        ("lambda", "0", "rolling_rate('{0}')", "ddt({0}) = 0"),
+        ("D", "0", "rolling_rate('{1}')", "ddt({1}) = 0"),
+        ("E~", "0", "rolling_rate('{2}')", "ddt({2}) = 0"),
+    ),
+    where="Sec. 1, before eq (8)", control="partly", printed=("lambda", "D", "E_tilde"),
+    wrong="L_z",
 )  # fmt: skip
 in_section_2_3(
     "EQ-31", "E=E_trans+E_rot+E_pot=...",
     "The three parts of the energy in Euler angles.",
     "The bracket of E_trans holds the components of s_dot = v_A - omega x a along 1, y, 3.",
     parts=(
-        ("E_trans", "{0}", "quantity('E_trans')", "{0}"),
-        ("E_rot", "{1}", "quantity('E_rot')", "{1}"),
-        ("E_pot", "{2}", "quantity('E_pot')", "{2}"),
+        ("E_trans", "{0}", "quantity('E_trans')", "E_trans = {0}"),
+        ("E_rot", "{1}", "quantity('E_rot')", "E_rot = {1}"),
+        ("E_pot", "{2}", "quantity('E_pot')", "E_pot = {2}"),
     ),
-    where="Sec. 2.3, eq (22)", printed=(TRANSLATIONAL, ROTATIONAL, "m*g*R*(1 - alpha*cos(theta))"),
+    where="Sec. 2.3, eq (22)", control="partly",
+    printed=(TRANSLATIONAL, ROTATIONAL, "m*g*R*(1 - alpha*cos(theta))"),
     wrong=TRANSLATIONAL.replace("nu_x*sin(theta) +", "nu_x*sin(theta) -"),
 )  # fmt: skip
 in_section_2_3(
@@ -219,38 +239,40 @@ in_section_2_3(
     "Every step of the derivation of E_dot = -mu g_n v_A^2 is right.",
     "Each expression of the chain equals E differentiated along the equations of motion.",
     parts=tuple(
-        (f"step {n + 1}", f"{{{n}}}", "rate_of('E')", f"{{{n}}}") for n in range(len(CHAIN))
+        (f"step {n + 1}", f"{{{n}}}", "rate_of('E')", f"E_dot = {{{n}}}") for n in range(len(CHAIN))
     ),
-    where="Sec. 2.3, eq (23)", printed=CHAIN, wrong=CHAIN[0].replace("+ m*g", "- m*g"), slow=True,
+    where="Sec. 2.3, eq (23)", control="partly",
+    printed=CHAIN, wrong=CHAIN[0].replace("+ m*g", "- m*g"),
 )  # fmt: skip
 in_section_2_3(
     "EQ-34", "m g s_dot.z is the rate of energy transfer ... into E_pot",
     "m g s_dot.z passes from E_trans to E_pot, and omega.(a x F) between E_trans and E_rot.",
     "E_trans changes by -m g s_dot.z - omega.(a x F) + v_A.F_f, so both terms pass through it.",
     parts=(
-        ("E_pot gains", "{0}", "rate_of('E_pot')", "{0}"),
-        ("E_rot gains", "{1}", "rate_of('E_rot')", "{1}"),
+        ("E_pot gains", "{0}", "rate_of('E_pot')", "E_pot_dot = {0}"),
+        ("E_rot gains", "{1}", "rate_of('E_rot')", "E_rot_dot = {1}"),
         ("E_trans loses both and the work of friction", "dot(v_A, F_f) - {0} - {1}",
-         "rate_of('E_trans')", "dot(v_A, F_f) - {0} - {1}"),
+         "rate_of('E_trans')", "E_trans_dot = dot(v_A, F_f) - {0} - {1}"),
     ),
-    printed=("m*g*dot(s_dot, z_hat)", "dot(omega, cross(a, F))"), wrong="m*g*dot(v_A, z_hat)",
-    slow=True,
+    control="partly", printed=("m*g*dot(s_dot, z_hat)", "dot(omega, cross(a, F))"),
+    wrong="m*g*dot(v_A, z_hat)",
 )  # fmt: skip
 in_section_2_3(
     "EQ-35", "tau_x=..., tau_z=..., tau_y=...",
     "The components of the torque a x F in the frame (x, y, z).",
     "a x F with a = R(alpha 3 - z) and F = g_n(z - mu v_A).",
     parts=tuple(
-        (f"tau_{axis}", f"{{{n}}}", f"tau[{n}]", f"{{{n}}}") for n, axis in enumerate("xyz")
+        (f"tau_{axis}", f"{{{n}}}", f"tau[{n}]", f"tau_{axis} = {{{n}}}")
+        for n, axis in enumerate("xyz")
     ),
-    printed=TORQUE, wrong=TORQUE[0][1:],
+    control="partly", printed=TORQUE, wrong=TORQUE[0][1:],
 )  # fmt: skip
 in_section_2_3(
     "EQ-36", "E~=E-m v_A^2/2+m v_A.(omega x a)",
     "E~ is E - m v_A^2/2 + m v_A.(omega x a).",
     "From m (v_A - omega x a)^2/2 with and without v_A.",
-    parts=(("", "{0}", "quantity('E_tilde') - quantity('E')", "E~ - E = {0}"),),
-    printed=(DIFFERENCE,), wrong=DIFFERENCE.replace("/2", ""),
+    parts=(("", "{0}", "quantity('E_tilde') - quantity('E')", "E_tilde - E = {0}"),),
+    control="refuted", printed=(DIFFERENCE,), wrong=DIFFERENCE.replace("/2", ""),
 )  # fmt: skip
 in_section_2_3(
     "EQ-41", "negative whenever nu_y>0 ... whenever nu_x<0 or nu_x is sufficiently small",
@@ -258,10 +280,10 @@ in_section_2_3(
     f"tau_y is a positive factor times nu_x - {BOUND}: negative for nu_x below this positive "
     "bound, the meaning of sufficiently small.",
     parts=(
-        ("tau_x per nu_y", "({0})/nu_y", f"-{SLOPE}", "{0}"),
-        ("tau_z per nu_y", "({2})/nu_y", "-mu*R*g_n*alpha*sin(theta)", "{2}"),
-        ("tau_y < 0 below a bound on nu_x", "{1}", f"{SLOPE}*(nu_x - {BOUND})", "{1}"),
+        ("tau_x per nu_y", "({0})/nu_y", f"-{SLOPE}", "tau_x = {0}"),
+        ("tau_z per nu_y", "({2})/nu_y", "-mu*R*g_n*alpha*sin(theta)", "tau_z = {2}"),
+        ("tau_y < 0 below a bound on nu_x", "{1}", f"{SLOPE}*(nu_x - {BOUND})", "tau_y = {1}"),
     ),
     definition="where g_n > 0 and 0 < theta < pi",
-    printed=TORQUE, wrong=TORQUE[1].replace("-R*alpha", "R*alpha"), at=1,
+    control="partly", printed=TORQUE, wrong=TORQUE[1].replace("-R*alpha", "R*alpha"), at=1,
 )  # fmt: skip

@@ -13,17 +13,17 @@ from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.motions import minima, minimum, swing_time
-from tt_precise.claims.evidence.run import REFERENCE, Run, rising, variant
+from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, rising, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.identities import ROUTH_RATE
-from tt_precise.claims.verdicts import Finding
+from tt_precise.claims.verdicts import JudgedClaim
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, d, effective_potential
 from tt_precise.mechanics.vectors import cross
-from tt_precise.runtime.values import Check, Scalar
+from tt_precise.runtime.values import Scalar
 from tt_precise.scene.scene import load_scene
 
 claim = claims_of(RAUCH_RUTSTAM, "1")
@@ -44,6 +44,10 @@ ASYMPTOTIC = {
     "E~0": "lambda_**2/(2*R**2*I3*(1 - alpha)**2) + m*g*R*(1 - alpha)",
     "E~1": "lambda_**2/(2*R**2*I3*(1 + alpha)**2) + m*g*R*(1 + alpha)",
 }
+SYMBOL = {
+    "lambda of the upright spin": "lambda", "lambda of the inverted spin": "lambda",
+    "D0": "D0", "D1": "D1", "E~0": "E0_tilde", "E~1": "E1_tilde",
+}  # fmt: skip
 QUANTITY = {"l": "lambda", "D": "D", "E": "E_tilde"}
 DIGITS = 70
 DELTAS = ("1e-3", "1e-5", "1e-7", "1e-9", "1e-11")
@@ -58,13 +62,12 @@ BESIDE = (
 
 @claim(
     "EQ-21",
-    counterexample={"factor": f"{DETERMINANT}/theta_dot"},
-    slow=True,
+    control=("refuted", {"factor": f"{DETERMINANT}/theta_dot"}),
     definition="both systems are linear in the five accelerations; they are equivalent where the "
     "determinant of the integrated form does not vanish",
     quote="equations of motion (2)-(6) are equivalent to the following equations",
 )
-def equivalent_form(factor: str = DETERMINANT) -> Finding:
+def equivalent_form(factor: str = DETERMINANT) -> JudgedClaim:
     """The rates of lambda, D, E~ and m r_dot are equivalent to eqs (2) to (6)."""
     symbols = f.chart()
     determinant = symbols.field(_determinant())
@@ -73,16 +76,20 @@ def equivalent_form(factor: str = DETERMINANT) -> Finding:
     at_turns = symbols.field(determinant.numer.subs(theta_dot, 0))
     regular = not symbols.remainder(at_turns).vanishes
     parts = {
-        "where theta_dot is not zero": (known.holds, f"determinant {factor}: {known.measured}"),
+        "where theta_dot is not zero": (
+            bool(known.holds), f"determinant theta_dot times a positive factor: {known.measured}"
+        ),
         "at turning points, theta_dot = 0, too": (
             regular, "determinant not zero" if regular else "determinant zero"
         ),
     }  # fmt: skip
-    return v.readings(
-        v.statements("equivalent", parts),
+    return v.all_of(
+        {
+            name: v.statement(holds, "equivalent", measured, proved=True)
+            for name, (holds, measured) in parts.items()
+        },
         "The rate of E~ contains theta_ddot only as theta_dot theta_ddot, so motions with constant "
         "theta satisfy the integrated form whether eq (2) holds or not.",
-        v.EXACT,
     )
 
 
@@ -112,34 +119,32 @@ def _determinant() -> Scalar:
 @claim(
     "EQ-26",
     where="Sec. 1 and Sec. 2.1",
-    counterexample={"printed": CORRECT_CONDITION},
+    control=("reproduced", {"printed": CORRECT_CONDITION}),
     definition="the condition under which d(z) is the square of a polynomial",
     quote="sigma=(1-alpha)/(gamma+alpha^2-1)",
 )
-def rationality_condition(printed: str = CONDITION) -> Finding:
+def rationality_condition(printed: str = CONDITION) -> JudgedClaim:
     """The printed relation of sigma, gamma and alpha makes d(z) a square."""
-    checks = map(_square, (printed, CORRECT_CONDITION))
-    return v.misprint(checks, f"sigma = {CORRECT_CONDITION}", SQUARE_NOTE, v.EXACT)
+    return v.misprint(map(_square, (printed, CORRECT_CONDITION)), SQUARE_NOTE)
 
 
 @claim(
     "EQ-27",
-    counterexample={"printed": CORRECT_CONDITION},
+    finding="EQ-26",
+    control=("reproduced", {"printed": CORRECT_CONDITION}),
     definition="for all lambda and D",
     quote="V(z,D(t),lambda) is a rational function of cos theta",
 )
-def rational_potential(printed: str = CONDITION) -> Finding:
+def rational_potential(printed: str = CONDITION) -> JudgedClaim:
     """V is a rational function of cos theta when the printed condition holds."""
     return v.misprint(
-        (_square(text, "V rational for ") for text in (printed, CORRECT_CONDITION)),
-        f"V is rational for sigma = {CORRECT_CONDITION}",
+        map(_square, (printed, CORRECT_CONDITION)),
         "V contains sqrt(d) once, in the product of lambda and D, and so is rational if and only "
         "if d is a square. " + SQUARE_NOTE,
-        v.EXACT,
     )
 
 
-def _square(text: str, what: str = "") -> Check:
+def _square(text: str) -> v.Part:
     """Whether d(z) is a square, that is, has a double root, when sigma is ``text``."""
     import sympy
 
@@ -151,28 +156,29 @@ def _square(text: str, what: str = "") -> Check:
     at_toy = discriminant.subs({symbol: sympy.Rational(str(getattr(toy, str(symbol))))
                                 for symbol in (alpha, gamma)})  # fmt: skip
     value = v.decimal(Fraction(str(at_toy)), 4)
-    return v.statement(
+    return v.formula(
         sympy.simplify(discriminant) == 0,
-        f"{what}sigma = {text}",
+        f"sigma = {text}",
         f"discriminant of d(z): {value} for the toy's alpha and gamma",
+        proved=True,
     )
 
 
 @claim(
     "EQ-24",
-    counterexample={"printed": {**ASYMPTOTIC, "D1": ASYMPTOTIC["D1"][1:]}},
-    quote="lambda=R(1-alpha)L0=R(1+alpha)L1. So lim D(t)=D0=...",
+    control=("partly", {"printed": {**ASYMPTOTIC, "D1": ASYMPTOTIC["D1"][1:]}}),
+    quote="lambda=R(1-alpha)L0=R(1+alpha)L1. So lim_{t->-inf} D(t)=D0=...",
 )
-def asymptotic_formulas(printed: Mapping[str, str] = ASYMPTOTIC) -> Finding:
+def asymptotic_formulas(printed: Mapping[str, str] = ASYMPTOTIC) -> JudgedClaim:
     """The formulas for lambda, D and E~ of the upright and the inverted spin."""
-    return v.theorem(
+    return v.all_of(
         {name: _of_the_spin(name, text) for name, text in printed.items()},
         "Compared with -L.a, D and E~ of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for "
         "symbolic parameters.",
     )
 
 
-def _of_the_spin(name: str, text: str) -> Check:
+def _of_the_spin(name: str, text: str) -> v.Part:
     import sympy
 
     body = Parameters(*sympy.symbols("m R alpha I1 I3 g mu", positive=True))
@@ -182,21 +188,22 @@ def _of_the_spin(name: str, text: str) -> Check:
     lambda_ = QUANTITIES["lambda"].evaluate(q)
     value = f.evaluate(text, body, sympy, lambda_=lambda_, L0=spin, L1=spin)
     difference = sympy.simplify(value - QUANTITIES[QUANTITY[name[0]]].evaluate(q))
-    return v.statement(
+    return v.formula(
         difference == 0,
-        text.replace("lambda_", "lambda"),
+        f"{SYMBOL[name]} = {text.replace('lambda_', 'lambda')}",
         "equal, for every body" if difference == 0 else f"off by {difference}",
+        proved=True,
     )
 
 
 @claim(
     "EQ-25",
-    counterexample={"limit": "E0"},
+    control=("refuted", {"limit": "E0"}),
     quote="E(t)->E1=lim V(z_min(t),D(t),lambda)",
     definition="the toy with the reference lambda, D = D1 + e |D1| for e = 1e-4 ... 1e-12; E1 is "
     "the energy of the inverted spin",
 )
-def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Finding:
+def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> JudgedClaim:
     """The minimum of V tends to the energy of the inverted spin as D tends to D1."""
     fn = own_context(DIGITS)
     body = run.body(fn)
@@ -223,11 +230,11 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Finding:
 @claim(
     "TH-08",
     where="Proposition 1.1 i)",
-    counterexample={"multiples": ("0.2",)},
+    control=("refuted", {"multiples": ("0.2",)}),
     definition=BESIDE,
     quote="has a minimum z_min in the interval [-1,-1+eps] for D=D1+delta/(...)",
 )
-def minimum_beside_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> Finding:
+def minimum_beside_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> JudgedClaim:
     """For D slightly above D1 the potential has a minimum close to z = -1."""
     return _beside(-1, multiples, -1)
 
@@ -235,19 +242,18 @@ def minimum_beside_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> 
 @claim(
     "TH-09",
     where="Proposition 1.1 ii)",
-    counterexample={"claimed": -1},
-    slow=True,
+    control=("refuted", {"claimed": -1}),
     definition=BESIDE,
     quote="has a minimum z_min in the interval [1-eps,1] for D=D0-delta/(...)",
 )
 def minimum_beside_the_upright_pole(
     multiples: tuple[str, ...] = MULTIPLES, claimed: int = 1
-) -> Finding:
+) -> JudgedClaim:
     """For D slightly below D0 the potential has a minimum close to z = 1."""
     return _beside(1, multiples, claimed)
 
 
-def _beside(pole: int, multiples: tuple[str, ...], claimed: int) -> Finding:
+def _beside(pole: int, multiples: tuple[str, ...], claimed: int) -> JudgedClaim:
     fn = own_context(DIGITS)
     body = REFERENCE.body(fn)
     root = fn.sqrt(body.gamma + body.alpha**2 - 1)
@@ -275,13 +281,13 @@ def _beside(pole: int, multiples: tuple[str, ...], claimed: int) -> Finding:
 @claim(
     "TH-10",
     where="Sec. 1, after Proposition 1.1",
-    counterexample={"until": 0.5},
+    control=("refuted", {"until": 0.5}),
     definition="the toy, whose potential is rational, reference lambda; "
     f"{POTENTIAL_STEPS} values of D between D0 and D1; z = 1 and z = -1 count as reached within "
     "0.1 rad",
     quote="the minimum z_min is moving from an eps-neighborhood of z=1 to ... z=-1",
 )
-def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
+def minimum_moves_from_pole_to_pole(until: float = 1.0) -> JudgedClaim:
     """As D goes from D0 to D1 the minimum of V moves from z = 1 to z = -1."""
     body, lambda_ = _double_body(REFERENCE)
     begin, end = thresholds.D0(body, lambda_, math), thresholds.D1(body, lambda_, math)
@@ -303,12 +309,12 @@ def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
 
 @claim(
     "TH-11",
-    counterexample={"factor": 0.1},
+    control=("refuted", {"factor": 0.1}),
     definition="reference solution. T_upp at the most favourable D of each gap; the frozen motion "
     f"has the D and E~ of the solution, every {EVERY} s",
     quote="the time of passage for theta(t) between two turning points has a uniform bound T_upp",
 )
-def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -> Finding:
+def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -> JudgedClaim:
     """The time between two turning points of theta is at most T_upp."""
     body, lambda_ = _double_body(run)
     table = run.sampled(("theta", "D", "E_tilde"), EVERY)
@@ -330,7 +336,7 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
             largest <= 1, f"at most {v.decimal(largest, 4)} T_upp"
         ),
     }  # fmt: skip
-    return v.readings(
+    return v.interpretations(
         v.statements("gap <= T_upp", parts),
         f"Between these two turning points theta rises steadily by {v.decimal(rise, 2)} rad, "
         "because the potential changes while theta swings in it.",
@@ -340,11 +346,11 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
 @claim(
     "TH-12",
     quote="If ... T_inv>10 T_upp, then theta(t) has to perform several oscillations",
-    counterexample={"run": Run(variant(theta="0.01", phi_dot="197", mu="0.05", until="40"))},
+    control=("refuted", {"run": Run(variant(theta="0.01", phi_dot="197", mu="0.05", until="40"))}),
     definition="reference solution, T_inv in definition A, T_upp at its largest, D = D1; an "
     "oscillation is a minimum of theta during the climb",
 )
-def several_oscillations(run: Run = REFERENCE) -> Finding:
+def several_oscillations(run: Run = REFERENCE) -> JudgedClaim:
     """T_inv is more than 10 T_upp, and theta oscillates several times during the climb."""
     body, lambda_ = _double_body(run)
     longest = thresholds.T_upp(body, lambda_, thresholds.D1(body, lambda_, math), math)
@@ -361,12 +367,12 @@ def several_oscillations(run: Run = REFERENCE) -> Finding:
 
 @claim(
     "TH-13",
-    counterexample={"end": "0.05"},
+    control=("refuted", {"end": "0.05"}),
     definition="distance: E~ above the minimum of V, on the reference solution continued to 10 s; "
     "its peak is the largest of values 0.01 s apart",
     quote="due to energy dissipation, its position theta(t) goes toward the minimum theta_min(t)",
 )
-def theta_goes_to_the_minimum(end: str = "10") -> Finding:
+def theta_goes_to_the_minimum(end: str = "10") -> JudgedClaim:
     """Dissipation brings theta towards the minimum of the moving potential."""
     run = Run(variant(until=end))
     body, lambda_ = _double_body(run)
@@ -389,10 +395,43 @@ def theta_goes_to_the_minimum(end: str = "10") -> Finding:
             100 * last < highest, f"E~ - V_min down to {v.decimal(last, 3)} J at {end} s"
         ),
     }  # fmt: skip
-    return v.readings(
+    return v.interpretations(
         v.statements("goes toward the minimum", parts),
         f"Until {v.decimal(peak, 3)} s the moving potential raises E~ - V_min by the factor "
         f"{v.decimal(highest / first, 2)}. Dissipation dominates only after that.",
+    )
+
+
+@claim(
+    "QUAL-31",
+    control=("reproduced", {"phase": "synchronisation"}),
+    definition=f"turning points of theta in the climb (definition A); many: at least {MANY}; "
+    "between the walls: the lower turning points lie on the lower side of the minimum of V at that "
+    "instant",
+    quote="In a generic situation the particle reflects many times between the walls of V",
+)
+def reflections(phase: str = "climb", run: Run = REFERENCE) -> JudgedClaim:
+    """The particle is reflected many times between the walls of V."""
+    body, lambda_ = _double_body(run)
+    span = getattr(run, phase)
+    turns = run.turns[run.turns["t"].astype(float).between(*span)]
+    lower = turns[turns["name"] == "theta_min"]
+    wells = [minima(body, D, lambda_)[0]
+             for D in run.columns(["D"], [float(t) for t in lower["t"]])["D"]]  # fmt: skip
+    beyond = sum(float(theta) > well for theta, well in zip(lower["theta"], wells, strict=True))
+    return v.all_of(
+        {
+            "many times": v.statement(
+                len(turns) >= MANY, "many times", f"{len(turns)} turning points"
+            ),
+            "between the walls": v.statement(
+                beyond == 0,
+                "between the walls of V",
+                f"{beyond} of {len(lower)} lower turning points lie beyond the minimum of V",
+            ),
+        },
+        "The well moves while theta swings in it, and overtakes the particle: theta then turns "
+        "without having reached the lower wall.",
     )
 
 

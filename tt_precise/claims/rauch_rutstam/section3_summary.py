@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence import sweeps as s
-from tt_precise.claims.evidence.run import REFERENCE, Run, rows_of, variant
+from tt_precise.claims.evidence.run import REFERENCE, Run, Span, rows_of, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam import section22_sweeps as section22
 from tt_precise.claims.rauch_rutstam.section1_equations import FORMS
 from tt_precise.claims.rauch_rutstam.section22_starts import initiations, threshold
-from tt_precise.claims.verdicts import Finding
+from tt_precise.claims.verdicts import JudgedClaim
 from tt_precise.mechanics import euler, thresholds
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.runtime.values import Check
 
 if TYPE_CHECKING:
     import pandas
@@ -30,10 +30,10 @@ STARTS = ("0", "50", "83", "100", "150", "180", "195", "200")
     "EQ-42",
     quote="the dynamical equations (2)-(6)",
     where="Sec. 3; captions of Figs 2 and 7",
-    counterexample={"last": 5},
+    control=("partly", {"last": 5}),
     definition="numbers counted in the order of the printed equations",
 )
-def cross_reference(first: int = 2, last: int = 6) -> Finding:
+def cross_reference(first: int = 2, last: int = 6) -> JudgedClaim:
     """The dynamical equations are (2) to (6)."""
     cited = RAUCH_RUTSTAM.equations[first - 1 : last]
     moving = {"theta_dot": "ddth", "phi_dot": "ddph", "omega_3": "dot_om"}
@@ -54,44 +54,85 @@ def cross_reference(first: int = 2, last: int = 6) -> Finding:
 @claim(
     "QUAL-26",
     where="Summary c)",
-    counterexample={"phase": "climb"},
-    definition="the least phi_dot before the initiation time A (extremum event), against the "
-    f"largest phi_dot at the maxima of theta before it; large: {FACTOR} times as large",
-    quote="from large negative values to large positive values of phi_dot",
+    control=("refuted", {"phase": "climb"}),
+    definition="the least phi_dot before and the largest after the initiation time A (extremum "
+    "events), against the largest phi_dot at the maxima of theta before it; large: "
+    f"{FACTOR} times as large",
+    quote="by reversal of amplitude of oscillations of phi_dot(t) from large negative values to "
+    "large positive values of phi_dot(t)",
 )
-def large_negative_values(phase: str = "synchronisation", run: Run = REFERENCE) -> Finding:
-    """Before t_init phi_dot reaches large negative values."""
+def reversal_at_initiation(phase: str = "synchronisation", run: Run = REFERENCE) -> JudgedClaim:
+    """At t_init phi_dot goes from large negative to large positive values."""
     span = getattr(run, phase)
     lowest = run.extreme("phi_dot", largest=False, span=span)
     tops = run.turns
     tops = tops[(tops["name"] == "theta_max") & (tops["t"] < span.end) & (tops["t"] > span.begin)]
     usual = float(abs(tops["phi_dot"]).max())
+    after = Span(span.end, run.equator if span.end < run.equator else run.whole.end)
+    highest = run.extreme("phi_dot", largest=True, span=after)
+    against = f"against {v.decimal(usual, 3)} rad/s at the maxima of theta"
     return v.all_of(
-        v.statement(
-            float(lowest) < -FACTOR * usual,
-            "large negative values",
-            f"{lowest} rad/s, against {v.decimal(usual, 3)} rad/s at the maxima of theta",
-        ),
+        {
+            "before": v.statement(
+                float(lowest) < -FACTOR * usual,
+                "large negative values",
+                f"{lowest} rad/s, {against}",
+            ),
+            "after": v.statement(
+                float(highest) > FACTOR * usual,
+                "large positive values",
+                f"{highest} rad/s, {against}",
+            ),
+        },
         "The depth depends on the distance at which the axis passes the pole, and so on the last "
         "digits of the parameters: it is ill conditioned.",
     )
 
 
 @claim(
+    "SUM-07",
+    where="Summary",
+    control=("reproduced", {"printed": "climb"}),
+    definition="theta at the end of each interval, with the times of definition A; to pi: within "
+    "0.05 rad",
+    quote="a naturally defined climbing time interval [0,t_{theta≈pi}-t_{theta≈0}] ... during "
+    "which the angle theta increases to pi",
+)
+def climbing_interval(printed: str = "shifted", run: Run = REFERENCE) -> JudgedClaim:
+    """During the interval from 0 to t_end - t_init the angle theta increases to pi."""
+    climb = run.climb
+    ends = {
+        "shifted": (climb.length, "from 0 to t_end - t_init"),
+        "climb": (climb.end, "from t_init to t_end"),
+    }
+
+    def check(which: str) -> v.Part:
+        end, words = ends[which]
+        theta = run.value("theta", end)
+        shown = f"theta = {v.decimal(theta, 4)} rad at its end, {v.decimal(end, 5)} s"
+        return v.statement(math.pi - theta < 0.05, words, shown)
+
+    return v.misprint(
+        map(check, (printed, "climb")),
+        "The climb has this length, but begins at t_init.",
+    )
+
+
+@claim(
     "NUM-19",
     where="Summary",
-    counterexample={"printed": "84"},
+    control=("refuted", {"printed": "84"}),
     definition="t_init = 0 or not, in definition A; threshold as for NUM-18",
-    quote="phi_dot(0) > 83 rad/s start to invert directly, phi_dot(0) <= 83 require a "
-    "synchronisation time-interval",
+    quote="solutions with phi_dot(0)>83 rad/s start to invert directly and solutions with "
+    "phi_dot(0)<=83 require a synchronisation time-interval",
 )
-def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> Finding:
+def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> JudgedClaim:
     """Starts with phi_dot(0) above 83 rad/s climb at once, others do not."""
     root = threshold(theta)
     between = str((float(printed) + float(root.value)) / 2)
     at = {value: initiations(theta, value, 0)["A"] for value in (printed, between)}
     shown = ", ".join(f"{v.decimal(float(a), 5)}: {v.decimal(t, 3)} s" for a, t in at.items())
-    return v.readings(
+    return v.interpretations(
         {
             "as a threshold of two digits": v.rounds_to(printed, root, "rad/s"),
             "as it stands": v.statement(
@@ -109,14 +150,14 @@ def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> Finding
     "SWP-22",
     where="Summary",
     definition=section22.T_INIT,
-    counterexample={"limit": "90"},
-    quote="solutions with phi_dot(0) <= 83 require a synchronisation time-interval before theta "
-    "starts to climb",
+    control=("refuted", {"limit": "90"}),
+    quote="solutions with phi_dot(0)<=83 require a synchronisation time-interval for phi_dot(t), "
+    "nu_x(t) and nu_y(t) before theta(t) starts to climb",
 )
-def needed_up_to(limit: str = "83") -> Finding:
+def needed_up_to(limit: str = "83") -> JudgedClaim:
     """Up to phi_dot(0) = 83 rad/s a synchronisation phase comes before the climb."""
 
-    def check(rows: pandas.DataFrame) -> Check:
+    def check(rows: pandas.DataFrame) -> v.Part:
         some = rows[rows["phi_dot"] <= float(limit)]
         waiting = int(
             some[[f"t_init_{definition}" for definition in section22.ABC]].gt(0).all(axis=1).sum()
@@ -125,33 +166,33 @@ def needed_up_to(limit: str = "83") -> Finding:
             0 < waiting == len(some), "t_init > 0", f"{waiting} of {len(some)} starts"
         )
 
-    return v.readings(s.both_ways("phi_dot", check), "In all three definitions.")
+    return v.all_of(s.both_ways("phi_dot", check), "In all three definitions.")
 
 
 @claim(
     "SWP-19",
     where="Summary",
-    counterexample={"tolerance": "0.01"},
+    control=("refuted", {"tolerance": "0.01"}),
     definition="The first time after theta = pi/2 at which nu_y falls through nu_x, and its "
     f"distance from t_end in definition A, at most 0.1 s. {section22.TESTED} {s.HORIZON}",
-    quote="For all tested IC the climbing time-interval ends at the ending time ... the graph of "
-    "nu_y crosses the graph of nu_x from above",
+    quote="For all tested IC the climbing time-interval ends at the ending time ... At "
+    "t_{theta≈pi} the graph of nu_y(t) crosses the graph of nu_x(t) from above",
 )
-def ends_with_a_crossing(tolerance: str = "0.1") -> Finding:
+def ends_with_a_crossing(tolerance: str = "0.1") -> JudgedClaim:
     """Every climb ends with a reversal of phi_dot, at which nu_y falls below nu_x."""
 
     def close(rows: pandas.DataFrame) -> tuple[int, pandas.Series]:
         apart = (rows["nu_crossing_end"] - rows["t_end_A"]).abs()
         return int((apart <= float(tolerance)).sum()), apart
 
-    def check(rows: pandas.DataFrame) -> Check:
+    def check(rows: pandas.DataFrame) -> v.Part:
         count, apart = close(rows)
         shown = f"{count} of {len(rows)}, at most {s.number(apart.max(), 2)} s apart"
         return v.statement(0 < count == len(rows), "for all tested IC", shown)
 
     held = s.starts(("phi_dot", *section22.EVERY), "held")
     held = held[held["t_end_A"].notna()]
-    return v.readings(
+    return v.all_of(
         s.both_ways(("phi_dot", *section22.EVERY), check),
         f"Of the starts that invert and keep contact, {close(held)[0]} of {len(held)} have both "
         "within that time.",
@@ -161,13 +202,13 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> Finding:
 @claim(
     "SWP-20",
     where="Summary",
-    counterexample={"usually": "0.1"},
+    control=("reproduced", {"usually": "0.1"}),
     definition="Range of the quantity along the trajectory, against the reference's; "
     '"usually": for more than half of the other starts, in each of nu_x, nu_y, theta_dot. '
     f"{section22.TESTED}",
     quote="amplitudes of oscillations for all dynamical variables usually increases",
 )
-def amplitudes_increase(usually: str = "0.5") -> Finding:
+def amplitudes_increase(usually: str = "0.5") -> JudgedClaim:
     """Starts that glide or nod usually oscillate more than the reference solution."""
 
     def wider(rows: pandas.DataFrame, name: str) -> float:
@@ -180,7 +221,7 @@ def amplitudes_increase(usually: str = "0.5") -> Finding:
             larger = {name: wider(s.starts(series, contact), name) for name in s.AMPLITUDES}
             shown = ", ".join(f"{name} {s.share(part)}" for name, part in larger.items())
             parts[f"{series}, {reading}"] = min(larger.values()) > float(usually), shown
-    return v.readings(
+    return v.all_of(
         v.statements("usually increase", parts),
         "With nu_y(0) > 0 alone, theta_dot ranges wider for "
         f"{s.share(wider(ahead[ahead['nu_y'] > 0], 'theta_dot'))} of the starts.",
@@ -191,15 +232,15 @@ def amplitudes_increase(usually: str = "0.5") -> Finding:
     "SWP-21",
     where="Summary",
     definition=section22.AMONG,
-    counterexample={"close": "0.01"},
+    control=("refuted", {"close": "0.01"}),
     quote="the total energy for the reference solution is close to the minimal value of total "
-    "energy among solutions having lambda = 2 lambda_thres",
+    "energy among solutions having lambda≈2lambda_thres",
 )
-def energy_close_toleast_energy(close: str = section22.CLOSE) -> Finding:
+def energy_close_to_least_energy(close: str = section22.CLOSE) -> JudgedClaim:
     """The energy of the reference solution is close to the least energy with its lambda."""
     body = section22.reference_body()
     inverted = float(thresholds.E1(body, section22.reference_lambda()))
-    return v.readings(
+    return v.interpretations(
         {
             "among starts with theta(0) = 0.1": section22.closeness(
                 close, section22.least_energy()["E"]
@@ -212,40 +253,41 @@ def energy_close_toleast_energy(close: str = section22.CLOSE) -> Finding:
 
 @claim(
     "SUM-04",
-    counterexample={"torque": "dot(omega, cross(F, a))"},
+    control=("refuted", {"torque": "dot(omega, cross(F, a))"}),
     definition="the power of the torque is omega.(a x F)",
-    quote="This transfer is due to the torque that changes the components of angular velocity",
+    quote="This transfer is due to the torque that changes the components of angular velocity and "
+    "performs work needed for energy transfer",
 )
-def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Finding:
+def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> JudgedClaim:
     """The torque changes omega and transfers the energy between the three modes."""
     q = f.motion()
     known = {"omega": q.omega, "a": q.a, "F": q.force, "dot": dot, "cross": cross}
     power = f.read(torque, {**f.names(), **known})
-    rotation = f.equal(power, f.rate_of("E_rot"), "E_rot_dot = omega.(a x F)")
-    potential = f.equal("0", f.rate_of("E_pot"), "E_pot_dot without a torque = 0")
+    rotation = f.equal(power, f.rate_of("E_rot"), "E_rot_dot = dot(omega, cross(a, F))")
+    potential = f.equal("0", f.rate_of("E_pot"), "E_pot_dot = 0")
     work = "" if potential.holds else ": m g s_dot.z is the work of the weight"
     every = v.statement(
-        rotation.holds and potential.holds,
+        bool(rotation.holds and potential.holds),
         "due to the torque",
         f"E_pot changes without a torque{work}",
+        proved=True,
     )
-    return v.readings(
+    return v.all_of(
         {"between translation and rotation": rotation, "between all three modes": every},
         "E_trans and E_rot exchange omega.(a x F). E_trans and E_pot exchange m g s_dot.z, to "
         "which the torque does not contribute (EQ-34).",
-        v.EXACT,
     )
 
 
 @claim(
     "SUM-06",
-    counterexample={"around": 0.001},
+    control=("refuted", {"around": 0.001}),
     definition=f"phi_dot(0) = {', '.join(STARTS)} rad/s, otherwise the reference start, 12 s; "
     "those that invert. Peak: largest |phi_dot| at turning points of theta within 0.3 s of the "
     "ending time (definition A), against those from the equator to 0.3 s before it",
     quote="These oscillations are well visible in all graphs of a fully inverting Tippe Top",
 )
-def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = STARTS) -> Finding:
+def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = STARTS) -> JudgedClaim:
     """phi_dot oscillates with high amplitude at the ending time of every inverting solution."""
     peaks = [_peak(phi_dot, around) for phi_dot in starts]
     inverting = [peak for peak in peaks if peak is not None]
@@ -261,7 +303,7 @@ def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = START
             ("ten times as high as usual (median)", usual, 10),
         )
     }
-    return v.readings(
+    return v.interpretations(
         v.statements("well visible in all graphs", parts),
         "The peaks are computed as events, so no peak is missed. For the start of Fig. 8, which "
         f"the paper calls exceptionally smooth, the peak is {v.decimal(smooth[0], 3)} times as "
