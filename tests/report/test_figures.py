@@ -20,7 +20,7 @@ EXPECTED = {
     *(f"figure-{n}" for n in range(2, 9)),
     "axis-at-the-pole", "deforming-potential", "jellett-drift", "times-by-inclination",
     "times-by-precession", "map-inclination-lambda", "map-friction-spin",
-    "map-precession-spin", "outcomes-at-the-threshold",
+    "map-precession-spin",
 }  # fmt: skip
 CLAIM = re.compile(r"\b(?:EQ|TH|NUM|QUAL|FIG|SWP|SUM|NT)-\d\d\b")
 

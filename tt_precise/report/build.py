@@ -25,7 +25,7 @@ from tt_precise.runtime.values import InputError, Json
 
 NAME = "precision-report"
 VERSIONS = ("tt-precise", "heyoka", "numpy", "mpmath", "pandas", "scipy", "sympy", "matplotlib")
-OPENING = f"Does the paper hold? Every statement of {RAUCH_RUTSTAM.citation}, computed:"
+OPENING = f"Every statement of {RAUCH_RUTSTAM.citation}, computed:"
 WHAT = "what `tt-precise report` writes"
 Part = dict[str, Json]
 

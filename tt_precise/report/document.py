@@ -38,10 +38,15 @@ def sections() -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph of plain text; ``emphasis`` marks one that must not be overlooked."""
+    """A paragraph of plain text.
+
+    ``emphasis`` marks one that must not be overlooked; ``folded`` is the title under which the page
+    folds it.
+    """
 
     text: str
     emphasis: bool = False
+    folded: str = ""
     kind: str = "text"
 
 

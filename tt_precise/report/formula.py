@@ -26,8 +26,8 @@ _ACCENTS = ("dot", "ddot", "dddot", "tilde", "hat")
 _UPRIGHT = ("sin", "cos", "tan")
 _RELATIONS = {ast.Eq: "=", ast.Lt: "<", ast.Gt: ">", ast.LtE: r"\le", ast.GtE: r"\ge"}
 _SIGNS = {ast.Add: "+", ast.Sub: "-", ast.RShift: r"\to"}
-# Precedence of sums, products, and what needs no brackets anywhere.
-_RELATION, _SUM, _PRODUCT, _ATOM = range(4)
+# Precedence, as in Python; a product of vectors binds less than one of numbers beside it.
+_RELATION, _SUM, _VECTORS, _PRODUCT, _ATOM = range(5)
 _LEAF = "\0"  # begins a token that can be marked: a symbol, a number, a sign
 
 
@@ -93,38 +93,40 @@ def _marked(text: str, other: str, mark: str) -> str:
 def _tokens(text: str) -> list[str]:
     code = re.sub(r"\blambda\b", "lambda_", text).replace("->", ">>")
     code = re.sub(r"(?<![=<>])=(?!=)", "==", code)
-    body = ast.parse(code.strip(), mode="eval").body
+    code = code.strip()
+    body = ast.parse(code, mode="eval").body
+    for node in ast.walk(body):
+        if isinstance(node, ast.Constant):  # 0.10 keeps its zero
+            node.kind = ast.get_source_segment(code, node)
     return _listed(body.elts) if isinstance(body, ast.Tuple) else _set(body)[0]
 
 
 def _set(node: ast.expr) -> tuple[list[str], int]:
     """The tokens of a node, and its precedence."""
     match node:
-        case ast.Constant(value=int() | float()):
-            return [_LEAF + _number(ast.unparse(node))], _ATOM
+        case ast.Constant(value=int() | float(), kind=str(text)):
+            return [_LEAF + _number(text)], _ATOM
         case ast.Name(id=name):
             return [_LEAF + latex_symbol(name)], _ATOM
         case ast.Tuple(elts=elements):
             return _bracketed(_listed(elements)), _ATOM
         case ast.UnaryOp(op=ast.USub(), operand=operand):
-            return [_LEAF + "-", " ", *_inside(operand, _PRODUCT)], _SUM
+            return [_LEAF + "-", " ", *_inside(operand, _VECTORS)], _SUM
         case ast.Compare(left=left, ops=signs, comparators=rights):
             tokens = _set(left)[0]
             for sign, right in zip(signs, rights, strict=True):
                 tokens += [" ", _LEAF + _RELATIONS[type(sign)], " ", *_set(right)[0]]
             return tokens, _RELATION
         case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.RShift() as sign, right=right):
-            least = _PRODUCT if isinstance(sign, ast.Sub) else _SUM
+            least = _VECTORS if isinstance(sign, ast.Sub) else _SUM
             signed = [" ", _LEAF + _SIGNS[type(sign)], " "]
             return [*_set(left)[0], *signed, *_inside(right, least)], _SUM
         case ast.BinOp(left=left, op=ast.Mult(), right=right):
             times = r" \cdot " if isinstance(right, ast.Constant) else r"\, "
             leading = isinstance(left, ast.UnaryOp)  # -a*b needs no brackets
-            return [
-                *_inside(left, _SUM if leading else _PRODUCT),
-                times,
-                *_inside(right, _PRODUCT),
-            ], _PRODUCT
+            vectors = isinstance(right, ast.Call) and _name(right) in ("dot", "cross")
+            factors = _inside(left, _SUM if leading else _PRODUCT), _inside(right, _VECTORS)
+            return [*factors[0], times, *factors[1]], _VECTORS if vectors else _PRODUCT
         case ast.BinOp(left=left, op=ast.Div(), right=right):
             return [r"\frac{", *_set(left)[0], "}{", *_set(right)[0], "}"], _ATOM
         case ast.BinOp(left=left, op=ast.Pow(), right=right):
@@ -135,7 +137,7 @@ def _set(node: ast.expr) -> tuple[list[str], int]:
             base = _set(left)[0] if simple else _bracketed(_set(left)[0])
             return ["{", *base, "}", *raised], _PRODUCT
         case ast.Call():
-            return _call(node), _ATOM if _name(node) not in ("dot", "cross") else _PRODUCT
+            return _call(node), _ATOM if _name(node) not in ("dot", "cross") else _VECTORS
     raise SyntaxError(f"formula: got {ast.unparse(node)!r}, expected sums, products and functions")
 
 

@@ -72,6 +72,11 @@ def golden_section() -> Section:
     )
 
 
+MEANING = (
+    "A proof encloses the exact solution between two numbers at every printed time; the digits in "
+    "which both agree are proved. Scenes that stick or fly, or follow a law that is not smooth "
+    "enough, have no proof."
+)
 THEOREM = (
     "Let p be polynomials, exact as numbers, that solve the equations on a step up to a defect d, "
     "and let a bound the logarithmic norm of the equations' derivative on a tube around p. Then "
@@ -139,7 +144,8 @@ def proved() -> Section:
         "Proved digits",
         [
             *([proved_digits(digits)] if digits else []),
-            Text(f"{THEOREM} {METHOD}"),
+            Text(MEANING),
+            Text(f"{THEOREM} {METHOD}", folded="The theorem"),
             PageTable(
                 (
                     "scene",
@@ -170,7 +176,7 @@ def proved() -> Section:
                 name="times-table",
                 folded=True,
             ),
-            Text(FOREVER),
+            Text(FOREVER, folded="For ever"),
             PageTable(
                 (
                     "scene",
@@ -257,8 +263,8 @@ def _digits(ball: dict[str, str]) -> int:
     return Decimal(ball["middle"]).adjusted() - Decimal(ball["radius"]).adjusted() - 1
 
 
-PANELS_A_ROW = 5
-ROW_HEIGHT = 0.6  # inches
+PANELS_A_ROW = 4
+ROW_HEIGHT = 0.78  # inches
 BINS = 90  # of time in each small graph
 
 
@@ -279,8 +285,8 @@ def every_scene(names: Sequence[str]) -> Figure:
             panel.plot(times[at], angles[at], color=style.BLUE, linewidth=0.7)
             panel.set(ylim=(-0.1, math.pi + 0.1), yticks=[0, math.pi])
             panel.set_yticklabels(["0", "π"])
-            panel.set_title(name, fontsize=6.5, pad=2)
-            panel.tick_params(labelsize=7)
+            panel.set_title(name, fontsize=8.5, pad=3)
+            panel.tick_params(labelsize=8.5)
             panel.xaxis.set_major_locator(matplotlib.ticker.MaxNLocator(3))
         for panel in axes[len(names) :]:
             panel.set_visible(False)

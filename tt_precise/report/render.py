@@ -37,7 +37,7 @@ GOOD = {"reproduced", "rounded", "pass", "ok", "right", "verified", "unchanged",
 MIXED = {"partly", "ambiguous", "untestable", "skipped", "misprint"}
 LONGEST_ROWS = 14  # of a table that is shown unasked
 LONGEST_TEXT = 480  # characters of a paragraph, likewise
-BESIDE_ROWS, BESIDE_COLUMNS = 12, 3
+BESIDE_ROWS, BESIDE_COLUMNS = 12, 4
 _SENTENCE = re.compile(r"(?<![ (]eq)(?<!Figs)(?<!Fig)(?<!Sec)\. (?=[A-Z])")
 # characters that an address between double quotes may hold as they are
 _AS_THEY_ARE = "<>/=:;,'() +-_.!~*@?{}|"
@@ -122,6 +122,7 @@ def _environment(*, escaped: bool) -> Environment:
 def laid_out(section: Section) -> dict[str, Json]:
     """The blocks of a section by place: picture, texts, side tables, tables, pictures, claims.
 
+    A second picture stands ``beside`` the first one; without one the texts and small tables do.
     ``texts`` are pairs: the shown part and the folded part. ``choices`` are the filters of the
     section's claims.
     """
@@ -143,10 +144,11 @@ def laid_out(section: Section) -> dict[str, Json]:
     )
     return {
         "picture": figures[0] if figures else None,
+        "beside": figures[1] if len(figures) > 1 and not side_tables else None,
         "texts": [_parted(block) for block in section.blocks if isinstance(block, Text)],
         "side_tables": side_tables,
         "tables": [table for table in tables if table not in side_tables],
-        "pictures": figures[1:],
+        "pictures": figures[1:] if side_tables else figures[2:],
         "claims": claims,
         "choices": [
             ("verdict", sorted(verdicts)), ("section", list(sections().items())), ("kind", kinds),
@@ -180,7 +182,7 @@ def rest(text: str) -> str:
 
 def _parted(text: Text) -> tuple[Text, str]:
     """A text and what of it is folded: the sentences beyond the first few."""
-    if text.emphasis or len(text.text) <= LONGEST_TEXT:
+    if text.folded or text.emphasis or len(text.text) <= LONGEST_TEXT:
         return text, ""
     shown, *others = _SENTENCE.split(text.text)
     while others and len(shown) + len(others[0]) < LONGEST_TEXT:

@@ -20,10 +20,9 @@ FIGURES: dict[str, tuple[Callable[[], Figure], ...]] = {
     "conservation": (solution.jellett_drift,),
     "starts": (
         starts.times_by_precession, starts.times_by_inclination,
-        starts.map_of_inclination_and_lambda, starts.map_of_friction_and_spin,
-        starts.map_of_precession_and_spin,
+        starts.map_of_friction_and_spin, starts.map_of_precession_and_spin,
     ),
-    "thresholds": (starts.outcomes_at_the_threshold,),
+    "thresholds": (starts.map_of_inclination_and_lambda,),
 }  # fmt: skip
 
 

@@ -103,20 +103,11 @@ LABELS = {
     "mu": r"$\mu$ (s/m)", "omega_3": r"$\omega_3(0)$ (rad/s)",
     "phi_dot": r"$\dot\varphi(0)$ (rad/s)",
 }  # fmt: skip
+DASHED = (
+    "Dashed: lambda_thres, the threshold of complete inversion, above which the inverted spin is "
+    "stable."
+)
 STARTS = "at rest except for omega_3, on a grid"
-
-
-@style.figure("outcomes-at-the-threshold", [3.0])
-def outcomes_at_the_threshold(axes: list[Axes]) -> Words:
-    """Which starts invert, over theta(0) and lambda/lambda_thres."""
-    rows = _draw_maps(axes, "inclination and lambda")
-    return Words(
-        caption=f"Which of {len(rows)} starts {STARTS} have the axis below the equator after "
-        f"{maps.UNTIL} s, by theta(0) and lambda/lambda_thres. Below the threshold (dashed) "
-        f"{_tilted(rows)}. Related claims: TH-01, NUM-01, SWP-17.",
-        alt="A map with theta(0) to the right and lambda/lambda_thres upwards: the outcome of "
-        "each start, and the threshold as a dashed line.",
-    )
 
 
 @style.figure("map-inclination-lambda", [2.4, 2.4, 2.4])
@@ -125,9 +116,8 @@ def map_of_inclination_and_lambda(axes: list[Axes]) -> Words:
     rows = _draw_maps(axes, "inclination and lambda")
     return Words(
         caption=f"{_counted(rows)} {STARTS}, theta(0) against lambda/lambda_thres, within "
-        f"{maps.UNTIL} s. lambda above lambda_thres (dashed) is necessary for inverted spin "
-        f"(below it {_tilted(rows)}) but not sufficient: a top that is tilted too far or spins too "
-        "fast loses contact (g_n reaches 0). Related claims: TH-01, NUM-01, SWP-17.",
+        f"{maps.UNTIL} s. {DASHED} {_tilted(rows)} Above it a top that is tilted too far or spins "
+        "too fast loses contact (g_n reaches 0). Related claims: TH-01, NUM-01, SWP-17.",
         alt="Three maps with theta(0) to the right and lambda/lambda_thres upwards: the outcome, "
         "the climbing time of the starts that invert, and the least normal force.",
     )
@@ -140,8 +130,8 @@ def map_of_friction_and_spin(axes: list[Axes]) -> Words:
     return Words(
         caption=f"{_counted(rows)} {STARTS}, friction mu against omega_3(0), theta(0) = "
         f"{float(load_scene('reference').start.theta.offset):g} rad, within "
-        f"{maps.UNTIL} s. The threshold (dashed; below it {_tilted(rows)}) does not depend on mu, "
-        "but the duration of the climb does. A top that spins too fast loses contact (g_n reaches "
+        f"{maps.UNTIL} s. {DASHED} {_tilted(rows)} The threshold does not depend on mu, but the "
+        "duration of the climb does. A top that spins too fast loses contact (g_n reaches "
         "0). Related claims: TH-01, NUM-01.",
         alt="Three maps with mu to the right and omega_3(0) upwards: the outcome, the climbing "
         "time of the starts that invert, and the least normal force.",
@@ -188,15 +178,24 @@ def _draw_maps(axes: list[Axes], name: str, *, dashed: bool = True) -> pandas.Da
     return rows
 
 
+OUTCOMES = {
+    "inverts": "pass the equator and end below it",
+    "does_not_invert": "never pass the equator, which energy and lambda exclude",
+    "undecided": "have not passed the equator by the horizon",
+    "contact_lost": "lose contact",
+    "singular_contact": "end in singular contact",
+}
+
+
 def _counted(rows: pandas.DataFrame) -> str:
     counts = rows["outcome"].value_counts()
-    listed = ", ".join(f"{counts[name]} {name.replace('_', ' ')}" for name in counts.index)
+    listed = ", ".join(f"{counts[name]} {OUTCOMES[str(name)]}" for name in counts.index)
     return f"{len(rows)} starts ({listed})"
 
 
 def _tilted(rows: pandas.DataFrame) -> str:
     below = rows[(rows["lambda_ratio"] < 1) & (rows["outcome"] == "inverts")]
     return (
-        f"{len(below)} starts also end with the axis below the equator, but tilted: "
-        f"theta({maps.UNTIL} s) is at most {below['end_theta'].max():.2f} rad"
+        f"Below it {len(below)} starts pass the equator too, but stay tilted: "
+        f"theta({maps.UNTIL} s) is at most {below['end_theta'].max():.2f} rad."
     )

@@ -142,13 +142,13 @@ def label_of(name: str) -> str:
 
 def outcome_label(name: str, count: int, rows: pandas.DataFrame) -> str:
     """An outcome for a legend, with its meaning, its count, and the horizon."""
-    states = {
-        "inverts": "below the equator at ",
-        "does_not_invert": "energy excludes it from ",
-        "undecided": "at ",
+    until = f"{rows['t_stop'].max():g} s"
+    words = {
+        "inverts": f"equator passed, and below it at {until}",
+        "does_not_invert": "equator never passed: energy excludes it",
+        "undecided": f"equator not passed by {until}",
     }
-    said = f": {states[name]}{rows['t_stop'].max():g} s" if name in states else ""
-    return f"{name.replace('_', ' ')}{said} ({count})"
+    return f"{words.get(name, name.replace('_', ' '))} ({count})"
 
 
 def _outcomes(

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy
+import pandas
 import pytest
 
 from tt_precise.claims.evidence import sweeps
@@ -53,9 +54,34 @@ def test_every_start_is_there_with_and_without_contact() -> None:
     assert numpy.ptp(sweeps.starts("theta", "unilateral")["lambda_ratio"]) > 0.1
 
 
+def test_a_longer_run_replaces_outcome_and_times_and_leaves_ranges() -> None:
+    rows = pandas.DataFrame(
+        {"series": ["box", "box"], "index": [0, 1], "outcome": ["inverts", "undecided"],
+         "t_end_A": [7.0, numpy.nan], "max_nu_x": [0.1, 0.2]}
+    )  # fmt: skip
+    longer = pandas.DataFrame(
+        {"series": ["box"], "index": [1], "outcome": ["inverts"], "t_end_A": [15.0],
+         "max_nu_x": [0.9]}
+    )  # fmt: skip
+    assert sweeps.undecided(rows) == 1
+    found = sweeps.continued(rows, longer)
+    assert list(found["t_end_A"]) == [7.0, 15.0]
+    assert list(found["max_nu_x"]) == [0.1, 0.2]
+    assert sweeps.undecided(found) == 0
+
+
+def test_undecided_starts_were_integrated_on() -> None:
+    rows = sweeps.starts(sweeps.COUNTED, "through")
+    open_ones = rows[rows["t_end_A"].isna()]
+    assert 0 < len(open_ones) == sweeps.undecided(rows) < len(rows) / 20
+    assert set(open_ones["t_stop"]) == {float(sweeps.CONTINUED)}
+    assert (open_ones["contact"] == "bilateral").all()
+
+
 @pytest.mark.slow
 def test_rows_are_the_same_when_made_again() -> None:
     rows = sweeps.rows()
+    rows = rows[rows["t_stop"] <= float(sweeps.UNTIL)]  # the others were integrated on
     for contact in ("unilateral", "bilateral"):
         mine = rows[rows["contact"] == contact].iloc[:: 97 if contact == "unilateral" else 61]
         plan = Plan(sweeps._scene(), STARTS, sweeps.RECORD, contact)

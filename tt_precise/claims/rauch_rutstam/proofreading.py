@@ -11,43 +11,43 @@ from tt_precise.claims.paper import Answer, Untested
 ANSWERS = (
     Answer(
         ("EQ-05", "EQ-08", "EQ-09", "EQ-10", "EQ-11", "EQ-12", "EQ-13"),
-        "The equations of motion are right",
-        "The equations of motion are not all right",
+        "The equations of motion are right.",
+        "The equations of motion are not all right.",
     ),
     Answer(
         ("TH-01", "TH-03", "TH-16"),
-        "Theorem 1.1 holds, for tops that keep contact",
-        "Theorem 1.1 does not hold in all it says",
+        "Theorem 1.1 holds for tops that keep contact.",
+        "Theorem 1.1 does not hold in all it says.",
     ),
     Answer(
         ("QUAL-01", "QUAL-02", "QUAL-25"),
-        "and so does the picture of a top that climbs in many small oscillations.",
-        "but the picture of a top that climbs in many small oscillations does not.",
+        "The mechanism holds: the top waits, then climbs in many small oscillations.",
+        "The mechanism, a top that waits and then climbs in oscillations, does not hold.",
     ),
     Answer(
         ("NUM-03",),
-        "The paper's method keeps lambda to the stated 1e-6, and far better is possible;",
-        "The paper's method does not keep lambda to the stated 1e-6;",
+        "The paper's method keeps lambda to the stated 1e-6; far better is possible.",
+        "The paper's method does not keep lambda to the stated 1e-6.",
     ),
     Answer(
         ("NUM-23", "NUM-24"),
-        "the energy ratio agrees with theory as stated.",
-        "the energy ratio does not agree with theory as stated.",
+        "The energy ratio comes as close to theory as stated.",
+        "The energy ratio does not come as close to theory as stated.",
     ),
     Answer(
         ("NUM-26", "NUM-27", "NUM-28", "NUM-29"),
-        "The boundary values of section 2.3 are right,",
-        "The boundary values of section 2.3 belong to another lambda,",
+        "The boundary values of section 2.3 are right.",
+        "The boundary values of section 2.3 belong to another lambda.",
     ),
     Answer(
         ("NUM-05",),
-        "the climb ends when the paper says,",
-        "the climb ends earlier than printed,",
+        "The climb ends when the paper says.",
+        "The climb ends earlier than printed.",
     ),
     Answer(
         ("SWP-12",),
-        "and all starts tested invert.",
-        '"all invert" leaves out the starts that lose contact.',
+        "All starts tested invert.",
+        "That all tested starts invert ignores those that lose contact.",
     ),
 )
 

@@ -149,7 +149,7 @@ def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> JudgedC
     """Above both thresholds the asymptotic set M contains only one solution."""
     steady = _steady(candidates)
     return v.all_of(
-        v.statement(len(steady) == 1, "only one solution", f"{_for_ever(steady)} in M"),
+        v.statement(len(steady) == 1, "only one solution", _for_ever(steady)),
         "The upright spin 3 = z, L = lambda/(R(1 - alpha)) z satisfies eq (1) with v_A = 0 for "
         "every lambda. It is unstable: only one stable solution exists, as Theorem 1.1 says.",
     )
@@ -180,7 +180,7 @@ def _steady(candidates: tuple[int, ...]) -> list[str]:
 
 
 def _for_ever(names: list[str]) -> str:
-    return f"{' and '.join(names)}, with g_n = m g for ever,"
+    return f"{' and '.join(names)}: steady, with g_n = m g"
 
 
 def _spin(side: int) -> Motion:

@@ -224,7 +224,10 @@ def trend(column: pandas.Series, sign: int = -1) -> tuple[bool, str]:
 def inverting(rows: pandas.DataFrame, how: str = " invert") -> v.Part:
     """Whether the climb of all rows ends, in definition A."""
     count = int(rows["t_end_A"].notna().sum())
-    return v.statement(0 < count == len(rows), "all invert", f"{count} of {len(rows)}{how}")
+    left = s.undecided(rows)
+    open_ones = f", {left} undecided at {s.CONTINUED} s" if left else ""
+    shown = f"{count} of {len(rows)}{how}{open_ones}"
+    return v.statement(0 < count == len(rows), "all invert", shown)
 
 
 @claim(

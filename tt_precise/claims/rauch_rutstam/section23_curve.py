@@ -53,7 +53,7 @@ CORRECT_REFERENCE = {"sizes of the terms in nu_x, nu_y": "3a", "difference E~ - 
 )
 def torque_is_mostly_negative(sign: str = "negative") -> JudgedClaim:
     """The components of the torque are predominantly negative."""
-    return _torque(sign, "predominantly", 2 / 3)
+    return _torque(sign, "for most of the time", 2 / 3)
 
 
 @claim(
@@ -80,7 +80,7 @@ def _torque(sign: str, words: str, limit: float, run: Run = REFERENCE) -> Judged
     )
     holds, measured = min(shares.values()) > limit, f"{sign} for {shown} of the time"
     return v.all_of(
-        v.statement(holds, f"{sign}, {words}", measured),
+        v.statement(holds, f"{sign} {words}", measured),
         f"In the climb alone they are negative for {in_climb} of the time; tau_x and tau_z "
         "have the sign of -nu_y.",
     )

@@ -187,7 +187,9 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> JudgedClaim:
 
     def check(rows: pandas.DataFrame) -> v.Part:
         count, apart = close(rows)
-        shown = f"{count} of {len(rows)}, at most {s.number(apart.max(), 2)} s apart"
+        left = s.undecided(rows)
+        open_ones = f", {left} undecided at {s.CONTINUED} s" if left else ""
+        shown = f"{count} of {len(rows)}, at most {s.number(apart.max(), 2)} s apart{open_ones}"
         return v.statement(0 < count == len(rows), "for all tested IC", shown)
 
     held = s.starts(("phi_dot", *section22.EVERY), "held")
