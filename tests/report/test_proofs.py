@@ -46,8 +46,9 @@ def test_rows_hold_what_is_proved() -> None:
 def test_the_table_has_the_end_of_each_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()  # of the copy, which has no flight
     monkeypatch.setattr(golden, "scenes", lambda: ["flight", "upright"])
-    (table,) = tables(golden_section())
-    assert [row[3] for row in table.rows] == ["0.15298014628", "8"]
+    table, evidence = tables(golden_section())
+    assert [row[2] for row in table.rows] == ["0.15298014628", "8"]
+    assert [row[0] for row in evidence.rows] == [row[0] for row in table.rows]
 
 
 def test_spoiled_and_missing_proofs_count_for_nothing(place: Path) -> None:

@@ -10,6 +10,7 @@ from tt_precise.report import prose
 from tt_precise.report.formula import latex, mathml, parts_of_symbol
 
 SEEN = {
+    "|a|^2": "|a|<sup>2</sup>",
     "theta_dot > 0": "<i>θ̇</i> &gt; 0",
     "omega_3_dot": "<i>ω̇</i><sub>3</sub>",
     "E~ - E": "<i>Ẽ</i> − E",

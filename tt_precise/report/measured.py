@@ -48,11 +48,11 @@ def _tradeoff(tables: TradeoffTables) -> Section:
     results = findings(tables)
     blocks: list[Block] = [
         Text(
-            f"Measured by `{TRADEOFF_COMMAND}`, not by the run that wrote this page. Every method "
-            "integrates the same equations from the same dimensionless numbers and is compared "
-            f"with golden data. `{TABLE}` has all settings. The methods are timed in turn, slow "
-            "ones once; each time is the fastest. Ratios are medians of ratios to a bare heyoka "
-            "loop timed just before."
+            f"Measured by `{TRADEOFF_COMMAND}`, not by the run that wrote this report. Every "
+            "method integrates the same equations from the same dimensionless numbers and is "
+            f"compared with golden data. `{TABLE}` has all settings. The methods are timed in "
+            "turn, slow ones once; each time is the fastest. Ratios are medians of ratios to a "
+            "bare heyoka loop timed just before."
         ),
         *figures(rows, tables.long_runs),
         _costs_table(rows, "newton", "Newton form"),
@@ -159,7 +159,9 @@ def _board(board: dict[str, Json]) -> Section:
             "verdict uses no chosen limit: an engine converges if the distance of its "
             "extrapolation from the reference is at most its step error."
         ),
-        Text(f"Measured by `{ENGINES_COMMAND}`, not by the run that wrote this page: {versions}."),
+        Text(
+            f"Measured by `{ENGINES_COMMAND}`, not by the run that wrote this report: {versions}."
+        ),
         scoreboard(board),
         PageTable(
             (
@@ -243,7 +245,7 @@ def faults(folder: Path) -> Section:
             ),
             pictures.faults(table),
             Text(jellett_alone(table), emphasis=True),
-            Text(f"Measured by `{FAULTS_COMMAND}`, not by the run that wrote this page."),
+            Text(f"Measured by `{FAULTS_COMMAND}`, not by the run that wrote this report."),
             PageTable(
                 tuple(name.replace("_", " ") for name in table.columns),
                 [tuple(row) for row in table.itertuples(index=False)],

@@ -134,7 +134,7 @@ def laid_out(section: Section) -> dict[str, Json]:
         for table in tables
         if figures
         and not table.folded
-        and len(table.rows) <= BESIDE_ROWS
+        and (len(table.rows) <= BESIDE_ROWS or table.folded is False)
         and len(table.header) <= BESIDE_COLUMNS
     ][:1]
     listed = [claim for block in claims for claim in block.entries]

@@ -1,7 +1,7 @@
 """Sections 1 and 2.3: the derived formulas as a table of identities for every body and state.
 
 An entry's ``parts`` are (name, left, right, shown) in the words of ``_words``; {0}, {1} are its
-printed formulas. Its counterexample puts ``wrong`` in the place of the first, or of number ``at``.
+printed formulas. Its control puts ``wrong`` in the place of the first, or of number ``at``.
 """
 
 from __future__ import annotations
