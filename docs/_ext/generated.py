@@ -57,6 +57,13 @@ def events(_: str) -> Iterator[str]:
     yield from table(("event", "meaning"), rows)
 
 
+def switches(_: str) -> Iterator[str]:
+    """The events that end a segment of a motion and begin the next."""
+    from tt_precise.integration.events import JOINING
+
+    yield from table(("event", "meaning"), [(f"`{n}`", text) for n, text in JOINING.items()])
+
+
 def quantities(_: str) -> Iterator[str]:
     """Every quantity with unit and meaning."""
     from tt_precise.mechanics.quantities import QUANTITIES
@@ -149,7 +156,8 @@ def peers(_: str) -> Iterator[str]:
 
 
 MAKERS: dict[str, Callable[[str], Iterator[str]]] = {
-    made.__name__: made for made in (columns, scenes, events, quantities, schema, digits, peers)
+    made.__name__: made
+    for made in (columns, scenes, events, quantities, schema, digits, peers, switches)
 }
 
 

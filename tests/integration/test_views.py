@@ -91,7 +91,7 @@ def test_pictures_that_move_have_their_frames(short: Trajectory, tmp_path: Path)
         first = picture.convert("RGB").copy()
         picture.seek(2)
         assert picture.convert("RGB").tobytes() != first.tobytes()
-        assert picture.size == (960, 624)
+        assert picture.size == (720, 468)
     assert done[-1] == 1
 
 

@@ -34,6 +34,13 @@ from tt_precise.scene.numerals import as_fraction
 # The estimate of the digits is a model, not a bound: the balls are ten times as wide.
 MARGIN = 10
 CONFINED = "energy and lambda confine it"
+# The hypotheses of ``energy_well`` that may fail, in words.
+NOT_CONFINED = {
+    "W1": "a steady motion on an inclined axis may have this lambda",
+    "W2": "bounds of the normal force, or of the spin, reach 0",
+    "W3": "its energy is too high",
+    "W5": "it glides too fast",
+}
 
 
 class Equator(NamedTuple):
@@ -94,7 +101,8 @@ def _confinement(trajectory: Trajectory) -> tuple[End, bool]:
                 pole = held(scene, scene.until, state).pole
                 return End("inverted" if pole < 0 else "upright", CONFINED), never
             except NotProved as error:
-                reason = error.reason
+                why = NOT_CONFINED.get(error.hypothesis, error.reason)
+                reason = f"energy and lambda do not confine it at the end: {why}"
         if energy_excludes(body, energy, lambda_, z, to=-1):
             return End("not_inverted", "its energy is too low for the inverted spin"), never
         return End("undecided", reason), never

@@ -411,7 +411,7 @@ class Trajectory:
         Computed from the states in finer arithmetic: for double in long double, otherwise in
         mpmath with guard bits.
         """
-        number = self.precision.context.mpf
+        number = float if self.precision.is_float else self.precision.context.mpf
         return {name: number(max(values)) for name, values in self.drift_over_time().items()}
 
     def drift_over_time(self) -> dict[str, Sequence[Scalar]]:

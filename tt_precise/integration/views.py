@@ -174,7 +174,7 @@ LEAST_PLAYED, MOST_PLAYED = 1500, 4000
 PLAYED_EVERY_S = 0.01
 CIRCLE_POINTS = 73
 FINER = 8  # points of the track for each frame
-DPI = 160  # 960 x 624 pixels
+DPI = 120  # 720 x 468 pixels
 
 
 class Frames(NamedTuple):
