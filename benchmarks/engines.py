@@ -17,8 +17,8 @@ from fractions import Fraction
 from importlib import metadata
 from pathlib import Path
 
-from tt_precise.engines.ladder import STEPS, Rung, climb, rungs
-from tt_precise.engines.results import RungResult, document, lines
+from tt_precise.engines.ladder import STEPS, LadderTest, ladder_tests, run_ladder
+from tt_precise.engines.results import LadderResult, document, lines
 from tt_precise.mechanics.laws import COULOMB, Law
 from tt_precise.runtime.files import atomic_write
 from tt_precise.runtime.records import encode
@@ -106,14 +106,14 @@ def measure(
     engines: Sequence[Engine],
     steps: Sequence[Fraction],
     *,
-    chosen: Callable[[Rung], bool] = lambda rung: True,
+    chosen: Callable[[LadderTest], bool] = lambda test: True,
     time_limit: float,
     workers: int,
     note: Callable[[str], None] = lambda line: None,
     progress: Progress = silent,
 ) -> dict[str, Json]:
-    """Run every installed engine on every chosen rung; others are skipped with a line."""
-    rows: list[RungResult] = []
+    """Run every installed engine on every chosen test; others are skipped with a line."""
+    rows: list[LadderResult] = []
     skipped: list[str] = []
     present = []
     for engine in engines:
@@ -123,15 +123,17 @@ def measure(
         else:
             present.append(engine)
     for done, engine in enumerate(present):
-        ladder = [rung for rung in rungs(engine.law) if chosen(rung)]
-        results = climb(
+        ladder = [test for test in ladder_tests(engine.law) if chosen(test)]
+        results = run_ladder(
             engine.name, engine.command, ladder, steps, time_limit=time_limit, workers=workers
         )
-        for climbed, result in enumerate(results, start=1):
+        for count, result in enumerate(results, start=1):
             rows.append(result)
-            progress((done + climbed / len(ladder)) / len(present))
+            progress((done + count / len(ladder)) / len(present))
     described = [{name: getattr(engine, name) for name in DESCRIBED} for engine in present]
-    return document([(one.name, one.meaning) for one in rungs()], steps, rows, described, skipped)
+    return document(
+        [(one.name, one.meaning) for one in ladder_tests()], steps, rows, described, skipped
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

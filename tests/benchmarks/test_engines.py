@@ -10,10 +10,10 @@ import pytest
 
 import tt_precise as tt
 from benchmarks.engines import ADAPTERS, ENGINES, NODE, Engine, main, measure
-from tests.engines.conftest import PATIENCE_S, climbed, rung_named
-from tt_precise.engines.ladder import Rung, climb, rungs
+from tests.engines.conftest import PATIENCE_S, ladder_test, measured_on
+from tt_precise.engines.ladder import LadderTest, ladder_tests, run_ladder
 from tt_precise.engines.protocol import run
-from tt_precise.engines.results import RungResult
+from tt_precise.engines.results import LadderResult
 
 STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))
 
@@ -34,10 +34,12 @@ def test_an_engine_that_is_not_installed_is_skipped_with_a_line() -> None:
 
 
 def test_progress_goes_forward_to_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    def climbed(name: str, _: object, ladder: list[Rung], *rest: object, **more: object) -> Any:
-        return (RungResult(name, rung.name, "refused") for rung in ladder)
+    def refused(
+        name: str, _: object, ladder: list[LadderTest], *rest: object, **more: object
+    ) -> Any:
+        return (LadderResult(name, test.name, "refused") for test in ladder)
 
-    monkeypatch.setattr("benchmarks.engines.climb", climbed)
+    monkeypatch.setattr("benchmarks.engines.run_ladder", refused)
     here = [Engine(name, "numpy", "no_adapter", "", "") for name in ("One", "Other")]
     seen: list[float] = []
     measure(here, STEPS, time_limit=1, workers=1, progress=seen.append)
@@ -47,7 +49,7 @@ def test_progress_goes_forward_to_the_end(monkeypatch: pytest.MonkeyPatch) -> No
 @pytest.mark.parametrize("steps", [STEPS[:2], (Fraction(1, 100), *STEPS[1:])])
 def test_an_order_takes_three_halved_steps(steps: tuple[Fraction, ...]) -> None:
     with pytest.raises(ValueError, match="expected three or more, each half of the one before"):
-        next(climb("Gone", ["no-such-program"], rungs(), steps))
+        next(run_ladder("Gone", ["no-such-program"], ladder_tests(), steps))
 
 
 @pytest.mark.clients
@@ -55,7 +57,7 @@ def test_an_order_takes_three_halved_steps(steps: tuple[Fraction, ...]) -> None:
 def test_engines_fly(engine: Engine) -> None:
     if engine.version is None:
         pytest.skip(engine.missing)
-    found = climbed(engine.command, rung_named("flight", engine.law), steps=STEPS)
+    found = measured_on(engine.command, ladder_test("flight", engine.law), steps=STEPS)
     # cannon-es leaves out the gyroscopic term, which is what this test is for
     expected = {"cannon-es": {"no order", "floor"}}.get(engine.name, {"converges", "floor"})
     if engine.precision == "single":
@@ -71,7 +73,7 @@ def test_the_scoreboard_is_the_same_when_it_is_measured_again() -> None:
         pytest.skip("neither Bullet nor MuJoCo is installed")
     boards = [
         measure(
-            engines, STEPS, chosen=lambda rung: rung.name in ("gliding", "rolling"),
+            engines, STEPS, chosen=lambda test: test.name in ("gliding", "rolling"),
             time_limit=PATIENCE_S, workers=2,
         )
         for _ in range(2)
@@ -84,14 +86,14 @@ def test_what_an_engine_wrote_goes_through_the_check() -> None:
     engine = next(one for one in ENGINES if one.name == "MuJoCo")
     if engine.version is None:
         pytest.skip(engine.missing)
-    rung = rung_named("gliding")
-    found = run(engine.command, rung.job(STEPS[-1]), PATIENCE_S)
+    test = ladder_test("gliding")
+    found = run(engine.command, test.job(STEPS[-1]), PATIENCE_S)
     assert found.status == "done", found.message
     frame = pandas.DataFrame(found.columns)
     limits = {"jellett": 5e-6, "energy": 1e-4, "contact_velocity": 0.1}
-    assert tt.check.conservation(frame, rung.scene, friction="other", limits=limits).passed
+    assert tt.check.conservation(frame, test.scene, friction="other", limits=limits).passed
     # a centre of mass that lies 1e-3 of its offset elsewhere
-    spoiled = rung.scene.perturbed(alpha="1e-3")
+    spoiled = test.scene.perturbed(alpha="1e-3")
     checked = tt.check.conservation(frame, spoiled, friction="other", limits=limits)
     assert "jellett" in {finding.name for finding in checked.failures}
 

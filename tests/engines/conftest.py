@@ -1,4 +1,4 @@
-"""The rungs of the ladder by their names, and the example engine in C, compiled."""
+"""The tests of the ladder by their names, and the example engine in C, compiled."""
 
 import shutil
 import subprocess
@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from tt_precise.engines.ladder import Rung, climb, rungs
-from tt_precise.engines.results import RungResult
+from tt_precise.engines.ladder import LadderTest, ladder_tests, run_ladder
+from tt_precise.engines.results import LadderResult
 from tt_precise.mechanics.laws import COULOMB, Law
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -17,13 +17,13 @@ ORDER = 4  # of Runge and Kutta's method, which both examples have
 PATIENCE_S = 1200  # however busy the machine is
 
 
-def rung_named(name: str, law: Law = COULOMB) -> Rung:
-    (rung,) = (rung for rung in rungs(law) if rung.name == name)
-    return rung
+def ladder_test(name: str, law: Law = COULOMB) -> LadderTest:
+    (test,) = (test for test in ladder_tests(law) if test.name == name)
+    return test
 
 
-def climbed(command: Sequence[str], rung: Rung, **options: Any) -> RungResult:
-    (found,) = climb("engine", command, [rung], time_limit=PATIENCE_S, **options)
+def measured_on(command: Sequence[str], test: LadderTest, **options: Any) -> LadderResult:
+    (found,) = run_ladder("engine", command, [test], time_limit=PATIENCE_S, **options)
     return found
 
 

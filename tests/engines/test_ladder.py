@@ -8,32 +8,32 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.engines.ladder import STEPS, Rung, measured, rungs
+from tt_precise.engines.ladder import STEPS, LadderTest, judge_runs, ladder_tests
 from tt_precise.engines.protocol import ProgramRun, States
 from tt_precise.engines.results import VERDICTS
 from tt_precise.mechanics.laws import COULOMB, LAWS, VISCOUS, Law
 
 
 @pytest.fixture(scope="module")
-def flight() -> Rung:
-    return rungs()[0]
+def flight() -> LadderTest:
+    return ladder_tests()[0]
 
 
-def off(rung: Rung, error: float) -> ProgramRun:
+def off(test: LadderTest, error: float) -> ProgramRun:
     """The reference with an angular velocity that is off by this share of the spin."""
-    truth = rung.truth
+    truth = test.truth
     assert truth is not None
     t = numpy.linspace(0, 1, len(truth.k))[:, None]
-    return ProgramRun("done", "", States(truth.k, truth.omega + error * rung.spin * t, truth.s_dot))
+    return ProgramRun("done", "", States(truth.k, truth.omega + error * test.spin * t, truth.s_dot))
 
 
-def judged(rung: Rung, error: Any, promised: float | None = None) -> Any:
-    runs = [off(rung, error(float(step))) for step in STEPS]
-    return measured("mine", rung, STEPS, runs, promised)
+def judged(test: LadderTest, error: Any, promised: float | None = None) -> Any:
+    runs = [off(test, error(float(step))) for step in STEPS]
+    return judge_runs("mine", test, STEPS, runs, promised)
 
 
 @pytest.mark.parametrize("order", [1, 2, 4])
-def test_order_constant_and_no_floor(flight: Rung, order: int) -> None:
+def test_order_constant_and_no_floor(flight: LadderTest, order: int) -> None:
     found = judged(flight, lambda h: 50 * h**order)
     assert found.verdict == "converges"
     assert found.order == pytest.approx(order, abs=1e-3)
@@ -56,46 +56,46 @@ def test_order_constant_and_no_floor(flight: Rung, order: int) -> None:
         (lambda h: 1e-16, None, "rounding"),
     ],
 )
-def test_verdicts(flight: Rung, error: Any, promised: float | None, verdict: str) -> None:
+def test_verdicts(flight: LadderTest, error: Any, promised: float | None, verdict: str) -> None:
     assert judged(flight, error, promised).verdict == verdict
 
 
-def test_a_floor_is_seen_below_the_step_error_of_the_coarse_runs(flight: Rung) -> None:
+def test_a_floor_is_seen_below_the_step_error_of_the_coarse_runs(flight: LadderTest) -> None:
     found = judged(flight, lambda h: 3e3 * h**2 + 1e-3)
     assert found.verdict == "floor"
     assert found.order == pytest.approx(2, abs=1e-3)
     assert found.floor == pytest.approx(1e-3 * 3**0.5, rel=1e-2)
 
 
-def test_a_run_that_was_no_run_is_no_pass(flight: Rung) -> None:
+def test_a_run_that_was_no_run_is_no_pass(flight: LadderTest) -> None:
     good = off(flight, 1e-9)
     for status, verdict in (("refused", "refused"), ("stopped", "failed"), ("diverged", "failed")):
-        found = measured("mine", flight, STEPS, [good, good, ProgramRun(status, "why")])
+        found = judge_runs("mine", flight, STEPS, [good, good, ProgramRun(status, "why")])
         assert found.verdict == verdict
         assert found.message.endswith("why")
         assert not found.digits
     assert {"rounding", "converges", "floor", "no order", "refused", "failed"} < set(VERDICTS)
 
 
-def test_every_rung_has_a_reference_that_conserves() -> None:
+def test_every_test_has_a_reference_that_conserves() -> None:
     """But for the inversion under dry friction, which has none."""
-    for rung in (*rungs(), *rungs(VISCOUS)):
-        if rung.truth is None:
-            assert (rung.name, rung.scene.body.friction) == ("inversion", COULOMB)
+    for test in (*ladder_tests(), *ladder_tests(VISCOUS)):
+        if test.truth is None:
+            assert (test.name, test.scene.body.friction) == ("inversion", COULOMB)
             continue
-        run = ProgramRun("done", "", rung.truth)
-        found = measured("truth", rung, STEPS, [run, run, run])
+        run = ProgramRun("done", "", test.truth)
+        found = judge_runs("truth", test, STEPS, [run, run, run])
         assert found.verdict == "rounding"
-        assert set(found.drift) == set(rung.conserved)
+        assert set(found.drift) == set(test.conserved)
         # rounding of some thousand steps; the angular momentum is made of k and omega
-        assert max(max(values) for values in found.drift.values()) < 1e-12, rung.name
-        if rung.name == "inversion":  # of the golden top
-            assert rung.scene.until == 8
+        assert max(max(values) for values in found.drift.values()) < 1e-12, test.name
+        if test.name == "inversion":  # of the golden top
+            assert test.scene.until == 8
             assert found.equator[-1] is not None
             assert "jellett" in found.drift
 
 
-def test_flight_is_the_closed_form_of_the_example(flight: Rung) -> None:
+def test_flight_is_the_closed_form_of_the_example(flight: LadderTest) -> None:
     # the period of precession 2 pi I1/|L| comes back to the start's axis
     q = flight.start
     L = numpy.linalg.norm(numpy.array(q.state.L, dtype=float))
@@ -109,7 +109,7 @@ def test_flight_is_the_closed_form_of_the_example(flight: Rung) -> None:
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=list(LAWS))
 def test_an_engine_is_asked_for_its_own_law_alone(law: Law) -> None:
-    asked = [rung.job(STEPS[0])["friction"] for rung in rungs(law)]
+    asked = [test.job(STEPS[0])["friction"] for test in ladder_tests(law)]
     assert {friction["law"] for friction in asked} == {"none", law.name}
     names = {parameter.name for parameter in law.parameters}
     assert any(friction.keys() == {"law", *names} for friction in asked)

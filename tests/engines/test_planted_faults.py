@@ -21,7 +21,7 @@ import numpy
 import pytest
 
 from benchmarks.random_scenes import gliding_scenes
-from tests.engines.conftest import EXAMPLES, ORDER, climbed, compiled_c, rung_named
+from tests.engines.conftest import EXAMPLES, ORDER, compiled_c, ladder_test, measured_on
 from tt_precise.engines.ladder import EVERY_LAW
 from tt_precise.engines.protocol import as_text
 from tt_precise.golden.store import home
@@ -46,7 +46,7 @@ class Fault(NamedTuple):
     ``part_in_c`` is another part, where the engine in C makes the mistake elsewhere.
     """
 
-    rung: str
+    test: str
     part: str
     python: tuple[str, str]
     c: tuple[str, str]
@@ -159,14 +159,14 @@ both = pytest.mark.parametrize("language", ["c", "python"])
 def test_a_fault_is_found_where_it_is_isolated(name: str, language: str, tmp_path: Path) -> None:
     fault = FAULTS[name]
     command = program(language, getattr(fault, language), tmp_path)
-    found = climbed(command, rung_named(fault.rung), order=ORDER)
+    found = measured_on(command, ladder_test(fault.test), order=ORDER)
     assert found.verdict not in GOOD, (found.order, found.floor, found.digits)
 
 
 @pytest.mark.parametrize("name", ["flight", "ice", "gliding"])
 @both
 def test_the_healthy_engines_are_not_flagged(name: str, language: str, tmp_path: Path) -> None:
-    found = climbed(program(language, NOTHING, tmp_path), rung_named(name), order=ORDER)
+    found = measured_on(program(language, NOTHING, tmp_path), ladder_test(name), order=ORDER)
     assert found.verdict == "converges"
     assert found.order == pytest.approx(ORDER, abs=0.1)
     checks = {} if name == "flight" else dict.fromkeys(EVERY_LAW, "pass")
@@ -176,7 +176,7 @@ def test_the_healthy_engines_are_not_flagged(name: str, language: str, tmp_path:
 @both
 def test_what_no_friction_law_can_excuse_is_named(language: str, tmp_path: Path) -> None:
     command = program(language, getattr(FAULTS["no gyroscopic term"], language), tmp_path)
-    momentum = climbed(command, rung_named("gliding")).checks["contact_momentum"]
+    momentum = measured_on(command, ladder_test("gliding")).checks["contact_momentum"]
     assert momentum["verdict"] == "fail"
     assert "no gyroscopic term" in momentum["note"]
     assert min(momentum["values"]) > 100 * momentum["limit"]  # at no step is it smaller
@@ -189,9 +189,9 @@ def test_no_healthy_engine_is_flagged_in_fifty_seeded_runs(language: str, tmp_pa
     flagged = {}
     scenes = itertools.islice(gliding_scenes(Fraction(1, 4)), SEEDED)
     for scene, name in zip(scenes, itertools.cycle(("flight", "ice", "gliding"))):
-        rung = rung_named(name, VISCOUS)
+        test = ladder_test(name, VISCOUS)
         drawn = scene.varied(mu="0") if name == "ice" else scene
-        found = climbed(command, replace(rung, scene=drawn), order=ORDER)
+        found = measured_on(command, replace(test, scene=drawn), order=ORDER)
         if found.verdict not in GOOD:
             flagged[scene.name, name] = found
     assert flagged == {}

@@ -17,9 +17,9 @@ import numpy
 import pytest
 
 from tests.conftest import Said
-from tests.engines.conftest import EXAMPLES, compiled_c, rung_named
+from tests.engines.conftest import EXAMPLES, compiled_c, ladder_test
 from tt_precise.cli import main
-from tt_precise.engines.ladder import rungs
+from tt_precise.engines.ladder import ladder_tests
 from tt_precise.engines.protocol import COLUMNS, POSITION, Job, ProgramRun, run
 from tt_precise.mechanics.laws import REGULARISED, VISCOUS
 from tt_precise.mechanics.vectors import turned
@@ -31,7 +31,7 @@ STEP = Fraction(1, 500)
 
 @pytest.fixture(scope="module")
 def flight_job() -> dict[str, Any]:
-    return rung_named("flight").job(STEP)
+    return ladder_test("flight").job(STEP)
 
 
 @pytest.fixture
@@ -50,7 +50,7 @@ def test_the_job_is_what_the_schema_says(flight_job: dict[str, Any]) -> None:
     schema = json_schema(Job)
     jsonschema.Draft202012Validator.check_schema(schema)
     assert flight_job["schema"] == schema["title"]
-    for one in rungs(VISCOUS) + rungs(REGULARISED):
+    for one in ladder_tests(VISCOUS) + ladder_tests(REGULARISED):
         jsonschema.validate(one.job(STEP), schema)
     spoiled: list[dict[str, Any]] = [
         {"step": "0.001"}, {"more": 1}, {"step": 0}, {"sample_times": []},
@@ -61,7 +61,7 @@ def test_the_job_is_what_the_schema_says(flight_job: dict[str, Any]) -> None:
 
 
 def test_the_start_of_the_job_touches_the_table() -> None:
-    job = rung_named("gliding").job(STEP)
+    job = ladder_test("gliding").job(STEP)
     body, start = job["body"], job["start"]
     w, x, y, z = start["quaternion_wxyz"]
     k = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
@@ -83,8 +83,8 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 @pytest.mark.parametrize("name", ["flight", "ice", "gliding"])
 def test_the_examples_agree_and_are_near_the_reference(name: str, compiled: list[str]) -> None:
-    rung = rung_named(name)
-    job = rung.job(STEP)
+    test = ladder_test(name)
+    job = test.job(STEP)
     job["sample_times"] = job["sample_times"][:11]
     in_c, in_python = (
         run(command, job) for command in (compiled, [sys.executable, str(EXAMPLES / "engine.py")])
@@ -94,13 +94,13 @@ def test_the_examples_agree_and_are_near_the_reference(name: str, compiled: list
         mine = getattr(in_c.states, part)
         # the same formulas in another order of additions
         assert mine == pytest.approx(getattr(in_python.states, part), rel=1e-10, abs=1e-10)
-        truth = getattr(rung.truth, part)[:11]
+        truth = getattr(test.truth, part)[:11]
         # 50 steps of Runge and Kutta at 0.3 rad a step
-        assert abs(mine - truth).max() < 1e-3 * rung.spin
+        assert abs(mine - truth).max() < 1e-3 * test.spin
 
 
 def test_a_law_that_a_program_does_not_have_is_refused(compiled: list[str]) -> None:
-    job = rung_named("gliding").job(STEP) | {
+    job = ladder_test("gliding").job(STEP) | {
         "friction": {"law": "regularised", "mu": 1, "epsilon": 1}
     }
     found = run(compiled, job)

@@ -7,13 +7,13 @@ from typing import Any
 import pytest
 
 from tt_precise.engines.ladder import STEPS
-from tt_precise.engines.results import WIDTH, RungResult, lines
+from tt_precise.engines.results import WIDTH, LadderResult, lines
 
 FALLS, STAYS = (0.4, 0.1, 0.025), (0.4, 0.39, 0.4)
 
 
 def printed(**entries: Any) -> list[str]:
-    row = RungResult("a very long name of an engine", "sleeping inverted", **entries).as_dict()
+    row = LadderResult("a very long name of an engine", "sleeping inverted", **entries).as_dict()
     return list(lines([row], list(map(float, STEPS))))
 
 

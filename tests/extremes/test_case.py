@@ -165,4 +165,4 @@ def test_derivatives(monkeypatch: pytest.MonkeyPatch) -> None:
     spoiled = replace(how, transitions=transitions)
     monkeypatch.setattr(sensitivity, "_sensitivity", lambda _: spoiled)
     with pytest.raises(NotFiniteError):
-        sensitivity.lambda_carried_along("contact-lost")
+        sensitivity.lambda_propagated("contact-lost")

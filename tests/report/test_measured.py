@@ -14,8 +14,8 @@ import pytest
 
 from benchmarks.engines import DESCRIBED, ENGINES
 from tests.report.conftest import drawn, tables
-from tt_precise.engines.ladder import STEPS, rungs
-from tt_precise.engines.results import RungResult, document
+from tt_precise.engines.ladder import STEPS, ladder_tests
+from tt_precise.engines.results import LadderResult, document
 from tt_precise.report import measured, render
 from tt_precise.report.document import Figure, Report, Section, Text
 from tt_precise.runtime.values import InputError
@@ -158,7 +158,7 @@ def test_a_row_for_each_family_and_for_each_failure_and_pictures(tmp_path: Path)
 def board() -> dict[str, Any]:
     momentum = {"values": [0.04, None, 0.03], "limit": 1e-4, "verdict": "fail", "note": "why"}
     rows = [
-        RungResult(
+        LadderResult(
             "MuJoCo",
             "flight",
             "converges",
@@ -167,7 +167,7 @@ def board() -> dict[str, Any]:
             floor=1e-12,
             drift={"angular_momentum": (1e-8, 1e-9, 1e-10)},
         ),
-        RungResult(
+        LadderResult(
             "MuJoCo",
             "ice",
             "floor",
@@ -176,16 +176,16 @@ def board() -> dict[str, Any]:
             floor=0.02,
             checks={"contact_momentum": momentum},
         ),
-        RungResult("MuJoCo", "inversion", "measured", equator=(2.9, None, 3.8)),
-        RungResult("Bullet", "flight", "failed", "step 0.001 s: timeout: still running after 60 s"),
-        RungResult("Bullet", "ice", "refused", "Bullet has no viscous friction"),
+        LadderResult("MuJoCo", "inversion", "measured", equator=(2.9, None, 3.8)),
+        LadderResult("Bullet", "flight", "failed", "step 0.001 s: still running after 60 s"),
+        LadderResult("Bullet", "ice", "refused", "Bullet has no viscous friction"),
     ]
     described = [
         {name: getattr(engine, name) for name in DESCRIBED}
         for engine in ENGINES
         if engine.name in ("MuJoCo", "Bullet")
     ]
-    tests = [(rung.name, rung.meaning) for rung in rungs()]
+    tests = [(test.name, test.meaning) for test in ladder_tests()]
     return document(tests, STEPS, rows, described, ["DART: not installed"])
 
 

@@ -15,7 +15,7 @@ from tt_precise.tradeoff.findings import (
     cost_of,
     findings,
     front,
-    read,
+    load,
 )
 
 DEFAULTS: dict[str, Any] = {
@@ -123,7 +123,7 @@ def test_what_requested_digits_deliver() -> None:
 
 def test_a_table_survives_its_file(tmp_path: Path) -> None:
     CURVES.to_csv(tmp_path / TABLE, index=False)
-    tables = read(tmp_path)
+    tables = load(tmp_path)
     assert tables.long_runs is None
     assert findings(tables) == findings(TradeoffTables(CURVES))
     assert not (tmp_path / GROWTH).exists()

@@ -68,7 +68,7 @@ def command(
     converges is named below the row: it needs a smaller step.
     """
     from tt_precise.engines import results
-    from tt_precise.engines.ladder import climb, rungs
+    from tt_precise.engines.ladder import ladder_tests, run_ladder
     from tt_precise.engines.protocol import Job, as_text
     from tt_precise.runtime.files import require_writable
     from tt_precise.runtime.records import json_schema
@@ -83,29 +83,29 @@ def command(
             f"step: got {step}, expected a whole fraction of the sampling interval of 0.01 s"
         )
     steps = (largest, largest / 2, largest / 4)
-    ladder = rungs(LAWS[law])
-    known = [rung.name for rung in ladder]
+    ladder = ladder_tests(LAWS[law])
+    known = [test.name for test in ladder]
     for name in (*wanted, *([] if job_of is None else [job_of])):
         if name not in known:
             raise InputError(f"test: got {name!r}, expected one of: {', '.join(known)}")
     if job_of is not None:
-        (rung,) = (rung for rung in ladder if rung.name == job_of)
-        click.echo(as_text(rung.job(largest)), nl=False)
+        (test,) = (test for test in ladder if test.name == job_of)
+        click.echo(as_text(test.job(largest)), nl=False)
         return 0
     words = _words(program or "")
     if not words:
         raise InputError("run: got no program, expected --run PROGRAM, --job TEST or --schema")
     if out:
         require_writable(out)
-    chosen = [rung for rung in ladder if not wanted or rung.name in wanted]
+    chosen = [test for test in ladder if not wanted or test.name in wanted]
     with progress_bar("tests of the ladder") as progress:
         rows = list(
-            climb(
+            run_ladder(
                 Path(words[0]).name, words, chosen, steps, order=order,
                 time_limit=time_limit, workers=workers or cores(), progress=progress,
             )
         )  # fmt: skip
-    content = results.document([(rung.name, rung.meaning) for rung in ladder], steps, rows)
+    content = results.document([(test.name, test.meaning) for test in ladder], steps, rows)
     options.emit(as_json, content, results.lines(content["rows"], content["steps"]), out)
     compared = [row for row in rows if row.verdict != "refused"]
     return 0 if compared and all(row.verdict in GOOD for row in compared) else 1

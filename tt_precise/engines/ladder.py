@@ -26,7 +26,7 @@ from tt_precise.engines.protocol import (
     job,
     run,
 )
-from tt_precise.engines.results import LEAST_ORDER, RungResult
+from tt_precise.engines.results import LEAST_ORDER, LadderResult
 from tt_precise.golden.digits import correct_digits
 from tt_precise.integration import integrate
 from tt_precise.mechanics import flight, quantities
@@ -48,12 +48,12 @@ STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))  # s
 SLOWER = 0.5  # tolerance of an observed order below the method's order
 HIGHEST_ORDER = 4.0  # highest order of the engines' methods; a coarse run that blew up shows more
 EPS = 2.0**-52
-ROWS = 10  # of output in a sampling interval, at most: a check of motions needs closer rows
+ROWS = 10  # most output rows in a sampling interval; checks of motions need close rows
 EVERY_LAW = ("kinematics", "contact_momentum")  # checks that hold under every friction law
 
 
 @dataclass(frozen=True)
-class Rung:
+class LadderTest:
     """A test: a scene, the requested friction, and the source of its reference.
 
     ``friction`` is None for the scene's friction. ``conserved`` names the conserved quantities of
@@ -95,26 +95,26 @@ class Rung:
         return self.reference(self.scene) if self.reference else None
 
 
-def flown(scene: Scene) -> States:
+def fly_freely(scene: Scene) -> States:
     """Free flight from the scene's start, in closed form."""
     content = job(scene, STEPS[0], NO_FRICTION, contact="none")
     start, body = content["start"], InitialState.in_si(scene, DOUBLE).body
-    begun = RigidBodyState(
+    initial = RigidBodyState(
         *start["quaternion_wxyz"], *start["angular_velocity"], *start["velocity"]
     )
-    rows = [flight.flown(body, begun, t, numpy) for t in content["sample_times"]]
+    rows = [flight.flown(body, initial, t, numpy) for t in content["sample_times"]]
     table = numpy.array(rows, dtype=float)
     axes = [turned(row[:4], (0, 0, 1)) for row in rows]
     return States(numpy.array(axes, dtype=float), table[:, 4:7], table[:, 7:10])
 
 
-def integrated(scene: Scene) -> States:
+def integrate_in_double(scene: Scene) -> States:
     """The scene's solution, integrated in double to its full accuracy."""
     trajectory = integrate(scene, events=(), record=())
     return _of_columns(scene, trajectory.frame(*NewtonState._fields, numbers="float"))
 
 
-def published(scene: Scene) -> States:
+def load_golden(scene: Scene) -> States:
     """The scene's golden data."""
     return _of_columns(scene, golden.load(scene.name))
 
@@ -127,7 +127,7 @@ def _of_columns(scene: Scene, frame: pandas.DataFrame) -> States:
     return States(*(numpy.stack(vector, axis=1).astype(float) for vector in vectors))
 
 
-def standing(scene: Scene) -> States:
+def sleep_vertically(scene: Scene) -> States:
     """A steady spin about the vertical: the start at all times."""
     q, rows = InitialState.in_si(scene, DOUBLE).motion(numpy), len(scene.sample_times)
     return States(
@@ -135,7 +135,7 @@ def standing(scene: Scene) -> States:
     )
 
 
-def rungs(law: Law = COULOMB) -> tuple[Rung, ...]:
+def ladder_tests(law: Law = COULOMB) -> tuple[LadderTest, ...]:
     """The ladder for an engine with the friction ``law``; other laws are not requested."""
     short: dict[str, Any] = {"until": UNTIL, "record": (), "events": ()}
     own = load_scene(law.scene)
@@ -148,78 +148,78 @@ def rungs(law: Law = COULOMB) -> tuple[Rung, ...]:
     # the reference turns over; a small, fast top does so under dry friction
     whole = own if law.constant else gliding.varied(**small)
     ladder = [
-        Rung(
+        LadderTest(
             "flight",
             "inertia, gyroscopic term, frames: no contact, closed form",
             load_scene("frictionless").varied(theta="0.5", theta_dot="40", **short),
             ("angular_momentum", "rotational_energy"),
-            flown,
+            fly_freely,
             contact="none",
         ),
-        Rung(
+        LadderTest(
             "sleeping upright",
             "a spin about the vertical that contact and friction leave alone",
             load_scene("upright").varied(**short),
             ("jellett", "energy"),
-            standing,
+            sleep_vertically,
             friction,
         ),
-        Rung(
+        LadderTest(
             "sleeping inverted",
             "the same with the centre of mass above the centre",
             load_scene("inverted").varied(**short),
             ("jellett", "energy"),
-            standing,
+            sleep_vertically,
             friction,
         ),
-        Rung(
+        LadderTest(
             "ice",
             "the normal force alone: mu = 0",
             load_scene("frictionless").varied(**tilted),
             ("jellett", "energy"),
-            integrated,
+            integrate_in_double,
         ),
-        Rung(
+        LadderTest(
             "gliding",
             "the engine's own friction while the contact glides",
             gliding,
             ("jellett",),
-            integrated,
+            integrate_in_double,
         ),
-        Rung(
+        LadderTest(
             "rolling",
             "a contact that sticks: mu = 1, more than rolling needs",
             load_scene("rolling").varied(**tilted),
             ("jellett", "energy"),
-            integrated,
+            integrate_in_double,
             {"law": law.name, "mu": 1.0},
         ),
-        Rung(
+        LadderTest(
             "inversion",
             "the whole motion: does the top turn over, and when",
             whole,
             ("jellett",),
-            published if law.constant else None,
+            load_golden if law.constant else None,
         ),
     ]
-    return tuple(rung for rung in ladder if rung.name != "rolling" or not law.smooth_at_rest)
+    return tuple(test for test in ladder if test.name != "rolling" or not law.smooth_at_rest)
 
 
 # ---- running the tests -----------------------------------------------------------------------
 
 
-def climb(
+def run_ladder(
     engine: str,
     command: Sequence[str],
-    rungs: Sequence[Rung],
+    tests: Sequence[LadderTest],
     steps: Sequence[Fraction] = STEPS,
     *,
     order: float | None = None,
     time_limit: float = TIME_LIMIT_S,
     workers: int = 1,
     progress: Progress = silent,
-) -> Iterator[RungResult]:
-    """Run the program on every rung at every step, and return the results.
+) -> Iterator[LadderResult]:
+    """Run the program on every test at every step, and return the results.
 
     ``steps`` (s) are three or more, each half of the previous one. ``order`` is the order of its
     method, if known.
@@ -241,107 +241,107 @@ def climb(
     try:
         asked = [
             [
-                pool.submit(run, command, rung.job(step, rung.rows(steps[0])), time_limit, stop)
+                pool.submit(run, command, test.job(step, test.rows(steps[0])), time_limit, stop)
                 for step in steps
             ]
-            for rung in rungs
+            for test in tests
         ]
-        for done, (rung, futures) in enumerate(zip(rungs, asked, strict=True)):
+        for done, (test, futures) in enumerate(zip(tests, asked, strict=True)):
             runs = [future.result() for future in futures]
-            yield measured(engine, rung, steps, runs, order)
-            progress((done + 1) / len(rungs))
+            yield judge_runs(engine, test, steps, runs, order)
+            progress((done + 1) / len(tests))
     finally:  # who interrupts does not wait for the programs
         stop.set()
         pool.shutdown(cancel_futures=True)
 
 
-def measured(
+def judge_runs(
     engine: str,
-    rung: Rung,
+    test: LadderTest,
     steps: Sequence[Fraction],
     runs: Sequence[ProgramRun],
     promised: float | None = None,
-) -> RungResult:
-    """What runs at halved steps, as ``climb`` takes them, say about an engine of this order."""
+) -> LadderResult:
+    """Derive the result of runs at halved steps (as in ``run_ladder``), for a promised order."""
     engine = next((run.name for run in runs if run.name), engine)
     for step, outcome in zip(steps, runs, strict=True):
         if outcome.status != "done":
             verdict = "refused" if outcome.status == "refused" else "failed"
             where = "" if verdict == "refused" else f"step {float(step):g} s: {outcome.status}: "
-            return RungResult(engine, rung.name, verdict, f"{where}{outcome.message}")
+            return LadderResult(engine, test.name, verdict, f"{where}{outcome.message}")
     written = [run.states for run in runs if run.states is not None]
-    rows = (len(written[0].k) - 1) // (len(rung.scene.sample_times) - 1)
+    rows = (len(written[0].k) - 1) // (len(test.scene.sample_times) - 1)
     states = [motion.every(rows) for motion in written]
     known: dict[str, Json] = {
         "steps": tuple(map(float, steps)),
         "drift": {
-            name: tuple(DRIFTS[name](rung, state) for state in states) for name in rung.conserved
+            name: tuple(DRIFTS[name](test, state) for state in states) for name in test.conserved
         },
-        "equator": tuple(_equator(rung, state) for state in states),
-        "checks": _checks(rung, runs),
+        "equator": tuple(_equator(test, state) for state in states),
+        "checks": _checks(test, runs),
     }
-    order, resolved = _order(states, rung)
+    order, resolved = _order(states, test)
     known |= {"order": order, "resolved": resolved}
-    if rung.truth is None:
-        return RungResult(engine, rung.name, "measured", **known)
-    errors = tuple(_difference(state, rung.truth, rung) for state in states)
-    course = states[-1].distance(rung.truth, rung.spin, float(rung.start.body.R))
+    if test.truth is None:
+        return LadderResult(engine, test.name, "measured", **known)
+    errors = tuple(_difference(state, test.truth, test) for state in states)
+    course = states[-1].distance(test.truth, test.spin, float(test.start.body.R))
     known |= {
         "errors": errors,
         "digits": tuple(map(correct_digits, errors)),
         "digits_over_time": tuple(map(correct_digits, course[:: max(len(course) // 10, 1)])),
     }
     # one rounding a step, of a few numbers of the size of the motion
-    if max(errors) <= 16 * EPS * float(rung.scene.until / steps[-1]):
-        return RungResult(engine, rung.name, "rounding", limit=2 * max(errors), **known)
+    if max(errors) <= 16 * EPS * float(test.scene.until / steps[-1]):
+        return LadderResult(engine, test.name, "rounding", limit=2 * max(errors), **known)
     if order is None or order < LEAST_ORDER:
-        return RungResult(engine, rung.name, "no order", floor=min(errors), **known)
+        return LadderResult(engine, test.name, "no order", floor=min(errors), **known)
     assert resolved is not None
     of_method = min(order, HIGHEST_ORDER)
     extrapolated = _extrapolated(states, of_method)
-    floor = _difference(extrapolated, rung.truth, rung)
-    left = _difference(states[-2], states[-1], rung) / (2**of_method - 1)
+    floor = _difference(extrapolated, test.truth, test)
+    left = _difference(states[-2], states[-1], test) / (2**of_method - 1)
     verdict = "converges" if floor <= resolved else "floor"
     if verdict == "converges" and promised is not None and order < promised - SLOWER:
         verdict = "slow"
-    return RungResult(
-        engine, rung.name, verdict,
+    return LadderResult(
+        engine, test.name, verdict,
         constant=left / float(steps[-1]) ** of_method, floor=floor, limit=2 * (left + floor),
         **known,
     )  # fmt: skip
 
 
-def _checks(rung: Rung, runs: Sequence[ProgramRun]) -> dict[str, Json]:
+def _checks(test: LadderTest, runs: Sequence[ProgramRun]) -> dict[str, Json]:
     """The findings ``EVERY_LAW`` at the smallest step, and their values at all steps."""
-    if rung.contact == "none" or not all(run.columns for run in runs):
+    if test.contact == "none" or not all(run.columns for run in runs):
         return {}
     try:
-        results = [conservation(run.columns, rung.scene, friction="other") for run in runs]
+        results = [conservation(run.columns, test.scene, friction="other") for run in runs]
     except InputError as error:  # rows that seem to have other units
         unread = Check("", "skipped", note=str(error))
-        return {name: _told(unread, []) for name in EVERY_LAW}
+        return {name: _summarise(unread, []) for name in EVERY_LAW}
     return {
-        name: _told(results[-1][name], [result[name].as_dict()["value"] for result in results])
+        name: _summarise(results[-1][name], [result[name].as_dict()["value"] for result in results])
         for name in EVERY_LAW
     }
 
 
-def _told(last: Check, values: list[float | None]) -> dict[str, Json]:
+def _summarise(last: Check, values: list[float | None]) -> dict[str, Json]:
     return {"values": values, "limit": last.limit, "verdict": last.verdict, "note": last.note}
 
 
-def _difference(states: States, other: States, rung: Rung) -> float:
-    return float(states.distance(other, rung.spin, float(rung.start.body.R)).max())
+def _difference(states: States, other: States, test: LadderTest) -> float:
+    return float(states.distance(other, test.spin, float(test.start.body.R)).max())
 
 
-def _order(states: Sequence[States], rung: Rung) -> tuple[float | None, float | None]:
+def _order(states: Sequence[States], test: LadderTest) -> tuple[float | None, float | None]:
     """Observed order, and a bound on what the smallest step is away from the engine's own limit.
 
     The bound takes no order above 1 for granted: a coarse run outside the asymptotic range makes
     the observed one too large.
     """
     coarse, fine = (
-        _difference(coarser, other, rung)
+        _difference(coarser, other, test)
         for coarser, other in ((states[-3], states[-2]), (states[-2], states[-1]))
     )
     if not coarse or not fine:
@@ -361,32 +361,32 @@ def _extrapolated(states: Sequence[States], order: float) -> States:
     )
 
 
-def _equator(rung: Rung, states: States) -> float | None:
+def _equator(test: LadderTest, states: States) -> float | None:
     below = numpy.flatnonzero(numpy.sign(states.k[:, 2]) != numpy.sign(states.k[0, 2]))
-    return float(rung.scene.sample_times[int(below[0])]) if len(below) else None
+    return float(test.scene.sample_times[int(below[0])]) if len(below) else None
 
 
-def _momentum(rung: Rung, states: States) -> Array:
+def _momentum(test: LadderTest, states: States) -> Array:
     """L at each row, axes (row, component)."""
-    L = angular_momentum(rung.start.body, tuple(states.k.T), tuple(states.omega.T))
+    L = angular_momentum(test.start.body, tuple(states.k.T), tuple(states.omega.T))
     return numpy.stack(L, axis=1)
 
 
-def _motion(rung: Rung, states: States) -> Motion:
-    vectors = NewtonState(*(*states.k.T, *_momentum(rung, states).T, 0.0, 0.0))
-    return Motion(rung.start.body, vectors, numpy, s_dot=lambda: tuple(states.s_dot.T))
+def _motion(test: LadderTest, states: States) -> Motion:
+    vectors = NewtonState(*(*states.k.T, *_momentum(test, states).T, 0.0, 0.0))
+    return Motion(test.start.body, vectors, numpy, s_dot=lambda: tuple(states.s_dot.T))
 
 
 def _relative(values: Array) -> float:
     return float((abs(values - values[0]) / abs(values[0])).max())
 
 
-DRIFTS: dict[str, Callable[[Rung, States], float]] = {
-    "jellett": lambda rung, states: _relative(quantities.jellett(_motion(rung, states))),
-    "energy": lambda rung, states: _relative(quantities.E(_motion(rung, states))),
-    "rotational_energy": lambda rung, states: _relative(quantities.E_rot(_motion(rung, states))),
-    "angular_momentum": lambda rung, states: float(
-        numpy.linalg.norm((L := _momentum(rung, states)) - L[0], axis=1).max()
+DRIFTS: dict[str, Callable[[LadderTest, States], float]] = {
+    "jellett": lambda test, states: _relative(quantities.jellett(_motion(test, states))),
+    "energy": lambda test, states: _relative(quantities.E(_motion(test, states))),
+    "rotational_energy": lambda test, states: _relative(quantities.E_rot(_motion(test, states))),
+    "angular_momentum": lambda test, states: float(
+        numpy.linalg.norm((L := _momentum(test, states)) - L[0], axis=1).max()
         / numpy.linalg.norm(L[0])
     ),
 }

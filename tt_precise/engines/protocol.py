@@ -42,12 +42,12 @@ REFUSED = 3  # exit status of a program that cannot express the job
 # about the axis: without it a quaternion read in the wrong order would be one of the same axis
 TURNED = (0.8, 0.0, 0.0, 0.6)
 MOST_BYTES = 20_000_000  # on standard output, and on standard error
-LAST_BYTES = 10_000  # of standard error, which are read
+LAST_BYTES = 10_000  # the part of standard error that is read, for its last line
 SHORTEST_S, LONGEST_S = 0.001, 0.05  # between two looks at it
 TIME_LIMIT_S = 60.0
 TIME_SLACK = 1e-9  # s
-LARGEST = 1e50  # in SI; the square of an energy is still a number
-SAME_START = 1e-3  # of 1, of the spin, of R times it: the first row has the job's start
+LARGEST = 1e50  # bound of any number in SI; the square of an energy is still a double
+SAME_START = 1e-3  # relative tolerance of the first row, which has to be the job's start
 EXPECTED = "body to inertial frame, scalar first, velocities in the inertial frame"
 NAMED = re.compile(r"^#\s*engine:\s*(\S.*)$", re.MULTILINE)
 
@@ -261,13 +261,13 @@ def run(
     called = NAMED.search(written)
     name = called.group(1).strip()[:60] if called else ""
     try:
-        result = _read(written, job)
+        result = _parse(written, job)
     except ValueError as error:
         result = ProgramRun("unreadable", str(error))
     return replace(result, name=name)
 
 
-def _read(text: str, job: dict[str, Json]) -> ProgramRun:
+def _parse(text: str, job: dict[str, Json]) -> ProgramRun:
     import pandas
 
     _require_columns(text)
@@ -318,7 +318,7 @@ def _require_start(row: Array, job: dict[str, Json]) -> None:
 
 
 def _off_start(row: dict[str, Array], job: dict[str, Json]) -> float:
-    """How far a row is from the job's start: 1 is the size of the motion."""
+    """Distance of a row from the job's start: 1 is the size of the motion."""
     start = job["start"]
     spin = float(numpy.linalg.norm(start["angular_velocity"])) or 1.0
     q, w, v = (

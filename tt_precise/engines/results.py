@@ -13,9 +13,9 @@ from tt_precise._version import __version__
 from tt_precise.golden.digits import DIGITS
 from tt_precise.runtime.values import Json
 
-SCHEMA = "tt_precise.engines/1"
+SCHEMA = "tt_precise.engines/2"
 WIDTH = 79  # columns of a terminal
-LEAST_ORDER = 0.5  # below it halving the step does not bring the motions closer together
+LEAST_ORDER = 0.5  # a smaller observed order is none: halving the step wins nothing
 VERDICTS = {
     "rounding": "differs from the reference by rounding alone",
     "converges": "converges to the reference",
@@ -29,8 +29,8 @@ VERDICTS = {
 
 
 @dataclass(frozen=True)
-class RungResult:
-    """An engine on a rung. Differences are ``States.distance``: 1 is the size of the motion.
+class LadderResult:
+    """An engine on a test. Differences are ``States.distance``: 1 is the size of the motion.
 
     ``errors`` from the reference, at the end ``digits`` of it, and ``drift`` of what is conserved
     (relative, largest), one entry a step size. ``order``, ``constant`` (with the step in s) and
@@ -41,7 +41,7 @@ class RungResult:
     """
 
     engine: str
-    rung: str
+    test: str
     verdict: str
     message: str = ""
     steps: tuple[float, ...] = ()
@@ -59,13 +59,13 @@ class RungResult:
 
     def as_dict(self) -> dict[str, Json]:
         """Plain values for JSON, numbers to four digits."""
-        return {name: _rounded(value) for name, value in asdict(self).items()}
+        return {name: _round(value) for name, value in asdict(self).items()}
 
 
 def document(
     tests: Sequence[tuple[str, str]],
     steps: Sequence[Fraction],
-    rows: Sequence[RungResult],
+    rows: Sequence[LadderResult],
     engines: Sequence[dict[str, Json]] = (),
     skipped: Sequence[str] = (),
 ) -> dict[str, Json]:
@@ -78,7 +78,7 @@ def document(
         "steps": [float(step) for step in steps],
         "verdicts": VERDICTS,
         "engines": list(engines),
-        "rungs": [{"name": name, "meaning": meaning} for name, meaning in tests],
+        "tests": [{"name": name, "meaning": meaning} for name, meaning in tests],
         "rows": [row.as_dict() for row in rows],
         "skipped": list(skipped),
     }
@@ -96,7 +96,7 @@ def lines(rows: Sequence[dict[str, Json]], steps: Sequence[float]) -> Iterator[s
                 "" if row[name] is None else f"{row[name]:{form}}"
                 for name, form in (("order", ".2f"), ("floor", ".1e"))
             )
-            cells = f"  {row['rung']:17}  {row['verdict']:10} {digits:>26}  {order:>6}  {floor:>8}"
+            cells = f"  {row['test']:17}  {row['verdict']:10} {digits:>26}  {order:>6}  {floor:>8}"
             yield cells.rstrip()
             for remark in remarks(row):
                 yield from textwrap.wrap(
@@ -108,7 +108,7 @@ def remarks(row: dict[str, Json]) -> Iterator[str]:
     """Sentences that a reader of the row needs."""
     if row["message"]:
         yield row["message"]
-    if row["rung"] == "inversion" and row["equator"]:
+    if row["test"] == "inversion" and row["equator"]:
         moments = ("never" if t is None else f"{t:.2f}" for t in row["equator"])
         yield f"axis horizontal at {', '.join(moments)} s"
     for name, check in row.get("checks", {}).items():
@@ -143,9 +143,9 @@ def check_of(row: dict[str, Json], name: str) -> str:
     return f"{check['verdict']} {values}{why}"
 
 
-def _rounded(value: Json) -> Json:
+def _round(value: Json) -> Json:
     if isinstance(value, float):
         return float(f"{value:.4g}")
     if isinstance(value, dict):
-        return {name: _rounded(entry) for name, entry in value.items()}
-    return [_rounded(entry) for entry in value] if isinstance(value, tuple | list) else value
+        return {name: _round(entry) for name, entry in value.items()}
+    return [_round(entry) for entry in value] if isinstance(value, tuple | list) else value

@@ -109,7 +109,7 @@ class CaseRecord(Record, frozen=True, kw_only=True):
 
 
 class Extremes(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.extremes/1"):
-    """What `tt-precise extremes --json` prints; `reports/measured/extremes.json`."""
+    """The document of `tt-precise extremes --json` and `reports/measured/extremes.json`."""
 
     verdict: Annotated[Literal["pass", "fail"], means("pass if every case passes")]
     cases: Annotated[tuple[CaseRecord, ...], means("the cases")]
@@ -128,7 +128,7 @@ class NotFiniteError(ArithmeticError):
 
 @dataclass(frozen=True)
 class Finding:
-    """What was ``measured``, in words, whether it ``holds``, and numbers for pictures."""
+    """A measured outcome in words, its verdict ``holds``, and numbers for pictures."""
 
     measured: str
     holds: bool = True

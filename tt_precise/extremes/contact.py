@@ -34,7 +34,7 @@ MOTIONS: dict[str, dict[str, str]] = {
     for mu in frictions
 }
 NAMES = tuple(MOTIONS)
-THETA = "2"  # of the starts at both zeros; cos theta < 0 lets the numerator vanish
+THETA = "2"  # rad, start at both zeros; cos theta < 0 lets the numerator vanish
 
 
 def losing(name: str) -> Scene:
@@ -271,7 +271,7 @@ def _fine(motion: str) -> Trajectory:
 
 @cache
 def _blow_up_time(motion: str) -> Scalar:
-    """Where the square of the denominator, extrapolated from two states, vanishes (s)."""
+    """Time (s) at which the square of the denominator, extrapolated from two states, vanishes."""
     fine = _fine(motion)
     fn = fine.precision.context
     first, second = (fine.t_end - fn.mpf(span) for span in ("1e-12", "1e-14"))

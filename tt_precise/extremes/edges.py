@@ -21,7 +21,7 @@ from tt_precise.scene.scene import Scene
 TILTS = ("1e-1", "1e-3", "1e-6", "1e-10", "1e-16", "1e-30", "1e-100", "1e-300")  # rad
 POWERS_OF_SPIN = (-6, -3, -2, -1, 1, 2, 3)
 POWERS_OF_FRICTION = (-12, -6, -3, -1, 1, 2, 3, 4)
-LONGEST_S = Fraction(10)  # of a run; a shorter horizon of the scene stays
+LONGEST_S = Fraction(10)  # longest horizon of a run; a shorter one of the scene stays
 # A horizon is shortened where the fastest rate, of spin or friction, exceeds this many times that
 # of the scene itself: so a run takes at most about ten times the steps.
 MORE_STEPS = 10

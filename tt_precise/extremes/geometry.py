@@ -54,7 +54,7 @@ Convert = Callable[..., Scalar]
     quick=lambda pole, decades: decades in (DECADES[0], DECADES[-1]),
     control={"integrate": integrating(mu="1e-9")},
 )
-def start_beside_a_pole(pole: str, decades: str, integrate: Integrate = integrate) -> Findings:
+def start_near_a_pole(pole: str, decades: str, integrate: Integrate = integrate) -> Findings:
     """Ten decades of starts in double."""
     first, last = map(int, decades.split(" to "))
     errors = []
@@ -74,7 +74,7 @@ def start_beside_a_pole(pole: str, decades: str, integrate: Integrate = integrat
     quick=True,
     control={"integrate": integrating(mu="1e-12")},
 )
-def start_beside_a_pole_in_every_precision(
+def start_near_a_pole_in_every_precision(
     precision: str, pole: str, integrate: Integrate = integrate
 ) -> Findings:
     """The farthest decade in every arithmetic."""
@@ -231,7 +231,7 @@ def euler_passing(k: int, integrate: Integrate = integrate) -> Findings:
     control={"k": 13},
 )
 def euler_overflowing(k: int) -> Findings:
-    """Where the Euler form stops in double, which quad does not."""
+    """The end of the Euler form in double; quad continues."""
     euler = integrate(passage(k), formulation="euler")
     (passed,) = integrate(passage(k), "quad", events=("theta_min",)).events["t"]
     least, rate = nearest(k)
@@ -331,11 +331,11 @@ def arithmetic(precision: str) -> RoundTripArithmetic:
 
 
 def round_trip(
-    precision: str, k: int, inverted: bool, known: bool, back: Convert = euler_from_vectors
+    precision: str, k: int, inverted: bool, exact_sine: bool, back: Convert = euler_from_vectors
 ) -> Trip:
     """Convert a state 1e-k from a pole to vectors and ``back``.
 
-    ``known`` hands over sine and cosine with full digits, as a scene does; else theta alone.
+    ``exact_sine`` hands over sine and cosine with full digits, as a scene does; else theta alone.
     """
     fn, into, out, eps = arithmetic(precision)
     body = _body(precision)
@@ -343,7 +343,7 @@ def round_trip(
     theta = FN.pi - offset if inverted else offset
     sine, cosine = FN.sin(offset), FN.cos(offset) * (-1 if inverted else 1)
     euler = EulerState(into(theta), *(into(FN.mpf(x)) for x in RATES.values()))
-    sine_cosine = (into(sine), into(cosine)) if known else None
+    sine_cosine = (into(sine), into(cosine)) if exact_sine else None
     vectors = vectors_from_euler(body, euler, fn, sine_cosine=sine_cosine)
     finite([out(x) for x in vectors], "vectors")
     again = back(body, vectors, fn)
@@ -357,9 +357,9 @@ def round_trip(
     return Trip(abs(tilted / sine - 1) / eps, max(changes) / eps)
 
 
-def digits_of_the_tilt(precision: str, k: int, known: bool) -> float:
+def digits_of_the_tilt(precision: str, k: int, exact_sine: bool) -> float:
     """Decimal digits of the tilt that are right 1e-k rad from the inverted pole."""
-    trip = round_trip(precision, k, True, known)
+    trip = round_trip(precision, k, True, exact_sine)
     eps = arithmetic(precision).eps
     # half an eps is what rounding leaves of a tilt that is exact
     return max(0.0, float(-FN.log10(max(trip.tilt, FN.mpf(1) / 2) * eps)))
@@ -382,7 +382,7 @@ def every_decade(precision: str, *how: Any) -> Findings:
     quick=True,
     control={"back": "printed"},
 )
-def beside_the_upright_pole(precision: str, back: Convert | str = euler_from_vectors) -> Findings:
+def near_the_upright_pole(precision: str, back: Convert | str = euler_from_vectors) -> Findings:
     """Both ways, every decade."""
     return every_decade(precision, False, False, _printed_back if isinstance(back, str) else back)
 
@@ -393,11 +393,11 @@ def beside_the_upright_pole(precision: str, back: Convert | str = euler_from_vec
     source="as at the upright pole; a scene stores the distance from the nearer pole",
     over={"precision": PRECISIONS},
     quick=True,
-    control={"known": False},
+    control={"exact_sine": False},
 )
-def beside_the_inverted_pole(precision: str, known: bool = True) -> Findings:
+def near_the_inverted_pole(precision: str, exact_sine: bool = True) -> Findings:
     """With the sine and cosine that a scene's ``pi - 1e-300`` leads to."""
-    return every_decade(precision, True, known)
+    return every_decade(precision, True, exact_sine)
 
 
 @case(
@@ -407,12 +407,12 @@ def beside_the_inverted_pole(precision: str, known: bool = True) -> Findings:
     source="numbers near pi are 2 eps apart",
     over={"precision": PRECISIONS},
     quick=True,
-    control={"known": True},
+    control={"exact_sine": True},
 )
-def digits_of_theta_near_pi(precision: str, known: bool = False) -> Findings:
+def digits_of_theta_near_pi(precision: str, exact_sine: bool = False) -> Findings:
     """The law by which the Euler form loses digits; it ends where no digit is left."""
     last = int(KINDS[precision].bits * 0.30103) - 1
-    trips = {k: round_trip(precision, k, True, known) for k in range(1, last + 1)}
+    trips = {k: round_trip(precision, k, True, exact_sine) for k in range(1, last + 1)}
     share = max(trip.tilt * FN.mpf(10) ** -k for k, trip in trips.items())
     return (
         within(share, 1.5, "eps 10^k"),

@@ -43,7 +43,7 @@ print({name: x.hex() for name, x in integrate(varied(until="2")).state.values.it
 
 @cache
 def _allowed(until: str) -> float:
-    """How far rounding may move double, in eps of the state: one error a step, grown since."""
+    """Bound of the rounding of double, in eps of the state: one error a step, amplified since."""
     how = sensitivity(varied(until=until))
     steps = integrate(varied(until=until)).steps
     return float(how.rounding[-1]) * float(steps / (len(how.times) - 1)) ** 0.5
@@ -58,7 +58,7 @@ def _allowed(until: str) -> float:
     control={"wrong": {"alpha": "1e-11"}},
 )
 def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Findings:
-    """How much of a result in double is the compiler's."""
+    """The compiler's share of a result in double."""
     scene = varied(until=HORIZON_S).perturbed(**(wrong or {}))
     run = Trajectory.of(scene, Setup.of(scene, options=FLAGS[flag]))
     plain = varied(until=HORIZON_S)
@@ -83,7 +83,7 @@ def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Findings:
 def flags_in_wide(
     precision: str, flag: str, flags: dict[str, dict[str, float]] | None = None
 ) -> Findings:
-    """What makes golden data portable."""
+    """The reason why golden data are portable."""
     scene = varied(until=SHORT_S)
     options = {"opt_level": 3} | (flags or WIDE)[flag]
     tolerance = options.pop("tol", 0.0)

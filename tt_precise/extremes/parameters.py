@@ -42,7 +42,7 @@ GROWTH_DIGITS = 80
 INVERTED = -1
 LEAST_TILT = "1e-200"  # grows to 1e-100 where it grows fastest
 GROWTH_S = "100"
-TINY = Fraction("1e-3")  # of lambda, for the slope of the rate
+TINY = Fraction("1e-3")  # relative change of lambda for a difference quotient of the rate
 FRICTIONS = ("0", "1e-12", "1e-6", "1e-3", "0.03", "0.3", "3", "10", "100", "1e3", "1e4")
 ROUGH = ("10", "30", "100", "300", "1e3", "3e3", "1e4")
 REFERENCE_S = "0.5"
@@ -181,7 +181,7 @@ def threshold_at_the_edge(which: str, side: str, k: int, off: str = "0") -> Find
     control={"wrong_side": True},
 )
 def thresholds_at_the_edge(side: str, sign: str, k: int, wrong_side: bool = False) -> Findings:
-    """What ``tt-precise thresholds`` says there."""
+    """The answer of ``tt-precise thresholds`` at the edge."""
     inwards = (side == "inside") != wrong_side
     threshold = _threshold(sign, Fraction(f"1e-{k}") * (1 if inwards else -1))
     if side == "inside":
@@ -257,7 +257,7 @@ def spinning_in_double(spin: str, integrate: Integrate = integrate) -> Findings:
     quick=lambda sign, k: k in (1, 6),
     control={"integrate": integrating(omega_3="0.2")},
 )
-def beside_the_threshold(sign: str, k: int, integrate: Integrate = integrate) -> Findings:
+def near_the_threshold(sign: str, k: int, integrate: Integrate = integrate) -> Findings:
     """The growth rate found in an integration, against the eigenvalue."""
     off = Fraction(f"{sign}1e-{k}")
     rate, expected, noise = _growth(off, integrate)
@@ -377,7 +377,7 @@ def friction_in_double(mu: str, integrate: Integrate = integrate) -> Findings:
     control={"frictions": ("0.1", "1")},
 )
 def stiffness(frictions: tuple[str, str] = ("2e3", "2e4")) -> Findings:
-    """What stiffness costs an explicit Taylor method."""
+    """The cost of stiffness for an explicit Taylor method."""
     fewer, more = (integrate(varied(mu=mu, until=SHORT_S)).steps for mu in frictions)
     return (
         within(abs(more / fewer / 10 - 1), 0.1, "off a ratio of 10"),

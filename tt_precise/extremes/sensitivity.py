@@ -83,7 +83,7 @@ def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Array:
     quick=lambda scene: scene == "contact-lost",
     control={"spoil": 1e-9},
 )
-def lambda_carried_along(scene: str, spoil: float = 0.0) -> Findings:
+def lambda_propagated(scene: str, spoil: float = 0.0) -> Findings:
     """An independent check of the matrices, without any other integration."""
     how = _sensitivity(scene)
     start = InitialState.of(load_scene(scene), integrate(scene).precision.arithmetic)

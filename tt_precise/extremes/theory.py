@@ -88,7 +88,7 @@ def frictionless_turn(
 
 
 def missing_energy(body: Parameters, spin: Scalar, energy: Scalar) -> Scalar:
-    """What is left of ``energy`` for theta_dot at the upright pole with L.z = L.k = ``spin``."""
+    """The part of ``energy`` left for theta_dot at the upright pole with L.z = L.k = ``spin``."""
     return energy - 1 + body.alpha - spin * spin / (2 * body.I3)
 
 

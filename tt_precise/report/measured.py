@@ -21,7 +21,7 @@ from tt_precise.report.prose import short
 from tt_precise.runtime import records
 from tt_precise.runtime.records import of_its_form
 from tt_precise.runtime.values import Json
-from tt_precise.tradeoff.findings import ACCURACIES, TABLE, TradeoffTables, costs, findings, read
+from tt_precise.tradeoff.findings import ACCURACIES, TABLE, TradeoffTables, costs, findings, load
 
 if TYPE_CHECKING:
     import pandas
@@ -38,7 +38,7 @@ def _not_measured(key: str, title: str, command: str) -> Section:
 def tradeoff(folder: Path) -> Section:
     """The findings of the tables in ``folder``, or the command that makes the tables."""
     with of_its_form(folder / TABLE, f"what `{TRADEOFF_COMMAND}` writes, as its other tables"):
-        return _tradeoff(read(folder))
+        return _tradeoff(load(folder))
 
 
 def _tradeoff(tables: TradeoffTables) -> Section:
@@ -199,7 +199,7 @@ def _board(board: dict[str, Json]) -> Section:
     ]
     if board["skipped"]:
         blocks.append(Text("Skipped: " + "; ".join(board["skipped"])))
-    verdicts = {f"{row['engine']}, {row['rung']}": row["verdict"] for row in board["rows"]}
+    verdicts = {f"{row['engine']}, {row['test']}": row["verdict"] for row in board["rows"]}
     return Section("engines", ENGINES_TITLE, blocks, verdicts)
 
 
@@ -208,12 +208,12 @@ def _engine_row(row: dict[str, Json]) -> tuple[str, ...]:
     outcome = row["verdict"]
     if row["message"]:
         outcome += f" ({row['message']})"
-    if row["rung"] == "inversion" and row["equator"]:
+    if row["test"] == "inversion" and row["equator"]:
         moments = ("never" if t is None else f"{t:.2f} s" for t in row["equator"])
         outcome += f": axis horizontal at {', '.join(moments)}"
     return (
         row["engine"],
-        row["rung"],
+        row["test"],
         outcome,
         ", ".join(f"{digits:.1f}" for digits in row["digits"]),
         "" if row["order"] is None else f"{row['order']:.2f}",

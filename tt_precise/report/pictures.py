@@ -208,8 +208,8 @@ def digits_beside_the_poles(axes: list[Axes]) -> Words:
     decades = range(0, 71, 2)
     (panel,) = axes
     for precision, colour in PRECISIONS.items():
-        correct = [digits_of_the_tilt(precision, k, known=False) for k in decades]
-        given = [digits_of_the_tilt(precision, k, known=True) for k in decades]
+        correct = [digits_of_the_tilt(precision, k, exact_sine=False) for k in decades]
+        given = [digits_of_the_tilt(precision, k, exact_sine=True) for k in decades]
         label = NAMES.get(precision, precision)
         panel.plot(decades, correct, color=colour, label=label)
         panel.plot(decades, given, color=colour, linestyle=":")
@@ -306,17 +306,17 @@ MARKS = {"refused": "–", "failed": "✗", "measured": ""}
 def scoreboard(axes: list[Axes], board: dict[str, Json]) -> Words:
     """Digits at the smallest step of every engine on every test; from the file's object."""
     engines = [engine["name"] for engine in board["engines"]]
-    rungs = [rung["name"] for rung in board["rungs"] if rung["name"] != "inversion"]
-    rows = {(row["engine"], row["rung"]): row for row in board["rows"]}
+    tests = [test["name"] for test in board["tests"] if test["name"] != "inversion"]
+    rows = {(row["engine"], row["test"]): row for row in board["rows"]}
     (panel,) = axes
-    digits = [[_digits(rows.get((engine, rung))) for rung in rungs] for engine in engines]
+    digits = [[_digits(rows.get((engine, test))) for test in tests] for engine in engines]
     panel.imshow(digits, cmap="viridis", vmin=0, vmax=MOST_DIGITS, aspect="auto")
     for i, engine in enumerate(engines):
-        for j, rung in enumerate(rungs):
-            row = rows.get((engine, rung))
+        for j, test in enumerate(tests):
+            row = rows.get((engine, test))
             colour = "white" if digits[i][j] < MOST_DIGITS / 2 else "black"
             panel.text(j, i, _label(row), ha="center", va="center", color=colour)
-    panel.set_xticks(range(len(rungs)), [name.replace(" ", "\n") for name in rungs])
+    panel.set_xticks(range(len(tests)), [name.replace(" ", "\n") for name in tests])
     panel.set_yticks(range(len(engines)), engines)
     panel.set_xlabel("test; digits of the reference at the smallest step")
     panel.grid(visible=False)
@@ -326,7 +326,7 @@ def scoreboard(axes: list[Axes], board: dict[str, Json]) -> Words:
         f"{board['steps'][-1]:g} s. Bold: smaller steps converge to the reference. In brackets: a "
         "floor remains or no order is seen. ✗: the run did not reach the end. –: the engine does "
         "not have this test's friction or contact.",
-        alt=f"A table of {len(engines)} engines and {len(rungs)} tests with digits from 0 to "
+        alt=f"A table of {len(engines)} engines and {len(tests)} tests with digits from 0 to "
         f"{best:.0f} as colours: most in free flight and steady spins, fewest where friction "
         "and contact act together.",
     )

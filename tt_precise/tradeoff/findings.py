@@ -56,7 +56,7 @@ class TradeoffTables(NamedTuple):
     estimates: pandas.DataFrame | None = None
 
 
-def read(folder: Path) -> TradeoffTables:
+def load(folder: Path) -> TradeoffTables:
     """The tables in a folder."""
     import pandas
 

@@ -32,10 +32,10 @@ from tt_precise.scene.scene import Scene
 ASKED = (3, 6, 9, 12, 15, 20, 30)  # digits
 DOUBLE_DIGITS = 15  # a scene that several doubles refuse needs quad beyond: a hundred times slower
 TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
-SMALLEST_RTOL = 2.3e-14  # of solve_ivp
+SMALLEST_RTOL = 2.3e-14  # smallest relative tolerance that solve_ivp accepts
 MOST_SAMPLES = 40  # at which rows are compared
 BUDGET_S = 3.0  # for this integrator, and for each of SciPy's
-SHARE = 1 / 3  # of a budget that one row may take if there is to be another one
+SHARE = 1 / 3  # largest share of the budget for a row; a slower one is the last
 OWN = "tt_precise"
 PEERS = ("DOP853", "LSODA")
 STAGES = 11  # evaluations in a step of DOP853
