@@ -23,11 +23,33 @@ def test_curve_shows_every_row() -> None:
     (axes, *_) = curve(rows(), "mu", "t_end", "outcome").axes
     points = [numpy.size(line.get_xdata()) for line in axes.get_lines()]
     assert sum(points) == 6  # the one without a value stands on the edge
-    assert axes.get_xlabel() == "mu (s/m)"
-    assert axes.get_ylabel() == "t_end_A (s)"
-    assert curve(rows(), "mu", "climb", "omega_3").axes[0].get_ylabel() == "climb_A (s)"
-    labels = [label_of(name) for name in ("max_nu_y", "lambda_ratio")]
-    assert labels == ["max_nu_y (m/s)", "lambda_ratio"]
+    assert axes.get_xlabel() == r"$\mu$ (s/m)"
+    assert axes.get_ylabel() == r"$t_{\theta\approx\pi}$, definition A (s)"
+    climb = curve(rows(), "mu", "climb", "omega_3").axes[0]
+    assert climb.get_ylabel() == "$T_{inv}$, definition A (s)"
+    labels = [label_of(name) for name in ("max_nu_y", "lambda_ratio", "omega_3", "t_stop")]
+    assert labels == [
+        r"largest $\nu_y$ (m/s)", r"$\lambda/\lambda_{thres}$", r"$\omega_3(0)$ (rad/s)",
+        "end of the row (s)",
+    ]  # fmt: skip
+
+
+def test_cells_without_a_value_are_explained() -> None:
+    (legend,) = map_of(rows(), "mu", "omega_3", "climb").legends
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "no $T_{inv}$, definition A (1):\n  contact lost (1)"
+    ]
+    assert map_of(rows().dropna(), "mu", "omega_3", "climb").legends == []
+
+
+def test_values_over_two_decades_have_a_logarithmic_scale() -> None:
+    far = rows().assign(mu=[0.001, 1.0, 2.0] * 2, t_end_A=[1e-3, 1, 2, 3, 4, 5.0])
+    axes = curve(far, "mu", "t_end").axes[0]
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+    plain = curve(rows(), "mu", "t_end").axes[0]
+    assert (plain.get_xscale(), plain.get_yscale()) == ("linear", "linear")
+    (drawn,) = map_of(far, "mu", "omega_3", "t_end").axes[0].collections
+    assert type(drawn.norm).__name__ == "LogNorm"
 
 
 def test_the_legend_says_what_an_outcome_states_and_at_which_horizon() -> None:

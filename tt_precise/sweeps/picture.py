@@ -18,6 +18,7 @@ from tt_precise.runtime.plotting import (
 )
 from tt_precise.runtime.values import Array, InputError
 from tt_precise.sweeps.columns import DEFINITIONS, OUTCOMES, part_named
+from tt_precise.sweeps.specification import STARTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -35,6 +36,18 @@ STYLES = {
     "failed": (BLACK, "*"),
 }  # fmt: skip
 UNITS = {"m": "kg", "R": "m", "I1": "m R²", "I3": "m R²", "g": "m/s²", "mu": "s/m"}
+SYMBOLS = {
+    "theta": r"$\theta$", "theta_dot": r"$\dot\theta$", "phi_dot": r"$\dot\varphi$",
+    "psi_dot": r"$\dot\psi$", "omega_3": r"$\omega_3$", "nu_x": r"$\nu_x$", "nu_y": r"$\nu_y$",
+    "g_n": "$g_n$", "E": "$E$", "lambda": r"$\lambda$", "mu": r"$\mu$", "alpha": r"$\alpha$",
+    "I1": "$I_1$", "I3": "$I_3$", "m": "$m$", "R": "$R$", "g": "$g$",
+    "t_init": r"$t_{\theta\approx0}$", "t_end": r"$t_{\theta\approx\pi}$", "climb": "$T_{inv}$",
+    "lambda_ratio": r"$\lambda/\lambda_{thres}$", "t_equator": r"$t_{\theta=\pi/2}$",
+    "t_stop": "end of the row", "jellett_drift": r"drift of $\lambda$",
+}  # fmt: skip
+PARTS = {"min": "least {}", "max": "largest {}", "start": "{} at the start", "end": "{} at the end"}
+WIDE, NARROW, HIGH = 9.6, 7.0, 4.4  # Inches of a figure with a legend beside the axes, and without.
+DECADES = 100  # Ratio of positive values from which a logarithmic scale shows more.
 
 
 @styled()
@@ -43,12 +56,13 @@ def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> 
 
     Rows without a value of ``y`` are ticks on the lower edge.
     """
-    figure = new_figure(7, 4.4)
-    axes = figure.add_subplot()
     x, y = (column_named(rows, name) for name in (x, y))
     table = _with_values(rows, x, y)
     missing = table[table[y].isna()] if y != "outcome" else table[:0]
     shown = column_named(rows, colour) if colour else None
+    beside = shown == "outcome" or len(missing) > 0
+    figure = new_figure(WIDE if beside else NARROW, HIGH)
+    axes = figure.add_subplot()
     if shown == "outcome":
         for outcome, (hue, mark) in STYLES.items():
             some = table[(table["outcome"] == outcome) & table[y].notna()]
@@ -56,16 +70,18 @@ def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> 
                 label = outcome_label(outcome, len(some), table)
                 axes.plot(some[x], some[y], mark, color=hue, ms=3, label=label)
     elif shown:
-        points = axes.scatter(table[x], table[y], c=table[shown], s=8, cmap="viridis")
+        style = {"s": 8, "cmap": "viridis", **_scale(table[shown])}
+        points = axes.scatter(table[x], table[y], c=table[shown], **style)
         figure.colorbar(points, ax=axes, label=label_of(shown))
     else:
         axes.plot(table[x], table[y], "o", color=STYLES["inverts"][0], ms=3)
+    _stretch(axes, table, x, y)
     if len(missing):
         low = axes.get_ylim()[0]
-        label = f"no {y} ({len(missing)})"
+        label = _no_value(y, missing)
         axes.plot(missing[x], [low] * len(missing), "|", color=GREY, ms=8, label=label)
-    if shown == "outcome" or len(missing):
-        axes.legend()
+    if beside:
+        _legend(axes)
     axes.set_xlabel(label_of(x))
     axes.set_ylabel(label_of(y))
     return figure
@@ -74,11 +90,20 @@ def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> 
 @styled()
 def map_of(rows: pandas.DataFrame, x: str, y: str, z: str) -> Figure:
     """``z`` over the plane of ``x`` and ``y``: cells where the rows are a grid, else points."""
-    figure = new_figure(7, 4.4)
+    z = column_named(rows, z)
+    values = _with_values(rows, z)
+    missing = values[values[z].isna()] if z != "outcome" else values[:0]
+    figure = new_figure(WIDE if z == "outcome" or len(missing) else NARROW, HIGH)
     axes = figure.add_subplot()
     drawn = draw_map(axes, rows, x, y, z)
+    _stretch(axes, values, column_named(rows, x), column_named(rows, y))
     if drawn is not None:
-        figure.colorbar(drawn, ax=axes, label=label_of(column_named(rows, z)))
+        figure.colorbar(drawn, ax=axes, label=label_of(z))
+    if len(missing):
+        from matplotlib.patches import Patch
+
+        white = Patch(facecolor="white", edgecolor=GREY, label=_no_value(z, missing))
+        figure.legend(handles=[white], loc="outside right upper")  # beyond the colour bar
     return figure
 
 
@@ -94,9 +119,43 @@ def draw_map(
     axes.set_xlabel(label_of(x))
     axes.set_ylabel(label_of(y))
     if z != "outcome":
-        return _cells(axes, table, x, y, table[z], **({"cmap": "viridis"} | style))
+        style = {"cmap": "viridis", **_scale(table[z]), **style}
+        return _cells(axes, table, x, y, table[z], **style)
     _outcomes(axes, table, x, y, style)
     return None
+
+
+def _stretch(axes: Axes, table: pandas.DataFrame, x: str, y: str) -> None:
+    """Give an axis a logarithmic scale where its values span two decades."""
+    for name, scale in ((x, axes.set_xscale), (y, axes.set_yscale)):
+        if name != "outcome" and _spans_decades(table[name]):
+            scale("log")
+
+
+def _scale(values: pandas.Series) -> dict[str, Any]:
+    """The norm of colours, where it is logarithmic."""
+    from matplotlib.colors import LogNorm
+
+    return {"norm": LogNorm()} if _spans_decades(values) else {}
+
+
+def _spans_decades(values: pandas.Series) -> bool:
+    known = values.dropna()
+    return bool(len(known) and known.min() > 0 and known.max() >= DECADES * known.min())
+
+
+def _legend(axes: Axes, **style: Any) -> None:
+    """A legend beside the axes, which hides no point."""
+    axes.legend(**{"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), **style})
+
+
+def _no_value(name: str, missing: pandas.DataFrame) -> str:
+    """The rows that have no value, for a legend, by outcome."""
+    lines = [f"no {label_of(name).partition(' (')[0]} ({len(missing)}):"]
+    if "outcome" in missing:
+        counts = missing["outcome"].value_counts()
+        lines += [f"  {outcome_label(one, counts[one], missing)}" for one in counts.index]
+    return "\n".join(lines)
 
 
 def column_named(rows: pandas.DataFrame, name: str) -> str:
@@ -130,14 +189,20 @@ def _with_values(rows: pandas.DataFrame, *names: str) -> pandas.DataFrame:
 
 
 def label_of(name: str) -> str:
-    """A column with its unit, for an axis."""
+    """A column as the report writes it, with its unit, for an axis."""
     part = part_named(name)
-    if name.startswith(("t_", "climb_")):
-        unit = "s"
-    else:
-        quantity = QUANTITIES.get(part.quantity if part else name)
-        unit = quantity.unit if quantity else UNITS.get(name, "")
-    return f"{name} ({unit})" if unit not in ("", "1") else name
+    stem, _, definition = name.rpartition("_")
+    if stem in ("t_init", "t_end", "climb"):
+        return f"{SYMBOLS[stem]}, definition {definition} (s)"
+    if name.startswith(("t_", "nu_crossing")):
+        return f"{SYMBOLS.get(name, name)} (s)"
+    quantity = QUANTITIES.get(part.quantity if part else name)
+    symbol = SYMBOLS.get(part.quantity if part else name, part.quantity if part else name)
+    text = PARTS[part.part].format(symbol) if part else symbol
+    if name in STARTS:
+        text = f"{symbol[:-1]}(0)$" if symbol.endswith("$") else f"{symbol}(0)"
+    unit = quantity.unit if quantity else UNITS.get(name, "")
+    return f"{text} ({unit})" if unit not in ("", "1") else text
 
 
 def outcome_label(name: str, count: int, rows: pandas.DataFrame) -> str:
@@ -162,14 +227,14 @@ def _outcomes(
     norm = BoundaryNorm([code - 0.5 for code in range(len(OUTCOMES) + 1)], len(OUTCOMES))
     _cells(axes, table, x, y, codes, cmap=hues, norm=norm, **style)
     counts = table["outcome"].value_counts()
-    axes.legend(
+    _legend(
+        axes,
         handles=[
             Patch(color=STYLES[name][0], label=outcome_label(name, counts[name], table))
             for name in OUTCOMES
             if name in counts
         ],
-        loc="upper left", bbox_to_anchor=(1.0, 1.0),
-    )  # fmt: skip
+    )
 
 
 def _cells(
