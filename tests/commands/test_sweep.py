@@ -1,13 +1,16 @@
 """The command sweep."""
 
 import json
+import sys
 from pathlib import Path
 
+import pandas
 import pytest
 
 from tests.conftest import Printed, Said
 from tt_precise.cli import main
 from tt_precise.sweeps import spot_check
+from tt_precise.sweeps.columns import DERIVED, FIXED, OUTCOMES
 
 pytestmark = pytest.mark.usefixtures("few_lanes")
 
@@ -73,3 +76,26 @@ def test_a_row_that_the_spot_check_contradicts_is_no_success(
     assert main(asked.split()) == (1 if message else 0)
     expected = f"tt-precise: THE SPOT CHECK CONTRADICTS ROWS OF THE SWEEP: {message}"
     assert capsys.readouterr().err == (expected if message else "")
+
+
+def test_the_help_names_every_column(said: Said) -> None:
+    text = said("sweep -h")
+    for name in (*FIXED, *DERIVED, *OUTCOMES):
+        stem, _, definition = name.rpartition("_")
+        assert (f"{stem}_A, _B, _C" if definition in ("A", "B", "C") else name) in text
+
+
+def test_rows_in_csv_need_no_parquet(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: Said
+) -> None:
+    """A file, or rows.csv in a folder, which holds nothing else then."""
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    words = "sweep reference --until 0.1 --vary phi_dot=0,1 --workers 1 --recheck 0 --out"
+    file, folder = tmp_path / "rows.csv", tmp_path / "sweep"
+    said(words, file)
+    said(words, folder, "--csv")
+    assert file.read_text("utf-8") == (folder / "rows.csv").read_text("utf-8")
+    assert [one.name for one in folder.iterdir()] == ["rows.csv"]
+    assert pandas.read_csv(file)["outcome"].tolist() == ["undecided"] * 2
+    assert "parquet: not installed" in said(words, folder, status=2)
+    assert "--csv: got the URL" in said(words, "file:///tmp/x --csv", status=2)

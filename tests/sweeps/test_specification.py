@@ -235,6 +235,12 @@ def test_numbers_and_text_are_the_same_sweep(values: Any) -> None:
     assert given.fingerprint == texts.fingerprint
 
 
+@pytest.mark.parametrize("until", [0.1, "0.1", Fraction(1, 10), numpy.float64(0.1)])
+def test_a_horizon_is_any_number(until: Any) -> None:
+    spec = specification("reference", vary={"mu": "0.3"}, until=until)
+    assert spec.scene.until == Fraction(1, 10)
+
+
 @pytest.mark.parametrize(
     "values", [[float("nan")], [float("inf")], [1j], [None], [], ["x"], numpy.array([[1.0]])]
 )

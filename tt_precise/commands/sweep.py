@@ -61,9 +61,13 @@ def command() -> None:
     help="unilateral: a row ends where g_n reaches 0; bilateral: it continues with g_n < 0.",
 )
 @click.option(
-    "--out", help="Folder or fsspec URL for rows and summary; resumes an interrupted sweep."
+    "--out",
+    help="Folder or fsspec URL for rows and summary; resumes an interrupted sweep. Or a .csv file.",
 )
-@click.option("--csv", "as_csv", is_flag=True, help="Also write rows.csv into that folder.")
+@click.option(
+    "--csv", "as_csv", is_flag=True,
+    help="Write rows.csv into that folder; nothing else, if Parquet is not installed.",
+)  # fmt: skip
 @options.workers("by default one for each core")
 @click.option(
     "--dask", metavar="ADDRESS", help="Address of a dask.distributed scheduler, for a cluster."
@@ -92,19 +96,37 @@ def run(
 ) -> int:
     """Integrate SCENE from many starts: a shipped name, a scene file, or a TOML file of a sweep.
 
-    The scene is gliding with the viscous law, or rolling, on a rigid table.
+    sweep plot draws the rows; sweep find looks for a threshold. Any number of the scene's file can
+    be varied. A row of gliding with the viscous law, or of rolling, on a rigid table takes
+    milliseconds; every other row is a run.
 
     \b
-    Outcomes, by the state at the end:
-      inverts           has crossed the equator, and the axis is below it
-      does_not_invert   energy and lambda exclude that the axis reaches the equator
-      undecided         at the horizon neither is certain
-      contact_lost      the normal force reached 0
-      singular_contact  its denominator reached 0
-      failed            the integration failed
+    Columns: index, the varied names, and
+      outcome              by the state at the end:
+        inverts            equator passed, and below it at the end
+        does_not_invert    equator never passed: energy and lambda exclude it
+        undecided          equator not passed by the horizon
+        contact_lost       the normal force reached 0
+        singular_contact   its denominator reached 0
+        landed             the top came down after a flight
+        failed             the integration failed
+      t_init_A, _B, _C     the climb begins, in definition A, B, C (s)
+      t_end_A, _B, _C      the climb ends (s)
+      min_g_n              smallest normal force (N)
+      jellett_drift        largest relative change of lambda
+      steps                Taylor steps
+      t_stop               the end of the row (s)
+    and, with --record,
+      climb_A, _B, _C      climbing time (s)
+      t_equator            theta first rises through pi/2 (s)
+      lambda_ratio         lambda/lambda_thres
+      nu_crossing_init     nu_y last rises through nu_x before t_equator (s)
+      nu_crossing_end      nu_y first falls through nu_x after t_equator (s)
+      start_NAME, end_NAME, min_NAME, max_NAME
+                           a quantity at the start and at the end, its extrema
 
-    Exit status 1 if rows are missing because their chunk failed repeatedly, or if the recheck in
-    double-double contradicts a row: another outcome, a time in only one of the two, or no result.
+    Exit status 1 if the recheck in double-double contradicts a row: another outcome, a time in only
+    one of the two, or no result.
     """  # noqa: D301 - the mark of click that keeps lines is a control character
     from tt_precise.sweeps import read_specification, run_sweep, specification
     from tt_precise.sweeps.run import TRIES
@@ -124,21 +146,20 @@ def run(
             record=listed(record or ""),
             contact=contact,
         )
-    if as_csv and out is None:
-        raise InputError("--csv: got no --out, expected the folder to write it into")
+    folder, table = _places(out, as_csv)
     with progress_bar(f"{spec.rows} rows") as progress:
         swept = run_sweep(
             spec,
-            out=out,
+            out=folder,
             workers=workers or cores(),
             pool=dask_pool(dask, tries=TRIES) if dask else None,
             recheck=recheck,
             progress=progress,
         )
-    if as_csv and out is not None:
+    if table is not None:
         from tt_precise.runtime.files import replacing
 
-        with replacing(Path(out) / "rows.csv") as temporary:
+        with replacing(table) as temporary:
             for position, frame in enumerate(swept.store.frames()):
                 frame.to_csv(temporary, index=False, header=not position, mode="a")
     options.emit(as_json, dict(swept.summary), lines(dict(swept.summary)))
@@ -228,12 +249,14 @@ def find_command(
 
 def lines(summary: dict[str, Json]) -> list[str]:
     """Return the summary as text."""
+    from tt_precise.sweeps.columns import OUTCOMES
+
     how = summary["how"]
     shown = [
         f"{summary['rows']} of {summary['expected']} rows in {how['seconds']:g} s "
         f"({how['rows_per_second']:g} rows/s, {how['workers']} workers, {how['batch']} lanes)",
         *(
-            f"  {count:>9} {name.replace('_', ' ')}"
+            f"  {count:>9} {name.replace('_', ' ')}: {OUTCOMES[name]}"
             for name, count in summary["outcomes"].items()
             if count
         ),
@@ -260,6 +283,23 @@ def lines(summary: dict[str, Json]) -> list[str]:
         for row in summary["quarantined"]
     ]
     return shown
+
+
+def _places(out: str | None, as_csv: bool) -> tuple[str | None, Path | None]:
+    """The folder or URL of the chunks, and the CSV file; either may be None."""
+    if out is None:
+        if as_csv:
+            raise InputError("--csv: got no --out, expected the folder to write it into")
+        return None, None
+    if out.endswith(".csv"):
+        return None, Path(out)
+    if not as_csv:
+        return out, None
+    if "://" in out:
+        raise InputError(f"--csv: got the URL {out[:60]}, expected a folder in --out")
+    from tt_precise.sweeps.store import has_parquet
+
+    return out if has_parquet() else None, Path(out) / "rows.csv"
 
 
 def pairs(given: tuple[str, ...], option: str) -> dict[str, str]:

@@ -22,9 +22,9 @@ from tt_precise.mechanics.thresholds import energy_excludes
 from tt_precise.runtime.values import Array, InputError
 
 OUTCOMES = {
-    "inverts": "has crossed the equator, and the axis is below it at the end",
-    "does_not_invert": "energy and lambda at the end exclude that the axis reaches the equator",
-    "undecided": "neither is known at the horizon",
+    "inverts": "equator passed, and below it at the end",
+    "does_not_invert": "equator never passed: energy and lambda at the end exclude it",
+    "undecided": "equator not passed by the horizon, or the axis is above it again",
     "contact_lost": "the normal force g_n reached 0",
     "singular_contact": "the denominator of g_n reached 0",
     "landed": "the top came down after a flight; a rigid impact has no law here",

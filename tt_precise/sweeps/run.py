@@ -53,7 +53,7 @@ def sweep(
     sampler: Literal["sobol", "latin"] = "sobol",
     seed: int = 0,
     record: Iterable[str] = (),
-    until: str | int | None = None,
+    until: str | float | Fraction | None = None,
     contact: Literal["unilateral", "bilateral"] = "unilateral",
     out: str | Path | None = None,
     workers: int = 1,

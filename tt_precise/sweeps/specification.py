@@ -176,7 +176,7 @@ def specification(
     *,
     vary: Mapping[str, Values] | None = None,
     box: Mapping[str, Ends] | None = None,
-    until: str | int | None = None,
+    until: str | float | Fraction | None = None,
     **others: Any,
 ) -> Specification:
     """A ``Specification`` from text, as on the command line, or from numbers.

@@ -264,6 +264,15 @@ def _digest(frame: pandas.DataFrame) -> str:
     return digest.hexdigest()
 
 
+def has_parquet() -> bool:
+    """Whether the extra ``parquet`` is installed."""
+    try:
+        parquet()
+    except InputError:
+        return False
+    return True
+
+
 def parquet() -> Any:
     """The module ``pyarrow.parquet``.
 
