@@ -46,7 +46,7 @@ def test_sweep_reads_toml(file: Path, said: Said) -> None:
 
 @pytest.mark.parametrize(
     "option",
-    ["--vary mu=1,2", "--box mu=1:2", "--samples 4", "--sampler latin", "--seed 0", "--until 1",
+    ["--vary mu=1,2", "--box mu=1:2", "--samples 4", "--seed 0", "--until 1",
      "--record climb_A", "--contact bilateral"],
 )  # fmt: skip
 def test_what_a_sweep_s_file_says_is_not_said_beside_it(

@@ -16,7 +16,7 @@ from tt_precise.runtime.workers import cores, dask_pool
 SOME_FAILED = NOT_FOUND = 1
 CONTRADICTIONS = ("other_outcome", "only_in_one", "errors")  # of the spot check, in the summary
 LARGEST_SEED = 2**64 - 1
-SAID_IN_FILE = ("vary", "box", "samples", "sampler", "seed", "until", "record", "contact")
+SAID_IN_FILE = ("vary", "box", "samples", "seed", "until", "record", "contact")
 
 
 class _RunByDefault(options.Group):
@@ -40,10 +40,7 @@ def command() -> None:
 )
 @click.option("--box", multiple=True, metavar="NAME=LOW:HIGH", help="A range to sample from.")
 @click.option(
-    "--samples", type=click.IntRange(min=0), default=0, help="Number of samples of the box."
-)
-@click.option(
-    "--sampler", default="sobol", show_default=True, help="Samples of the box: sobol or latin."
+    "--samples", type=click.IntRange(min=0), default=0, help="Number of Sobol samples of the box."
 )
 @click.option(
     "--seed",
@@ -82,7 +79,6 @@ def run(
     vary: tuple[str, ...],
     box: tuple[str, ...],
     samples: int,
-    sampler: str,
     seed: int,
     until: str | None,
     record: str | None,
@@ -141,7 +137,6 @@ def run(
             box=pairs(box, "--box"),
             until=until,
             samples=samples,
-            sampler=sampler,
             seed=seed,
             record=listed(record or ""),
             contact=contact,

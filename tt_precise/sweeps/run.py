@@ -50,7 +50,6 @@ def sweep(
     vary: Mapping[str, Values] | None = None,
     box: Mapping[str, Ends] | None = None,
     samples: int = 0,
-    sampler: Literal["sobol", "latin"] = "sobol",
     seed: int = 0,
     record: Iterable[str] = (),
     until: str | float | Fraction | None = None,
@@ -72,9 +71,8 @@ def sweep(
         values, ends included.
     box, samples
         Ranges by name, as two numbers or as "low:high", and the number of samples.
-    sampler, seed
-        A Sobol sequence or a Latin hypercube, and its seed. The seed also draws the rows to
-        recheck.
+    seed
+        The seed of the Sobol sequence of the samples, and of the rows to recheck.
     record
         Further columns; see ``tt_precise.sweeps.columns``.
     until
@@ -109,7 +107,6 @@ def sweep(
         box=box,
         until=until,
         samples=samples,
-        sampler=sampler,
         seed=seed,
         record=listed(record),
         contact=contact,

@@ -33,7 +33,6 @@ from tt_precise.scene.start import LIFTED, LiftedStart
 from tt_precise.sweeps.columns import check_names
 
 STARTS = tuple(one.name for one in fields(Start))
-SAMPLERS = ("sobol", "latin")
 UNITS = {"theta": "deg", **dict.fromkeys(("theta_dot", "phi_dot", "omega_3", "psi_dot"), "deg/s")}
 MOST_VALUES = 1_000_000  # of an axis
 MOST_SAMPLES = 10_000_000  # which stay in memory
@@ -85,17 +84,15 @@ class Specification:
     vary: Mapping[str, tuple[Fraction, ...]] = field(default_factory=dict)
     box: Mapping[str, tuple[Fraction, Fraction]] = field(default_factory=dict)
     samples: int = 0
-    sampler: str = "sobol"
     seed: int = 0
     record: tuple[str, ...] = ()
     contact: str = "unilateral"
 
     def __post_init__(self) -> None:
-        for what, allowed in (("sampler", SAMPLERS), ("contact", CONTACTS)):
-            value = getattr(self, what)
-            if value not in allowed:
-                expected = " or ".join(allowed)
-                raise InputError(f"{what}: got {str(value)[:60]!r}, expected {expected}")
+        if self.contact not in CONTACTS:
+            raise InputError(
+                f"contact: got {str(self.contact)[:60]!r}, expected {' or '.join(CONTACTS)}"
+            )
         if self.contact == "bilateral" and self.scene.in_pieces:
             raise InputError(
                 f"contact: got bilateral for {self.scene.name}, whose motion comes in segments, "
@@ -140,7 +137,6 @@ class Specification:
             "vary": {name: [str(value) for value in values] for name, values in self.vary.items()},
             "box": {name: [str(value) for value in ends] for name, ends in self.box.items()},
             "samples": self.samples,
-            "sampler": self.sampler,
             "seed": self.seed,
             "record": list(self.record),
             "contact": self.contact,
@@ -256,7 +252,6 @@ def read_specification(path: str | Path) -> Specification:
         theta_dot = "-15:15"
         [sampling]
         samples = 100000
-        sampler = "sobol"              # or "latin"
         seed = 1
 
     Raises ``InputError``: the file does not exist, is not TOML, or its content is refused; the line
@@ -277,7 +272,6 @@ def read_specification(path: str | Path) -> Specification:
 
 class _Sampling(Record, frozen=True, forbid_unknown_fields=True):
     samples: Annotated[int, Meta(ge=0)] = 0
-    sampler: str = "sobol"
     seed: Annotated[int, Meta(ge=0)] = 0
 
 
@@ -321,11 +315,7 @@ def _sampled(spec: Specification) -> Array:
     from scipy.stats import qmc
 
     low, high = numpy.array([[float(end) for end in ends] for ends in spec.box.values()]).T
-    sampler: qmc.QMCEngine = (
-        qmc.LatinHypercube(len(spec.box), rng=spec.seed)
-        if spec.sampler == "latin"
-        else qmc.Sobol(len(spec.box), bits=52, rng=spec.seed)
-    )
+    sampler = qmc.Sobol(len(spec.box), bits=52, rng=spec.seed)
     with warnings.catch_warnings():
         # SciPy recommends powers of 2; how many points there are is the caller's choice
         warnings.filterwarnings("ignore", message="The balance properties of Sobol'")

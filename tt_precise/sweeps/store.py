@@ -32,7 +32,7 @@ from tt_precise.sweeps.specification import Specification
 if TYPE_CHECKING:
     import pandas
 
-SCHEMA = "tt_precise.sweep_store/3"
+SCHEMA = "tt_precise.sweep_store/4"
 MANIFEST, SUMMARY = "sweep.json", "summary.json"
 OURS = b"tt_precise"  # the key of what a chunk's metadata state
 # pyarrow's errors about files that are not Parquet
