@@ -50,7 +50,6 @@ def test_a_killed_cluster_worker_loses_and_doubles_nothing(tmp_path: Path) -> No
         pool, out = dask_pool(cluster.scheduler_address), tmp_path / "sweep"
         swept = run_sweep(spec, pool=pool, chunk=50, out=out, recheck=0, progress=progress)
     assert killed
-    assert not swept.summary["quarantined"]
     assert list(swept.rows["index"]) == list(range(2000))
     assert swept.rows.equals(run_sweep(spec, recheck=0, chunk=500).rows)
 

@@ -89,26 +89,30 @@ def test_another_sweep_is_refused(tmp_path: Path) -> None:
             run_sweep(spec, out=place, chunk=chunk, recheck=0)
 
 
-def test_a_chunk_that_fails_is_quarantined_and_tried_by_the_next_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: pandas.DataFrame
+@pytest.mark.parametrize(
+    ("error", "kind"), [(RuntimeError("cosmic ray"), RuntimeError), (MemoryError(), InputError)]
+)
+def test_a_chunk_that_fails_names_its_rows_and_ends_the_sweep(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    whole: pandas.DataFrame,
+    error: Exception,
+    kind: type[Exception],
 ) -> None:
     right = running.chunk_task
 
     def spoiled(*arguments: Any) -> Any:
         if -20 + 16 in arguments[2]:
-            raise RuntimeError("cosmic ray")
+            raise error
         return right(*arguments)
 
     monkeypatch.setattr(running, "chunk_task", spoiled)
     out = tmp_path / "sweep"
-    found = run_sweep(SPEC, out=out, chunk=CHUNK, recheck=0).summary
-    assert found["quarantined"] == [
-        {"chunk": 2, "first": 16, "rows": 8, "error": "RuntimeError: cosmic ray"}
-    ]
-    assert found["rows"] == 33
+    with pytest.raises(kind, match=r"^sweep: rows 16 to 23: .*; run it again to resume$"):
+        run_sweep(SPEC, out=out, chunk=CHUNK, recheck=0)
     monkeypatch.undo()
     done = run_sweep(SPEC, out=out, recheck=0)
-    assert not done.summary["quarantined"]
+    assert done.summary["how"]["chunks_found"] == 2  # those before the one that failed
     pandas.testing.assert_frame_equal(done.rows, whole, check_exact=True)
 
 

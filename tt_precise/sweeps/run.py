@@ -37,7 +37,7 @@ from tt_precise.sweeps.summary import summary_of
 if TYPE_CHECKING:
     import pandas
 
-TRIES = 3  # of a chunk, before it is quarantined
+TRIES = 3  # A worker may die of what has nothing to do with its chunk, which is then tried again.
 RECYCLED_AFTER = 500  # tasks of a process; then a new process replaces it, to free leaked memory
 MANY_ROWS = 10_000  # of one worker: then steps of more lanes save what compiling them costs
 TABLE_ROWS = 128  # in a task of ``integrated``
@@ -90,7 +90,7 @@ def sweep(
     -------
     pandas.DataFrame
         ``index``, the varied values, ``outcome``, and the columns of ``tt_precise.sweeps.columns``,
-        in SI; ``attrs["summary"]`` has results, missing rows and settings. Outcomes
+        in SI; ``attrs["summary"]`` has results and settings. Outcomes
         are ``inverts`` (has crossed the equator, and the axis is below it at the end),
         ``does_not_invert`` (energy and lambda at the end exclude that the axis reaches the
         equator), ``undecided`` (at the horizon neither is certain), ``contact_lost``,
@@ -129,13 +129,7 @@ class Swept:
         """All rows in one table, in the order of their index."""
         import pandas
 
-        frames = list(self.store.frames())
-        if not frames:
-            reason = next(iter(self.store.quarantined.values()))
-            raise InputError(
-                f"sweep: got no row ({reason}), expected some; reduce the varied values"
-            )
-        return pandas.concat(frames, ignore_index=True)
+        return pandas.concat(list(self.store.frames()), ignore_index=True)
 
 
 def run_sweep(
@@ -157,7 +151,13 @@ def run_sweep(
     SIMD lanes of a worker, by default two vectors of the processor, four in long sweeps; ``chunk``
     the rows of one task and of one file. ``progress`` gets the share of rows that are done.
 
-    Raises ``InputError``: an argument cannot be used.
+    Raises
+    ------
+    InputError
+        An argument cannot be used, or a chunk fails repeatedly for want of resources. The rows of
+        other chunks are stored.
+    RuntimeError
+        A chunk fails for another reason; both name its rows.
     """
     if recheck < 0:
         raise InputError(f"recheck: got {recheck}, expected 0 (none) or a number of rows")
@@ -169,7 +169,7 @@ def run_sweep(
             lanes = batch or _simd_lanes(missing // at_work.size())
             _compute(store, at_work, lanes, progress)
             seconds = time.perf_counter() - started
-            rechecked = {} if store.quarantined else _recheck(store, at_work, recheck)
+            rechecked = _recheck(store, at_work, recheck)
             checked = time.perf_counter() - started - seconds
             serving = at_work.size()
         computed = missing - (spec.rows - store.rows)
@@ -220,14 +220,20 @@ def _compute(store: Store, pool: Pool, batch: int, progress: Progress) -> None:
             yield Call(number, (spec.plan, __version__, values, batch))
 
     for call, result in pool.perform(chunk_task, calls()):
-        if isinstance(result, Failure):
-            if isinstance(result.error, InputError):  # a full disk, for example
-                raise result.error
-            store.quarantined[call.key] = result.reason
-            continue
         first, values = call.key * store.size, call.arguments[2]
+        if isinstance(result, Failure):
+            last = first + len(values) - 1
+            again = "run it again to resume" if store.out else "expected other starts"
+            raise _ended(f"sweep: rows {first} to {last}: {result.reason}; {again}", result)
         store.keep(call.key, frame_of(spec.names, first, values, result))
         progress(store.rows / spec.rows)
+
+
+def _ended(reason: str, failure: Failure) -> Exception:
+    """The end of a sweep by a task that has failed: bad input or resources, or a bug."""
+    ended = (InputError if isinstance(failure.error, NO_BUGS) else RuntimeError)(reason)
+    ended.__cause__ = failure.error
+    return ended
 
 
 def _recheck(store: Store, pool: Pool, one_in: int) -> dict[int, dict[str, Json]]:
@@ -301,8 +307,7 @@ def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Array, Array]]) -
     for call, result in pool.perform(chunk_task, calls):
         name, index, values = pieces[call.key]
         if isinstance(result, Failure):
-            kind = InputError if isinstance(result.error, NO_BUGS) else RuntimeError
-            raise kind(f"sweep of {name}: {result.reason}") from result.error
+            raise _ended(f"sweep of {name}: {result.reason}", result)
         columns = {"series": name, "contact": plan.contact, "index": index}
         columns |= {start: values[:, position] for position, start in enumerate(plan.names)}
         frames[call.key] = pandas.DataFrame({**columns, **result})

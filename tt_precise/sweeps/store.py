@@ -53,7 +53,6 @@ class Store:
         self.spec, self.size = spec, size or default_chunk(spec.rows, in_lanes(spec.scene))
         self.out = None if out is None else str(out)
         self.known: set[int] = set()
-        self.quarantined: dict[int, str] = {}
         self.damaged: list[str] = []
         self._frames: dict[int, pandas.DataFrame] = {}
         self._asked = size

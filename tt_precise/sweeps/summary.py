@@ -20,7 +20,7 @@ SCHEMA = "tt_precise.sweep/1"
 def summary_of(
     store: Store, rechecked: Mapping[int, dict[str, Json]], how: dict[str, Json]
 ) -> dict[str, Json]:
-    """Outcomes, ranges of the columns, the spot check, missing rows, and the run.
+    """Outcomes, ranges of the columns, the spot check, and the run.
 
     ``columns`` gives least, greatest and mean of the values that exist, and how many are missing.
     """
@@ -44,15 +44,6 @@ def summary_of(
         "outcomes": {name: outcomes[name] for name in OUTCOMES},
         "columns": {name: _column(parts, store.rows) for name, parts in columns.items()},
         "recheck": _recheck(rechecked),
-        "quarantined": [
-            {
-                "chunk": number,
-                "first": number * store.size,
-                "rows": store.rows_of(number),
-                "error": error,
-            }
-            for number, error in sorted(store.quarantined.items())
-        ],
         "how": how,
         "versions": {
             "tt_precise": __version__,
