@@ -18,26 +18,21 @@ OUT = Path(__file__).parents[2] / "reports/measured"
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the plan, write both tables, and print the findings."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.work_precision")
-    parser.add_argument(
-        "--quick", action="store_true", help="fewer methods and settings; under three minutes"
-    )
-    parser.add_argument("--out", type=Path, help=f"folder of the tables; {OUT} without --quick")
-    asked = parser.parse_args(arguments)
-    folder = asked.out or (None if asked.quick else OUT)
-    if folder:
-        require_writable(folder / TABLE)  # fail early
+    parser.add_argument("--out", type=Path, default=OUT, help="folder of the tables")
+    folder = parser.parse_args(arguments).out
+    require_writable(folder / TABLE)  # fail early
     with progress_bar("methods and settings") as progress:
-        plan = measure.quick() if asked.quick else measure.whole()
-        measured = measure.measure(plan, lambda text: print(text, file=sys.stderr), progress)
-    with progress_bar("long runs") as progress:
-        grown = long_runs.table(long_runs.QUICK if asked.quick else long_runs.WHOLE, progress)
-    if folder:
-        write_together(
-            {
-                folder / name: table.to_csv(index=False, float_format="%.4g", lineterminator="\n")
-                for name, table in ((TABLE, measured.table), (GROWTH, grown))
-            }
+        measured = measure.measure(
+            measure.whole(), lambda text: print(text, file=sys.stderr), progress
         )
+    with progress_bar("long runs") as progress:
+        grown = long_runs.table(long_runs.WHOLE, progress)
+    write_together(
+        {
+            folder / name: table.to_csv(index=False, float_format="%.4g", lineterminator="\n")
+            for name, table in ((TABLE, measured.table), (GROWTH, grown))
+        }
+    )
     say(
         f"{finding.name}: {f'{finding.value:.3g} {finding.unit}'.strip()}  ({finding.definition})"
         for finding in findings(TradeoffTables(measured.table, grown))

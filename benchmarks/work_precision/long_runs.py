@@ -38,7 +38,6 @@ class LongRuns(NamedTuple):
 
 
 WHOLE = (LongRuns(8, 1e5), LongRuns(32, 1e4))
-QUICK = (LongRuns(16, 1e3),)
 
 
 def table(spans: tuple[LongRuns, ...], progress: Progress = silent) -> pandas.DataFrame:

@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 import operator
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import partial
-from importlib.util import find_spec
 from statistics import median
 from timeit import timeit
-from typing import TYPE_CHECKING, Annotated, NamedTuple
-
-from msgspec.structs import asdict
+from typing import TYPE_CHECKING, NamedTuple
 
 from benchmarks.work_precision.heyoka_methods import OWN
 from benchmarks.work_precision.peers import PEERS, Settings, Solve, SolverResult
 from benchmarks.work_precision.problem import GoldenProblem, StateErrors, golden_problem
 from tt_precise.integration.precision import Precision, precision_named
-from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import InputError, Scalar
+from tt_precise.runtime.values import InputError, Json, Scalar
 from tt_precise.scene.scene import load_scene
 from tt_precise.tradeoff.findings import EVENTS, LADDER, RECORDS, SCENE, SHORT, WORKLOAD
 
@@ -34,7 +27,6 @@ if TYPE_CHECKING:
 METHODS = {method.name: method for method in (*OWN, *PEERS)}
 DECADES = tuple(float(f"1e-{n}") for n in range(3, 16))
 COARSE = (1e-3, 1e-6, 1e-9, 1e-12)
-QUICK = (1e-4, 1e-7, 1e-10, 1e-12, 1e-13, 1e-14, 1e-15)
 SHORTEST = "0.02"  # s; mpmath's odefun
 TRUTH_BITS = 232  # for errors below golden data's 1e-33, on the whole horizon
 
@@ -78,9 +70,8 @@ TOLERANCES: dict[str, tuple[float, ...]] = {
     "CyRK VERN8": DECADES, "CyRK TSIT5": DECADES[:10], "CyRK LSODA": DECADES[:11],
     "SUNDIALS CVODE Adams": DECADES[:11], "SUNDIALS CVODE BDF": (1e-3, 1e-6),
 }  # fmt: skip
-# with these alone the quick plan and the other scenes are measured
+# with these alone the other scenes are measured
 BEST_PEERS = ("SciPy DOP853, numba", "diffrax Dopri8", "CyRK DOP853", "CyRK VERN8")
-QUICK_PEERS = (*BEST_PEERS, "SciPy odeint, numba", "SUNDIALS CVODE Adams")
 
 
 def whole() -> Iterator[Group]:
@@ -91,25 +82,6 @@ def whole() -> Iterator[Group]:
     yield Group("digits", tuple(_digits(LADDER)), 3, 20.0)
     yield Group("mpmath", tuple(_odefun((60, 113, 200))), 3, 10.0)
     yield Group("golden scenes", tuple(_other_scenes()), 5, 0.5)
-
-
-def quick() -> Iterator[Group]:
-    """What shows the ratios, in under three minutes."""
-    trials = [Trial("heyoka", tolerance) for tolerance in (*DECADES[::2], 0.0)]
-    trials += [Trial(f"heyoka, {n} lanes", tolerance) for n in (4, 8) for tolerance in (0.0,)]
-    trials += [Trial(f"heyoka, {name}", 0.0) for name in ("contact watched", "all events")]
-    trials += [Trial("heyoka, records phi, psi, x, y", 0.0)]
-    trials += [Trial("tt_precise, tolerance", 0.0)]
-    for name in QUICK_PEERS:
-        trials += [Trial(name, tolerance) for tolerance in QUICK if tolerance in TOLERANCES[name]]
-    trials += [Trial("SciPy odeint, Python", 0.0, coordinates="euler")]
-    for name in ("heyoka", "CyRK DOP853"):
-        trials += [Trial(name, tolerance, coordinates="euler") for tolerance in COARSE]
-    yield Group("double", tuple(trials), 9, 0.5)
-    yield Group(
-        "wide arithmetics", tuple(Trial("heyoka", t, "quad") for t in (1e-31, 0.0)), 1, 10.0
-    )
-    yield Group("digits", tuple(_digits(LADDER[:4])), 1, 10.0)
 
 
 def _double(coordinates: str) -> Iterator[Trial]:
@@ -281,58 +253,18 @@ def prepare(trial: Trial) -> CompiledTrial:
 
 
 WORKLOAD_ROUNDS = 40
-IMPORT = "import"
-IMPORTED = ("heyoka", "scipy.integrate", "numba", "diffrax", "CyRK", "sksundae.cvode", "mpmath")
 
 Notify = Callable[[str], None]
 
 
-class Row(Record, frozen=True):
-    """A method at a setting on a scene."""
-
-    scene: Annotated[str, means("name of the scene")]
-    horizon_s: Annotated[float, means("horizon in s")]
-    method: Annotated[str, means("name of the method")]
-    setting: Annotated[str, means("arithmetic, tolerance, formulation")]
-    precision: Annotated[str, means("the arithmetic")]
-    bits: Annotated[int, means("bits of its significand")]
-    formulation: Annotated[str, means("newton or euler")]
-    tolerance: Annotated[float, means("the method's tolerance; 0: its best or default")]
-    peer: Annotated[bool, means("whether it is another project's integrator")]
-    error: Annotated[
-        float | None,
-        means("largest absolute error of k, L, v at the end, dimensionless; null: none"),
-    ]
-    error_on_way: Annotated[float | None, means("the largest such error at the golden times")]
-    seconds: Annotated[float, means("least time of one trajectory in s")]
-    seconds_median: Annotated[float, means("median time of one trajectory in s")]
-    ratio: Annotated[float, means("median of the ratios to a bare heyoka loop timed just before")]
-    rounds: Annotated[int, means("number of timings")]
-    setup_s: Annotated[float, means("time in s of compiling and building, done once")]
-    steps: Annotated[int | None, means("steps taken; null: not reported")]
-    work: Annotated[
-        int | None,
-        means("evaluations of the right-hand side, or Taylor coefficients of an entry"),
-    ]
-    order: Annotated[int | None, means("order of the method if it is fixed")]
-    jellett_drift: Annotated[float | None, means("largest relative change of Jellett's integral")]
-
-
-class Machine(Record, frozen=True):
-    """How fast the machine was."""
-
-    method: Annotated[str, means('"reference workload" or "import"')]
-    setting: Annotated[str, means("start or end of the run, or the imported package")]
-    seconds: Annotated[float, means("least time in s")]
-    seconds_median: Annotated[float, means("median time in s")]
-    rounds: Annotated[int, means("number of timings")]
+Row = dict[str, Json]  # of the table: a method at a setting, or the speed of the machine
 
 
 class Tradeoff(NamedTuple):
-    """What was measured, how fast the machine was, and what was left out and why."""
+    """Rows of methods, rows of the machine, and what was left out and why."""
 
     rows: tuple[Row, ...]
-    machine: tuple[Machine, ...]
+    machine: tuple[Row, ...]
     skipped: tuple[str, ...]
 
     @property
@@ -340,7 +272,7 @@ class Tradeoff(NamedTuple):
         """Rows of methods, then of the machine."""
         import pandas
 
-        return pandas.DataFrame([asdict(row) for row in (*self.rows, *self.machine)])
+        return pandas.DataFrame([*self.rows, *self.machine])
 
 
 def measure(groups: Iterable[Group], notify: Notify, progress: Progress = silent) -> Tradeoff:
@@ -348,7 +280,7 @@ def measure(groups: Iterable[Group], notify: Notify, progress: Progress = silent
     every = list(groups)
     total = sum(len(group.trials) for group in every)
     baseline = prepare(Trial("heyoka", 0.0)).run
-    machine = [_workload(baseline, "start"), *_imports()]
+    machine = [_workload(baseline, "start")]
     rows: list[Row] = []
     skipped: list[str] = []
     done = 0.0
@@ -411,29 +343,36 @@ def _compiled_anew() -> Iterator[Callable[[], None]]:
 
 
 def _row(compiled: CompiledTrial, times: Timings) -> Row:
+    """A row of the table.
+
+    Errors are absolute, dimensionless, of k, L, v: at the end, and the largest at the golden times.
+    ``seconds`` is the least, ``ratio`` the median of ratios to a bare heyoka loop timed just
+    before; ``setup_s`` is compiling, done once; ``work`` counts right-hand sides, or Taylor
+    coefficients.
+    """
     trial, end, errors = compiled.trial, compiled.ended, compiled.errors()
-    return Row(
-        scene=trial.scene,
-        horizon_s=float(compiled.problem.until),
-        method=trial.method,
-        setting=_setting(trial),
-        precision=trial.precision,
-        bits=trial.arithmetic.bits,
-        formulation=trial.coordinates,
-        tolerance=trial.tolerance,
-        peer=METHODS[trial.method].peer,
-        error=float(errors.error),
-        error_on_way=None if errors.error_on_way is None else float(errors.error_on_way),
-        seconds=min(times.seconds) / end.lanes,
-        seconds_median=times.median / end.lanes,
-        ratio=times.ratio / end.lanes,
-        rounds=len(times.seconds),
-        setup_s=compiled.setup_s,
-        steps=end.steps or None,
-        work=end.work or None,
-        order=end.order,
-        jellett_drift=float(errors.jellett_drift),
-    )
+    return {
+        "scene": trial.scene,
+        "horizon_s": float(compiled.problem.until),
+        "method": trial.method,
+        "setting": _setting(trial),
+        "precision": trial.precision,
+        "bits": trial.arithmetic.bits,
+        "formulation": trial.coordinates,
+        "tolerance": trial.tolerance,
+        "peer": METHODS[trial.method].peer,
+        "error": float(errors.error),
+        "error_on_way": None if errors.error_on_way is None else float(errors.error_on_way),
+        "seconds": min(times.seconds) / end.lanes,
+        "seconds_median": times.median / end.lanes,
+        "ratio": times.ratio / end.lanes,
+        "rounds": len(times.seconds),
+        "setup_s": compiled.setup_s,
+        "steps": end.steps or None,
+        "work": end.work or None,
+        "order": end.order,
+        "jellett_drift": float(errors.jellett_drift),
+    }
 
 
 def _setting(trial: Trial) -> str:
@@ -442,15 +381,13 @@ def _setting(trial: Trial) -> str:
     return f"{width}{tolerance}, {trial.coordinates}"
 
 
-def _workload(baseline: Action, when: str) -> Machine:
+def _workload(baseline: Action, when: str) -> Row:
     """The bare heyoka loop, many times: the drift of the machine from start to end."""
     seconds = [timed(baseline) for _ in range(WORKLOAD_ROUNDS)]
-    return Machine(WORKLOAD, when, min(seconds), median(seconds), WORKLOAD_ROUNDS)
-
-
-def _imports() -> Iterator[Machine]:
-    """Seconds to start Python and import a package in a new process; and without a package."""
-    for name in ("", *(name for name in IMPORTED if find_spec(name.partition(".")[0]))):
-        command = [sys.executable, "-c", f"import {name}" if name else ""]
-        seconds = timed(partial(subprocess.run, command, check=True))
-        yield Machine(IMPORT, name or "nothing", seconds, seconds, 1)
+    return {
+        "method": WORKLOAD,
+        "setting": when,
+        "seconds": min(seconds),
+        "seconds_median": median(seconds),
+        "rounds": WORKLOAD_ROUNDS,
+    }

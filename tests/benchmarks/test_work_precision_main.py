@@ -22,8 +22,7 @@ CASES = (
 
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(measure, "quick", lambda: iter([Group("small", CASES, 2, 0.1)]))
-    monkeypatch.setattr(measure, "IMPORTED", ())
+    monkeypatch.setattr(measure, "whole", lambda: iter([Group("small", CASES, 2, 0.1)]))
     monkeypatch.setattr(measure, "WORKLOAD_ROUNDS", 2)
     frame = pandas.DataFrame(
         [{"scene": "rolling", "seed": seed, "t_s": t,
@@ -36,7 +35,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_it_writes_the_tables_and_prints_the_findings(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    main(["--quick", "--out", str(tmp_path)])
+    main(["--out", str(tmp_path)])
     out, err = capsys.readouterr()
     assert "drift of the machine" in out
     assert "skipped" not in err
@@ -52,7 +51,7 @@ def test_it_writes_the_tables_and_prints_the_findings(
     assert (rows["seconds"] > 0).all()
     assert (rows["jellett_drift"] < 1e-4).all()
     with pytest.raises(InputError):  # no folder
-        main(["--quick", "--out", str(tmp_path / TABLE / "x")])
+        main(["--out", str(tmp_path / TABLE / "x")])
 
 
 def test_what_is_missing_and_what_fails_is_skipped_with_a_line(
