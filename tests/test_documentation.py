@@ -31,7 +31,7 @@ from tt_precise import cli
 from tt_precise.commands.sweep import is_sweep_file
 from tt_precise.integration import integrate
 from tt_precise.scene.scene import parse_scene
-from tt_precise.sweeps import read_specification
+from tt_precise.sweeps import SweepSpec
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
@@ -142,7 +142,7 @@ def write(block: Block) -> bool:
     name = file[1]
     Path(name).write_text(file[2], "utf-8")
     if name.endswith(".toml"):
-        (read_specification if is_sweep_file(name) else tt_precise.load_scene)(name)
+        (SweepSpec.read if is_sweep_file(name) else tt_precise.load_scene)(name)
     return True
 
 

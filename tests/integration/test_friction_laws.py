@@ -8,7 +8,6 @@ import pytest
 
 import tt_precise as tt
 from tests.conftest import RATIOS
-from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
 
 TABLES: dict[str, Any] = {
@@ -103,10 +102,3 @@ def test_epsilon_to_zero_is_coulomb_at_order_2_while_the_top_glides() -> None:
     errors = [numpy.abs(final(dry("regularised", epsilon=str(w))) - limit).max() for w in widths]
     orders = numpy.log2(numpy.array(errors[:-1]) / errors[1:])
     assert orders == pytest.approx([2, 2], abs=0.1)
-
-
-def test_what_cannot_take_the_law_says_so() -> None:
-    from tt_precise.sweeps.specification import Specification
-
-    with pytest.raises(InputError, match="dry: got coulomb friction, expected the viscous law"):
-        Specification(dry("coulomb"))

@@ -16,7 +16,7 @@ from tt_precise.integration import integrate
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.numerals import exact, to_mpmath
 from tt_precise.scene.scene import Inclination, Scene, Start, load_scene, parse_scene, shipped
-from tt_precise.sweeps.specification import specification as sweep_specification
+from tt_precise.sweeps import SweepSpec
 
 TEXT = """\
 title = "A top"
@@ -247,7 +247,7 @@ def test_every_type_of_number_is_read_as_its_decimal(value: Any) -> None:
     assert reference.perturbed(alpha=value).body.alpha == reference.body.alpha * Fraction(11, 10)
     assert Scene.of(**{**tomllib.loads(TEXT), "run": {"until": value}}).until == tenth
     assert integrate("rolling", until=value, sample_every=value).scene.sample_every == tenth
-    assert sweep_specification("reference", vary={"theta": [value]}, until=value).rows == 1
+    assert SweepSpec.of("reference", vary={"theta": [value]}, until=value).rows == 1
 
 
 def test_printed_scenes_are_short() -> None:

@@ -8,7 +8,7 @@ import pytest
 import tt_precise as tt
 from tt_precise.integration.inversion import NEEDED
 from tt_precise.scene.scene import Scene
-from tt_precise.sweeps import specification
+from tt_precise.sweeps import SweepSpec
 from tt_precise.sweeps.alone import columns_alone, in_lanes, row_of
 from tt_precise.sweeps.chunk import compute
 from tt_precise.sweeps.columns import OUTCOMES
@@ -27,11 +27,11 @@ KINDS = {
 
 def test_a_run_and_the_lanes_make_the_same_row() -> None:
     record = (*RECORD, "nu_crossing_init", "nu_crossing_end")
-    spec = specification("kicked", vary={"mu": "0.3", "phi_dot": "0,5"}, until="4", record=record)
+    spec = SweepSpec.of("kicked", vary={"mu": "0.3", "phi_dot": "0,5"}, until="4", record=record)
     values = numpy.array([[0.3, 0.0], [0.3, 5.0]])
-    rows = compute(spec.plan, values, 2)
+    rows = compute(spec, values, 2)
     for number, (mu, phi_dot) in enumerate(values.tolist()):
-        alone = row_of(spec.plan.scene_of({"mu": mu, "phi_dot": phi_dot}), record)
+        alone = row_of(spec.scene_of({"mu": mu, "phi_dot": phi_dot}), record)
         assert alone["outcome"] == rows["outcome"][number] == "inverts"
         for name in {*alone} - {"outcome", "steps", "jellett_drift"}:
             one, other = (
@@ -77,14 +77,14 @@ def test_a_start_without_contact_is_a_row_and_a_refused_one_has_failed() -> None
 
 def test_parameters_of_laws_and_tables_are_varied_where_a_scene_has_them() -> None:
     for scene, name in (("stribeck", "v_s"), ("elastic-linear", "damping"), ("flight", "rise")):
-        assert specification(scene, vary={name: "0.1"}).rows == 1
+        assert SweepSpec.of(scene, vary={name: "0.1"}).rows == 1
         with pytest.raises(tt.InputError, match=f"got '{name}', expected each once of: theta"):
-            specification("reference", vary={name: "0.1"})
+            SweepSpec.of("reference", vary={name: "0.1"})
 
 
 def test_no_motion_in_segments_goes_on_with_a_pulling_table() -> None:
     with pytest.raises(tt.InputError, match="contact: got bilateral"):
-        specification("coulomb-gliding", vary={"mu": "0.3"}, contact="bilateral")
+        SweepSpec.of("coulomb-gliding", vary={"mu": "0.3"}, contact="bilateral")
 
 
 def test_a_jump_of_a_quantity_at_a_mode_switch_counts_on_both_sides() -> None:

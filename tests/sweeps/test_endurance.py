@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from tt_precise.runtime.workers import dask_pool
-from tt_precise.sweeps import Specification, run_sweep, specification
+from tt_precise.sweeps import SweepSpec, run_sweep
 
 pytestmark = pytest.mark.slow
 
@@ -19,8 +19,8 @@ REFERENCE_KIND = {"phi_dot": "-1:1", "theta_dot": "-0.1:0.1"}
 GIB = 2**30
 
 
-def reference_kind(rows: int) -> Specification:
-    return specification("reference", box=REFERENCE_KIND, samples=rows, seed=1)
+def reference_kind(rows: int) -> SweepSpec:
+    return SweepSpec.of("reference", box=REFERENCE_KIND, samples=rows, seed=1)
 
 
 def test_a_hundred_thousand_starts(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.runtime.values import InputError
-from tt_precise.sweeps import events, specification
+from tt_precise.sweeps import SweepSpec, events
 from tt_precise.sweeps.chunk import compute
 from tt_precise.sweeps.events import zeros
 from tt_precise.sweeps.extremes import FINER, NODES, _ceiling
@@ -80,14 +80,14 @@ def test_the_spike_of_phi_dot_beside_the_pole_is_found() -> None:
 
 def test_more_events_than_memory_has_room_for_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """A row of 1e6 s rocked through the pole some ten million times, which took 4.7 GB."""
-    spec = specification("reference", vary={"phi_dot": "0,1,2"}, until="2")
+    spec = SweepSpec.of("reference", vary={"phi_dot": "0,1,2"}, until="2")
     values = numpy.array([[0.0], [1.0], [2.0]])
-    before = compute(spec.plan, values, 4)
+    before = compute(spec, values, 4)
     monkeypatch.setattr(events, "MOST_EVENTS", 0)
     monkeypatch.setattr(events, "EVENTS_OF_A_ROW", 3)
     with pytest.raises(InputError, match="until: got a time in which 3 rows have more than"):
-        compute(spec.plan, values, 4)
+        compute(spec, values, 4)
     monkeypatch.undo()
-    after = compute(spec.plan, values, 4)
+    after = compute(spec, values, 4)
     assert numpy.array_equal(before["t_init_A"], after["t_init_A"], equal_nan=True)
     assert (before["min_g_n"] == after["min_g_n"]).all()

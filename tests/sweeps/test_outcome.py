@@ -7,7 +7,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.scene.scene import load_scene
-from tt_precise.sweeps import specification, spot_check
+from tt_precise.sweeps import SweepSpec, spot_check
 from tt_precise.sweeps.columns import outcomes
 
 BODY = load_scene("reference").body.dimensionless(math, float)
@@ -43,7 +43,7 @@ def test_the_energy_decides_only_where_it_falls() -> None:
 
 @pytest.mark.slow
 def test_the_spot_check_ends_beside_the_pole_too() -> None:
-    scene = specification("reference", until="120").plan.scene.varied(omega_3="80")
+    scene = SweepSpec.of("reference", until="120").scene.varied(omega_3="80")
     assert spot_check.recomputed(scene, ())["outcome"] == "inverts"
 
 

@@ -15,14 +15,14 @@ import pytest
 from tt_precise.runtime.values import InputError
 from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError, local_pool
 from tt_precise.scene.scene import Scene, load_scene
-from tt_precise.sweeps import read_rows, run_sweep, specification, spot_check
+from tt_precise.sweeps import SweepSpec, read_rows, run_sweep, spot_check
 from tt_precise.sweeps import run as running
 from tt_precise.sweeps.columns import FIXED
 from tt_precise.sweeps.run import integrated
 from tt_precise.sweeps.specification import blocks
 from tt_precise.sweeps.spot_check import differences, drawn
 
-SPEC = specification("reference", until="0.5", vary={"phi_dot": "-20:20:41"})
+SPEC = SweepSpec.of("reference", until="0.5", vary={"phi_dot": "-20:20:41"})
 CHUNK = 8  # six chunks
 
 
@@ -119,7 +119,7 @@ def test_a_chunk_that_fails_names_its_rows_and_ends_the_sweep(
 def test_a_worker_of_another_version_is_refused() -> None:
     (values,) = (v for _, v in blocks(SPEC, 100))
     with pytest.raises(InputError, match="worker"):
-        running.chunk_task(SPEC.plan, "0.0.0", values, 8)
+        running.chunk_task(SPEC, "0.0.0", values, 8)
 
 
 def test_one_row_of_each_thousand_is_drawn() -> None:
@@ -133,7 +133,7 @@ def test_one_row_of_each_thousand_is_drawn() -> None:
 
 
 def test_the_spot_check_finds_what_differs(monkeypatch: pytest.MonkeyPatch) -> None:
-    spec = specification("reference", until="0.2", vary={"phi_dot": "90,95,100"})
+    spec = SweepSpec.of("reference", until="0.2", vary={"phi_dot": "90,95,100"})
     found = run_sweep(spec, recheck=1).summary["recheck"]
     assert found["rows"] == 3
     assert not any(found[name] for name in ("other_outcome", "only_in_one", "errors"))
@@ -194,7 +194,7 @@ def test_differences_tell_missing_values() -> None:
     assert differences(row, fine) == {"t_init_A": 0.25, "t_end_A": 0.0, "t_end_B": numpy.inf}
 
 
-TWO = specification("reference", until="0.001", vary={"phi_dot": "-20:20:2"})
+TWO = SweepSpec.of("reference", until="0.001", vary={"phi_dot": "-20:20:2"})
 TABLES = [("one", numpy.arange(2), numpy.array([[-20.0], [20.0]]))]
 
 
@@ -216,10 +216,10 @@ def test_a_failure_is_bad_input_or_a_bug(
 
     monkeypatch.setattr(Pool, "perform", perform)
     with local_pool(1) as pool, pytest.raises(kind, match=f"^sweep of one: {type(error).__name__}"):
-        integrated(pool, TWO.plan, TABLES)
+        integrated(pool, TWO, TABLES)
 
 
 def test_rows_of_tables_come_in_order() -> None:
     with local_pool(1) as pool:
-        rows = integrated(pool, TWO.plan, TABLES)
+        rows = integrated(pool, TWO, TABLES)
     assert (rows["phi_dot"].to_list(), *rows["series"]) == ([-20.0, 20.0], "one", "one")

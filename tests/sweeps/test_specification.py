@@ -1,4 +1,4 @@
-"""Specifications: what is refused, and which rows they number."""
+"""SweepSpecs: what is refused, and which rows they number."""
 
 import math
 from dataclasses import replace
@@ -12,7 +12,7 @@ import pytest
 import tt_precise as tt
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
-from tt_precise.sweeps import read_specification, specification
+from tt_precise.sweeps import SweepSpec
 from tt_precise.sweeps.chunk import compute
 from tt_precise.sweeps.specification import (
     MOST_SAMPLES,
@@ -61,11 +61,11 @@ def test_axis_has_both_ends_and_exact_values() -> None:
     ],
 )
 def test_an_inclination_may_be_as_a_scene_writes_it(text: str, expected: list[float]) -> None:
-    spec = specification("reference", vary={"theta": text})
+    spec = SweepSpec.of("reference", vary={"theta": text})
     assert values_of(spec, 9)[0][:, 0].tolist() == expected
-    last = spec.plan.scene_of({"theta": expected[-1]}).start.theta
+    last = spec.scene_of({"theta": expected[-1]}).start.theta
     assert last.from_pi == (expected[-1] > 3)
-    (low, high) = specification("reference", box={"theta": "0:180 deg"}, samples=1).box["theta"]
+    (low, high) = SweepSpec.of("reference", box={"theta": "0:180 deg"}, samples=1).box["theta"]
     assert [float(low), float(high)] == [0, math.pi]
 
 
@@ -88,7 +88,7 @@ def test_an_inclination_may_be_as_a_scene_writes_it(text: str, expected: list[fl
 )
 def test_refuses_axes(vary: dict[str, str], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        specification("reference", vary=vary)
+        SweepSpec.of("reference", vary=vary)
 
 
 @pytest.mark.parametrize(
@@ -108,11 +108,11 @@ def test_refuses_axes(vary: dict[str, str], message: str) -> None:
 )
 def test_refuses(given: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        specification(**{"scene": "reference"} | given)
+        SweepSpec.of(**{"scene": "reference"} | given)
 
 
 def test_grid_runs_the_last_axis_fastest() -> None:
-    spec = specification("reference", vary={"theta": "0.1,0.2", "mu": "1,2,3"})
+    spec = SweepSpec.of("reference", vary={"theta": "0.1,0.2", "mu": "1,2,3"})
     found = numpy.concatenate(list(values_of(spec, 4).values()))
     assert found.tolist() == [[t, m] for t in (0.1, 0.2) for m in (1, 2, 3)]
 
@@ -120,7 +120,7 @@ def test_grid_runs_the_last_axis_fastest() -> None:
 @pytest.mark.parametrize("vary", [{}, {"theta": "0.1,0.2"}])
 def test_rows_do_not_depend_on_blocks(vary: dict[str, str]) -> None:
     box = {"mu": "0:1", "nu_x": "-1:1"}
-    spec = specification("reference", vary=vary, box=box, samples=50, seed=3)
+    spec = SweepSpec.of("reference", vary=vary, box=box, samples=50, seed=3)
     whole = numpy.concatenate(list(values_of(spec, 1000).values()))
     assert whole.shape == (spec.rows, len(spec.names))
     samples = whole[:, len(vary) :]
@@ -138,8 +138,8 @@ def test_rows_do_not_depend_on_blocks(vary: dict[str, str]) -> None:
 
 
 def test_scene_of_a_row_holds_its_numbers_exactly() -> None:
-    spec = specification("reference", vary={"theta": "0.1", "I3": "0.41", "m": "0.03"})
-    scene = spec.plan.scene_of({"theta": 0.1, "I3": 0.41, "m": 0.03})
+    spec = SweepSpec.of("reference", vary={"theta": "0.1", "I3": "0.41", "m": "0.03"})
+    scene = spec.scene_of({"theta": 0.1, "I3": 0.41, "m": 0.03})
     assert scene.start.theta.offset == Fraction(0.1)
     body = scene.body
     assert body.m == Fraction(0.03)
@@ -159,14 +159,14 @@ def test_fingerprint_knows_every_difference() -> None:
         {"box": {"mu": "1:2"}, "samples": 4},
         {"box": {"mu": "1:2"}, "samples": 4, "seed": 1},
     ]
-    found = {specification("reference", **one).fingerprint for one in variants}  # type: ignore[arg-type]
+    found = {SweepSpec.of("reference", **one).fingerprint for one in variants}  # type: ignore[arg-type]
     assert len(found) == len(variants)
 
 
 def test_reads_toml(tmp_path: Path) -> None:
     path = tmp_path / "sweep.toml"
     path.write_text(TOML, "utf-8")
-    spec = read_specification(path)
+    spec = SweepSpec.read(path)
     assert [spec.rows, *spec.names, spec.scene.until] == [16, "theta", "phi_dot", 2]
     assert (spec.seed, spec.contact) == (5, "bilateral")
     assert spec.record == ("climb_A", "max_nu_y")
@@ -188,20 +188,20 @@ def test_refuses_toml(tmp_path: Path, old: str, new: str, message: str) -> None:
     path = tmp_path / "sweep.toml"
     path.write_text(TOML.replace(old, new), "utf-8")
     with pytest.raises(InputError, match=message) as refused:
-        read_specification(path)
+        SweepSpec.read(path)
     assert str(path) in str(refused.value)
 
 
 def test_psi_dot_is_swept_like_any_start_value() -> None:
-    spec = specification("reference", vary={"psi_dot": "150,155", "phi_dot": "0,10"}, until="0.3")
-    assert spec.plan.derived
+    spec = SweepSpec.of("reference", vary={"psi_dot": "150,155", "phi_dot": "0,10"}, until="0.3")
+    assert spec.derived
     values = values_of(spec, 9)[0]
-    starts = [spec.plan.scene_of(dict(zip(spec.names, row, strict=True))).start for row in values]
+    starts = [spec.scene_of(dict(zip(spec.names, row, strict=True))).start for row in values]
     assert [float(one.omega_3) for one in starts[::2]] == [150, 155]
     assert float(starts[3].omega_3) == pytest.approx(155 + 10 * math.cos(0.1), abs=1e-12)
-    found = compute(spec.plan, values, 4)
-    plain = specification("reference", vary={"omega_3": "150,155"}, until="0.3")
-    same = compute(plain.plan, numpy.array([[150.0], [155.0]]), 4)
+    found = compute(spec, values, 4)
+    plain = SweepSpec.of("reference", vary={"omega_3": "150,155"}, until="0.3")
+    same = compute(plain, numpy.array([[150.0], [155.0]]), 4)
     assert found["min_g_n"][::2].tolist() == same["min_g_n"].tolist()
 
 
@@ -209,10 +209,10 @@ def test_a_sweep_of_a_start_by_psi_dot_keeps_it(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     text = load_scene("reference").text.replace("omega_3", "psi_dot")
     file.write_text(text, "utf-8")
-    spec = specification(str(file), vary={"phi_dot": "0,10"})
-    assert spec.plan.scene_of({"phi_dot": 10.0}).start.omega_3 > 164
+    spec = SweepSpec.of(str(file), vary={"phi_dot": "0,10"})
+    assert spec.scene_of({"phi_dot": 10.0}).start.omega_3 > 164
     assert spec.description()["given"]["psi_dot"] == "155"
-    assert "given" not in specification("reference", vary={"phi_dot": "0,10"}).description()
+    assert "given" not in SweepSpec.of("reference", vary={"phi_dot": "0,10"}).description()
 
 
 @pytest.mark.parametrize(
@@ -226,7 +226,7 @@ def test_a_sweep_of_a_start_by_psi_dot_keeps_it(tmp_path: Path) -> None:
 )
 def test_numbers_and_text_are_the_same_sweep(values: Any) -> None:
     texts, given = (
-        specification("reference", vary={"phi_dot": one}, box={"nu_x": ends}, samples=3)
+        SweepSpec.of("reference", vary={"phi_dot": one}, box={"nu_x": ends}, samples=3)
         for one, ends in (("-20,-10,0,10", "-1:0.5"), (values, (-1, 0.5)))
     )
     assert given.fingerprint == texts.fingerprint
@@ -234,7 +234,7 @@ def test_numbers_and_text_are_the_same_sweep(values: Any) -> None:
 
 @pytest.mark.parametrize("until", [0.1, "0.1", Fraction(1, 10), numpy.float64(0.1)])
 def test_a_horizon_is_any_number(until: Any) -> None:
-    spec = specification("reference", vary={"mu": "0.3"}, until=until)
+    spec = SweepSpec.of("reference", vary={"mu": "0.3"}, until=until)
     assert spec.scene.until == Fraction(1, 10)
 
 

@@ -14,9 +14,9 @@ from pyarrow import parquet
 from tests.conftest import Said
 from tt_precise.runtime.files import locked
 from tt_precise.runtime.values import InputError
-from tt_precise.sweeps import read_rows, run_sweep, specification, store
+from tt_precise.sweeps import SweepSpec, read_rows, run_sweep, store
 
-SPEC = specification("reference", until="0.05", vary={"phi_dot": "-20:20:12"})
+SPEC = SweepSpec.of("reference", until="0.05", vary={"phi_dot": "-20:20:12"})
 CHUNK = 4  # three chunks
 ONE = "chunks/00000001.parquet"
 

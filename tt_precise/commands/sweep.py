@@ -124,14 +124,14 @@ def run(
     Exit status 1 if the recheck in double-double contradicts a row: another outcome, a time in only
     one of the two, or no result.
     """  # noqa: D301 - the mark of click that keeps lines is a control character
-    from tt_precise.sweeps import read_specification, run_sweep, specification
+    from tt_precise.sweeps import SweepSpec, run_sweep
     from tt_precise.sweeps.run import TRIES
 
     if is_sweep_file(scene):
         _refuse_what_the_file_says(scene)
-        spec = read_specification(scene)
+        spec = SweepSpec.read(scene)
     else:
-        spec = specification(
+        spec = SweepSpec.of(
             scene,
             vary=pairs(vary, "--vary"),
             box=pairs(box, "--box"),

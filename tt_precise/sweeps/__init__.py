@@ -5,14 +5,13 @@
     >>> list(rows["outcome"])
     ['inverts', 'inverts']
 
-``sweep`` is ``tt.sweep``; it and the command use ``specification`` and ``run_sweep``.
+``sweep`` is ``tt.sweep``; it and the command use ``SweepSpec`` and ``run_sweep``.
 """
 
 from tt_precise.sweeps.run import Swept, run_sweep, sweep
-from tt_precise.sweeps.specification import Specification, read_specification, specification
+from tt_precise.sweeps.specification import SweepSpec
 from tt_precise.sweeps.store import read_rows
 
 __all__ = [
-    "Specification", "Swept", "read_rows", "read_specification", "run_sweep", "specification",
-    "sweep",
+    "SweepSpec", "Swept", "read_rows", "run_sweep", "sweep",
 ]  # fmt: skip

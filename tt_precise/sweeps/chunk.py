@@ -42,7 +42,7 @@ from tt_precise.sweeps.columns import (
 )
 from tt_precise.sweeps.events import EARLY, Events
 from tt_precise.sweeps.lanes import Build, LaneResult, LaneStart, lanes
-from tt_precise.sweeps.specification import Plan
+from tt_precise.sweeps.specification import SweepSpec
 from tt_precise.taylor.series import Sized, SizedFunctions
 
 # A function's value in double decides its sign if it exceeds this part of the size of its terms,
@@ -55,30 +55,30 @@ FLOATS = Arithmetic(math, float)
 RATES = {"theta_min": "theta_dot", "phi_dot_zero": "phi_dot"}
 
 
-def compute(plan: Plan, values: Array, batch: int) -> dict[str, Array]:
+def compute(spec: SweepSpec, values: Array, batch: int) -> dict[str, Array]:
     """Columns of results of the rows that start from ``values``, shape (rows, names).
 
     Returns lists for "outcome" and float64 or int64 arrays for the rest, in the order of the rows.
     """
-    if not in_lanes(plan.scene):
-        rows = (dict(zip(plan.names, row, strict=True)) for row in values.tolist())
-        return columns_alone(map(plan.scene_of, rows), plan.record, plan.contact)
+    if not in_lanes(spec.scene):
+        rows = (dict(zip(spec.names, row, strict=True)) for row in values.tolist())
+        return columns_alone(map(spec.scene_of, rows), spec.record, spec.contact)
     with numpy.errstate(all="ignore"):  # what overflows is NaN in its row, whose status says why
-        return _computed(plan, values, batch).columns()
+        return _computed(spec, values, batch).columns()
 
 
-def _computed(plan: Plan, values: Array, batch: int) -> _Integrated:
-    form = integrated(plan.scene.model, "newton")
-    starts = _starts(plan, values)
-    model, wanted = plan.scene.model, extremes(plan.record)
-    build = Build(model, plan.contact, batch, detectors(plan.record, model), wanted)
+def _computed(spec: SweepSpec, values: Array, batch: int) -> _Integrated:
+    form = integrated(spec.scene.model, "newton")
+    starts = _starts(spec, values)
+    model, wanted = spec.scene.model, extremes(spec.record)
+    build = Build(model, spec.contact, batch, detectors(spec.record, model), wanted)
     ended: list[LaneResult | None] = []
     for start in starts:
         # without contact to begin with it ends there
-        status = ended_at_start(start, plan.contact, DOUBLE.context)
+        status = ended_at_start(start, spec.contact, DOUBLE.context)
         ended.append(status and LaneResult(status, 0.0, numpy.array(start.state(form)), 0))
     moving = numpy.array([row for row, result in enumerate(ended) if result is None], dtype=int)
-    signs = _start_signs(plan, form, build.detectors, values, starts)
+    signs = _start_signs(spec, form, build.detectors, values, starts)
     with lanes(build) as integrator:
         order = integrator.order
         lane_results = integrator.integrate(
@@ -91,19 +91,19 @@ def _computed(plan: Plan, values: Array, batch: int) -> _Integrated:
     peaks = {
         part: (moving[owner], states) for part, (owner, states) in lane_results.extremes.items()
     }
-    return _Integrated(plan, form, build, starts, results, events, peaks, signs)
+    return _Integrated(spec, form, build, starts, results, events, peaks, signs)
 
 
-def _starts(plan: Plan, values: Array) -> list[InitialState]:
-    rows = [dict(zip(plan.names, row, strict=True)) for row in values.tolist()]
-    if plan.derived:
-        return [InitialState.of(plan.scene_of(row), FLOATS) for row in rows]
-    first = InitialState.of(plan.scene, FLOATS)
-    return [first.from_another(plan.scene.start, FLOATS, row) for row in rows]
+def _starts(spec: SweepSpec, values: Array) -> list[InitialState]:
+    rows = [dict(zip(spec.names, row, strict=True)) for row in values.tolist()]
+    if spec.derived:
+        return [InitialState.of(spec.scene_of(row), FLOATS) for row in rows]
+    first = InitialState.of(spec.scene, FLOATS)
+    return [first.from_another(spec.scene.start, FLOATS, row) for row in rows]
 
 
 def _start_signs(
-    plan: Plan,
+    spec: SweepSpec,
     form: Formulation,
     detectors: Sequence[Detector],
     values: Array,
@@ -126,14 +126,14 @@ def _start_signs(
         value, size = found.value, found.size
         signs[number] = numpy.sign(value)
         for row in numpy.flatnonzero((numpy.abs(value) <= SURE_SIGN * size) & (size > 0)):
-            signs[number, row] = _exact_sign(plan, detector.event, values[row])
+            signs[number, row] = _exact_sign(spec, detector.event, values[row])
     return signs
 
 
-def _exact_sign(plan: Plan, event: Event, values: Array) -> int:
+def _exact_sign(spec: SweepSpec, event: Event, values: Array) -> int:
     """The sign of a function at a row's exact start."""
     finest = precision_named("mp", START_BITS)
-    scene = plan.scene_of(dict(zip(plan.names, values.tolist(), strict=True)))
+    scene = spec.scene_of(dict(zip(spec.names, values.tolist(), strict=True)))
     value = event.function(InitialState.of(scene, finest.arithmetic).motion(finest.context))
     return 0 if abs(value) < ZERO else 1 if value > 0 else -1
 
@@ -157,7 +157,7 @@ class _Integrated:
 
     def __init__(
         self,
-        plan: Plan,
+        spec: SweepSpec,
         form: Formulation,
         build: Build,
         starts: Sequence[InitialState],
@@ -167,7 +167,7 @@ class _Integrated:
         signs: Array,
     ):
         self.peaks = peaks
-        self.plan, self.form, self.starts, self.results = plan, form, starts, results
+        self.spec, self.form, self.starts, self.results = spec, form, starts, results
         self.detectors = build.detectors
         self.rows = len(starts)
         self.owner, self.times, self.states = events.row, events.time, events.state
@@ -187,7 +187,7 @@ class _Integrated:
         columns["jellett_drift"] = self._drift()
         columns["steps"] = numpy.array([result.steps for result in self.results], dtype=numpy.int64)
         columns["t_stop"] = numpy.array([result.time for result in self.results]) * unit
-        for name in self.plan.record:
+        for name in self.spec.record:
             columns[name] = self._asked(name, columns, times, unit)
         return columns
 
@@ -221,7 +221,7 @@ class _Integrated:
     def _outcomes(self, times: Sequence[InversionTimes]) -> list[str]:
         q = self._end_motion
         crossed = numpy.array([climb.equator is not None for climb in times], dtype=bool)
-        falling = self.plan.contact == "unilateral" or self.plan.scene.model == "rolling"
+        falling = self.spec.contact == "unilateral" or self.spec.scene.model == "rolling"
         energy, ones = QUANTITIES["E"].evaluate(q), numpy.ones(self.rows)
         complete = outcomes(q.body, q.k[2] * ones, jellett(q), energy, crossed, falling)
         return [

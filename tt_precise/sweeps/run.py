@@ -25,11 +25,9 @@ from tt_precise.scene.scene import Inclination, Scene
 from tt_precise.sweeps import spot_check
 from tt_precise.sweeps.specification import (
     Ends,
-    Plan,
-    Specification,
+    SweepSpec,
     Values,
     blocks,
-    specification,
 )
 from tt_precise.sweeps.store import Store, frame_of
 from tt_precise.sweeps.summary import summary_of
@@ -101,7 +99,7 @@ def sweep(
     InputError
         An argument cannot be used.
     """
-    spec = specification(
+    spec = SweepSpec.of(
         scene,
         vary=vary,
         box=box,
@@ -133,7 +131,7 @@ class Swept:
 
 
 def run_sweep(
-    spec: Specification,
+    spec: SweepSpec,
     *,
     out: str | Path | None = None,
     workers: int = 1,
@@ -198,18 +196,18 @@ def _get_ready() -> None:
     import tt_precise.sweeps.chunk  # noqa: F401
 
 
-def chunk_task(plan: Plan, version: str, values: Array, batch: int) -> dict[str, Array]:
+def chunk_task(spec: SweepSpec, version: str, values: Array, batch: int) -> dict[str, Array]:
     """The results of some rows, in a worker: their columns."""
     from tt_precise.sweeps.chunk import compute
 
     if __version__ != version:
         raise InputError(f"worker: has tt_precise {__version__}, expected {version} as here")
-    return compute(plan, values, batch)
+    return compute(spec, values, batch)
 
 
-def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Json]:
+def recheck_task(spec: SweepSpec, values: dict[str, float]) -> dict[str, Json]:
     """A row again in a finer arithmetic, in a worker."""
-    return spot_check.recomputed(plan.scene_of(values), plan.record)
+    return spot_check.recomputed(spec.scene_of(values), spec.record)
 
 
 def _compute(store: Store, pool: Pool, batch: int, progress: Progress) -> None:
@@ -217,7 +215,7 @@ def _compute(store: Store, pool: Pool, batch: int, progress: Progress) -> None:
 
     def calls() -> Iterator[Call]:
         for number, values in blocks(spec, store.size, frozenset(store.known)):
-            yield Call(number, (spec.plan, __version__, values, batch))
+            yield Call(number, (spec.of_a_row, __version__, values, batch))
 
     for call, result in pool.perform(chunk_task, calls()):
         first, values = call.key * store.size, call.arguments[2]
@@ -250,7 +248,7 @@ def _recheck(store: Store, pool: Pool, one_in: int) -> dict[int, dict[str, Json]
                 continue
             asked[int(row["index"])] = row
             values = {name: float(row[name]) for name in spec.names}
-            yield Call(int(row["index"]), (spec.plan, values))
+            yield Call(int(row["index"]), (spec.of_a_row, values))
 
     for call, result in pool.perform(recheck_task, calls()):
         row = asked.pop(call.key)
@@ -279,10 +277,12 @@ def _simd_lanes(rows: int) -> int:
 # ---- tables of starts other than grids and boxes ----------------------------------------------
 
 
-def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Array, Array]]) -> pandas.DataFrame:
+def integrated(
+    pool: Pool, spec: SweepSpec, tables: list[tuple[str, Array, Array]]
+) -> pandas.DataFrame:
     """The rows of some tables, in order: ``series``, ``contact``, ``index``, starts, results.
 
-    ``tables`` holds (series, index, values of shape (rows, ``plan.names``)).
+    ``tables`` holds (series, index, values of shape (rows, ``spec.names``)).
 
     Raises
     ------
@@ -300,7 +300,7 @@ def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Array, Array]]) -
     ]
     lanes = int(import_heyoka().recommended_simd_size())
     calls = (
-        Call(number, (plan, __version__, values, lanes))
+        Call(number, (spec, __version__, values, lanes))
         for number, (_, _, values) in enumerate(pieces)
     )
     frames = {}
@@ -308,8 +308,8 @@ def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Array, Array]]) -
         name, index, values = pieces[call.key]
         if isinstance(result, Failure):
             raise _ended(f"sweep of {name}: {result.reason}", result)
-        columns = {"series": name, "contact": plan.contact, "index": index}
-        columns |= {start: values[:, position] for position, start in enumerate(plan.names)}
+        columns = {"series": name, "contact": spec.contact, "index": index}
+        columns |= {start: values[:, position] for position, start in enumerate(spec.names)}
         frames[call.key] = pandas.DataFrame({**columns, **result})
     return pandas.concat([frames[number] for number in sorted(frames)], ignore_index=True)
 

@@ -49,32 +49,14 @@ def variable(scene: Scene) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Plan:
-    """Everything on which the result of a row depends, except the numbers in its columns."""
-
-    scene: Scene
-    names: tuple[str, ...]
-    record: tuple[str, ...]
-    contact: str
-
-    @property
-    def derived(self) -> bool:
-        """Whether a row has its own body, or start entries that are computed from others."""
-        return bool(self.scene.given) or not set(self.names) <= set(STARTS)
-
-    def scene_of(self, values: Mapping[str, float]) -> Scene:
-        """The scene of one row, from the numbers in its columns."""
-        # a float64 is an exact number, so the row's scene has the numbers of its columns
-        return self.scene.varied(**{name: Fraction(values[name]) for name in self.names})
-
-
-@dataclass(frozen=True)
-class Specification:
+class SweepSpec:
     """A sweep: everything on which its rows depend.
 
     ``vary`` has the exact values of each name of the grid, ``box`` the two ends of each name that
     is sampled. ``contact`` is "unilateral" (a trajectory ends where g_n reaches 0) or "bilateral"
     (it continues with g_n < 0, as the paper's equations do). ``record`` names further columns.
+    ``names`` are the varied names in the order of their columns, by default those of grid and box;
+    a table of starts, which is neither, needs them (``run.integrated``).
 
     Raises ``InputError``: a name or value cannot be used; checked for both ends of every axis and
     interval.
@@ -87,8 +69,10 @@ class Specification:
     seed: int = 0
     record: tuple[str, ...] = ()
     contact: str = "unilateral"
+    names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "names", self.names or (*self.vary, *self.box))
         if self.contact not in CONTACTS:
             raise InputError(
                 f"contact: got {str(self.contact)[:60]!r}, expected {' or '.join(CONTACTS)}"
@@ -114,10 +98,64 @@ class Specification:
         check_names(self.record, self.scene.model)
         self._check_ends()
 
-    @cached_property
-    def names(self) -> tuple[str, ...]:
-        """The varied names, in the order of their columns."""
-        return (*self.vary, *self.box)
+    @classmethod
+    def of(
+        cls,
+        scene: str | Scene,
+        *,
+        vary: Mapping[str, Values] | None = None,
+        box: Mapping[str, Ends] | None = None,
+        until: str | float | Fraction | None = None,
+        **others: Any,
+    ) -> SweepSpec:
+        """A sweep from text, as on the command line, or from numbers.
+
+        ``others`` are further fields of it.
+
+        >>> SweepSpec.of("reference", vary={"phi_dot": "-200:200:801"}).rows
+        801
+        """
+        loaded = load_scene(scene)
+        if until is not None:
+            loaded = loaded.varied(until=until)
+        return cls(
+            loaded,
+            {name: grid_values(name, values) for name, values in (vary or {}).items()},
+            {name: box_ends(name, ends) for name, ends in (box or {}).items()},
+            **others,
+        )
+
+    @classmethod
+    def read(cls, path: str | Path) -> SweepSpec:
+        """Read a TOML file.
+
+            scene = "reference"            # a shipped name, or a path relative to this file
+            until = "8"                    # s; by default the scene's
+            record = ["climb_A", "max_nu_y"]
+            contact = "unilateral"         # or "bilateral"
+            [vary]
+            phi_dot = "-200:200:801"
+            theta = "0.05,0.1,0.2"
+            [box]
+            theta_dot = "-15:15"
+            [sampling]
+            samples = 100000
+            seed = 1
+
+        Raises ``InputError``: the file does not exist, is not TOML, or its content is refused; the
+        line names the file.
+        """
+        path = Path(path)
+        text = read_toml(path, "a TOML file of a sweep")
+        try:
+            content = convert(parse_toml(text), _File)
+            given = asdict(content) | asdict(content.sampling)
+            if content.scene.endswith(".toml"):
+                given["scene"] = str(path.parent / content.scene)
+            del given["sampling"]
+            return cls.of(**given)
+        except (InputError, ValidationError) as error:
+            raise InputError(f"{path}: {error}") from None
 
     @cached_property
     def rows(self) -> int:
@@ -148,9 +186,19 @@ class Specification:
         return fingerprint(self.description())
 
     @cached_property
-    def plan(self) -> Plan:
-        """The information for a worker."""
-        return Plan(self.scene, self.names, self.record, self.contact)
+    def of_a_row(self) -> SweepSpec:
+        """Everything on which a row depends, except the numbers in its columns, for a worker."""
+        return replace(self, vary={}, box={}, samples=0)
+
+    @property
+    def derived(self) -> bool:
+        """Whether a row has its own body, or start entries that are computed from others."""
+        return bool(self.scene.given) or not set(self.names) <= set(STARTS)
+
+    def scene_of(self, values: Mapping[str, float]) -> Scene:
+        """The scene of one row, from the numbers in its columns."""
+        # a float64 is an exact number, so the row's scene has the numbers of its columns
+        return self.scene.varied(**{name: Fraction(values[name]) for name in self.names})
 
     def _check_ends(self) -> None:
         ends = {name: (min(values), max(values)) for name, values in self.vary.items()}
@@ -165,32 +213,6 @@ class Specification:
             which = dict(zip(("I1", "I3"), corner, strict=True))
             changes = {name: pair[which[name]] for name, pair in inertia.items()}
             require_si(self.scene.varied(**changes).body)
-
-
-def specification(
-    scene: str | Scene,
-    *,
-    vary: Mapping[str, Values] | None = None,
-    box: Mapping[str, Ends] | None = None,
-    until: str | float | Fraction | None = None,
-    **others: Any,
-) -> Specification:
-    """A ``Specification`` from text, as on the command line, or from numbers.
-
-    ``others`` are further fields of it.
-
-    >>> specification("reference", vary={"phi_dot": "-200:200:801"}).rows
-    801
-    """
-    loaded = load_scene(scene)
-    if until is not None:
-        loaded = replace(loaded, until=written(until, "until"))
-    return Specification(
-        loaded,
-        {name: grid_values(name, values) for name, values in (vary or {}).items()},
-        {name: box_ends(name, ends) for name, ends in (box or {}).items()},
-        **others,
-    )
 
 
 def grid_values(name: str, values: Values) -> tuple[Fraction, ...]:
@@ -238,38 +260,6 @@ def _number(name: str, value: Any, what: str) -> Fraction:
 # ---- a sweep as a file -----------------------------------------------------------------------
 
 
-def read_specification(path: str | Path) -> Specification:
-    """Read a TOML file.
-
-        scene = "reference"            # a shipped name, or a path relative to this file
-        until = "8"                    # s; by default the scene's
-        record = ["climb_A", "max_nu_y"]
-        contact = "unilateral"         # or "bilateral"
-        [vary]
-        phi_dot = "-200:200:801"
-        theta = "0.05,0.1,0.2"
-        [box]
-        theta_dot = "-15:15"
-        [sampling]
-        samples = 100000
-        seed = 1
-
-    Raises ``InputError``: the file does not exist, is not TOML, or its content is refused; the line
-    names the file.
-    """
-    path = Path(path)
-    text = read_toml(path, "a TOML file of a sweep")
-    try:
-        content = convert(parse_toml(text), _File)
-        given = asdict(content) | asdict(content.sampling)
-        if content.scene.endswith(".toml"):
-            given["scene"] = str(path.parent / content.scene)
-        del given["sampling"]
-        return specification(**given)
-    except (InputError, ValidationError) as error:
-        raise InputError(f"{path}: {error}") from None
-
-
 class _Sampling(Record, frozen=True, forbid_unknown_fields=True):
     samples: Annotated[int, Meta(ge=0)] = 0
     seed: Annotated[int, Meta(ge=0)] = 0
@@ -288,9 +278,7 @@ class _File(Record, frozen=True, forbid_unknown_fields=True):
 # ---- the numbers of the rows -----------------------------------------------------------------
 
 
-def blocks(
-    spec: Specification, size: int, skip: Container[int] = ()
-) -> Iterator[tuple[int, Array]]:
+def blocks(spec: SweepSpec, size: int, skip: Container[int] = ()) -> Iterator[tuple[int, Array]]:
     """(number, values) of each block of ``size`` rows that is not in ``skip``.
 
     ``values`` is float64 of shape (rows, names).
@@ -311,7 +299,7 @@ def blocks(
         yield number, values
 
 
-def _sampled(spec: Specification) -> Array:
+def _sampled(spec: SweepSpec) -> Array:
     from scipy.stats import qmc
 
     low, high = numpy.array([[float(end) for end in ends] for ends in spec.box.values()]).T

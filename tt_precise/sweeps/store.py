@@ -26,7 +26,7 @@ from tt_precise.runtime import records
 from tt_precise.runtime.files import locked
 from tt_precise.runtime.values import Array, InputError, Json
 from tt_precise.sweeps.alone import in_lanes
-from tt_precise.sweeps.specification import Specification
+from tt_precise.sweeps.specification import SweepSpec
 
 if TYPE_CHECKING:
     import pandas
@@ -48,7 +48,7 @@ class Store:
     installed.
     """
 
-    def __init__(self, spec: Specification, out: str | Path | None, size: int | None):
+    def __init__(self, spec: SweepSpec, out: str | Path | None, size: int | None):
         self.spec, self.size = spec, size or default_chunk(spec.rows, in_lanes(spec.scene))
         self.out = None if out is None else str(out)
         self.known: set[int] = set()

@@ -25,7 +25,7 @@ from tt_precise.runtime.cache import cached_table
 from tt_precise.runtime.values import Array, Json
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps.run import integrated, lambda_of_start, sweep_pool
-from tt_precise.sweeps.specification import STARTS, Plan, blocks, specification
+from tt_precise.sweeps.specification import STARTS, SweepSpec, blocks
 
 if TYPE_CHECKING:
     import pandas
@@ -126,17 +126,17 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
     """Integrate everything; the table that ``rows`` gives."""
     import pandas
 
-    plan = Plan(_scene(), STARTS, RECORD, "unilateral")
+    spec = SweepSpec(_scene(), names=STARTS, record=RECORD)
     with sweep_pool(workers) as pool:
-        first = integrated(pool, plan, list(_starts()))
+        first = integrated(pool, spec, list(_starts()))
         lost = first[first["outcome"] == "contact_lost"]
         again = [
             (str(name), some["index"].to_numpy(), some[list(STARTS)].to_numpy())
             for name, some in lost.groupby("series", sort=False)
         ]
-        second = integrated(pool, replace(plan, contact="bilateral"), again)
+        second = integrated(pool, replace(spec, contact="bilateral"), again)
         late = second[second["t_end_A"].isna() & second["series"].isin(COUNTED)]
-        longer = replace(plan, scene=replace(plan.scene, until=Fraction(CONTINUED)))
+        longer = replace(spec, scene=replace(spec.scene, until=Fraction(CONTINUED)))
         third = integrated(
             pool,
             replace(longer, contact="bilateral"),
@@ -196,7 +196,7 @@ def _starts() -> Iterator[tuple[str, Array, Array]]:
     reference = [float(getattr(scene.start, name)) for name in STARTS if name != "theta"]
     reference.insert(STARTS.index("theta"), scene.start.theta.radians(math, float))
     for each in SERIES:
-        spec = specification(scene, vary=each.vary, box=each.box, samples=each.samples, seed=22)
+        spec = SweepSpec.of(scene, vary=each.vary, box=each.box, samples=each.samples, seed=22)
         values = numpy.concatenate([block for _, block in blocks(spec, 4096)])
         table = numpy.tile(reference, (len(values), 1))
         for position, name in enumerate(spec.names):
