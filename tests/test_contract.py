@@ -83,13 +83,14 @@ def test_check(said: Said, printed: Printed, tmp_path: Path) -> None:
     file = tmp_path / "mine.csv"
     said("run reference --until 0.5 --out", file)
     found = printed("check", file, "--scene reference")
-    has(found, "check", "verdict rows checks")
+    has(found, "check", "verdict rows checks causes")
     assert (found["verdict"], found["rows"]) == ("pass", 51)
     names = {one["name"] for one in found["checks"]}
     assert names >= {"jellett", "energy", "contact", "axis_norm", "golden"}
     for one in found["checks"]:
-        assert set(one) >= {"name", "verdict", "value", "limit", "at", "reason"}
-        assert one["verdict"] in ("pass", "fail", "skipped")
+        keys = {"name", "verdict", "value", "limit", "bound", "at", "since", "reason"}
+        assert set(one) >= keys
+        assert one["verdict"] in ("pass", "fail", "open", "skipped")
     lines = file.read_text().splitlines()
     lines[20] = lines[20].replace(lines[20].split(",")[6], "5.0e-4")
     file.write_text("\n".join(lines))

@@ -11,8 +11,6 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tests.conftest import Patch
-from tt_precise.check import run
 from tt_precise.mechanics.newton import NewtonState, angular_velocity
 from tt_precise.mechanics.quantities import Motion
 
@@ -35,13 +33,6 @@ def _no_cause(request: pytest.FixtureRequest) -> None:
     """``test_kinematics`` tests what is found."""
     if not request.module.__name__.endswith("test_kinematics"):
         request.getfixturevalue("no_cause")
-
-
-@pytest.fixture
-def golden_data_alone(monkeypatch: Patch) -> None:
-    """No other check is made, which would take time and may not be what saves the gate."""
-    monkeypatch.setattr(run, "checks_of", lambda scene: ())
-    monkeypatch.setattr(run, "refuse_other_units", lambda *arguments: None)
 
 
 @pytest.fixture(scope="session")

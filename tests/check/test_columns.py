@@ -6,7 +6,6 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import EULER, VECTORS, Healthy, check
-from tests.conftest import Patch
 from tt_precise.check.columns import choose_set, renamed, renaming
 
 
@@ -74,7 +73,7 @@ def contact_velocity(frame: pandas.DataFrame, scene: str | tt.Scene = "reference
 
 
 def test_a_soft_contact_is_recognised_and_the_limit_that_is_named_is_enough(
-    body: Healthy, monkeypatch: Patch
+    body: Healthy,
 ) -> None:
     assert contact_velocity(body()) == ""
     soft = body(801, 1)
@@ -82,12 +81,10 @@ def test_a_soft_contact_is_recognised_and_the_limit_that_is_named_is_enough(
     soft["vcz"] += 1e-5 * 190 * numpy.cos(190 * soft["t"])
     said = contact_velocity(soft)
     assert said.startswith("it sinks and rises by 2e-05 m, as a soft contact does")
-    limit = float(said.rpartition("=")[2])
+    limit = float(said.rpartition(": ")[2].rstrip("}"))
     assert limit < 1e-2
     found = check(soft, "reference", friction="other", limits={"contact_velocity": limit})
     assert found["contact_velocity"].verdict == "pass"
-    monkeypatch.setattr("tt_precise.check.sources.BLOCK_ROWS", 50)
-    assert contact_velocity(soft) == said
 
 
 def test_another_arm_is_recognised(body: Healthy) -> None:

@@ -78,7 +78,7 @@ def test_order_columns_and_rows_are_free(small: Small) -> None:
     assert found.over_time["t"].to_list() == [0.01, 0.05]
 
 
-def test_rows_between_golden_times_are_carried_to_their_own(small: Small) -> None:
+def test_rows_between_golden_times_are_compared_with_an_integration(small: Small) -> None:
     times = [0.0, 0.004, 0.0161, 0.05 + 1e-12, 0.07]
     frame = tt.integrate(small.scene, "quad").frame(times=times[:4], numbers="exact")
     beyond = frame.iloc[[3]].assign(t=times[4])

@@ -1,8 +1,8 @@
-"""The checks, one entry each: the condition on every row, when it applies, and its limit.
+"""The checks, one entry each: the condition on every row, what it needs, and its limit.
 
-A check is skipped with a reason if the scene or the columns do not allow it. Otherwise ``watch``
-takes the first block and returns a function from blocks of rows to one value for each row; the
-worst value decides. The formulas are those of ``mechanics``, evaluated on arrays.
+A check is open if columns are missing, and skipped if it does not apply to the scene. Otherwise
+``run`` returns one value for each row; the worst value decides. The formulas are those of
+``mechanics``, evaluated on arrays.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from numbers import Real
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy
 
@@ -24,13 +24,14 @@ from tt_precise.check.equations import (
 )
 from tt_precise.check.friction_power import FrictionPower, normal_force
 from tt_precise.check.kinematics import ContactMomentum, Kinematics
+from tt_precise.check.result import Residual, judged
 from tt_precise.golden.measuring import ending
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
 from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.runtime.values import Array, InputError, Sense
+from tt_precise.runtime.values import Array, Check, InputError, Sense, Verdict
 from tt_precise.scene.scene import Scene
 
 SHALLOW = 0.1  # of R: with a larger distance from the table there is no contact
@@ -96,27 +97,53 @@ PAPER_LIMIT = 1e-6  # "constant with precision of order 10^-6 lambda", section 2
 LIFT_OFF = -1e-12
 LOW = 0.2  # of the weight: beside such a contact force it may vanish between two rows
 
-Watch = Callable[[Samples], numpy.ndarray]
+Run = Callable[[Samples, float], Residual]
 
 
 class RowCheck(NamedTuple):
-    """A check: its name, its meaning, the reason to skip it ("" if none), and its function.
+    """A check: its name, its meaning, its function, and what it needs.
 
-    Values pass that are ``sense`` the limit. ``watch(setup, first, limit)`` makes the function
-    that receives the blocks in order. If it has an ``error_bound``, smaller limits cannot be
-    tested, and its ``note`` gives the reason.
+    ``run(rows, limit)`` looks at all rows. Values pass that are ``sense`` the limit. ``needs`` are
+    keys of ``_lacking``; ``applies`` gives the reason why the check does not apply to a scene, ""
+    if it does.
     """
 
     name: str
     meaning: str
-    watch: Callable[[CheckSetup, Samples, float], Watch]
-    skipped: Callable[[CheckSetup, Samples], str]
+    run: Run
+    needs: tuple[str, ...] = ()
     limit: float = PAPER_LIMIT
     sense: Sense = "at most"
+    applies: Callable[[CheckSetup], str] = lambda setup: ""
+
+    def result(self, rows: Samples, limit: float) -> Check:
+        """Return what the check finds in ``rows``."""
+        reason = self.applies(rows.setup)
+        if reason:
+            return Check(self.name, "skipped", note=reason, meaning=self.meaning)
+        lacking = _lacking(rows.setup)
+        missing = [lacking[need] for need in self.needs if lacking[need].reason]
+        # what does not apply counts before what a file could have had
+        for verdict in ("skipped", "open"):
+            for one in missing:
+                if one.verdict == verdict:
+                    return Check(self.name, one.verdict, note=one.reason, meaning=self.meaning)
+        seen = self.run(rows, limit)
+        return judged(self.name, self.meaning, self.sense, limit, rows.t, seen)
 
 
-def _lacking(setup: CheckSetup) -> dict[str, str]:
-    """Reasons why the needs of checks are missing, by the name of the need; "" if present."""
+class Missing(NamedTuple):
+    """Why a need is missing ("" if it is not), and what becomes of a check that has it."""
+
+    reason: str
+    verdict: Verdict
+
+
+def _lacking(setup: CheckSetup) -> dict[str, Missing]:
+    """The needs of checks by name.
+
+    A check is open if further columns would provide what it lacks, and skipped if nothing would.
+    """
     columns, lifts = setup.columns, setup.scene.lifts
     rigid, raised = columns.name == "rigid body", setup.height_given or not lifts
     height = f"needs the height of the lowest point: columns {', '.join(columns.height)}"
@@ -124,94 +151,105 @@ def _lacking(setup: CheckSetup) -> dict[str, str]:
     other = "the force of another friction law does not follow from the state"
     dissipates = not (setup.rolling or setup.flies) and (setup.scene.body.mu != 0 or lifts)
     vertical = setup.velocity_given and (rigid or (setup.height_given and not setup.flies))
-    conditions = {
+    own, applicable = setup.friction == "scene", not setup.rolling or setup.velocity_given
+    conditions: dict[str, tuple[object, str, Verdict]] = {
         "azimuth": (
             columns.azimuth,
-            "needs the direction of the axis, which Euler angles without phi leave open",
+            "needs the direction of the axis, which Euler angles without phi leave open", "open",
         ),
-        "own force": (setup.own_force, "holds under the scene's own contact force only"),
-        "force": (setup.own_force, height if setup.friction == "scene" else other),
-        "velocity": (setup.velocity_known, velocity),
-        "velocity columns": (setup.velocity_given, velocity),
-        "vertical velocity": (vertical, "needs the vertical velocity: column vcz"),
+        "own force": (
+            setup.own_force, "holds under the scene's own contact force only",
+            "open" if own else "skipped",
+        ),
+        "force": (setup.own_force, height if own else other, "open" if own else "skipped"),
+        "velocity": (setup.velocity_known, velocity, "open"),
+        "velocity columns": (
+            setup.velocity_given, velocity, "open" if applicable else "skipped",
+        ),
+        "vertical velocity": (
+            vertical, "needs the vertical velocity: column vcz", "open" if rigid else "skipped",
+        ),
         "vertical slip": (
             rigid or setup.rolling, f"the {columns.name} columns leave v_A no vertical part",
+            "skipped",
         ),
-        "height": (raised, height),
-        "centre's height": (rigid or raised, height),
-        "contact": (not setup.flies, "there is no contact in flight"),
-        "no flight": (not lifts, "the top may leave the table"),
-        "dissipation": (dissipates, "nothing is dissipated: see energy"),
+        "height": (raised, height, "open"),
+        "centre's height": (rigid or raised, height, "open"),
+        "contact": (not setup.flies, "there is no contact in flight", "skipped"),
+        "no flight": (not lifts, "the top may leave the table", "skipped"),
+        "dissipation": (dissipates, "nothing is dissipated: see energy", "skipped"),
         "axis": (
             columns.name == "vectors", f"|k| = 1 by construction in the {columns.name} columns",
+            "skipped",
         ),
-        "quaternion": (rigid, "no quaternion among the columns"),
+        "quaternion": (rigid, "no quaternion among the columns", "skipped"),
     }  # fmt: skip
-    return {need: "" if there else reason for need, (there, reason) in conditions.items()}
+    return {
+        need: Missing("" if there else reason, verdict)
+        for need, (there, reason, verdict) in conditions.items()
+    }
 
 
-def _unless(*needs: str) -> Callable[[CheckSetup, Samples], str]:
-    """The reason to skip a check with these ``needs``: the first missing need."""
+BLOCK_ROWS = 16_384  # rows that a residual of high order holds at once: some 100 MB
 
-    def skipped(setup: CheckSetup, first: Samples) -> str:
-        lacking = _lacking(setup)
-        return next((lacking[need] for need in needs if lacking[need]), "")
 
-    return skipped
+def watched(
+    watch: Callable[[CheckSetup, Samples, float], Any], size: int | None = BLOCK_ROWS
+) -> Run:
+    """Return the ``run`` of an object that takes the rows in parts of ``size``, None for all.
+
+    It returns one value a row; its ``error_bound`` and ``note`` hold for all rows.
+    """
+
+    def run(rows: Samples, limit: float) -> Residual:
+        looking, values = watch(rows.setup, rows, limit), []
+        for number, part in enumerate(rows.parts(size or len(rows.t))):
+            found = looking(part)
+            values.append(found[1:] if number else found)
+        note = looking.note if hasattr(type(looking), "note") else ""
+        if hasattr(type(looking), "followed"):
+            rows.shared["followed"] = looking.followed
+        return Residual(numpy.concatenate(values), getattr(looking, "error_bound", 0.0), note)
+
+    return run
+
+
+NEED_VELOCITY = ("energy", "momentum_x", "momentum_y")
 
 
 def _integral(integral: Integral) -> RowCheck:
     needs = ["azimuth"] if integral.azimuth else []
     needs += ["own force"] if integral.name != "jellett" else []
+    needs += ["velocity"] if integral.name in NEED_VELOCITY else []
 
-    def skipped(setup: CheckSetup, first: Samples) -> str:
-        if not integral.holds(setup.scene.model, setup.scene.body):
-            rolls = integral.name in ("routh", "modified_energy")
-            return f"an integral of {'rolling' if rolls else 'frictionless gliding'} only"
-        lacking = _unless(*needs)(setup, first)
-        if lacking or numpy.isfinite(integral.evaluate(first.first)):
-            return lacking
-        return f"needs the velocity: columns {', '.join(setup.columns.velocity)}"
+    def applies(setup: CheckSetup) -> str:
+        if integral.holds(setup.scene.model, setup.scene.body):
+            return ""
+        rolls = integral.name in ("routh", "modified_energy")
+        return f"an integral of {'rolling' if rolls else 'frictionless gliding'} only"
 
-    def watch(setup: CheckSetup, first: Samples, limit: float) -> Watch:
-        start = integral.evaluate(first.first)
-        scale = float(integral.scale(first.first)) or 1.0
-        return lambda samples: abs(integral.evaluate(samples.q) - start) / scale
+    def run(rows: Samples, limit: float) -> Residual:
+        start = integral.evaluate(rows.first)
+        scale = float(integral.scale(rows.first)) or 1.0
+        return Residual(abs(integral.evaluate(rows.q) - start) / scale)
 
-    return RowCheck(integral.name, integral.meaning, watch, skipped)
+    return RowCheck(integral.name, integral.meaning, run, tuple(needs), applies=applies)
 
 
-def _energy(integral: Integral) -> RowCheck:
-    conserved = _integral(integral)
-
-    def watch(setup: CheckSetup, first: Samples, limit: float) -> Watch:
-        if integral.holds(setup.scene.model, setup.scene.body) and setup.own_force:
-            return conserved.watch(setup, first, limit)
-        scale = float(integral.scale(first.first)) or 1.0
-        lowest = numpy.inf
-
-        def rise(samples: Samples) -> numpy.ndarray:
-            nonlocal lowest
-            energy = quantities.E(samples.q)
-            if setup.scene.body.spring:
-                energy = energy + stored_energy(setup.body, samples.q.state.height, numpy)
-            floor = numpy.minimum(numpy.minimum.accumulate(energy), lowest)
-            lowest = float(floor[-1])
-            return (energy - floor) / scale
-
-        return rise
-
-    return RowCheck(
-        "energy",
-        "E, with what an elastic table holds: conserved without friction, never rising with it; "
-        "section 1",
-        watch,
-        _unless("height", "velocity"),
-    )
+def _energy(rows: Samples, limit: float) -> Residual:
+    """E is conserved, or never above the least of the rows before."""
+    setup, integral = rows.setup, INTEGRALS["energy"]
+    if integral.holds(setup.scene.model, setup.scene.body) and setup.own_force:
+        return _integral(integral).run(rows, limit)
+    energy = quantities.E(rows.q)
+    if setup.scene.body.spring:
+        energy = energy + stored_energy(setup.body, rows.q.state.height, numpy)
+    scale = float(integral.scale(rows.first)) or 1.0
+    return Residual((energy - numpy.minimum.accumulate(energy)) / scale)
 
 
 class Contact:
-    """g_n over the weight, and when it vanishes."""
+    """Look at g_n over the weight, and at when it vanishes."""
 
     def __init__(self, setup: CheckSetup, first: Samples, limit: float):
         self._weight, self._limit = setup.body.m * setup.body.g, limit
@@ -238,33 +276,37 @@ class Contact:
         return ending("contact_lost", self._left) if self._left < math.inf else ""
 
 
-def _axis(setup: CheckSetup, first: Samples, limit: float) -> Watch:
-    return lambda samples: abs(numpy.sqrt(dot(samples.state.k, samples.state.k)) - 1)
+def _axis(rows: Samples, limit: float) -> Residual:
+    return Residual(abs(numpy.sqrt(dot(rows.state.k, rows.state.k)) - 1))
 
 
-def _quaternion(setup: CheckSetup, first: Samples, limit: float) -> Watch:
-    names = ("qw", "qx", "qy", "qz")
-    return lambda samples: abs(numpy.sqrt(sum(samples.given[name] ** 2 for name in names)) - 1)
+def _quaternion(rows: Samples, limit: float) -> Residual:
+    square = sum(rows.given[name] ** 2 for name in ("qw", "qx", "qy", "qz"))
+    return Residual(abs(numpy.sqrt(square) - 1))
 
 
-def _residual(part: str) -> Callable[[CheckSetup, Samples, float], Watch]:
-    def watch(setup: CheckSetup, first: Samples, limit: float) -> Watch:
+def _residual(part: str) -> Run:
+    def watch(setup: CheckSetup, first: Samples, limit: float) -> SummedResidual:
         if "residual" not in first.shared:
             first.shared["residual"] = EquationResidual(setup, first)
         return SummedResidual(first.shared["residual"], part, limit)
 
-    return watch
+    return watched(watch)
 
 
-def _fall(setup: CheckSetup, first: Samples, limit: float) -> Watch:
-    t, rate, body = first.t[0], first.given["vcz"][0], setup.body
-    omega = first.first.omega
+def _normal_force(rows: Samples, limit: float) -> Residual:
+    return Residual(normal_force(rows.setup, rows, limit)(rows))
+
+
+def _fall(rows: Samples, limit: float) -> Residual:
+    rate, body = rows.given["vcz"], rows.setup.body
+    omega = rows.first.omega
     scale = float(body.R * numpy.sqrt(dot(omega, omega))) or 1.0
-    return lambda rows: abs(rows.given["vcz"] - rate + body.g * (rows.t - t)) / scale
+    return Residual(abs(rate - rate[0] + body.g * rows.t) / scale)
 
 
-def _time(setup: CheckSetup, first: Samples, limit: float) -> Watch:
-    return lambda samples: numpy.diff(samples.t, prepend=-numpy.inf)
+def _time(rows: Samples, limit: float) -> Residual:
+    return Residual(numpy.diff(rows.t, prepend=-numpy.inf))
 
 
 def checks_of(scene: Scene) -> tuple[RowCheck, ...]:
@@ -276,54 +318,59 @@ def checks_of(scene: Scene) -> tuple[RowCheck, ...]:
 CHECKS = (
     RowCheck(
         "time", "strictly increasing: anything else is refused (s)",
-        _time, _unless(), 0.0, "above",
+        _time, (), 0.0, "above",
     ),
     _integral(INTEGRALS["jellett"]),
-    _energy(INTEGRALS["energy"]),
+    RowCheck(
+        "energy",
+        "E, with what an elastic table holds: conserved without friction, never rising with it; "
+        "section 1",
+        _energy, ("height", "velocity"),
+    ),
     RowCheck(
         "energy_balance", "E falls by the integral of mu g_n v_A^2; section 1",
-        _residual("energy"), _unless("dissipation", "force", "velocity"),
+        _residual("energy"), ("dissipation", "force", "velocity"),
     ),
     RowCheck(
         "equations", "the state changes by the integral of its rates; eq (1)",
-        _residual("state"), _unless("force", "velocity"),
+        _residual("state"), ("force", "velocity"),
     ),
     RowCheck(
         "kinematics",
         "attitude (rad) and position (over R) follow the velocities, z stands at R (1 - alpha cos "
         "theta); every law",
-        Kinematics, _unless(), 1e-2,
+        watched(Kinematics, None), (), 1e-2,
     ),
     RowCheck(
         "contact_momentum",
         "the angular momentum about the lowest point changes as weight and motion make it, in "
         "units of m g R alpha; every law",
-        ContactMomentum, _unless("azimuth", "velocity", "centre's height"), 1e-4,
+        watched(ContactMomentum, None), ("azimuth", "velocity", "centre's height"), 1e-4,
     ),
     RowCheck(
         "normal_force",
         "F_z/(m g) in the mean from row to row: the table does not pull; every law",
-        normal_force, _unless("contact", "vertical velocity"), -1e-3, "at least",
+        _normal_force, ("contact", "vertical velocity"), -1e-3, "at least",
     ),
     RowCheck(
         "friction_power", "F_t.v_A over m g R omega at the start: never above 0; every law",
-        FrictionPower,
-        _unless("contact", "velocity columns", "azimuth", "velocity", "centre's height"), 1e-3,
+        watched(FrictionPower),
+        ("contact", "velocity columns", "azimuth", "velocity", "centre's height"), 1e-3,
     ),
     RowCheck(
         "contact", "g_n/(m g): the table pushes, it does not pull; eq (7)",
-        Contact, _unless("contact", "no flight", "force", "velocity"), LIFT_OFF, "at least",
+        watched(Contact), ("contact", "no flight", "force", "velocity"), LIFT_OFF, "at least",
     ),
     RowCheck(
         "contact_velocity", "v_A.z = 0 (rolling: v_A = 0), in units of R omega at the start",
-        ContactVelocity, _unless("contact", "no flight", "velocity columns", "vertical slip"),
+        watched(ContactVelocity), ("contact", "no flight", "velocity columns", "vertical slip"),
     ),
     RowCheck(
         "fall", "s_dot.z falls at g, in units of R omega at the start",
-        _fall, _unless("vertical velocity"),
+        _fall, ("vertical velocity",),
     ),
-    RowCheck("axis_norm", "|k| = 1", _axis, _unless("axis")),
-    RowCheck("quaternion_norm", "|q| = 1", _quaternion, _unless("quaternion")),
+    RowCheck("axis_norm", "|k| = 1", _axis, ("axis",)),
+    RowCheck("quaternion_norm", "|q| = 1", _quaternion, ("quaternion",)),
     *(
         _integral(INTEGRALS[name])
         for name in INTEGRALS
@@ -340,12 +387,17 @@ def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
 
     Raises ``InputError``: a check of that name does not exist, or its limit is not a number.
     """
-    for name in given:
-        if name not in DEFAULT_LIMITS:
-            raise InputError(f"limit: got {name!r}, expected one of: {', '.join(DEFAULT_LIMITS)}")
+    require_known("limit", given, DEFAULT_LIMITS)
     return DEFAULT_LIMITS | {
         name: finite(f"limit of {name}", value) for name, value in given.items()
     }
+
+
+def require_known(what: str, names: Iterable[str], known: Iterable[str]) -> None:
+    """Raise ``InputError`` if one of ``names`` is none of the ``known`` checks."""
+    for name in names:
+        if name not in known:
+            raise InputError(f"{what}: got {name!r}, expected one of: {', '.join(known)}")
 
 
 def finite(what: str, value: object) -> float:

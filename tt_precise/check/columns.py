@@ -21,6 +21,7 @@ from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.vectors import Quaternion
 from tt_precise.runtime.values import Functions, InputError, Scalar
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LIFTED
@@ -61,6 +62,20 @@ def _state(kind: Any, columns: Columns) -> Any:
     return kind(*(columns[name] for name in kind._fields))
 
 
+def _euler(name: str, spin: str, azimuth: bool) -> ColumnSet:
+    """Euler angles whose spin is omega_3 or psi_dot, with or without the azimuth phi."""
+
+    def state(body: Parameters, c: Columns, fn: Functions) -> tuple[NewtonState, Scalar]:
+        turning = c[spin]
+        if spin == "psi_dot":
+            turning = conversion.spin(turning, c["phi_dot"], fn.cos(c["theta"]))
+        euler = _state(EulerState, {**c, "omega_3": turning})
+        return conversion.vectors_from_euler(body, euler, fn, c["phi"] if azimuth else 0), 0
+
+    names = ("theta", "theta_dot", "phi_dot", spin, *(("phi",) if azimuth else ()))
+    return ColumnSet(name, names, ("nu_x", "nu_y"), state, azimuth)
+
+
 _ALL = (
     ColumnSet(
         "vectors", ("kx", "ky", "kz", "Lx", "Ly", "Lz"), ("vx", "vy"),
@@ -73,14 +88,14 @@ _ALL = (
         ),
         height=("z",),
     ),
-    ColumnSet(
-        "Euler", ("theta", "theta_dot", "phi_dot", "omega_3"), ("nu_x", "nu_y"),
-        lambda body, c, fn: (conversion.vectors_from_euler(body, _state(EulerState, c), fn), 0),
-        azimuth=False,
-    ),
+    _euler("Euler with phi", "omega_3", azimuth=True),
+    _euler("Euler with phi and psi_dot", "psi_dot", azimuth=True),
+    _euler("Euler", "omega_3", azimuth=False),
+    _euler("Euler with psi_dot", "psi_dot", azimuth=False),
 )  # fmt: skip
 COLUMN_SETS = {entry.name: entry for entry in _ALL}
-TRACK = ("phi", "psi", "x", "y")  # with any set: the integrals of the rates of a state
+# The integrals of a state's rates, which a file of any set may have.
+TRACK = ("phi", "psi", "x", "y")
 ENGINES_OWN = re.compile("(qpos|quaternion)_?0")
 OURS = {"t", *TRACK, *(name for entry in _ALL for name in (*entry.names, *entry.height))}
 
@@ -92,8 +107,7 @@ def known_sets(present: Sequence[str]) -> list[ColumnSet]:
 
 def known_columns(present: Iterable[str]) -> list[str]:
     """Columns among ``present`` that some set has; others are ignored."""
-    ours = {*TRACK, "z", *(name for entry in _ALL for name in entry.names)}
-    return [name for name in present if name in ours]
+    return [name for name in present if name in OURS]
 
 
 def choose_set(present: Sequence[str], where: str) -> ColumnSet:
@@ -104,7 +118,7 @@ def choose_set(present: Sequence[str], where: str) -> ColumnSet:
     """
     if "t" not in present:
         raise InputError(
-            f"{where}: no column t (time in s) among {_listed(present)}; "
+            f"{where}: no column t (time in s) among {listed(present)}; "
             "rename yours with --columns theirs=t"
         )
     engines = [name for name in present if ENGINES_OWN.fullmatch(name)]
@@ -114,18 +128,21 @@ def choose_set(present: Sequence[str], where: str) -> ColumnSet:
     if engines:
         raise InputError(
             f"{where}: columns {engines[0]} ... are an engine's own state: read it with "
-            f"--from {'mujoco' if engines[0].startswith('q') else 'ENGINE'}, engine= in Python"
+            f"--from {'mujoco' if engines[0].startswith('q') else 'ENGINE'}"
         )
     nearest = min(_ALL, key=lambda entry: len(entry.missing(present)) / len(entry.required))
     if len(nearest.missing(present)) == len(nearest.required):
         raise InputError(
-            f"{where}: no column set among {_listed(present)}; expected t and "
+            f"{where}: no column set among {listed(present)}; expected t and "
             + ", or ".join(" ".join(entry.required) for entry in _ALL)
             + "; rename yours with --columns theirs=ours"
         )
+    missing = ", ".join(nearest.missing(present))
+    if missing == "omega_3":
+        missing += " (or psi_dot: omega_3 = psi_dot + phi_dot cos theta)"
     raise InputError(
-        f"{where}: missing {', '.join(nearest.missing(present))} of the {nearest.name} columns "
-        f"({' '.join(nearest.required)}) among {_listed(present)}; "
+        f"{where}: missing {missing} of the {nearest.name} columns "
+        f"({' '.join(nearest.required)}) among {listed(present)}; "
         "rename yours with --columns theirs=ours"
     )
 
@@ -156,7 +173,7 @@ def renamed(names: Sequence[str], rename: Mapping[str, str], where: str) -> list
     """
     for theirs in rename:
         if theirs not in names:
-            raise InputError(f"{where}: no column {theirs!r} to rename among {_listed(names)}")
+            raise InputError(f"{where}: no column {theirs!r} to rename among {listed(names)}")
     result = [rename.get(name, name) for name in names]
     if "t" not in result:
         result = ["t" if name == "time" else name for name in result]
@@ -166,7 +183,8 @@ def renamed(names: Sequence[str], rename: Mapping[str, str], where: str) -> list
     return result
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
+    """Return the names of a file's columns for a message: the first ones, each cut short."""
     shown = [name if len(name) <= 24 else name[:21] + "..." for name in names[:16]]
     more = f", and {len(names) - 16} more" if len(names) > 16 else ""
     return f"the columns {', '.join(shown) or '(none)'}{more}"
@@ -177,7 +195,7 @@ def _listed(names: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Block:
-    """Consecutive rows: name to float64 array, and the place of a row for messages.
+    """The rows of a table: name to float64 array, and the place of a row for messages.
 
     ``texts(row, names)`` gives the cells of a row as written, exact to the last digit.
     """
@@ -194,7 +212,7 @@ class Block:
         return Block(values, self.place, self.texts)
 
 
-FRICTIONS = ("scene", "other")
+OWN_OR_OTHER = ("scene", "other")
 
 
 @dataclass(frozen=True)
@@ -206,7 +224,8 @@ class CheckSetup:
 
     ``friction`` is "scene" if the trajectory obeys the scene's contact force (or the scene rolls),
     and "other" for any other contact force: another friction law, an elastic table, an unknown
-    force.
+    force. ``start`` is "scene" if the motion is the scene's own, and "other" if it has another
+    start.
     """
 
     scene: Scene
@@ -215,12 +234,14 @@ class CheckSetup:
     friction: str = "scene"
     height_given: bool = False
     assumed: Parameters | None = None
+    start: str = "scene"
 
     def __post_init__(self) -> None:
-        if self.friction not in FRICTIONS:
-            raise InputError(
-                f"friction: got {self.friction!r}, expected one of: {', '.join(FRICTIONS)}"
-            )
+        for name, value in (("friction", self.friction), ("start", self.start)):
+            if value not in OWN_OR_OTHER:
+                raise InputError(
+                    f"{name}: got {value!r}, expected one of: {', '.join(OWN_OR_OTHER)}"
+                )
 
     @cached_property
     def body(self) -> Parameters:
@@ -284,11 +305,10 @@ class CheckSetup:
 
 @dataclass(frozen=True)
 class Samples:
-    """Consecutive rows: times (s), vector states (SI), and the columns as given.
+    """The rows of a trajectory: times (s), vector states (SI), and the columns as given.
 
-    ``slip`` is the speed of the contact point that the contact forbids: |v_A.z|, and in rolling
-    |v_A|. Every block except the first begins with the last row of the previous block, so that no
-    interval is left out. ``shared`` stores results for several checks.
+    ``t`` begins at 0, in the first row. ``slip`` is the speed of the contact point that the contact
+    forbids: |v_A.z|, and in rolling |v_A|. ``shared`` stores results for several checks.
     """
 
     setup: CheckSetup
@@ -303,16 +323,38 @@ class Samples:
         """The rows as a motion whose entries are arrays."""
         return Motion(self.setup.body, self.state, numpy, self.setup.scene.model)
 
-    def continued(self, later: Samples) -> Samples:
-        """``later`` with the last row of this block before it."""
-        entries = zip(self.state, later.state, strict=True)
-        return Samples(
-            self.setup,
-            _carried(self.t, later.t),
-            type(self.state)(*(_carried(a, b) for a, b in entries)),
-            _carried(self.slip, later.slip),
-            {name: _carried(self.given[name], later.given[name]) for name in later.given},
-        )
+    @cached_property
+    def quaternion(self) -> Quaternion | None:
+        """The attitude (scalar first, body to inertial frame); None if the file leaves it open.
+
+        Given as a quaternion, or by the axis, its azimuth and the angle psi.
+        """
+        names = ("qw", "qx", "qy", "qz")
+        if self.setup.columns.name == "rigid body":
+            qw, qx, qy, qz = (self.given[name] for name in names)
+            return (qw, qx, qy, qz)
+        if "psi" not in self.given or not self.setup.columns.azimuth:
+            return None
+        k, psi = self.state.k, self.given["psi"]
+        phi = numpy.arctan2(k[1], k[0])
+        c, s = (f(numpy.arctan2(numpy.hypot(k[0], k[1]), k[2]) / 2) for f in (numpy.cos, numpy.sin))
+        both, apart = (phi + psi) / 2, (phi - psi) / 2
+        return (
+            c * numpy.cos(both), -s * numpy.sin(apart), s * numpy.cos(apart), c * numpy.sin(both)
+        )  # fmt: skip
+
+    def parts(self, size: int) -> list[Samples]:
+        """Parts of ``size`` rows; each but the first begins with the last row of the one before."""
+        if len(self.t) <= size:
+            return [self]
+        key = f"parts of {size}"
+        if key not in self.shared:
+            firsts = range(0, len(self.t), size)
+            self.shared[key] = [
+                self.rows(slice(max(first - 1, 0), first + size)) for first in firsts
+            ]
+        parts: list[Samples] = self.shared[key]
+        return parts
 
     def rows(self, wanted: slice | numpy.ndarray) -> Samples:
         """Some of the rows, by a slice or an array of indices."""
@@ -329,7 +371,3 @@ class Samples:
         """The first row as a motion of numbers."""
         state = type(self.state)(*(float(entry[0]) for entry in self.state))
         return Motion(self.setup.body, state, numpy, self.setup.scene.model)
-
-
-def _carried(before: numpy.ndarray, later: numpy.ndarray) -> numpy.ndarray:
-    return numpy.concatenate((before[-1:], later))

@@ -7,22 +7,23 @@ velocity they give. A new engine is one new entry in ``CONVENTIONS``.
 
 from __future__ import annotations
 
-import re
-import zipfile
 from collections.abc import Mapping
+from contextlib import closing
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from tt_precise.mechanics.conversion import RigidBodyState
+import numpy
+
+from tt_precise.check.columns import listed
+from tt_precise.check.sources import ColumnSource, RowSource, open_source
+from tt_precise.mechanics.conversion import RigidBodyState, axis_of
+from tt_precise.mechanics.vectors import cross, turned
 from tt_precise.runtime.values import Array, InputError
 from tt_precise.scene.scene import Scene
 
 if TYPE_CHECKING:
-    import numpy
-
     from tt_precise.check.columns import Changed, Columns
-    from tt_precise.check.sources import ColumnSource
+    from tt_precise.check.worlds import World
     from tt_precise.mechanics.parameters import Parameters
 
 CENTRE_OF_SPHERE, CENTRE_OF_MASS = "centre", "cm"
@@ -47,27 +48,54 @@ CONVENTIONS = {
     **dict.fromkeys(("dart", "exudyn", "ode"), _CENTRAL._replace(scalar_first=True)),
     **dict.fromkeys(("bullet", "cannon-es", "jolt", "newton", "rapier"), _CENTRAL),
 }
-# each array by its names in .npz, and its width; in CSV the columns are these names with a number
-_TIME = ("t", "time")
+# Each array of an engine's state by its name, and its width.
 _STATE = {"quaternion": 4, "velocity": 3, "angular_velocity": 3}
-_POSITION = ("position",)  # which may be there, three wide
 _RIGID = ("t", *RigidBodyState._fields, "x", "y", "z")
 _MUJOCO = {"qpos": 7, "qvel": 6}
 
 
-def engine_columns(path: str | Path, engine: str, scene: Scene) -> dict[str, numpy.ndarray]:
-    """The rigid-body columns (SI) of an engine's .npz or .csv file.
+def engine_source(
+    source: object,
+    engine: str,
+    scene: Scene,
+    rename: Mapping[str, str] | None = None,
+    world: World | None = None,
+) -> ColumnSource:
+    """Return an engine's state (a file, or arrays in memory) as rigid-body columns in SI.
 
     ``engine`` is a name in ``CONVENTIONS``; ":cm" or ":centre" after it says that the body's
-    origin is the centre of mass, or the centre of the sphere.
+    origin is the centre of mass, or the centre of the sphere. ``world`` has the engine's axes.
 
     Raises ``InputError``: no such engine or file, or an array is missing or has another shape.
     """
-    import numpy
-    from scipy.spatial.transform import Rotation
-
     convention = _convention(engine)
-    arrays = _arrays(Path(path), _MUJOCO if engine.startswith("mujoco") else _STATE)
+    with closing(open_source(source, rename)) as given:
+        arrays = _arrays(given, _MUJOCO if engine.startswith("mujoco") else _STATE)
+        where = given.where
+    columns = _rigid_body(arrays, convention, scene, world)
+    converted = ColumnSource(list(columns), lambda name: columns[str(name)], {}, where)
+    # an engine whose arrays have other names cannot have written the file
+    alike = [name for name in CONVENTIONS if (name == "mujoco") == engine.startswith("mujoco")]
+    marked = (f"{name}:{origin}" for name in alike for origin in (CENTRE_OF_SPHERE, CENTRE_OF_MASS))
+    others = {_convention(name): name for name in reversed((*alike, *marked))}
+    others.pop(convention, None)
+
+    def read(other: str, given: Columns, body: Parameters) -> Changed:
+        columns = _rigid_body(arrays, _convention(other), scene, world)
+        changed = {name: values[: len(given["t"])] for name, values in columns.items()}
+        return {**changed, "t": given["t"]}
+
+    converted.otherwise = {
+        f"it is read with --from {other}": partial(read, other)
+        for other in reversed(others.values())
+    }
+    return converted
+
+
+def _rigid_body(
+    arrays: Mapping[str, Array], convention: Convention, scene: Scene, world: World | None
+) -> dict[str, Array]:
+    """Return the rigid-body columns (SI) of an engine's arrays."""
     position: Array
     if "qpos" in arrays:
         quaternion, velocity = arrays["qpos"][:, 3:], arrays["qvel"][:, :3]
@@ -79,42 +107,25 @@ def engine_columns(path: str | Path, engine: str, scene: Scene) -> dict[str, num
         quaternion = numpy.roll(quaternion, 1, axis=1)
     # the check of finite numbers reports rows that blew up, and needs them unchanged
     good = numpy.isfinite(quaternion).all(axis=1) & (numpy.abs(quaternion).max(axis=1) > 0)
-    turn = Rotation.from_quat(numpy.where(good[:, None], quaternion, 1.0), scalar_first=True)
+    attitude = numpy.where(good[:, None], quaternion, 1.0).T
     if convention.in_body_frame:
-        omega = turn.apply(omega)
-    if convention.origin == CENTRE_OF_SPHERE:
-        arm = float(scene.body.alpha * scene.body.R) * turn.apply([0.0, 0.0, 1.0])
-        velocity = velocity - numpy.cross(omega, arm)
-        position = None if position is None else position - arm
+        w, x, y, z = attitude
+        turning = turned((w, x, y, z), (omega[:, 0], omega[:, 1], omega[:, 2]))
+        omega = numpy.stack(turning, axis=1) / (w * w + x * x + y * y + z * z)[:, None]
     parts = [arrays["t"][:, None], quaternion, omega, velocity]
     parts += [] if position is None else [position]
-    return dict(zip(_RIGID, numpy.hstack(parts).T, strict=False))
-
-
-def engine_source(path: str, engine: str, scene: Scene, rename: Mapping[str, str]) -> ColumnSource:
-    """An engine's file as a source of rows, with its readings by other engines' conventions.
-
-    Raises ``InputError``: as ``engine_columns``.
-    """
-    from tt_precise.check.sources import ColumnSource
-
-    given = engine_columns(path, engine, scene)
-    source = ColumnSource(list(given), lambda name: given[str(name)], rename, path)
-    # an engine whose arrays have other names cannot have written the file
-    alike = [name for name in CONVENTIONS if (name == "mujoco") == engine.startswith("mujoco")]
-    marked = (f"{name}:{origin}" for name in alike for origin in (CENTRE_OF_SPHERE, CENTRE_OF_MASS))
-    others = {_convention(name): name for name in reversed((*alike, *marked))}
-    others.pop(_convention(engine), None)
-
-    def read(other: str, given: Columns, body: Parameters) -> Changed:
-        columns = engine_columns(path, other, scene)
-        return {name: values[: len(given["t"])] for name, values in columns.items()}
-
-    source.otherwise = {
-        f"it is read with --from {other}": partial(read, other)
-        for other in reversed(others.values())
-    }
-    return source
+    columns = dict(zip(_RIGID, numpy.hstack(parts).T, strict=False))
+    if world is not None:
+        columns = world.standard(columns)
+    if convention.origin == CENTRE_OF_SPHERE:
+        q = [numpy.where(good, columns[name], 1.0) for name in ("qw", "qx", "qy", "qz")]
+        arm = [float(scene.body.alpha * scene.body.R) * component for component in axis_of(*q)]
+        swing = cross((columns["wx"], columns["wy"], columns["wz"]), (arm[0], arm[1], arm[2]))
+        for axis, name in enumerate(("vcx", "vcy", "vcz")):
+            columns[name] = columns[name] - swing[axis]
+        for axis, name in enumerate(("x", "y", "z") if position is not None else ()):
+            columns[name] = columns[name] - arm[axis]
+    return columns
 
 
 def _convention(engine: str) -> Convention:
@@ -128,54 +139,52 @@ def _convention(engine: str) -> Convention:
     return convention._replace(origin=origin) if origin else convention
 
 
-def _arrays(path: Path, widths: Mapping[str, int]) -> dict[str, numpy.ndarray]:
-    import numpy
+def _arrays(source: RowSource, widths: Mapping[str, int]) -> dict[str, Array]:
+    """Return the times (rows,) and arrays (rows, width) of a source.
 
-    try:
-        if path.suffix == ".npz":
-            with numpy.load(path, allow_pickle=False) as file:
-                given = {name: numpy.asarray(file[name], dtype=float) for name in file.files}
-        else:
-            given = _numbered(path)
-    except (OSError, ValueError, TypeError, zipfile.BadZipFile) as error:
-        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
-        raise InputError(f"{path}: {reason}; expected a readable .npz or .csv file") from None
-    time = next((given[name] for name in _TIME if name in given), None)
-    if time is None:
-        raise InputError(f"{path}: no array t or time among {', '.join(given) or 'none'}")
-    arrays = {"t": time.reshape(-1)}
-    if "position" in given:
-        widths = {**widths, "position": 3}
-    for name, width in widths.items():
-        shape = (len(arrays["t"]), width)
-        if name not in given or given[name].shape != shape:
-            got = f"shape {given[name].shape}" if name in given else "none"
+    An array stands under its own name, or as columns with its name and a number: qpos0 or qpos_0;
+    the position may be x, y, z.
+    """
+    names = {name: [_column_of(source, name, n) for n in range(width)]
+             for name, width in {**widths, "position": 3}.items()}  # fmt: skip
+    if None in names["position"] and {"x", "y", "z"} <= set(source.names):
+        names["position"] = ["x", "y", "z"]
+    if "t" not in source.names:
+        raise InputError(f"{source.where}: no array t or time among {listed(source.names)}")
+    separate = [one for each in names.values() if None not in each for one in each]
+    arrays: dict[str, Array] = {}
+    rows = source.read(["t", *filter(None, separate)]).values
+    arrays["t"] = rows["t"]
+    for name, columns in names.items():
+        if None not in columns:
+            arrays[name] = numpy.column_stack([rows[str(column)] for column in columns])
+        elif isinstance(source, ColumnSource) and name in source.names:
+            arrays[name] = _matrix(source, name, (len(rows["t"]), len(columns)))
+        elif name in widths:
             raise InputError(
-                f"{path}: {name}: got {got}, expected shape {shape} (in CSV columns {name}0 to "
-                f"{name}{width - 1})"
+                f"{source.where}: {name}: got none, expected shape ({len(rows['t'])}, "
+                f"{len(columns)}), or columns {name}0 to {name}{len(columns) - 1}"
             )
-        arrays[name] = given[name]
     return arrays
 
 
-def _numbered(path: Path) -> dict[str, numpy.ndarray]:
-    """Columns qpos0, qpos1, ... (or qpos_0, ...) of a CSV file, joined to arrays."""
-    import numpy
-    import pandas
+def _column_of(source: RowSource, name: str, number: int) -> str | None:
+    """Return the column with an array's name and number; None if there is none."""
+    return next(
+        (one for one in (f"{name}{number}", f"{name}_{number}") if one in source.names), None
+    )
 
-    frame = pandas.read_csv(path)
-    arrays: dict[str, Array] = {}
-    for column in frame.columns:
-        name = str(column).strip()
-        numbered = re.fullmatch(r"([A-Za-z_]+?)_?(\d)", name)
-        if numbered and numbered[1] not in _TIME:
-            arrays.setdefault(numbered[1], {})[int(numbered[2])] = frame[column]
-        else:
-            arrays[name] = frame[column]
-    return {
-        name: numpy.column_stack([value[n] for n in sorted(value)]).astype(float)
-        if isinstance(value, dict)
-        else value.to_numpy(dtype=float)
-        for name, value in arrays.items()
-        if name in (*_TIME, *_STATE, *_POSITION, *_MUJOCO)
-    }
+
+def _matrix(source: ColumnSource, name: str, shape: tuple[int, int]) -> Array:
+    try:
+        array = numpy.asarray(source.column(name), dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{source.where}: {name}: {error}; expected numbers") from None
+    if array.shape == shape[::-1] != shape:  # MATLAB writes the other way round
+        array = array.T
+    if array.shape != shape:
+        raise InputError(
+            f"{source.where}: {name}: got shape {array.shape}, expected shape {shape} (in CSV "
+            f"columns {name}0 to {name}{shape[1] - 1})"
+        )
+    return array

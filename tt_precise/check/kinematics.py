@@ -103,8 +103,8 @@ def movement_of(samples: Samples) -> Movement:
     k = numpy.array(state.k, dtype=float)
     k = k / norm(k)
     L = numpy.array(numpy.broadcast_arrays(*state.L), dtype=float)
-    spin = all(name in given for name in QUATERNION)
-    q = numpy.array([given[name] for name in QUATERNION]) if spin else shortest_turn(k)
+    spin = samples.quaternion is not None
+    q = numpy.array(samples.quaternion) if spin else shortest_turn(k)
     q = q / norm(q)
     half = {name: one.half_unit for name, one in precisions(given).items()}
     clock = times_of(samples.t)
@@ -113,7 +113,7 @@ def movement_of(samples: Samples) -> Movement:
         return 2 * max((half.get(name, 0.0) for name in names), default=0.0)
 
     omega = norm(L) / min(body.I1, body.I3)
-    u_q = rounded("kx", "ky", "kz", *QUATERNION, "theta", "phi") + numpy.zeros(count)
+    u_q = rounded("kx", "ky", "kz", *QUATERNION, "theta", "phi", "psi") + numpy.zeros(count)
     u_L = rounded("Lx", "Ly", "Lz") + max(body.I1, body.I3) * rounded(
         "wx", "wy", "wz", "theta_dot", "phi_dot", "omega_3"
     )
@@ -415,6 +415,12 @@ class Kinematics:
     def error_bound(self) -> float:
         """The bound of most intervals; infinite where too much is not resolved."""
         return _bound_of(self._sights, self._limit)
+
+    @property
+    def followed(self) -> frozenset[str]:
+        """The columns beside the state that were looked at."""
+        by_quantity = {"axis": ("phi",), "spin": ("psi",), "position": ("x", "y", "z")}
+        return frozenset(name for one in self._quantities for name in by_quantity.get(one, ()))
 
     @property
     def note(self) -> str:

@@ -3,69 +3,83 @@
 from __future__ import annotations
 
 import math
+import operator
 import textwrap
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy
 
 from tt_precise.runtime.terminal import one_line
-from tt_precise.runtime.values import Check, Json
+from tt_precise.runtime.values import Array, Check, Json, Sense, Verdict
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
+
+class Cause(NamedTuple):
+    """What explains a failure: its kind, and one line."""
+
+    kind: Literal["convention", "parameter", "precision", "start", "clock", "rows"]
+    text: str
+
+
 SIGNS = {"at most": "<=", "above": ">", "at least": ">="}
-MOST_POINTS = 4096
+HOLDS = {"at most": operator.le, "above": operator.gt, "at least": operator.ge}
+MOST_POINTS = 4096  # of a curve in a plot
 
 
-class RunningWorst:
-    """Takes values of consecutive rows; keeps the worst, and the worst of every bucket of rows.
+class Residual(NamedTuple):
+    """The result of looking at rows: values of rows, compared with the limit of a check.
 
-    ``largest_is_worst`` is False for checks with a lower limit. NaN is the worst value.
+    The error bound of each value is subtracted from it already. ``bound`` is the largest error that
+    would go unnoticed; ``open`` is the reason why the rows do not decide, "" if they do. ``t`` are
+    the times (s) of the values, None if there is one for each row.
     """
 
-    def __init__(self, largest_is_worst: bool = True):
-        self._sign = 1.0 if largest_is_worst else -1.0
-        self.worst: float | None = None
-        self.at: float | None = None
-        self._bucket = 1
-        self._t: list[numpy.ndarray] = []
-        self._values: list[numpy.ndarray] = []
-        self._count = 0
+    values: Array
+    bound: float = 0.0
+    note: str = ""
+    open: str = ""
+    t: Array | None = None
 
-    def add(self, t: numpy.ndarray, values: numpy.ndarray) -> None:
-        badness = numpy.where(numpy.isnan(values), numpy.inf, values * self._sign)
-        row = int(numpy.argmax(badness))
-        if self.worst is None or badness[row] > self.worst * self._sign:
-            self.worst, self.at = float(badness[row] * self._sign), float(t[row])
-        self._keep(t, badness, self._bucket)
-        if self._count > 2 * MOST_POINTS:
-            t, badness = numpy.concatenate(self._t), numpy.concatenate(self._values)
-            factor = math.ceil(self._count / MOST_POINTS)
-            self._t, self._values, self._count = [], [], 0
-            self._bucket *= factor
-            self._keep(t, badness, factor)
 
-    def _keep(self, t: numpy.ndarray, badness: numpy.ndarray, bucket: int) -> None:
-        starts = numpy.arange(0, len(t), bucket)
-        self._t.append(t[starts])
-        self._values.append(numpy.maximum.reduceat(badness, starts))
-        self._count += len(starts)
+def judged(name: str, meaning: str, sense: Sense, limit: float, t: Array, seen: Residual) -> Check:
+    """Return the check of rows at the times ``t`` (s); a value that is NaN fails."""
+    t = t if seen.t is None else seen.t
+    values = numpy.broadcast_to(seen.values, t.shape)
+    beyond = ~HOLDS[sense](values, limit)
+    sign = 1.0 if sense == "at most" else -1.0
+    badness = numpy.where(numpy.isnan(values), numpy.inf, sign * values)
+    worst = int(numpy.argmax(badness))
+    value = float(sign * badness[worst])
+    verdict: Verdict = "pass"
+    note, since = seen.note, None
+    if beyond.any():
+        verdict, since = "fail", float(t[int(numpy.argmax(beyond))])
+        note = note if math.isfinite(value) else "not finite there"
+    elif seen.open or (sense == "at most" and seen.bound > limit):
+        verdict, note = "open", seen.open or f"rows too far apart; {note}"
+    return Check(
+        name, verdict, value, limit, float(t[worst]), note, meaning, sense,
+        bound=seen.bound, since=since, curve=_thinned(t, badness, sign),
+    )  # fmt: skip
 
-    @property
-    def curve(self) -> tuple[numpy.ndarray, numpy.ndarray]:
-        """Times (s), and the worst value of the bucket of rows that begins at each."""
-        if not self._t:
-            return numpy.empty(0), numpy.empty(0)
-        return numpy.concatenate(self._t), self._sign * numpy.concatenate(self._values)
+
+def _thinned(t: Array, badness: Array, sign: float) -> tuple[Array, Array]:
+    """Times (s), and the worst value of the rows that begin at each."""
+    starts = numpy.arange(0, len(t), max(1, math.ceil(len(t) / MOST_POINTS)))
+    return t[starts], sign * numpy.maximum.reduceat(badness, starts)
 
 
 WIDTH = 100
-MARKS = {"pass": "✅ pass", "fail": "❌ **fail**", "info": "ℹ️ info", "skipped": "➖ skipped"}
+MARKS = {
+    "pass": "✅ pass", "fail": "❌ **fail**", "open": "❓ **open**", "skipped": "➖ not applicable",
+}  # fmt: skip
 HEADINGS = ("check", "verdict", "worst", "limit", "at t/s", "note")
 
 
@@ -96,9 +110,43 @@ def _printable(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
-SMALLEST = 1e-18  # drawn for an exact zero
+SMALLEST = 1e-18  # of the limit; drawn for an exact zero
 SCHEMA = "tt_precise.check/1"
-FEW_DIGITS = 4  # fewer digits of golden data give a warning, even if no digits were requested
+
+
+FEW_DIGITS = 3  # fewer digits than these are shown over time
+
+
+def _failure(finding: Check) -> str:
+    if finding.value is None or finding.limit is None:
+        return finding.note
+    allowed = {"at most": "allowed", "above": "expected above", "at least": "expected at least"}
+    number = f"{finding.value:.2g}, {allowed[finding.sense]} {finding.limit:.2g}"
+    since = f", from t = {finding.since:.6g} s on" if finding.since is not None else ""
+    return f"{number}{since}" + (f": {finding.note}" if finding.note else "")
+
+
+def shortened(note: str) -> str:
+    """The first clause of a note."""
+    return one_line(note).split(";")[0]
+
+
+def _pairs(pairs: Iterable[tuple[str, str]]) -> list[str]:
+    lines = []
+    for name, text in pairs:
+        lines += textwrap.wrap(
+            f"  {name:<10} {one_line(text)}", WIDTH, subsequent_indent=" " * 13,
+            break_long_words=False,
+        )  # fmt: skip
+    return lines
+
+
+def _listed(heading: str, names: Sequence[str]) -> list[str]:
+    return _wrapped(f"{heading}: {', '.join(names) or 'none'}")
+
+
+def _wrapped(text: str) -> list[str]:
+    return textwrap.wrap(text, WIDTH, subsequent_indent="  ")
 
 
 def unusable(trajectory: str, scene: str, why: str) -> Result:
@@ -111,7 +159,9 @@ def unusable(trajectory: str, scene: str, why: str) -> Result:
 class Result:
     """All findings about one trajectory.
 
-    ``verdict`` is "pass" if no check failed; ``frame`` is the table, shown in a notebook.
+    ``verdict`` is "fail" if a check failed, "incomplete" if something that decides was not looked
+    at (``unseen``, in words), else "pass". ``causes`` explain a failure. Times count from the first
+    row, which has the file's own time ``t_first``. ``frame`` is the table, shown in a notebook.
     """
 
     trajectory: str
@@ -121,21 +171,28 @@ class Result:
     t_first: float
     t_last: float
     checks: tuple[Check, ...]
+    unseen: tuple[str, ...] = ()
+    causes: tuple[Cause, ...] = ()
 
     @property
-    def verdict(self) -> Literal["pass", "fail"]:
-        """Whether a check failed."""
-        return "fail" if self.failures else "pass"
+    def verdict(self) -> Literal["pass", "fail", "incomplete"]:
+        """The verdict on the whole file."""
+        if self.failures:
+            return "fail"
+        return "incomplete" if self.unseen else "pass"
 
     @property
     def passed(self) -> bool:
-        """Whether no check failed."""
-        return not self.failures
+        """Whether nothing failed and everything that decides was looked at."""
+        return self.verdict == "pass"
 
     @property
     def failures(self) -> tuple[Check, ...]:
         """The findings that failed."""
-        return tuple(finding for finding in self.checks if finding.verdict == "fail")
+        return self._with("fail")
+
+    def _with(self, verdict: Verdict) -> tuple[Check, ...]:
+        return tuple(finding for finding in self.checks if finding.verdict == verdict)
 
     def __getitem__(self, name: str) -> Check:
         for finding in self.checks:
@@ -145,11 +202,14 @@ class Result:
 
     @cached_property
     def frame(self) -> pandas.DataFrame:
-        """A row for each check: name, verdict, value, limit, sense, at (s), reason, meaning."""
+        """A row for each check: name, verdict, value, limit, bound, at and since (s), reason."""
         import pandas
 
         rows = [finding.as_dict() for finding in self.checks]
-        names = ["name", "verdict", "value", "limit", "sense", "at", "reason", "meaning"]
+        names = [
+            "name", "verdict", "value", "limit", "sense", "bound", "at", "since", "reason",
+            "meaning",
+        ]  # fmt: skip
         return pandas.DataFrame(rows, columns=names)
 
     def as_dict(self) -> dict[str, Json]:
@@ -160,6 +220,8 @@ class Result:
             "scene": self.scene,
             "columns": self.columns,
             "verdict": self.verdict,
+            "unseen": list(self.unseen),
+            "causes": [cause._asdict() for cause in self.causes],
             "rows": self.rows,
             "t_first": self.t_first,
             "t_last": self.t_last,
@@ -168,29 +230,46 @@ class Result:
 
     @property
     def heading(self) -> str:
-        """The first line of every output: the verdict and the agreement with golden data."""
-        count = len(self.failures)
-        failed = f": {count} check{'s' * (count > 1)} failed" if count else ""
-        return (
-            f"{self.trajectory} against scene {self.scene}: {self.verdict}{failed}"
-            f"{self._golden()} ({self.rows} rows of {self.columns} columns, "
-            f"t = {self.t_first:.6g} to {self.t_last:.6g} s)"
-        )
+        """The first line of every output: the verdict in words, the scene and the rows."""
+        words = self.verdict.upper()
+        if self.verdict == "incomplete":
+            words += f": {self._unseen_in_words()}"
+        return f"{self.trajectory}: {words} ({self.scene}, {self.rows} rows, {self._span()})"
 
-    def _golden(self) -> str:
-        golden = next((finding for finding in self.checks if finding.name == "golden"), None)
-        if golden is None or golden.value is None:
-            return ""
-        if golden.verdict == "info":
-            return ", another start than that of golden data"
-        over_time = f" ({golden.history})" if golden.history else ""
-        if golden.limit is None and golden.value < FEW_DIGITS:
-            return f", BUT ONLY {golden.value:.1f} CORRECT DIGITS of golden data{over_time}"
-        return f", {golden.value:.1f} correct digits of golden data"
+    def _unseen_in_words(self) -> str:
+        return f"nobody looked at {', nor at '.join(self.unseen)}"
+
+    def _span(self) -> str:
+        if not self.t_first:
+            return f"0 to {self.t_last:.6g} s"
+        length = self.t_last - self.t_first
+        return f"{length:.6g} s; times count from the first row, t = {self.t_first:.12g} s"
 
     def __str__(self) -> str:
-        """The results for a terminal, with the skipped checks below."""
-        done = [finding for finding in self.checks if finding.verdict != "skipped"]
+        """The verdict, what failed and why, the digits, and the names of all other checks."""
+        lines = [one_line(self.heading)]
+        lines += _pairs((finding.name, _failure(finding)) for finding in self.failures)
+        causes = [cause.text for cause in self.causes]
+        if self.failures and not causes and self.rows:
+            causes = ["not explained"]
+        lines += _pairs(("cause", text) for text in causes)
+        lines += _pairs(("solution", text) for text in self._solution())
+        passed, open_, skipped = self._with("pass"), self._with("open"), self._with("skipped")
+        lines += _listed("passed", [finding.name for finding in passed])
+        lines += _listed("open", [f"{one.name} ({shortened(one.note)})" for one in open_])
+        lines += _listed("not applicable", [finding.name for finding in skipped])
+        return "\n".join([*lines, "--verbose shows the table"])
+
+    def _solution(self) -> list[str]:
+        golden = next((finding for finding in self.checks if finding.name == "golden"), None)
+        if golden is None or golden.value is None:
+            return []
+        over_time = f": {golden.history}" if golden.history and golden.value < FEW_DIGITS else ""
+        return [f"{golden.value:.1f} digits{over_time}"]
+
+    def table(self) -> str:
+        """The results as a table for a terminal, with what was not looked at below."""
+        done = [finding for finding in self.checks if finding.value is not None]
         rows = [HEADINGS, *map(_cells, done)]
         widths = [max(len(row[i]) for row in rows) for i in range(5)]
         margin = sum(widths) + 2 * len(widths)
@@ -203,18 +282,15 @@ class Result:
         for finding in done:
             if finding.parts:
                 listed = "  ".join(f"{name} {digits:.1f}" for name, digits in finding.parts.items())
-                lines += textwrap.wrap(
-                    f"{finding.name}, correct digits of each column: {listed}", WIDTH,
-                    subsequent_indent="  ",
-                )  # fmt: skip
-        reasons: dict[str, list[str]] = {}
+                lines += _wrapped(f"{finding.name}, correct digits of each column: {listed}")
+        for cause in self.causes:
+            lines += _wrapped(f"cause: {one_line(cause.text)}")
+        reasons: dict[tuple[str, str], list[str]] = {}
         for finding in self.checks:
-            if finding.verdict == "skipped":
-                reasons.setdefault(finding.note, []).append(finding.name)
-        for reason, names in reasons.items():
-            lines += textwrap.wrap(
-                f"skipped {', '.join(names)}: {one_line(reason)}", WIDTH, subsequent_indent="  "
-            )
+            if finding.value is None:
+                reasons.setdefault((finding.verdict, finding.note), []).append(finding.name)
+        for (verdict, reason), names in reasons.items():
+            lines += _wrapped(f"{verdict} {', '.join(names)}: {one_line(reason)}")
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
@@ -243,20 +319,26 @@ class Result:
         """The findings as JUnit XML: one test case for each check."""
         from xml.etree import ElementTree
 
+        checks = [*self.checks]
+        if self.verdict == "incomplete":
+            meaning = "everything that decides was looked at"
+            checks.append(Check("looked_at", "fail", note=self._unseen_in_words(), meaning=meaning))
         counts = {
-            "tests": str(len(self.checks)),
-            "failures": str(sum(finding.verdict == "fail" for finding in self.checks)),
+            "tests": str(len(checks)),
+            "failures": str(sum(finding.verdict == "fail" for finding in checks)),
             "errors": "0",
-            "skipped": str(sum(finding.verdict == "skipped" for finding in self.checks)),
+            "skipped": str(sum(finding.verdict in ("skipped", "open") for finding in self.checks)),
         }
         classname = _printable(f"{self.scene}.{self.trajectory}")
         suites = ElementTree.Element("testsuites", counts)
         suite = ElementTree.SubElement(suites, "testsuite", {"name": "tt-precise check", **counts})
-        for finding in self.checks:
+        for finding in checks:
             named = {"name": finding.name, "classname": classname}
             case = ElementTree.SubElement(suite, "testcase", named)
-            if finding.verdict == "skipped":
-                ElementTree.SubElement(case, "skipped", {"message": _printable(finding.note)})
+            if finding.verdict in ("skipped", "open"):
+                words = "not applicable" if finding.verdict == "skipped" else "open"
+                message = {"message": _printable(f"{words}: {finding.note}")}
+                ElementTree.SubElement(case, "skipped", message)
             elif finding.verdict == "fail":
                 message = {"message": _printable(finding.sentence())}
                 ElementTree.SubElement(case, "failure", message).text = finding.meaning
@@ -282,21 +364,21 @@ class Result:
 
         drawn = new_figure(8, 4.5)
         axes = drawn.add_subplot()
-        limits: dict[float, Any] = {}
         for finding in self.checks:
-            if finding.curve is None or finding.sense != "at most" or finding.verdict == "skipped":
+            limit = finding.limit or 0.0
+            if finding.curve is None or finding.sense != "at most" or limit <= 0:
                 continue
             t, values = finding.curve
-            label = f"{finding.name} {finding.value:.1e}"
-            (line,) = axes.semilogy(t, numpy.maximum(values, SMALLEST), linewidth=1, label=label)
-            if finding.limit is not None and finding.limit > 0:
-                limits[finding.limit] = "black" if finding.limit in limits else line.get_color()
-        for limit, colour in limits.items():
-            label = f"limit {limit:.1e}"
-            axes.axhline(limit, color=colour, linestyle="--", linewidth=1, label=label)
-        axes.set_xlabel("t (s)")
-        axes.set_ylabel("relative drift")
+            label = f"{finding.name} {finding.value:.1e}, allowed {limit:.1e}"
+            parts = numpy.maximum(values / limit, SMALLEST)
+            (line,) = axes.semilogy(t, parts, linewidth=1, label=label)
+            if finding.bound and math.isfinite(finding.bound):
+                axes.axhline(finding.bound / limit, color=line.get_color(), linestyle=":")
+            if finding.since is not None:
+                axes.axvline(finding.since, color=line.get_color(), linestyle="--", linewidth=0.8)
+        axes.axhline(1.0, color="black", linewidth=1, label="limit")
+        axes.set_xlabel("t (s); dashed: the first time above the limit")
+        axes.set_ylabel("value/limit; dotted: the error bound")
         axes.set_title(f"{Path(self.trajectory).name} against {self.scene}: {self.verdict}")
-        if axes.lines:
-            axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
+        axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
         return drawn

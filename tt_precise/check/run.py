@@ -4,59 +4,51 @@ from __future__ import annotations
 
 import inspect
 import math
-import operator
+import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.checks import RowCheck, checks_of, chosen_limits, finite
-from tt_precise.check.columns import Block, CheckSetup, Samples, choose_set, known_columns
-from tt_precise.check.golden import GoldenDistance
-from tt_precise.check.result import Result, RunningWorst
-from tt_precise.check.sources import NotFinite, RowSource, UsableRows, open_source
+from tt_precise.check.agreement import agreement
+from tt_precise.check.checks import checks_of, chosen_limits, finite, require_known
+from tt_precise.check.columns import (
+    TRACK,
+    Block,
+    CheckSetup,
+    Reading,
+    Samples,
+    choose_set,
+    known_columns,
+)
+from tt_precise.check.golden import (
+    Compared,
+    Place,
+    Wanted,
+    decide_alone,
+    decides,
+    distance_from_solution,
+    no_solution,
+)
+from tt_precise.check.result import Result, shortened
+from tt_precise.check.sources import NotFinite, RowSource, UsableRows, open_source, usable_rows
+from tt_precise.check.start import Begin, look_for_start
 from tt_precise.check.units import refuse_other_units
+from tt_precise.check.worlds import World
+from tt_precise.golden.solution import Solution
 from tt_precise.golden.store import Folder
 from tt_precise.mechanics.digits import MOST_GOLDEN
 from tt_precise.runtime.terminal import Progress, one_line, silent
-from tt_precise.runtime.values import Check, InputError, Verdict
+from tt_precise.runtime.values import Array, Check, InputError, Verdict
 from tt_precise.scene.scene import Scene, load_scene
 
 MEANING = "every column holds finite numbers, except Euler angles where they are undefined"
-
-
-class Finiteness:
-    """Counts entries that are not finite, in the state's columns and the columns ``also``."""
-
-    def __init__(self, also: Sequence[str]):
-        self._also = also
-        self._count, self._first = 0, ""
-        self._at: float | None = None
-
-    def look(self, block: Block, samples: Samples) -> None:
-        tilted = (samples.state.kx != 0) | (samples.state.ky != 0)
-        for name in self._also:
-            wrong = numpy.flatnonzero(~numpy.isfinite(block.values[name]) & tilted)
-            self._count += len(wrong)
-            if len(wrong) and (self._at is None or samples.t[wrong[0]] < self._at):
-                row = int(wrong[0])
-                self._at = float(samples.t[row])
-                self._first = f"{name} = {block.values[name][row]} in {block.place(row)}"
-
-    def finding(self, broken: NotFinite | None) -> Check:
-        """The number of entries that are not finite, including the row where reading stopped."""
-        count, at, first = self._count, self._at, self._first
-        if broken is not None:
-            count, first = count + 1, f"{broken}, where the checks stop"
-            at = broken.t if at is None else min(at, broken.t)
-        return Check("finite", "fail" if count else "pass", float(count), 0.0, at, first, MEANING)
-
-
-HOLDS = {"at most": operator.le, "above": operator.gt, "at least": operator.ge}
+OPTIONS_OF_COMMAND = "columns|limit|until|digits|from|allow|world|axis|friction|start"
+WITH_VALUE = re.compile(rf"--({OPTIONS_OF_COMMAND}) ([^\s,;:()]+)")
+ALONE = re.compile(rf"--({OPTIONS_OF_COMMAND})\b")
 
 
 def conservation(
@@ -66,20 +58,27 @@ def conservation(
     limits: Mapping[str, float] | None = None,
     until: float | None = None,
     digits: float | None = None,
-    fresh: bool = False,
     friction: str = "scene",
+    start: str = "scene",
+    allow: Sequence[str] = (),
     engine: str | None = None,
+    world: str = "z-up",
+    axis: str = "z",
     columns: Mapping[str, str] | None = None,
     folder: Folder = None,
     progress: Progress = silent,
 ) -> Result:
-    """Check what a trajectory must conserve.
+    """Check what a trajectory must conserve, and how it agrees with the scene's solution.
+
+    The result passes only if nothing fails and what decides was looked at: with the scene's
+    friction its equations, or the solution to three digits; with another friction attitude and
+    momentum; the start, and every known column.
 
     Parameters
     ----------
     trajectory
-        A path (.csv, .csv.gz, .parquet; "-" is standard input), a DataFrame, a mapping from
-        column names to arrays, or a ``Trajectory``; SI, in one of the column sets of
+        A path (.csv, .csv.gz, .parquet, .h5 ...; "-" is standard input), a DataFrame, a mapping
+        from column names to arrays, or a ``Trajectory``; SI, in one of the column sets of
         ``columns.COLUMN_SETS``.
     scene
         Body, friction and model: a ``Scene``, a shipped name or a TOML file.
@@ -88,15 +87,20 @@ def conservation(
     until
         Rows after this time (s) are left out.
     digits
-        Correct digits required of every column, relative to golden data; without ``digits`` the
+        Correct digits required of every column, relative to the solution; without ``digits`` the
         distance is only reported.
-    fresh
-        Compute the solution where there is no golden row (imports heyoka).
     friction
         "scene", or "other" if the contact force is not the scene's: then only checks that hold
         for every friction law are made.
+    start
+        "scene", or "other" if the motion has another start than the scene's.
+    allow
+        Names of checks that may stay open.
     engine
-        The engine that wrote the file ``trajectory``: "mujoco", "drake", "bullet", ...
+        The engine whose own state ``trajectory`` has: "mujoco", "drake", "bullet", ...
+    world, axis
+        The vertical and the hand of the rigid-body columns, a key of ``worlds.WORLDS``, and the
+        body's symmetry axis, "z", "y" or "x".
     columns
         Renames: their name to ours.
     folder
@@ -107,118 +111,307 @@ def conservation(
     InputError
         The trajectory cannot be used: one line that says where and why.
     """
+    try:
+        result = examine(
+            trajectory, scene, limits=limits, until=until, digits=digits, friction=friction,
+            start=start, allow=allow, engine=engine, world=world, axis=axis, columns=columns,
+            folder=folder, progress=progress,
+        )  # fmt: skip
+    except InputError as error:
+        raise InputError(in_python(str(error))) from None
+    checks = tuple(replace(check, note=in_python(check.note)) for check in result.checks)
+    causes = tuple(cause._replace(text=in_python(cause.text)) for cause in result.causes)
+    return replace(result, checks=checks, causes=causes)
+
+
+def in_python(text: str) -> str:
+    """Return a message with the options of the command line as arguments of ``conservation``."""
+    return ALONE.sub(lambda found: _name(found[1]), WITH_VALUE.sub(_argument, text))
+
+
+def _name(option: str) -> str:
+    return {"from": "engine", "limit": "limits"}.get(option, option)
+
+
+def _argument(found: re.Match[str]) -> str:
+    name, value = found[1], found[2]
+    left, equals, right = value.partition("=")
+    if name == "columns" and equals:
+        return f'columns={{"{left}": "{right}"}}'
+    if name == "limit" and equals:
+        return f'limits={{"{left}": {right}}}'
+    if name == "allow":
+        return f'allow=("{value}",)'
+    if name in ("until", "digits"):
+        return f"{name}={value}"
+    return f'{_name(name)}="{value}"'
+
+
+def examine(
+    trajectory: object,
+    scene: str | Path | Scene,
+    *,
+    limits: Mapping[str, float] | None,
+    until: float | None,
+    digits: float | None,
+    friction: str,
+    start: str,
+    allow: Sequence[str],
+    engine: str | None,
+    world: str,
+    axis: str,
+    columns: Mapping[str, str] | None,
+    folder: Folder,
+    progress: Progress,
+) -> Result:
+    """``conservation`` whose messages name the options of the command line."""
     wanted = chosen_limits(limits or {})
+    require_known("allow", allow, (*wanted, *FURTHER))
     cutoff = math.inf if until is None else finite("until", until)
     if digits is not None and not 0 < finite("digits", digits) <= MOST_GOLDEN:
         raise InputError(
             f"digits: got {digits!r}, expected a number above 0 and at most {MOST_GOLDEN}, where "
             "golden data end"
         )
-    if digits is not None and friction != "scene":
-        raise InputError("digits: golden data obey the scene's friction; expected friction scene")
-    golden = partial(GoldenDistance, asked=digits, fresh=fresh, folder=folder)
+    for option, value in (("friction", friction), ("start", start)):
+        if digits is not None and value != "scene":
+            raise InputError(
+                f"digits: the solution has the scene's {option}; expected {option} scene"
+            )
     scene = load_scene(scene)
+    their_world = World.named(world, axis)
     if engine is not None:
         from tt_precise.check.engine_states import engine_source
 
-        if not isinstance(trajectory, str | Path):
-            got = type(trajectory).__name__
-            raise InputError(f"trajectory: got a {got}, expected the path of an engine's file")
-        trajectory = engine_source(str(trajectory), engine, scene, columns or {})
+        trajectory = engine_source(trajectory, engine, scene, columns or {}, their_world)
+        their_world = World()
     # overflow and undefined values fail the check instead of giving a warning
     with closing(open_source(trajectory, columns)) as table, numpy.errstate(all="ignore"):
-        setup = _setup(table, scene, friction)
-        return _checked(table, setup, wanted, cutoff, golden, progress)
+        setup = _setup(table, scene, friction, start)
+        file = _read(table, setup, their_world, cutoff, progress)
+        examination = _Examination(setup, file, wanted, digits, cutoff, allow)
+        return examination.result(Solution(scene, folder, progress))
 
 
 OPTIONS = inspect.signature(conservation).parameters
+# Checks that are not made row by row.
+FURTHER = ("finite", "start", "agreement", "golden")
 
 
-def _checked(
-    table: RowSource,
-    setup: CheckSetup,
-    limits: Mapping[str, float],
-    cutoff: float,
-    golden: Callable[[CheckSetup, Sequence[str]], GoldenDistance],
-    progress: Progress,
-) -> Result:
+class _File(NamedTuple):
+    """A trajectory as it was read: its origin, its columns, and its rows."""
+
+    where: str
+    names: Sequence[str]
+    otherwise: Mapping[str, Reading]
+    whole: Block
+    usable: UsableRows
+
+
+def _read(
+    table: RowSource, setup: CheckSetup, world: World, cutoff: float, progress: Progress
+) -> _File:
     height = setup.columns.height if setup.height_given else ()
     names = ("t", *(n for n in (*setup.columns.names, *height) if n in table.names))
     also = [name for name in known_columns(table.names) if name not in names]
-    finiteness, distance = Finiteness(also), None
-    running: list[_Running] = []
-    checks = checks_of(setup.scene)
-    rows, samples, first = 0, None, None
-    usable = UsableRows(table.blocks(names, also, progress), names, table.where, cutoff)
-    for block in usable:
-        read = setup.samples(block)
-        if first is None:
-            try:
-                refuse_other_units(setup, read, block, table.names, table.otherwise)
-            except InputError as error:
-                raise InputError(f"{table.where}: {error}") from None
-            first = read
-            running = [_Running(check, setup, read, limits) for check in checks]
-            if setup.friction == "scene":
-                # golden data are read only if there are rows
-                distance = golden(setup, table.names)
-        joined = read if samples is None else samples.continued(read)
-        for check in running:
-            check.look(joined)
-        finiteness.look(block, read)
-        if distance is not None:
-            distance.look(block, read)
-        rows, samples = rows + len(block), read
+    whole = table.read(names, also, progress)
+    if not world.is_ours:
+        if setup.columns.name != "rigid body":
+            raise InputError(
+                f"{table.where}: got {setup.columns.name} columns, expected those of a rigid body "
+                "with another world or axis"
+            )
+        whole = replace(whole, values=world.standard(whole.values), texts=_no_texts(whole, world))
+    usable = usable_rows(whole, names, table.where, cutoff)
+    rows = len(usable.block)
     if rows < 2 and not usable.broken:
         raise InputError(
             f"{table.where}: got {'one row' if rows else 'no rows'}"
             + (f" up to t = {cutoff:g} s" if cutoff < math.inf else "")
             + ", expected a trajectory of at least two"
         )
-    findings = [finiteness.finding(usable.broken)]
-    if rows < 2:
-        reason = f"fewer than two rows before {usable.broken}"
-        missed = (*(check.name for check in checks), "golden")
-        findings += [Check(name, "skipped", note=reason) for name in missed]
-    else:
-        found = [check.finding() for check in running]
-        findings += found if setup.flies else _with_advice(found)
-        if distance is None:
-            reason = "golden data obey the scene's own friction"
-            findings.append(Check("golden", "skipped", note=reason))
+    return _File(table.where, table.names, table.otherwise, whole, usable)
+
+
+def _no_texts(whole: Block, world: World) -> Callable[[int, Sequence[str]], list[Any]]:
+    """Return the numbers of a row that was converted; only its time is as written."""
+    values = world.standard(whole.values)
+    return lambda row, names: [
+        whole.texts(row, ["t"])[0] if name == "t" else float(values[name][row]) for name in names
+    ]
+
+
+def finiteness(block: Block, also: Sequence[str], broken: NotFinite | None) -> Check:
+    """Count entries that are not finite in ``also``, and the row where the checks stop.
+
+    Euler angles are undefined where the axis is vertical; columns of a state break the rows.
+    """
+    count, first, at = 0, "", None
+    vertical = _vertical(block)
+    for name in also:
+        wrong = numpy.flatnonzero(~numpy.isfinite(block.values[name]) & ~vertical)
+        count += len(wrong)
+        if len(wrong) and (at is None or block.values["t"][wrong[0]] < at):
+            row = int(wrong[0])
+            at = float(block.values["t"][row])
+            first = f"{name} = {block.values[name][row]} in {block.place(row)}"
+    if broken is not None:
+        count, first = count + 1, f"{broken}, where the checks stop"
+        at = broken.t if at is None else min(at, broken.t)
+    verdict: Verdict = "fail" if count else "pass"
+    return Check("finite", verdict, float(count), 0.0, at, first, MEANING, since=at)
+
+
+def _vertical(block: Block) -> Array:
+    tilt = [block.values[name] for name in ("kx", "ky") if name in block.values]
+    return numpy.all([x == 0 for x in tilt], axis=0) if tilt else numpy.zeros(len(block), bool)
+
+
+class _Examination:
+    """The checks of one file, in the order in which they need each other."""
+
+    def __init__(
+        self,
+        setup: CheckSetup,
+        file: _File,
+        limits: Mapping[str, float],
+        digits: float | None,
+        cutoff: float,
+        allow: Sequence[str],
+    ):
+        self._setup, self._file, self._limits = setup, file, limits
+        self._digits, self._cutoff, self._allow = digits, cutoff, allow
+        self._block, self._broken = file.usable.block, file.usable.broken
+
+    def result(self, solution: Solution) -> Result:
+        """Return all findings and the verdict."""
+        block, setup = self._block, self._setup
+        also = [n for n in block.values if n not in ("t", *setup.columns.names)]
+        findings = [finiteness(block, also, self._broken)]
+        unseen: tuple[str, ...] = ()
+        if len(block) < 2:
+            reason = f"fewer than two rows before {self._broken}"
+            missed = [*(check.name for check in checks_of(setup.scene)), *FURTHER[1:]]
+            findings += [Check(name, "skipped", note=reason) for name in missed]
         else:
-            ended = f"the rows end at {usable.broken}" if usable.broken else ""
-            findings.append(distance.finding(cutoff, ended, progress))
-    end = usable.broken.t if usable.broken else 0.0
-    return Result(
-        trajectory=table.where,
-        scene=setup.scene.name,
-        columns=setup.columns.name,
-        rows=rows,
-        t_first=float(first.t[0]) if first else end,
-        t_last=float(samples.t[-1]) if samples else end,
-        checks=tuple(findings),
-    )
+            rows = setup.samples(block)
+            self._refuse_other_units(rows)
+            found = self.judge(rows)
+            findings += found if setup.flies else _with_advice(found)
+            findings += self._against_solution(rows, found, solution)
+            unseen = self._unseen(findings)
+        t_first = self._file.usable.t_first
+        return Result(
+            trajectory=self._file.where,
+            scene=setup.scene.name,
+            columns=setup.columns.name,
+            rows=len(block),
+            t_first=t_first,
+            t_last=t_first + float(block.values["t"][-1]) if len(block) else t_first,
+            checks=tuple(findings),
+            unseen=unseen,
+        )
+
+    def _refuse_other_units(self, rows: Samples) -> None:
+        try:
+            refuse_other_units(
+                self._setup, rows, self._block, self._file.names, self._file.otherwise
+            )
+        except InputError as error:
+            raise InputError(f"{self._file.where}: {error}") from None
+
+    def judge(self, rows: Samples) -> list[Check]:
+        """Return what the checks find that are made row by row."""
+        limits = self._limits
+        return [check.result(rows, limits[check.name]) for check in checks_of(rows.setup.scene)]
+
+    def _against_solution(
+        self, rows: Samples, found: Sequence[Check], solution: Solution
+    ) -> list[Check]:
+        """Return the checks of the start, of the columns' agreement, and of the solution."""
+        setup, t_first = self._setup, self._file.usable.t_first
+        begin = look_for_start(rows, t_first, solution.vectors)
+        by_name = {finding.name: finding for finding in found}
+        followed: frozenset[str] = frozenset()
+        if by_name["kinematics"].verdict == "pass":
+            followed = rows.shared.get("followed", followed)
+        further = {*TRACK} & {*rows.given} - {*setup.columns.names}
+        compared = self._compared(rows, begin, solution, frozenset(further - followed))
+        golden = compared.finding
+        if by_name["equations"].verdict in ("open", "skipped") and setup.friction == "scene":
+            golden = decide_alone(golden)
+        return [begin.finding, agreement(rows, followed | compared.columns), golden]
+
+    def _compared(
+        self, rows: Samples, begin: Begin, solution: Solution, further: frozenset[str]
+    ) -> Compared:
+        setup, t_first = self._setup, self._file.usable.t_first
+        if setup.friction == "other":
+            return no_solution("the scene's solution has the scene's own friction")
+        if begin.finding.verdict == "skipped":
+            return no_solution("the scene's solution has the scene's own start")
+        time = begin.time
+        if time is None:
+            if not 0 <= t_first <= float(setup.scene.until):
+                return no_solution("the first row is no state of the solution")
+            time = t_first
+        ended = f"the rows end at {self._broken}" if self._broken else ""
+        place = Place(time, begin.turn, whole=t_first == time == 0)
+        wanted = Wanted(self._digits, self._cutoff - t_first, ended, further)
+        return distance_from_solution(rows, self._block, place, solution, wanted)
+
+    def _unseen(self, findings: Sequence[Check]) -> tuple[str, ...]:
+        """Return in words what decides and was not looked at."""
+        by_name = {finding.name: finding for finding in findings}
+
+        def seen(*names: str) -> bool:
+            return any(name in self._allow or by_name[name].verdict == "pass" for name in names)
+
+        def why(*names: str) -> str:
+            reasons = (f"{name}: {shortened(by_name[name].note)}" for name in names)
+            return ", ".join(reasons)
+
+        unseen = []
+        if self._setup.friction == "scene":
+            decided = seen("equations") or decides(by_name["golden"]) or "golden" in self._allow
+            if not decided:
+                unseen.append(f"the equations of motion ({why('equations', 'golden')})")
+        else:
+            for name, what in (
+                ("kinematics", "the attitude"),
+                ("contact_momentum", "the momentum"),
+            ):
+                if not seen(name):
+                    unseen.append(f"{what} ({why(name)})")
+        for name, what in (("start", "the start"), ("agreement", "all columns")):
+            if by_name[name].verdict == "open" and name not in self._allow:
+                unseen.append(f"{what} ({by_name[name].note})")
+        return tuple(unseen)
 
 
 def _with_advice(findings: list[Check]) -> list[Check]:
-    """Add advice to the result of ``equations`` if only the contact force can differ."""
-    failed = {finding.name: finding for finding in findings if finding.verdict == "fail"}
-    equations = failed.get("equations")
-    proven = failed.keys() & {"kinematics", "contact_momentum"}
+    """Add advice to the result of ``equations`` if only the contact force can differ.
+
+    What holds for every force must pass where the rows resolve it.
+    """
+    by_name = {finding.name: finding for finding in findings}
+    equations = by_name["equations"]
+    holds = all(
+        by_name[name].verdict == "pass" for name in ("kinematics", "contact_momentum", "jellett")
+    )
     # a cause that is named stands before the error bound
-    if equations is None or proven or not equations.note.startswith("error bound"):
+    if equations.verdict != "fail" or not holds or not equations.note.startswith("error bound"):
         return findings
     advice = "if the contact force is another one than the scene's, --friction other"
     advised = f"{equations.note}; {advice}"
     return [replace(check, note=advised) if check is equations else check for check in findings]
 
 
-def _setup(table: RowSource, scene: Scene, friction: str) -> CheckSetup:
+def _setup(table: RowSource, scene: Scene, friction: str, start: str) -> CheckSetup:
     chosen = choose_set(table.names, table.where)
     velocity = _all_or_none(table, chosen.velocity, "velocity")
     height = scene.lifts and velocity and _all_or_none(table, chosen.height, "height and its rate")
-    return CheckSetup(scene, chosen, velocity, friction, height)
+    return CheckSetup(scene, chosen, velocity, friction, height, start=start)
 
 
 def _all_or_none(table: RowSource, wanted: Sequence[str], what: str) -> bool:
@@ -232,48 +425,6 @@ def _all_or_none(table: RowSource, wanted: Sequence[str], what: str) -> bool:
     return bool(given)
 
 
-class _Running:
-    """A check that processes the rows."""
-
-    def __init__(
-        self, check: RowCheck, setup: CheckSetup, first: Samples, limits: Mapping[str, float]
-    ):
-        self._check, self._limit = check, limits[check.name]
-        self._skipped = check.skipped(setup, first)
-        self._worst = RunningWorst(largest_is_worst=check.sense == "at most")
-        self._watch = None if self._skipped else check.watch(setup, first, self._limit)
-
-    def look(self, samples: Samples) -> None:
-        if self._watch:
-            self._worst.add(samples.t, self._watch(samples))
-
-    def finding(self) -> Check:
-        check, value, limit = self._check, self._worst.worst, self._limit
-        verdict: Verdict = "skipped"
-        reason = self._skipped
-        if self._watch and value is not None:
-            holds = HOLDS[check.sense](value, limit)
-            verdict = "pass" if holds else "fail"
-            watch: Any = self._watch
-            # not getattr: an AttributeError within ``note`` is a bug, not a missing note
-            reason = watch.note if hasattr(type(watch), "note") else ""
-            if not math.isfinite(value):
-                reason = "not finite there"
-            if holds and getattr(watch, "error_bound", -math.inf) > limit:
-                verdict, reason = "skipped", f"rows too far apart: {reason}"
-        return Check(
-            name=check.name,
-            verdict=verdict,
-            value=value,
-            limit=limit if self._watch else None,
-            at=self._worst.at,
-            note=reason,
-            meaning=check.meaning,
-            sense=check.sense,
-            curve=self._worst.curve if self._watch else None,
-        )
-
-
 def assert_conserves(
     trajectory: object,
     scene: str | Path | Scene,
@@ -281,15 +432,16 @@ def assert_conserves(
     limits: Mapping[str, float] | None = None,
     **options: Any,
 ) -> Result:
-    """Assert that no check fails; ``options`` are those of ``conservation``.
+    """Assert that the trajectory passes; ``options`` are those of ``conservation``.
 
     A limit can be given as a keyword, ``jellett=1e-9``; the assertion then also fails if this check
-    was skipped.
+    could not be made.
 
     Raises
     ------
     AssertionError
-        A check failed; one line for each with its time, value and limit.
+        A check failed, one line for each with its time, value and limit; or what decides was not
+        looked at.
     InputError
         The trajectory cannot be used.
     """
@@ -297,13 +449,16 @@ def assert_conserves(
     demanded = {name: options.pop(name) for name in [*options] if name not in OPTIONS}
     result = conservation(trajectory, scene, limits={**(limits or {}), **demanded}, **options)
     lines = [finding.sentence() for finding in result.failures]
+    lines += [f"cause: {cause.text}" for cause in result.causes]
+    if not lines:
+        lines += [f"nobody looked at {in_python(what)}" for what in result.unseen]
     checks = {finding.name: finding for finding in result.checks}
     for name in demanded:
         if name not in checks:
             lines.append(f"{name}: a limit was given, but the check is of flight only")
-        elif checks[name].verdict == "skipped":
-            reason = checks[name].note
-            lines.append(f"{name}: a limit was given, but the check was skipped: {reason}")
+        elif checks[name].verdict in ("skipped", "open"):
+            words = {"skipped": "does not apply", "open": "is open"}[checks[name].verdict]
+            lines.append(f"{name}: a limit was given, but the check {words}: {checks[name].note}")
     if lines:
         raise _failure(result, lines)
     return result
@@ -312,10 +467,9 @@ def assert_conserves(
 def assert_matches_golden(
     trajectory: object, scene: str | Path | Scene, *, digits: float, **options: Any
 ) -> Result:
-    """Assert that every column has ``digits`` correct digits at the golden times.
+    """Assert that every column has ``digits`` correct digits of the scene's solution.
 
-    ``options`` are those of ``conservation``; with ``fresh`` the solution is computed at times
-    without a golden row.
+    ``options`` are those of ``conservation``.
 
     Raises
     ------

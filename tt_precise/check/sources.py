@@ -1,8 +1,8 @@
-"""Trajectories as blocks of rows: CSV, gzipped CSV, standard input, Parquet, tables in memory.
+"""Trajectories as one table of rows: CSV, standard input, Parquet, HDF5, tables in memory.
 
-The checks receive a ``Block``, independent of its source; of a long file only one block is in
-memory. Every reason why a trajectory is unusable (text in a number, dates, time that does not
-increase) gives one line that names file and line.
+The checks receive a ``Block``, independent of its source. Every reason why a trajectory is unusable
+(text in a number, dates, time that does not increase) gives one line that names file and line. What
+a file claims to hold is bounded before it is read.
 """
 
 from __future__ import annotations
@@ -15,20 +15,22 @@ import os
 import sys
 import zlib
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from functools import cache
+from dataclasses import replace
+from decimal import Decimal, InvalidOperation
+from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.columns import Block, Reading, renamed
+from tt_precise.check.columns import ENGINES_OWN, OURS, Block, Reading, renamed
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, InputError
 
 
 class RowSource:
-    """A source of blocks: its column names after renaming, and its origin.
+    """A source of rows: its column names after renaming, and its origin.
 
     ``otherwise`` has further readings of its first rows, by what each supposes.
     """
@@ -39,10 +41,10 @@ class RowSource:
         self.where = where
         self.names = renamed([name.strip() for name in names], rename, where)
 
-    def blocks(
+    def read(
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
-    ) -> Iterator[Block]:
-        """The columns as arrays, block by block; can be read once.
+    ) -> Block:
+        """Return the columns as arrays; can be called once.
 
         Missing values are NaN. In the columns ``also``, text that is not a number is NaN too.
         """
@@ -64,56 +66,82 @@ class NotFinite(NamedTuple):
         return f"{self.column} = {self.value} in {self.place}"
 
 
-class UsableRows:
-    """The blocks of a source up to time ``until`` and up to the first row that is not finite.
+class UsableRows(NamedTuple):
+    """The rows that can be checked, with times from the first row on, and that row's own time.
 
-    Iterating raises ``InputError`` if time does not increase. Afterwards ``broken`` is the first
-    row that is not finite, if any.
+    ``broken`` is the first row that is not finite, where the rows end early.
     """
 
-    def __init__(
-        self, blocks: Iterator[Block], wanted: Sequence[str], where: str, until: float = math.inf
-    ):
-        self._blocks, self._wanted, self._where, self._until = blocks, wanted, where, until
-        self.broken: NotFinite | None = None
+    block: Block
+    t_first: float
+    broken: NotFinite | None = None
 
-    def __iter__(self) -> Iterator[Block]:
-        before = -math.inf
-        for given in self._blocks:
-            beyond = numpy.flatnonzero(given.values["t"] > self._until)
-            block = given.head(int(beyond[0])) if len(beyond) else given
-            block = self._finite(block, before)
-            self._require_rising(block, before)
-            if len(block):
-                before = float(block.values["t"][-1])
-                yield block
-            if len(beyond) or self.broken:
-                return
 
-    def _finite(self, block: Block, before: float) -> Block:
-        finite = numpy.all([numpy.isfinite(block.values[name]) for name in self._wanted], axis=0)
-        if finite.all():
-            return block
+# The last row before padding lies at most so many intervals before the time asked for.
+PADDED = 1.5
+
+
+def usable_rows(
+    block: Block, wanted: Sequence[str], where: str, until: float = math.inf
+) -> UsableRows:
+    """Return the rows up to time ``until`` (s) and up to the first row that is not finite.
+
+    Raises ``InputError``: time does not increase.
+    """
+    t = block.values["t"]
+    beyond = numpy.flatnonzero(t > until)
+    if len(beyond):
+        block = block.head(int(beyond[0]))
+    elif until < math.inf:
+        block = _without_padding(block, wanted, until)
+    t = block.values["t"]
+    finite = numpy.all([numpy.isfinite(block.values[name]) for name in wanted], axis=0)
+    broken = None
+    t_first = float(t[0]) if len(t) and math.isfinite(t[0]) else 0.0
+    if not finite.all():
         row = int(numpy.argmin(finite))
-        t = block.values["t"]
-        name = next(name for name in self._wanted if not math.isfinite(block.values[name][row]))
+        name = next(name for name in wanted if not math.isfinite(block.values[name][row]))
         # a row without a time is identified by the previous row
-        times = [float(t[row]), float(t[row - 1]) if row else before]
-        at = next((time for time in times if math.isfinite(time)), 0.0)
-        self.broken = NotFinite(at, name, float(block.values[name][row]), block.place(row))
-        return block.head(row)
+        times = (t[row], t[row - 1] if row else t_first)
+        at = next((float(x) for x in times if math.isfinite(x)), t_first)
+        value = float(block.values[name][row])
+        broken = NotFinite(at - t_first, name, value, block.place(row))
+        block = block.head(row)
+    t = block.values["t"]
+    wrong = numpy.flatnonzero(~(numpy.diff(t, prepend=-math.inf) > 0))
+    if len(wrong):
+        row = int(wrong[0])
+        same = row > 0 and t[row] == t[row - 1]
+        raise InputError(
+            f"{where}: {block.place(row)}: t = {float(t[row])!r} "
+            + ("occurs twice" if same else f"comes after t = {float(t[row - 1])!r}")
+            + ", expected strictly increasing time"
+        )
+    if t_first:
+        block = replace(block, values={**block.values, "t": _times_after_the_first(block)})
+    return UsableRows(block, t_first, broken)
 
-    def _require_rising(self, block: Block, before: float) -> None:
+
+def _times_after_the_first(block: Block) -> Array:
+    """Return the times since the first row, which decimals give to all the digits of the file."""
+    cells = [block.texts(row, ["t"])[0] for row in range(len(block))]
+    try:
+        times = [Decimal(str(cell)) for cell in cells]
+    except InvalidOperation:
         t = block.values["t"]
-        wrong = numpy.flatnonzero(~(numpy.diff(t, prepend=before) > 0))
-        if len(wrong):
-            row = int(wrong[0])
-            previous = float(t[row - 1]) if row else before
-            raise InputError(
-                f"{self._where}: {block.place(row)}: t = {float(t[row])!r} "
-                + ("occurs twice" if t[row] == previous else f"comes after t = {previous!r}")
-                + ", expected strictly increasing time"
-            )
+        return t - t[0]
+    return numpy.array([float(time - times[0]) for time in times])
+
+
+def _without_padding(block: Block, wanted: Sequence[str], until: float) -> Block:
+    """Leave out rows of NaN with which a table was filled up behind its last row at ``until``."""
+    t = block.values["t"]
+    rows = int(numpy.argmax(numpy.isnan(t)))
+    padding = [block.values[name][rows:] for name in wanted]
+    if rows < 2 or not all(numpy.isnan(column).all() for column in padding):
+        return block
+    reached = t[rows - 1] + PADDED * (t[rows - 1] - t[rows - 2])
+    return block.head(rows) if reached >= until else block
 
 
 SHOWN = 40  # characters of a bad cell
@@ -187,10 +215,8 @@ def column_of(values: Any, name: str, where: str) -> Array:
     return array
 
 
-def numbers_of(
-    array: Array, name: str, where: str, first: int = 0, *, strict: bool = True
-) -> numpy.ndarray:
-    """The numbers in an array of ``column_of``, NaN where there are none; row ``first`` onwards.
+def numbers_of(array: Array, name: str, where: str, *, strict: bool = True) -> numpy.ndarray:
+    """The numbers in an array of ``column_of``, NaN where there are none.
 
     Raises ``InputError``: an entry is not a real number; the line names the row.
     """
@@ -204,7 +230,7 @@ def numbers_of(
         try:
             numbers[row] = number(value, strict=strict)
         except ValueError as error:
-            raise InputError(bad_cell(f"{where}: row {first + row}", name, value, error)) from None
+            raise InputError(bad_cell(f"{where}: row {row}", name, value, error)) from None
     return numbers
 
 
@@ -217,13 +243,20 @@ def _line(error: Exception) -> str:
     return (str(error).splitlines() or [type(error).__name__])[0][:120]
 
 
-BLOCK_BYTES = 2_000_000  # some 10,000 rows: what numpy makes of them stays in the cache
+BLOCK_BYTES = 2_000_000  # some 10,000 rows of text: what numpy makes of them stays in the cache
+MOST_BYTES = 2_000_000_000  # of text, or of numbers, as in ``formats``
 GZIPPED = b"\x1f\x8b"
 LONGEST_LINE = 1_000_000  # bytes; a row of numbers is a few hundred
+MOST_PREAMBLE = 50  # lines of metadata before the header in which the header is sought
+SEPARATORS: tuple[str | None, ...] = (",", ";", "\t", None)  # None: spaces
+KNOWN = {"time", *OURS}
 
 
 class TextSource(RowSource):
-    """CSV text, plain or gzipped, with one header line, and comments above it."""
+    """Text, plain or gzipped, with one header line, and comments above it.
+
+    Cells are separated by commas, semicolons, tabs or spaces, as the header shows.
+    """
 
     def __init__(self, where: str, opened: io.BufferedReader, size: int, rename: Mapping[str, str]):
         self._opened, self._size, self._file = opened, size, where
@@ -232,41 +265,104 @@ class TextSource(RowSource):
             import gzip
 
             self._stream = gzip.GzipFile(fileobj=opened)
-        super().__init__(where, self._header({"t", "time", *rename}), rename)
+        self._separator: str | None = ","
+        super().__init__(where, self._header({*KNOWN, *rename}), rename)
 
     def _header(self, expected: set[str]) -> list[str]:
-        """The names in the header, the first line that is not a comment."""
+        """Return the names in the header, the first line that is not a comment."""
+        separators = SEPARATORS
         for number in itertools.count(1):
-            read = self._read(self._stream.readline, LONGEST_LINE)
-            if len(read) >= LONGEST_LINE:
-                raise InputError(f"{self._file}: no end of its first line, expected a CSV header")
-            line = self._decoded(read)
+            line = self._line()
             if not line.strip():
                 raise InputError(
                     f"{self._file}: it is empty, expected a header line and rows of numbers"
                 )
             text = line.removeprefix("\ufeff").strip()
-            # numpy.savetxt puts "# " before its header
-            names = self._split(text.lstrip("# "), number)
-            if text.startswith("#") and not expected & {name.strip() for name in names}:
+            if text.lower().startswith("sep=") and len(text) == 5:  # Excel's own first line
+                separators = (text[4],)
                 continue
-            for mark, name in ((";", "semicolons"), ("\t", "tabs"), (" ", "spaces")):
-                if mark in text.lstrip("# ") and "," not in text:
-                    raise InputError(
-                        f"{self._file}: the header is separated by {name}, expected commas"
-                    )
+            # numpy.savetxt puts "# " before its header
+            names = self._names(text.lstrip("# "), number, separators, expected)
+            if not expected & set(names) and not any(map(ENGINES_OWN.fullmatch, names)):
+                if text.startswith("#"):
+                    continue
+                self._refuse_other_lines(names, number, expected)
             self._rows_begin = number + 1
             return names
         raise AssertionError
 
-    def blocks(
+    def _names(
+        self, text: str, number: int, separators: Sequence[str | None], expected: set[str]
+    ) -> list[str]:
+        """Split a header by the separator that gives known names, or else several names."""
+        split: dict[str | None, list[str]] = {}
+        for separator in separators:
+            self._separator = separator
+            split[separator] = [name.strip() for name in self._split(text, number)]
+        known = [one for one, names in split.items() if len(expected & set(names)) > 1]
+        several = [one for one, names in split.items() if len(names) > 1]
+        self._separator = next(iter([*known, *several, *separators]))
+        return split[self._separator]
+
+    def _refuse_other_lines(self, names: Sequence[str], number: int, expected: set[str]) -> None:
+        """Refuse a first line of numbers or JSON, and metadata before a header further down."""
+        if names[0].startswith(("{", "[")):
+            raise InputError(
+                f"{self._file}: line {number} is JSON, expected CSV, or a name that ends in .json "
+                "(an object of columns) or .jsonl (an object a line)"
+            )
+        if len(names) > 1 and all(_is_number(name) for name in names):
+            raise InputError(
+                f"{self._file}: no header line: line {number} has {len(names)} numbers, expected "
+                "the names of the columns first, such as t,kx,ky,kz,Lx,Ly,Lz,vx,vy"
+            )
+        for below in range(number + 1, number + MOST_PREAMBLE):
+            read = self._line()
+            line = read.strip()
+            if len(expected & {*self._names(line.lstrip("# "), below, SEPARATORS, expected)}) > 1:
+                raise InputError(
+                    f"{self._file}: line {below} looks like the header, expected it first: delete "
+                    "the lines before it, or begin them with #"
+                )
+            if not read:
+                return
+
+    def read(
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
-    ) -> Iterator[Block]:
+    ) -> Block:
         names = (*wanted, *also)
-        rest, line = b"", self._rows_begin
+        texts: list[str] = []
+        tables: list[Array] = []
+        firsts = [self._rows_begin]  # lines at which the texts begin
+        for text in self._texts(progress):
+            tables.append(self._table(text, names, wanted, firsts[-1]))
+            texts.append(text)
+            firsts.append(firsts[-1] + text.count("\n"))
+        columns = numpy.concatenate(tables, axis=1) if tables else numpy.empty((len(names), 0))
+        ends = numpy.cumsum([table.shape[1] for table in tables])
+
+        @lru_cache(2)
+        def lines(part: int) -> list[tuple[int, str]]:
+            return _numbered_lines(texts[part], firsts[part])
+
+        def line(row: int) -> tuple[int, str]:
+            part = int(numpy.searchsorted(ends, row, side="right"))
+            return lines(part)[row - (int(ends[part - 1]) if part else 0)]
+
+        def cells(row: int, asked: Sequence[str]) -> list[str]:
+            number, text = line(row)
+            split = self._split(text, number)
+            return [split[self.names.index(name)].strip() for name in asked]
+
+        values = dict(zip(names, columns, strict=True))
+        return Block(values, lambda row: f"line {line(row)[0]}", cells)
+
+    def _texts(self, progress: Progress) -> Iterator[str]:
+        """Whole lines of the file, some 10,000 at a time."""
+        rest, count, line = b"", 0, self._rows_begin
         while True:
             piece = self._read(self._stream.read, BLOCK_BYTES)
-            data = rest + piece
+            data, count = rest + piece, count + len(piece)
             if piece:
                 cut = data.rfind(b"\n") + 1
                 data, rest = data[:cut], data[cut:]
@@ -275,9 +371,11 @@ class TextSource(RowSource):
                         f"{self.where}: line {line + data.count(10)} is longer than "
                         f"{LONGEST_LINE} bytes, expected a row of numbers"
                     )
+            if count > MOST_BYTES:
+                raise InputError(f"{self.where}: {_too_large('text')}")
             if data.strip():
-                yield self._block(self._decoded(data), names, wanted, line)
-            line += data.count(b"\n")
+                yield self._decoded(data)
+                line += data.count(10)
             if not piece:
                 return
             if self._size:
@@ -288,36 +386,29 @@ class TextSource(RowSource):
         if self._size:
             self._opened.close()
 
-    def _block(self, text: str, names: Sequence[str], wanted: Sequence[str], first: int) -> Block:
-        @cache
-        def lines() -> list[tuple[int, str]]:
-            rows = text.replace("\r\n", "\n").split("\n")
-            return [(number, row) for number, row in enumerate(rows, first) if row.strip()]
-
-        def cells(row: int, asked: Sequence[str]) -> list[str]:
-            number, line = lines()[row]
-            split = self._split(line, number)
-            return [split[self.names.index(name)].strip() for name in asked]
-
+    def _table(self, text: str, names: Sequence[str], wanted: Sequence[str], first: int) -> Array:
+        """Return the numbers in lines of text, one row of the array for each of ``names``."""
         indices = [self.names.index(name) for name in names]
         try:
             parsed = numpy.loadtxt(
-                io.StringIO(text), delimiter=",", usecols=indices, comments=None, ndmin=2,
-                quotechar='"',
+                io.StringIO(text), delimiter=self._separator, usecols=indices, comments=None,
+                ndmin=2, quotechar='"',
             )  # fmt: skip
         except ValueError:
             parsed = None
         if parsed is None or not (self._even(text, len(parsed)) and numpy.isfinite(parsed).all()):
             # a row of another length, or a number that a double cannot hold, is refused there
-            parsed = self._cell_by_cell(lines(), names, wanted)
-        columns = numpy.ascontiguousarray(parsed.T)
-        values = dict(zip(names, columns, strict=True))
-        return Block(values, lambda row: f"line {lines()[row][0]}", cells)
+            parsed = self._cell_by_cell(_numbered_lines(text, first), names, wanted)
+        return numpy.ascontiguousarray(parsed.T)
 
     def _even(self, text: str, rows: int) -> bool:
         """Whether each of so many lines of ``text`` has as many cells as the header."""
-        commas = [line.count(",") for line in text.split("\n") if line.strip()]
-        return '"' not in text and commas == rows * [len(self.names) - 1]
+        lines = [line for line in text.split("\n") if line.strip()]
+        if self._separator is None:
+            counts = [len(line.split()) - 1 for line in lines]
+        else:
+            counts = [line.count(self._separator) for line in lines]
+        return '"' not in text and counts == rows * [len(self.names) - 1]
 
     def _cell_by_cell(
         self, lines: Sequence[tuple[int, str]], names: Sequence[str], wanted: Sequence[str]
@@ -341,8 +432,10 @@ class TextSource(RowSource):
         return table
 
     def _split(self, row: str, number: int) -> list[str]:
+        if self._separator is None:
+            return row.split()
         try:
-            return next(csv.reader([row]), [])
+            return next(csv.reader([row], delimiter=self._separator), [])
         except csv.Error as error:
             bare = "\r" in row.strip()
             reason = "its lines end in bare carriage returns" if bare else error
@@ -350,6 +443,12 @@ class TextSource(RowSource):
                 f"{self._file}: line {number}: {reason}; expected cells between commas, and line "
                 "feeds"
             ) from None
+
+    def _line(self) -> str:
+        read = self._read(self._stream.readline, LONGEST_LINE)
+        if len(read) >= LONGEST_LINE:
+            raise InputError(f"{self._file}: no end of its first line, expected a CSV header")
+        return self._decoded(read)
 
     def _read(self, read: Callable[[int], bytes], most: int) -> bytes:
         try:
@@ -364,11 +463,26 @@ class TextSource(RowSource):
             raise InputError(f"{self._file}: not UTF-8 text, expected CSV") from None
 
 
-BLOCK_ROWS = 16_384
+def _numbered_lines(text: str, first: int) -> list[tuple[int, str]]:
+    """The lines of ``text`` that are not empty, with their numbers in the file."""
+    rows = text.replace("\r\n", "\n").split("\n")
+    return [(number, row) for number, row in enumerate(rows, first) if row.strip()]
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _too_large(what: str) -> str:
+    return f"more than {MOST_BYTES // 10**9} GB of {what}, expected a trajectory of less"
 
 
 class ParquetSource(RowSource):
-    """A Parquet file, read a batch of rows at a time."""
+    """A Parquet file."""
 
     def __init__(self, path: Path, rename: Mapping[str, str]):
         try:
@@ -386,27 +500,23 @@ class ParquetSource(RowSource):
         self._theirs = list(self._file.schema_arrow.names)
         super().__init__(str(path), self._theirs, rename)
 
-    def blocks(
+    def read(
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
-    ) -> Iterator[Block]:
+    ) -> Block:
         every = (*wanted, *also)
+        if 8 * len(every) * self._file.metadata.num_rows > MOST_BYTES:
+            raise InputError(f"{self.where}: {_too_large('numbers')}")
         theirs = [self._theirs[self.names.index(name)] for name in every]
-        total, done = self._file.metadata.num_rows, 0
-        batches = self._file.iter_batches(BLOCK_ROWS, columns=theirs)
-        while True:
-            try:
-                batch = next(batches, None)
-            except self._failures as error:
-                raise InputError(f"{self.where}: {_line(error)}; expected a Parquet file") from None
-            if batch is None:
-                return
-            given = {
-                ours: column_of(batch.column(name), ours, self.where)
-                for ours, name in zip(every, theirs, strict=True)
-            }
-            yield _block(given, wanted, self.where, done)
-            done += len(batch)
-            progress(done / total)
+        try:
+            table = self._file.read(columns=theirs)
+        except self._failures as error:
+            raise InputError(f"{self.where}: {_line(error)}; expected a Parquet file") from None
+        progress(1.0)
+        given = {
+            ours: column_of(table.column(name), ours, self.where)
+            for ours, name in zip(every, theirs, strict=True)
+        }
+        return _block(given, wanted, self.where)
 
     def close(self) -> None:
         self._file.close()
@@ -428,30 +538,27 @@ class ColumnSource(RowSource):
         self._theirs, self._column = list(names), column
         super().__init__(where, [str(name) for name in names], rename)
 
-    def blocks(
+    def read(
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
-    ) -> Iterator[Block]:
-        given = {}
-        for name in (*wanted, *also):
-            theirs = self._theirs[self.names.index(name)]
-            given[name] = column_of(self._column(theirs), name, self.where)
+    ) -> Block:
+        given = {name: column_of(self.column(name), name, self.where) for name in (*wanted, *also)}
         lengths = {name: len(column) for name, column in given.items()}
         if len(set(lengths.values())) > 1:
             raise InputError(f"{self.where}: columns of different length: {lengths}")
-        for first in range(0, lengths["t"], BLOCK_ROWS):
-            part = {name: column[first : first + BLOCK_ROWS] for name, column in given.items()}
-            yield _block(part, wanted, self.where, first)
+        return _block(given, wanted, self.where)
+
+    def column(self, name: str) -> Any:
+        """Return a column as it is."""
+        return self._column(self._theirs[self.names.index(name)])
 
 
-def _block(
-    given: Mapping[str, numpy.ndarray], wanted: Sequence[str], where: str, first: int
-) -> Block:
+def _block(given: Mapping[str, numpy.ndarray], wanted: Sequence[str], where: str) -> Block:
     return Block(
         {
-            name: numbers_of(column, name, where, first, strict=name in wanted)
+            name: numbers_of(column, name, where, strict=name in wanted)
             for name, column in given.items()
         },
-        lambda row: f"row {first + row}",
+        lambda row: f"row {row}",
         lambda row, names: [given[name][row] for name in names],
     )
 
@@ -476,46 +583,44 @@ def open_source(source: object, rename: Mapping[str, str] | None = None) -> RowS
         return _open_file(Path(name), rename)
     if hasattr(source, "frame") and callable(source.frame):
         source = source.frame(numbers="float")
-    names = getattr(source, "column_names", None)  # a pyarrow.Table
+    table: Any = source
+    index = getattr(getattr(table, "index", None), "name", None)
+    if index in ("t", "time") and index not in table.columns:
+        table = table.reset_index()
+    names = getattr(table, "column_names", None)  # a pyarrow.Table
     if names is None:
-        names = list(source) if isinstance(source, Mapping) else getattr(source, "columns", None)
-    if names is not None and hasattr(source, "__getitem__"):
-        return ColumnSource(list(names), source.__getitem__, rename)
+        names = list(table) if isinstance(table, Mapping) else getattr(table, "columns", None)
+    if names is not None and hasattr(table, "__getitem__"):
+        return ColumnSource(list(names), table.__getitem__, rename)
     raise InputError(
         f"trajectory: got a {type(source).__name__}, expected a path, a DataFrame or a mapping "
         "of columns"
     )
 
 
-def _npz(path: Path) -> Any:
-    with numpy.load(path, allow_pickle=False) as file:
-        return dict(file)
-
-
-def _whole_reader(suffix: str) -> Callable[[Path], Any] | None:
-    if suffix in ("", ".csv", ".gz", ".parquet"):
-        return None
-    from tt_precise.runtime.tables import FORMATS  # few need it
-
-    if suffix == ".npz":
-        return _npz
-    return FORMATS[suffix].read if suffix in FORMATS else None
+# Suffixes of text files, for which no other format is imported.
+TEXT_SUFFIXES = ("", ".csv", ".tsv", ".txt", ".gz")
 
 
 def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
-    read, parquet = _whole_reader(path.suffix), path.suffix == ".parquet"
+    reader: Callable[[Path], Mapping[str, Any]] | None = None
+    if path.suffix not in TEXT_SUFFIXES:
+        from tt_precise.check.formats import READERS
+
+        reader = READERS.get(path.suffix)
+    text = reader is None and path.suffix != ".parquet"
     try:
         # opening a pipe waits for its writer, and these formats cannot be read from one
-        if (read or parquet) and path.exists() and not path.is_file():
+        if not text and path.exists() and not path.is_file():
             raise OSError(0, "no regular file")
         size = path.stat().st_size
         opened = path.open("rb")
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: {reason}; expected a trajectory file") from None
-    if read or parquet:
+    if not text:
         opened.close()
-        return _whole(path, read, rename) if read else ParquetSource(path, rename)
+        return _by_name(path, reader, rename) if reader else ParquetSource(path, rename)
     try:
         return TextSource(str(path), opened, size, rename)
     except BaseException:
@@ -523,13 +628,25 @@ def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
         raise
 
 
-def _whole(path: Path, read: Callable[[Path], Any], rename: Mapping[str, str]) -> ColumnSource:
-    """All columns of a file at once."""
-    import zipfile  # few files are archives
+def _by_name(
+    path: Path, reader: Callable[[Path], Mapping[str, Any]], rename: Mapping[str, str]
+) -> ColumnSource:
+    """Open a file whose columns are read when they are asked for."""
 
-    try:
-        table = read(path)
-        names = list(getattr(table, "column_names", table))
-    except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: {_line(error)}; expected a {path.suffix} file") from None
-    return ColumnSource(names, table.__getitem__, rename, str(path))
+    def readable(read: Callable[[], Any]) -> Any:
+        import zipfile
+
+        try:
+            return read()
+        except InputError:
+            raise
+        except (OSError, ValueError, TypeError, EOFError, KeyError, RuntimeError,
+                zipfile.BadZipFile, zlib.error) as error:  # fmt: skip
+            raise InputError(f"{path}: {_line(error)}; expected a {path.suffix} file") from None
+
+    table = readable(lambda: reader(path))
+
+    def column(name: Hashable) -> Any:
+        return readable(lambda: table[name])
+
+    return ColumnSource(list(table), column, rename, str(path))

@@ -32,14 +32,35 @@ if TYPE_CHECKING:
     help="NAME=VALUE for one check, or VALUE for all relative drifts (1e-6).",
 )
 @click.option("--until", type=options.FINITE, help="Leave out rows after this time (s).")
-@click.option("--digits", type=options.FINITE, help="Fail if fewer digits agree with golden data.")
-@click.option("--fresh", is_flag=True, help="Compute the solution where there is no golden row.")
+@click.option("--digits", type=options.FINITE, help="Fail if fewer digits of the solution agree.")
 @click.option(
     "--friction",
     type=click.Choice(["scene", "other"]),
     default="scene",
     show_default=True,
     help="other: the contact force is not the scene's (Coulomb, elastic).",
+)
+@click.option(
+    "--start",
+    type=click.Choice(["scene", "other"]),
+    default="scene",
+    show_default=True,
+    help="other: the motion has another start than the scene's.",
+)
+@click.option("--allow", multiple=True, metavar="NAME", help="Accept this check where it is open.")
+@click.option(
+    "--world",
+    type=click.Choice(["z-up", "y-up", "left-handed-y-up", "left-handed-z-up"]),
+    default="z-up",
+    show_default=True,
+    help="The vertical and the hand of rigid-body columns.",
+)
+@click.option(
+    "--axis",
+    type=click.Choice(["z", "y", "x"]),
+    default="z",
+    show_default=True,
+    help="The body's symmetry axis, towards the sphere's centre.",
 )
 @click.option(
     "--folder",
@@ -49,7 +70,10 @@ if TYPE_CHECKING:
 @options.JSON
 @click.option("--junit", type=click.Path(dir_okay=False), help="Write JUnit XML.")
 @click.option("--markdown", type=click.Path(dir_okay=False), help="Write a Markdown table.")
-@click.option("--plot", type=click.Path(dir_okay=False), help="Draw the drifts (.svg, .png, .pdf).")
+@click.option(
+    "--plot", type=click.Path(dir_okay=False), help="Draw the residuals (.svg, .png, .pdf)."
+)
+@click.option("--verbose", is_flag=True, help="Print the table of all checks.")
 def command(
     trajectory: str,
     scene: str,
@@ -58,32 +82,40 @@ def command(
     limits: tuple[str, ...],
     until: float | None,
     digits: float | None,
-    fresh: bool,
     friction: str,
+    start: str,
+    allow: tuple[str, ...],
+    world: str,
+    axis: str,
     folder: str | None,
     as_json: bool,
     junit: str | None,
     markdown: str | None,
     plot: str | None,
+    verbose: bool,
 ) -> int:
     """Check the conservation laws on TRAJECTORY.
 
-    It is .csv (or gzipped), .parquet, .arrow, .h5, .json, .npz, or - for standard input.
+    It is .csv (or gzipped), .parquet, .arrow, .h5, .hdf5, .mat (7.3), .json, .jsonl, .npz, or - for
+    standard input.
 
-    Columns (SI; those in brackets if known): t and theta theta_dot phi_dot omega_3 [nu_x nu_y], or
-    kx ky kz Lx Ly Lz [vx vy], or qw qx qy qz wx wy wz [vcx vcy vcz]. `tt-precise columns` lists
-    their meanings and frames. x, y and z are checked too if the file has them, phi and psi if
-    the golden data have them. Exit status 1 if a check failed.
+    Columns (SI; those in brackets if known): t and theta theta_dot phi_dot omega_3 (or psi_dot)
+    [nu_x nu_y phi psi], or kx ky kz Lx Ly Lz [vx vy], or qw qx qy qz wx wy wz [vcx vcy vcz], and
+    [x y z]. `tt-precise columns` lists their meanings and frames.
+
+    Exit status 0 if all that decides was looked at and nothing failed: with the scene's friction
+    its equations, or the solution to three digits; with --friction other attitude and momentum; the
+    start, and every known column. Exit status 1 if a check failed, or if the verdict is incomplete.
 
     Checks: time, finite, jellett, energy, energy_balance, equations, kinematics, contact_momentum,
     normal_force, friction_power, contact, contact_velocity, fall, axis_norm, quaternion_norm,
-    golden, and the integrals of the scene's model. Input that cannot be used (exit status 2) is a
-    failed check "input" in --json, --junit and --markdown.
+    start, agreement, golden (the solution), and the integrals of the scene's model. Input that
+    cannot be used (exit status 2) is a failed check "input" in --json, --junit and --markdown.
     """
     from tt_precise.check.checks import read_limits
     from tt_precise.check.columns import renaming
     from tt_precise.check.result import unusable
-    from tt_precise.check.run import conservation
+    from tt_precise.check.run import examine
     from tt_precise.runtime.files import require_apart
 
     outputs = {"--junit": junit, "--markdown": markdown, "--plot": plot}
@@ -95,15 +127,18 @@ def command(
         require_format(plot)
     try:
         with progress_bar(f"checking {trajectory}") as progress:
-            result = conservation(
+            result = examine(
                 trajectory,
                 scene,
                 limits=read_limits(limits),
                 until=until,
                 digits=digits,
-                fresh=fresh,
                 friction=friction,
+                start=start,
+                allow=allow,
                 engine=engine,
+                world=world,
+                axis=axis,
                 columns=renaming(columns),
                 folder=folder,
                 progress=progress,
@@ -114,7 +149,8 @@ def command(
         options.emit(as_json, refused.as_dict(), ())
         raise
     _write(result, junit, markdown, plot)
-    options.emit(as_json, result.as_dict(), str(result).splitlines())
+    text = result.table() if verbose else str(result)
+    options.emit(as_json, result.as_dict(), text.splitlines())
     return 0 if result.passed else 1
 
 

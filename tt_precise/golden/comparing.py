@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ import pandas
 
 from tt_precise.golden.digits import DIGITS, as_decimal
 from tt_precise.golden.measuring import FewestDigits, TrueRows
+from tt_precise.golden.solution import Rows, Solution
 from tt_precise.golden.store import Folder, read_whole
 from tt_precise.mechanics.digits import RULE
 from tt_precise.mechanics.newton import NewtonState
@@ -33,8 +35,7 @@ class Comparison:
     over_time
         One row for each compared time: ``t`` and the digits of each column.
     unmatched
-        Number of rows that could not be compared: beyond the end of the golden data, or too far
-        from every golden time to carry a golden row to their time.
+        Number of rows that could not be compared: outside of the golden data's times.
     """
 
     scene: str
@@ -50,7 +51,7 @@ class Comparison:
         lines = [f"{self.scene}: {len(self.over_time)} times compared. {RULE}"]
         lines += [f"  {name:<10} {digits:5.1f}" for name, digits in self.digits.items()]
         if self.unmatched:
-            lines.append(f"  {self.unmatched} rows are out of reach of golden data: not compared")
+            lines.append(f"  {self.unmatched} rows lie outside of the golden data: not compared")
         return "\n".join(lines)
 
     @styled()
@@ -79,6 +80,9 @@ class Comparison:
         save(self.figure(), path)
 
 
+BEYOND = 1 + 1e-12  # times the end of golden data: a row there may be a rounding later
+
+
 def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None) -> Comparison:
     """Count the correct digits of a trajectory by comparison with the golden data of ``scene``.
 
@@ -86,9 +90,8 @@ def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None
     ----------
     frame
         Columns ``t`` (s) and any columns of the golden trajectory, in SI: floats, decimal
-        strings, or numbers of mpmath. Other columns are ignored. Rows at golden times are compared
-        exactly, others in double with the nearest golden row, carried to their time by the
-        equations of motion.
+        strings, or numbers of mpmath. Other columns are ignored. If all times are golden, rows
+        are compared exactly; otherwise the scene is integrated to 12 digits.
     scene
         As in ``load``.
     folder
@@ -100,6 +103,7 @@ def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None
         There are no golden data for the scene, no common column, or no time within them.
     """
     stored = read_whole(scene, folder)
+    solution = Solution(stored.scene, folder)
     golden = TrueRows(stored.scene, stored.trajectory)
     names = [name for name in golden.names if name in frame.columns]
     if "t" not in frame.columns or not names:
@@ -108,20 +112,24 @@ def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None
             + ", ".join(golden.names)
         )
     numbers = {name: [as_decimal(value) for value in frame[name]] for name in ("t", *names)}
-    order = sorted(
-        (i for i, time in enumerate(numbers["t"]) if time is not None),
-        key=lambda i: numbers["t"][i] or 0,
-    )
-    measured = golden.measure(
-        _floats(numbers["t"][i] for i in order),
-        {name: _floats(numbers[name][i] for i in order) for name in names},
-        lambda row, wanted: [numbers[name][order[row]] for name in wanted],
-    )
-    if not measured.compared.any():
-        first, last = golden.times[0], golden.times[-1]
+    first, last = golden.times[0], golden.times[-1]
+    times = _floats(numbers["t"])
+    order = [row for row in numpy.argsort(times).tolist() if first <= times[row] <= BEYOND * last]
+    if not order:
         raise InputError(
             f"t: got no time of the golden data, expected times between {first:g} and {last:g} s"
         )
+
+    def exactly(row: int, wanted: Sequence[str]) -> list[Decimal | None]:
+        return [numbers[name][order[row]] for name in wanted]
+
+    rows = Rows(
+        times[order],
+        {name: _floats(numbers[name])[order] for name in names},
+        exactly,
+        lambda row: Fraction(numbers["t"][order[row]] or 0),
+    )
+    measured = solution.distance(rows).measured
     fewest = FewestDigits()
     fewest.add(measured)
     over_time = pandas.DataFrame({"t": measured.t, **measured.digits()})[measured.compared]

@@ -19,13 +19,11 @@ Table = Mapping[str, Array]
 class Format(NamedTuple):
     """A file format of tables.
 
-    ``write`` takes a path and columns. ``read`` gives the columns, as a mapping or a pyarrow.Table;
-    None if ``check.sources`` reads the file in pieces. A format without ``package`` is text and
-    stores doubles as their shortest text; other formats store numbers.
+    ``write`` takes a path and columns. A format without ``package`` is text and stores doubles as
+    their shortest text; other formats store numbers.
     """
 
     write: Callable[[Path, Table], Any]
-    read: Callable[[Path], Any] | None = None
     package: str = ""
 
     @property
@@ -66,13 +64,6 @@ def format_of(path: str | Path) -> Format:
     return FORMATS[suffix]
 
 
-def _read_json(path: Path) -> Table:
-    content = json.loads(path.read_text("utf-8"))
-    if not isinstance(content, dict):
-        raise ValueError("no object of columns")
-    return content
-
-
 def _parquet(path: Path, table: Table) -> None:
     import pyarrow.parquet
 
@@ -87,13 +78,6 @@ def _feather(path: Path, table: Table) -> None:
     )
 
 
-def _read_feather(path: Path) -> Any:
-    _needed("pyarrow")
-    import pyarrow.feather
-
-    return pyarrow.feather.read_table(path)
-
-
 def _hdf5(path: Path, table: Table) -> None:
     h5py = _needed("h5py")
     # In memory first: where a disk is full, HDF5 itself ends the process with a segmentation fault.
@@ -105,16 +89,6 @@ def _hdf5(path: Path, table: Table) -> None:
             else:
                 file[name] = [math.nan if value is None else value for value in column]
     path.write_bytes(content.getbuffer())
-
-
-def _read_hdf5(path: Path) -> Table:
-    h5py = _needed("h5py")
-    with h5py.File(path) as file:
-        return {
-            name: column.asstr()[:] if h5py.check_string_dtype(column.dtype) else column[:]
-            for name, column in file.items()
-            if isinstance(column, h5py.Dataset) and column.ndim == 1
-        }
 
 
 def _lists(table: Table) -> dict[str, list[Any]]:
@@ -134,10 +108,9 @@ def _needed(package: str) -> Any:
 CSV = Format(lambda path, table: path.write_text(as_csv(table), "utf-8"))
 FORMATS = {
     "": CSV, ".csv": CSV,
-    ".json": Format(lambda path, table: path.write_text(json.dumps(_lists(table)), "utf-8"),
-                    _read_json),
-    ".parquet": Format(_parquet, package="pyarrow"),
-    ".arrow": Format(_feather, _read_feather, "pyarrow"), ".h5": Format(_hdf5, _read_hdf5, "h5py"),
+    ".json": Format(lambda path, table: path.write_text(json.dumps(_lists(table)), "utf-8")),
+    ".parquet": Format(_parquet, "pyarrow"),
+    ".arrow": Format(_feather, "pyarrow"), ".h5": Format(_hdf5, "h5py"),
 }  # fmt: skip
 
 

@@ -71,7 +71,7 @@ class Arithmetic:
     exact: Callable[[Fraction], Scalar]
 
 
-Verdict = Literal["pass", "fail", "info", "skipped"]
+Verdict = Literal["pass", "fail", "open", "skipped"]
 Sense = Literal["at most", "above", "at least", "rounds to"]
 
 
@@ -79,10 +79,12 @@ Sense = Literal["at most", "above", "at least", "rounds to"]
 class Check:
     """The result of a check: of a trajectory, an engine, an extreme case, a claim.
 
-    ``value`` is the worst of all rows, ``at`` its time in s, ``note`` the reason for skipping or a
-    remark. ``curve`` holds times and values for a plot, ``parts`` the components of the value
-    (correct digits of every column), and ``history`` describes its course over time. ``expected``
-    and ``measured`` are both sides in words, with units and correct digits.
+    The verdict is "open" if the check could not be resolved or lacks input, "skipped" if it does
+    not apply. ``value`` is the worst of all rows, ``at`` its time in s, ``since`` the first time at
+    which a value is beyond the limit, ``bound`` the largest error that would go unnoticed, ``note``
+    a reason or a remark. ``curve`` holds times and values for a plot, ``parts`` the components of
+    the value (correct digits of every column), and ``history`` describes its course over time.
+    ``expected`` and ``measured`` are both sides in words, with units and correct digits.
     """
 
     name: str
@@ -97,6 +99,8 @@ class Check:
     history: str = ""
     expected: str = ""
     measured: str = ""
+    bound: float | None = None
+    since: float | None = None
     curve: tuple[Array, Array] | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -114,7 +118,9 @@ class Check:
             "value": value,
             "limit": self.limit,
             "sense": self.sense,
+            "bound": self.bound if self.bound is not None and math.isfinite(self.bound) else None,
             "at": self.at,
+            "since": self.since,
             "reason": self.note,
             "meaning": self.meaning,
         }

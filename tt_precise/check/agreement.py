@@ -1,0 +1,112 @@
+"""Every column that is not part of the state follows from it, or was followed in time.
+
+A second column set beside the first, such as theta and omega_3 beside vectors, is compared row by
+row, relative to the sizes of the rule of digits. Angles and positions that are integrals of the
+state's rates are not: they count if ``kinematics`` or the solution looked at them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy
+
+from tt_precise.check.columns import Samples
+from tt_precise.check.result import Residual, judged
+from tt_precise.check.start import rounding
+from tt_precise.mechanics.conversion import euler_from_vectors
+from tt_precise.mechanics.digits import sizes
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.runtime.values import Array, Check
+
+NAME = "agreement"
+MEANING = "columns beside those of the state agree with it, each relative to its size"
+# Two sets in one file come from one state: only rounding, and printing, can separate them.
+LIMIT = 1e-6
+PRINTED = 4.0  # times the rounding of the state: both sets are printed, and one is computed
+
+
+def agreement(rows: Samples, followed: frozenset[str]) -> Check:
+    """Compare the columns that the state determines; ``followed`` are other columns looked at."""
+    own = {"t", *rows.setup.columns.names, *rows.setup.columns.height}
+    further = [name for name in rows.given if name not in own]
+    derived = {name: of(rows) for name, of in DERIVED.items() if name in further}
+    left = [name for name in further if name not in derived and name not in followed]
+    if not further:
+        return Check(NAME, "pass", 0.0, LIMIT, 0.0, "no further columns", MEANING)
+    worst = numpy.zeros(len(rows.t))
+    named, bound = "", PRINTED * rounding(rows)
+    for name, size in _sizes(rows, derived).items():
+        apart = rows.given[name] - derived[name]
+        if name == "phi":
+            apart = (apart + numpy.pi) % (2 * numpy.pi) - numpy.pi
+        off = abs(apart) / size - bound
+        off = numpy.where(numpy.isfinite(off), off, 0.0)  # ``finite`` counts the others
+        named = name if off.max() > max(LIMIT, worst.max()) else named
+        worst = numpy.maximum(worst, off)
+    note = f"{named} does not agree with the {rows.setup.columns.name} columns" if named else ""
+    lacking = f"{', '.join(left)} not looked at" if left else ""
+    seen = Residual(worst, bound, note or f"checked {', '.join(further)}", lacking)
+    if worst.max() <= LIMIT and not lacking:
+        seen = seen._replace(bound=min(bound, LIMIT))
+    return judged(NAME, MEANING, "at most", LIMIT, rows.t, seen)
+
+
+def _euler(name: str) -> Callable[[Samples], Array]:
+    def column(rows: Samples) -> Array:
+        values: Array = getattr(_angles(rows), name)
+        return values
+
+    return column
+
+
+def _angles(rows: Samples) -> EulerState:
+    return euler_from_vectors(rows.setup.body, NewtonState(*rows.state[:8]), numpy)
+
+
+def _psi_dot(rows: Samples) -> Array:
+    euler = _angles(rows)
+    return euler.omega_3 - euler.phi_dot * rows.state.kz
+
+
+def _vector(name: str) -> Callable[[Samples], Array]:
+    return lambda rows: numpy.asarray(getattr(rows.state, name))
+
+
+def _component(vector: str, axis: int) -> Callable[[Samples], Array]:
+    def column(rows: Samples) -> Array:
+        values: Array = getattr(rows.q, vector)[axis]
+        return numpy.broadcast_to(values, rows.t.shape)
+
+    return column
+
+
+# The columns that a state determines, each by its name.
+DERIVED: Mapping[str, Callable[[Samples], Array]] = {
+    **{name: _euler(name) for name in EulerState._fields},
+    "psi_dot": _psi_dot,
+    "phi": lambda rows: numpy.arctan2(rows.state.ky, rows.state.kx),
+    **{name: _vector(name) for name in NewtonState._fields},
+    **{f"w{axis}": _component("omega", n) for n, axis in enumerate("xyz")},
+    **{f"vc{axis}": _component("s_dot", n) for n, axis in enumerate("xyz")},
+}
+
+
+def _sizes(rows: Samples, derived: Mapping[str, Array]) -> dict[str, Array]:
+    """The sizes of the derived columns; without those that the state leaves open."""
+    known = dict(zip(NewtonState._fields, rows.state[:8], strict=True))
+    found = sizes(rows.setup.body, {**known, **_of_the_rule(derived)}, numpy)
+    omega = found["Lz"] / min(rows.setup.body.I1, rows.setup.body.I3)
+    further = {"phi": 1.0 / numpy.hypot(rows.state.kx, rows.state.ky)}
+    further |= dict.fromkeys(("wx", "wy", "wz"), omega)
+    further |= dict.fromkeys(("vcx", "vcy", "vcz"), found["vx"])
+    return {
+        name: further.get(name, found.get(name))
+        for name, values in derived.items()
+        if not numpy.isnan(values).all()
+    }
+
+
+def _of_the_rule(derived: Mapping[str, Array]) -> dict[str, Array]:
+    return {n: values for n, values in derived.items() if n in (*EulerState._fields, "psi_dot")}

@@ -1,0 +1,221 @@
+"""``Solution``: the true rows of a scene at any times, golden or integrated.
+
+Golden rows answer where all times are golden; otherwise the scene is integrated to the digits that
+are wanted, which imports heyoka and takes a second.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy
+
+from tt_precise.golden.measuring import AGREEING, SAME_TIME, Measured, TrueRows, ending
+from tt_precise.golden.store import MANIFEST, Folder, locate, read_whole
+from tt_precise.golden.table import Table
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import Array, InputError, Scalar
+from tt_precise.scene.numerals import as_fraction
+from tt_precise.scene.scene import Scene
+from tt_precise.scene.start import LIFTED
+
+if TYPE_CHECKING:
+    from tt_precise.integration import Trajectory
+
+USUAL_DIGITS = 12.0  # of an integrated solution if no digits are requested
+SPARE_DIGITS = 1.0  # by which an integrated row must be better than what is requested
+IN_DOUBLE = 13.0  # digits that differences of doubles can show
+# An integration ends at so many times the scene's horizon at the latest: times in milliseconds, or
+# numbers of rows, would ask for hours of motion.
+LONGEST = 10
+
+
+class Rows(NamedTuple):
+    """Rows to compare: times (s), columns in double, and exact numbers.
+
+    ``exactly(row, names)`` gives the numbers of a row as they were given; ``exact_time(row)`` is
+    its time.
+    """
+
+    t: Array
+    values: dict[str, Array]
+    exactly: Callable[[int, Sequence[str]], Sequence[Scalar]]
+    exact_time: Callable[[int], Fraction]
+
+
+class Distance(NamedTuple):
+    """Rows measured by ``how``, the last time (s) of the solution, and why it ends there, if so."""
+
+    measured: Measured
+    how: str
+    last: float
+    ended: str = ""
+
+
+@dataclass(frozen=True)
+class Doubles:
+    """Columns of doubles."""
+
+    by_name: dict[str, Array]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        return tuple(self.by_name)
+
+    def column(self, name: str) -> list[str]:
+        return ["" if math.isnan(x) else repr(x) for x in self.by_name[name].tolist()]
+
+    def floats(self, name: str) -> Array:
+        return self.by_name[name]
+
+
+class Solution:
+    """The solution of ``scene``; ``absent`` says why there are no golden rows, "" if there are."""
+
+    def __init__(self, scene: Scene, folder: Folder = None, progress: Progress = silent):
+        self.scene, self._folder, self._progress = scene, folder, progress
+        self._runs: dict[tuple[float, float, tuple[str, ...]], Trajectory] = {}
+
+    @property
+    def golden(self) -> TrueRows | None:
+        """The golden rows of the scene, if there are any."""
+        return self._golden[0]
+
+    @property
+    def absent(self) -> str:
+        """Why there are no golden rows of the scene, "" if there are."""
+        return self._golden[1]
+
+    def require_golden(self) -> None:
+        """Raise ``InputError`` if golden data cannot be used, or a folder was named without any."""
+        if self.absent and self._folder is not None:
+            raise InputError(f"folder: {self.absent}")
+
+    @cached_property
+    def _golden(self) -> tuple[TrueRows | None, str, str]:
+        """The golden rows, why there are none, and why they end early, if they do."""
+        name = self.scene.name
+        try:
+            place = locate(name, self._folder)
+        except InputError:
+            place = None
+        if place is None or not (place.path / MANIFEST).is_file():
+            where = "" if self._folder is None else f" in {self._folder}"
+            return None, f"no golden data of a scene {name}{where}", ""
+        stored = read_whole(name, place.folder)
+        scene, true = stored.scene, TrueRows(stored.scene, stored.trajectory)
+        own = self.scene
+        if (scene.model, scene.body, scene.start) != (own.model, own.body, own.start):
+            return None, f"the golden data of {name} are of another body or start", ""
+        status, end = stored.manifest["status"], float(true.times[-1])
+        return true, "", "" if status == "complete" else f"the solution {ending(status, end)}"
+
+    def distance(
+        self, rows: Rows, digits: float | None = None, needs: frozenset[str] = frozenset()
+    ) -> Distance:
+        """Measure rows against the solution, which is good for ``digits`` where they are given.
+
+        ``needs`` are columns that golden rows must have to answer.
+        """
+        agreeing = AGREEING if digits is None else 10.0**-digits
+        true, _, ended = self._golden
+        if true is not None and needs <= {*true.names} and self._golden_answer(rows, agreeing):
+            measured = true.measure(
+                rows.t, rows.values, rows.exactly, agreeing, largest_only=True
+            )  # fmt: skip
+            beyond = ended if (rows.t > true.times[-1]).any() else ""
+            return Distance(measured, "at golden times", float(true.times[-1]), beyond)
+        return self._integrated(rows, digits, agreeing)
+
+    def _golden_answer(self, rows: Rows, agreeing: float) -> bool:
+        """Whether each row has a golden time, or lies at or beyond an early end of the solution."""
+        true, _, ended = self._golden
+        assert true is not None
+        here = true.at_their_times(rows.t)
+        if ended:
+            here |= rows.t >= true.times[-1] * (1 - agreeing)
+        return bool(here.all())
+
+    def vectors(self, times: Array) -> Array | None:
+        """Vectors (8, times) at times (s); None if the solution does not reach one of them."""
+        true, last = self.golden, float(times.max())
+        if true is not None and true.at_their_times(times).all():
+            return true.vectors(times)
+        run = self._run(last, USUAL_DIGITS, ())
+        if run.status != "complete" and float(run.t_end) < last:
+            return None
+        frame = run.frame(*NewtonState._fields, times=times.tolist(), numbers="float")
+        return numpy.array([frame[name] for name in NewtonState._fields], float)
+
+    def _run(self, until: float | Fraction, digits: float, record: tuple[str, ...]) -> Trajectory:
+        """Integrate to the time ``until`` at least, or use a run that goes so far.
+
+        Raises ``InputError``: it lies far beyond the scene's horizon.
+        """
+        from tt_precise.integration import integrate
+
+        longest = float(LONGEST * self.scene.until)
+        if until > longest:
+            raise InputError(
+                f"rows reach t = {float(until):.6g} s of the solution, expected at most "
+                f"{longest:g} s, {LONGEST} times the scene's horizon"
+            )
+        for (reached, good, recorded), run in self._runs.items():
+            if reached >= until and good >= digits and {*record} <= {*recorded}:
+                return run
+        scene = replace(self.scene, until=Fraction(until), events=(), record=record)
+        wanted = math.ceil(digits + SPARE_DIGITS)
+        run = integrate(scene, digits=wanted, progress=self._progress)
+        self._runs[float(until), digits, record] = run
+        return run
+
+    def _integrated(self, rows: Rows, digits: float | None, agreeing: float) -> Distance:
+        wanted = USUAL_DIGITS if digits is None else digits
+        exact = digits is not None and digits + SPARE_DIGITS > IN_DOUBLE
+        record = tuple(name for name in ("phi", "psi", "x", "y") if name in rows.values)
+        # an end that the rows know a little too early is an end; their times may be doubles
+        further = 1 + Fraction(max(agreeing, SAME_TIME))
+        run = self._run(Fraction(float(max(rows.t[-1], 0.0))) * further, wanted, record)
+        complete = run.status == "complete"
+        last = as_fraction(run.t_end)
+        until = float(self.scene.until) if self.golden is None else float(self.golden.times[-1])
+        horizon = max(until, float(last)) if complete else float(last)
+        within = (rows.t >= 0) & (rows.t <= float(last) * float(further))
+        beyond = within & (rows.t > float(last))
+        at = numpy.flatnonzero(within)
+        lifted = LIFTED if self.scene.lifts else ()
+        names = (*NewtonState._fields, *EulerState._fields, *lifted, *record)
+        numbers: Literal["text", "float"] = "text" if exact else "float"
+        times = [rows.exact_time(row) for row in at.tolist()] if exact else rows.t[at].tolist()
+        inner = [min(time, last if exact else float(last)) for time in times]
+        ended = "" if complete else f"the solution {ending(run.status, float(run.t_end))}"
+        if not inner:
+            nothing = Measured.nothing(rows.t, [*rows.values], within)
+            return Distance(nothing, "", horizon, ended)
+        frame = run.frame(*names, times=inner, numbers=numbers)
+        if exact:
+            cells = {n: ["" if x is None or x != x else str(x) for x in frame[n]] for n in names}
+            table: Table | Doubles = Table.of_columns(
+                {"t": list(map(str, rows.t[at].tolist())), **cells}
+            )
+        else:
+            table = Doubles({"t": rows.t[at], **{n: frame[n].to_numpy(float) for n in names}})
+        true = TrueRows(run.scene, table)
+        measured = true.measure(rows.t, rows.values, rows.exactly, agreeing, largest_only=True)
+        own = 10.0**-run.digits_throughout
+        for bound in measured.bounds.values():
+            bound[~numpy.isnan(bound)] = own
+        measured.start[:] = within & (rows.t == 0)
+        away = beyond & (measured.worst() > agreeing)
+        for values in (*measured.errors.values(), *measured.bounds.values()):
+            values[away] = math.nan
+        measured.compared[away] = False
+        missed = ended if (~measured.compared).any() else ""
+        return Distance(measured, f"integrated in {run.precision.name}", horizon, missed)
