@@ -31,7 +31,7 @@ data.qvel[:3] = np.cross(omega_3 * k, [0, 0, R])  # the contact point rests at t
 
 rows = []
 for n in range(5001):
-    if n % 50 == 0:
+    if n % 10 == 0:  # 1 kHz: rows that show the attitude and the momentum
         rows.append((data.time, data.qpos.copy(), data.qvel.copy()))
     mujoco.mj_step(model, data)
 t, qpos, qvel = map(np.array, zip(*rows, strict=True))
