@@ -14,7 +14,7 @@ from tt_precise import golden
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import PROOF
 from tt_precise.report.golden import golden_section
-from tt_precise.report.golden import proved as section
+from tt_precise.report.golden import proof_section as section
 
 
 @pytest.fixture(autouse=True)

@@ -26,7 +26,7 @@ from types import MappingProxyType
 from msgspec.structs import replace
 
 from tt_precise.claims import paper as papers
-from tt_precise.claims.paper import KINDS, Paper, named
+from tt_precise.claims.paper import KINDS, Paper, look_up
 from tt_precise.claims.verdicts import JudgedClaim, Verdict
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool
@@ -157,7 +157,7 @@ def claim_named(id: str) -> Claim:
     InputError
         There is no such claim.
     """
-    return named(id, claims())
+    return look_up(id, claims())
 
 
 # ---- judging -------------------------------------------------------------------------------------

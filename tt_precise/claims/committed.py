@@ -19,7 +19,7 @@ from tt_precise.runtime.files import shipped
 from tt_precise.runtime.records import UNSET, Record, Unset, means, read, record_of
 
 PACKAGE = Path(__file__).parents[1]
-FILE = "results.json"  # in reports/
+FILE = "results.json"  # The report writes it into reports/.
 # everything on which a verdict may depend; the rows of section 2.2 have their own fingerprint
 CODE = (
     *SOURCES, "runtime/records.py", "claims", "exact", "golden", "sweeps",
@@ -50,12 +50,12 @@ class JudgingRun(Record, frozen=True, kw_only=True):
 
     @property
     def outdated(self) -> bool:
-        """Whether the code behind the verdicts has changed since."""
+        """True if the code behind the verdicts has changed since."""
         return self.sources != sources()
 
     @property
-    def checked(self) -> JudgingRun:
-        """The same with ``stale``."""
+    def with_stale(self) -> JudgingRun:
+        """The run with ``stale`` filled in."""
         return replace(self, stale=self.outdated)
 
 
@@ -64,7 +64,7 @@ Counts = Annotated[dict[str, int], means("number of claims with each verdict")]
 
 
 class Claims(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.claims/1"):
-    """What `tt-precise claims --json` prints."""
+    """The JSON of `tt-precise claims --json`."""
 
     claims: Claimed
     counts: Counts

@@ -104,7 +104,7 @@ RAUCH_RUTSTAM = Paper(
 PAPERS = (RAUCH_RUTSTAM,)
 
 
-def named(id: str, known: Mapping[str, T]) -> T:
+def look_up(id: str, known: Mapping[str, T]) -> T:
     """The value of ``known`` for a claim's id (in any case).
 
     Raises ``InputError``: there is no such claim.

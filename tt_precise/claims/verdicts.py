@@ -33,7 +33,7 @@ from tt_precise.scene.numerals import as_fraction
 
 MOST_DIGITS = 20  # printed at most; the fine runs have more
 DEFAULT_DIGITS = 12  # printed of a number without a stated error
-ABOUT_UNITS = 1  # of the last significant digit: the tolerance of "about N", for every N
+ABOUT_UNITS = 1  # Units of the last significant digit that "about N" tolerates, for every N.
 Enclosure = tuple[Fraction, Fraction]
 
 
@@ -228,7 +228,7 @@ def _verdict(rule: Rule, parts: tuple[Part, ...]) -> Verdict:
     return Verdict.REFUTED
 
 
-def _judged(rule: Rule, parts: Part | Mapping[str, Part], remark: str) -> JudgedClaim:
+def _judge(rule: Rule, parts: Part | Mapping[str, Part], remark: str) -> JudgedClaim:
     listed = {"": parts} if isinstance(parts, Part) else parts
     named = tuple(replace(part, name=name) for name, part in listed.items())
     if not named:
@@ -248,8 +248,8 @@ def _judged(rule: Rule, parts: Part | Mapping[str, Part], remark: str) -> Judged
         note = f"{remark} Holds: {names[True]}. Fails: {names[False]}."
     return JudgedClaim(
         verdict=verdict.value,
-        printed=_joined(named if rule == "all of" else named[:1], "printed"),
-        measured=_joined(named, "measured"),
+        printed=_join(named if rule == "all of" else named[:1], "printed"),
+        measured=_join(named, "measured"),
         note=note,
         rule=rule,
         parts=named,
@@ -261,21 +261,21 @@ def _judged(rule: Rule, parts: Part | Mapping[str, Part], remark: str) -> Judged
 
 def all_of(parts: Part | Mapping[str, Part], note: str) -> JudgedClaim:
     """Judge a statement by its parts, which all have to hold."""
-    return _judged("all of", parts, note)
+    return _judge("all of", parts, note)
 
 
 def interpretations(parts: Mapping[str, Part], note: str) -> JudgedClaim:
     """Judge a statement by the meanings that its words admit."""
-    return _judged("interpretations", parts, note)
+    return _judge("interpretations", parts, note)
 
 
 def misprint(parts: Iterable[Part], note: str) -> JudgedClaim:
     """Judge a formula or number by two parts: as printed, and as corrected."""
     named = dict(zip(("as printed", "as corrected"), parts, strict=True))
-    return _judged("misprint", named, note)
+    return _judge("misprint", named, note)
 
 
-def _joined(parts: tuple[Part, ...], field: str) -> str:
+def _join(parts: tuple[Part, ...], field: str) -> str:
     texts = {part.name: getattr(part, field) for part in parts if getattr(part, field)}
     if len(set(texts.values())) <= 1:
         return next(iter(texts.values()), "")
@@ -287,7 +287,7 @@ def _joined(parts: tuple[Part, ...], field: str) -> str:
 
 def rounds_to(printed: str, measured: Measured, unit: str = "") -> Part:
     """Compare ``printed`` with ``measured`` rounded to as many digits."""
-    value, last = _printed(printed)
+    value, last = _parse(printed)
 
     def compare(number: Fraction) -> tuple[bool, bool]:
         holds = 2 * abs(number - value) <= last
@@ -303,8 +303,8 @@ def about(printed: str, measured: Measured, unit: str = "") -> Part:
     are not significant: about 80 means 70 to 90, about 3.2 means 3.1 to 3.3. A number that rounds
     to ``printed`` counts as rounded.
     """
-    value, last = _printed(printed)
-    tolerance = ABOUT_UNITS * _printed(printed, zeros=False)[1]
+    value, last = _parse(printed)
+    tolerance = ABOUT_UNITS * _parse(printed, zeros=False)[1]
 
     def compare(number: Fraction) -> tuple[bool, bool]:
         distance = abs(number - value)
@@ -315,7 +315,7 @@ def about(printed: str, measured: Measured, unit: str = "") -> Part:
 
 def at_most(printed: str, measured: Measured, unit: str = "") -> Part:
     """Compare a printed bound with ``measured``, a size rounded to as many digits as the bound."""
-    value, last = _printed(printed)
+    value, last = _parse(printed)
 
     def compare(number: Fraction) -> tuple[bool, bool]:
         return 2 * (number - value) <= last, value < number and 2 * (number - value) <= last
@@ -325,7 +325,7 @@ def at_most(printed: str, measured: Measured, unit: str = "") -> Part:
 
 def at_most_order(printed: str, measured: Measured, unit: str = "") -> Part:
     """Compare an error with "of order ``printed``": less than half a decade above it."""
-    value = _printed(printed)[0]
+    value = _parse(printed)[0]
     return _number(lambda x: (x**2 <= 10 * value**2, False), f"order {printed}", measured, unit)
 
 
@@ -383,7 +383,7 @@ _NUMBER = re.compile(
 )
 
 
-def _printed(text: str, *, zeros: bool = True) -> tuple[Fraction, Fraction]:
+def _parse(text: str, *, zeros: bool = True) -> tuple[Fraction, Fraction]:
     """A printed number, and one unit of its last digit (significant one without ``zeros``)."""
     number = _NUMBER.fullmatch(text)
     if not number:

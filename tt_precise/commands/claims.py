@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tt_precise.claims.paper import KINDS, named
+from tt_precise.claims.paper import KINDS, look_up
 from tt_precise.claims.verdicts import Verdict
 from tt_precise.commands import options
 from tt_precise.runtime.terminal import UNCUT, console, progress_bar
@@ -62,7 +62,7 @@ def command(
     else:
         rows, run = _looked_up(ids, kind, known), known.run
     rows = [claim for claim in rows if not verdict or claim.verdict in verdict]
-    stated = run.checked if run else UNSET
+    stated = run.with_stale if run else UNSET
     record = committed.Claims(claims=tuple(rows), counts=_counts(rows), run=stated)
     lines = []
     if rows and (full or len(rows) <= SHOWN_IN_FULL):
@@ -98,7 +98,7 @@ def in_full(claim: JudgedClaim) -> list[str]:
 
 
 def _looked_up(ids: Sequence[str], kinds: Sequence[str], known: Committed) -> list[JudgedClaim]:
-    wanted = {named(name, known.by_id).id for name in ids}
+    wanted = {look_up(name, known.by_id).id for name in ids}
     return [
         claim
         for claim in known.claims

@@ -31,7 +31,7 @@ Part = dict[str, Json]
 
 
 class Provenance(Record, frozen=True):
-    """What made the report; commit and day are those of the last run that changed anything."""
+    """The origin of the report; commit and day are those of the last run that changed anything."""
 
     versions: Annotated[str, means("versions of the packages")]
     machine: Annotated[str, means("interpreter and processor")]
@@ -108,7 +108,7 @@ def assemble(computed: Computed, facts: dict[str, str]) -> Report:
 
 
 def provenance(command: str, precisions: str) -> dict[str, str]:
-    """What makes the report now."""
+    """The origin of a report that is made now."""
     versions = ", ".join(f"{name} {metadata.version(name)}" for name in VERSIONS)
     return {
         "versions": versions,

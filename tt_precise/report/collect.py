@@ -20,7 +20,7 @@ from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
 WORKERS = 2
-PRECISIONS = "precisions"  # what rests on the reference scene in every precision
+PRECISIONS = "precisions"  # This group shares the reference scene in every precision.
 REFERENCE, CONSERVATION, THRESHOLDS = "The reference solution", "Conservation", "Thresholds"
 # sections that share the runs of the same name, in one process
 SHARING = {REFERENCE: "runs", THRESHOLDS: "runs", CONSERVATION: PRECISIONS}
@@ -77,14 +77,14 @@ def compute(folder: Path = MEASURED, progress: Progress = silent) -> Computed:
 
 
 def sections_in(folder: Path) -> dict[str, Callable[[], Section]]:
-    """What makes the sections, by title, in order."""
+    """The functions that make the sections, by title, in order."""
     return {
         REFERENCE: sections.reference,
         CONSERVATION: sections.conservation,
         "Other starts": sections.other_starts,
         THRESHOLDS: sections.threshold_values,
         "Golden data": golden.golden_section,
-        "Proofs": golden.proved,
+        "Proofs": golden.proof_section,
         measured.TRADEOFF_TITLE: partial(measured.tradeoff, folder),
         "Extremes": partial(measured.extremes, folder),
         measured.ENGINES_TITLE: partial(measured.engines, folder),

@@ -103,11 +103,11 @@ FOREVER = (
 SHOWN = 25  # digits of a time; those of the proof itself are more
 
 
-def proved() -> Section:
+def proof_section() -> Section:
     """Scenes with their proved digits, and proved times of the climb."""
     rows, times, ends, digits, results = [], [], [], [], {}
     for name in store.scenes():
-        verdict, record = _judged(name)
+        verdict, record = _state_of(name)
         if record is None:
             rows.append((name, verdict, *["-"] * 7))
             results[name] = {"proof": verdict}
@@ -194,7 +194,7 @@ def proved() -> Section:
     )
 
 
-def _judged(name: str) -> tuple[str, Record | None]:
+def _state_of(name: str) -> tuple[str, Record | None]:
     """The state of a scene's proof in words, and the proof if it is valid."""
     try:
         record = proofs.read(name)
@@ -230,12 +230,12 @@ def _times(scene: str, inversion: dict[str, Json]) -> list[tuple[str, ...]]:
         if any(balls):
             digits = [_digits(ball) for ball in balls if ball and Decimal(ball["radius"])]
             fewest = str(min(digits)) if digits else "exact"
-            rows.append((scene, definition, *map(_shown, balls), fewest))
+            rows.append((scene, definition, *map(_time_text, balls), fewest))
     return rows
 
 
 def _ends(scene: str, forever: dict[str, Json]) -> list[tuple[str, ...]]:
-    """What is proved for ever; empty unless the solution tends to a vertical spin."""
+    """The statements for ever; empty unless the solution tends to a vertical spin."""
     return [
         (
             scene,
@@ -250,7 +250,7 @@ def _ends(scene: str, forever: dict[str, Json]) -> list[tuple[str, ...]]:
     ]
 
 
-def _shown(ball: dict[str, str] | None) -> str:
+def _time_text(ball: dict[str, str] | None) -> str:
     if ball is None:
         return "none"
     middle, radius = Decimal(ball["middle"]), Decimal(ball["radius"])
@@ -263,7 +263,7 @@ def _digits(ball: dict[str, str]) -> int:
 
 PANELS_A_ROW = 4
 ROW_HEIGHT = 0.78  # inches
-BINS = 90  # of time in each small graph
+BINS = 90  # Time bins of each small graph.
 
 
 def every_scene(names: Sequence[str]) -> Figure:

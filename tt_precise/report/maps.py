@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     import pandas
 
 UNTIL = "20"  # s
-COUNT = 41  # of values along each side
+COUNT = 41  # Values along each side.
 RECORD = ("climb_A", "lambda_ratio", "end_theta")
 FILE = "sweeps-maps.csv.gz"
-VERSION = 2  # of everything here that the definition does not hold
+VERSION = 2  # Version of everything here that the definition does not contain.
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
 
 
 def definition() -> dict[str, Json]:
-    """What the rows are made from."""
+    """The definition of the rows: scene, sides, horizon, columns."""
     scene = _scene()
     sides = {name: repr(pair) for name, pair in MAPS.items()}
     made_from = {**exact_values(scene), "sides": sides}

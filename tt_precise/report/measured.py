@@ -258,7 +258,7 @@ def faults(folder: Path) -> Section:
 
 
 def jellett_alone(table: pandas.DataFrame) -> str:
-    """How many of the dropped terms lambda alone shows at the paper's limit."""
+    """Count the dropped terms that lambda alone shows at the paper's limit."""
     dropped = table[table["kind"] == "dropped term"]
     by_jellett = sum(float(drift or "nan") > LIMIT for drift in dropped["jellett"])
     caught = int((dropped[f"at_{LIMIT:.0e}"] == "True").sum())

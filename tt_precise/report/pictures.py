@@ -32,7 +32,7 @@ ERROR = "largest error at 8 s"
 
 
 class Line(NamedTuple):
-    """How a method is drawn."""
+    """The drawing style of a method."""
 
     label: str
     colour: str
@@ -293,7 +293,7 @@ def threshold(axes: list[Axes], points: Sequence[Numbers]) -> Words:
 
 
 def _with(points: Iterable[Numbers], names: tuple[str, ...]) -> list[Numbers]:
-    """Those points that have all of ``names``, sorted by the first."""
+    """The points that have all of ``names``, sorted by the first."""
     complete = [point for point in points if set(names) <= set(point)]
     return sorted(complete, key=lambda point: point[names[0]])
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 GOOD = {"reproduced", "rounded", "pass", "ok", "right", "verified", "unchanged", "whole"}
 MIXED = {"partly", "ambiguous", "untestable", "skipped", "misprint"}
-LONGEST_ROWS = 14  # of a table that is shown unasked
+LONGEST_ROWS = 14  # A longer table is folded.
 LONGEST_TEXT = 480  # characters of a paragraph, likewise
 BESIDE_ROWS, BESIDE_COLUMNS = 12, 4
 _SENTENCE = re.compile(r"(?<![ (]eq)(?<!Figs)(?<!Fig)(?<!Sec)\. (?=[A-Z])")
@@ -157,7 +157,7 @@ def laid_out(section: Section) -> dict[str, Json]:
 
 
 def folds(table: PageTable) -> bool:
-    """Whether a table is shown on request only."""
+    """True if a table is shown on request only."""
     return len(table.rows) > LONGEST_ROWS if table.folded is None else table.folded
 
 

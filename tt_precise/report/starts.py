@@ -47,7 +47,7 @@ def times_by_precession(axes: list[Axes]) -> Words:
 
 @style.figure("times-by-inclination", [1.9, 1.9, 1.9])
 def times_by_inclination(axes: list[Axes]) -> Words:
-    """The same against theta(0)."""
+    """t_init, t_end and climbing time against theta(0)."""
     rows, lost = _rows(("theta",), "theta")
     _draw(axes, rows, "theta", lost)
     axes[-1].set_xlabel(r"$\theta(0)$ (rad)")
@@ -125,7 +125,7 @@ def map_of_inclination_and_lambda(axes: list[Axes]) -> Words:
 
 @style.figure("map-friction-spin", [2.4, 2.4, 2.4])
 def map_of_friction_and_spin(axes: list[Axes]) -> Words:
-    """The same over mu and omega_3(0)."""
+    """Outcome, climbing time and least g_n over mu and omega_3(0)."""
     rows = _draw_maps(axes, "friction and spin")
     return Words(
         caption=f"{_counted(rows)} {STARTS}, friction mu against omega_3(0), theta(0) = "

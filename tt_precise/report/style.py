@@ -27,7 +27,7 @@ __all__ = [
 ]  # fmt: skip
 P = ParamSpec("P")
 WIDTH = 5.6  # inches
-DECIMALS = 1  # of a point (1/72 inch): a seventh of a pixel
+DECIMALS = 1  # Decimals of a point (1/72 inch): a seventh of a pixel.
 LETTERS = "'DejaVu Sans', Verdana, sans-serif"  # Verdana's are as wide
 
 
@@ -54,7 +54,7 @@ def grid(rows: int, columns: int, height: float) -> Iterator[tuple[Drawing, list
 
 
 class Words(NamedTuple):
-    """What a figure says, see ``Figure``."""
+    """The words of a figure, see ``Figure``."""
 
     caption: str
     alt: str
@@ -73,13 +73,13 @@ def figure(
 
     def decorate(draw: Callable[Concatenate[list[Axes], P], Words]) -> Callable[P, Figure]:
         @wraps(draw)
-        def drawn(*given: P.args, **named: P.kwargs) -> Figure:
+        def draw_figure(*given: P.args, **named: P.kwargs) -> Figure:
             inches = heights(*given, **named) if callable(heights) else heights
             with panels(inches, shared_time=shared_time) as (drawing, axes):
                 caption, alt = draw(axes, *given, **named)
                 return Figure(name, caption, svg_text(drawing), alt)
 
-        return drawn
+        return draw_figure
 
     return decorate
 

@@ -129,7 +129,7 @@ def equal_vectors(printed: Sequence[Scalar], truth: Sequence[Scalar], shown: str
 
 
 @cache
-def proved(identity: str) -> Part:
+def prove_identity(identity: str) -> Part:
     """A statement about the mechanics that ``exact.identities`` proves."""
     proof = prove(identity)
     outcome = "proved" if proof.holds else f"fails in {len(proof.failed)} of {proof.residuals}"

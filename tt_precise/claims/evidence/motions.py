@@ -24,15 +24,15 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion, effective_mass, 
 from tt_precise.mechanics.thresholds import lambda_thres, lambda_up, tumbling_lambda_squared
 from tt_precise.runtime.values import Array, Functions, Scalar
 
-REACH = 40  # in u: 1 - |z| down to 1e-34, so the context needs some 60 digits
+REACH = 40  # Largest u: 1 - |z| falls to 1e-34, so the context needs some 60 digits.
 COARSE = 4  # eighths
-NODES = 200  # of the period's quadrature, which converges geometrically
+NODES = 200  # Nodes of the period's quadrature, which converges geometrically.
 SEED = 1871
-DIGITS = 50  # of the linearisation: central differences with a step of 1e-25 leave half of them
-SLICES = 400  # of cos theta between the poles, for the tumbling motions
+DIGITS = 50  # Central differences with a step of 1e-25 leave half of these digits.
+SLICES = 400  # Tumbling motions are sought in so many slices of cos theta.
 TOLERANCE = 1e-12
-OUTPUT_S = "0.01"  # of odeint
-HORIZON = 1000.0  # in units of sqrt(R/g), some 45 s for the toy
+OUTPUT_S = "0.01"  # Seconds between the output times of odeint.
+HORIZON = 1000.0  # Time in units of sqrt(R/g): some 45 s for the toy.
 
 
 # ---- the effective potential -------------------------------------------------------------------
@@ -145,7 +145,7 @@ def cases(count: int, multiples: tuple[str, str] = ("1.001", "3")) -> list[Case]
 
 
 def growth(case: Case, side: int) -> int:
-    """Whether the upright (+1) or inverted (-1) spin is unstable (+1) or stable (-1).
+    """Return +1 if the upright (+1) or inverted (-1) spin is unstable, -1 if it is stable.
 
     From the eigenvalues of the equations of motion linearised by finite differences; lambda is
     the case's multiple of max(lambda_thres, lambda_up).
@@ -166,7 +166,7 @@ def largest_threshold(body: Parameters, fn: Functions) -> Scalar:
 
 
 def tumbles(case: Case) -> bool:
-    """Whether a tumbling motion has the case's lambda or a larger lambda."""
+    """True if a tumbling motion has the case's lambda or a larger lambda."""
     fn = own_context(DIGITS)
     body = case.body(fn)
     wanted = (rounding_to(fn)(case.multiple) * largest_threshold(body, fn)) ** 2
@@ -201,14 +201,14 @@ def past(scene: SceneLike = "reference", tolerance: float = TOLERANCE) -> Past:
     def rates(_: float, y: Array) -> Array:
         return newton.rates(body, NewtonState(*y))
 
-    def carried(_: float, y: Array) -> Array:
+    def normal_force(_: float, y: Array) -> Array:
         return newton.contact_terms(body, NewtonState(*y))[0]
 
-    carried.terminal = True  # type: ignore[attr-defined]
+    normal_force.terminal = True  # type: ignore[attr-defined]
     begin = [float(entry) for entry in start.vectors]
     solution = solve_ivp(
         rates, (0, -HORIZON), begin, method="DOP853", rtol=tolerance, atol=tolerance / 100,
-        events=carried,
+        events=normal_force,
     )  # fmt: skip
     if solution.status < 0:
         raise ArithmeticError(f"the past of {scene}: SciPy's DOP853 gave up: {solution.message}")

@@ -25,7 +25,7 @@ def proofs_of(scene: SceneLike) -> Established:
 
 
 def count(events: Iterable[Event], column: str, low: Fraction, high: Fraction) -> Interval:
-    """How many events have a column between two numbers: surely, and possibly."""
+    """Count events with a column between two numbers: surely, and possibly."""
     values = [event[column] for event in events if column in event]
     surely = sum(low < value.low and value.high < high for value in values)
     possibly = sum(low <= value.high and value.low <= high for value in values)

@@ -58,7 +58,7 @@ class Span(NamedTuple):
 
 
 def rising(values: Sequence[float]) -> bool:
-    """Whether each value is larger than the one before."""
+    """True if each value is larger than the one before."""
     return all(b > a for a, b in pairwise(values))
 
 
@@ -83,20 +83,20 @@ class Run:
 
     def trajectory(self, precision: str = "double") -> Trajectory:
         """The solution with all events recorded, in double-double, or in quad (slower)."""
-        return _integrated(self.scene, precision)
+        return _integrate(self.scene, precision)
 
-    def settled(self, value: Callable[[Trajectory], Scalar]) -> Value:
+    def confirm(self, value: Callable[[Trajectory], Scalar]) -> Value:
         """A value from the fine trajectory, with the digits that the confirming run shares."""
         return Value.of(*(value(self.trajectory(name)) for name in (FINE, confirming_precision())))
 
     def at(self, name: str, t: str) -> Value:
         """A quantity or state component at time ``t`` (exact, s), in SI, with its enclosure."""
         known = self.proved.potential_energy(t) if name == "E_pot" else self.proved.at(name, t)
-        return self.settled(lambda run: exact(run, name, t)[0]).within(known)
+        return self.confirm(lambda run: exact(run, name, t)[0]).within(known)
 
     def moment(self, definition: str, which: str) -> Value:
         """``t_init``, ``t_end`` or ``duration`` of the inversion in s, with its enclosure."""
-        value = self.settled(lambda run: getattr(getattr(run.inversion, definition), which))
+        value = self.confirm(lambda run: getattr(getattr(run.inversion, definition), which))
         return value.within(self.proved.moment(definition, which))
 
     @property
@@ -269,8 +269,8 @@ class Run:
         times, values = self.extrema(name, span)
         at = int(values.argmax() if largest else values.argmin())
         if at in (0, len(values) - 1):
-            return self.settled(lambda run: exact(run, name, times[at])[0])
-        return self.settled(lambda run: _vertex(run, name, times[at]))
+            return self.confirm(lambda run: exact(run, name, times[at])[0])
+        return self.confirm(lambda run: _vertex(run, name, times[at]))
 
     def least(self, name: str) -> Value:
         """The smallest value of a quantity over the run, with the digits double confirms."""
@@ -342,7 +342,7 @@ def rows_of(run: Trajectory, *names: str) -> pandas.DataFrame:
 
 
 @cache
-def _integrated(scene: SceneLike, precision: str) -> Trajectory:
+def _integrate(scene: SceneLike, precision: str) -> Trajectory:
     loaded = load_scene(scene)
     if precision == FINE and (refused_in_doubles(loaded) or not is_available(FINE)):
         precision = WHERE_MISSING
@@ -351,7 +351,7 @@ def _integrated(scene: SceneLike, precision: str) -> Trajectory:
 
 @cache
 def _sampled(scene: SceneLike, names: tuple[str, ...], every: str) -> pandas.DataFrame:
-    run = _integrated(variant(scene, sample_every=every), "double")
+    run = _integrate(variant(scene, sample_every=every), "double")
     return run.frame(*names, numbers="float")
 
 

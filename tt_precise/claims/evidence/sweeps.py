@@ -222,22 +222,22 @@ def both_ways(
 
 
 def losing_contact(names: str | Iterable[str]) -> str:
-    """How many starts of one or several series lose contact: "3 of 801 starts"."""
+    """Count the starts of one or several series that lose contact: "3 of 801 starts"."""
     return f"{counted(starts(names, 'unilateral'), 'contact_lost')} starts"
 
 
 def counted(rows: pandas.DataFrame, outcome: str) -> str:
-    """How many rows have an outcome: "3 of 801"."""
+    """Count the rows with an outcome: "3 of 801"."""
     return f"{(rows['outcome'] == outcome).sum()} of {len(rows)}"
 
 
 def undecided(rows: pandas.DataFrame) -> int:
-    """How many climbs are undecided at the horizon: they have neither ended nor been excluded."""
+    """Count the climbs that have neither ended nor been excluded by the horizon."""
     return int((rows["t_end_A"].isna() & (rows["outcome"] != "does_not_invert")).sum())
 
 
 def climbed(rows: pandas.DataFrame) -> str:
-    """How many climbs end in definition A within the horizon: "798 of 801"."""
+    """Count the climbs that end in definition A within the horizon: "798 of 801"."""
     return f"{rows['t_end_A'].notna().sum()} of {len(rows)}"
 
 

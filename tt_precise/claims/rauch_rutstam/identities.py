@@ -80,10 +80,10 @@ def identity(
         where=where or f"Sec. {section}",
         definition=definition,
         control=(control, {"printed": (*printed[:at], wrong, *printed[at + 1 :])}),
-    )(partial(_judged, parts, remark, printed=printed))
+    )(partial(_judge, parts, remark, printed=printed))
 
 
-def _judged(parts: Parts, remark: str, printed: tuple[str, ...]) -> JudgedClaim:
+def _judge(parts: Parts, remark: str, printed: tuple[str, ...]) -> JudgedClaim:
     def check(left: str, right: str, shown: str) -> v.Part:
         printed_side, derived_side = (
             f.read(side.format(*printed), _words()) for side in (left, right)

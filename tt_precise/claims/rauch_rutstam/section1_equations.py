@@ -218,7 +218,7 @@ def _rate(name: str, printed: str) -> JudgedClaim:
     derived = getattr(euler.rates(symbols.body, symbols.state, symbols), name)
     return v.all_of(
         {"as printed": f.equal(printed, derived, f"{_dotted(name)} = {printed}"),
-         FORMS: f.proved(FORMS)},
+         FORMS: f.prove_identity(FORMS)},
         "Derived from eq (1) by expressing the vectors in Euler angles, with g_n from the contact "
         "constraint; all parameters and the state are symbols.",
     )  # fmt: skip

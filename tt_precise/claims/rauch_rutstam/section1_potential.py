@@ -94,7 +94,7 @@ def equivalent_form(factor: str = DETERMINANT) -> JudgedClaim:
 
 
 def _determinant() -> Scalar:
-    """Of the integrated form, with respect to the derivatives of the last five state entries."""
+    """The determinant of the integrated form in the derivatives of the last five components."""
     from sympy.polys.matrices import DomainMatrix
 
     symbols, q = f.chart(), f.motion()
@@ -145,7 +145,7 @@ def rational_potential(printed: str = CONDITION) -> JudgedClaim:
 
 
 def _square(text: str) -> v.Part:
-    """Whether d(z) is a square, that is, has a double root, when sigma is ``text``."""
+    """Test for a double root of d(z), which makes it a square, when sigma is ``text``."""
     import sympy
 
     alpha, gamma, z = sympy.symbols("alpha gamma z", positive=True)

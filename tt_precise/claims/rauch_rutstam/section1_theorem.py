@@ -195,7 +195,7 @@ def _spin(side: int) -> Motion:
 
 
 def _stays(q: Motion) -> bool:
-    """Whether a state is steady and carried by the table."""
+    """True if a state is steady and carried by the table."""
     weight = q.body.m * q.body.g
     carried = abs(QUANTITIES["g_n"].evaluate(q) / weight - 1) < q.fn.mpf(10) ** -30
     return bool(carried and not any(newton.rates(q.body, q.state)))

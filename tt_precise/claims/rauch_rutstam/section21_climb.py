@@ -76,7 +76,7 @@ def initiation_time(printed: str = START, run: Run = REFERENCE) -> JudgedClaim:
 def ending_time(printed: str = END, run: Run = REFERENCE) -> JudgedClaim:
     """The climb ends at about 7.87 s."""
     times = _in_all_definitions("t_end", run)
-    highest = run.settled(
+    highest = run.confirm(
         lambda solution: runs.rows_of(solution, "theta_max").sort_values("theta")["t"].iloc[-1]
     )
     times[TOP] = highest.within(_highest(run))
@@ -168,7 +168,7 @@ def precession_at_initiation(printed: str = "80", run: Run = REFERENCE) -> Judge
     }
     pairs = zip(values.items(), proofs.precession(run.scene), strict=True)
     parts = {
-        name: v.about(printed, run.settled(value).within(interval), "rad/s")
+        name: v.about(printed, run.confirm(value).within(interval), "rad/s")
         for (name, value), interval in pairs
     }
     tops = run.events("theta_max")

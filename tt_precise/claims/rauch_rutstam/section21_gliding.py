@@ -278,7 +278,7 @@ def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> JudgedClaim:
 def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> JudgedClaim:
     """At 7.86 s, at the end of the climb, nu_y crosses nu_x from above."""
     falling = _crossings(run, rising=False, early=False)
-    last = run.settled(lambda solution: solution.events.query(LAST_FALLING)["t"].iloc[-1])
+    last = run.confirm(lambda solution: solution.events.query(LAST_FALLING)["t"].iloc[-1])
     shown = ", ".join(v.decimal(t, 5) for t in falling)
     return v.all_of(
         v.about(printed, last, "s"),

@@ -158,7 +158,7 @@ def final_spin(printed: str = "-85", run: Run = REFERENCE) -> JudgedClaim:
 def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> JudgedClaim:
     """At the initiation time omega_3 is about 154 rad/s."""
     checks = {
-        reading: v.about(printed, run.settled(partial(_spin_at, name)), "rad/s")
+        reading: v.about(printed, run.confirm(partial(_spin_at, name)), "rad/s")
         for name, reading in runs.DEFINITIONS.items()
     }
     return v.interpretations(checks, "Until then friction has reduced the spin only slightly.")
@@ -285,7 +285,7 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> JudgedCl
 def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
     """During the climb the projection of omega on the symmetry axis changes sign."""
     zeros_in_double, known = run.zeros(name), run.proved
-    first = run.settled(lambda solution: runs.rows_of(solution, "omega_3_zero")["t"].iloc[0])
+    first = run.confirm(lambda solution: runs.rows_of(solution, "omega_3_zero")["t"].iloc[0])
     at = f", at {v.decimal(first.value, 16)} s" if zeros_in_double else ""
     holds = len(zeros_in_double) == 1 and run.climb.has(zeros_in_double[0])
     zeros = known.events("omega_3_zero") if name == "omega_3" else None
@@ -411,11 +411,11 @@ def precession_from_jellett(printed: str = PRECESSION) -> JudgedClaim:
     known = dict(f.names()) | {"lambda_": f.quantity("lambda")}
     left = f.read("phi_dot*sin(theta)**2")
 
-    def compared(text: str) -> v.Part:
+    def compare(text: str) -> v.Part:
         return f.equal(f.read(text, known), left, f"phi_dot*sin(theta)**2 = {text}")
 
     return v.misprint(
-        map(compared, (printed, CORRECT_PRECESSION)),
+        map(compare, (printed, CORRECT_PRECESSION)),
         "The printed right side is gamma phi_dot sin^2 theta, gamma = I1/I3. The factor is "
         "positive, so the paper's statements about signs hold.",
     )
@@ -436,11 +436,11 @@ def factored_form(printed: str = "w0*(1 - w/w0)") -> JudgedClaim:
     symbols = f.chart()
     known = {"w": symbols.state.nu_x, "w0": symbols.state.nu_y}
 
-    def compared(text: str) -> v.Part:
+    def compare(text: str) -> v.Part:
         return f.equal(f.read(text, known), f.read("-w0 + w", known), f"-w0 + w = {text}")
 
     return v.misprint(
-        map(compared, (printed, correct)),
+        map(compare, (printed, correct)),
         "The sign is lost. Because alpha - cos theta(0) < 0, phi_dot has the sign of 1 - quotient "
         "only with the minus, as the following text requires.",
     )

@@ -28,7 +28,7 @@ T_INIT = (
     "climb is under way from the start."
 )
 VANISHES = "83.1"
-CONTINUOUS = 1e-3  # of the first value: a smaller step would be invisible at four digits
+CONTINUOUS = 1e-3  # A last value below this share of the first is invisible at three digits.
 TREND = (
     "Ranges of nu_x, nu_y and theta_dot along the trajectory, and the climbing time in definition "
     f"A, from each theta(0) to the next, 0.005 rad on; omega_3(0) = 155 rad/s. {s.HORIZON}"
@@ -210,19 +210,19 @@ def all_invert(series: str = "phi_dot") -> JudgedClaim:
 
 
 def lost_between(low: str, high: str) -> str:
-    """How many starts with phi_dot(0) in a range lose contact: "0 of 201"."""
+    """Count the starts with phi_dot(0) in a range that lose contact: "0 of 201"."""
     rows = s.starts(("phi_dot", "phi_dot near the end"), "unilateral")
     return s.counted(rows[rows["phi_dot"].between(float(low), float(high))], "contact_lost")
 
 
 def trend(column: pandas.Series, sign: int = -1) -> tuple[bool, str]:
-    """Whether a column falls (or rises) in each step, and in how many: "5 of 7 steps"."""
+    """Test for a column that falls (or rises) in each step, and count: "5 of 7 steps"."""
     steps = sign * column.diff().iloc[1:]
     return bool((steps > 0).all()), f"{(steps > 0).sum()} of {len(steps)} steps"
 
 
 def inverting(rows: pandas.DataFrame, how: str = " invert") -> v.Part:
-    """Whether the climb of all rows ends, in definition A."""
+    """Test for the end of all climbs, in definition A."""
     count = int(rows["t_end_A"].notna().sum())
     left = s.undecided(rows)
     open_ones = f", {left} undecided at {s.CONTINUED} s" if left else ""
@@ -537,7 +537,7 @@ def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -
 
 
 def closeness(close: str, least: float) -> v.Part:
-    """Whether the reference's energy exceeds ``least`` by at most the fraction ``close``."""
+    """Test for a reference energy at most the fraction ``close`` above ``least``."""
     energy = _energy({"phi_dot": 0.0})
     above = energy / least - 1
     return v.statement(

@@ -21,7 +21,7 @@ claim = claims_of(RAUCH_RUTSTAM, "2.3")
 START = "closed form in the start values"
 AT_8_S, AT_0_S, THEORY = "0.005106", "0.002755", "1.8571"
 PARTS = ("E_trans", "E_rot", "E_pot")
-CLOSED = "1e-9"  # of E(0); what is left below it is rounding
+CLOSED = "1e-9"  # A difference below this share of E(0) is rounding.
 
 
 @claim(
@@ -32,7 +32,7 @@ CLOSED = "1e-9"  # of E(0); what is left below it is rounding
 )
 def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENCE) -> JudgedClaim:
     """The translational energy at the start is about 0.34 of the potential energy there."""
-    ratio = run.settled(
+    ratio = run.confirm(
         lambda solution: exact(solution, "E_trans", "0")[0] / exact(solution, "E_pot", "0")[0]
     )
     return v.all_of(
@@ -109,7 +109,7 @@ def difference_of_the_ratios(printed: str = "0.2", run: Run = REFERENCE) -> Judg
 
     known = _ratio(run).enclosure
     ends = known and (off(known[1]), off(known[0]))  # it falls as the ratio grows
-    difference = run.settled(lambda solution: off(_last_over_first(solution))).within(ends)
+    difference = run.confirm(lambda solution: off(_last_over_first(solution))).within(ends)
     return v.interpretations(
         {
             "difference of the solution's ratio": v.rounds_to(printed, difference, "%"),
@@ -125,7 +125,7 @@ def difference_of_the_ratios(printed: str = "0.2", run: Run = REFERENCE) -> Judg
 def _ratio(run: Run) -> v.Value:
     """E_pot(8 s)/E_pot(0)."""
     first, last = (run.proved.potential_energy(t) for t in ("0", "8"))
-    return run.settled(_last_over_first).within(last / first if first and last else None)
+    return run.confirm(_last_over_first).within(last / first if first and last else None)
 
 
 def _last_over_first(solution: Trajectory) -> Scalar:

@@ -44,7 +44,7 @@ def cross_reference(first: int = 2, last: int = 6) -> JudgedClaim:
             "the numbers": v.statement(
                 list(cited) == needed, f"({first})-({last})", f"({begin})-({end})"
             ),
-            FORMS: f.proved(FORMS),
+            FORMS: f.prove_identity(FORMS),
         },
         "Five equations for the rates of theta_dot, phi_dot, omega_3, nu_x, nu_y. Eq (7) for g_n "
         "closes the system; the captions include it.",
