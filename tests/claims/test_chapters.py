@@ -157,7 +157,8 @@ def test_every_verdict_and_that_of_every_control_is_pinned(module: Path) -> None
             flipped.append(f"{claim.id}: {judged.verdict}, proved {judged.proved}")
         if claim.control is not None:
             verdict, changes = claim.control
-            assert verdict != judged.verdict, f"{claim.id}: the control changes nothing"
+            if verdict == judged.verdict:
+                flipped.append(f"{claim.id}: the control changes nothing")
             if (found := judge(claim.id, **changes).verdict) != verdict:
                 flipped.append(f"{claim.id}, control: {found}, expected {verdict}")
         elif judged.verdict != "untestable":
