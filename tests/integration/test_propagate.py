@@ -9,7 +9,7 @@ import mpmath
 import numpy
 import pytest
 
-from tt_precise.integration import Trajectory, heyoka_backend, integrate
+from tt_precise.integration import Trajectory, heyoka_backend, integrate, zeros
 from tt_precise.integration.precision import KINDS
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
@@ -245,7 +245,7 @@ def test_refusals(scene: str, arguments: dict[str, Any], message: str) -> None:
 
 
 def test_too_many_events_are_refused(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(heyoka_backend, "MOST_EVENTS", 10)
+    monkeypatch.setattr(zeros, "MOST_EVENTS", 10)
     assert len(integrate(half, "extended", events=("equator",)).events) == 0
     with pytest.raises(InputError, match="events: got more than"):
         integrate(half, "extended", events=("theta_min", "theta_max", "phi_dot_zero"))

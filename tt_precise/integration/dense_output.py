@@ -17,7 +17,7 @@ from typing import Literal, NamedTuple, Protocol
 import numpy
 
 from tt_precise.integration.columns import Columns, Row
-from tt_precise.integration.events import EventRecord
+from tt_precise.integration.events import NOTHING_FOUND, Found
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.parameters import Parameters
@@ -124,8 +124,8 @@ class Propagation:
     """The outcome of a propagation, in heyoka's numbers, dimensionless.
 
     The end is at ``time`` + ``time_low``, because a step to an event ends between two numbers.
-    ``touches`` are the events whose functions touch zero somewhere without crossing. ``samples``
-    are the states at the requested times, if all were reached.
+    ``found`` holds the events. ``samples`` are the states at the requested times, if all were
+    reached.
     """
 
     status: Status
@@ -134,8 +134,7 @@ class Propagation:
     state: tuple[Scalar, ...]
     steps: int
     order: int
-    hits: tuple[EventRecord, ...]
-    touches: frozenset[str] = frozenset()
+    found: Found = NOTHING_FOUND
     samples: Array | None = field(default=None, compare=False, repr=False)
 
 

@@ -6,9 +6,8 @@ may grow large, are scaled down by a power of two and do not weaken it.
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from tt_precise.integration.events import Event
@@ -21,8 +20,7 @@ from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.process import import_heyoka
-from tt_precise.runtime.values import Functions, InputError, Ring, Scalar
-from tt_precise.scene.numerals import as_fraction
+from tt_precise.runtime.values import Functions, InputError, Scalar
 from tt_precise.taylor.series import Series, SeriesFunctions, rate, solution
 
 QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
@@ -87,67 +85,13 @@ def event_value(event: Event, q: Motion) -> Scalar:
     return value
 
 
-class Exact(Ring):
-    """A heyoka expression; ``number`` rounds a plain number combined with it once.
-
-    heyoka replaces x / 10 by a product with the double nearest to 1/10.
-    """
-
-    def __init__(self, expression: Scalar, number: Callable[[Scalar], Scalar]):
-        self.expression, self.number = expression, number
-
-    def made(self, operation: Callable[..., Scalar], *operands: Scalar) -> Any:
-        """The result of ``operation`` on the ``operands``; series apply it themselves."""
-        import heyoka
-
-        if any(isinstance(operand, Series) for operand in operands):
-            return NotImplemented
-        taken = (
-            operand.expression
-            if isinstance(operand, Exact)
-            else heyoka.expression(self.number(operand))
-            for operand in operands
-        )
-        return Exact(operation(*taken), self.number)
-
-    def __add__(self, other: Scalar) -> Scalar:
-        return self.made(operator.add, self, other)
-
-    def __sub__(self, other: Scalar) -> Scalar:
-        return self.made(operator.sub, self, other)
-
-    def __rsub__(self, other: Scalar) -> Scalar:
-        return self.made(operator.sub, other, self)
-
-    def __mul__(self, other: Scalar) -> Scalar:
-        return self.made(operator.mul, self, other)
-
-    def __truediv__(self, other: Scalar) -> Scalar:
-        return self.made(operator.truediv, self, other)
-
-    def __rtruediv__(self, other: Scalar) -> Scalar:
-        return self.made(operator.truediv, other, self)
-
-    def __neg__(self) -> Scalar:
-        return self.made(operator.neg, self)
-
-    def __pow__(self, power: Scalar) -> Scalar:
-        return self.made(operator.pow, self, power)
-
-
 class HeyokaFunctions:
     """heyoka's functions; the root of a plain 0 is 0, as for the speed of a rolling top."""
 
     def __getattr__(self, name: str) -> Any:
         import heyoka
 
-        function = getattr(heyoka, name)
-
-        def applied(*arguments: Scalar) -> Scalar:
-            exact = [argument for argument in arguments if isinstance(argument, Exact)]
-            return exact[0].made(function, *arguments) if exact else function(*arguments)
-
-        return applied
+        return getattr(heyoka, name)
 
     def sqrt(self, value: Scalar) -> Scalar:
         """The positive root."""
@@ -176,17 +120,6 @@ class Equations:
         body = form.body([heyoka.par[i] for i in range(len(form.parameters))])
         rates = tuple(layout.rates(body, variables, fn))
         return cls(variables, rates, layout.motion(body, variables, fn), layout)
-
-    def exact(self, precision: Precision) -> Equations:
-        """The same with ``Exact`` variables, whose ``motion`` keeps all digits of constants."""
-
-        def number(value: Scalar) -> Scalar:
-            return precision.number(precision.exact(as_fraction(value)))
-
-        variables = tuple(Exact(expression, number) for expression in self.variables)
-        body = self.motion.body.numbers(lambda expression: Exact(expression, number))
-        q = self.layout.motion(body, variables, self.motion.fn)
-        return replace(self, variables=variables, motion=q)
 
     def moving(self) -> Motion:
         """The same for the power series in time of the solution through the variables."""
@@ -230,19 +163,12 @@ def along(expression: Scalar, equations: Equations) -> Scalar:
     return sum(slopes, start=heyoka.expression(0.0))
 
 
-def event_expression(
-    event: Event, equations: Equations, precision: Precision | None = None
-) -> Scalar:
-    """The heyoka expression whose zeros are the event, or a number if it is constant.
-
-    Its constants have the digits of ``precision``, by default those of doubles.
-    """
-    if precision and not precision.is_float:
-        equations = equations.exact(precision)
+def event_expression(event: Event, equations: Equations) -> Scalar:
+    """Return the heyoka expression whose zeros are the event, or a number if it is constant."""
     value = event.function(equations.moving() if event.of_rate else equations.motion)
     if event.of_rate:
-        value = value[1] if isinstance(value, Series) else 0
-    return value.expression if isinstance(value, Exact) else value
+        return value[1] if isinstance(value, Series) else 0
+    return value
 
 
 def longest_step(

@@ -20,18 +20,33 @@ from tt_precise.runtime.values import InputError, Scalar
 EXTREMUM, ZERO = "extremum:", "zero:"
 
 MOST_EVENTS = 1_000_000  # each takes half a kB
-# Event functions may vanish at the start (theta_dot(0) = 0), and a multiple root there can hide the
-# other roots of its Taylor step; therefore the first step is tiny if there are events.
-FIRST_STEP = 2.0**-20
 
 
 class EventRecord(NamedTuple):
-    """A recorded event: dimensionless time and state in heyoka's numbers."""
+    """A recorded event: dimensionless time and state.
+
+    Numbers are floats in double, else mpmath numbers with guard bits.
+    """
 
     name: str
     time: Scalar
     direction: int
     state: tuple[Scalar, ...]
+
+
+class Found(NamedTuple):
+    """The events in order of time, and names of functions whose sign is undecided somewhere.
+
+    Those that ``touches`` names are zero at a tangency, or everywhere, or ``unresolved``: below
+    their error over several extrema, so that events may be missing there.
+    """
+
+    hits: tuple[EventRecord, ...] = ()
+    touches: frozenset[str] = frozenset()
+    unresolved: frozenset[str] = frozenset()
+
+
+NOTHING_FOUND = Found()
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from tt_precise.integration.dense_output import (
-    ARRIVED,
     DenseOutput,
     Pieces,
     Propagation,
@@ -27,27 +26,22 @@ from tt_precise.integration.dense_output import (
 from tt_precise.integration.equations import (
     SLOW_SPEED,
     Equations,
-    event_expression,
     longest_step,
     terminal_functions,
 )
-from tt_precise.integration.events import (
-    EVENTS,
-    FIRST_STEP,
-    MOST_EVENTS,
-    Event,
-    EventRecord,
-    too_many_events,
-)
+from tt_precise.integration.events import Found
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table
 from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import Adaptive, Array, InputError, Scalar
+from tt_precise.runtime.values import Adaptive, Array, ContinuousOutput, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
+# In units of time: the first step of a flight. The height may vanish at the start, and a multiple
+# root there hides other roots of its Taylor step from heyoka.
+FIRST_STEP = 2.0**-20
 MOST_CUTS = 4  # of a failed propagation, back to its last good step
 LONGEST_REGULARISED_TIME = 2.0**40  # where the state ends the propagation
 REST_SPEED = 2.0**-8  # of eps; v = 0 is less than an ulp of time away from there
@@ -78,12 +72,12 @@ def run(
     progress: Progress | None,
 ) -> list[Segment]:
     """The run from ``start``, in one segment."""
-    if setup.precision.is_float:
+    if setup.precision.is_float and not setup.events:
         taken = None if samples is None else samples.doubles.rounded[1:]
         propagation = propagate(setup, start, samples=taken, progress=progress)
         pieces = None
     else:
-        # wider arithmetics take longer, so there the dense output is always stored at once
+        # events need the series of the steps, and wider arithmetics take longer than the series
         stored = StoredPieces(setup)
         propagation = propagate(setup, start, dense=stored, progress=progress)
         pieces, samples = stored.pieces, None
@@ -122,11 +116,14 @@ def propagate(
     form = setup.formulation
     number, zero = setup.precision.number, setup.precision.context.mpf(0)
     horizon = number(start.until) if until is None else until
-    with integrator(setup) as made:
+    watched = Watched(setup, start, dense) if setup.events else None
+    dense = watched or dense
+    with integrator(setup.but(events=())) as made:
         made.begin(setup, start)
         if setup.formulation.regularised_time and until is None:
             horizon = number(setup.precision.context.mpf(LONGEST_REGULARISED_TIME))
-        rooted = setup.events or setup.formulation.model == "flight"
+        # the height of a flight may vanish at its start, and hide another zero in the same step
+        rooted = setup.formulation.model == "flight"
         first = number(setup.precision.context.mpf(FIRST_STEP)) if rooted else horizon
         goals = [first, horizon] if first < horizon else [horizon]
         longest = longest_step(
@@ -144,21 +141,14 @@ def propagate(
         ):
             status = "contact_ignored"
         if status != "failed":
-            propagation = _propagation_of(setup, start, made, status, steps)
-            return replace(propagation, samples=taken)
+            propagation = _propagation_of(made, status, steps)
+            return replace(propagation, found=_found(watched), samples=taken)
         last_good = made.adaptive.time
         if outcome == outcomes().err_nf_state:
             last_good = _time_before_failure(setup, start, made, horizon)
         if last_good == number(zero):
             made.begin(setup, start)
-            return _propagation_of(setup, start, made, status, 0)
-    partial = [name for name in setup.watched if name not in EVENTS]
-    if partial and propagate(setup.but(events=()), start, until=until).status != "failed":
-        t = float(setup.precision.with_guard_bits(last_good) * start.units.time)
-        raise InputError(
-            f"events: got {', '.join(partial)}, of which some are undefined at t = {t:.6g} s, "
-            "expected functions that are always defined, such as theta_max or phi_dot_zero"
-        )
+            return _propagation_of(made, status, 0)
     if dense is not None:
         dense.clear()
     if not cuts:  # no time is good
@@ -221,19 +211,8 @@ def _advance(
     return outcome, steps, taken
 
 
-def _propagation_of(
-    setup: Setup,
-    start: InitialState,
-    made: Integrator,
-    status: Status,
-    steps: int,
-) -> Propagation:
+def _propagation_of(made: Integrator, status: Status, steps: int) -> Propagation:
     time, time_low = made.adaptive.dtime
-    hits, touches = tuple(made.hits), frozenset[str]()
-    if setup.events:
-        from tt_precise.integration.vanishing import settled
-
-        hits, touches = settled(hits, setup, start, time, status in ARRIVED)
     return Propagation(
         status=status,
         time=time,
@@ -241,9 +220,34 @@ def _propagation_of(
         state=_values(made.adaptive),
         steps=steps,
         order=made.adaptive.order,
-        hits=hits,
-        touches=touches,
     )
+
+
+class Watched:
+    """A receiver of heyoka's dense outputs that finds the events in them, and passes them on."""
+
+    def __init__(self, setup: Setup, start: InitialState, to: Pieces | None):
+        from tt_precise.integration.zeros import Zeros
+
+        self.setup, self.start, self.to, self.zeros = setup, start, to, Zeros(setup, start)
+
+    def clear(self) -> None:
+        """Forget all dense outputs: the propagation starts again."""
+        self.zeros.clear()
+        if self.to is not None:
+            self.to.clear()
+
+    def append(self, output: ContinuousOutput) -> None:
+        """Find the events in the next dense output."""
+        from tt_precise.integration.steps import of_dense_output
+
+        self.zeros.read(of_dense_output(output, self.setup, self.start))
+        if self.to is not None:
+            self.to.append(output)
+
+
+def _found(watched: Watched | None) -> Found:
+    return watched.zeros.found() if watched else Found()
 
 
 def _time_before_failure(
@@ -287,15 +291,13 @@ def status_of(outcome: Any, terminal: tuple[str, ...]) -> Status:
 
 @dataclass
 class Integrator:
-    """A ``heyoka.taylor_adaptive``, its events, and the lists that their callbacks fill.
+    """A ``heyoka.taylor_adaptive``, and the events that end or switch a motion.
 
     ``losses`` holds the latest time at which g_n fell through 0 in a run that went on there.
     """
 
     adaptive: Adaptive
     terminal: tuple[str, ...]
-    events: dict[str, Event]
-    hits: list[EventRecord] = field(default_factory=list)
     losses: list[Scalar] = field(default_factory=list)
 
     def begin(self, setup: Setup, start: InitialState) -> None:
@@ -308,7 +310,6 @@ class Integrator:
             self.adaptive.pars[i] = number(value)
         self.adaptive.time = number(setup.precision.context.mpf(0))
         self.adaptive.reset_cooldowns()
-        self.hits.clear()
         self.losses.clear()
 
 
@@ -321,10 +322,8 @@ def build(setup: Setup) -> Integrator:
     form, fp_type = setup.formulation, setup.precision.fp_type
     equations = Equations.of(form, setup.record)
     terminal = terminal_functions(form, equations.motion, equations.variables[0])
-    events = setup.watched
     if form.regularised_time:
         terminal |= _ends_in_regularised_time(setup, equations, heyoka.par[len(form.parameters)])
-    hits: list[EventRecord] = []
     losses: list[Scalar] = []
     noted = []
     if setup.contact == "bilateral":
@@ -342,13 +341,10 @@ def build(setup: Setup) -> Integrator:
             )
             for name, ex in terminal.items()
         ],
-        nt_events=[
-            *_events(heyoka, setup, events, equations, hits),
-            *noted,
-        ],
+        nt_events=noted,
         **numeric_options(setup),
     )
-    return Integrator(made, tuple(terminal), events, hits, losses)
+    return Integrator(made, tuple(terminal), losses)
 
 
 def _condition(setup: Setup, name: str) -> dict[str, Any]:
@@ -395,13 +391,11 @@ def numeric_options(setup: Setup) -> dict[str, Any]:
     """Keyword arguments of ``heyoka.taylor_adaptive`` that fix tolerance and compilation."""
     number = setup.precision.number
     # compact_mode compiles wide types in half a second instead of 26 s, and runs as fast; double
-    # then takes twice as long, but the slopes of some quantities compile for minutes without
-    slopes = any(name not in EVENTS for name in setup.events)
-    # and what is integrated for short
+    # then takes twice as long, which does not matter for brief segments
     form = setup.formulation
     sticks = form.model == "rolling" and not form.friction.smooth_at_rest
     brief = form.regularised_time or form.spring or form.model == "flight" or sticks
-    compact = bool(brief) or slopes or not setup.precision.is_float
+    compact = bool(brief) or not setup.precision.is_float
     options: dict[str, Any] = {"compact_mode": compact}
     kind = "wide" if not setup.precision.is_float else "compact" if compact else "loop"
     options["opt_level"] = OPTIMISATION[kind]
@@ -416,39 +410,6 @@ def heyoka_direction(direction: int) -> Any:
 
     kinds = heyoka.event_direction
     return {0: kinds.any, 1: kinds.positive, -1: kinds.negative}[direction]
-
-
-def _events(
-    heyoka: ModuleType,
-    setup: Setup,
-    events: dict[str, Event],
-    equations: Equations,
-    hits: list[EventRecord],
-) -> list[Any]:
-    """heyoka's events; a function that is constant has none."""
-    nt_events = []
-    for event in events.values():
-        expression = event_expression(event, equations, setup.precision)
-        if isinstance(expression, heyoka.expression) and heyoka.get_variables([expression]):
-            nt_events.append(_event(heyoka, event, expression, setup.precision.fp_type, hits))
-    return nt_events
-
-
-def _event(
-    heyoka: ModuleType, event: Event, expression: Scalar, fp_type: type, hits: list[EventRecord]
-) -> Any:
-    direction = heyoka_direction(event.direction)
-
-    def callback(adaptive: Adaptive, time: Scalar, sign: int) -> None:
-        # sign 0: the function vanishes identically (a scene in a plane), so nothing changes sign
-        if not sign:
-            return
-        if len(hits) >= MOST_EVENTS:
-            raise too_many_events()
-        # the state of the integrator is at the end of the step; the event's is interpolated
-        hits.append(EventRecord(event.name, time, sign, tuple(adaptive.update_d_output(time))))
-
-    return heyoka.nt_event(expression, callback, direction=direction, fp_type=fp_type)
 
 
 def _loss(heyoka: ModuleType, numerator: Scalar, fp_type: type, losses: list[Scalar]) -> Any:

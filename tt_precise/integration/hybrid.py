@@ -76,15 +76,16 @@ def run(
 
 def propagated(setup: Setup, start: InitialState) -> DenseOutput:
     """One piece: ``start`` propagated as ``setup`` says, readable over t."""
-    stored = StoredPieces(setup) if setup.precision.in_software else None
+    stored = StoredPieces(setup) if setup.precision.in_software or setup.events else None
     propagation = propagate(setup, start, dense=stored)
     pieces = stored.pieces if stored else None
     again = repeating(setup, start, propagation)
     if not setup.formulation.regularised_time:
         return DenseOutput(setup, start, propagation, pieces, again)
     t = setup.formulation.columns.index("t")
-    hits = tuple(hit._replace(time=hit.state[t]) for hit in propagation.hits)
-    return RegularisedTimeOutput(setup, start, replace(propagation, hits=hits), pieces, again)
+    found = propagation.found
+    found = found._replace(hits=tuple(hit._replace(time=hit.state[t]) for hit in found.hits))
+    return RegularisedTimeOutput(setup, start, replace(propagation, found=found), pieces, again)
 
 
 def after(output: DenseOutput, before: InitialState) -> InitialState:

@@ -12,7 +12,6 @@ from functools import lru_cache, partial
 from typing import NamedTuple
 
 from tt_precise.integration.dense_output import (
-    ARRIVED,
     DenseOutput,
     Pieces,
     Propagation,
@@ -22,7 +21,7 @@ from tt_precise.integration.dense_output import (
     StoredPieces,
 )
 from tt_precise.integration.equations import longest_step, terminal_functions
-from tt_precise.integration.events import FIRST_STEP, MOST_EVENTS, EventRecord, too_many_events
+from tt_precise.integration.events import Found
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Functions, Scalar
@@ -33,7 +32,7 @@ from tt_precise.taylor.system import StepBlock, System, moments, number, numbers
 
 
 class _Compiled(NamedTuple):
-    """A system whose outputs are the functions called ``terminal``, then those of the events."""
+    """A system whose outputs are the functions called ``terminal``."""
 
     system: System
     terminal: tuple[str, ...]
@@ -50,9 +49,9 @@ def _compiled(setup: Setup) -> _Compiled:
         body = form.body(parameters)
         q = layout.motion(body, entries, fn)
         terminal.update(terminal_functions(form, q, entries[0]))
-        outputs = [(function, False) for function in terminal.values()]
-        outputs += [(event.function(q), event.of_rate) for event in setup.watched.values()]
-        return layout.rates(body, entries, fn), outputs
+        return layout.rates(body, entries, fn), [
+            (function, False) for function in terminal.values()
+        ]
 
     system = System(setup.precision.doubles, len(layout.columns), len(form.parameters), define)
     return _Compiled(system, tuple(terminal))
@@ -97,13 +96,19 @@ def propagate_in_doubles(
         float(until),
         tolerance,
         math.inf if longest is None else float(longest),
-        FIRST_STEP if setup.events else None,
     )
     end = _End("complete", fn.mpf(0), row, 0)
-    steps = 0
+    steps, zeros = 0, None
+    if setup.events:
+        from tt_precise.integration.steps import of_block
+        from tt_precise.integration.zeros import Zeros
+
+        zeros = Zeros(setup, start)
     for piece in pieces if until else ():
         end = run.take(piece)
         steps += end.steps
+        if zeros:
+            zeros.read(of_block(piece, float(end.time), setup))
         if dense is not None:
             dense.append(ReadPiece(piece, end.time, run.size, fn))
         if progress:
@@ -111,12 +116,8 @@ def propagate_in_doubles(
         if end.status:
             break
     assert end.status, "a run goes on until it ends"
-    hits, touches = tuple(run.hits), frozenset[str]()
-    if setup.events:
-        from tt_precise.integration.vanishing import settled
-
-        hits, touches = settled(hits, setup, start, end.time, end.status in ARRIVED)
-    return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order, hits, touches)
+    found = zeros.found() if zeros else Found()
+    return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order, found)
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
@@ -159,32 +160,30 @@ class _End(NamedTuple):
 
 
 class _Run:
-    """A run: the events and ends in its pieces so far."""
+    """A run: the ends in its pieces so far."""
 
     def __init__(self, setup: Setup, start: InitialState):
         self.setup, self.start, self.fn = setup, start, setup.precision.context
-        self.system, self.terminal = _compiled(setup.but(tolerance=0.0, contact="", options=()))
-        self.names = (*self.terminal, *setup.watched)
+        self.system, self.terminal = _compiled(
+            setup.but(tolerance=0.0, contact="", options=(), events=())
+        )
         self.size = len(setup.layout.columns)
-        own = (event.direction for event in setup.watched.values())
-        directions = (*(-1 for _ in self.terminal), *own)
+        directions = [-1 for _ in self.terminal]
         self.watch = Watch(len(self.system.graph.entries), directions, self.fn)
-        self.hits: list[EventRecord] = []
         self.left = False  # the table, in a run that continues
 
     def take(self, piece: StepBlock) -> _End:
-        """Events in the next piece, and its end."""
+        """Return the end of the next piece."""
         until = self.start.until
         for zero in self.watch.zeros(piece, until):
-            name, state = self.names[zero.function], numbers_of(zero.row[:, : self.size], self.fn)
+            name, state = (
+                self.terminal[zero.function],
+                numbers_of(zero.row[:, : self.size], self.fn),
+            )
             if name == "contact_lost" and self.setup.contact == "bilateral":
                 self.left = True
-            elif name in self.terminal:
-                return _End(name, zero.time, state, self._steps(piece, zero))  # type: ignore[arg-type]
-            elif len(self.hits) == MOST_EVENTS:
-                raise too_many_events()
             else:
-                self.hits.append(EventRecord(name, zero.time, zero.direction, state))
+                return _End(name, zero.time, state, self._steps(piece, zero))  # type: ignore[arg-type]
         taken = len(piece.lengths)
         if piece.good < taken or self._crawls(piece):
             steps = min(piece.good, taken - 1)
@@ -202,7 +201,7 @@ class _Run:
         return int((piece.begins[:, 0] < float(zero.time)).sum())
 
     def _crawls(self, piece: StepBlock) -> bool:
-        """Whether the steps are too short to reach the horizon; ``FIRST_STEP`` does not count."""
+        """Whether the steps are too short to reach the horizon."""
         advance = number(piece.end_time, self.fn) - number(piece.begins[0], self.fn)
         return len(piece.lengths) > 1 and bool(
             advance < self.setup.precision.eps * self.start.until

@@ -25,9 +25,9 @@ import numpy
 from tt_precise.integration.columns import Row
 from tt_precise.integration.dense_output import DenseOutput, Propagation, Times
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES, event_value
-from tt_precise.integration.events import Event, EventRecord
+from tt_precise.integration.events import Event, EventRecord, Found
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.vanishing import signs_beyond_rounding
+from tt_precise.integration.zeros import Zeros
 from tt_precise.mechanics import friction, newton, rolling
 from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.newton import NewtonState
@@ -312,7 +312,7 @@ class OnsetOutput(RowwiseOutput):
             state=tuple(map(number, self.end_row)),
             steps=1,
             order=onset.coefficients.shape[1] - 1,
-            hits=tuple(self._hits()),
+            found=Found(tuple(self._hits())),
         )
 
     @cached_property
@@ -373,11 +373,11 @@ class OnsetOutput(RowwiseOutput):
         return (*self._state(time), *(time * 0 for _ in self.setup.record))
 
     def _hits(self) -> list[EventRecord]:
-        fn, number, hits = self.precision.context, self.precision.number, []
+        fn, hits = self.precision.context, []
+        number = float if self.precision.is_float else fn.mpf
         times = [self._until * (k or SOONEST) / PLACES for k in range(PLACES + 1)]
-        signs = signs_beyond_rounding(self.setup, self.start, list(map(self._watched_row, times)))
-        for name, event in self.setup.watched.items():
-            sign = signs[name]
+        signs = Zeros(self.setup, self.start).signs(list(map(self._watched_row, times)))
+        for sign, (name, event) in zip(signs, self.setup.watched.items(), strict=True):
             for before, after in itertools.pairwise(numpy.flatnonzero(sign).tolist()):
                 direction = int(sign[after])
                 if sign[before] != direction and event.direction in (0, direction):
@@ -389,4 +389,5 @@ class OnsetOutput(RowwiseOutput):
 
     def _value(self, event: Event, time: Scalar) -> Scalar:
         row, fn = self._watched_row(time), self.precision.context
-        return event_value(event, self.setup.layout.moving(self.start.body, row, fn)[1])[0]
+        value = event_value(event, self.setup.layout.moving(self.start.body, row, fn)[1])
+        return value[0] if isinstance(value, Series) else value

@@ -29,6 +29,7 @@ from tt_precise.integration.dense_output import (
     Status,
     long_double,
 )
+from tt_precise.integration.events import Found
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup, require_contact
 from tt_precise.mechanics.conserved import Integral, drift
@@ -96,14 +97,24 @@ class Run(Span):
     @property
     def event_counts(self) -> Counter[str]:
         """How often each event was recorded, including events that join segments."""
-        hits = (hit for segment in self.segments for hit in segment.output.propagation.hits)
+        hits = (hit for found in self._found for hit in found.hits)
         return Counter([hit.name for hit in hits] + [segment.ended for segment in self.joints])
 
     @property
     def touches(self) -> tuple[str, ...]:
-        """Requested events whose functions touch zero, or stay there, without crossing."""
-        touched = {name for segment in self.segments for name in segment.output.propagation.touches}
+        """Requested events whose functions touch zero, stay there, or are ``unresolved``."""
+        touched = {name for found in self._found for name in found.touches}
         return tuple(name for name in self.setup.watched if name in touched)
+
+    @property
+    def unresolved(self) -> tuple[str, ...]:
+        """Requested events whose functions are below their error over several extrema."""
+        lost = {name for found in self._found for name in found.unresolved}
+        return tuple(name for name in self.setup.watched if name in lost)
+
+    @property
+    def _found(self) -> list[Found]:
+        return [segment.output.propagation.found for segment in self.segments]
 
     @cached_property
     def end_time(self) -> Scalar:
@@ -272,7 +283,7 @@ class Run(Span):
         self, segment: Segment, names: Sequence[str], at: Container[str] | None
     ) -> dict[str, Array]:
         of, unit = segment.columns, segment.output.start.units.time
-        hits = sorted(segment.output.propagation.hits, key=lambda hit: hit.time)
+        hits = sorted(segment.output.propagation.found.hits, key=lambda hit: hit.time)
         directions = numpy.array([hit.direction for hit in hits])
         columns: dict[str, Array] = {"name": [hit.name for hit in hits]}
         if self.in_arrays and hits:
@@ -282,11 +293,11 @@ class Run(Span):
             columns |= {"t": times.astype(float), "direction": directions}
             values = of.of_arrays(names, entries, long_double)
             return columns | {name: column.astype(float) for name, column in values.items()}
-        with_guard_bits, to_user = self.precision.with_guard_bits, of.to_user
-        columns["t"] = [to_user(with_guard_bits(hit.time) * unit) for hit in hits]
+        mpf, to_user = self.precision.context.mpf, of.to_user
+        columns["t"] = [to_user(mpf(hit.time) * unit) for hit in hits]
         columns["direction"] = directions
         asked = [names and (at is None or hit.name in at) for hit in hits]
-        rows = [tuple(map(with_guard_bits, hit.state)) for hit in itertools.compress(hits, asked)]
+        rows = [tuple(map(mpf, hit.state)) for hit in itertools.compress(hits, asked)]
         for name, column in of.of_rows(names, rows).items():
             shown = map(to_user, column)
             columns[name] = [next(shown) if wanted else None for wanted in asked]

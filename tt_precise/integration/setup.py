@@ -16,7 +16,7 @@ from tt_precise.mechanics.formulations import (
     elastic,
     integrated,
 )
-from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.quantities import Motion, UserFunction
 from tt_precise.runtime.values import Functions, InputError, Scalar, distinct, listed
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import RECORDABLE, Scene
@@ -137,7 +137,7 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
         elif isinstance(event, (str, Event)):
             asked.append(event)
         elif callable(event) and hasattr(event, "__name__"):
-            asked.append(Event(event.__name__, event, "one's own", azimuth=True))
+            asked.append(Event(event.__name__, UserFunction(event), "one's own", azimuth=True))
         else:
             raise InputError(
                 f"events: got {event!r:.60}, expected names, such as theta_max or all, or "

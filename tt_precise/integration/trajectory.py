@@ -387,12 +387,20 @@ class Trajectory:
 
     @property
     def touches(self) -> tuple[str, ...]:
-        """Requested events whose function touches zero somewhere, or stays at zero.
+        """Requested events whose function touches zero somewhere, stays there, or is unresolved.
 
-        A crossing by less than the tolerance of the summands counts as a touch; more digits decide.
-        No event is recorded there. The same function may cross zero elsewhere.
+        No event is recorded there; more digits decide. The same function may cross zero elsewhere.
         """
         return self.run.touches
+
+    @property
+    def unresolved(self) -> tuple[str, ...]:
+        """Requested events whose function is below its error over several extrema: noise.
+
+        Events may be missing there, as where a gliding velocity has decayed below the rounding of
+        the arithmetic. More digits decide.
+        """
+        return self.run.unresolved
 
     @cached_property
     def suspect_events(self) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import SPRINGS, Dimension, Parameters, Torque
 from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted
-from tt_precise.runtime.values import Functions, Scalar
+from tt_precise.runtime.values import Functions, InputError, Scalar
 
 
 class Motion:
@@ -153,6 +153,36 @@ ANGULAR_MOMENTUM, JELLETT = Dimension(1, 2, -1), Dimension(1, 3, -1)
 
 
 @dataclass(frozen=True)
+class UserFunction:
+    """A user's function of the motion, whose errors and wrong results are errors of the input.
+
+    It receives numbers or arrays of several arithmetics, and series where its rate is needed.
+    """
+
+    function: Callable[[Motion], Scalar]
+
+    def __call__(self, q: Motion) -> Scalar:
+        name = self.function.__name__
+        try:
+            value = self.function(q)
+        except InputError:
+            raise
+        except Exception as error:
+            raise InputError(
+                f"{name}: got {type(error).__name__} ({str(error)[:120]}), expected a function "
+                "that works in every arithmetic: sums, products, quotients, powers, abs, and "
+                "functions of q.fn such as q.fn.sqrt in the place of NumPy's and math's"
+            ) from error
+        one = next(iter(getattr(value, "flat", ())), value)
+        # gmpy2 and mpmath both call their complex numbers mpc
+        if type(one).__name__ in ("NoneType", "str", "bool", "bool_", "mpc") or isinstance(
+            one, complex
+        ):
+            raise InputError(f"{name}: got {value!r:.60} from the function, expected a real number")
+        return value
+
+
+@dataclass(frozen=True)
 class Quantity:
     """A named quantity: its function, dimension, meaning with equation number, and domain.
 
@@ -178,10 +208,10 @@ class Quantity:
         meaning = str(function.__doc__ or "of the user").partition("\n")[0]
         dimension = getattr(function, "dimension", None) if unit is None else unit
         if dimension is None:
-            return cls(function.__name__ + UNITLESS, function, Dimension(), meaning)
+            return cls(function.__name__ + UNITLESS, UserFunction(function), Dimension(), meaning)
         if not isinstance(dimension, Dimension):
             dimension = Dimension.of(dimension)
-        return cls(function.__name__, function, dimension, meaning)
+        return cls(function.__name__, UserFunction(function), dimension, meaning)
 
     @property
     def unit(self) -> str:

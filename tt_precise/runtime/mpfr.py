@@ -41,6 +41,11 @@ class Mpfr:
     sin: Callable[[Scalar], Scalar]
     cos: Callable[[Scalar], Scalar]
     nint: Callable[[Scalar], Scalar]
+    log: Callable[[Scalar], Scalar]
+    tan: Callable[[Scalar], Scalar]
+    atan: Callable[[Scalar], Scalar]
+    asin: Callable[[Scalar], Scalar]
+    acos: Callable[[Scalar], Scalar]
 
     def __init__(self, context: Functions):
         import gmpy2  # here, so that to import this file costs nothing
@@ -48,7 +53,7 @@ class Mpfr:
 
         self.context, self.bits = context, int(context.prec)
         self._gmpy2, self._from_man_exp = gmpy2, from_man_exp
-        for name in ("sqrt", "exp", "sin", "cos", "nint"):
+        for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "nint"):
             setattr(self, name, _elementwise({"nint": "rint"}.get(name, name), 1))
 
     def precision(self) -> AbstractContextManager[Any]:

@@ -85,8 +85,21 @@ class Series:
 
     __rmul__ = __mul__
 
-    def __pow__(self, power: int) -> Scalar:
-        return powered(self, power)
+    def __abs__(self) -> Series:
+        return self.made(lambda c, k: self[k] * numpy.sign(self[0]) if k else abs(self[0]))
+
+    def __pow__(self, power: Scalar) -> Scalar:
+        if isinstance(power, int) and power > 0:
+            return powered(self, power)
+
+        def step(c: list[Scalar], k: int) -> Scalar:
+            # with f = s^p, f' s = p f s'
+            if not k:
+                return self[0] ** power
+            terms = (((power + 1) * i - k) * self[i] * c[k - i] for i in range(1, k + 1))
+            return sum(terms, start=self[0] * 0) / (k * self[0])
+
+        return self.made(step)
 
     def __truediv__(self, other: Scalar) -> Series:
         if not isinstance(other, Series):
@@ -192,6 +205,17 @@ class SeriesFunctions:
         sine, cosine = Series(sine_step), Series(cosine_step)
         return sine, cosine
 
+    def log(self, value: Scalar) -> Scalar:
+        """The natural logarithm: l' = value'/value."""
+        if not isinstance(value, Series):
+            return self.fn.log(value)
+        turning = rate(value) / value
+        return Series(lambda c, k: turning[k - 1] / k if k else self.fn.log(value[0]))
+
+    def atan(self, value: Scalar) -> Scalar:
+        """The angle between -pi/2 and pi/2 of which ``value`` is the tangent."""
+        return self.atan2(value, 1)
+
     def atan2(self, y: Scalar, x: Scalar) -> Scalar:
         """The angle of the point (x, y), which is not the origin."""
         if not isinstance(y, Series) and not isinstance(x, Series):
@@ -261,10 +285,15 @@ class Sized(Ring):
     """
 
     __slots__ = ("size", "value")
-    __array_ufunc__ = None
 
     def __init__(self, value: Scalar, size: Scalar):
         self.value, self.size = value, size
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Scalar, **options: Any) -> Sized:
+        """Apply a function of one argument; its slope is that of a secant."""
+        (x,) = inputs
+        value, aside = ufunc(x.value), abs(x.value) * SECANT + (x.value == 0) * SECANT
+        return Sized(value, x.size * abs(ufunc(x.value + aside) - value) / aside)
 
     def __add__(self, other: Scalar) -> Sized:
         if isinstance(other, Sized):
@@ -273,6 +302,9 @@ class Sized(Ring):
 
     def __neg__(self) -> Sized:
         return Sized(-self.value, self.size)
+
+    def __abs__(self) -> Sized:
+        return Sized(abs(self.value), self.size)
 
     def __mul__(self, other: Scalar) -> Sized:
         if isinstance(other, Sized):
@@ -289,9 +321,20 @@ class Sized(Ring):
     def __rtruediv__(self, other: Scalar) -> Sized:
         return Sized(other, abs(other)) / self
 
+    def __pow__(self, power: Scalar) -> Sized:
+        slope = power * self.value ** (power - 1)
+        return Sized(self.value**power, self.size * abs(slope))
+
+
+SECANT = 2.0**-26  # distance of the points of a secant, relative to the argument
+
 
 class SizedFunctions:
     """The functions of ``Sized`` doubles and arrays."""
+
+    def __getattr__(self, name: str) -> Callable[[Scalar], Scalar]:
+        ufunc: Callable[[Scalar], Scalar] = getattr(numpy, name)
+        return ufunc
 
     def sqrt(self, value: Scalar) -> Scalar:
         """The positive root."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tt_precise.integration import catalogue, integrate, vanishing
+from tt_precise.integration import catalogue, integrate
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -157,13 +157,6 @@ def test_what_vanishes_identically_is_no_event(precision: str) -> None:
     assert still.events.empty
     assert still.touches == names
     assert integrate(ice.varied(omega_3="1"), precision, events=names).events.empty
-
-
-def test_without_what_settles_them_there_are_such_events(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(vanishing, "settled", lambda hits, *_: (tuple(hits), frozenset()))
-    assert len(integrate("rolling", until="1", events=("phi_dot_zero",)).events) > 20
-    early = integrate("reference", until="0.1", events=ALL).events
-    assert {"theta_max", "nu_x_zero"} <= set(early["name"][early["t"] < 0.01])
 
 
 def test_one_digit_invents_no_event(reference: Scene) -> None:

@@ -1,0 +1,157 @@
+"""The Taylor steps of a run as ``zeros`` reads them, from either integrator.
+
+Series are kept in double; in a wider arithmetic the integrator's own dense output gives the
+components at single places.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
+
+import numpy
+
+from tt_precise.integration.dense_output import long_double
+from tt_precise.integration.setup import Setup
+from tt_precise.runtime.values import Array, ContinuousOutput, Functions, Scalar
+from tt_precise.scene.initial_state import InitialState
+from tt_precise.taylor.machine import MOST_PARTS
+from tt_precise.taylor.system import StepBlock
+
+Rows = Callable[[Array, Array], tuple[Array, Sequence[Array]]]
+"""Function of steps and places in them that gives times and components."""
+
+
+class Wide(NamedTuple):
+    """The series of steps in an arithmetic with more bits than a double.
+
+    ``number`` converts mpmath numbers and floats to it, ``fn`` has its functions, ``back`` gives
+    mpmath numbers with guard bits; ``rows(step, place)`` gives times and components, arrays of
+    numbers, at places in steps. With ``only``, doubles have no value here.
+    """
+
+    number: Callable[[Scalar], Scalar]
+    fn: Functions
+    back: Callable[[Scalar], Scalar]
+    rows: Rows
+    only: bool = False
+
+    def array(self, values: Array) -> Array:
+        """Return doubles as numbers of this arithmetic."""
+        if self.fn is numpy:
+            return values.astype(numpy.longdouble)
+        return numpy.frompyfunc(self.number, 1, 1)(values)
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Consecutive Taylor steps: ``begin`` and ``length`` in double, and their series ``terms``.
+
+    ``terms`` has the axes (component, term, step), in powers of the place, which is time over the
+    length of the step. ``wide`` is None in double.
+    """
+
+    begin: Array
+    length: Array
+    terms: Array
+    wide: Wide | None = None
+
+    def __len__(self) -> int:
+        return len(self.begin)
+
+    def part(self, first: int, last: int) -> Steps:
+        """Return some of the steps."""
+        here, wide = slice(first, last), self.wide
+        if wide:
+            wide = wide._replace(rows=partial(_rows_from, wide.rows, first))
+        return Steps(self.begin[here], self.length[here], self.terms[:, :, here], wide)
+
+    def at(self, places: Array) -> list[Array]:
+        """Return the components at places in every step: axes (place, step)."""
+        powers = numpy.vander(places, self.terms.shape[1], increasing=True)
+        return list(powers @ self.terms)
+
+    def inside(self, step: Array, place: Array) -> list[Array]:
+        """Return the components at a place, or a row of places, in each given step."""
+        terms = numpy.take(self.terms, step, axis=2)
+        terms = terms.reshape(*terms.shape, *(1,) * (place.ndim - 1))
+        return list(horner(terms.swapaxes(0, 1), place))
+
+
+def _rows_from(rows: Rows, first: int, step: Array, place: Array) -> tuple[Array, Sequence[Array]]:
+    return rows(first + step, place)
+
+
+def of_dense_output(output: ContinuousOutput, setup: Setup, start: InitialState) -> Steps:
+    """Return the Taylor steps of a dense output of heyoka."""
+    times, series = output.times, output.tcs
+    length = numpy.diff(times).astype(float)
+    powers = numpy.vander(length, series.shape[2], increasing=True)
+    terms = numpy.ascontiguousarray((series.astype(float) * powers[:, None]).transpose(1, 2, 0))
+    wide = None if setup.precision.is_float else _wide(output, setup, start)
+    return Steps(times[:-1].astype(float), length, terms, wide)
+
+
+def _wide(output: ContinuousOutput, setup: Setup, start: InitialState) -> Wide:
+    """Return the series of a dense output, read in the arithmetic of the run."""
+    precision, context = setup.precision, setup.precision.context
+    if precision.in_long_double:
+        begin, length = output.times[:-1], numpy.diff(output.times)
+        series = output.tcs.transpose(2, 1, 0)
+
+        def in_long_double(step: Array, place: Array) -> tuple[Array, Sequence[Array]]:
+            delay = place * length[step]
+            return begin[step] + delay, list(horner(series[:, :, step], delay))
+
+        def exact(value: Scalar) -> Scalar:
+            high = float(value)
+            return context.mpf(high) + context.mpf(float(value - high))
+
+        return Wide(long_double, numpy, exact, in_long_double)
+
+    mpfr, with_guard_bits, number = precision.mpfr, precision.with_guard_bits, precision.number
+    times = mpfr.array(map(with_guard_bits, output.times))
+    body = start.body.numbers(mpfr.number)
+
+    def rows(step: Array, place: Array) -> tuple[Array, Sequence[Array]]:
+        when = times[step] + place * (times[step + 1] - times[step])
+        rounded = [number(mpfr.back(time)) for time in when]
+        # the next evaluation overwrites the numbers of the one before
+        read = [tuple(map(with_guard_bits, output(time))) for time in rounded]
+        entries = tuple(map(mpfr.array, zip(*read, strict=True)))
+        delay = when - mpfr.array(map(with_guard_bits, rounded))
+        rates = setup.layout.rates(body, entries, mpfr)
+        return when, [x + rate * delay for x, rate in zip(entries, rates, strict=True)]
+
+    return Wide(mpfr.number, mpfr, mpfr.back, rows)
+
+
+def of_block(piece: StepBlock, end: float, setup: Setup) -> Steps:
+    """Return the Taylor steps of a block of several doubles, up to its ``end``."""
+    size = len(setup.layout.columns)
+    count = max(int((piece.begins[:, 0] < end).sum()), 1)
+    begin, unit = piece.begins[:count, 0], piece.units[:count]
+    lengths = numpy.minimum(piece.lengths[:count], (end - begin) / unit)
+    powers = numpy.vander(lengths, piece.order + 1, increasing=True)
+    series = piece.coefficients[:count, :, :size].transpose(2, 1, 0)
+    mpfr = setup.precision.mpfr
+    with mpfr.precision():
+        begins = mpfr.of_parts(piece.begins[:count])
+
+    def rows(step: Array, place: Array) -> tuple[Array, Sequence[Array]]:
+        times = begins[step] + place * (lengths * unit)[step]
+        parts = piece.rows(step, mpfr.in_parts(times, MOST_PARTS))
+        return times, [mpfr.of_parts(parts[:, :, i]) for i in range(size)]
+
+    wide = Wide(mpfr.number, mpfr, mpfr.back, rows)
+    return Steps(begin, lengths * unit, series * powers.T, wide)
+
+
+def horner(terms: Sequence[Scalar], place: Array) -> Array:
+    """Return the sum of terms times powers of a place."""
+    value = terms[-1] + 0 * place
+    for term in terms[-2::-1]:
+        value = value * place + term
+    return value

@@ -1,0 +1,645 @@
+"""``Zeros``: the events of a run, found in the Taylor series of its steps.
+
+An event is a change of sign of a function along the solution. The sign of a value counts where the
+value exceeds its error; elsewhere the value is undecided. Signs in order of time are all that
+matters: - 0 0 + is one event, + 0 + is a tangency, and a function that stays undecided between
+several extrema is lost in noise.
+
+The error of a function is what the errors of the state make of it. Each step adds to the relative
+error of a component a rounding and the terms that the step leaves out. This is a model, not a
+bound: it does not know how the motion amplifies errors.
+
+Values at Chebyshev's nodes give a polynomial on each step, so that a function is only ever
+evaluated, in whatever way it is written. Most polynomials show that they have no zero, or one. The
+others are divided until their extrema are known, and the function itself decides there. In an
+arithmetic with more bits than a double, doubles find the places, and the arithmetic of the run
+decides where they cannot. Near an exact start, where functions may vanish, the series of the start
+with guard bits takes their place on intervals that shrink towards t = 0.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy
+
+from tt_precise.integration.equations import event_value
+from tt_precise.integration.events import MOST_EVENTS, EventRecord, Found, too_many_events
+from tt_precise.integration.setup import Setup
+from tt_precise.integration.steps import Steps, Wide, horner
+from tt_precise.runtime.values import Array, Functions, InputError, Scalar
+from tt_precise.scene.initial_state import InitialState
+from tt_precise.taylor.interpolation import (
+    Polynomials,
+    extrema,
+    nodes,
+    sign_changes,
+    through,
+    zero_between,
+)
+from tt_precise.taylor.series import Series, Sized, SizedFunctions
+
+DOUBLE = 2.0**-53  # relative error of a rounding
+ROUNDINGS = 10  # relative errors of 2^-bits in a component at the start, and in an evaluation
+# Ratio of successive terms of a series at the end of a step: steps are 0.13 of the radius of
+# convergence.
+OMITTED = 2.0**-3
+# Steps are read together up to this many products in a product of matrices: for larger ones
+# OpenBLAS starts threads, which cost more than they win.
+MOST_PRODUCTS = 2**18
+COARSE, FINE = 8, 14  # nodes of a step at first; of the parts of a step with several zeros
+# A polynomial this near to its function, relative to the largest value, has the same single zero;
+# the next, the same extrema.
+SINGLE, SHAPE = 2.0**-10, 2.0**-20
+MOST_PARTS = 10_000  # parts of steps on which functions are no polynomials; some 100 are usual
+HALVINGS = 30  # of a step, until its polynomials have the shape of the function
+POLISHED = 4  # secants from a polynomial's zero to that of the function, in double
+FLATTEST = 2.0**-16  # first distance of three points of a parabola, in units of the interval
+SETTLED = 2.0**8  # in 2^-bits of a place: a secant as short leaves less than that behind
+JUMP = 2.0**-3  # of the values beside a zero: a function that is as large at the zero jumps there
+# Weight of undecided points between two signs that count: an extremum has 2, the end of a step 1.
+# A tangency has an extremum, and perhaps the end of a step; more is noise.
+TANGENCY = 3
+# Bounds of intervals in the first step, in units of the step. Series of the start have GUARD bits
+# more than the run, and FIRST_ORDER terms, one more for 20 bits.
+SHRINKING = 2.0 ** -numpy.arange(48.0, 0.0, -10.0)
+FIRST_ORDER, GUARD = 8, 40
+
+
+class Points(NamedTuple):
+    """Values of functions at positions (step + place), in order of position.
+
+    ``error`` is that of the run, ``doubt`` that of a value in double; an extremum may be off by
+    ``reach``.
+    """
+
+    which: Array
+    position: Array
+    value: Array
+    error: Array
+    doubt: Array
+    reach: Array
+
+
+class Intervals(NamedTuple):
+    """Parts of steps on which a function is a polynomial of a variable from -1 to 1."""
+
+    which: Array
+    position: Array
+    width: Array
+    monomials: Array
+
+
+class Zeros:
+    """The events of a run, from its steps block by block."""
+
+    def __init__(self, setup: Setup, start: InitialState):
+        self.setup, self.start = setup, start
+        self.events = tuple(setup.watched.values())
+        self._mpfr = setup.precision.mpfr
+        self._body = self._body_of(float)
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all steps: the run starts again."""
+        self._hits: list[EventRecord] = []
+        self._lost: Array = None  # errors of the components so far, relative to their sizes
+        self._sign = numpy.zeros(len(self.events))  # the last sign of each function that counts
+        self._weight = numpy.zeros(len(self.events), dtype=int)  # of undecided points after that
+        self._undecided = numpy.zeros(len(self.events), dtype=bool)
+        self._touches, self._unresolved = set[int](), set[int]()
+
+    def read(self, steps: Steps) -> None:
+        """Find the events in the next steps.
+
+        Raises ``InputError``: there are too many, or a function jumps or is undefined.
+        """
+        with numpy.errstate(all="ignore"), self._mpfr.precision():
+            count = max(MOST_PRODUCTS // (COARSE * steps.terms.shape[1]), 1)
+            for first in range(0, len(steps), count):
+                self._read(steps.part(first, min(first + count, len(steps))))
+
+    def found(self) -> Found:
+        """Return the events so far."""
+        never = numpy.flatnonzero(self._sign == 0).tolist()
+        late = numpy.flatnonzero((self._sign != 0) & (self._weight > TANGENCY)).tolist()
+        unresolved = self._unresolved.union(late)
+        touches = self._touches.union(never, unresolved)
+        names = [frozenset(self.events[i].name for i in which) for which in (touches, unresolved)]
+        return Found(tuple(sorted(self._hits, key=lambda hit: hit.time)), *names)
+
+    def signs(self, rows: Sequence[Sequence[Scalar]]) -> Array:
+        """Return the signs of the functions at rows of mpmath numbers, 0 where undecided.
+
+        The axes are (function, row); an error is one of ``ROUNDINGS`` in each component.
+        """
+        columns = list(zip(*rows, strict=True))
+        doubles = [numpy.array(column, dtype=float) for column in columns]
+        size = numpy.array([abs(column).max() for column in doubles])[:, None]
+        lost = numpy.full_like(size, ROUNDINGS * 2.0**-self.setup.precision.bits)
+        mpfr, count = self._mpfr, range(len(self.events))
+        with mpfr.precision(), numpy.errstate(all="ignore"):
+            _, error = self._propagated(doubles, size, lost)
+            exact = [mpfr.array(column) for column in columns]
+            table = self._along(count, self._body_of(mpfr.number), exact, mpfr)
+        values = numpy.empty(error.shape)
+        for i, value in enumerate(table):
+            values[i] = value
+        return numpy.where(abs(values) > error, numpy.sign(values), 0).astype(int)
+
+    # ---- steps ----------------------------------------------------------------------------------
+
+    def _read(self, steps: Steps) -> None:
+        from_exact = self._lost is None and not self.start.row
+        error, doubt = self._errors(steps)
+        f = self._table(steps.at(nodes(COARSE)))  # axes (function, node, step)
+        f[:, -1, :-1] = f[:, 0, 1:]
+        if from_exact:
+            self._require_defined(f[:, 0, 0])
+        value = numpy.append(f[:, 0], f[:, -1, -1:], axis=1)
+        # undefined where a segment begins or ends
+        own, rough = (numpy.fmax(x[:, :-1], x[:, 1:]) for x in (error, doubt))
+        polynomials = through(f)
+        most = polynomials.tail + rough
+        changes, certain = sign_changes(numpy.moveaxis(polynomials.bernstein, 1, 0), most)
+        certain &= numpy.isfinite(most)
+        single = certain & (changes == 1) & (polynomials.tail <= SINGLE * abs(f).max(axis=1))
+        low = numpy.zeros_like(value[:, :-1])
+        if from_exact:
+            near = numpy.flatnonzero(abs(value[:, 0]) <= doubt[:, 0])
+            if len(near):
+                self._read_start(steps, near)
+                low[near, 0], value[near, 0] = SHRINKING[-1], self._sign[near]
+                certain[near, 0] = single[near, 0] = False
+        unclear = ~certain | ((changes == 1) & ~single)
+        which, step = numpy.nonzero(single)
+        monomials = numpy.pad(polynomials.monomials, ((0, 0), (0, FINE - COARSE), (0, 0)))
+        whole = Intervals(which, step.astype(float), 0.0 * step + 1, monomials[which, :, step].T)
+        which, step = numpy.nonzero(unclear)
+        begin = low[which, step]
+        parts, inner = self._divided(
+            steps, which, step, begin, 1 - begin, own[which, step], rough[which, step]
+        )
+        # the ends of all steps, and of those that may have zeros
+        ends = numpy.ones(value.shape, dtype=bool)
+        ends[:, 1:-1] = (unclear | single)[:, 1:] | (unclear | single)[:, :-1]
+        functions, position = numpy.nonzero(ends)
+        begin = numpy.append(low, low[:, :1] * 0, axis=1)[ends]
+        columns = value[ends], error[ends], doubt[ends], 0 * begin
+        self._settle(
+            steps, _joined(Points(functions, position + begin, *columns), inner),
+            _joined(whole, parts),
+        )  # fmt: skip
+
+    def _read_start(self, steps: Steps, near: Array) -> None:
+        """Take over the events of functions that vanish at the start, up to a part of a step."""
+        key = "events at the start", self.setup, float(steps.length[0])
+        first = self.start.once(key, lambda: self._at_start(steps, near))
+        self._hits += first._hits
+        self._touches |= first._touches
+        self._unresolved |= first._unresolved
+        self._sign[near] = first._sign[near]
+        self._weight[near] = first._weight[near]
+        self._undecided[near] = first._undecided[near]
+
+    def _at_start(self, steps: Steps, near: Array) -> Zeros:
+        """Return the events of functions that vanish at the start, on shrinking intervals."""
+        found = Zeros(self.setup, self.start)
+        layout, number, bits = self.setup.layout, self._mpfr.number, self.setup.precision.bits
+        row = [number(x) for x in self.start.first_row(self.setup.formulation, self.setup.record)]
+        body, order = self._body_of(number), FIRST_ORDER + bits // 20
+        length = number(float(steps.length[0]))
+        series = [entry.upto(order) for entry in layout.moving(body, row, self._mpfr)[0]]
+        terms = [[x * length**k for k, x in enumerate(c[: order + 1])] for c in series]
+
+        def rows(step: Array, place: Array) -> tuple[Array, Sequence[Array]]:
+            return place * length, [horner(c, place) for c in terms]
+
+        wide = Wide(number, self._mpfr, self._mpfr.back, rows, only=True)
+        first = Steps(steps.begin[:1], steps.length[:1], steps.terms[:, :, :1], wide)
+        sizes = abs(first.terms).max(axis=1)
+        left = numpy.array([[abs(float(c[-1])) * OMITTED] for c in terms])
+        rounding = 2.0 ** -(bits + GUARD)
+        relative = rounding + numpy.where(sizes > 0, left / sizes, 0.0) * SHRINKING[1:] ** order
+        ends = [numpy.append(x[0], x[1]) for x in first.at(numpy.array([0.0, 1.0]))]
+        errors = [
+            (self._sizes(ends, sizes * x[:, None] / rounding) * rounding)[near].max(axis=1)
+            for x in relative.T
+        ]
+        low, width, count = SHRINKING[:-1], numpy.diff(SHRINKING), len(near)
+        which, error = numpy.tile(near, len(low)), numpy.concatenate(errors)
+        parts, inner = self._divided(
+            first, which, 0 * which, numpy.repeat(low, count), numpy.repeat(width, count), error,
+            error,
+        )  # fmt: skip
+        at, last = numpy.full(count, SHRINKING[-1]), errors[-1]
+        end = self._values(first, near, 0 * near, at, last)
+        found._settle(first, _joined(Points(near, at, end, last, last, 0 * at), inner), parts)
+        return found
+
+    # ---- values and errors ----------------------------------------------------------------------
+
+    def _body_of(self, number: Callable[[Scalar], Scalar]) -> Any:
+        form = self.setup.formulation
+        return form.body([number(x) for x in self.start.parameters(form)])
+
+    def _along(
+        self, which: Sequence[int], body: Any, row: Sequence[Scalar], fn: Functions
+    ) -> list[Scalar]:
+        """Return some functions at rows in any arithmetic."""
+        layout, values = self.setup.layout, []
+        q = layout.motion(body, row, fn)
+        moving = None
+        for event in (self.events[i] for i in which):
+            if event.of_rate:
+                moving = moving or layout.moving(body, row, fn)[1]
+                value = event_value(event, moving)
+                values.append(value[0] if isinstance(value, Series) else value)
+            else:
+                values.append(event_value(event, q))
+        return values
+
+    def _table(self, row: Sequence[Array]) -> Array:
+        """Return all functions at rows of doubles."""
+        table = numpy.empty((len(self.events), *row[0].shape))
+        for i, value in enumerate(self._along(range(len(table)), self._body, row, numpy)):
+            table[i] = value
+        return table
+
+    def _values(self, steps: Steps, which: Array, step: Array, place: Array, doubt: Array) -> Array:
+        """Return functions at places in steps; those that doubles have lost, from the run's."""
+        if steps.wide and steps.wide.only:
+            return self._wide_values(steps.wide, which, step, place)
+        table = self._table(steps.inside(step, place))
+        f: Array = table[which, numpy.arange(len(which))]
+        if steps.wide:
+            largest = abs(f).max(axis=tuple(range(1, f.ndim)), initial=0)
+            lost = numpy.flatnonzero(~(largest > doubt / SHAPE))
+            if len(lost):
+                f[lost] = self._wide_values(steps.wide, which[lost], step[lost], place[lost])
+        return f
+
+    def _wide_values(self, wide: Wide, which: Array, step: Array, place: Array) -> Array:
+        """Return functions at places, evaluated in the wide arithmetic, as doubles."""
+        shape = (-1, *(1,) * (place.ndim - 1))
+        mine, at = (x.reshape(shape) + 0 * place for x in (which, step))
+        there, index = numpy.unique(at + 1j * place, return_inverse=True)
+        _, row = wide.rows(there.real.astype(int), wide.array(there.imag))
+        functions = sorted(set(which.tolist()))
+        table = self._along(functions, self._body_of(wide.number), row, wide.fn)
+        index, f = index.reshape(mine.shape), numpy.empty(mine.shape)
+        for i, value in zip(functions, table, strict=True):
+            here = mine == i
+            f[here] = (value + 0 * row[0])[index[here]]
+        return f
+
+    def _of_wide(self, wide: Wide, i: int, row: Sequence[Array]) -> Array:
+        """Return one function at rows of wide numbers."""
+        (value,) = self._along([i], self._body_of(wide.number), row, wide.fn)
+        return value + 0 * row[0]
+
+    def _errors(self, steps: Steps) -> tuple[Array, Array]:
+        """Return errors of the functions at the ends of the steps: in the run, and in double.
+
+        The size of a component in a step is its largest term.
+        """
+        terms = abs(steps.terms)
+        size = terms.max(axis=1)
+        left = OMITTED * (terms[:, -1] + OMITTED * terms[:, -2])
+        rounding = 2.0**-self.setup.precision.bits
+        if self._lost is None:
+            self._lost = numpy.full(len(size), ROUNDINGS * rounding)
+        each = rounding + numpy.where(size > 0, left / size, 0.0)
+        lost = self._lost[:, None] + numpy.cumsum(each, axis=1)
+        self._lost = lost[:, -1]
+        ends = [numpy.append(x[0], x[1, -1:]) for x in steps.at(numpy.array([0.0, 1.0]))]
+        size, lost = (numpy.append(x, x[:, -1:], axis=1) for x in (size, lost))
+        size[:, 1:-1] = numpy.maximum(size[:, 1:-1], size[:, :-2])
+        return self._propagated(ends, size, lost)[::-1]
+
+    def _propagated(self, rows: Sequence[Array], size: Array, lost: Array) -> tuple[Array, Array]:
+        """Return what errors of components make of the functions: in double, and in the run.
+
+        ``rows`` are arrays of one axis; ``lost`` are errors of the run relative to ``size``.
+        """
+        in_double = ROUNDINGS * DOUBLE
+        error = self._sizes(rows, size * numpy.maximum(lost, in_double) / DOUBLE) * DOUBLE
+        if self.setup.precision.is_float:
+            return error, error
+        rounding = 2.0**-self.setup.precision.bits
+        return error, self._sizes(rows, size * lost / rounding) * rounding
+
+    def _sizes(self, rows: Sequence[Array], errors: Array) -> Array:
+        """Return the sizes of the functions' summands, from errors of components in roundings."""
+        row = [Sized(x, size + 0 * x) for x, size in zip(rows, errors, strict=True)]
+        table = numpy.zeros((len(self.events), len(rows[0])))
+        values = self._along(range(len(table)), self._body, row, SizedFunctions())
+        for i, value in enumerate(values):
+            table[i] = getattr(value, "size", 0.0)
+        return table
+
+    def _require_defined(self, f: Array) -> None:
+        undefined = [e.name for e, x in zip(self.events, f, strict=True) if not numpy.isfinite(x)]
+        if undefined:
+            raise InputError(
+                f"events: got {', '.join(undefined)}, undefined at the start, expected a function "
+                "that is defined there, such as theta_max, phi_dot_zero or nu_x_zero"
+            )
+
+    # ---- parts of steps -------------------------------------------------------------------------
+
+    def _divided(
+        self, steps: Steps, which: Array, step: Array, low: Array, width: Array, error: Array,
+        doubt: Array,
+    ) -> tuple[Intervals, Points]:  # fmt: skip
+        """Return parts of steps with polynomials of the functions' shape, and points inside.
+
+        The points are the extrema, and the bounds between the parts of a step.
+
+        Raises ``InputError``: a function is undefined inside.
+        """
+        done = []
+        for halving in range(HALVINGS + 1):
+            places = low[:, None] + width[:, None] * nodes(FINE)
+            f = self._values(steps, which, step, places, doubt).T
+            polynomials, largest = through(f), abs(f).max(axis=0, initial=0)
+            shaped = polynomials.tail <= numpy.maximum(SHAPE * largest, doubt)
+            last = halving == HALVINGS or len(which) > MOST_PARTS
+            self._require_defined_inside(steps, which, step, low, width, f, last)
+            shaped |= last & numpy.isfinite(polynomials.tail)
+            columns = which, step, low, width, error, doubt, f[0], largest, polynomials.tail
+            kept = [x[shaped] for x in columns]
+            done.append((*kept, polynomials.bernstein[:, shaped], polynomials.monomials[:, shaped]))
+            if last or shaped.all():
+                break
+            which, step, low, width, error, doubt = (numpy.tile(x[~shaped], 2) for x in columns[:6])
+            width = width / 2
+            low[len(low) // 2 :] += width[len(low) // 2 :]
+        which, step, low, width, error, doubt, first, largest, tail, bernstein, monomials = (
+            numpy.concatenate(part, axis=-1) for part in zip(*done, strict=True)
+        )
+        _, certain = sign_changes(bernstein, tail + doubt)
+        # an interval that is below its error everywhere has nothing to decide
+        open_ = numpy.flatnonzero(~certain & (abs(bernstein).max(axis=0, initial=0) > error))
+        of, inside = extrema(Polynomials(bernstein[:, open_], tail[open_], monomials[:, open_]))
+        of = open_[of]
+        place = low[of] + width[of] * inside
+        value = self._values(steps, which[of], step[of], place, doubt[of])
+        flat = numpy.maximum(doubt, largest * DOUBLE / SHAPE)
+        turning = Points(which[of], step[of] + place, value, error[of], flat[of], width[of])
+        bounds = Points(which, step + low, first, error, flat, 0 * low)
+        inner = Points(*(x[low > 0] for x in bounds))
+        return Intervals(which, step + low, width, monomials), _joined(turning, inner)
+
+    def _require_defined_inside(
+        self, steps: Steps, which: Array, step: Array, low: Array, width: Array, f: Array, last: bool
+    ) -> None:
+        """Refuse parts of steps in which all values are undefined, and in the last parts one value.
+
+        A function may be undefined where a segment begins or ends.
+        """
+        finite = numpy.isfinite(f)
+        undefined = ~(finite.all(axis=0) if last else finite.any(axis=0))
+        undefined &= (step + low > 0) & (step + low + width < len(steps))
+        for i, place in zip(which[undefined], (step + low)[undefined], strict=True):
+            raise self._broken(int(i), steps, float(place))
+
+    def _broken(self, i: int, steps: Steps, position: float) -> InputError:
+        step = min(int(position), len(steps) - 1)
+        t = steps.begin[step] + (position - step) * steps.length[step]
+        t = float(t) * float(self.start.units.time)
+        return InputError(
+            f"events: got {self.events[i].name}, which jumps or is undefined at t = {t:.6g} s, "
+            "expected a continuous function that is always defined, such as theta_max or "
+            "phi_dot_zero"
+        )
+
+    # ---- signs ----------------------------------------------------------------------------------
+
+    def _settle(self, steps: Steps, points: Points, intervals: Intervals) -> None:
+        """Record the changes of sign between points, and the functions that are undecided."""
+        unsure = numpy.flatnonzero(abs(points.value) <= points.doubt)
+        if steps.wide and len(unsure):
+            self._decide(steps, steps.wide, points, unsure)
+        order = numpy.lexsort((points.position, points.which))
+        points = Points(*(x[order] for x in points))
+        brackets: list[tuple[int, int, int]] = []
+        signs = numpy.sign(points.value).astype(int)
+        counts = abs(points.value) > points.error
+        # an undecided extremum, and an undecided end of a step
+        weights = numpy.where(points.reach > 0, 2, points.position == numpy.floor(points.position))
+        first = numpy.searchsorted(points.which, numpy.arange(len(self.events) + 1))
+        for i, (begin, end) in enumerate(itertools.pairwise(first.tolist())):
+            if begin < end:
+                here = slice(begin, end)
+                brackets += self._changes(i, begin, signs[here], counts[here], weights[here])
+        if brackets:
+            low, high, direction = numpy.array(brackets).T
+            self._record(steps, points, low, high, direction, intervals)
+
+    def _changes(
+        self, i: int, begin: int, signs: Array, counts: Array, weights: Array
+    ) -> list[tuple[int, int, int]]:
+        """Return brackets of a function's events: indices of points, and the direction.
+
+        Its points are those from ``begin`` on.
+        """
+        event, brackets = self.events[i], []
+        seen = numpy.flatnonzero(counts)
+        counted = signs[seen]
+        before = numpy.concatenate(([self._sign[i]], counted[:-1]))
+        previous = numpy.concatenate(([-1], seen[:-1]))
+        plain = seen - previous == 1
+        if self._undecided[i]:
+            plain[:1] = False
+        turned = numpy.cumsum(weights * ~counts)
+        undecided = numpy.diff(turned[seen], prepend=0)
+        undecided[:1] += self._weight[i]
+        gap = ~plain & (before != 0)
+        same = before == counted
+        if (gap & same).any():
+            self._touches.add(i)
+        if (gap & (undecided > TANGENCY)).any():
+            self._unresolved.add(i)
+        changed = before * counted < 0
+        wanted = changed & ((event.direction == 0) | (event.direction == counted))
+        for k in numpy.flatnonzero(wanted).tolist():
+            high, lowest = int(seen[k]), max(int(previous[k]), 0)
+            while high - 1 > lowest and signs[high - 1] == counted[k]:
+                high -= 1
+            brackets.append((begin + max(high - 1, 0), begin + high, int(counted[k])))
+        rest = turned[-1] - (turned[seen[-1]] if len(seen) else 0)
+        self._weight[i] = rest if len(seen) else self._weight[i] + rest
+        if len(seen):
+            self._sign[i] = counted[-1]
+        self._undecided[i] = not len(seen) or seen[-1] < len(signs) - 1
+        return brackets
+
+    def _decide(self, steps: Steps, wide: Wide, points: Points, unsure: Array) -> None:
+        """Take values from the wide arithmetic, at extrema those of the vertex nearby."""
+        still = unsure[points.reach[unsure] == 0]
+        step = numpy.minimum(points.position[still].astype(int), len(steps) - 1)
+        place = points.position[still] - step
+        if len(still):
+            points.value[still] = self._wide_values(wide, points.which[still], step, place)
+        turning = unsure[points.reach[unsure] > 0]
+        for i in set(points.which[turning].tolist()):
+            here = turning[points.which[turning] == i]
+            step = numpy.minimum(points.position[here].astype(int), len(steps) - 1)
+            value = partial(self._in_wide, wide, i, step)
+            place, reach = wide.array(points.position[here] - step), points.reach[here]
+            far, bits = FLATTEST, self.setup.precision.bits
+            while True:
+                aside = wide.array(far * reach)
+                left, middle, right = value(place - aside), value(place), value(place + aside)
+                move = aside * (left - right) / (2 * (left - 2 * middle + right))
+                near = (abs(move) <= reach).astype(bool)
+                move = numpy.where(near, move, 0.0)
+                place = place + move
+                if far**4 < 2.0**-bits:
+                    break
+                far *= far
+            # the move of a vertex is the last one's square, so the parabola gives the value there
+            middle = middle + numpy.where(near, (right - left) * move / (4 * aside), 0.0)
+            points.value[here] = middle
+            points.position[here] = step + place.astype(float)
+
+    def _record(
+        self, steps: Steps, points: Points, low: Array, high: Array, direction: Array,
+        intervals: Intervals,
+    ) -> None:  # fmt: skip
+        """Record the zeros between neighbouring points, of which ``high`` is behind the zero.
+
+        Raises ``InputError``: a function jumps there.
+        """
+        which, begin, end = points.which[high], points.position[low], points.position[high]
+        least = numpy.minimum(abs(points.value[low]), abs(points.value[high]))
+        error = numpy.maximum(points.error[low], points.error[high])
+        step = numpy.minimum(begin, len(steps) - 1).astype(int)
+        place, slope, reach = begin - step, 0 * begin + numpy.inf, end - begin
+        if len(intervals.which):
+            apart = len(steps) + 2
+            key = intervals.which * apart + intervals.position
+            order = numpy.argsort(key)
+            mine = numpy.searchsorted(key[order], which * apart + begin, side="right") - 1
+            mine = order[numpy.maximum(mine, 0)]
+            origin, width = intervals.position[mine], intervals.width[mine]
+            inside = (intervals.which[mine] == which) & (begin >= origin) & (begin < origin + width)
+            left, right = (numpy.clip((x - origin) / width, 0, 1) for x in (begin, end))
+            root, rate = zero_between(intervals.monomials[:, mine], left, right, direction)
+            place = numpy.where(inside, origin - step + width * root, place)
+            slope = numpy.where(inside, rate / width, slope)
+        zeros = self._zeros(
+            steps, which, step, _Bracket(place, begin - step, end - step, slope, direction)
+        )
+        broken = (abs(zeros.value) > JUMP * least) & (abs(zeros.value) > error) & (reach > 0)
+        for k in numpy.flatnonzero(broken).tolist():
+            raise self._broken(int(which[k]), steps, float(begin[k]))
+        names = [self.events[i].name for i in which.tolist()]
+        self._hits += map(EventRecord, names, zeros.times, direction.tolist(), zeros.states)
+        if len(self._hits) > MOST_EVENTS:
+            raise too_many_events()
+
+    def _zeros(self, steps: Steps, which: Array, step: Array, bracket: _Bracket) -> _Zero:
+        """Return the zeros of functions in steps, to the last bits of the run."""
+        wide = steps.wide
+        if not wide:
+            function = partial(self._in_double, steps, which, step)
+            place, left = _refined(function, bracket, POLISHED, SETTLED * DOUBLE)
+            times = (steps.begin[step] + place * steps.length[step]).tolist()
+            states = numpy.array(steps.inside(step, place)).T.tolist()
+            return _Zero(times, list(map(tuple, states)), left)
+        place, low, high = map(wide.array, bracket[:3])
+        bracket = bracket._replace(place=place, low=low, high=high)
+        left, bits = numpy.zeros(len(which)), self.setup.precision.bits
+        for i in set(which.tolist()):
+            here = which == i
+            function, part = partial(self._in_wide, wide, i, step[here]), bracket.of(here)
+            place[here], left[here] = _refined(
+                function, part, POLISHED + bits // 50, SETTLED * 2.0**-bits
+            )
+        when, row = wide.rows(step, place)
+        states = [tuple(map(wide.back, state)) for state in zip(*row, strict=True)]
+        return _Zero(list(map(wide.back, when)), states, left)
+
+    def _in_double(
+        self, steps: Steps, which: Array, step: Array, place: Array, rows: Any = slice(None)
+    ) -> Array:
+        return self._values(steps, which[rows], step[rows], place, place)
+
+    def _in_wide(
+        self, wide: Wide, i: int, step: Array, place: Array, rows: Any = slice(None)
+    ) -> Array:
+        return self._of_wide(wide, i, wide.rows(step[rows], place)[1])
+
+
+class _Bracket(NamedTuple):
+    """A place near a zero of a function, places before and behind it, and its slope."""
+
+    place: Array
+    low: Array
+    high: Array
+    slope: Array
+    direction: Array
+
+    def of(self, rows: Array) -> _Bracket:
+        """Return some of the rows."""
+        return _Bracket(*(x[rows] for x in self))
+
+
+class _Zero(NamedTuple):
+    """Times and states of zeros, and the values of the functions there."""
+
+    times: list[Scalar]
+    states: list[tuple[Scalar, ...]]
+    value: Array
+
+
+def _refined(
+    function: Callable[..., Array], bracket: _Bracket, most: int, settled: float
+) -> tuple[Array, Array]:
+    """Return the zeros of a function, and its values there.
+
+    By at most ``most`` secants, which end when a move is shorter than ``settled`` times the place,
+    or longer than the one before. That is noise if the place has half its digits. Where it has
+    not, as at a multiple zero, a kink or a jump, the bracket is halved.
+    """
+    place, slope, reach = bracket.place, bracket.slope, bracket.high - bracket.low
+    value, rows, last = function(place), numpy.arange(len(place)), 0 * reach
+    for _ in range(most):
+        move = value[rows] / slope
+        last[rows] = move
+        size = abs(move)
+        going = ((size <= reach) & (size > settled * abs(place[rows]))).astype(bool)
+        rows, move = rows[going], move[going]
+        if not len(rows):
+            break
+        before, place[rows] = value[rows], place[rows] - move
+        value[rows] = function(place[rows], rows)
+        slope, reach = (before - value[rows]) / move, size[going]
+    rows = numpy.flatnonzero((abs(last) > settled**0.5 * abs(place)).astype(bool))
+    if len(rows):
+        place[rows], value[rows] = _halved(partial(function, rows=rows), bracket.of(rows))
+    return place, value
+
+
+def _halved(function: Callable[..., Array], bracket: _Bracket) -> tuple[Array, Array]:
+    """Return the zeros of a function by halving brackets until rounding ends it."""
+    low, high = bracket.low, bracket.high
+    while True:
+        middle = (low + high) / 2
+        value = function(middle)
+        behind = (value * bracket.direction >= 0).astype(bool)
+        inside = ((low < middle) & (middle < high)).astype(bool)
+        if not inside.any():
+            return middle, value
+        low, high = numpy.where(behind, low, middle), numpy.where(behind, middle, high)
+
+
+def _joined(first: Any, second: Any) -> Any:
+    return type(first)(
+        *(numpy.concatenate(pair, axis=-1) for pair in zip(first, second, strict=True))
+    )
