@@ -14,8 +14,10 @@ from benchmarks.work_precision.peers import Method, Prepare, Settings, Solve, So
 from benchmarks.work_precision.problem import GoldenProblem
 from tt_precise.integration.equations import Equations
 from tt_precise.integration.events import catalogue
-from tt_precise.integration.heyoka_backend import Integrator, build, numeric_options
+from tt_precise.integration.heyoka_backend import build, numeric_options
 from tt_precise.integration.setup import Setup
+from tt_precise.integration.steps import of_dense_output
+from tt_precise.integration.zeros import Zeros
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.runtime.values import Adaptive, Array, Scalar
 
@@ -77,15 +79,16 @@ def supplied(
 ) -> Solve:
     """What ``integrate`` runs: the end of contact watched, and the events and records given."""
     names = catalogue(problem.scene.model) if events == ("all",) else events
-    made = build(setup_of(problem, settings, names, record))
-    return _solver(made.adaptive, problem, settings, made)
+    setup = setup_of(problem, settings, names, record)
+    made = build(setup.but(events=()))
+    return _solver(made.adaptive, problem, settings, setup)
 
 
 def _solver(
     adaptive: Adaptive,
     problem: GoldenProblem,
     settings: Settings,
-    made: Integrator | None = None,
+    setup: Setup | None = None,
 ) -> Solve:
     import heyoka
 
@@ -102,10 +105,15 @@ def _solver(
         for i, value in enumerate(start):
             adaptive.state[i] = value
         adaptive.time = zero
-        if made:
+        if setup:
             adaptive.reset_cooldowns()
-            made.hits.clear()
-        if len(times) == 1:
+        if setup and setup.events:
+            zeros = Zeros(setup, problem.start(precision))
+            outcome, _, _, steps, output, _ = adaptive.propagate_until(times[-1], c_output=True)
+            zeros.read(of_dense_output(output, setup, zeros.start))
+            rows = output(numpy.array(times, dtype=precision.fp_type))
+            states = [[row[j] for j in range(entries)] for row in rows]
+        elif len(times) == 1:
             outcome, _, _, steps, _, _ = adaptive.propagate_until(times[0])
             states = [[adaptive.state[i] for i in range(entries)]]
         else:

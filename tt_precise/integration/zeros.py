@@ -395,8 +395,9 @@ class Zeros:
         return Intervals(which, step + low, width, monomials), _joined(turning, inner)
 
     def _require_defined_inside(
-        self, steps: Steps, which: Array, step: Array, low: Array, width: Array, f: Array, last: bool
-    ) -> None:
+        self, steps: Steps, which: Array, step: Array, low: Array, width: Array, f: Array,
+        last: bool,
+    ) -> None:  # fmt: skip
         """Refuse parts of steps in which all values are undefined, and in the last parts one value.
 
         A function may be undefined where a segment begins or ends.
