@@ -215,7 +215,7 @@ def command(
     --contact bilateral).
     """
     from tt_precise.integration import integrate
-    from tt_precise.integration.trajectory import MOST_SECONDS, seconds_for
+    from tt_precise.integration.ladder import MOST_SECONDS, seconds_for
     from tt_precise.runtime.terminal import progress_bar
     from tt_precise.scene.scene import RECORDABLE, load_scene
 

@@ -4,25 +4,20 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from tt_precise.integration.columns import POSE, POSE_NAMES, Name, State, expanded
 from tt_precise.integration.dense_output import ARRIVED, Status
 from tt_precise.integration.errors import Errors
 from tt_precise.integration.events import not_alternating
-from tt_precise.integration.precision import Precision, is_available
+from tt_precise.integration.ladder import Rung, integrate_to_digits
+from tt_precise.integration.precision import Precision
 from tt_precise.integration.run import DIGITS, ERROR, Numbers, Run, Stretch, integrated
-from tt_precise.integration.setup import (
-    Events,
-    Setup,
-    asked_for,
-    full_tolerance,
-    refused_in_doubles,
-)
+from tt_precise.integration.setup import Events, Setup, asked_for, full_tolerance
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.parameters import Dimension
 from tt_precise.mechanics.quantities import Motion, jellett
@@ -30,7 +25,6 @@ from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar, listed
 from tt_precise.scene.numerals import as_fraction, shortest_texts, written
 from tt_precise.scene.scene import RECORDABLE, Scene, load_scene
-from tt_precise.taylor.graph import ArcTangentError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -594,110 +588,3 @@ def integrate(
             )
     trajectory = integrate_to_digits(digits, loaded, run, euler=formulation == "euler")
     return _differentiated(trajectory, sensitivity)
-
-
-SPARE = 0.1  # digits; a reference that errs by a tenth of the run's error is off by half of this
-LOST = 2.0  # digits of the tolerance that most scenes lose
-WORTH = 0.25  # of a digit more for each digit of the tolerance; where a retry wins less, none helps
-# Two runs in mp cost about this many seconds on the reference scene, whose horizon is so many units
-# of time; what they cost grows with the square of the order and with the product of long numbers.
-SECONDS, UNITS, BITS, GROWTH = 26.0, 177.0, 200, 2.5
-MOST_SECONDS = 3600.0
-DIGITS_PER_BIT = math.log10(2)
-
-
-class Rung(NamedTuple):
-    """An arithmetic and a tolerance; ``bits`` only for mp, which has its full accuracy."""
-
-    precision: str
-    tolerance: float
-    bits: int | None = None
-
-    @property
-    def digits(self) -> float:
-        """Those of the tolerance."""
-        return -math.log10(self.tolerance) if self.tolerance else DIGITS_PER_BIT * (self.bits or 0)
-
-
-# heyoka's error follows its order, which rises by one at exp(-30) = 9.36e-14
-LADDER = (
-    Rung("double", 1e-10), Rung("double", 9.3e-14),
-    Rung("double-double", 1e-18), Rung("double-double", 1e-23), Rung("double-double", 1e-28),
-    Rung("triple-double", 1e-34), Rung("triple-double", 1e-40), Rung("triple-double", 3e-45),
-)  # fmt: skip
-# of heyoka's arithmetics alone: for motions in pieces, Euler angles and arc tangents in events, and
-# without llvmlite
-HEYOKAS = (
-    Rung("double", 1e-10), Rung("double", 9.3e-14), Rung("extended", 1e-17), Rung("quad", 1e-23),
-    Rung("quad", 1e-30),
-)  # fmt: skip
-
-
-def integrate_to_digits(
-    wanted: Any, scene: Scene, run: Callable[[Rung], Trajectory], *, euler: bool = False
-) -> Trajectory:
-    """The trajectory from the first rung that delivers ``wanted`` digits throughout.
-
-    The error estimate of the run decides, for every entry at every sample, in every event and at
-    the end. The next rung adds the digits that are missing.
-
-    Raises ``InputError``: the digits are not a whole number in range, cannot be reached, or would
-    take too long.
-    """
-    if isinstance(wanted, bool) or not hasattr(wanted, "__index__") or wanted < 1:
-        raise InputError(f"digits: got {wanted!r}, expected a whole number from 1")
-    _require_practical(wanted, scene)
-    ours = is_available("double-double") and not (euler or refused_in_doubles(scene))
-    ladder = LADDER if ours else HEYOKAS
-    needed, before = wanted + LOST, (-math.inf, -math.inf)
-    while True:
-        enough = (r for r in ladder if r.digits >= needed and is_available(r.precision))
-        rung = next(enough, None) or Rung("mp", 0.0, max(128, math.ceil(needed / DIGITS_PER_BIT)))
-        try:
-            trajectory = run(rung)
-        except ArcTangentError:  # of an event's function, which heyoka takes
-            ladder = HEYOKAS
-            continue
-        reached = 0.0 if trajectory.status == "failed" else trajectory.digits_throughout
-        if reached >= wanted + SPARE:
-            return trajectory
-        if reached < before[1] + WORTH * (rung.digits - before[0]):
-            raise InputError(_missed(wanted, trajectory, reached))
-        before = rung.digits, max(reached, before[1])
-        needed = rung.digits + max(wanted + SPARE - reached, SPARE)
-
-
-def _missed(wanted: int, trajectory: Trajectory, reached: float) -> str:
-    name, precision = trajectory.scene.name, trajectory.precision
-    if trajectory.status == "failed":
-        return (
-            f"digits: got {wanted}, but the integration of {name} fails after "
-            f"{float(trajectory.t_end):.3g} s; expected a scene that can be integrated"
-        )
-    return (
-        f"digits: got {wanted}, but {name} has {reached:.1f} in {precision.name} with "
-        f"{precision.bits} bits, and finer numbers win no more; expected fewer digits, or a "
-        "precision in their place"
-    )
-
-
-def seconds_for(digits: int, scene: Scene) -> float:
-    """Estimated cost of ``digits`` of a scene, in s of a core; 0 if mp is not needed."""
-    if digits + LOST <= LADDER[-1].digits:
-        return 0.0
-    units = float(scene.until) / math.sqrt(float(scene.body.R / scene.body.g))
-    return SECONDS * units / UNITS * ((digits + LOST) / DIGITS_PER_BIT / BITS) ** GROWTH
-
-
-def _require_practical(wanted: int, scene: Scene) -> None:
-    seconds = seconds_for(wanted, scene)
-    if seconds <= MOST_SECONDS:
-        return
-    most = wanted
-    while seconds_for(most, scene) > MOST_SECONDS:
-        most -= max(1, most // 50)
-    raise InputError(
-        f"digits: got {wanted}, which would take about {seconds / 3600:.0f} h for "
-        f"{float(scene.until):g} s of {scene.name}; expected at most {most}, which take an hour, "
-        "or a shorter time"
-    )

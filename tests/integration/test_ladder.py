@@ -9,7 +9,7 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tt_precise.integration import Trajectory, integrate, trajectory
+from tt_precise.integration import Trajectory, integrate, ladder
 from tt_precise.integration.columns import digits_over_rows, worst_digits
 from tt_precise.integration.errors import distance, floats
 from tt_precise.integration.precision import KINDS
@@ -20,7 +20,7 @@ from tt_precise.scene.scene import Scene, load_scene, shipped
 def climb(tried: list[Any], wanted: int, lost: float = 1.0, most: float = 1e9) -> None:
     """By runs that lose ``lost`` digits, and have ``most`` at most."""
 
-    def run(rung: trajectory.Rung) -> Any:
+    def run(rung: ladder.Rung) -> Any:
         tried.append(rung)
         return SimpleNamespace(
             status="complete",
@@ -29,7 +29,7 @@ def climb(tried: list[Any], wanted: int, lost: float = 1.0, most: float = 1e9) -
             precision=SimpleNamespace(name="double", bits=53),
         )
 
-    trajectory.integrate_to_digits(wanted, load_scene("reference"), run)
+    ladder.integrate_to_digits(wanted, load_scene("reference"), run)
 
 
 def climbed(wanted: int, **runs: float) -> list[Any]:
@@ -40,14 +40,14 @@ def climbed(wanted: int, **runs: float) -> list[Any]:
 
 def test_rungs_of_the_ladder() -> None:
     """The first that mostly suffices; then what the estimate lacks and ``SPARE`` are added."""
-    assert all(climbed(n)[0].digits >= n + trajectory.LOST for n in range(1, 60))
-    assert climbed(6) == [trajectory.LADDER[0]]
+    assert all(climbed(n)[0].digits >= n + ladder.LOST for n in range(1, 60))
+    assert climbed(6) == [ladder.LADDER[0]]
     assert [climbed(n)[0].precision for n in (34, 60)] == ["triple-double", "mp"]
-    assert climbed(8, lost=2.5) == [trajectory.LADDER[0], trajectory.LADDER[1]]
-    assert climbed(8, lost=6) == [trajectory.LADDER[0], trajectory.LADDER[2]]
-    enough = 10 - 8 - trajectory.SPARE
-    assert climbed(8, lost=enough - 0.01) == [trajectory.LADDER[0]]
-    assert climbed(8, lost=enough + 0.01) == [trajectory.LADDER[0], trajectory.LADDER[1]]
+    assert climbed(8, lost=2.5) == [ladder.LADDER[0], ladder.LADDER[1]]
+    assert climbed(8, lost=6) == [ladder.LADDER[0], ladder.LADDER[2]]
+    enough = 10 - 8 - ladder.SPARE
+    assert climbed(8, lost=enough - 0.01) == [ladder.LADDER[0]]
+    assert climbed(8, lost=enough + 0.01) == [ladder.LADDER[0], ladder.LADDER[1]]
     tried: list[Any] = []
     with pytest.raises(InputError, match="digits: got 9, but reference has 0"):
         climb(tried, 9, most=0.0)
@@ -79,9 +79,9 @@ def test_digits_that_would_take_days_are_refused_with_the_largest_that_is_practi
         integrate("reference", digits=1000)
     most = int(str(refused.value).partition("at most ")[2].partition(",")[0])
     scene = load_scene("reference")
-    without_mp, within, beyond = (trajectory.seconds_for(n, scene) for n in (40, most, 1000))
+    without_mp, within, beyond = (ladder.seconds_for(n, scene) for n in (40, most, 1000))
     assert without_mp == 0
-    assert within <= trajectory.MOST_SECONDS < beyond
+    assert within <= ladder.MOST_SECONDS < beyond
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_quad_without_80_bits_and_llvmlite(short: Scene, monkeypatch: pytest.Mon
     for name in ("_has_80_bit_floats", "_has_llvmlite"):
         monkeypatch.setattr(f"tt_precise.integration.precision.{name}", lambda: False)
     assert integrate(short, digits=15).precision.name == "quad"
-    assert not any(KINDS[rung.precision].doubles for rung in trajectory.HEYOKAS)
+    assert not any(KINDS[rung.precision].doubles for rung in ladder.HEYOKAS)
 
 
 def test_a_hopeless_start_is_refused(reference: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
