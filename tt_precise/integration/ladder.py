@@ -18,7 +18,10 @@ class Judged(Protocol):
 
     scene: Scene
     status: Any
-    t_end: Scalar
+
+    @property
+    def t_end(self) -> Scalar:
+        """The end of the solution in s."""
 
     @property
     def precision(self) -> Precision:
