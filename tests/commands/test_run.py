@@ -96,6 +96,25 @@ def test_the_climb_is_that_of_the_trajectory(printed: Printed) -> None:
     assert (never["equator"]["verdict"], never["climb"]) == ("not_passed", None)
 
 
+def test_the_climb_of_asked_digits_has_them(printed: Printed, said: Said) -> None:
+    found = printed("run reference --digits 25")
+    climb = found["climb"]
+    assert climb["precision"] == found["precision"] != "double"
+    fine = integrate("reference", digits=40).inversion
+    for name in "BC":
+        for end in ("t_init", "t_end"):
+            error = float(climb[name][f"{end}_error"])
+            with mpmath.workdps(50):
+                apart = mpmath.mpf(climb[name][end]) - getattr(getattr(fine, name), end)
+            assert abs(apart) < 2 * error < 1e-24
+    text = said("run reference --digits 25")
+    assert re.search(
+        r"^  climb B: 3\.17139822803862592\d+ \+- [\d.]+e-\d\d s to ", text, re.MULTILINE
+    )
+    plain = printed("run reference")["climb"]
+    assert plain["equator_error"] is plain["A"]["t_init_error"] is None
+
+
 @pytest.mark.parametrize(
     ("words", "theorem", "equator", "end"),
     [

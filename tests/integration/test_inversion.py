@@ -144,3 +144,34 @@ def test_a_passage_of_the_pole_has_no_direction(chosen: dict[str, Any]) -> None:
     assert integrate("rocking", **chosen).inversion == inversion.InversionTimes(
         None, NONE, NONE, NONE
     )
+
+
+@pytest.mark.parametrize(
+    ("how", "largest"),
+    [({}, 1e-10), ({"digits": 6}, 1e-4), ({"digits": 12}, 1e-12), ({"digits": 20}, 1e-20)],
+)
+def test_the_times_of_the_climb_have_their_errors(how: dict[str, Any], largest: float) -> None:
+    """Against a run of 30 digits."""
+    fine = integrate("reference", digits=30).inversion
+    run = integrate("reference", **how)
+    found, errors = run.inversion, run.inversion_errors
+    assert list(errors) == ["equator", *found.times]
+    for name, t in {"equator": found.equator, **found.times}.items():
+        apart = abs(t - (fine.equator if name == "equator" else fine.times[name]))
+        # in double a time is stored with half a unit in its last place
+        assert apart <= 1.5 * errors[name] + (1e-15 if run.precision.is_float else 0), name
+        assert errors[name] < largest, name
+
+
+def test_wide_times_print_the_digits_that_are_right() -> None:
+    found = integrate("reference", digits=12).inversion
+    assert str(found.equator).startswith("5.8797495180457992")
+    assert len(str(found.A.t_init).split(" +- ")[0]) < 20
+    assert " +- " in found._repr_html_()
+
+
+def test_a_time_that_is_not_there_has_no_error() -> None:
+    assert integrate("upright").inversion_errors == {}
+    assert list(integrate("regularised-1e-2").inversion_errors) == [
+        "equator", "t_init_A", "t_init_B", "t_init_C",
+    ]  # fmt: skip

@@ -26,6 +26,7 @@ UNFINISHED = 1
 LONG_S = 60.0  # a run with --digits that takes longer says so first
 LEAVES = ("contact_lost", "lift_off", "separation")  # how a stretch on the table ends in the air
 FORCE = "extremum:g_n"
+ENDS = ("t_init", "t_end")
 APPROACHES = {
     "inverted": "approaches the inverted spin", "upright": "approaches the upright spin",
     "not_inverted": "not the inverted spin", "undecided": "undecided",
@@ -47,6 +48,10 @@ class ClimbRecord(Record, frozen=True):
 
     t_init: Annotated[str | None, means("begin in s; null if there is none")]
     t_end: Annotated[str | None, means("end in s; null if there is none")]
+    t_init_error: Annotated[
+        str | None, means("estimated error in s; null in a run without --digits")
+    ] = None
+    t_end_error: Annotated[str | None, means("estimated error in s, likewise")] = None
 
 
 class ClimbsRecord(Record, frozen=True):
@@ -54,6 +59,7 @@ class ClimbsRecord(Record, frozen=True):
 
     precision: Annotated[str, means("arithmetic of the run with these times")]
     equator: Annotated[str, means("when theta first crosses pi/2, in s")]
+    equator_error: Annotated[str | None, means("estimated error in s, likewise")]
     A: Annotated[ClimbRecord, means("signed perigee")]
     B: Annotated[ClimbRecord, means("L.k = L.z and L.k = -L.z")]
     C: Annotated[ClimbRecord, means("phi_dot > 0")]
@@ -284,7 +290,7 @@ def command(
     if animate is not None:
         with progress_bar(f"drawing {loaded.name}") as progress:
             trajectory.animate(animate, progress=progress)
-    outcome = answers(trajectory)
+    outcome = answers(trajectory, exactly=digits is not None)
     options.emit(as_json, summary(trajectory, outcome), lines(trajectory, outcome))
     return 0 if trajectory.status == "complete" else UNFINISHED
 
@@ -317,15 +323,20 @@ def summary(trajectory: Trajectory, outcome: dict[str, Any]) -> RunRecord:
     )
 
 
-def answers(trajectory: Trajectory) -> dict[str, Any]:
-    """Return the outcome: the entries of ``RunRecord`` from ``at_rest`` to ``stretches``."""
+def answers(trajectory: Trajectory, *, exactly: bool = False) -> dict[str, Any]:
+    """Return the outcome: the entries of ``RunRecord`` from ``at_rest`` to ``stretches``.
+
+    ``exactly``: the times of the climb in the arithmetic of the run, with their errors; otherwise
+    in double, which costs a hundredth of a second.
+    """
     from tt_precise.certify.outcome import outcome_of
 
     text = trajectory.precision.text
     climb = smallest = None
     # in free flight a top turns over without a climb; what fails at once has no events
     if trajectory.scene.model != "flight" and trajectory.t_end > 0:
-        climb, smallest = _climbs(trajectory), _smallest_force(trajectory)
+        climb = _climbs(trajectory, exactly=exactly)
+        smallest = _smallest_force(trajectory)
     theorem, equator, end = outcome_of(trajectory, climb.equator if climb else None)
     stretches = tuple(
         StretchRecord(piece.model, text(piece.begin), text(piece.end), piece.status)
@@ -375,17 +386,21 @@ def _with_events(trajectory: Trajectory, *events: str) -> Trajectory:
     return trajectory.again(precision=double, tolerance=0.0, events=events, record=())
 
 
-def _climbs(trajectory: Trajectory) -> ClimbsRecord | None:
+def _climbs(trajectory: Trajectory, *, exactly: bool) -> ClimbsRecord | None:
     from tt_precise.integration.inversion import NEEDED
 
-    run = _with_events(trajectory, *NEEDED)
-    text, inversion = run.precision.text, run.inversion
-    if inversion.equator is None:
+    run = trajectory if exactly else _with_events(trajectory, *NEEDED)
+    if run.inversion.equator is None:
         return None
+    text, errors = run.precision.text, run.inversion_errors if exactly else {}
+    times = {"equator": run.inversion.equator, **run.inversion.times}
+    shown = {name: text(t) for name, t in times.items()}
+    apart = {name: f"{error:.2g}" for name, error in errors.items()}
     climbs = [
-        ClimbRecord(text(c.t_init), text(c.t_end)) for c in (inversion.A, inversion.B, inversion.C)
+        ClimbRecord(*(column.get(f"{end}_{d}") for column in (shown, apart) for end in ENDS))
+        for d in "ABC"
     ]
-    return ClimbsRecord(run.precision.name, text(inversion.equator), *climbs)
+    return ClimbsRecord(run.precision.name, text(times["equator"]), apart.get("equator"), *climbs)
 
 
 def _smallest_force(trajectory: Trajectory) -> NormalForceRecord | None:
@@ -458,13 +473,17 @@ def lines(trajectory: Trajectory, outcome: dict[str, Any]) -> list[str]:
 def _told(outcome: dict[str, Any]) -> list[str]:
     from tt_precise.exact.thresholds import IN_WORDS
 
-    def seconds(time: str | None) -> str:
-        return "none" if time is None else f"{float(time):.9g} s"
+    def seconds(time: str | None, error: str | None = None) -> str:
+        if time is None:
+            return "none"
+        if error is None:
+            return f"{float(time):.9g} s"
+        return f"{_with_error(time, float(error))} s"
 
     climb, smallest, stretches = outcome["climb"], outcome["smallest_g_n"], outcome["stretches"]
     theorem, equator, end = outcome["theorem"], outcome["equator"], outcome["end"]
     passage = {
-        "passed": f"passed at {seconds(equator.t)}",
+        "passed": f"passed at {seconds(equator.t, climb and climb.equator_error)}",
         "not_passed": f"not passed by {seconds(stretches[-1].end)}",
         "never": "never passed: energy and lambda exclude it",
     }
@@ -478,7 +497,8 @@ def _told(outcome: dict[str, Any]) -> list[str]:
     ]
     if climb is not None:
         shown += [
-            f"  climb {name}: {seconds(times.t_init)} to {seconds(times.t_end)}"
+            f"  climb {name}: {seconds(times.t_init, times.t_init_error)} to "
+            f"{seconds(times.t_end, times.t_end_error)}"
             for name, times in (("A", climb.A), ("B", climb.B), ("C", climb.C))
         ]
     if smallest is not None:
@@ -495,6 +515,17 @@ def _told(outcome: dict[str, Any]) -> list[str]:
     ]
     more = len(stretches) - len(first)
     return [*shown, "  motion: " + ", ".join(first) + (f", and {more} more" if more else "")]
+
+
+def _with_error(time: str, error: float) -> str:
+    """A time in the decimals that its error leaves."""
+    from decimal import Decimal, localcontext
+
+    if not 0 < error < math.inf:
+        return f"{float(time):.9g} +- {error:.2g}"
+    with localcontext(prec=len(time)):
+        shown = round(Decimal(time), 1 - math.floor(math.log10(error)))
+    return f"{shown:f} +- {error:.2g}"
 
 
 def _require_columns(names: tuple[str, ...], *, drifts: bool) -> bool:

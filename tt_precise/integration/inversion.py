@@ -21,10 +21,11 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from tt_precise.mechanics.quantities import jellett
 from tt_precise.runtime.values import Array, Scalar
 
 NEEDED = ("theta_min", "theta_max", "phi_dot_zero", "equator", "Lk_equals_Lz", "Lk_equals_minus_Lz")
@@ -85,6 +86,12 @@ class InversionTimes:
         ends = ("t_init", "t_end")
         return {f"{end}_{d}": getattr(getattr(self, d), end) for d in "ABC" for end in ends}
 
+    def of_each(self, convert: Callable[[str, Scalar], Scalar]) -> InversionTimes:
+        """The times after a conversion of each, by its name ("equator", "t_init_A", ...)."""
+        new = {name: convert(name, t) for name, t in self.times.items()}
+        climbs = (Climb(new[f"t_init_{d}"], new[f"t_end_{d}"]) for d in "ABC")
+        return InversionTimes(convert("equator", self.equator), *climbs)
+
     def __repr__(self) -> str:
         if self.equator is None:
             return "<InversionTimes: theta = pi/2 is not passed>"
@@ -112,6 +119,28 @@ def _brief(time: Scalar) -> str:
 
 def _full(time: Scalar) -> str:
     return "none" if time is None else str(time)
+
+
+def times_of(run: Any) -> InversionTimes:
+    """The times of a ``Trajectory``, whose module imports this one."""
+    return from_events(*_events(run), mirrored=_mirrored(run))
+
+
+def errors_of(run: Any) -> dict[str, float]:
+    """Their estimated errors (s), see ``time_errors``."""
+    known = run.with_climb.errors.events()
+    return time_errors(*_events(run), known["error"], known["digits"], mirrored=_mirrored(run))
+
+
+def _events(run: Any) -> tuple[dict[str, Array], Scalar]:
+    """The events of the climb, and pi."""
+    at = ("theta_min", "theta_max", "equator")
+    pi = math.pi if run.precision.is_float else +run.precision.context.pi
+    return run.with_climb.event_table(("theta", "phi_dot"), at=at), pi
+
+
+def _mirrored(run: Any) -> bool:
+    return bool(jellett(run.start.motion(run.precision.context)) < 0)
 
 
 def from_events(
@@ -148,6 +177,36 @@ def from_events(
         backwards=any(sign * rate < 0 for rate in phi_dot[rises][:1].tolist()),
     )
     return from_inversion_events(marks, pi)
+
+
+def time_errors(
+    events: Mapping[str, Array], pi: Scalar, errors: Array, digits: Array, *, mirrored: bool = False
+) -> dict[str, float]:
+    """Estimated errors (s) of the times of ``from_events``, by name; of those that exist.
+
+    ``errors`` are those of the events' times, ``digits`` those of the states there. The times are
+    computed again with all events later by their errors, with every theta larger by its error, and
+    with every second one larger and the others smaller, on which the lines of definition A depend
+    most. The changes are added.
+    """
+    import numpy
+
+    def moved(name: str, by: Array) -> InversionTimes:
+        column = [v if v is None else v + d for v, d in zip(events[name], by, strict=True)]
+        return from_events({**events, name: column}, pi, mirrored=mirrored)
+
+    tilts = 10.0**-digits
+    alternating = tilts * numpy.where(numpy.arange(len(tilts)) % 2, 1, -1)
+    plain = from_events(events, pi, mirrored=mirrored)
+    changed = [moved("t", errors), moved("theta", tilts), moved("theta", alternating)]
+    found = {}
+    for name, t in {"equator": plain.equator, **plain.times}.items():
+        if t is None:
+            continue
+        others = [getattr(c, name) if name == "equator" else c.times[name] for c in changed]
+        missing = any(other is None for other in others)
+        found[name] = math.inf if missing else float(sum(abs(other - t) for other in others))
+    return found
 
 
 def from_inversion_events(marks: InversionEvents, pi: Scalar) -> InversionTimes:

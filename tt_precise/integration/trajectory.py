@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Container, Iterable, Sequence
 from dataclasses import replace
@@ -20,7 +19,7 @@ from tt_precise.integration.run import DIGITS, ERROR, Numbers, Run, Stretch, int
 from tt_precise.integration.setup import Events, Setup, asked_for, full_tolerance
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.parameters import Dimension
-from tt_precise.mechanics.quantities import Motion, jellett
+from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar, listed
 from tt_precise.scene.numerals import as_fraction, shortest_texts, written
@@ -475,17 +474,35 @@ class Trajectory:
     def inversion(self) -> InversionTimes:
         """Initiation and ending time of the climb by the three definitions.
 
-        Integrates again with the same set-up if the events were not recorded.
+        Integrates again with the same set-up if the events were not recorded. Numbers wider than
+        double print with their errors, which ``inversion_errors`` has for every arithmetic.
         """
-        from tt_precise.integration.inversion import NEEDED, from_events
+        from tt_precise.integration.inversion import times_of
+
+        times = times_of(self)
+        if self.precision.is_float:
+            return times
+        errors, carrying = self.inversion_errors, self.precision.carrying
+        return times.of_each(lambda name, t: carrying(t, errors.get(name)))
+
+    @cached_property
+    def inversion_errors(self) -> dict[str, float]:
+        """Estimated errors (s) of the times that ``inversion`` has: equator, t_init_A, ...
+
+        From reference runs, as ``event_errors``. A time may be off by more where a small error
+        makes another nutation the one that counts, as in definitions B and C.
+        """
+        from tt_precise.integration.inversion import errors_of
+
+        return errors_of(self)
+
+    @cached_property
+    def with_climb(self) -> Trajectory:
+        """The run with the events of the climb; integrated again if necessary."""
+        from tt_precise.integration.inversion import NEEDED
 
         complete = set(NEEDED) <= set(self.setup.watched)
-        run = self if complete else self.again(events=NEEDED, record=())
-        return from_events(
-            run.event_table(("theta", "phi_dot"), at=("theta_min", "theta_max", "equator")),
-            math.pi if self.precision.is_float else +self.precision.context.pi,
-            mirrored=bool(jellett(self.start.motion(self.precision.context)) < 0),
-        )
+        return self if complete else self.again(events=NEEDED, record=())
 
 
 def _unpickled(
