@@ -14,7 +14,8 @@ from tt_precise.runtime.values import InputError, Json, listed
 from tt_precise.runtime.workers import cores, dask_pool
 
 CONTRADICTED = NOT_FOUND = 1
-CONTRADICTIONS = ("other_outcome", "only_in_one", "errors")  # of the spot check, in the summary
+# Keys of the summary under which the spot check contradicts rows.
+CONTRADICTIONS = ("other_outcome", "only_in_one", "errors")
 LARGEST_SEED = 2**64 - 1
 SAID_IN_FILE = ("vary", "box", "samples", "seed", "until", "record", "contact")
 
@@ -141,7 +142,7 @@ def run(
             record=listed(record or ""),
             contact=contact,
         )
-    folder, table = _places(out, as_csv)
+    folder, table = _targets(out, as_csv)
     with progress_bar(f"{spec.rows} rows") as progress:
         swept = run_sweep(
             spec,
@@ -276,7 +277,7 @@ def lines(summary: dict[str, Json]) -> list[str]:
     return shown
 
 
-def _places(out: str | None, as_csv: bool) -> tuple[str | None, Path | None]:
+def _targets(out: str | None, as_csv: bool) -> tuple[str | None, Path | None]:
     """The folder or URL of the chunks, and the CSV file; either may be None."""
     if out is None:
         if as_csv:
@@ -314,7 +315,7 @@ def _refuse_what_the_file_says(scene: str) -> None:
 
 
 def is_sweep_file(path: str) -> bool:
-    """Whether a TOML file is a sweep: it names a scene."""
+    """True for a TOML file of a sweep, which names a scene."""
     from tt_precise.runtime.files import parse_toml, read_toml
 
     if not path.endswith(".toml"):

@@ -110,7 +110,7 @@ class Derivatives:
         """
         import pandas
 
-        columns = _checked(columns or COLUMNS)
+        columns = _require_columns(columns or COLUMNS)
         end = self._end(self.names)
         times = [t for t in self.run.sample_times if t <= end]
         table: dict[str, Any] = {"t": [float(t) for t in times]}
@@ -158,7 +158,7 @@ class Derivatives:
             if name not in self.names or not 0 <= sigma < math.inf:
                 known = ", ".join(self.names)
                 raise InputError(f"spread: got {name}: {sigma}, expected sigmas of any of: {known}")
-        columns = _checked(columns or COLUMNS)
+        columns = _require_columns(columns or COLUMNS)
 
         end = self._end(sigmas)
 
@@ -213,7 +213,7 @@ class Derivatives:
         return self._setup("double-double", TOLERANCE)
 
     @cached_property
-    def _rough(self) -> Setup:
+    def _double(self) -> Setup:
         """The arithmetic of the ends of ranges."""
         return self._setup("double", 0.0)
 
@@ -224,7 +224,7 @@ class Derivatives:
     def _changed(self, name: str, change: Fraction, setup: Setup) -> Integrated | None:
         """The run with a changed entry; None if the scene refuses it."""
         try:
-            return self.run.of(_moved(self.run.scene, name, change), setup)
+            return self.run.of(_scene_with(self.run.scene, name, change), setup)
         except InputError:
             return None
 
@@ -237,7 +237,7 @@ class Derivatives:
                 change = (abs(value) or 1) * Fraction(2) ** -round(bits * power)
                 below, above = (self._changed(name, s * change, self._fine) for s in (-1, 1))
                 if below is None and above is None:
-                    _moved(self.run.scene, name, change)  # says why
+                    _scene_with(self.run.scene, name, change)  # says why
                 pairs.append((
                     Side(below, -change) if below else Side(self._centre, Fraction(0)),
                     Side(above, change) if above else Side(self._centre, Fraction(0)),
@@ -284,7 +284,7 @@ class _Effect(NamedTuple):
         slopes = of._slopes(name, values)
         linear = {key: float(slope) * float(sigma) for key, (slope, _) in slopes.items()}
         middle = values(of._centre)
-        runs = [of._changed(name, sign * sigma, of._rough) for sign in (-1, 1)]
+        runs = [of._changed(name, sign * sigma, of._double) for sign in (-1, 1)]
         found = [values(run) if run else {} for run in runs]
         below, above = (
             {key: float(there[key] - middle[key]) for key in middle if key in there}
@@ -362,14 +362,14 @@ def _best(key: str, quotients: Sequence[tuple[Values, Values]]) -> tuple[Any, An
     return best, least
 
 
-def _checked(columns: Sequence[str]) -> tuple[str, ...]:
+def _require_columns(columns: Sequence[str]) -> tuple[str, ...]:
     for column in columns:
         if column not in {*VECTOR_COLUMNS, *QUANTITIES}:
             raise InputError(f"sensitivity: got {column!r:.60}, expected a column or a quantity")
     return tuple(columns)
 
 
-def _entries(scene: Scene) -> Iterator[tuple[str, Fraction]]:
+def _values_by_name(scene: Scene) -> Iterator[tuple[str, Fraction]]:
     for name, value in scene.body.in_file_units().items():
         if isinstance(value, Fraction):
             yield name, value
@@ -380,13 +380,13 @@ def _entries(scene: Scene) -> Iterator[tuple[str, Fraction]]:
 
 def _value(scene: Scene, name: str) -> Fraction:
     """An entry's value; of theta the distance from the nearer pole."""
-    known = dict(_entries(scene))
+    known = dict(_values_by_name(scene))
     if name not in known:
         raise InputError(f"sensitivity: got {name!r:.60}, expected any of: {', '.join(known)}")
     return known[name]
 
 
-def _moved(scene: Scene, name: str, change: Fraction) -> Scene:
+def _scene_with(scene: Scene, name: str, change: Fraction) -> Scene:
     """The scene with an entry changed by an exact amount."""
     if name == "theta" and scene.start.theta.from_pi:
         return scene.varied(theta=f"pi - {scene.start.theta.offset - change}")

@@ -45,7 +45,7 @@ DOUBLE = precision_named("double")
 
 
 def in_lanes(scene: Scene) -> bool:
-    """Whether SIMD lanes integrate a scene: smooth equations of viscous friction, or rolling."""
+    """True for scenes of SIMD lanes: smooth equations of viscous friction, or rolling."""
     return scene.body.friction.constant and not scene.in_pieces
 
 

@@ -188,10 +188,10 @@ class _Integrated:
         columns["steps"] = numpy.array([result.steps for result in self.results], dtype=numpy.int64)
         columns["t_stop"] = numpy.array([result.time for result in self.results]) * unit
         for name in self.spec.record:
-            columns[name] = self._asked(name, columns, times, unit)
+            columns[name] = self._extra_column(name, columns, times, unit)
         return columns
 
-    def _asked(
+    def _extra_column(
         self, name: str, columns: Mapping[str, Array], times: Sequence[InversionTimes], unit: Array
     ) -> Array:
         part = part_named(name)
@@ -315,7 +315,7 @@ class _Integrated:
         ]
 
     def _climbs_backwards(self) -> list[bool]:
-        """Whether phi_dot, with the sign of lambda, is negative at a row's first crossing."""
+        """True where phi_dot, with the sign of lambda, is negative at a row's first crossing."""
         mine = self._events("equator")
         owner = self.owner[mine]
         phi_dot = self._mirrored_phi_dot(self._motion(self.states[mine], owner), owner)

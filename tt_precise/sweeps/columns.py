@@ -30,7 +30,7 @@ OUTCOMES = {
     "landed": "the top came down after a flight; a rigid impact has no law here",
     "failed": "the integration failed",
 }
-SURE = 2.0**-40  # of the energy: far more than its rounding errors
+SURE = 2.0**-40  # Part of the energy that exceeds its rounding errors by far.
 DEFINITIONS = ("A", "B", "C")
 TIMES = tuple(f"{when}_{which}" for when in ("t_init", "t_end") for which in DEFINITIONS)
 FIXED = {
@@ -61,7 +61,7 @@ class Part:
 
     @property
     def extreme(self) -> bool:
-        """Whether it needs events."""
+        """True for a least or largest value, which needs events."""
         return self.part in ("min", "max")
 
 
@@ -82,7 +82,7 @@ class Detector:
 
     @property
     def turning(self) -> bool:
-        """Whether the zeros are turning points of theta, whose states are needed too."""
+        """True for turning points of theta, whose states are needed too."""
         return self.event.function is axis_fall
 
 

@@ -32,14 +32,14 @@ ALONE = {"batch_parallel": False}  # the other cores have their own chunks
 EARLY = 2.0**-26.5  # dimensionless; closer to t = 0 an event may be the start itself
 # The cubic through values and rates at both ends is off by h^4/384 of the fourth derivative at
 # most. A step is 0.13 of the radius of convergence, which makes that 2e-5 of the function's size.
-FLOOR = 2.0**-11  # of the size of its terms: 25 times as much
-MARGIN = 2.0**-3  # of the cubic's largest coefficient, where its terms cancel all along a step
-KNOWN = 2.0**-30  # of the size of its terms; rounding decides about the sign of what is smaller
+FLOOR = 2.0**-11  # Part of the size of its terms, 25 times the error of the cubic.
+MARGIN = 2.0**-3  # Part of the cubic's largest coefficient, where its terms cancel.
+KNOWN = 2.0**-30  # Part of the size of its terms; rounding decides smaller signs.
 MAYBE, SURE = 1, 2  # may have zeros in a step; has one
 HALVINGS = 26  # two zeros closer than this count as none, three as one
 NEWTON_STEPS = 6  # at a time: enough for all but a few turning points in 1,000
-ITERATIONS = 10  # of so many steps: bisections alone would take 52
-SETTLED = 2.0**-30  # of a step: after so small a step of Newton's a zero is known
+ITERATIONS = 10  # Calls of so many steps each; bisections alone would take 52 steps.
+CONVERGED = 2.0**-30  # Newton correction, in Taylor steps, after which a zero is exact.
 EVENTS_OF_A_ROW = 1000  # a hundred bytes each; a climb has hundreds
 
 
@@ -62,7 +62,7 @@ class Steps(NamedTuple):
 
     @property
     def taken(self) -> Array:
-        """Which steps belong to a row."""
+        """Mask of the steps that belong to a row."""
         return (self.width != 0) & (self.row >= 0) & numpy.isfinite(self.width)
 
     def all_series(self, *entries: int) -> Array:
@@ -178,7 +178,7 @@ class Zeros:
     def _chosen(
         self, number: int, steps: Steps, step: Array, lane: Array, sure: Array, rising: Array
     ) -> Array:
-        """Which steps may have a wanted zero, by the position of the climb."""
+        """Mask of the steps that may have a wanted zero, by the position of the climb."""
         detector = self._detectors[number]
         row, climb = steps.row[step, lane], self.climb[steps.row[step, lane]]
         begin, end = steps.begin[step, lane], steps.end[step, lane]
@@ -286,7 +286,7 @@ def _between(polynomials: Array, *given: Array) -> Array:
     for _ in range(ITERATIONS):
         closer = nearer(numpy.ascontiguousarray(inputs), **ALONE)
         place[at] = closer[2]
-        moving = ~(numpy.abs(closer[3]) <= SETTLED)
+        moving = ~(numpy.abs(closer[3]) <= CONVERGED)
         if not moving.any():
             break
         at, inputs = at[moving], inputs[:, moving]
@@ -351,7 +351,7 @@ def _nearer(terms: int) -> Callable[..., Array]:
         before = heyoka.lt(value * sign, 0.0)
         left, right = heyoka.select(before, place, left), heyoka.select(before, right, place)
         inside = heyoka.logical_and(
-            [heyoka.gte(newton, left - SETTLED), heyoka.lte(newton, right + SETTLED)]
+            [heyoka.gte(newton, left - CONVERGED), heyoka.lte(newton, right + CONVERGED)]
         )
         clipped = heyoka.select(heyoka.lt(newton, left), left, newton)
         clipped = heyoka.select(heyoka.gt(clipped, right), right, clipped)

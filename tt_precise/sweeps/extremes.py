@@ -29,15 +29,15 @@ heyoka = import_heyoka()
 
 NODES = numpy.linspace(0, 1, 5)
 FINER = numpy.linspace(0, 1, 9)
-MARGIN = 1 / 8  # of the spread of the values: what lies between them may be so much larger
-RESOLVED = 2.0**-6  # of the spread: by so much a parabola through every other value is off
+MARGIN = 1 / 8  # Part of the spread of the values by which values between them may be larger.
+RESOLVED = 2.0**-6  # Part of the spread that a parabola through every other value may be off.
 ROUNDING = 2.0**-45  # Part of the size of a quantity's terms below which values are rounding.
 TURN = 0.5  # rad; where the axis' azimuth turns more between places, a peak may lie between them
-CLOSE = 2.0**-27  # of a step: a parabola loses 2^-54 of its height so near to its peak
-MOST_HELD = 20_000  # steps; each takes 1.5 kB
+CLOSE = 2.0**-27  # Part of a step: so near to its peak a parabola loses 2^-54 of its height.
+MOST_HELD = 20_000  # Steps kept in memory; each takes 1.5 kB.
 
 
-class _Held(NamedTuple):
+class _Candidates(NamedTuple):
     """Steps that may contain an extreme value: rows, upper bounds, times, lengths, series."""
 
     row: Array
@@ -46,9 +46,9 @@ class _Held(NamedTuple):
     width: Array
     series: Array
 
-    def only(self, chosen: Array) -> _Held:
+    def only(self, chosen: Array) -> _Candidates:
         """The steps at some positions, or where a mask is True."""
-        return _Held(*(column[..., chosen] for column in self))
+        return _Candidates(*(column[..., chosen] for column in self))
 
 
 class Extreme:
@@ -71,7 +71,7 @@ class Extreme:
         self._highest = numpy.full(rows + 1, -numpy.inf)  # of those that were closed in on
         self._when = numpy.full(rows + 1, numpy.inf)
         self._states = numpy.full((rows + 1, len(self._form.columns)), numpy.nan)
-        self._held: list[_Held] = []
+        self._held: list[_Candidates] = []
 
     def read(self, steps: Steps) -> None:
         """Search some steps."""
@@ -85,7 +85,7 @@ class Extreme:
         step, lane = numpy.divmod(may, steps.row.shape[1])
         series = steps.columns(step, lane)
         self._held.append(
-            _Held(row[may], ceiling[may], steps.begin[step, lane], width[may], series)
+            _Candidates(row[may], ceiling[may], steps.begin[step, lane], width[may], series)
         )
         if sum(len(steps.row) for steps in self._held) > MOST_HELD:
             self._close_in()
@@ -100,7 +100,7 @@ class Extreme:
         if not self._held:
             return
         parts = [steps.only(steps.ceiling >= self._best[steps.row]) for steps in self._held]
-        held = _Held(*(numpy.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
+        held = _Candidates(*(numpy.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
         self._held = []
         series = held.series[list(self._entries)] if self._entries else held.series
         highest, place = numpy.full(len(held.row), -numpy.inf), numpy.zeros(len(held.row))
@@ -137,7 +137,7 @@ class Extreme:
             size = numpy.concatenate((2 * apart * size[single], *[size[halved] / 2] * 2))
         self._keep(held, highest, place)
 
-    def _keep(self, held: _Held, highest: Array, place: Array) -> None:
+    def _keep(self, held: _Candidates, highest: Array, place: Array) -> None:
         """Keep the state of the highest value of each row, of equal ones the first."""
         when = held.begin + place * held.width
         order = numpy.lexsort((when, -highest, held.row))

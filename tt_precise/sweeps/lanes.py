@@ -28,8 +28,9 @@ from tt_precise.sweeps.extremes import Extreme
 heyoka = import_heyoka()
 
 ROOM = 500  # steps; not near a multiple of 64, where the rows of columns share lines of a cache
-STEPS_BETWEEN = 64  # until Python looks: an ended lane idles half of it, 2 % of a reference run
-STEPS_AT_MOST = 5_000_000  # of one trajectory, which then counts as failed
+# Steps until Python looks at the lanes: an ended lane idles half of it, 2 % of a reference run.
+STEPS_BETWEEN = 64
+STEPS_AT_MOST = 5_000_000  # A trajectory with more Taylor steps counts as failed.
 
 
 class LaneStart(NamedTuple):
@@ -52,7 +53,7 @@ class Build(NamedTuple):
 
 
 class LaneResult(NamedTuple):
-    """How one trajectory ended, dimensionless.
+    """The end of one trajectory, dimensionless.
 
     ``status`` is "complete", "contact_lost", "singular_contact" or "failed"; ``state`` is that at
     ``time``, NaN if it failed.

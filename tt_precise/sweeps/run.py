@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 
 TRIES = 3  # A worker may die of what has nothing to do with its chunk, which is then tried again.
 RECYCLED_AFTER = 500  # tasks of a process; then a new process replaces it, to free leaked memory
-MANY_ROWS = 10_000  # of one worker: then steps of more lanes save what compiling them costs
-TABLE_ROWS = 128  # in a task of ``integrated``
+MANY_ROWS = 10_000  # Rows of a worker from which more lanes save what compiling them costs.
+TABLE_ROWS = 128  # Rows in a task of ``integrated``.
 NO_BUGS = (InputError, WorkerDiedError, MemoryError, OSError)
 
 

@@ -34,8 +34,8 @@ from tt_precise.sweeps.columns import check_names
 
 STARTS = tuple(one.name for one in fields(Start))
 UNITS = {"theta": "deg", **dict.fromkeys(("theta_dot", "phi_dot", "omega_3", "psi_dot"), "deg/s")}
-MOST_VALUES = 1_000_000  # of an axis
-MOST_SAMPLES = 10_000_000  # which stay in memory
+MOST_VALUES = 1_000_000  # Values of an axis.
+MOST_SAMPLES = 10_000_000  # Samples of a box, which stay in memory.
 
 Number = str | int | float
 Values = str | Number | Iterable[Number]
@@ -192,7 +192,7 @@ class SweepSpec:
 
     @property
     def derived(self) -> bool:
-        """Whether a row has its own body, or start entries that are computed from others."""
+        """True if a row has its own body, or start entries that are computed from others."""
         return bool(self.scene.given) or not set(self.names) <= set(STARTS)
 
     def scene_of(self, values: Mapping[str, float]) -> Scene:

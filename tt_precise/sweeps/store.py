@@ -251,7 +251,7 @@ def _unpacked(
 
 
 def has_parquet() -> bool:
-    """Whether the extra ``parquet`` is installed."""
+    """True if the extra ``parquet`` is installed."""
     try:
         parquet()
     except InputError:
