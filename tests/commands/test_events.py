@@ -1,7 +1,9 @@
 """``tt-precise events``: the catalogue, and the events of a scene."""
 
+import re
 from typing import Any
 
+import mpmath
 import pytest
 
 from tests.conftest import Printed, Said
@@ -110,6 +112,22 @@ def test_an_extremum_stands_beside_its_own_value(said: Said) -> None:
     there = integrate("reference", digits=9).frame("g_n", times=[found[0][0]], numbers="float")
     assert shown == pytest.approx(float(there["g_n"].iloc[0]), rel=1e-8)
     assert found[2][2] == "theta_max"
+
+
+def test_times_of_asked_digits_have_their_errors(said: Said, printed: Printed) -> None:
+    words = "events reference --until 0.2 --only theta_max --digits 20"
+    found = printed(words)["events"]
+    fine = integrate("reference", digits=30, until="0.2", events=["theta_max"]).events
+    assert len(found) == len(fine) > 2
+    for event, t in zip(found, fine["t"], strict=True):
+        with mpmath.workdps(50):
+            apart = abs(mpmath.mpf(event["t"]) - t)
+        assert apart <= 2 * float(event["error"]) < 1e-18
+    lines = said(words).splitlines()
+    assert all(re.search(r" t \+- \S+e-\d\d s$", line) for line in lines[: len(found)])
+    assert len(lines[0].split()[0]) > 20
+    plain = printed("events reference --until 0.2 --only theta_max")
+    assert {event["error"] for event in plain["events"]} == {None}
 
 
 @pytest.mark.parametrize("asked", [7, [7], "none_such"])

@@ -37,7 +37,8 @@ def command(
     """List the catalogue of events; with SCENE, all events of that scene, and the climb.
 
     Each line has the time, the kind (minimum or maximum, up or down through zero; of the equator,
-    theta rises or falls through pi/2), theta, and the value of the quantity at its extremum. Events
+    theta rises or falls through pi/2), theta, and the value of the quantity at its extremum. With
+    --digits the times have the decimals that are right, and lines end with their errors. Events
     that switch or end a motion, such as stick, are recorded in every run.
     """
     if scene is None:
@@ -64,19 +65,23 @@ def command(
         )
     # in free flight a top turns over without a climb
     climb = run.inversion.times if loaded.model != "flight" else {}
-    text = run.precision.text
+    text, exactly = run.precision.text, digits is not None
+    errors = run.inversion_errors if exactly and climb else {}
     content = {
         "schema": SCHEMA,
         "scene": loaded.name,
         "status": run.status,
         "t_end": text(run.t_end),
-        "events": [row for row in event_rows(run) if only is None or row["name"] in wanted],
+        "events": [
+            row for row in event_rows(run, exactly=exactly) if only is None or row["name"] in wanted
+        ],
         "touches": run.touches,
         "climb": {key: text(time) for key, time in climb.items()} or None,
+        "climb_errors": {key: f"{errors[key]:.2g}" for key in climb if key in errors} or None,
     }
-    shown = _lines(run, None if only is None else wanted)
+    shown = _lines(run, None if only is None else wanted, exactly=exactly)
     shown += [f"{name}: its function {TOUCHES}" for name in run.touches]
-    shown += [f"{key:>9}: {_seconds(time)}" for key, time in climb.items()]
+    shown += [f"{key:>9}: {_seconds(time, errors.get(key))}" for key, time in climb.items()]
     if run.status != "complete":
         meaning = TERMINAL.get(run.status, "the integration ended early")
         shown.append(f"{run.status} at t = {_seconds(run.t_end)}: {meaning}")
@@ -84,11 +89,17 @@ def command(
     return 0
 
 
-def _seconds(time: Scalar) -> str:
-    return "none" if time is None else f"{float(time):.12f} s"
+def _seconds(time: Scalar, error: float | None = None) -> str:
+    if time is None:
+        return "none"
+    if error is None:
+        return f"{float(time):.12f} s"
+    from tt_precise.commands.run import with_error
+
+    return f"{with_error(str(time).partition(' ')[0], error)} s"
 
 
-def _lines(run: Trajectory, only: tuple[str, ...] | None) -> list[str]:
+def _lines(run: Trajectory, only: tuple[str, ...] | None, *, exactly: bool) -> list[str]:
     from tt_precise.integration.events import EXTREMUM, change
     from tt_precise.mechanics.quantities import QUANTITIES
 
@@ -99,6 +110,8 @@ def _lines(run: Trajectory, only: tuple[str, ...] | None) -> list[str]:
     }
     columns = dict.fromkeys(["theta", *(quantity.name for quantity in quantities.values())])
     events = run.event_table(list(columns))
+    if exactly:
+        events = {**events, "error": run.errors.events()["error"]}
     lines = []
     for row in (dict(zip(events, row, strict=True)) for row in zip(*events.values(), strict=True)):
         if only is not None and row["name"] not in only:
@@ -108,7 +121,11 @@ def _lines(run: Trajectory, only: tuple[str, ...] | None) -> list[str]:
         if quantity and row[quantity.name] is not None:
             shown += f"  {quantity.name} {float(row[quantity.name]):.9g} {quantity.unit}"
         what = change(row["name"], int(row["direction"]))
-        lines.append(f"{float(row['t']):18.12f} s  {row['name']:<20} {what:<8} {shown}")
+        time = f"{float(row['t']):18.12f} s"
+        if exactly:
+            time, _, error = _seconds(run.precision.text(row["t"]), row["error"]).partition(" +- ")
+            time, shown = f"{time:>18} s", f"{shown}  t +- {error}"
+        lines.append(f"{time}  {row['name']:<20} {what:<8} {shown}")
     return lines
 
 

@@ -116,6 +116,9 @@ class EventRecord(Record, frozen=True):
 
     name: Annotated[str, means("name")]
     t: Annotated[str, means("time in s")]
+    error: Annotated[
+        str | None, means("estimated error of the time in s; null in a run without --digits")
+    ]
     change: Annotated[
         Literal["minimum", "maximum", "up", "down", ""],
         means("up and down are through zero; empty where stretches join"),
@@ -291,11 +294,12 @@ def command(
         with progress_bar(f"drawing {loaded.name}") as progress:
             trajectory.animate(animate, progress=progress)
     outcome = answers(trajectory, exactly=digits is not None)
-    options.emit(as_json, summary(trajectory, outcome), lines(trajectory, outcome))
+    content = summary(trajectory, outcome, exactly=digits is not None)
+    options.emit(as_json, content, lines(trajectory, outcome))
     return 0 if trajectory.status == "complete" else UNFINISHED
 
 
-def summary(trajectory: Trajectory, outcome: dict[str, Any]) -> RunRecord:
+def summary(trajectory: Trajectory, outcome: dict[str, Any], *, exactly: bool) -> RunRecord:
     """The JSON object of the command, with the ``answers``; numbers beyond a count are strings."""
     context = trajectory.precision.context
 
@@ -318,7 +322,7 @@ def summary(trajectory: Trajectory, outcome: dict[str, Any]) -> RunRecord:
         error_estimate={name: short(e) for name, e in trajectory.error_estimate.items()},
         digits=round(trajectory.digits, 1),
         drift={name: short(value) for name, value in trajectory.drift.items()},
-        events=tuple(EventRecord(**row) for row in event_rows(trajectory)),
+        events=tuple(EventRecord(**row) for row in event_rows(trajectory, exactly=exactly)),
         touches=trajectory.touches,
     )
 
@@ -423,21 +427,28 @@ def _smallest_force(trajectory: Trajectory) -> NormalForceRecord | None:
     return NormalForceRecord(repr(force), repr(t))
 
 
-def event_rows(trajectory: Trajectory) -> list[dict[str, Json]]:
-    """The recorded events for JSON: name, t, what changes, and the state there as strings."""
+def event_rows(trajectory: Trajectory, *, exactly: bool = False) -> list[dict[str, Json]]:
+    """Return the recorded events for JSON: name, t, what changes, and the state there as strings.
+
+    ``exactly``: with the estimated errors of the times.
+    """
     from tt_precise.integration.events import change
 
     text, events = trajectory.precision.text, trajectory.event_table()
+    if exactly:
+        errors = trajectory.errors.events()["error"]
+        events = {**events, "error": [f"{error:.2g}" for error in errors]}
     rows = [dict(zip(events, row, strict=True)) for row in zip(*events.values(), strict=True)]
     return [
         {
             "name": row["name"],
             "t": text(row["t"]),
+            "error": row.get("error"),
             "change": change(row["name"], int(row["direction"])),
             "state": {
                 name: text(value)
                 for name, value in row.items()
-                if name not in ("name", "t", "direction")
+                if name not in ("name", "t", "direction", "error")
             },
         }
         for row in rows
@@ -478,7 +489,7 @@ def _told(outcome: dict[str, Any]) -> list[str]:
             return "none"
         if error is None:
             return f"{float(time):.9g} s"
-        return f"{_with_error(time, float(error))} s"
+        return f"{with_error(time, float(error))} s"
 
     climb, smallest, stretches = outcome["climb"], outcome["smallest_g_n"], outcome["stretches"]
     theorem, equator, end = outcome["theorem"], outcome["equator"], outcome["end"]
@@ -517,7 +528,7 @@ def _told(outcome: dict[str, Any]) -> list[str]:
     return [*shown, "  motion: " + ", ".join(first) + (f", and {more} more" if more else "")]
 
 
-def _with_error(time: str, error: float) -> str:
+def with_error(time: str, error: float) -> str:
     """A time in the decimals that its error leaves."""
     from decimal import Decimal, localcontext
 
