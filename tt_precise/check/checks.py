@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.columns import CheckSetup, Samples
+from tt_precise.check.columns import Block, CheckSetup, Samples
 from tt_precise.check.equations import (
     EquationResidual,
     SummedResidual,
@@ -29,7 +29,7 @@ from tt_precise.golden.measuring import ending
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
-from tt_precise.mechanics.newton import contact_arm
+from tt_precise.mechanics.newton import NewtonState, contact_arm
 from tt_precise.mechanics.vectors import cross, dot
 from tt_precise.runtime.values import Array, Check, InputError, Sense, Verdict
 from tt_precise.scene.scene import Scene
@@ -214,6 +214,29 @@ def watched(
     return run
 
 
+def _written(rows: Samples, of: Callable[[Samples], Array]) -> Array:
+    """How far half a unit of the last place in which the rows are written moves a quantity."""
+    moved, here = numpy.zeros(len(rows.t)), None
+    for name in rows.setup.columns.names:
+        step = rows.resolution.get(name, 0.0)
+        if step:
+            here = of(rows) if here is None else here
+            changed = {**rows.given, "t": rows.t, name: rows.given[name] + step}
+            moved = moved + abs(of(rows.setup.samples(Block(changed))) - here)
+    return moved
+
+
+def _beyond(values: Array, written: Array, limit: float, seen: Residual | None = None) -> Residual:
+    """Values beyond what the digits explain in which the rows are written."""
+    seen = seen or Residual(values)
+    bound = float(numpy.max(written))
+    if not bound:
+        return seen._replace(values=values)
+    open_ = seen.open or ("the digits of the file do not resolve it" if bound > limit else "")
+    left = numpy.where(numpy.isnan(values), numpy.nan, numpy.fmax(values - written, 0.0))
+    return seen._replace(values=left, bound=seen.bound + bound, open=open_)
+
+
 NEED_VELOCITY = ("energy", "momentum_x", "momentum_y")
 
 
@@ -231,7 +254,8 @@ def _integral(integral: Integral) -> RowCheck:
     def run(rows: Samples, limit: float) -> Residual:
         start = integral.evaluate(rows.first)
         scale = float(integral.scale(rows.first)) or 1.0
-        return Residual(abs(integral.evaluate(rows.q) - start) / scale)
+        written = _written(rows, lambda part: integral.evaluate(part.q)) / scale
+        return _beyond(abs(integral.evaluate(rows.q) - start) / scale, written + written[0], limit)
 
     return RowCheck(integral.name, integral.meaning, run, tuple(needs), applies=applies)
 
@@ -241,11 +265,16 @@ def _energy(rows: Samples, limit: float) -> Residual:
     setup, integral = rows.setup, INTEGRALS["energy"]
     if integral.holds(setup.scene.model, setup.scene.body) and setup.own_force:
         return _integral(integral).run(rows, limit)
-    energy = quantities.E(rows.q)
-    if setup.scene.body.spring:
-        energy = energy + stored_energy(setup.body, rows.q.state.height, numpy)
-    scale = float(integral.scale(rows.first)) or 1.0
-    return Residual((energy - numpy.minimum.accumulate(energy)) / scale)
+
+    def energy_of(part: Samples) -> Array:
+        energy: Array = quantities.E(part.q)
+        if setup.scene.body.spring:
+            energy = energy + stored_energy(setup.body, part.q.state.height, numpy)
+        return energy
+
+    energy, scale = energy_of(rows), float(integral.scale(rows.first)) or 1.0
+    written = _written(rows, energy_of) / scale
+    return _beyond((energy - numpy.minimum.accumulate(energy)) / scale, 2 * written.max(), limit)
 
 
 class Contact:
@@ -291,7 +320,22 @@ def _residual(part: str) -> Run:
             first.shared["residual"] = EquationResidual(setup, first)
         return SummedResidual(first.shared["residual"], part, limit)
 
-    return watched(watch)
+    def run(rows: Samples, limit: float) -> Residual:
+        seen = watched(watch)(rows, limit)
+        if not any(rows.resolution.values()):
+            return seen
+        state = [
+            _written(rows, lambda one, name=name: numpy.asarray(getattr(one.state, name))).max()
+            for name in NewtonState._fields
+        ]
+        omega, L, body = rows.first.omega, rows.first.state.L, rows.setup.body
+        turning = math.sqrt(dot(omega, omega))
+        sizes = [1.0] * 3 + [math.sqrt(dot(L, L)) or 1.0] * 3 + [body.R * turning or 1.0] * 2
+        written = max(float(one) / size for one, size in zip(state, sizes, strict=True))
+        # at both ends, and in the rates, which turn the state at the rate of the spin
+        return _beyond(seen.values, written * (2 + turning * rows.t), limit, seen)
+
+    return run
 
 
 def _normal_force(rows: Samples, limit: float) -> Residual:

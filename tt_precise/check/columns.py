@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy
 
+from tt_precise.check.precision import resolution
 from tt_precise.mechanics import conversion
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
@@ -322,6 +323,11 @@ class Samples:
     def q(self) -> Motion:
         """The rows as a motion whose entries are arrays."""
         return Motion(self.setup.body, self.state, numpy, self.setup.scene.model)
+
+    @cached_property
+    def resolution(self) -> dict[str, float]:
+        """Half a unit of the last place in which each column is written; 0 for full doubles."""
+        return resolution(self.given)
 
     @cached_property
     def quaternion(self) -> Quaternion | None:

@@ -211,12 +211,20 @@ def decides(finding: Check) -> bool:
     return finding.value is not None and finding.verdict == "pass" and finding.value >= DECIDING
 
 
-def decide_alone(finding: Check) -> Check:
-    """Return the check of a distance that has to decide without the equations."""
+def decide_alone(finding: Check, written: float) -> Check:
+    """Return the check of a distance that has to decide without the equations.
+
+    It is open where the digits with which the file is ``written`` (a relative error) may be all
+    that is missing.
+    """
     if finding.value is None or finding.verdict != "pass":
         return finding
     limit = max(DECIDING, finding.limit or 0.0)
-    verdict: Verdict = "pass" if finding.value >= limit else "fail"
+    few = finding.value < limit
+    verdict: Verdict = "fail" if few else "pass"
+    if few and 10.0**-finding.value <= 10.0**-limit + written:
+        verdict = "open"
+        finding = replace(finding, note=f"the digits of the file do not resolve it; {finding.note}")
     return replace(finding, verdict=verdict, limit=limit)
 
 

@@ -47,7 +47,7 @@ def precision_of(values: Array) -> Precision:
     if len(numbers) < FEWEST or not numpy.isfinite(numbers).all():
         return FULL
     found = _kinds(numbers[:FIRST]) and _kinds(numbers)
-    if not found or len(set(numbers[:FIRST].tolist())) < DIFFERENT:
+    if not found or len(set(numbers.tolist())) < DIFFERENT:
         return FULL
     # The coarser of several: a short decimal may be a 32-bit float by chance.
     return max(found, key=lambda one: one.half_unit)

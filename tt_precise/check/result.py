@@ -160,7 +160,8 @@ class Result:
     """All findings about one trajectory.
 
     ``verdict`` is "fail" if a check failed, "incomplete" if something that decides was not looked
-    at (``unseen``, in words), else "pass". ``causes`` explain a failure. Times count from the first
+    at (``unseen``, in words), else "pass". ``causes`` explain a failure. ``written`` names columns
+    with fewer digits than doubles. Times count from the first
     row, which has the file's own time ``t_first``. ``frame`` is the table, shown in a notebook.
     """
 
@@ -173,6 +174,7 @@ class Result:
     checks: tuple[Check, ...]
     unseen: tuple[str, ...] = ()
     causes: tuple[Cause, ...] = ()
+    written: str = ""
 
     @property
     def verdict(self) -> Literal["pass", "fail", "incomplete"]:
@@ -221,6 +223,7 @@ class Result:
             "columns": self.columns,
             "verdict": self.verdict,
             "unseen": list(self.unseen),
+            "written": self.written,
             "causes": [cause._asdict() for cause in self.causes],
             "rows": self.rows,
             "t_first": self.t_first,
@@ -254,6 +257,7 @@ class Result:
             causes = ["not explained"]
         lines += _pairs(("cause", text) for text in causes)
         lines += _pairs(("solution", text) for text in self._solution())
+        lines += _pairs(("written", text) for text in [self.written] if text)
         passed, open_, skipped = self._with("pass"), self._with("open"), self._with("skipped")
         lines += _listed("passed", [finding.name for finding in passed])
         lines += _listed("open", [f"{one.name} ({shortened(one.note)})" for one in open_])

@@ -33,9 +33,10 @@ from tt_precise.check.golden import (
     distance_from_solution,
     no_solution,
 )
+from tt_precise.check.precision import described, precisions, times_of
 from tt_precise.check.result import Result, shortened
 from tt_precise.check.sources import NotFinite, RowSource, UsableRows, open_source, usable_rows
-from tt_precise.check.start import Begin, look_for_start
+from tt_precise.check.start import Begin, look_for_start, rounding
 from tt_precise.check.units import refuse_other_units
 from tt_precise.check.worlds import World
 from tt_precise.golden.solution import Solution
@@ -310,6 +311,7 @@ class _Examination:
             t_last=t_first + float(block.values["t"][-1]) if len(block) else t_first,
             checks=tuple(findings),
             unseen=unseen,
+            written=_written(self._file.whole.values),
         )
 
     def _refuse_other_units(self, rows: Samples) -> None:
@@ -339,7 +341,7 @@ class _Examination:
         compared = self._compared(rows, begin, solution, frozenset(further - followed))
         golden = compared.finding
         if by_name["equations"].verdict in ("open", "skipped") and setup.friction == "scene":
-            golden = decide_alone(golden)
+            golden = decide_alone(golden, rounding(rows))
         return [begin.finding, agreement(rows, followed | compared.columns), golden]
 
     def _compared(
@@ -387,6 +389,14 @@ class _Examination:
             if by_name[name].verdict == "open" and name not in self._allow:
                 unseen.append(f"{what} ({by_name[name].note})")
         return tuple(unseen)
+
+
+def _written(columns: Mapping[str, Array]) -> str:
+    """Name the columns with fewer digits than doubles, and times that are not even for that."""
+    clock = times_of(columns["t"])
+    found = precisions({name: values for name, values in columns.items() if name != "t"})
+    texts = [f"t: {clock.words}" if clock.words else "", described(found)]
+    return "; ".join(filter(None, texts))
 
 
 def _with_advice(findings: list[Check]) -> list[Check]:

@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.columns import ENGINES_OWN, OURS, Block, Reading, renamed
+from tt_precise.check.precision import times_of
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, InputError
 
@@ -117,19 +118,24 @@ def usable_rows(
             + ("occurs twice" if same else f"comes after t = {float(t[row - 1])!r}")
             + ", expected strictly increasing time"
         )
-    if t_first:
+    if len(t) > 1:
         block = replace(block, values={**block.values, "t": _times_after_the_first(block)})
     return UsableRows(block, t_first, broken)
 
 
 def _times_after_the_first(block: Block) -> Array:
-    """Return the times since the first row, which decimals give to all the digits of the file."""
+    """Return the times since the first row, which decimals give to all the digits of the file.
+
+    Times that are evenly spaced but for the digits in which they are written are made even.
+    """
+    even = times_of(block.values["t"])
+    if even.words or not block.values["t"][0]:
+        return even.t - even.t[0]
     cells = [block.texts(row, ["t"])[0] for row in range(len(block))]
     try:
         times = [Decimal(str(cell)) for cell in cells]
     except InvalidOperation:
-        t = block.values["t"]
-        return t - t[0]
+        return even.t - even.t[0]
     return numpy.array([float(time - times[0]) for time in times])
 
 

@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy
 
 from tt_precise.check.columns import Samples
-from tt_precise.check.precision import resolution
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
@@ -187,7 +186,7 @@ def _differing(rows: Samples, start: NewtonState | LiftedState) -> str:
 
 def rounding(rows: Samples) -> float:
     """How far half a unit of the last place of a file moves the first row, relative to its size."""
-    setup, half = rows.setup, resolution(rows.given)
+    setup, half = rows.setup, rows.resolution
     begin = {name: float(values[0]) for name, values in rows.given.items()}
     if not setup.velocity_given:
         begin |= dict.fromkeys(setup.columns.velocity, math.nan)
