@@ -33,10 +33,10 @@ def test_right_files_are_green(name: str) -> None:
         pytest.importorskip("h5py", reason="needs the extra hdf5")
     found = check(CASES / name, "reference")
     assert found.passed, str(found)
-    assert found["golden"].value > 5
+    assert (found["golden"].value or 0) > 5
     if "t_from" in name or "restart" in name:
         found = check(CASES / name, "reference", digits=6)
-        assert found["golden"].value > 11
+        assert (found["golden"].value or 0) > 11
 
 
 def test_what_a_header_is_not(said: Said) -> None:

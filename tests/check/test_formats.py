@@ -5,6 +5,7 @@ import json
 import os
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy
 import pytest
@@ -23,7 +24,8 @@ def small(monkeypatch: pytest.MonkeyPatch) -> int:
 
 def test_archives_that_unpack_to_more_are_refused(tmp_path: Path, small: int) -> None:
     path = tmp_path / "bomb.npz"
-    numpy.savez_compressed(path, **dict.fromkeys(VECTORS, numpy.zeros(small)))
+    zeros: dict[str, Any] = dict.fromkeys(VECTORS, numpy.zeros(small))
+    numpy.savez_compressed(path, **zeros)
     assert path.stat().st_size < 10_000
     refuses("bomb.npz: more than 0 GB of numbers in t", path)
     zipped = tmp_path / "bomb.csv.gz"

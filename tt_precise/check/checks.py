@@ -226,6 +226,10 @@ def _written(rows: Samples, of: Callable[[Samples], Array]) -> Array:
     return moved
 
 
+def _component(name: str) -> Callable[[Samples], Array]:
+    return lambda rows: numpy.asarray(getattr(rows.state, name))
+
+
 def _beyond(values: Array, written: Array, limit: float, seen: Residual | None = None) -> Residual:
     """Values beyond what the digits explain in which the rows are written."""
     seen = seen or Residual(values)
@@ -324,10 +328,7 @@ def _residual(part: str) -> Run:
         seen = watched(watch)(rows, limit)
         if not any(rows.resolution.values()):
             return seen
-        state = [
-            _written(rows, lambda one, name=name: numpy.asarray(getattr(one.state, name))).max()
-            for name in NewtonState._fields
-        ]
+        state = [_written(rows, _component(name)).max() for name in NewtonState._fields]
         omega, L, body = rows.first.omega, rows.first.state.L, rows.setup.body
         turning = math.sqrt(dot(omega, omega))
         sizes = [1.0] * 3 + [math.sqrt(dot(L, L)) or 1.0] * 3 + [body.R * turning or 1.0] * 2
