@@ -40,7 +40,7 @@ from tt_precise.sweeps.columns import (
     outcomes,
     part_named,
 )
-from tt_precise.sweeps.events import EARLY, Events
+from tt_precise.sweeps.events import EARLY, Events, exactly
 from tt_precise.sweeps.lanes import Build, LaneResult, LaneStart, lanes
 from tt_precise.sweeps.specification import SweepSpec
 from tt_precise.taylor.series import Sized, SizedFunctions
@@ -112,7 +112,7 @@ def _start_signs(
     """The signs of the functions at the exact starts, 0 where they vanish: (detectors, rows)."""
     sized = form.State(*(Sized(x, abs(x)) for x in numpy.array([s.state(form) for s in starts]).T))
     body = Parameters(**{name: _column(starts, name) for name in NAMES})
-    q = form.motion(body, sized, SizedFunctions())
+    q = form.motion(body.numbers(exactly), sized, SizedFunctions())
     signs = numpy.empty((len(detectors), len(starts)), dtype=int)
     for number, detector in enumerate(detectors):
         name = detector.event.name

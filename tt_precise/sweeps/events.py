@@ -24,7 +24,7 @@ from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Array, InputError, Scalar
 from tt_precise.sweeps.columns import Detector
 from tt_precise.taylor.crossings import bernstein_of, isolated
-from tt_precise.taylor.series import SeriesFunctions, Truncated
+from tt_precise.taylor.series import SeriesFunctions, Sized, Truncated
 
 heyoka = import_heyoka()
 
@@ -248,6 +248,11 @@ class Zeros:
             q = Motion(body, NewtonState(kx, ky, kz, Lx, Ly, Lz, 0, 0), SeriesFunctions(numpy))
         order = steps.series.shape[2] - 1
         return numpy.array(detector.event.function(q).upto(order))
+
+
+def exactly(number: Scalar) -> Sized:
+    """A number or array without error."""
+    return Sized(number, 0.0 * number)
 
 
 # ---- polynomials ---------------------------------------------------------------------------

@@ -22,7 +22,7 @@ from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Array
 from tt_precise.sweeps.columns import SMALLEST_FORCE, Part
-from tt_precise.sweeps.events import ALONE, Steps, horner, states_in, variables
+from tt_precise.sweeps.events import ALONE, Steps, exactly, horner, states_in, variables
 from tt_precise.taylor.series import Sized, SizedFunctions
 
 heyoka = import_heyoka()
@@ -173,7 +173,8 @@ class Extreme:
         """Bounds of the rounding errors of ``_sampled`` values, shape (steps,)."""
         body, state = self._states_at(row, series, since)
         sized = self._form.State(*(Sized(x, numpy.abs(x)) for x in state))
-        found = self._quantity.evaluate(self._form.motion(body, sized, SizedFunctions()))
+        q = self._form.motion(body.numbers(exactly), sized, SizedFunctions())
+        found = self._quantity.evaluate(q)
         size = getattr(found, "size", 0.0) * numpy.ones(since.shape)
         bounds: Array = ROUNDING * size.max(axis=0)
         return bounds

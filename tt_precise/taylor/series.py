@@ -349,6 +349,14 @@ class SizedFunctions:
     def cos(self, value: Scalar) -> Scalar:
         return _moved(value, numpy.cos, numpy.sin)
 
+    def hypot(self, x: Scalar, y: Scalar) -> Scalar:
+        """The length of a plane vector, without underflow of squares."""
+        if not isinstance(y, Sized) and not isinstance(x, Sized):
+            return numpy.hypot(x, y)
+        x, y = (value if isinstance(value, Sized) else Sized(value, 0.0) for value in (x, y))
+        length = numpy.hypot(x.value, y.value)
+        return Sized(length, abs(x.value / length) * x.size + abs(y.value / length) * y.size)
+
     def atan2(self, y: Scalar, x: Scalar) -> Scalar:
         if not isinstance(y, Sized) and not isinstance(x, Sized):
             return numpy.arctan2(y, x)
