@@ -58,7 +58,11 @@ def golden_section() -> Section:
                 "both exist, both formulations agree on at least these digits in every entry. "
                 "`tt-precise golden verify` checks the files and recomputes them."
             ),
-            PageTable(("scene", "end", "t_end (s)", "digits claimed"), rows, folded=False),
+            PageTable(
+                ("scene", "end", "t_end (s)", "digits claimed"),
+                rows,
+                "Every scene with its end and its digits.",
+            ),
             PageTable(
                 ("scene", "title", "rows", "digits agreed, worst entry"),
                 evidence,
@@ -262,7 +266,7 @@ def _digits(ball: dict[str, str]) -> int:
 
 
 PANELS_A_ROW = 4
-ROW_HEIGHT = 0.78  # inches
+ROW_HEIGHT = 0.62  # inches
 BINS = 90  # Time bins of each small graph.
 
 
@@ -283,8 +287,8 @@ def every_scene(names: Sequence[str]) -> Figure:
             panel.plot(times[at], angles[at], color=style.BLUE, linewidth=0.7)
             panel.set(ylim=(-0.1, math.pi + 0.1), yticks=[0, math.pi])
             panel.set_yticklabels(["0", "π"])
-            panel.set_title(name, fontsize=8.5, pad=3)
-            panel.tick_params(labelsize=8.5)
+            panel.set_title(name, fontsize=8, pad=2)
+            panel.tick_params(labelsize=7.5)
             panel.xaxis.set_major_locator(matplotlib.ticker.MaxNLocator(3))
         for panel in axes[len(names) :]:
             panel.set_visible(False)

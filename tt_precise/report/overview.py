@@ -154,7 +154,7 @@ def verdict(judged: Sequence[JudgedClaim]) -> str:
     return (
         f"Of {len(judged)} statements, {holding} hold and {tally['untestable']} cannot be tested. "
         f"The other {others} are {sum(found[each] for each in ERRATA)} findings: "
-        f"{found['misprint']} misprints with a correction that holds, {found['refuted']} refuted, "
+        f"{found['misprint']} misprints, {found['refuted']} refuted, "
         f"{found['partly']} partly right, {found['ambiguous']} ambiguous."
     )
 
@@ -169,7 +169,7 @@ def errata(judged: Sequence[JudgedClaim]) -> Section:
     """Misprints, and refuted, partly right and ambiguous claims."""
     groups = [
         Claims(f"{title} ({len(some)})", some, errata=True, about=about,
-               folded=verdict is Verdict.AMBIGUOUS)
+               folded=verdict in (Verdict.PARTLY, Verdict.AMBIGUOUS))
         for verdict, (title, about) in ERRATA.items()
         if (some := [claim for claim in judged if claim.verdict == verdict])
     ]  # fmt: skip
@@ -195,7 +195,8 @@ def all_claims(judged: Sequence[JudgedClaim], run: JudgingRun) -> Section:
         if (some := [claim for claim in judged if key(claim) == section])
     ]
     records = Committed(claims=tuple(judged), counts=tally, run=run)
-    text = f"{len(judged)} claims, {proved} of them settled by a proof. {legend}."
+    text = f"{len(judged)} claims, {proved} of them settled by a proof."
+    rules = f"{RULES} The verdicts: {legend}."
     untested = PageTable(
         ("where", "the paper", "why no claim tests it"),
         [(each.where, each.quote, each.reason) for each in UNTESTED],
@@ -205,7 +206,12 @@ def all_claims(judged: Sequence[JudgedClaim], run: JudgingRun) -> Section:
     return Section(
         "claims",
         "All claims",
-        [Text(text), Text(RULES), untested, *groups],
+        [
+            Text(text),
+            Text(rules, folded="The rules of fairness, and the verdicts"),
+            untested,
+            *groups,
+        ],
         to_builtins(records),
     )
 

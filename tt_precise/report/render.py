@@ -122,7 +122,8 @@ def _environment(*, escaped: bool) -> Environment:
 def laid_out(section: Section) -> dict[str, Json]:
     """The blocks of a section by place: picture, texts, side tables, tables, pictures, claims.
 
-    A second picture stands ``beside`` the first one; without one the texts and small tables do.
+    In a section without tables a second picture stands ``beside`` the first one, in others texts
+    and small tables do.
     ``texts`` are pairs: the shown part and the folded part. ``choices`` are the filters of the
     section's claims.
     """
@@ -134,9 +135,10 @@ def laid_out(section: Section) -> dict[str, Json]:
         for table in tables
         if figures
         and not table.folded
-        and (len(table.rows) <= BESIDE_ROWS or table.folded is False)
+        and len(table.rows) <= BESIDE_ROWS
         and len(table.header) <= BESIDE_COLUMNS
     ][:1]
+    paired = len(figures) > 1 and not tables
     listed = [claim for block in claims for claim in block.entries]
     verdicts, kinds = (
         [(value, value) for value in dict.fromkeys(getattr(claim, name) for claim in listed)]
@@ -144,11 +146,11 @@ def laid_out(section: Section) -> dict[str, Json]:
     )
     return {
         "picture": figures[0] if figures else None,
-        "beside": figures[1] if len(figures) > 1 and not side_tables else None,
+        "beside": figures[1] if paired else None,
         "texts": [_parted(block) for block in section.blocks if isinstance(block, Text)],
         "side_tables": side_tables,
         "tables": [table for table in tables if table not in side_tables],
-        "pictures": figures[1:] if side_tables else figures[2:],
+        "pictures": figures[2:] if paired else figures[1:],
         "claims": claims,
         "choices": [
             ("verdict", sorted(verdicts)), ("section", list(sections().items())), ("kind", kinds),

@@ -110,7 +110,7 @@ DASHED = (
 STARTS = "at rest except for omega_3, on a grid"
 
 
-@style.figure("map-inclination-lambda", [2.4, 2.4, 2.4])
+@style.figure("map-inclination-lambda", [1.9, 1.9, 1.9])
 def map_of_inclination_and_lambda(axes: list[Axes]) -> Words:
     """Outcome, climbing time and least g_n over theta(0) and lambda/lambda_thres."""
     rows = _draw_maps(axes, "inclination and lambda")
