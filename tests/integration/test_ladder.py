@@ -54,6 +54,37 @@ def test_rungs_of_the_ladder() -> None:
     assert len(tried) == 2  # a third cannot help
 
 
+def test_a_finer_arithmetic_is_tried_where_a_finer_tolerance_wins_little() -> None:
+    """Rounding of 1e-28 loses 12 digits: three doubles deliver what two do not."""
+    tried: list[Any] = []
+
+    def run(rung: ladder.Rung) -> Any:
+        tried.append(rung)
+        bits = {"double": 15, "double-double": 31, "triple-double": 46}.get(rung.precision, 99)
+        return SimpleNamespace(
+            status="complete",
+            digits_throughout=max(0.5, min(rung.digits, bits) - 12),
+            scene=load_scene("reference"),
+            precision=SimpleNamespace(name=rung.precision, bits=53),
+        )
+
+    ladder.integrate_to_digits(18, load_scene("reference"), run)
+    assert tried[-1].precision == "triple-double"
+    ladder.integrate_to_digits(38, load_scene("reference"), run)
+    assert tried[-1].precision == "mp"
+
+
+def test_the_cost_is_that_of_the_ladder_in_use() -> None:
+    """A motion in segments has no several doubles, so that 40 digits of it take hours in mp."""
+    long = load_scene("coulomb-gliding").varied(until="4000")
+    assert ladder.seconds_for(40, long) > ladder.MOST_SECONDS
+    assert ladder.seconds_for(28, long) == 0
+    with pytest.raises(InputError, match="digits: got 40, which would take about"):
+        integrate(long, digits=40)
+    assert ladder.seconds_for(40, load_scene("reference")) == 0
+    assert ladder.seconds_for(40, load_scene("reference"), euler=True) > 0
+
+
 @pytest.mark.parametrize(
     ("wanted", "more", "said"),
     [

@@ -10,7 +10,6 @@ from tt_precise.integration.precision import Precision, is_available
 from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import Scene
-from tt_precise.taylor.graph import ArcTangentError
 
 
 class Judged(Protocol):
@@ -63,8 +62,7 @@ LADDER = (
     Rung("double-double", 1e-18), Rung("double-double", 1e-23), Rung("double-double", 1e-28),
     Rung("triple-double", 1e-34), Rung("triple-double", 1e-40), Rung("triple-double", 3e-45),
 )  # fmt: skip
-# of heyoka's arithmetics alone: for motions in pieces, Euler angles and arc tangents in events, and
-# without llvmlite
+# Levels of heyoka's arithmetics alone: for motions in segments, Euler angles, and without llvmlite.
 HEYOKAS = (
     Rung("double", 1e-10), Rung("double", 9.3e-14), Rung("extended", 1e-17), Rung("quad", 1e-23),
     Rung("quad", 1e-30),
@@ -74,35 +72,42 @@ HEYOKAS = (
 def integrate_to_digits(
     wanted: Any, scene: Scene, run: Callable[[Rung], Solution], *, euler: bool = False
 ) -> Solution:
-    """The trajectory from the first rung that delivers ``wanted`` digits throughout.
+    """Return the solution from the first level that delivers ``wanted`` digits throughout.
 
-    The error estimate of the run decides, for every entry at every sample, in every event and at
-    the end. The next rung adds the digits that are missing.
+    The error estimate of the run decides, for every component at every sample, in every event and
+    at the end. The next level adds the digits that are missing. Where a finer tolerance wins
+    little, a finer arithmetic comes next, and it ends where that wins nothing.
 
     Raises ``InputError``: the digits are not a whole number in range, cannot be reached, or would
     take too long.
     """
     if isinstance(wanted, bool) or not hasattr(wanted, "__index__") or wanted < 1:
         raise InputError(f"digits: got {wanted!r}, expected a whole number from 1")
-    _require_practical(wanted, scene)
-    ours = is_available("double-double") and not (euler or refused_in_doubles(scene))
-    ladder = LADDER if ours else HEYOKAS
-    needed, before = wanted + LOST, (-math.inf, -math.inf)
+    _require_practical(wanted, scene, euler)
+    levels = [level for level in ladder_of(scene, euler) if is_available(level.precision)]
+    needed, before, best = wanted + LOST, Rung("", 1.0), -math.inf
     while True:
-        enough = (r for r in ladder if r.digits >= needed and is_available(r.precision))
-        rung = next(enough, None) or Rung("mp", 0.0, max(128, math.ceil(needed / DIGITS_PER_BIT)))
-        try:
-            trajectory = run(rung)
-        except ArcTangentError:  # of an event's function, which heyoka takes
-            ladder = HEYOKAS
-            continue
+        bits = max(128, math.ceil(needed / DIGITS_PER_BIT))
+        rung = next((r for r in levels if r.digits >= needed), Rung("mp", 0.0, bits))
+        trajectory = run(rung)
         reached = 0.0 if trajectory.status == "failed" else trajectory.digits_throughout
         if reached >= wanted + SPARE:
             return trajectory
-        if reached < before[1] + WORTH * (rung.digits - before[0]):
-            raise InputError(_missed(wanted, trajectory, reached))
-        before = rung.digits, max(reached, before[1])
+        finer = rung.precision != before.precision
+        worth = WORTH * (rung.digits - before.digits)
+        if reached < best + (SPARE if finer and rung.precision != "mp" else worth):
+            if finer or rung.precision == "mp":
+                raise InputError(_missed(wanted, trajectory, reached))
+            # a finer tolerance wins little here, but a finer arithmetic may
+            levels = [level for level in levels if level.precision != rung.precision]
+        before, best = rung, max(reached, best)
         needed = rung.digits + max(wanted + SPARE - reached, SPARE)
+
+
+def ladder_of(scene: Scene, euler: bool = False) -> tuple[Rung, ...]:
+    """Return the levels below mp for a scene, in vectors or in Euler angles."""
+    ours = is_available("double-double") and not (euler or refused_in_doubles(scene))
+    return LADDER if ours else HEYOKAS
 
 
 def _missed(wanted: int, trajectory: Judged, reached: float) -> str:
@@ -119,20 +124,20 @@ def _missed(wanted: int, trajectory: Judged, reached: float) -> str:
     )
 
 
-def seconds_for(digits: int, scene: Scene) -> float:
+def seconds_for(digits: int, scene: Scene, euler: bool = False) -> float:
     """Estimated cost of ``digits`` of a scene, in s of a core; 0 if mp is not needed."""
-    if digits + LOST <= LADDER[-1].digits:
+    if digits + LOST <= ladder_of(scene, euler)[-1].digits:
         return 0.0
     units = float(scene.until) / math.sqrt(float(scene.body.R / scene.body.g))
     return SECONDS * units / UNITS * ((digits + LOST) / DIGITS_PER_BIT / BITS) ** GROWTH
 
 
-def _require_practical(wanted: int, scene: Scene) -> None:
-    seconds = seconds_for(wanted, scene)
+def _require_practical(wanted: int, scene: Scene, euler: bool) -> None:
+    seconds = seconds_for(wanted, scene, euler)
     if seconds <= MOST_SECONDS:
         return
     most = wanted
-    while seconds_for(most, scene) > MOST_SECONDS:
+    while seconds_for(most, scene, euler) > MOST_SECONDS:
         most -= max(1, most // 50)
     raise InputError(
         f"digits: got {wanted}, which would take about {seconds / 3600:.0f} h for "

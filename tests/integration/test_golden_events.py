@@ -1,0 +1,111 @@
+"""Events of golden scenes: the golden ones in every arithmetic, and those that heyoka detects."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy
+import pytest
+
+from tt_precise import golden
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.equations import Equations, event_expression
+from tt_precise.integration.events import EVENTS, JOINING, TERMINAL
+from tt_precise.runtime.process import import_heyoka
+from tt_precise.scene.scene import load_scene, shipped
+
+SWITCHING = {*JOINING, *TERMINAL}
+# s, of the time of an event: roundings, which decaying velocities magnify in below-threshold
+REACH = {"double": 1e-12, "extended": 1e-13, "double-double": 0, "triple-double": 0, "quad": 0}
+WIDE = ("extended", "double-double", "triple-double", "quad")
+IN_SEGMENTS = ("coulomb", "elastic", "flight")
+QUICK = ("contact-lost", "rocking", "stays-upright")
+
+
+def golden_events(name: str) -> dict[str, list[float]]:
+    """Return the times of the golden events of a scene, but for those that switch its motion."""
+    events = golden.load(name, "text").events
+    events = events[~events["name"].isin(SWITCHING)]
+    return {kind: [*map(float, rows["t"])] for kind, rows in events.groupby("name")}
+
+
+def events_of(run: Trajectory) -> dict[str, list[float]]:
+    events = run.events[~run.events["name"].isin(SWITCHING)]
+    return {kind: [*map(float, rows["t"])] for kind, rows in events.groupby("name")}
+
+
+@pytest.mark.parametrize("precision", REACH)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in shipped()]
+)
+def test_all_events_are_the_golden_ones(name: str, precision: str) -> None:
+    if "double-" in precision + "-" and name.startswith(IN_SEGMENTS) and precision != "double":
+        pytest.skip("several doubles integrate one segment")
+    expected = golden_events(name)
+    run = integrate(name, precision, events=tuple(expected) or ("theta_max",))
+    found = events_of(run)
+    assert {kind: len(times) for kind, times in found.items()} == {
+        kind: len(times) for kind, times in expected.items()
+    }
+    reach = 1e-9 if name == "below-threshold" else REACH[precision]
+    for kind, times in expected.items():
+        # the golden times as doubles are half an ulp off
+        assert found[kind] == pytest.approx(times, rel=4e-16, abs=reach), kind
+    assert run.unresolved == ()
+
+
+def detected(name: str, kinds: tuple[str, ...]) -> Counter[str]:
+    """Return how often heyoka detects each event, after a first step that hides no other zero."""
+    heyoka, run = import_heyoka(), integrate(name, events=())
+    equations = Equations.of(run.setup.formulation)
+    counts: Counter[str] = Counter()
+
+    def noted(kind: str) -> Any:
+        def callback(adaptive: Any, time: float, sign: int) -> None:
+            counts[kind] += sign != 0
+
+        direction = {0: "any", 1: "positive", -1: "negative"}[EVENTS[kind].direction]
+        return heyoka.nt_event(
+            event_expression(EVENTS[kind], equations), callback,
+            direction=getattr(heyoka.event_direction, direction),
+        )  # fmt: skip
+
+    adaptive = heyoka.taylor_adaptive(
+        equations.system, [0.0] * len(equations.variables),
+        pars=[1.0] * len(run.setup.formulation.parameters),
+        nt_events=[noted(kind) for kind in kinds], compact_mode=True,
+    )  # fmt: skip
+    adaptive.state[:] = [float(x) for x in run.start.first_row(run.setup.formulation, ())]
+    adaptive.pars[:] = [float(x) for x in run.start.parameters(run.setup.formulation)]
+    adaptive.propagate_until(2.0**-20)
+    counts.clear()
+    adaptive.propagate_until(float(run.run.end_time))
+    return counts
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(n, marks=() if n in QUICK else pytest.mark.slow)
+        for n in shipped()
+        if not n.startswith(IN_SEGMENTS) and n not in ("upright", "inverted")
+    ],
+)
+def test_heyoka_detects_as_many(name: str) -> None:
+    """An independent finder, whose tangencies are those that the criterion names."""
+    assert not load_scene(name).in_pieces
+    kinds = tuple(golden_events(name))
+    run = integrate(name, events=kinds)
+    witness = detected(name, kinds)
+    for kind in kinds:
+        if kind not in run.touches:
+            assert witness[kind] == run.event_counts[kind], kind
+
+
+def test_the_comparison_notices_a_lost_event() -> None:
+    times = golden_events("contact-lost")
+    run = integrate("contact-lost", events=tuple(times))
+    lost = {kind: found[1:] for kind, found in events_of(run).items()}
+    assert numpy.sum([len(found) for found in lost.values()]) < run.event_counts.total() - 1
+    assert any(len(found) != len(times[kind]) for kind, found in lost.items())
