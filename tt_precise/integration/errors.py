@@ -127,9 +127,14 @@ class Errors:
         return estimate
 
     @property
+    def known(self) -> bool:
+        """Whether the reference trajectories are integrated already."""
+        return "references" in self.__dict__
+
+    @property
     def known_at_end(self) -> Mapping[str, Scalar]:
         """Errors of the state, and of "t" if the end was computed; empty without references."""
-        if "references" not in self.__dict__:
+        if not self.known:
             return {}
         of_its_own = self._run.status not in ARRIVED
         return self.at_end | ({"t": self.at_end["t_end"]} if of_its_own else {})

@@ -360,9 +360,15 @@ class Trajectory:
     def events(self) -> pandas.DataFrame:
         """All recorded events in order of time: name, t (s), direction, and the state there (SI).
 
-        ``direction`` is +1 where the event's function rises through zero, -1 where it falls.
+        ``direction`` is +1 where the event's function rises through zero, -1 where it falls. A time
+        wider than double prints with its error, if known.
         """
-        return self.run.events()
+        events = self.run.events()
+        if self.errors.known and not self.precision.is_float and len(events):
+            carrying, errors = self.precision.carrying, self.errors.events()["error"]
+            times = zip(events["t"], errors.tolist(), strict=True)
+            events["t"] = [carrying(t, error) for t, error in times]
+        return events
 
     def event_table(
         self, names: Sequence[str] | None = None, at: Container[str] | None = None

@@ -290,10 +290,15 @@ class Sized(Ring):
         self.value, self.size = value, size
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Scalar, **options: Any) -> Sized:
-        """Apply a function of one argument; its slope is that of a secant."""
-        (x,) = inputs
-        value, aside = ufunc(x.value), abs(x.value) * SECANT + (x.value == 0) * SECANT
-        return Sized(value, x.size * abs(ufunc(x.value + aside) - value) / aside)
+        """Apply NumPy's operations, and its functions of one argument by the slope of a secant."""
+        if len(inputs) == 2 and ufunc.__name__ in OPERATIONS:
+            a, b = (x if isinstance(x, Sized) else Sized(x, abs(x)) for x in inputs)
+            result: Sized = OPERATIONS[ufunc.__name__](a, b)
+            return result
+        if len(inputs) != 1 or method != "__call__":
+            raise TypeError(f"numpy.{ufunc.__name__} of several numbers")
+        value, aside = ufunc(self.value), abs(self.value) * SECANT + (self.value == 0) * SECANT
+        return Sized(value, self.size * abs(ufunc(self.value + aside) - value) / aside)
 
     def __add__(self, other: Scalar) -> Sized:
         if isinstance(other, Sized):
@@ -326,15 +331,30 @@ class Sized(Ring):
         return Sized(self.value**power, self.size * abs(slope))
 
 
+OPERATIONS = {
+    "add": operator.add, "subtract": operator.sub, "multiply": operator.mul,
+    "divide": operator.truediv,
+}  # fmt: skip
 SECANT = 2.0**-26  # distance of the points of a secant, relative to the argument
 
 
 class SizedFunctions:
     """The functions of ``Sized`` doubles and arrays."""
 
-    def __getattr__(self, name: str) -> Callable[[Scalar], Scalar]:
-        ufunc: Callable[[Scalar], Scalar] = getattr(numpy, name)
-        return ufunc
+    def log(self, value: Scalar) -> Scalar:
+        return numpy.log(value)
+
+    def atan(self, value: Scalar) -> Scalar:
+        return numpy.arctan(value)
+
+    def tan(self, value: Scalar) -> Scalar:
+        return numpy.tan(value)
+
+    def asin(self, value: Scalar) -> Scalar:
+        return numpy.arcsin(value)
+
+    def acos(self, value: Scalar) -> Scalar:
+        return numpy.arccos(value)
 
     def sqrt(self, value: Scalar) -> Scalar:
         """The positive root."""
