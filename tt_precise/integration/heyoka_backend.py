@@ -6,7 +6,7 @@ Everything is integrated in dimensionless units (m = R = g = 1).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache, partial
@@ -14,6 +14,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from tt_precise.integration.dense_output import (
+    ARRIVED,
     DenseOutput,
     Pieces,
     Propagation,
@@ -142,7 +143,10 @@ def propagate(
             status = "contact_ignored"
         if status != "failed":
             propagation = _propagation_of(made, status, steps)
-            return replace(propagation, found=_found(watched), samples=taken)
+            if watched:
+                end = None if status in ARRIVED else propagation.state
+                propagation = replace(propagation, found=watched.found(end))
+            return replace(propagation, samples=taken)
         last_good = made.adaptive.time
         if outcome == outcomes().err_nf_state:
             last_good = _time_before_failure(setup, start, made, horizon)
@@ -237,6 +241,11 @@ class Watched:
         if self.to is not None:
             self.to.clear()
 
+    def found(self, end: Sequence[Scalar] | None) -> Found:
+        """Return the events; ``end`` is the state where the model ended before the horizon."""
+        with_guard_bits = self.setup.precision.with_guard_bits
+        return self.zeros.found(None if end is None else [*map(with_guard_bits, end)])
+
     def append(self, output: ContinuousOutput) -> None:
         """Find the events in the next dense output."""
         from tt_precise.integration.steps import of_dense_output
@@ -244,10 +253,6 @@ class Watched:
         self.zeros.read(of_dense_output(output, self.setup, self.start))
         if self.to is not None:
             self.to.append(output)
-
-
-def _found(watched: Watched | None) -> Found:
-    return watched.zeros.found() if watched else Found()
 
 
 def _time_before_failure(

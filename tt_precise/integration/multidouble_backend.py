@@ -12,6 +12,7 @@ from functools import lru_cache, partial
 from typing import NamedTuple
 
 from tt_precise.integration.dense_output import (
+    ARRIVED,
     DenseOutput,
     Pieces,
     Propagation,
@@ -21,7 +22,7 @@ from tt_precise.integration.dense_output import (
     StoredPieces,
 )
 from tt_precise.integration.equations import longest_step, terminal_functions
-from tt_precise.integration.events import Found
+from tt_precise.integration.events import NOTHING_FOUND
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Functions, Scalar
@@ -116,7 +117,9 @@ def propagate_in_doubles(
         if end.status:
             break
     assert end.status, "a run goes on until it ends"
-    found = zeros.found() if zeros else Found()
+    found = NOTHING_FOUND
+    if zeros:
+        found = zeros.found(None if end.status in ARRIVED else end.state)
     return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order, found)
 
 

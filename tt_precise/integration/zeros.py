@@ -111,6 +111,8 @@ class Zeros:
         self._weight = numpy.zeros(len(self.events), dtype=int)  # of undecided points after that
         self._undecided = numpy.zeros(len(self.events), dtype=bool)
         self._touches, self._unresolved = set[int](), set[int]()
+        # functions and events in the last steps with no other sign behind them than that at the end
+        self._last: list[tuple[int, EventRecord]] = []
 
     def read(self, steps: Steps) -> None:
         """Find the events in the next steps.
@@ -122,14 +124,42 @@ class Zeros:
             for first in range(0, len(steps), count):
                 self._read(steps.part(first, min(first + count, len(steps))))
 
-    def found(self) -> Found:
-        """Return the events so far."""
+    def found(self, end: Sequence[Scalar] | None = None) -> Found:
+        """Return the events so far.
+
+        ``end`` is the state, in mpmath numbers, where the model ended before the horizon. What
+        vanishes there within the error of the state does not change its sign.
+        """
+        if end is not None and self._last:
+            vanishing = self._vanishing(end)
+            at_end = {hit for i, hit in self._last if i in vanishing}
+            self._hits = [hit for hit in self._hits if hit not in at_end]
         never = numpy.flatnonzero(self._sign == 0).tolist()
         late = numpy.flatnonzero((self._sign != 0) & (self._weight > TANGENCY)).tolist()
         unresolved = self._unresolved.union(late)
         touches = self._touches.union(never, unresolved)
         names = [frozenset(self.events[i].name for i in which) for which in (touches, unresolved)]
         return Found(tuple(sorted(self._hits, key=lambda hit: hit.time)), *names)
+
+    def _vanishing(self, end: Sequence[Scalar]) -> set[int]:
+        """Return the functions that the errors of the components carry through zero at a state.
+
+        To every order: where contact ends, functions vanish with the third power of a component.
+        """
+        mpfr, count = self._mpfr, range(len(self.events))
+        with mpfr.precision():
+            components = []
+            for k, (x, error) in enumerate(zip(end, self._error.tolist(), strict=True)):
+                column = [x] * (2 * len(end) + 1)
+                column[2 * k + 1 : 2 * k + 3] = x - error, x + error
+                components.append(mpfr.array(column))
+            table = self._along(count, self._body_of(mpfr.number), components, mpfr)
+        found = set()
+        for i, value in zip(count, table, strict=True):
+            f = value + 0 * components[0]
+            if not abs(f[0]) > sum(abs(f[1:] - f[0])):
+                found.add(i)
+        return found
 
     def signs(self, rows: Sequence[Sequence[Scalar]]) -> Array:
         """Return the signs of the functions at rows of mpmath numbers, 0 where undecided.
@@ -154,6 +184,7 @@ class Zeros:
 
     def _read(self, steps: Steps) -> None:
         from_exact = self._lost is None and not self.start.row
+        self._last = []
         error, doubt = self._errors(steps)
         f = self._table(steps.at(nodes(COARSE)))  # axes (function, node, step)
         f[:, -1, :-1] = f[:, 0, 1:]
@@ -314,7 +345,7 @@ class Zeros:
             self._lost = numpy.full(len(size), ROUNDINGS * rounding)
         each = rounding + numpy.where(size > 0, left / size, 0.0)
         lost = self._lost[:, None] + numpy.cumsum(each, axis=1)
-        self._lost = lost[:, -1]
+        self._lost, self._error = lost[:, -1], (size * lost)[:, -1]
         ends = [numpy.append(x[0], x[1, -1:]) for x in steps.at(numpy.array([0.0, 1.0]))]
         size, lost = (numpy.append(x, x[:, -1:], axis=1) for x in (size, lost))
         size[:, 1:-1] = numpy.maximum(size[:, 1:-1], size[:, :-2])
@@ -540,7 +571,10 @@ class Zeros:
         for k in numpy.flatnonzero(broken).tolist():
             raise self._broken(int(which[k]), steps, float(begin[k]))
         names = [self.events[i].name for i in which.tolist()]
-        self._hits += map(EventRecord, names, zeros.times, direction.tolist(), zeros.states)
+        hits = list(map(EventRecord, names, zeros.times, direction.tolist(), zeros.states))
+        self._hits += hits
+        final = points.position[high] == len(steps)
+        self._last = [(int(which[k]), hits[k]) for k in numpy.flatnonzero(final)]
         if len(self._hits) > MOST_EVENTS:
             raise too_many_events()
 
