@@ -12,11 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy
 import pytest
 
 import tt_precise as tt
 from tests.conftest import Printed, Said
 from tt_precise import cli
+from tt_precise.check import formats
 from tt_precise.integration import events, heyoka_backend, run
 from tt_precise.integration.events import Event
 from tt_precise.mechanics import conserved, laws, quantities
@@ -128,11 +130,13 @@ def test_a_table_format(said: Said, printed: Printed, monkeypatch: pytest.Monkey
 
     def read(path: Path) -> tables.Table:
         header, *rows = csv.reader(path.read_text("utf-8").splitlines(), delimiter="\t")
-        return dict(zip(header, zip(*rows, strict=True), strict=True))
+        columns = (numpy.array(column, float) for column in zip(*rows, strict=True))
+        return dict(zip(header, columns, strict=True))
 
-    monkeypatch.setitem(tables.FORMATS, ".tsv", tables.Format(write, read))
-    said(SHORT, "--out a.tsv")
-    assert printed("check a.tsv --scene reference")["verdict"] == "pass"
+    monkeypatch.setitem(tables.FORMATS, ".tab", tables.Format(write))
+    monkeypatch.setitem(formats.READERS, ".tab", read)
+    said(SHORT, "--out a.tab")
+    assert printed("check a.tab --scene reference")["verdict"] == "pass"
 
 
 def test_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
