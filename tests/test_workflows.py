@@ -36,7 +36,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def run(folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
     """The script as the action calls it: every input is there, those not given are empty."""
-    names = ("DIGITS", "LIMITS", "COLUMNS", "UNTIL", "FRICTION")
+    names = ("DIGITS", "LIMITS", "COLUMNS", "UNTIL", "FRICTION", "START", "ENGINE", "ALLOW")
     place = {
         "OUT": str(folder / "out"), "GITHUB_STEP_SUMMARY": str(folder / "step.md"),
         "PYTHON": sys.executable, "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
@@ -53,6 +53,8 @@ def run(folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
     [
         ({"FILE": "right.csv", "LIMITS": "jellett=1e-9 axis_norm=1e-9", "UNTIL": "0.1"}, 0, False),
         ({"FILE": "right.csv", "LIMITS": "jellett=1e-30"}, 1, True),
+        ({"FILE": "right.csv", "START": "other", "ALLOW": "golden energy"}, 0, False),
+        ({"FILE": "right.csv", "ENGINE": "mujoco"}, 2, True),
         ({"FILE": "wrong.csv"}, 1, True),
         ({"FILE": "wrong.csv", "COLUMNS": "Lx=kx"}, 2, True),
         ({"FILE": "missing.csv"}, 2, True),
