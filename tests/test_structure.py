@@ -13,7 +13,6 @@ import pytest
 
 import tt_precise
 from tt_precise.claims import committed
-from tt_precise.golden import building
 from tt_precise.runtime.cache import SOURCES
 
 PACKAGE = Path(tt_precise.__file__).parent
@@ -123,7 +122,7 @@ def missing(places: tuple[str, ...]) -> set[str]:
     return reached - own
 
 
-@pytest.mark.parametrize("places", [SOURCES, building.CODE, committed.CODE])
+@pytest.mark.parametrize("places", [SOURCES, committed.CODE])
 def test_results_are_kept_beside_the_hash_of_all_that_they_rest_on(places: tuple[str, ...]) -> None:
     assert missing(places) == set()
     assert missing(tuple(place for place in places if place != "taylor")) != set()

@@ -12,7 +12,7 @@ from dataclasses import replace
 from flint import arb
 
 from tt_precise.certify.balls import bounds
-from tt_precise.certify.comparison import Enclosed, State
+from tt_precise.certify.compare import Enclosed, State
 from tt_precise.golden.runs import ORDER, columns, exact_decimal
 from tt_precise.golden.store import Stored
 from tt_precise.golden.table import Table

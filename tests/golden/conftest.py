@@ -1,22 +1,16 @@
 """A small scene with golden data of its own, built once."""
 
 import shutil
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from tt_precise.golden import building, store
-from tt_precise.golden.building import Built, derive, finished_runs, run_of
-from tt_precise.golden.runs import LADDER, Run, Task, tasks
+from tt_precise.golden.building import Built, derive
+from tt_precise.golden.runs import LADDER, Run, perform, tasks
 from tt_precise.golden.store import MANIFEST
-from tt_precise.runtime.cache import Records
 from tt_precise.scene.scene import Scene, load_scene, parse_scene
-
-
-def keep(shelf: Records, task: Task, run: Run) -> None:
-    """Let ``run`` be what a build finds for ``task``."""
-    shelf.put(task.name, asdict(task), asdict(run))
 
 
 @dataclass
@@ -25,7 +19,6 @@ class Small:
 
     scene: Scene
     runs: list[Run]
-    shelf: Records
     folder: Path
     built: Built
 
@@ -46,21 +39,21 @@ def rehash(place: Path) -> None:
             column |= {
                 k: v for k, v in old["files"][file]["columns"][name].items() if k == "agreement"
             }
-    (place / MANIFEST).write_text(store.manifest_text({**old, **derived}))
+    files = {**old["files"], **derived["files"]}
+    (place / MANIFEST).write_text(store.json_text({**old, **derived, "files": files}))
 
 
 @pytest.fixture(scope="session")
 def small_built(tmp_path_factory: pytest.TempPathFactory) -> Small:
     place = tmp_path_factory.mktemp("golden")
     scene = shortened("reference", "0.06")
-    shelf = finished_runs(place / "shelf")
-    runs = [run_of(task, shelf) for task in tasks(scene, LADDER[0])]
-    built = building.build([scene], folder=place / "data", workers=1, finished=shelf)
-    return Small(scene, runs, shelf, place / "data", built[0])
+    runs = list(map(perform, tasks(scene, LADDER[0])))
+    built = building.build([scene], folder=place / "data", workers=1)
+    return Small(scene, runs, place / "data", built[0])
 
 
 @pytest.fixture
 def small(small_built: Small, tmp_path: Path) -> Small:
     """The small scene with a copy of its data that a test may spoil."""
     folder = shutil.copytree(small_built.folder, tmp_path / "data")
-    return Small(small_built.scene, small_built.runs, small_built.shelf, folder, small_built.built)
+    return Small(small_built.scene, small_built.runs, folder, small_built.built)

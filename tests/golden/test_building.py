@@ -1,15 +1,14 @@
 """Building: byte-identical again, refusing changes, whole after an interruption."""
 
 import json
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import mpmath
 import pytest
 
-from tests.conftest import Patch
-from tests.golden.conftest import Small, keep
+from tests.golden.conftest import Small
 from tests.golden.tables import with_cell
 from tt_precise.golden import building, store
 from tt_precise.golden.building import (
@@ -22,11 +21,9 @@ from tt_precise.golden.building import (
     Constancy,
     constancies,
     derive,
-    finished_runs,
-    run_of,
 )
-from tt_precise.golden.runs import LADDER, Run, Task, tasks
-from tt_precise.golden.store import FILES, MANIFEST, PROOF, PROOF_HASH, TRAJECTORY, read, read_whole
+from tt_precise.golden.runs import LADDER, Run, tasks
+from tt_precise.golden.store import FILES, MANIFEST, PROOF, TRAJECTORY, read, read_whole
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.conserved import conserved, drift
 from tt_precise.mechanics.flight import LiftedState
@@ -37,11 +34,15 @@ from tt_precise.runtime.values import InputError
 from tt_precise.scene.numerals import to_mpmath
 
 
-def again(small: Small, reason: str = "") -> building.Built:
-    (built,) = building.build(
-        [small.scene], folder=small.folder, replace=reason, workers=1, finished=small.shelf
-    )
-    return built
+def again(
+    small: Small, *, replace: bool = False, other: dict[str, Run] | None = None
+) -> building.Built:
+    """Build from the runs that the small scene has, or from ``other`` ones, by their labels."""
+    runs = {run.label: run for run in small.runs} | (other or {})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(building, "perform", lambda task: runs[task.label])
+        scene = small.scene
+        return building.build_scene(scene.name, scene.text, small.folder, replace)
 
 
 def place_of(small: Small) -> Path:
@@ -67,9 +68,7 @@ def test_new_data_are_whole_and_the_same_again_to_the_byte(small: Small) -> None
     assert contents(small) == before
 
 
-def test_a_change_of_a_digit_is_refused_without_a_reason_that_is_recorded_for_good(
-    small: Small,
-) -> None:
+def test_a_change_of_a_digit_is_refused_unless_it_is_asked_for(small: Small) -> None:
     path = place_of(small) / TRAJECTORY
     path.write_text(path.read_text().replace("1.000", "1.001", 1))  # another first theta
     before, built = contents(small), again(small)
@@ -77,10 +76,7 @@ def test_a_change_of_a_digit_is_refused_without_a_reason_that_is_recorded_for_go
     assert "1.001" in built.note
     assert "--replace" in built.note
     assert contents(small) == before
-    assert again(small, "the old ones were spoiled").outcome == REPLACED
-    (entry,) = json.loads(contents(small)[MANIFEST])["history"]
-    assert entry["reason"] == "the old ones were spoiled"
-    assert "1.001" in entry["first_change"]
+    assert again(small, replace=True).outcome == REPLACED
     assert again(small).outcome == UNCHANGED
     path.write_text("t,kx\n0\n")
     assert again(small).outcome == REFUSED
@@ -96,11 +92,8 @@ def test_another_manifest_with_the_same_digits_is_renewed(small: Small) -> None:
 def test_a_contradiction_between_runs_leaves_the_data(small: Small) -> None:
     before = contents(small)
     task = tasks(small.scene, LADDER[0])[1]
-    keep(small.shelf, task, replace(small.runs[1], status="contact_lost"))
-    try:
-        built = again(small)
-    finally:
-        keep(small.shelf, task, small.runs[1])
+    lost = replace(small.runs[1], status="contact_lost")
+    built = again(small, other={task.label: lost})
     assert built.outcome == building.FAILED
     assert "contact_lost" in built.note
     assert contents(small) == before
@@ -109,54 +102,29 @@ def test_a_contradiction_between_runs_leaves_the_data(small: Small) -> None:
 def test_a_scene_without_its_text_is_refused(small: Small, tmp_path: Path) -> None:
     for scene in (small.scene.varied(mu="0.2"), replace(small.scene, text="")):
         with pytest.raises(InputError, match="reference: got a scene that was made or changed"):
-            building.build([scene], folder=tmp_path, finished=small.shelf)
+            building.build([scene], folder=tmp_path)
 
 
 def test_two_builds_do_not_share_a_folder(small: Small) -> None:
     with locked(small.folder, store.WORK), pytest.raises(InputError, match="another golden build"):
-        again(small)
-
-
-def test_cached_runs_come_back_and_damaged_ones_do_not(
-    small: Small, tmp_path: Path, monkeypatch: Patch
-) -> None:
-    """After an interruption only the rest is computed; another code or task computes anew."""
-    task, computed = tasks(small.scene, LADDER[0])[2], list[Task]()
-    finer, shelf = replace(task, bits=168), finished_runs(tmp_path)
-
-    def perform(task: Task) -> Run:
-        computed.append(task)
-        return small.runs[2]
-
-    monkeypatch.setattr(building, "perform", perform)
-    for _ in range(2):
-        assert run_of(task, finished_runs(tmp_path)) == small.runs[2]
-    assert computed == [task]
-    run_of(finer, shelf)
-    path = shelf.path(task.name, asdict(task))
-    path.write_bytes(path.read_bytes()[:100])
-    run_of(task, finished_runs(tmp_path))
-    monkeypatch.setattr(building, "source_hash", lambda *_: "another")
-    run_of(task, finished_runs(tmp_path))
-    assert computed == [task, finer, task, task]
+        building.build([small.scene], folder=small.folder, workers=1)
 
 
 def test_missing_digits_are_computed_with_more_bits(small: Small, tmp_path: Path) -> None:
-    scene, (high, low, euler) = small.scene, small.runs
+    high, low, euler = small.runs
     table = with_cell(low.trajectory, 3, "kx", lambda cell: cell[:20] + "e-2")
-    shelf = finished_runs(tmp_path)
-    for bits, second in ((LADDER[0], replace(low, trajectory=table)), (LADDER[1], high)):
-        for one, run in zip(tasks(scene, bits), (high, second, euler), strict=True):
-            keep(shelf, one, replace(run, label=one.label))
-    (built,) = building.build([scene], folder=tmp_path / "data", workers=1, finished=shelf)
+    spoiled = replace(low, trajectory=table)
+    finer = {"newton 192": high, "euler 176": euler}
+    elsewhere = Small(small.scene, small.runs, tmp_path / "data", small.built)
+    built = again(elsewhere, other={low.label: spoiled, **finer})
     assert (built.bits, built.digits) == (LADDER[1], 34)
 
 
-def test_a_spoiled_proof_is_not_recorded(small: Small) -> None:
-    (place_of(small) / PROOF).write_text("{}")
+def test_a_spoiled_proof_is_not_listed(small: Small) -> None:
+    (place_of(small) / PROOF).write_text("no JSON")
     again(small)
-    assert PROOF_HASH not in json.loads(contents(small)[MANIFEST])
-    with pytest.raises(InputError, match=r"proof\.json: spoiled"):
+    assert PROOF not in json.loads(contents(small)[MANIFEST])["files"]
+    with pytest.raises(InputError, match=r"proof\.json: not listed"):
         read_whole("reference", small.folder)
 
 

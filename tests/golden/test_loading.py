@@ -7,10 +7,10 @@ import pandas
 import pytest
 
 import tt_precise as tt
+from tests.golden.closed_form import closed_form
 from tests.golden.conftest import Small
 from tt_precise.check import conservation
 from tt_precise.golden import load, store
-from tt_precise.golden.closed_form import closed_form
 from tt_precise.golden.loading import pose_columns
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.pose import Pose

@@ -1,7 +1,6 @@
-"""Proofs beside golden data: every damage to them is found and named, and ends what they prove."""
+"""Proofs beside golden data: damage to them is found and named, and ends what they prove."""
 
 import json
-import random
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,15 +11,13 @@ from operator import add, mul, sub, truediv
 from pathlib import Path
 from typing import Any
 
-import mpmath
 import pytest
 
 from tests.golden.tables import edit_cell, edit_json
 from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import EXACT, last_place
-from tt_precise.golden.proofs import ENCLOSURE, EVENTS_ENCLOSURE, PROOF, Interval, established
+from tt_precise.golden.proofs import PROOF, Interval, established
 from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
-from tt_precise.golden.table import Table
 from tt_precise.golden.verifying import inspect, verify_scene
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
@@ -41,7 +38,10 @@ def scene() -> Scene:
 
 
 def edit_proof(folder: Path, change: Callable[[dict[str, Any]], object], *, seal: bool) -> None:
-    edit_json(folder / NAME / PROOF, change, store.proof_text if seal else json.dumps)
+    """Change the proof; ``seal``: with the hash in the manifest."""
+    edit_json(folder / NAME / PROOF, change, json.dumps)
+    if seal:
+        store.record_proof(folder / NAME)
 
 
 def added(folder: Path, file: str, line: int, column: str, count: int) -> None:
@@ -69,7 +69,7 @@ def refused(scene: Scene, folder: Path) -> str:
 def test_the_committed_proof_establishes_its_scene(scene: Scene) -> None:
     proof = established(scene)
     assert proof.record is not None, proof.why
-    assert (proof.record.complete, proof.record.digits) == (True, 34)
+    assert proof.record.digits == 34
     assert proof.g_n_positive
     for definition, which in product("ABC", ("t_init", "t_end")):
         moment = proof.moment(definition, which)
@@ -89,10 +89,10 @@ def test_enclosures_hold_what_is_exact(scene: Scene) -> None:
     rows = [row for row in proof.stored.events.rows if row[0] == "equator"]
     assert len(found) == len(rows) > 0
     for event, row in zip(found, rows, strict=True):
-        # closer to the exact time than what is printed is
-        half = Fraction(5, 10**34)
-        assert event["t"].low - half <= Fraction(row[1]) <= event["t"].high + half
-        assert event["t"].high - event["t"].low < half / 100
+        # half a unit of the last digit, either way
+        half = Fraction(10) ** last_place(row[1]) / 2
+        assert event["t"].low == Fraction(row[1]) - half
+        assert event["t"].high == Fraction(row[1]) + half
         assert event["direction"].low == event["direction"].high == int(row[2])
         # cos theta is zero there
         assert Fraction(-1, 10**33) < event["kz"].low <= 0 <= event["kz"].high
@@ -108,79 +108,32 @@ def test_enclosures_hold_what_is_exact(scene: Scene) -> None:
         assert ball.low <= exact <= ball.high < ball.low + Fraction(1, 10**30)
 
 
-def test_an_edited_proof_or_enclosure_is_found_and_named(folder: Path, scene: Scene) -> None:
-    added(folder, ENCLOSURE, 7, "Ly", 5000)
-    assert problems(folder) == [f"{ENCLOSURE}: changed since it was written"]
-    assert refused(scene, folder)
+def test_an_edited_proof_is_found_and_named(folder: Path, scene: Scene) -> None:
     edit_proof(folder, lambda stated: stated["contact"].update(g_n_positive=False), seal=False)
     found = problems(folder)
-    assert found[0] == f"{PROOF}: edited after it was written"
+    assert found[0].startswith(f"{PROOF}: changed since it was written")
     assert refused(scene, folder) == found[0]
     assert inspect(NAME, folder)[1] == found
 
 
 @pytest.mark.parametrize(
     ("file", "column", "count"),
-    [
-        (TRAJECTORY, "theta", 1),
-        (TRAJECTORY, "phi_dot", 1),
-        (TRAJECTORY, "nu_y", -1),
-        (EVENTS, "t", 4_999_999_999_999),
-        (EVENTS, "Lx", 999_999),
-        (EVENTS, "t", 1),
-        (EVENTS, "kz", -1),
-        (EVENTS, "theta", 1),
-        (EVENTS, "omega_3", 1),
-    ],
+    [(TRAJECTORY, "theta", 1), (TRAJECTORY, "nu_y", -1), (EVENTS, "t", 1), (EVENTS, "kz", -1)],
 )
-def test_every_printed_number_is_held_against_its_enclosure(
+def test_another_table_than_the_proved_one_establishes_nothing(
     folder: Path, file: str, column: str, count: int
 ) -> None:
-    """Also where the hashes of the table and of the proof are made to fit."""
-    excluded = f"{file}, line 12, {column}: excluded by its enclosure"
     added(folder, file, 12, column, count)
-    assert excluded in problems(folder)
-    assert any("not the table that was proved" in one for one in problems(folder))
+    assert f"{file}: not the table that was proved" in problems(folder)[0]
     assert refused(load_scene(NAME), folder)
-    sha256 = store.read(NAME, folder).table(file).sha256
-    edit_proof(folder, lambda content: content[file].update(sha256=sha256), seal=True)
-    assert problems(folder) == [excluded]
 
 
-def _moved(content: dict[str, Any]) -> None:
-    ball = content["inversion"]["A"]["t_init"]
-    ball["middle"] = str(Decimal(ball["middle"]) + Decimal("1e-32"))
-
-
-KX, T = (lambda c: c[TRAJECTORY]["columns"]["kx"]), (lambda c: c[EVENTS]["columns"]["t"])
-EDITS: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
-    "contact": (lambda c: c["contact"].update(g_n_at_least_mg="0.9"), "contact force"),
-    "energy": (lambda c: c["contact"].update(energy_never_grows=False), "energy may grow"),
-    "lost": (
-        lambda c: c.update(contact={"g_n_positive": "x", "lost_at_s": c["inversion"]["equator"]}),
-        "contact is lost at another time",
-    ),
-    "times": (_moved, "A, t_init is not where"),
-    "no times": (lambda c: c["inversion"]["B"].update(t_end=None), "B, t_end is none"),
-    "event counts": (lambda c: c["proved_events"].update(theta_min=999), "999 events theta_min"),
-    "kinds of events": (lambda c: c["proved_events"].pop("equator"), "kinds of events"),
-    "digits": (lambda c: c.update(digits=99), "digits is not the least"),
-    "digits of a column": (lambda c: KX(c).update(digits=35), "35 digits"),
-    "entries": (lambda c: T(c).update(entries=7), "other entries of t"),
-    "rounded ones": (lambda c: T(c).update(rounded=-1), "other entries of t"),
-    "wrong ones": (lambda c: T(c).update(wrong=1), "1 entries of t are"),
-    "rounded": (lambda c: c.update(rounded=7), "rounded is not the sum"),
-}
-
-
-@pytest.mark.parametrize("name", EDITS)
-def test_a_proof_edited_with_its_seal_renewed_is_found(folder: Path, name: str) -> None:
-    change, complaint = EDITS[name]
-    edit_proof(folder, change, seal=True)
-    assert any(complaint in one for one in problems(folder))
-    if name == "digits":  # the list of scenes checks what it says
-        listed = proofs.summary(store.read(NAME, folder), folder)
-        assert listed == {"problem": f"{PROOF}: digits is not the least over the columns"}
+@pytest.mark.parametrize("rounded", [7, -1, 10**9])
+def test_a_proof_of_some_numbers_is_none(folder: Path, rounded: int) -> None:
+    edit_proof(folder, lambda content: content.update(rounded=rounded), seal=True)
+    assert "not every number is proved" in problems(folder)[0]
+    listed = proofs.summary(store.read(NAME, folder), folder)
+    assert listed == {"problem": problems(folder)[0]}
 
 
 def test_other_events_and_another_scene_are_not_those_that_were_proved(
@@ -196,17 +149,15 @@ def test_other_events_and_another_scene_are_not_those_that_were_proved(
     path.write_text("".join(lines))
     path = folder / NAME / SCENE
     path.write_text(path.read_text().replace('mu = "0.3"', 'mu = "0.30001"'))
-    assert problems(folder) == [f"{PROOF}: about another scene than {SCENE} says"]
+    assert f"{PROOF}: about another scene than {SCENE} says" in problems(folder)[0]
 
 
 def test_a_missing_proof_says_what_to_do(folder: Path, scene: Scene) -> None:
     (folder / NAME / PROOF).unlink()
-    with pytest.raises(InputError, match="golden certify"):
-        proofs.read(NAME, folder)
-    (folder / NAME / ENCLOSURE).unlink()
-    (folder / NAME / EVENTS_ENCLOSURE).unlink()
     assert proofs.read(NAME, folder) is None
     assert "golden certify" in refused(scene, folder)
+    assert f"{PROOF}: missing, but manifest.json lists it" in "".join(inspect(NAME, folder)[1])
+    assert verify_scene(NAME, folder).verdict == "fail"
 
 
 @pytest.mark.parametrize(
@@ -217,27 +168,6 @@ def test_a_proof_that_is_none_is_refused(folder: Path, scene: Scene, text: str) 
     with pytest.raises(InputError):
         proofs.read(NAME, folder)
     assert refused(scene, folder)
-
-
-def test_a_proof_that_ends_early_establishes_nothing(folder: Path, scene: Scene) -> None:
-    why = "not proved (S4): far"
-    edit_proof(folder, lambda c: c.update(failure=why, inversion={"failure": why}), seal=True)
-    assert problems(folder) == []
-    assert "S4" in refused(scene, folder)
-    none = {"t_init": None, "t_end": None}
-    no_climb = {"equator": None, "A": none, "B": none, "C": none}
-    edit_proof(folder, lambda c: c.update(inversion=no_climb), seal=True)
-    assert problems(folder) == [f"{PROOF}: no climb, by a proof that ends early"]
-
-
-@pytest.mark.parametrize("version", [0, 10**6, "1", None, 1.5])
-def test_a_proof_by_another_prover_is_refused(folder: Path, scene: Scene, version: object) -> None:
-    """One older than the last change that mattered to soundness, or one that nobody knows."""
-    edit_proof(folder, lambda content: content["prover"].update(version=version), seal=True)
-    with pytest.raises(InputError, match="version"):
-        proofs.read(NAME, folder)
-    assert refused(scene, folder)
-    assert verify_scene(NAME, folder).verdict == "fail"
 
 
 def test_intervals_reach_from_the_least_corner_to_the_largest() -> None:
@@ -256,13 +186,6 @@ def test_intervals_reach_from_the_least_corner_to_the_largest() -> None:
         assert (Interval(*one) < Interval(*other)) == below == (Interval(*other) > Interval(*one))
 
 
-def test_pi_is_enclosed() -> None:
-    with mpmath.workdps(80):
-        truth = Fraction(mpmath.nstr(+mpmath.pi, 78))
-    assert proofs.PI.low < truth < proofs.PI.high
-    assert proofs.PI.high - proofs.PI.low < Fraction(1, 10**58)
-
-
 @pytest.mark.parametrize("ball", [("nan", "1"), ("1", "inf"), ("1", "-1"), ("-inf", "0")])
 def test_what_is_no_ball_is_refused(ball: tuple[str, str]) -> None:
     with pytest.raises(ArithmeticError, match="expected a middle and a radius"):
@@ -272,64 +195,15 @@ def test_what_is_no_ball_is_refused(ball: tuple[str, str]) -> None:
     assert third.high - third.low == Fraction(4, 10**40)
 
 
-SCALE = Decimal("0.5")
-
-
-def printed(rng: random.Random) -> str:
-    """A number as golden tables have it, of 1 to 34 digits."""
-    places = rng.choice([0, 1, 5, 20, 33])
-    digits = f"{rng.randint(1, 9)}.{rng.randint(0, 10**places - 1):0{places}d}"
-    return rng.choice(["", "-"]) + (digits if places else digits[0]) + f"e{rng.randint(-9, 2):+03d}"
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_a_ball_comes_back_from_its_last_digits(seed: int) -> None:
-    """It holds the interval, and is as narrow as three more digits than are printed, or as it.
-
-    What it excludes by a comparison of integers is what fractions say.
-    """
-    rng = random.Random(seed)
-    for _ in range(100):
-        text = rng.choice([printed(rng), "0"])
-        place = SCALE.adjusted() - 34 if text == "0" else last_place(text)
-        unit = Fraction(10) ** (place - proofs.BEYOND)
-        middle = Fraction(text) + rng.randint(-600, 600) * unit + unit * Fraction(rng.random())
-        reach = unit * Fraction(rng.random()) * Fraction(10) ** rng.randint(-6, 6)
-        ball = proofs.ball_text(text, middle - reach, middle + reach, SCALE)
-        found = Interval.of_ball(text, ball, SCALE)
-        assert found.low <= middle - reach < middle + reach <= found.high
-        assert found.high - found.low <= max(2 * unit, 40 * reach)
-    for _ in range(100):
-        text = printed(rng)
-        unit = Fraction(10) ** last_place(text)
-        middle = Fraction(text) + unit * Fraction(rng.randint(-120, 120), 100)
-        reach = unit * Fraction(10) ** rng.randint(-5, 1)
-        ball = proofs.ball_text(text, middle - reach, middle + reach, SCALE)
-        found = Interval.of_ball(text, ball, SCALE)
-        apart = max(found.low - Fraction(text), Fraction(text) - found.high)
-        assert proofs.excludes(text, ball, SCALE) == (apart > unit / 2), (text, ball)
-
-
 @pytest.mark.parametrize(
-    ("text", "ball", "excluded"),
+    ("text", "low", "high"),
     [
-        ("0", "1001", False),
-        ("0", "-1002", True),  # 0 is at most 1e-34 of the scale
-        ("", "", False),
-        ("", "1000", True),
-        ("1.0e+0", "", True),
+        ("1.50e+0", "1.495", "1.505"),
+        ("-2e-3", "-2.5e-3", "-1.5e-3"),
+        ("0", "-5e-35", "5e-35"),
+        ("0.02", "0.015", "0.025"),
     ],
 )
-def test_zeros_and_empty_cells(text: str, ball: str, excluded: bool) -> None:
-    assert proofs.excludes(text, ball, Decimal(1)) is excluded
-
-
-@pytest.mark.parametrize("ball", ["nan", "1e999999", "1.5", "1e-3", "e3"])
-def test_a_cell_that_is_no_ball_is_a_complaint(folder: Path, ball: str) -> None:
-    path = folder / NAME / ENCLOSURE
-    edit_cell(path, 5, Table.parse(path.read_text()).columns[3], lambda _: ball)
-    sha256 = Table.parse(path.read_text()).sha256
-    edit_proof(folder, lambda content: content[ENCLOSURE].update(sha256=sha256), seal=True)
-    found = problems(folder)
-    assert found
-    assert all("cannot be checked" in one or "excluded" in one for one in found)
+def test_a_printed_number_encloses_the_exact_one(text: str, low: str, high: str) -> None:
+    found = Interval.of_printed(text, Decimal("0.5"))
+    assert (found.low, found.high) == (Fraction(low), Fraction(high))

@@ -9,9 +9,9 @@ from fractions import Fraction
 import pytest
 
 from tests.conftest import Patch
+from tests.golden.closed_form import closed_form
 from tests.golden.conftest import Small, shortened
 from tests.golden.tables import other_digit, with_cell
-from tt_precise.golden.closed_form import closed_form
 from tt_precise.golden.digits import ZERO, agreement, digits_of
 from tt_precise.golden.runs import Run, Task, exact_decimal, ordered_events, perform, reconcile
 from tt_precise.golden.table import Table

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from decimal import ROUND_CEILING, ROUND_HALF_EVEN, Decimal, localcontext
 from fractions import Fraction
 
 import flint
@@ -124,6 +125,29 @@ def bounds(number: arb) -> tuple[Fraction, Fraction]:
     """Exact lower and upper end of a finite ball."""
     middle, radius = fraction(number.mid()), fraction(number.rad())
     return middle - radius, middle + radius
+
+
+def outward(exact: arb, figures: int) -> tuple[str, str]:
+    """Return a decimal with so many figures and a radius that contain a ball.
+
+    The radius is one unit of the last figure, or more where the ball is wider.
+    """
+    low, high = bounds(exact)
+    middle = rounded((low + high) / 2, ROUND_HALF_EVEN, figures)
+    number = Decimal(middle)
+    distance = max(high - Fraction(number), Fraction(number) - low)
+    if not distance:
+        return middle, "0"
+    unit = Fraction(10) ** (number.adjusted() - figures + 1 if number else -figures)
+    return middle, rounded(max(distance, unit), ROUND_CEILING, 1)
+
+
+def rounded(number: Fraction, rounding: str, figures: int) -> str:
+    """An exact number as a decimal with so many figures, rounded in the given direction."""
+    if not number:
+        return "0"
+    with localcontext(prec=figures, rounding=rounding):
+        return f"{Decimal(number.numerator) / Decimal(number.denominator):.{figures - 1}e}"
 
 
 def require_outward_rounding() -> None:

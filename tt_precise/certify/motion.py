@@ -27,7 +27,8 @@ from tt_precise.runtime.terminal import Progress, silent
 
 ORDER = 70  # Of the Taylor polynomials; 90 to 100 are some 15 % faster, and their models wider.
 DOUBLE = 2.0**-52  # Relative error of a double, doubled.
-NARROW = 1e-8  # A bound of a function is this close to a value of it.
+# A bound of a function is this close to a value of it, or comes from so short a part of a step.
+NARROW, SHORT = 1e-9, 2.0**-24
 
 
 @dataclass(frozen=True)
@@ -65,13 +66,15 @@ class Enclosure:
     end: Happening | None
 
     def state(self, time: arb) -> tuple[Phase, list[arb]]:
-        """Return phase and state at a time.
+        """Return phase and state at a time, which is not after the horizon.
 
         Raises ``NotProved``: the time is not surely in one segment.
         """
         for segment in self.segments:
-            if time <= segment.until and time >= segment.step.time:
-                return segment.phase, segment.step.state(time)
+            step, until = segment.step, segment.until
+            before = time <= until or (until is self.problem.until and time <= step.finish)
+            if before and time >= step.time:
+                return segment.phase, step.state(time)
         raise NotProved("time", f"t = {float(time):.6g} is not enclosed")
 
     def least(self, function: Function) -> arb:
@@ -88,7 +91,7 @@ class Enclosure:
                 low, n = bounds[0]
                 if not (math.isfinite(low) and least.is_finite()):
                     raise NotProved("balls", "a function has no finite bound")
-                if low > least - NARROW:
+                if low > least - NARROW or parts[n].b - parts[n].a < SHORT:
                     # as a double it may be rounded up
                     return arb(low) - abs(arb(low)) * DOUBLE
                 least = min(least, parts[n].value(parts[n].middle).upper())

@@ -5,7 +5,7 @@
   if energy and lambda at the end exclude that it ever does.
 - ``end``: the steady spin that the motion approaches after its last state. It is stated only where
   energy and lambda prove it for every state within the estimated error of the last one
-  (``energy_well``); a motion whose energy is below the barrier before the inverted spin is "not
+  (``well``); a motion whose energy is below the barrier before the inverted spin is "not
   inverted".
 
 The three may differ: a top beyond the equator may settle on an inclined axis, and one that inverts
@@ -20,8 +20,8 @@ from typing import Literal, NamedTuple
 import flint
 
 from tt_precise.certify.balls import Balls, NotProved, around, ball
-from tt_precise.certify.energy_well import BITS, held
 from tt_precise.certify.problem import BALLS
+from tt_precise.certify.well import BITS, held
 from tt_precise.exact.thresholds import Theorem, theorem
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics.newton import NewtonState
@@ -34,7 +34,7 @@ from tt_precise.scene.numerals import as_fraction
 # The estimate of the digits is a model, not a bound: the balls are ten times as wide.
 MARGIN = 10
 CONFINED = "energy and lambda confine it"
-# The hypotheses of ``energy_well`` that may fail, in words.
+# The hypotheses of ``well`` that may fail, in words.
 NOT_CONFINED = {
     "W1": "a steady motion on an inclined axis may have this lambda",
     "W2": "bounds of the normal force, or of the spin, reach 0",

@@ -87,8 +87,8 @@ def problem_of(scene: Scene) -> Problem:
     Raises ``NotProved``: the scene changes its equations in a way that proofs do not cover, or does
     not begin as its model requires.
     """
-    start = _pressed(scene, InitialState.of(scene, BALLS), Balls)
     forms = _forms(scene)
+    start = _pressed(scene, InitialState.of(scene, BALLS), Balls)
     phases = tuple(
         Phase(
             ends,

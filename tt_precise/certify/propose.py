@@ -18,7 +18,9 @@ LONGER = 1.25  # A step is at most so much longer than the one before it.
 AGAIN = 0.8  # A step that should have been shorter than this, relatively, is made again.
 SHORTER = 0.95  # Of the length that the costs call for, where a step is made again.
 MOST_FAILURES = 12  # Steps in a row that are made again, most half as long as the one before.
-SHORTEST = 2.0**-40  # Of a step: before an undecided instant they would get shorter for ever.
+# Of a step: before an undecided instant, or the end of a solution, they would get shorter for ever.
+# The fastest passage of a pole in a golden scene takes steps that are a thousand times as long.
+SHORTEST = 2.0**-24
 DEFECT_BITS = 8  # The defect may exceed a rounding error of the polynomials by so many bits.
 FLOW_ERROR = 1e-5  # q S: what is lost of the errors' correlation in a step.
 GROWTH = 1e5  # exp(a S): how much the bound within the step exceeds that at its end.
@@ -29,12 +31,18 @@ class Proposer:
 
     def __init__(self, equations: Equations):
         self.equations, self.power, self._size, self.failures = equations, 0, FIRST, 0
+        self._why: ArithmeticError = NotProved("time", "the solution may end here")
 
     def next(self, left: float) -> tuple[int, arb]:
-        """Return power and length of a step that does not go much further than a time ``left``."""
+        """Return power and length of a step that does not go much further than a time ``left``.
+
+        Raises ``NotProved``: steps have become too short.
+        """
         # a length near 1/4 gives the coefficients of the polynomials about the same size
         shift = math.frexp(self._size)[1] + 1 if not 1 / 16 < self._size < 1 / 2 else 0
         self.power, self._size = self.power + shift, self._size / 2.0**shift
+        if self._size * 2.0**self.power < SHORTEST:
+            raise self._why
         limit = left / 2.0**self.power * (1 + 1e-9) + 1e-9
         self._size = min(self._size, limit)
         # a short mantissa, which is exact in any arithmetic
@@ -66,5 +74,6 @@ class Proposer:
         """
         self.failures += 1
         self._size /= 2
-        if self.failures > MOST_FAILURES or self._size * 2.0**self.power < SHORTEST:
-            raise why if isinstance(why, NotProved) else NotProved("S2", str(why)) from None
+        self._why = why if isinstance(why, NotProved) else NotProved("S2", str(why))
+        if self.failures > MOST_FAILURES:
+            raise self._why from None

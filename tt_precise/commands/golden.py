@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +14,7 @@ from tt_precise.runtime.values import InputError, Json
 from tt_precise.runtime.workers import Call, Failure, cores, local_pool
 
 if TYPE_CHECKING:
+    from tt_precise.certify.files import Attempted
     from tt_precise.golden import Built, Verification
     from tt_precise.golden.store import Stored
 
@@ -35,13 +35,13 @@ def command() -> None:
 
 @command.command("build", short_help="Make golden data for scenes.")
 @click.argument("scenes", nargs=-1)
-@click.option("--replace", default="", metavar="REASON", help="Allow published digits to change.")
+@click.option("--replace", is_flag=True, help="Allow published digits to change.")
 @FOLDER
 @WORKERS
 @options.JSON
 def build_command(
     scenes: tuple[str, ...],
-    replace: str,
+    replace: bool,
     folder: Path | None,
     workers: int | None,
     as_json: bool,
@@ -129,67 +129,59 @@ def list_command(folder: Path | None, as_json: bool) -> int:
 @command.command("certify", short_help="Prove the printed digits.")
 @click.argument("scenes", nargs=-1)
 @FOLDER
-@click.option("--bits", type=click.IntRange(min=64), default=200, help="Precision to begin with.")
-@click.option("--certificate", is_flag=True, help="Also write certificate.json.xz, for --check.")
 @click.option(
-    "--check",
-    "checked",
-    is_flag=True,
-    help="Check certificates instead, with the second, independent program.",
+    "--check", "again", is_flag=True, help="Prove again, and compare with the stored statements."
 )
 @WORKERS
 @options.JSON
 def certify_command(
     scenes: tuple[str, ...],
     folder: Path | None,
-    bits: int,
-    certificate: bool,
-    checked: bool,
+    again: bool,
     workers: int | None,
     as_json: bool,
 ) -> int:
     """Prove the printed digits of SCENES, by default of all golden data, in ball arithmetic.
 
-    Writes proof.json and the enclosures into the folder of the golden tables. With --check it
-    verifies the certificates of SCENES (certificate.json.xz in that folder, or one made first) and
-    writes nothing. Exit status 1 if a printed digit is proved wrong, the proof does not reach the
-    end, or a certificate is refused.
+    Writes what is proved into proof.json beside the golden tables. With --check it writes nothing:
+    it proves again, and compares. Exit status 1 if a printed digit is not proved, or proof.json
+    states something else.
     """
-    from tt_precise.certify.golden_proof import attempted
+    from tt_precise.certify.files import attempted
     from tt_precise.golden.proofs import PROOF
     from tt_precise.golden.store import require, some
     from tt_precise.golden.store import scenes as golden_scenes
     from tt_precise.runtime.files import require_writable
 
-    if checked and certificate:
-        raise InputError("--check: got --certificate too, expected one of the two")
     scenes = tuple(dict.fromkeys(scenes or some(golden_scenes(folder), folder)))
-    if checked:
-        return _check(scenes, folder, bits, as_json)
     for name in scenes:  # fail early
-        require_writable(require(name, folder).path / PROOF)
-    proved, nothing = [], []
-    workers = workers or cores()
-    calls = [Call(name, (name, folder, bits, certificate)) for name in scenes]
+        place = require(name, folder).path
+        if not again:
+            require_writable(place / PROOF)
+    calls = [Call(name, (name, folder, again)) for name in scenes]
+    entries: list[dict[str, Json]] = []
     with (
-        local_pool(min(workers, len(calls))) as pool,
+        local_pool(min(workers or cores(), len(calls))) as pool,
         progress_bar("proving") as progress,
     ):
         for call, result in pool.perform(attempted, calls, progress):
             if isinstance(result, Failure):
                 raise result.error
-            if isinstance(result, str):
-                nothing.append(call.key)
-                click.echo(f"{call.key}: {result}", err=True)
-                continue
-            proved.append(result)
-            if not as_json:  # each when it is done: a proof takes minutes
-                click.echo(result.summary)
-    entries = [
-        {**proof.content, "complete": proof.complete, "digits": proof.digits} for proof in proved
-    ]
-    options.emit(as_json, {"schema": SCHEMA.format("certify"), "scenes": entries}, ())
-    return 0 if all(proof.complete for proof in proved) and not nothing else CHECK_FAILED
+            entries.append(vars(result))
+            if not as_json:  # each when it is done: a proof takes up to minutes
+                click.echo(_attempted_line(call.key, result))
+    entries.sort(key=lambda entry: scenes.index(str(entry["scene"])))
+    options.emit(as_json, {"schema": "tt_precise.golden.certify/2", "scenes": entries}, ())
+    return 0 if all(entry["verdict"] == "proved" for entry in entries) else CHECK_FAILED
+
+
+def _attempted_line(name: str, result: Attempted) -> str:
+    if result.reason:
+        return f"{name:<22}refused: {result.reason}"
+    return (
+        f"{name:<22}proved: {result.numbers} numbers rounded correctly, {result.events} events; "
+        f"{result.steps} steps"
+    )
 
 
 def _listed(stored: Stored) -> dict[str, Json]:
@@ -208,8 +200,7 @@ def _proved(proof: dict[str, Json] | None) -> str:
         return "none proved"
     if "problem" in proof:
         return f"NONE ({proof['problem']})"
-    until = "" if proof["complete"] else f" to {float(proof['until_s']):.3g} s"
-    return f"{proof['digits']} proved{until}"
+    return f"{proof['digits']} proved"
 
 
 def _built_lines(built: Built) -> list[str]:
@@ -228,38 +219,4 @@ def _verified_lines(verified: Verification) -> list[str]:
         line += f", {verified.digits_proved} proved"
     if verified.digits_found is not None:
         line += f", {verified.digits_found:.1f} found again in {verified.fresh}"
-    if verified.double_digits is not None:
-        line += f", {verified.double_digits:.1f} in double"
     return [line, *(f"    {problem}" for problem in verified.problems)]
-
-
-def _check(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: bool) -> int:
-    from tt_precise.certify import certificate, prove
-    from tt_precise.certify.balls import NotProved
-    from tt_precise.certify.golden_proof import check
-    from tt_precise.golden import store
-
-    results: list[dict[str, Json]] = []
-    for name in scenes:
-        stored = store.read(name, folder)
-        path = stored.folder / stored.name / certificate.FILE
-        try:
-            if path.is_file():
-                content = certificate.unpacked(path.read_bytes())
-            else:
-                with progress_bar(f"proving {name}") as progress:
-                    content = certificate.content_of(
-                        stored, prove(stored.scene, bits, progress=progress)
-                    )
-            with progress_bar(f"checking {name}") as progress:
-                checked_proof = check(stored, content, progress)
-        except (certificate.Refused, NotProved) as why:
-            results.append({"scene": name, "verdict": "refused", "reason": str(why)})
-            line = f"{name}: refused: {why}"
-        else:
-            results.append({**asdict(checked_proof), "verdict": "accepted"})
-            line = checked_proof.summary
-        if not as_json:
-            click.echo(line)
-    options.emit(as_json, {"schema": SCHEMA.format("certify.check"), "scenes": results}, ())
-    return 0 if all(result["verdict"] == "accepted" for result in results) else CHECK_FAILED

@@ -12,7 +12,7 @@ import platform
 import time
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -24,8 +24,17 @@ from tt_precise.golden import store
 from tt_precise.golden.digits import DIGITS, RULE, column_digits, scales_of
 from tt_precise.golden.documents import Manifest
 from tt_precise.golden.measuring import ending
-from tt_precise.golden.runs import LADDER, Consensus, Run, Task, perform, reconcile, tasks
-from tt_precise.golden.store import EVENTS, MANIFEST, OWN, SCENE, TRAJECTORY, Folder, Stored
+from tt_precise.golden.runs import LADDER, Consensus, Run, perform, reconcile, tasks
+from tt_precise.golden.store import (
+    EVENTS,
+    MANIFEST,
+    OWN,
+    PROOF,
+    SCENE,
+    TRAJECTORY,
+    Folder,
+    Stored,
+)
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import EVENTS as CATALOGUE
 from tt_precise.integration.events import JOINING, TERMINAL
@@ -35,7 +44,6 @@ from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion, described, jellett
-from tt_precise.runtime.cache import SOURCES, UNREADABLE, Records, source_hash
 from tt_precise.runtime.files import locked
 from tt_precise.runtime.mpfr import mpfr_of
 from tt_precise.runtime.terminal import Progress, silent
@@ -48,9 +56,6 @@ from tt_precise.scene.scene import Scene, load_scene, parse_scene, shipped
 SCHEMA = Manifest.__struct_config__.tag
 NEW, UNCHANGED, RENEWED = "new", "unchanged", "evidence renewed"
 REPLACED, REFUSED, FAILED = "replaced", "refused", "failed"
-
-# The code that decides the digits of a run: when it changes, cached runs are void.
-CODE = (*SOURCES, *(f"golden/{name}.py" for name in ("digits", "measuring", "runs", "table")))
 
 WORKING_DIGITS, GUARD_DIGITS = 60, 10
 
@@ -70,9 +75,9 @@ class Built:
     """The outcome for one scene.
 
     ``outcome`` is one of "new"; "unchanged" (no byte differs); "evidence renewed" (the digits are
-    the same, the manifest or the scene's text differs); "replaced" (digits changed, with a reason);
-    "refused" (digits would change, without a reason: the old data stay); "failed" (the runs
-    contradict each other). ``note`` has details. ``seconds`` are CPU time.
+    the same, the manifest or the scene's text differs); "replaced" (digits changed, as asked for);
+    "refused" (digits would change: the old data stay); "failed" (the runs contradict each other).
+    ``note`` has details. ``seconds`` are CPU time.
     """
 
     scene: str
@@ -90,45 +95,20 @@ class Built:
         return self.outcome not in (REFUSED, FAILED)
 
 
-def finished_runs(place: Path | None = None) -> Records:
-    """Runs of an interrupted build, by default in the user's cache folder.
-
-    A stored run is used only for the same task, code and versions.
-    """
-    made_by = [versions(), source_hash(*CODE)]
-    return Records(place, made_by) if place else Records.of_user("golden-runs", made_by)
-
-
-def run_of(task: Task, finished: Records) -> Run:
-    """The run of ``task``: the finished run if there is one, or a new run."""
-    stored = finished.get(task.name, asdict(task))
-    try:
-        for name in ("trajectory", "events"):
-            rows = tuple(map(tuple, stored[name]["rows"]))
-            stored[name] = Table(tuple(stored[name]["columns"]), rows)
-        return Run(**{**stored, "suspects": tuple(stored["suspects"])})
-    except UNREADABLE:  # none, or not one of these
-        run = perform(task)
-        finished.put(task.name, asdict(task), asdict(run))
-        return run
-
-
 def build(
     scenes: Iterable[str | Path | Scene] | None = None,
     *,
     folder: Folder = None,
-    replace: str = "",
+    replace: bool = False,
     workers: int | None = None,
     progress: Progress = silent,
-    finished: Records | None = None,
 ) -> list[Built]:
     """Make golden data for ``scenes`` (by default all shipped scenes), one process for each.
 
     The output goes into ``building_place``. Each scene is computed at two working precisions in
     vector form and at one in Euler form; the digits on which all agree are published. A scene's
-    folder is replaced as a whole, so an interrupted build leaves it intact. Finished runs are
-    cached (or kept in ``finished``), and the next build resumes from them. A change of a published
-    digit needs a reason, ``replace``, which the manifest states.
+    folder is replaced as a whole, so an interrupted build leaves it intact. A published digit
+    changes only if ``replace`` says so.
 
     Raises
     ------
@@ -146,10 +126,9 @@ def build(
                 f"{name}: got a scene that was made or changed in Python, expected that of a "
                 "TOML file, because its text becomes part of the data"
             )
-    runs = finished or finished_runs()
     # the longest first, so that no core is idle at the end
     longest = sorted(wanted.values(), key=lambda s: (s.start.theta.at_pole, -s.until))
-    calls = [Call(s.name, (s.name, s.text, place, replace, runs)) for s in longest]
+    calls = [Call(s.name, (s.name, s.text, place, replace)) for s in longest]
     built: dict[str, Built] = {}
     with (
         locked(place, store.WORK),
@@ -160,24 +139,19 @@ def build(
             if isinstance(result, Failure):
                 raise result.error
             built[call.key] = result
-    if finished is None:
-        runs.clear()  # a build that is not interrupted computes everything
     return [built[name] for name in wanted]
 
 
-def build_scene(name: str, text: str, place: Path, replace: str, finished: Records) -> Built:
+def build_scene(name: str, text: str, place: Path, replace: bool) -> Built:
     """Compute the scene with this TOML ``text`` and settle its folder in ``place``.
 
     Bits are added while the runs share fewer than 34 digits.
     """
-    from tt_precise.golden.closed_form import closed_form  # which verifying does not need
-
     scene = parse_scene(text, name, f"{name}.toml")
-    oracle, began = closed_form(scene), time.process_time()
+    began = time.process_time()
     try:
         for bits in LADDER:
-            runs = [run_of(task, finished) for task in tasks(scene, bits)]
-            runs += [oracle] if oracle else []
+            runs = list(map(perform, tasks(scene, bits)))
             consensus = reconcile(scene, runs)
             if consensus.complete:
                 break
@@ -222,26 +196,23 @@ def first_difference(old: Table, new: Table) -> str:
 
 
 def _settle(
-    scene: Scene, consensus: Consensus, runs: Sequence[Run], place: Path, reason: str
+    scene: Scene, consensus: Consensus, runs: Sequence[Run], place: Path, replace: bool
 ) -> tuple[str, str, int]:
     """Write the data of a scene or keep the old ones; returns outcome, note and claimed digits."""
     old, change = _compared(scene.name, place, consensus)
-    history: list[dict[str, str]] = list(old.manifest["history"]) if old else []
-    if change:
-        if not reason:
-            note = f'{change}; expected the same digits, or --replace "reason"'
-            return REFUSED, note, int(old.manifest["digits"]) if old else 0
-        history.append({"reason": reason, "first_change": change})
+    if change and not replace:
+        note = f"{change}; expected the same digits, or --replace"
+        return REFUSED, note, int(old.manifest["digits"]) if old else 0
     constant = constancies(scene, consensus.trajectory)
-    content = compose(scene, consensus, runs, constant, history)
-    # a proof stays in the folder; the proof itself tells whether it is valid for the new digits (a
-    # damaged proof has no hash to record; reading the data reports it)
-    content = store.with_proof(content, store.proof_hash(place / scene.name) or None)
+    content = compose(scene, consensus, runs, constant)
+    # a proof stays in the folder; it says itself of which digits it is
+    if proof := store.proof_sha256(place / scene.name):
+        content["files"][PROOF] = {"sha256": proof}
     files = {
         SCENE: scene.text,
         TRAJECTORY: consensus.trajectory.csv(),
         EVENTS: consensus.events.csv(),
-        MANIFEST: store.manifest_text(content),
+        MANIFEST: store.json_text(content),
     }
     digits = int(content["digits"])
     if old and all(
@@ -277,7 +248,6 @@ def compose(
     consensus: Consensus,
     runs: Sequence[Run],
     constant: Sequence[Constancy],
-    history: Sequence[dict[str, str]],
 ) -> dict[str, Json]:
     """The manifest of the ``consensus`` of ``runs``."""
     derived = derive(scene, consensus.trajectory, consensus.events)
@@ -304,7 +274,6 @@ def compose(
             "events": "same list in every run; the directions of each event alternate",
         },
         "versions": versions(),
-        "history": list(history),
     }
 
 

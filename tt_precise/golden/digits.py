@@ -69,6 +69,13 @@ def common_text(values: Sequence[Decimal], scale: Decimal) -> str:
     return ""
 
 
+def prints(text: str, value: Decimal, scale: Decimal) -> bool:
+    """Whether a computed value is printed as ``text``, with as many digits."""
+    if text == ZERO:
+        return abs(value) <= scale.scaleb(-DIGITS)
+    return f"{value:.{digits_of(text) - 1}e}" == text
+
+
 def agreement(first: Decimal, other: Decimal) -> float:
     """Digits on which ``other`` agrees with ``first``, relative to ``first``; infinite if equal."""
     difference = abs(EXACT.subtract(first, other))

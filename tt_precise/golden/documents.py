@@ -14,10 +14,7 @@ Bits = Annotated[int, means("working precision in bits")]
 Status = Annotated[str, means("how the trajectory ended")]
 Versions = Annotated[dict[str, str], means("versions of the packages used")]
 Agreement = float | str  # "equal" where nothing differs
-FILES = {
-    "trajectory": "trajectory.csv", "events": "events.csv", "enclosure": "enclosure.csv",
-    "events_enclosure": "events-enclosure.csv",
-}  # fmt: skip
+FILES = {"trajectory": "trajectory.csv", "events": "events.csv"}
 
 
 class ColumnClaims(Record, frozen=True, kw_only=True):
@@ -49,16 +46,17 @@ class TableClaims(Record, frozen=True, kw_only=True):
     counts: Annotated[dict[str, int] | Unset, means("how often each event occurs")] = UNSET
 
 
-class Files(Record, frozen=True, rename={**FILES, "scene": "scene.toml"}):
-    """The files of a scene."""
+class Files(Record, frozen=True, rename={**FILES, "scene": "scene.toml", "proof": "proof.json"}):
+    """The files of a scene, with their hashes."""
 
     scene: Annotated[Hashed, means("the scene")]
     trajectory: Annotated[TableClaims, means("samples")]
     events: Annotated[TableClaims, means("events")]
+    proof: Annotated[Hashed | Unset, means("what is proved of the tables")] = UNSET
 
 
 class Computation(Record, frozen=True, kw_only=True):
-    """A run, or a closed form."""
+    """A run."""
 
     name: Annotated[str, means("name")]
     formulation: Annotated[str, means("coordinates: newton or euler")]
@@ -78,13 +76,6 @@ class Evidence(Record, frozen=True, kw_only=True):
     events: Annotated[str, means("what the runs have in common of the events")]
 
 
-class Change(Record, frozen=True):
-    """Published digits that changed."""
-
-    reason: Annotated[str, means("why")]
-    first_change: Annotated[str, means("the first digit that changed")]
-
-
 class Manifest(Record, frozen=True, kw_only=True, tag_field="schema", tag=FORMAT):
     """`manifest.json` of a scene's golden data."""
 
@@ -100,9 +91,6 @@ class Manifest(Record, frozen=True, kw_only=True, tag_field="schema", tag=FORMAT
     rule: Annotated[str, means("how digits are counted")]
     evidence: Annotated[Evidence, means("evidence for the digits")]
     versions: Versions
-    history: Annotated[list[Change], means("why published digits changed")]
-    sha256_of_proof: Annotated[str | Unset, means("SHA-256 of the proof")] = UNSET
-    sha256_of_manifest: Annotated[str, means("SHA-256 of the manifest without this key")]
 
 
 class Ball(Record, frozen=True):
@@ -110,13 +98,6 @@ class Ball(Record, frozen=True):
 
     middle: Annotated[str, means("middle of the interval")]
     radius: Annotated[str, means("radius of the interval")]
-
-
-class Prover(Record, frozen=True):
-    """The program that made a proof."""
-
-    version: Annotated[int, means("counts up when soundness is affected")]
-    sources_sha256: Annotated[str, means("SHA-256 of the prover's sources")]
 
 
 class ContactForce(Record, frozen=True, kw_only=True):
@@ -157,39 +138,21 @@ class Neighbourhood(Record, frozen=True, kw_only=True):
     limits: Annotated[dict[str, Ball], means("limits of the quantities, in SI")]
 
 
-class ProvedColumn(Record, frozen=True):
-    """What is proved about one printed column."""
-
-    digits: Digits
-    entries: Annotated[int, means("printed numbers compared")]
-    rounded: Annotated[int, means("those proved to be rounded correctly")]
-    wrong: Annotated[int, means("those proved not to be")]
-    within: Annotated[str, means("no entry is farther from the exact number")]
-
-
-class ProvedTable(Record, frozen=True):
-    """What is proved about a golden table."""
-
-    sha256: Sha256
-    columns: Annotated[dict[str, ProvedColumn], means("the columns")]
-
-
-class Proved(Record, frozen=True, tag_field="schema", tag="tt_precise.proof/4", rename=FILES):
-    """What is proved about a scene's golden data."""
+class Proof(Record, frozen=True, tag_field="schema", tag="tt_precise.proof/5", rename=FILES):
+    """`proof.json`: what is proved about a scene's golden data."""
 
     scene: SceneName
     scene_sha256: Annotated[str, means("SHA-256 of what the scene says")]
+    trajectory: Annotated[Hashed, means("the table of samples that was proved")]
+    events: Annotated[Hashed, means("the table of events that was proved")]
     theorem: Annotated[str, means("place of the theorem")]
-    prover: Annotated[Prover, means("what made the proof")]
     bits: Bits
-    steps: Annotated[int, means("steps taken")]
-    proved_until_s: Annotated[Ball, means("until when it is enclosed, in s")]
-    failure: Annotated[str | None, means("why it ended early; null if it did not")]
-    digits: Digits
+    steps: Annotated[int, means("verified steps")]
     entries: Annotated[int, means("printed numbers compared")]
-    rounded: Annotated[int, means("those proved to be rounded correctly")]
-    unproved: Annotated[int, means("those of which nothing is proved")]
-    mismatches: Annotated[list[str], means("what differs: names, times, counts, shapes")]
+    rounded: Annotated[int, means("those proved to be rounded correctly: all")]
+    proved_events: Annotated[
+        dict[str, int], means("how often each event happens: each exists, and there is no other")
+    ]
     contact: Annotated[ContactForce, means("the proved statement about the contact force")]
     inversion: Annotated[Inversion, means("times of the climb")]
     forever: Annotated[
@@ -199,31 +162,7 @@ class Proved(Record, frozen=True, tag_field="schema", tag="tt_precise.proof/4", 
         ),
     ]
     conserved_within: Annotated[dict[str, str], means("bounds of the change of integrals")]
-    proved_events: Annotated[
-        dict[str, int], means("how often each event happens: each exists, and there is no other")
-    ]
-    undecided_events: Annotated[dict[str, str], means("undecided events, with the reason")]
-    trajectory: Annotated[ProvedTable, means("what is proved about the trajectory")]
-    events: Annotated[ProvedTable, means("what is proved about the events")]
-    enclosure: Annotated[Hashed, means("balls of the trajectory")]
-    events_enclosure: Annotated[Hashed, means("balls of the events")]
     versions: Versions
 
 
-class Proof(Proved, frozen=True):
-    """`proof.json` of a scene's golden data."""
-
-    sha256_of_proof: Annotated[str, means("SHA-256 of the proof without this key")]
-
-
-class Attempt(Proved, frozen=True):
-    """What a proof came to, complete or not."""
-
-    digits: Annotated[int | None, means("significant digits proved; null if nothing is")]
-    complete: Annotated[bool, means("whether everything is proved, and written")]
-
-
-class Certified(Record, frozen=True, tag_field="schema", tag="tt_precise.golden.certify/1"):
-    """What `tt-precise golden certify --json` prints."""
-
-    scenes: Annotated[tuple[Attempt, ...], means("the scenes")]
+PROOF_SCHEMA = str(Proof.__struct_config__.tag)

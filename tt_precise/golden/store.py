@@ -1,10 +1,8 @@
 """The folders of golden data: reading, verification of hashes, replacement.
 
-Three hashes identify the built data: of each file (of its content, so that line ends and comments
-do not count), in ``manifest.json``; of the manifest itself and of the proof, inside each of them.
-They show damage and careless edits.
-Somebody who rewrites the files can also rewrite the hashes; a signature of the release protects
-against that, see ``reference_data/README.md``.
+The manifest of a scene lists its files with their hashes: of their content, so that line ends and
+comments do not count. They show damage and careless edits. Somebody who rewrites the files can also
+rewrite the hashes; the history of the repository shows that.
 """
 
 from __future__ import annotations
@@ -30,25 +28,12 @@ SCENE, TRAJECTORY, EVENTS = "scene.toml", "trajectory.csv", "events.csv"
 MANIFEST, PROOF = "manifest.json", "proof.json"
 FILES = (SCENE, TRAJECTORY, EVENTS, MANIFEST)
 DOCUMENT = "the manifest of golden data"
-MANIFEST_HASH, PROOF_HASH = "sha256_of_manifest", "sha256_of_proof"
 
 PACKAGE = Path(__file__).resolve().parents[1]
 OWN = Path("golden")  # in the working directory, unless a folder is named
 VECTORS = "vectors"  # a folder next to the scenes: test vectors, which another command verifies
 LONGEST_NAME = 100
 WORK = "golden build"  # the work that locks a folder
-
-# scenes that ship with a proof, so that none is deleted unnoticed
-PROVED = frozenset(
-    {
-        "below-threshold", "beside-the-pole", "contact-lost", "coulomb-gliding", "elastic-linear",
-        "flight", "frictionless", "from-initiation", "inverted", "just-above-threshold",
-        "just-below-threshold", "kicked",
-        "phi-dot-195", "phi-dot-83", "phi-dot-minus-10", "reference", "regularised-1e-2",
-        "regularised-1e-4", "rocking", "rolling", "smoothest", "stays-upright", "steep",
-        "tippetopsim", "track", "upright"
-    }
-)  # fmt: skip
 
 Folder = str | os.PathLike[str] | None
 
@@ -198,8 +183,7 @@ def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
 def _whole(place: Path, manifest: str) -> Stored:
     stored = _read(place)
     try:
-        problems = [f"{file} changed since it was built" for file in changed_files(stored)]
-        problems += [] if problems else missing_proof(stored)
+        problems = changes(stored)
         problems += [] if stored.manifest["schema"] == FORMAT else [MANIFEST]
     except MISSHAPEN:
         problems = [MANIFEST]
@@ -253,30 +237,9 @@ def replace_folder(target: Path, files: dict[str, str]) -> None:
         shutil.rmtree(fresh, ignore_errors=True)
 
 
-def manifest_text(manifest: dict[str, Json]) -> str:
-    """The text of manifest.json, with the manifest's own hash added."""
-    return _with_hash(manifest, MANIFEST_HASH)
-
-
-def proof_text(content: dict[str, Json]) -> str:
-    """The text of proof.json, with the proof's own hash added."""
-    return _with_hash(content, PROOF_HASH)
-
-
-def _with_hash(content: dict[str, Json], key: str) -> str:
-    hashed = {**content, key: self_hash(content, key)}
-    return json.dumps(hashed, indent=1, ensure_ascii=False) + "\n"
-
-
-def with_proof(manifest: dict[str, Json], sha256: str | None) -> dict[str, Json]:
-    """The manifest (without its own hash) of data with a proof of that hash, or without a proof."""
-    content = {k: v for k, v in manifest.items() if k not in (MANIFEST_HASH, PROOF_HASH)}
-    return content if sha256 is None else {**content, PROOF_HASH: sha256}
-
-
-def self_hash(content: dict[str, Json], key: str = MANIFEST_HASH) -> str:
-    """SHA-256 of a document's content without the hash itself, which is stored under ``key``."""
-    return _json_hash({name: value for name, value in content.items() if name != key})
+def json_text(content: dict[str, Json]) -> str:
+    """Return the text of a JSON file of golden data."""
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
 
 
 def scene_sha256(text: str) -> str:
@@ -295,70 +258,51 @@ def _json_hash(content: Json) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def changed_files(stored: Stored) -> list[str]:
-    """Files that have changed since they were built, by their hashes."""
-    manifest = stored.manifest
+def changes(stored: Stored) -> list[str]:
+    """Return a line for each file that is not the one whose hash the manifest lists."""
     hashes = {
         SCENE: scene_sha256(stored.scene_text),
         TRAJECTORY: stored.trajectory.sha256,
         EVENTS: stored.events.sha256,
     }
-    changed = [
-        file for file, sha256 in hashes.items() if sha256 != manifest["files"][file]["sha256"]
-    ]
-    return changed if self_hash(manifest) == manifest[MANIFEST_HASH] else [*changed, MANIFEST]
+    proof = proof_sha256(stored.folder / stored.name)
+    if proof is not None:
+        hashes[PROOF] = proof
+    listed = {file: entry["sha256"] for file, entry in stored.manifest["files"].items()}
+    again = f"; run `tt-precise golden certify {stored.name}`"
+    lines = []
+    for file in dict.fromkeys([*hashes, *listed]):
+        if file not in hashes:
+            lines.append(f"{file}: missing, but {MANIFEST} lists it{again}")
+        elif file not in listed:
+            lines.append(f"{file}: not listed in {MANIFEST}{again}")
+        elif hashes[file] != listed[file]:
+            lines.append(f"{file}: changed since it was written; `git diff` may show where")
+    return lines
 
 
-def require_manifest(stored: Stored) -> None:
-    """Refuse to prove data, or record a proof of data, that no build has written.
-
-    Raises ``InputError``: the manifest does not match its own hash.
-    """
-    name = stored.name
-    if MANIFEST in changed_files(stored):
-        raise InputError(
-            f"{name}: {MANIFEST} has changed since it was built; "
-            f"`tt-precise golden verify {name}` says where"
-        )
+def proof_sha256(place: Path) -> str | None:
+    """Return the hash of the proof in a scene's folder; None without one, "" if it is no JSON."""
+    path = place / PROOF
+    if not path.is_file():
+        return None
+    try:
+        return _json_hash(read_json(path, "a proof"))
+    except InputError:
+        return ""
 
 
 def record_proof(place: Path) -> None:
     """Write the hash of the proof in a scene's folder into its manifest.
 
-    Raises ``InputError``: no build has written the manifest.
+    Raises ``InputError``: there is no manifest of this form.
     """
     stored = read(place.name, place.parent)
-    require_manifest(stored)
-    atomic_write(place / MANIFEST, manifest_text(with_proof(stored.manifest, proof_hash(place))))
-
-
-def proof_hash(place: Path) -> str | None:
-    """The hash of the proof in a scene's folder; None if there is none, "" if it is spoiled."""
-    path = place / PROOF
-    if not path.is_file():
-        return None
-    try:
-        content = read_json(path, "a proof")
-    except InputError:
-        return ""
-    digest = self_hash(content, PROOF_HASH)
-    return digest if digest == content.get(PROOF_HASH) else ""
-
-
-def missing_proof(stored: Stored) -> list[str]:
-    """Whether the proof that the manifest records, or the package knows of, is there."""
-    recorded = stored.manifest.get(PROOF_HASH)
-    digest = proof_hash(stored.folder / stored.name)
-    again = f"run `tt-precise golden certify {stored.name}`"
-    if digest == "":
-        return [f"{PROOF}: spoiled, its own hash does not fit; {again}"]
-    shipped = stored.folder.resolve() == home().resolve() and stored.name in PROVED
-    if digest is None and (recorded or shipped):
-        knows = f"{MANIFEST} records" if recorded else "the package knows of"
-        return [f"{PROOF}: missing, but {knows} a proof of these digits"]
-    if digest != recorded:
-        return [f"{PROOF}: not the one that {MANIFEST} records; {again}"]
-    return []
+    files = {file: entry for file, entry in stored.manifest["files"].items() if file != PROOF}
+    sha256 = proof_sha256(place)
+    if sha256:
+        files[PROOF] = {"sha256": sha256}
+    atomic_write(place / MANIFEST, json_text({**stored.manifest, "files": files}))
 
 
 def _table(path: Path) -> Table:

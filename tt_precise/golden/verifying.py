@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 from tt_precise.golden import proofs, store
 from tt_precise.golden.building import CONSTANT_TO, constancies, derive
-from tt_precise.golden.digits import correct_digits, misprinted
-from tt_precise.golden.measuring import TrueRows, apart_of
+from tt_precise.golden.digits import correct_digits, misprinted, prints
+from tt_precise.golden.measuring import apart_of
 from tt_precise.golden.runs import (
     LADDER,
     Run,
@@ -26,8 +26,18 @@ from tt_precise.golden.runs import (
     ordered_events,
     perform,
 )
-from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Folder, Located, Stored
+from tt_precise.golden.store import (
+    EVENTS,
+    MANIFEST,
+    PROOF,
+    SCENE,
+    TRAJECTORY,
+    Folder,
+    Located,
+    Stored,
+)
 from tt_precise.golden.table import Table
+from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.runtime.terminal import Progress, silent
@@ -36,31 +46,20 @@ from tt_precise.runtime.workers import Call, Failure, local_pool
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.scene.scene import shipped as shipped_scenes
 
-FRESH_DIGITS = 28  # digits that a fresh computation must confirm
+FRESH_DIGITS = 28  # A fresh computation confirms so many digits of data with a proof.
 DIGITS_PER_BIT = math.log10(2)
 # The precision of the fresh computation, by another integrator than the data's if possible.
 FINE, WITHOUT_LLVM = "triple-double", "quad"
 
-# A scene loses the same digits in every arithmetic, its sensitivity. Where double or the fresh
-# computation itself shows that it cannot have 28 left, the scene is computed with as many bits as
-# necessary, at most with those of the golden data. Three doubles keep all printed digits and do not
-# show the loss; two doubles do.
+# A scene loses the same digits in every arithmetic. Where the fresh computation has less than 28
+# left, the scene is computed with as many bits as it needs, at most with those of the golden data.
 SPARE_BITS = 4
 MOST_BITS = max(LADDER[0])
+# Data without a proof are computed with so many bits, which have to confirm every printed digit.
+ALL_BITS = min(LADDER[0])
 
-WORDS = ("meaning", "event_meanings")  # their wording may change from version to version
-FEW = 3  # reported problems of the same kind
-
-# Digits of a fresh computation count relative to the size of the component at that time, its
-# largest golden entry within so many rows: a zero passed on the way does not decide, and a
-# component that decays is still measured by its own size. One that has decayed further than to
-# 1e-10 of its largest is measured as if it had not.
-NEIGHBOURS = 20
-DECAYED = 1e-10
-
-# Beyond a scene's sensitivity, rounding errors and the libraries of another machine move double by
-# less than these.
-DOUBLE_MARGIN = 2.5
+WORDS = ("meaning", "event_meanings")  # Their wording may change from version to version.
+FEW = 3  # Reported problems of the same kind.
 
 
 class WorstEntry(NamedTuple):
@@ -80,16 +79,15 @@ class Verification:
     """The result for one scene.
 
     ``problems`` are empty if all is well. ``digits_proved`` are those of the proof of the data,
-    None if there is no valid one. ``digits_found`` is the fewest digits that the fresh computation,
-    in the arithmetic ``fresh``, agrees with the data; ``double_digits`` likewise in double; None
-    where nothing could be computed or compared.
+    None if there is no valid one. ``digits_found`` is the fewest digits in which the fresh
+    computation, in the arithmetic ``fresh``, agrees with the data; None where nothing could be
+    computed or compared.
     """
 
     scene: str
     digits_claimed: int | None
     digits_found: float | None = None
     fresh: str = ""
-    double_digits: float | None = None
     problems: tuple[str, ...] = field(default=())
     digits_proved: int | None = None
 
@@ -105,12 +103,10 @@ def verify(
     workers: int | None = None,
     progress: Progress = silent,
 ) -> list[Verification]:
-    """Verify golden data, by default all: hashes, proofs and fresh computations.
+    """Verify golden data, by default all: hashes, proofs and a fresh computation of each.
 
-    A fresh computation in triple-double, in vector form, must confirm at least 28 digits of every
-    entry, and every event; a more sensitive scene takes as many bits as it needs. Computations in
-    double and double-double show how many digits the scene loses. Digits count relative to the
-    component's size at the time.
+    A fresh computation must have the same events, and confirm 28 digits of every number that is
+    proved, and all printed digits of those that are not. Digits count as in ``mechanics.digits``.
 
     Raises
     ------
@@ -135,30 +131,24 @@ def verify_scene(name: str, folder: Path) -> Verification:
         return Verification(name, None, problems=tuple(problems))
     proved = (proofs.summary(stored, folder) or {}).get("digits")
     try:
-        return replace(_computed_again(stored, problems), digits_proved=proved)
+        verification = _compute_again(stored, problems, proved is not None)
     except (InputError, ArithmeticError) as error:
         problems.append(f"no fresh computation: {error}")
-        claimed = stored.manifest["digits"]
-        return Verification(name, claimed, problems=tuple(problems), digits_proved=proved)
+        verification = Verification(name, stored.manifest["digits"], problems=tuple(problems))
+    return replace(verification, digits_proved=proved)
 
 
-def _computed_again(stored: Stored, problems: Sequence[str]) -> Verification:
-    double = perform(_rough(stored, "double"))
-    rough = _worst(stored, double)
-    # what double has in common with damaged data says nothing about the scene
-    bits = bits_needed(rough.digits, double.bits) if rough and not problems else None
-    while True:
-        task = _fine(stored, bits)
-        runs = [perform(task)]
-        if task.precision == FINE:
-            runs.append(perform(_rough(stored, "double-double")))
-        verification = judge(stored, problems, [*runs, double])
-        digits = verification.digits_found
-        bits = None
-        if digits is not None and digits < FRESH_DIGITS:
-            bits = bits_needed(digits, runs[0].bits)
-        if bits is None:
-            return verification
+def _compute_again(stored: Stored, problems: Sequence[str], proved: bool) -> Verification:
+    if not proved:
+        return judge(stored, problems, perform(_in_mp(stored, ALL_BITS)), every_digit=True)
+    run = perform(_fine(stored))
+    verification = judge(stored, problems, run)
+    digits = verification.digits_found
+    if digits is not None and digits < FRESH_DIGITS and not problems:
+        bits = bits_needed(digits, run.bits)
+        if bits is not None:
+            return judge(stored, problems, perform(_in_mp(stored, bits + SPARE_BITS)))
+    return verification
 
 
 def _asked_for(scenes: Iterable[str | Path] | None, folder: Folder) -> list[Located]:
@@ -169,8 +159,6 @@ def _asked_for(scenes: Iterable[str | Path] | None, folder: Folder) -> list[Loca
         return places if not missing else [store.require(missing[0].name, folder)]
     place = store.home() if folder is None else Path(folder)
     names = {entry.name for entry in place.iterdir() if entry.is_dir()} if place.is_dir() else set()
-    if place.resolve() == store.home().resolve():
-        names |= store.PROVED
     names = {name for name in names if not name.startswith(".")} - {store.VECTORS}
     return [Located(name, place) for name in sorted(names)]
 
@@ -184,66 +172,66 @@ def bits_needed(digits: float, bits: int) -> int | None:
     return needed if needed + SPARE_BITS <= MOST_BITS else None
 
 
-def judge(stored: Stored, problems: Sequence[str], runs: Sequence[Run]) -> Verification:
-    """The verdict on data with these ``problems`` in their files.
+def judge(
+    stored: Stored, problems: Sequence[str], run: Run, *, every_digit: bool = False
+) -> Verification:
+    """Return the verdict of a fresh ``run`` on data with these ``problems`` in their files.
 
-    ``runs`` are the finest run and the run in double; if the finest run does not show how many
-    digits the scene loses, a coarser run between them does.
+    ``every_digit``: it must confirm all that are printed, not only 28.
     """
-    finer, double, telling = runs[0], runs[-1], runs[-2]
     complaints = list(problems)
     status = stored.manifest["status"]
-    if finer.status != status:
-        complaints.append(f"status: {finer.label} ends {finer.status}, the manifest says {status}")
-    worst = list(_compared(stored, TRAJECTORY, finer.trajectory, complaints))
-    worst += _compared(stored, EVENTS, _events_table(finer), complaints)
+    if run.status != status:
+        complaints.append(f"status: {run.label} ends {run.status}, the manifest says {status}")
+    fresh = {TRAJECTORY: run.trajectory, EVENTS: _events_table(run)}
+    worst = [
+        entry
+        for file, table in fresh.items()
+        for entry in _compared(stored, file, table, complaints)
+    ]
     complaints += [
-        f"{entry}: {finer.label} agrees to {entry.digits:.1f} digits, expected {FRESH_DIGITS}"
+        f"{entry}: {run.label} agrees to {entry.digits:.1f} digits, expected {FRESH_DIGITS}"
         for entry in worst
         if entry.digits < FRESH_DIGITS
     ]
     digits = min((entry.digits for entry in worst), default=None)
     if digits is None:
-        complaints.append(f"{finer.label}: no entry could be compared, expected all of them")
-    rough, shown = _worst(stored, double), _worst(stored, telling)
-    if shown is not None and rough is not None:
-        left = shown.digits if telling is not finer or digits is None else digits
-        lost = telling.bits * DIGITS_PER_BIT - left
-        expected = double.bits * DIGITS_PER_BIT - lost - DOUBLE_MARGIN
-        if rough.digits < expected:
-            complaints.append(
-                f"{rough}: double agrees to {rough.digits:.1f} digits, expected {expected:.1f}, "
-                f"as {telling.label} lost {lost:.1f}"
-            )
-    return Verification(
-        stored.name,
-        stored.manifest["digits"],
-        digits,
-        finer.label,
-        rough.digits if rough else None,
-        tuple(complaints),
-    )
+        complaints.append(f"{run.label}: no entry could be compared, expected all of them")
+    if every_digit and digits is not None:
+        other = [
+            line for file, table in fresh.items() for line in _other_digits(stored, file, table)
+        ]
+        complaints += [f"{line}, {run.label} rounds otherwise" for line in other[:FEW]]
+        if not other:
+            digits = float(stored.manifest["digits"])
+    claimed = stored.manifest["digits"]
+    return Verification(stored.name, claimed, digits, run.label, tuple(complaints))
 
 
-def _worst(stored: Stored, run: Run) -> WorstEntry | None:
-    compared = _compared(stored, TRAJECTORY, run.trajectory, [])
-    return min(compared, key=lambda entry: entry.digits, default=None)
+def _other_digits(stored: Stored, file: str, fresh: Table) -> Iterator[str]:
+    """Name the cells that are not the fresh numbers, rounded to as many digits as are printed."""
+    golden = stored.table(file)
+    for name in golden.columns:
+        if name in ("name", "direction") or (name == "t" and file == TRAJECTORY):
+            continue
+        pairs = zip(golden.column(name), fresh.column(name), strict=False)
+        for row, (cell, text) in enumerate(pairs):
+            if cell and not prints(cell, Decimal(text), stored.scales[name]):
+                yield str(WorstEntry(file, row, name, 0))
 
 
-def _fine(stored: Stored, bits: int | None) -> Task:
-    """The fresh computation: in ``FINE``, or, where that has too few bits, in ``mp``."""
-    from tt_precise.integration.precision import KINDS, is_available
+def _fine(stored: Stored) -> Task:
+    """Return the fresh computation of proved data, if possible by another integrator."""
+    from tt_precise.integration.precision import is_available
     from tt_precise.integration.setup import refused_in_doubles
 
     ours = is_available(FINE) and not refused_in_doubles(stored.scene)
     precision = FINE if ours else WITHOUT_LLVM
-    if bits is None or bits <= KINDS[precision].bits:
-        return Task(stored.name, stored.scene_text, precision, None, "newton")
-    return Task(stored.name, stored.scene_text, "mp", bits + SPARE_BITS, "newton")
+    return Task(stored.name, stored.scene_text, precision, None, "newton")
 
 
-def _rough(stored: Stored, precision: str) -> Task:
-    return Task(stored.name, stored.scene_text, precision, None, "newton", events=False)
+def _in_mp(stored: Stored, bits: int) -> Task:
+    return Task(stored.name, stored.scene_text, "mp", bits, "newton")
 
 
 def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> list[WorstEntry]:
@@ -265,7 +253,7 @@ def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> l
                 line = f"{file}, line {row + 2}, {label}"
                 problems.append(f"{line}: got {mine}, a fresh computation has {other}")
                 return []
-    scales, worst = _scales(stored), []
+    sizes_by_name, worst = _sizes(stored, golden), []
     for name in golden.columns:
         if name in ("name", "direction"):
             continue
@@ -278,7 +266,7 @@ def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> l
             line = f"{file}, line {wrongly + 2}, {name}"
             problems.append(f"{line}: is empty, a fresh computation has a number")
         if any(cells[: len(values)]):
-            errors = _errors(cells, values, scales.get(name))
+            errors = _errors(cells, values, sizes_by_name[name])
             row = int(errors.argmax())
             worst.append(WorstEntry(file, row, name, correct_digits(float(errors[row]))))
     return worst
@@ -307,7 +295,7 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
     except InputError as error:
         return None, [str(error)]
     problems = _problems_of_manifest(stored)
-    changed = store.changed_files(stored)
+    changed = [line for line in store.changes(stored) if not line.startswith(PROOF)]
     expected = columns(scene)
     wanted = {TRAJECTORY: expected, EVENTS: ("name", "t", "direction", *expected[1:])}
     damaged = [
@@ -316,12 +304,10 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
         for problem in _problems_of_table(scene, file, stored.table(file), names, stored)
     ]
     problems += damaged
-    problems += [
-        f"{problem}: changed since it was built; `git diff` may show where" for problem in changed
-    ]
+    problems += changed
     if any(misprinted(file, stored.table(file), empty=False) for file in wanted):
         return None, problems
-    if not damaged and not {TRAJECTORY, EVENTS} & set(changed):
+    if not damaged and not any(line.startswith((TRAJECTORY, EVENTS)) for line in changed):
         stated = derive(scene, stored.trajectory, stored.events)
         problems += _differences(stated, stored.manifest, MANIFEST)
         for integral in constancies(scene, stored.trajectory):
@@ -348,7 +334,7 @@ def _problems_of_proof(stored: Stored) -> list[str]:
     except InputError as error:
         return [str(error)]
     complaints = proofs.complaints(stored, record) if record else []
-    return complaints or store.missing_proof(stored)
+    return complaints or [line for line in store.changes(stored) if line.startswith(PROOF)]
 
 
 def _problems_of_manifest(stored: Stored) -> list[str]:
@@ -405,27 +391,31 @@ def _differences(derived: Json, stated: Json, where: str) -> Iterator[str]:
         yield f"{where} is {str(stated)[:50]!r}, the data say {str(derived)[:50]!r}"
 
 
-def _errors(cells: Sequence[str], fresh: Sequence[str], scale: float | None) -> Array:
+def _errors(cells: Sequence[str], fresh: Sequence[str], size: Array) -> Array:
     """Errors of ``fresh`` entries relative to their sizes; 0 where the golden cell is empty.
 
-    Differences are exact, sizes doubles. Without a ``scale``, as for times, each error is relative
-    to the entry itself. A missing fresh entry has an infinite error.
+    Differences are exact, sizes doubles. A missing fresh entry has an infinite error.
     """
     import numpy
 
-    pairs = list(zip(cells, fresh, strict=False))
+    pairs = zip(cells, fresh, strict=False)
     apart = numpy.array([abs(apart_of("", new, cell)) if cell else 0.0 for cell, new in pairs])
     apart[numpy.isnan(apart)] = numpy.inf
-    near = numpy.abs([float(cell or 0) for cell, _ in pairs])
-    if scale is not None and len(near):
-        padded = numpy.pad(near, NEIGHBOURS)
-        windows = numpy.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1)
-        near = numpy.maximum(windows.max(axis=1), scale * DECAYED)
     with numpy.errstate(all="ignore"):
-        return numpy.where(numpy.equal(apart, 0), 0.0, numpy.divide(apart, near))
+        return numpy.where(numpy.equal(apart, 0), 0.0, numpy.divide(apart, size[: len(apart)]))
 
 
-def _scales(stored: Stored) -> dict[str, float]:
-    """The largest entry of each column; for a column of zeros its natural unit."""
-    units = TrueRows(stored.scene, stored.trajectory).units
-    return {name: float(stored.scales[name]) or unit for name, unit in units.items()}
+def _sizes(stored: Stored, table: Table) -> dict[str, Array]:
+    """The sizes of the entries of a table, by the one rule of digits."""
+    import numpy
+
+    body = stored.scene.body.numbers(float)
+    numbers = {
+        name: numpy.array(table.floats(name))
+        for name in table.columns
+        if name not in ("name", "direction")
+    }
+    times = numbers.pop("t")
+    with numpy.errstate(all="ignore"):
+        by_name = sizes(body, numbers, numpy)
+    return {**by_name, "t": numpy.maximum(times, math.sqrt(body.R / body.g))}

@@ -1,0 +1,96 @@
+"""Printed numbers against balls, and decimals that enclose them."""
+
+from decimal import Decimal
+from fractions import Fraction
+
+import flint
+import pytest
+from flint import arb
+
+from tt_precise.certify.balls import bounds, outward
+from tt_precise.certify.compare import Tally, is_whole, rounding_of, tally
+
+
+@pytest.mark.parametrize(
+    ("text", "middle", "radius", "verdict"),
+    [
+        ("1.2346e+00", "1.23456", "1e-9", True),
+        ("1.2345e+00", "1.23456", "1e-9", False),
+        ("1.2346e+00", "1.23455", "1e-9", None),  # a tie within the ball
+        ("1.2346e+00", "1.23456", "1e-3", None),
+        ("-1.2346e-7", "-1.23456e-7", "1e-16", True),
+        ("9.999e+00", "9.99", "1e-9", False),
+        ("1.2346e+00", "7", "1e-9", False),
+        # below a power of ten five digits are ten times finer
+        ("1.0000e+00", "1.00004", "1e-9", True),
+        ("1.0000e+00", "0.99996", "1e-9", False),
+        ("-1.0000e+00", "-0.999996", "1e-9", True),
+        ("-1.0000e+00", "-0.99996", "1e-9", False),
+        # the ties themselves: either neighbour is right
+        ("2e+00", "2.5", "0", True),
+        ("2e+00", "1.5", "0", True),
+    ],
+)
+def test_a_printed_number_is_the_rounded_one(
+    text: str, middle: str, radius: str, verdict: bool | None
+) -> None:
+    with flint.ctx.workprec(100):
+        assert rounding_of(text, arb(middle, radius)) is verdict
+
+
+@pytest.mark.parametrize(
+    ("middle", "radius", "verdict"), [(0, 1e-40, True), (0, 1e-30, None), (1, 1e-30, False)]
+)
+def test_a_printed_zero_stands_for_little(middle: int, radius: float, verdict: bool | None) -> None:
+    assert rounding_of("0", arb(middle, radius), Fraction(1, 10**34)) is verdict
+
+
+def test_a_tally_counts() -> None:
+    last = "0" * 31
+    with flint.ctx.workprec(200):
+        cells = [
+            (f"1.25{last}e+0", arb("1.25", "1e-9")),
+            (f"1.30{last}e+0", arb("1.31", "1e-9")),
+            (f"1.50{last}e+0", arb("1.5", "1e-40")),
+            ("", arb(1)),
+            (f"1.40{last}e+0", None),
+            ("1.4e+0", arb("1.4", "1e-40")),  # not with all digits
+        ]
+        one = tally(cells, Fraction(0))
+    assert one == Tally(numbers=5, rounded=1, wrong=1)
+    assert one + one == Tally(10, 2, 2)
+
+
+def test_cells_in_their_form_and_in_others() -> None:
+    for cell in ("0", f"-1.{'0' * 33}e-12", f"9.{'9' * 33}e+0"):
+        assert is_whole(cell), cell
+    last = "0" * 33
+    for cell in (
+        "0e9",
+        "0.0",
+        "-0",
+        "1.5e+0",
+        "1.50e0",
+        " 0",
+        "nan",
+        f"0.{'1' * 33}e+1",
+        f"1.{last}e+00",
+        f"1.{last}E+0",
+        f"1.{last}0e+0",
+        f"+1.{last}e+0",
+    ):
+        assert not is_whole(cell), cell
+
+
+@pytest.mark.parametrize(
+    ("middle", "radius"),
+    [("0.333333333333333333", "1e-50"), ("-2.857e-10", "3e-45"), ("0", "1e-31"), ("155e20", "0")],
+)
+def test_outward_decimals_enclose_the_ball(middle: str, radius: str) -> None:
+    with flint.ctx.workprec(200):
+        exact = arb(middle, radius) / 3
+        low, high = bounds(exact)
+        centre, spread = (Fraction(Decimal(text)) for text in outward(exact, 34))
+    assert centre - spread <= low <= high <= centre + spread
+    # a unit of the last figure
+    assert spread <= 3 * (high - low) + Fraction(Decimal(abs(float(centre)) * 1e-33))

@@ -1,0 +1,114 @@
+"""Taylor models and dual numbers, against exact arithmetic."""
+
+import random
+from collections.abc import Iterator
+from fractions import Fraction
+
+import flint
+import pytest
+from flint import arb, arb_poly, fmpq
+
+from tt_precise.certify.balls import NotProved, ball, bounds
+from tt_precise.certify.models import Dual, Frame, Series, TaylorModel
+
+END = Fraction(1, 6)
+BITS = 100
+
+
+def contains(model: TaylorModel, s: Fraction, value: Fraction) -> bool:
+    low, high = bounds(model.p(ball(s)))
+    return low <= value <= high
+
+
+def polynomial(coefficients: list[Fraction]) -> arb_poly:
+    return arb_poly([arb(fmpq(c.numerator, c.denominator)) for c in coefficients])
+
+
+def at(coefficients: list[Fraction], s: Fraction) -> Fraction:
+    return sum((c * s**k for k, c in enumerate(coefficients)), start=Fraction(0))
+
+
+@pytest.fixture
+def frame() -> Iterator[Frame]:
+    with flint.ctx.workprec(BITS):
+        yield Frame(ball(END), 8)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_model_arithmetic_contains_exact_values(frame: Frame, seed: int) -> None:
+    dice = random.Random(seed)
+    a, b = ([Fraction(dice.randint(-99, 99), 70) for _ in range(9)] for _ in range(2))
+    b[0] = Fraction(3) + abs(b[0])
+    f, g = TaylorModel(polynomial(a), frame), TaylorModel(polynomial(b), frame)
+    for s in (Fraction(0), END / 3, END):
+        x, y = at(a, s), at(b, s)
+        for model, value in (
+            (f * g, x * y),
+            (f * f * g - f, x * x * y - x),
+            (f / g, x / y),
+            (2 - f * g / 3, 2 - x * y / 3),
+            (1 / (g * g), 1 / (y * y)),
+            ((g * g).sqrt(), y),
+        ):
+            assert contains(model, s, value)
+            assert model.p.degree() <= 8
+
+
+def test_a_model_without_what_was_cut_off_would_be_wrong(frame: Frame) -> None:
+    # the negative control of the test above: the tail matters
+    ones = [Fraction(1)] * 9
+    product = polynomial(ones) * polynomial(ones)
+    careless = TaylorModel(product.truncate(9), frame)
+    assert not contains(careless, END, at(ones, END) ** 2)
+    assert contains(frame.cut(product), END, at(ones, END) ** 2)
+
+
+def test_a_widened_model_contains_all_it_should(frame: Frame) -> None:
+    f = TaylorModel(polynomial([Fraction(1), Fraction(2)]), frame) + arb(0, "0.001")
+    exact = 1 + 2 * END + Fraction(1, 1000)
+    assert contains(f * f, END, exact * exact)
+
+
+def test_a_divisor_with_a_zero_is_refused(frame: Frame) -> None:
+    inside = TaylorModel(polynomial([Fraction(-1, 10), Fraction(1)]), frame)
+    at_start = TaylorModel(polynomial([Fraction(0), Fraction(1)]), frame)
+    nothing = TaylorModel(arb_poly([arb("nan"), 1]), frame)
+    for divisor in (inside, at_start, nothing):
+        with pytest.raises(NotProved, match="divisor"):
+            1 / divisor
+    with pytest.raises(NotProved):
+        (inside * inside + arb("0.001") - arb("0.0011")).sqrt()
+
+
+def test_dual_numbers_have_the_partial_derivatives() -> None:
+    x, y = (fmpq(n, d) for n, d in ((3, 7), (-5, 11)))
+    a, b = Dual(x, {0: 1}), Dual(y, {1: 1})
+    f = (a * a * b - 2 * b + 1) / (3 - a * b) - 1 / (b - 4) + 0 * a + (a - a) + b * b / 3
+    u, v = x * x * y - 2 * y + 1, 3 - x * y
+    assert f.value == u / v - 1 / (y - 4) + y * y / 3
+    assert f.slopes[0] == (2 * x * y * v + u * y) / v**2
+    of_v = ((x * x - 2) * v + u * x) / v**2
+    assert f.slopes[1] == of_v + 1 / (y - 4) ** 2 + 2 * y / 3
+
+
+def test_derivatives_of_a_root_and_of_an_exponential() -> None:
+    with flint.ctx.workprec(BITS):
+        x = Dual(arb(9) / 4, {0: arb(5)})
+        assert x.sqrt().value.contains(arb(3) / 2)
+        assert x.sqrt().slopes[0].contains(arb(5) / 3)
+        assert x.exp().slopes[0].overlaps(5 * (arb(9) / 4).exp())
+
+
+def test_power_series_of_a_root_and_of_an_exponential() -> None:
+    with flint.ctx.workprec(BITS):
+        x = Series(lambda c, n: arb(0), [arb(1), arb(1)])  # 1 + t
+        root = [1, arb(1) / 2, -arb(1) / 8, arb(1) / 16]
+        assert all(x.sqrt()[n].overlaps(arb(c)) for n, c in enumerate(root))
+        e = arb(1).exp()
+        for n, c in enumerate((e, e, e / 2, e / 6, e / 24)):
+            assert x.exp()[n].overlaps(c)
+        # in whole numbers, which are as good as their units
+        bits = 80
+        whole = Series(lambda c, n: 0, [1 << bits, 1 << bits], bits)
+        for n, c in enumerate((e, e, e / 2, e / 6, e / 24)):
+            assert abs(arb(int(whole.exp()[n])) / 2**bits - c) < 1e-20

@@ -1,0 +1,119 @@
+"""What holds a motion for ever by its energy: the algebra of the proof, and what denies it."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from fractions import Fraction
+
+import flint
+import pandas
+import pytest
+import sympy
+from flint import arb
+
+import tt_precise as tt
+from tt_precise.certify import NotProved
+from tt_precise.certify.balls import Balls, ball
+from tt_precise.certify.well import BITS, forever, held
+from tt_precise.golden import store
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters, Units
+from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_squared
+
+
+@pytest.fixture(autouse=True)
+def precision() -> Iterator[None]:
+    with flint.ctx.workprec(BITS):
+        yield
+
+
+def states(name: str) -> Callable[[Fraction], NewtonState]:
+    """The printed states of a scene, dimensionless, as balls of a unit in their last place."""
+    table, units = store.read(name).trajectory, Units.of(tt.load_scene(name).body, Balls, ball)
+    places = {Fraction(row[0]): row for row in table.rows}
+
+    def state(time: Fraction) -> NewtonState:
+        row = dict(zip(table.columns, places[time], strict=True))
+        width = 1 + arb(0, 1e-33)
+        return NewtonState(
+            *(
+                arb(row[entry]) * width / units.of_dimension(STATE_DIMENSIONS[entry])
+                for entry in NewtonState._fields
+            )
+        )
+
+    return state
+
+
+def later(scene: tt.Scene, until: int, *columns: str) -> pandas.DataFrame:
+    """What heyoka says in double."""
+    return tt.integrate(replace(scene, until=Fraction(until))).frame(*columns, numbers="float")
+
+
+def test_what_never_glides_keeps_its_inclination() -> None:
+    # the bracket of the proof: B'(theta) - phi_dot R (1 - alpha cos theta)
+    theta, alpha, R, I1, I3, Lz, spin = sympy.symbols(
+        "theta alpha R I1 I3 Lz omega_3", positive=True
+    )
+    s, c = sympy.sin(theta), sympy.cos(theta)
+    phi_dot = (Lz - I3 * spin * c) / (I1 * s**2)
+    B = R * s * (spin + (alpha - c) * phi_dot)
+    bracket = sympy.diff(B, theta) - phi_dot * R * (1 - alpha * c)
+    assert sympy.simplify(bracket - spin * R * (c + (alpha - c) * I3 / I1)) == 0
+
+
+def test_the_least_energy_is_stationary_where_the_top_tumbles() -> None:
+    body = Parameters(*sympy.symbols("m R alpha I1 I3 g mu", positive=True))
+    z, lambda_ = sympy.symbols("z lambda")
+    slope = sympy.diff(least_energy(body, z, lambda_), z)
+    there = slope.subs(lambda_, sympy.sqrt(tumbling_lambda_squared(body, z)))
+    assert sympy.simplify(there) == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "t", "why"),
+    [
+        *(("reference", too_early, "W") for too_early in ("3", "5", "6")),
+        ("tippetopsim", "1", "W"),
+        ("just-below-threshold", "60", "W1"),
+        ("contact-lost", "1", "W"),
+    ],
+)
+def test_what_is_not_held(name: str, t: str, why: str) -> None:
+    with pytest.raises(NotProved, match=why):
+        held(tt.load_scene(name), Fraction(t), states(name)(Fraction(t)))
+
+
+def test_more_energy_than_there_is_is_noticed() -> None:
+    # the same state with the contact point gliding at 0.5 m/s
+    scene, state = tt.load_scene("reference"), states("reference")(Fraction(7))
+    assert held(scene, Fraction(7), state).force > 0
+    gliding = arb("0.5") / Units.of(scene.body, Balls, ball).of_dimension(STATE_DIMENSIONS["vx"])
+    with pytest.raises(NotProved, match="W"):
+        held(scene, Fraction(7), state._replace(vx=state.vx + gliding))
+
+
+def test_the_reference_inverts_for_ever() -> None:
+    scene = tt.load_scene("reference")
+    found = forever(scene, scene.sample_times, states("reference"))
+    first, last = found["held"], found["at_the_end"]
+    assert first.pole == last.pole == -1
+    assert 6 < float(first.since_s) < 7 < float(last.since_s) == 8
+    assert 0 < first.force < 0.1
+    assert last.force > 0.99
+    # heyoka in double, to 16 s: theta against the bounds, D and E~ against their limits
+    frame = later(scene, 16, "theta", "D", "E_tilde", "g_n")
+    weight = float(scene.body.m * scene.body.g)
+    for one in (first, last):
+        after = frame[frame["t"] >= float(one.since_s)]
+        assert (after["theta"] > 3.14159265 - 1.01 * float(one.tilt)).all()
+        assert (after["g_n"] >= float(one.force) * weight).all()
+        for name in ("D", "E_tilde"):
+            begin, end = (abs(after[name].iloc[i] / float(one.limits[name]) - 1) for i in (0, -1))
+            assert end < min(1e-4, begin)
+
+
+@pytest.mark.parametrize("name", ["frictionless", "rolling", "upright", "coulomb-gliding"])
+def test_what_tends_nowhere(name: str) -> None:
+    with pytest.raises(NotProved, match=r"friction|vertical from"):
+        forever(tt.load_scene(name), [Fraction(0)], states("reference"))

@@ -1,0 +1,211 @@
+"""``certify``: the proof of golden tables, and what is stored of it.
+
+A scene's solution is enclosed, and every printed number and event of its tables is compared with
+the enclosure. Only if all are proved, ``proof.json`` is written: the statements, about the tables
+with the hashes that it names. Nothing of the proof itself is stored: ``check`` proves again, and
+compares the statements.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR
+from pathlib import Path
+
+from flint import arb
+
+from tt_precise.certify.balls import NotProved, bounds, outward, rounded
+from tt_precise.certify.compare import Comparison, compare
+from tt_precise.certify.statements import BITS, Proof, prove
+from tt_precise.golden import store
+from tt_precise.golden.digits import misprinted
+from tt_precise.golden.documents import PROOF_SCHEMA
+from tt_precise.golden.store import EVENTS, PROOF, TRAJECTORY, Stored
+from tt_precise.runtime.files import atomic_write, locked, read_json
+from tt_precise.runtime.values import InputError, Json, Scalar
+
+MORE_BITS = 64  # A proof that is too wide is tried again with so many more bits.
+MOST_BITS = 456
+TIME_DIGITS = 40  # Of a stated time; a table's has 34.
+# Statements that depend on the version of a library or on how a proof went.
+INCIDENTAL = ("bits", "steps", "conserved_within", "versions")
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What was proved about the golden data of one scene; ``content`` becomes ``proof.json``."""
+
+    content: dict[str, Json]
+    compared: Comparison
+
+    @property
+    def objection(self) -> str:
+        """Why it is not a proof of the tables; "" if it is."""
+        failure = self.content["inversion"].get("failure")
+        return self.compared.objection or (f"times of the climb: {failure}" if failure else "")
+
+    @property
+    def complete(self) -> bool:
+        """Whether every printed number, event and time is proved."""
+        return not self.objection
+
+
+def certify(scene: str, *, folder: Path | None = None) -> Certificate:
+    """Prove the golden data of ``scene``, and write ``proof.json`` if all is proved.
+
+    Raises ``InputError``: there are no golden data of that name, or a cell of theirs is no number;
+    ``NotProved``: the solution could not be enclosed.
+    """
+    stored = _readable(scene, folder)
+    certificate = certificate_of(stored)
+    if certificate.complete:
+        place = stored.folder / stored.name
+        with locked(stored.folder, store.WORK):
+            atomic_write(place / PROOF, store.json_text(certificate.content))
+            store.record_proof(place)
+    return certificate
+
+
+def check(scene: str, *, folder: Path | None = None) -> Certificate:
+    """Prove the golden data of ``scene`` again, and compare with the statements of its proof.
+
+    Raises ``InputError``: there are no golden data, or no proof; ``NotProved``: the solution could
+    not be enclosed, or ``proof.json`` states something else.
+    """
+    stored = _readable(scene, folder)
+    path = stored.folder / stored.name / PROOF
+    if not path.is_file():
+        raise InputError(
+            f"{stored.name}: got no {PROOF}, expected a proof to compare with; "
+            f"`tt-precise golden certify {stored.name}` makes it"
+        )
+    stated = read_json(path, "a proof")
+    certificate = certificate_of(stored, int(stated.get("bits", BITS)))
+    for name, value in certificate.content.items():
+        if name not in INCIDENTAL and stated.get(name) != value:
+            raise NotProved("statements", f"{PROOF} states another {name} than is proved")
+    return certificate
+
+
+@dataclass(frozen=True)
+class Attempted:
+    """The result of ``certify`` or ``check``; ``verdict`` is "proved" or "refused"."""
+
+    scene: str
+    verdict: str
+    reason: str = ""
+    steps: int = 0
+    numbers: int = 0
+    events: int = 0
+
+
+def attempted(scene: str, folder: Path | None, again: bool = False) -> Attempted:
+    """Return the result of ``certify``, or of ``check`` (``again``), for a worker process."""
+    try:
+        certificate = (check if again else certify)(scene, folder=folder)
+    except NotProved as why:
+        return Attempted(scene, "refused", str(why))
+    content = certificate.content
+    return Attempted(
+        scene,
+        "proved" if certificate.complete else "refused",
+        certificate.objection,
+        content["steps"],
+        content["rounded"],
+        sum(content["proved_events"].values()),
+    )
+
+
+def _readable(scene: str, folder: Path | None) -> Stored:
+    stored = store.read(scene, folder)
+    # before the minutes that a proof takes
+    for file in (TRAJECTORY, EVENTS):
+        for misprint in misprinted(file, stored.table(file)):
+            raise InputError(f"{stored.name}: {misprint}")
+    return stored
+
+
+def certificate_of(stored: Stored, bits: int = BITS) -> Certificate:
+    """Return what can be proved about golden data, with more bits while these are too few.
+
+    Raises ``NotProved``: the solution could not be enclosed.
+    """
+    while True:
+        more = bits + MORE_BITS <= MOST_BITS
+        try:
+            proof = prove(stored.scene, bits)
+            compared = compare(stored, proof.enclosed)
+            if not (compared.undecided and more):
+                return Certificate(statements(stored, proof, compared), compared)
+        except NotProved as why:
+            if why.hypothesis not in ("S4", "zeros") or not more:
+                raise
+        bits += MORE_BITS
+
+
+def statements(stored: Stored, proof: Proof, compared: Comparison) -> dict[str, Json]:
+    """Return what a proof states about the golden tables ``stored``."""
+    total = compared.total
+    return {
+        "schema": PROOF_SCHEMA,
+        "scene": stored.name,
+        "scene_sha256": store.scene_sha256(stored.scene_text),
+        **{file: {"sha256": stored.table(file).sha256} for file in (TRAJECTORY, EVENTS)},
+        "theorem": "docstring of tt_precise.certify.kernel",
+        "bits": proof.bits,
+        "steps": len(proof.enclosure.segments),
+        "entries": total.numbers,
+        "rounded": total.rounded,
+        "proved_events": {name: len(found) for name, found in proof.enclosed.events.items()},
+        "contact": _contact(proof),
+        "inversion": _inversion(proof),
+        "forever": _forever(proof),
+        "conserved_within": {
+            name: rounded(bounds(bound)[1], ROUND_CEILING, 2)
+            for name, bound in proof.drift_bounds.items()
+        },
+        "versions": {"python-flint": importlib.metadata.version("python-flint")},
+    }
+
+
+def _contact(proof: Proof) -> dict[str, Json]:
+    # E' = -mu g_n v^2 (after eq (1)), so the sign of g_n settles that of E'; rolling conserves E
+    if proof.scene.lifts:
+        return {"g_n_positive": "while there is contact"}
+    if proof.lost is not None:
+        lost = _number(proof.lost, TIME_DIGITS)
+        return {"g_n_positive": "until contact is lost", "lost_at_s": lost}
+    least = rounded(bounds(proof.normal_force_bound)[0], ROUND_FLOOR, 6)
+    # positive at all times, as the phase would have ended
+    return {"g_n_positive": True, "g_n_at_least_mg": least, "energy_never_grows": True}
+
+
+def _inversion(proof: Proof) -> dict[str, Json]:
+    try:
+        times = proof.inversion
+    except NotProved as why:
+        return {"failure": str(why)}
+    entries: dict[str, Json] = {"equator": _number(times.equator, TIME_DIGITS)}
+    for name in "ABC":
+        climb = getattr(times, name)
+        entries[name] = {
+            "t_init": _number(climb.t_init, TIME_DIGITS),
+            "t_end": _number(climb.t_end, TIME_DIGITS),
+        }
+    return entries
+
+
+def _forever(proof: Proof) -> dict[str, Json]:
+    try:
+        return {name: held.as_dict() for name, held in proof.forever.items()}
+    except NotProved as why:
+        return {"failure": str(why)}
+
+
+def _number(exact: Scalar, digits: int) -> dict[str, str] | None:
+    """Return middle and radius of a ball as decimals."""
+    if exact is None:
+        return None
+    middle, radius = outward(arb(exact), digits)
+    return {"middle": middle, "radius": radius}

@@ -1,0 +1,229 @@
+"""``prove``: everything that is proved about one scene, from the pieces of its enclosure."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+import flint
+from flint import arb
+
+from tt_precise.certify.balls import NotProved, ball, largest
+from tt_precise.certify.compare import Enclosed, Happening
+from tt_precise.certify.kernel import GUARD
+from tt_precise.certify.motion import Enclosure, enclose
+from tt_precise.certify.problem import BALLS, Phase, contact_force, problem_of
+from tt_precise.certify.well import Held, forever
+from tt_precise.integration.equations import QUADRATURE_SCALE
+from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
+from tt_precise.mechanics.conserved import conserved
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import jellett
+from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import Scalar
+from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.numerals import exact
+from tt_precise.scene.scene import Scene, load_scene
+
+BITS = 200  # Precision of the polynomials: 34 digits, and what eight seconds lose.
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What is proved about ``scene``: see ``tt_precise.certify.kernel`` for the theorem.
+
+    The solution is enclosed from t = 0 to the horizon, or to the event that ends the motion, and
+    the contact force (or the height, in flight) is positive until then. All numbers are balls.
+    """
+
+    scene: Scene
+    bits: int
+    enclosure: Enclosure
+
+    @property
+    def working_bits(self) -> int:
+        return self.bits + GUARD
+
+    @cached_property
+    def _start(self) -> InitialState:
+        with flint.ctx.workprec(self.working_bits):
+            return InitialState.of(self.scene, BALLS)
+
+    def state(self, seconds: str | int | Fraction) -> dict[str, arb | None]:
+        """Balls for all vector and Euler columns at an exact time, in SI; None where undefined.
+
+        Raises ``NotProved``: the time is not enclosed.
+        """
+        with flint.ctx.workprec(self.working_bits):
+            if not 0 <= exact(seconds, "t") <= self.scene.until:
+                raise NotProved("time", f"t = {seconds} s is not enclosed")
+            time = ball(exact(seconds, "t")) / self._start.units.time
+            return self._columns(*self.enclosure.state(time))
+
+    @cached_property
+    def enclosed(self) -> Enclosed:
+        """All samples and events, in SI."""
+        with flint.ctx.workprec(self.working_bits):
+            rows = [
+                (seconds, self._columns(*sample))
+                for seconds, sample in zip(
+                    self.scene.sample_times, self.enclosure.samples, strict=False
+                )
+            ]
+            events = {
+                name: [
+                    Happening(
+                        one.direction,
+                        one.time * self._start.units.time,
+                        self._columns(one.phase, one.state),
+                    )
+                    for one in happened
+                ]
+                for name, happened in self.enclosure.events.items()
+            }
+        return Enclosed(rows, events)
+
+    def _columns(self, phase: Phase, state: Sequence[arb]) -> dict[str, arb | None]:
+        """Vectors, Euler angles and quadratures in SI; None where one does not exist."""
+        motion, record = phase.motion(state), self.scene.record
+        vectors = zip(motion.state._fields, motion.state, strict=True)
+        euler = zip(motion.euler._fields, motion.euler, strict=True)
+        recorded = (x * QUADRATURE_SCALE for x in state[len(state) - len(record) :])
+        columns: dict[str, arb | None] = {}
+        for name, x in itertools.chain(vectors, euler, zip(record, recorded, strict=True)):
+            number = arb(x) * self._start.units.of_dimension(STATE_DIMENSIONS[name])
+            columns[name] = number if number.is_finite() else None
+        return columns
+
+    @property
+    def lost(self) -> arb | None:
+        """The time in s at which contact is lost, or the top comes down; None if it does not."""
+        end = self.enclosed.end
+        return None if end is None else end.time
+
+    @cached_property
+    def normal_force_bound(self) -> arb:
+        """A number (in units of m g) that g_n is nowhere below until the horizon.
+
+        It is close to the least value; where contact is lost that is zero.
+        """
+        return self.enclosure.least(contact_force)
+
+    @cached_property
+    def drift_bounds(self) -> dict[str, arb]:
+        """Bounds of the relative drift of what the scene conserves, over the samples.
+
+        The identities of the mechanics say that it is zero; so this is an independent check: an
+        enclosure that missed the exact solution would exclude it.
+
+        Raises ``NotProved``: an enclosure excludes what is conserved: something is wrong with the
+        proof.
+        """
+        bounds = {}
+        with flint.ctx.workprec(self.working_bits):
+            motions = [phase.motion(state) for phase, state in self.enclosure.samples]
+            for integral in conserved(self.scene.model, self._start.body):
+                scale = arb(integral.scale(motions[0]))
+                first, *others = (arb(integral.evaluate(motion)) for motion in motions)
+                if not all(other.overlaps(first) for other in others):
+                    raise NotProved("conserved", f"an enclosure excludes that {integral.name} is")
+                drifts = [abs(other - first) / scale for other in others]
+                if drifts and all(drift.is_finite() for drift in drifts):
+                    bounds[integral.name] = largest(drifts)
+        return bounds
+
+    @cached_property
+    def forever(self) -> dict[str, Held]:
+        """What holds the solution for ever, near a vertical spin (``well``).
+
+        Raises ``NotProved``: nothing is proved of all later times.
+        """
+        if self.scene.lifts:
+            raise NotProved("W2", "the top need not stay on the table")
+        if self.enclosure.end is not None:
+            raise NotProved("W2", "contact is lost")
+        times = self.scene.sample_times
+        states = dict(zip(times, self.enclosure.samples, strict=True))
+
+        def state(seconds: Fraction) -> NewtonState:
+            phase, components = states[seconds]
+            with flint.ctx.workprec(self.working_bits):
+                there: NewtonState = phase.motion(components).state
+                return there
+
+        return forever(self.scene, times, state)
+
+    @cached_property
+    def inversion(self) -> InversionTimes:
+        """Initiation and ending times in s, as balls, in the three definitions.
+
+        None means that there is no such time before the motion ends or the horizon comes.
+
+        Raises ``NotProved``: the balls do not decide what the definitions compare.
+        """
+        events = self.enclosed.events
+        climbs = any(one.direction < 0 for one in events["equator"])
+        rows = [
+            {"name": name, "t": one.time, "direction": one.direction, **one.state}
+            for name in (NEEDED if climbs else ("equator",))
+            for one in events[name]
+        ]
+        rows.sort(key=lambda row: float(row["t"]))
+        with flint.ctx.workprec(self.working_bits):
+            _require_certainty(rows)
+            names = ("name", "t", "direction", "theta", "phi_dot")
+            table = {name: [row[name] for row in rows] for name in names}
+            return from_events(table, arb.pi(), mirrored=climbs and self._spins_backwards)
+
+    @property
+    def _spins_backwards(self) -> bool:
+        """Whether lambda < 0, which is constant."""
+        phase = self.enclosure.problem.phases[0]
+        lambda_ = arb(jellett(phase.motion(self.enclosure.problem.start)))
+        if lambda_.contains(0):
+            raise NotProved("inversion", "the sign of lambda is undecided")
+        return bool(lambda_ < 0)
+
+
+def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) -> Proof:
+    """Enclose the scene's exact solution until its horizon, or until contact is lost.
+
+    Raises ``NotProved``: it could not be enclosed.
+    """
+    scene = load_scene(scene)
+    with flint.ctx.workprec(bits + GUARD):
+        try:
+            return Proof(scene, bits, enclose(problem_of(scene), bits, progress=progress))
+        except NotProved as why:
+            if scene.may_stick:
+                stuck = "where a contact sticks Coulomb's law has no derivative"
+                raise NotProved("friction", f"{why.reason}; {stuck}") from None
+            raise
+
+
+def _require_certainty(rows: Sequence[dict[str, Scalar]]) -> None:
+    """Raise unless the definitions of ``inversion`` decide alike for all numbers in these balls.
+
+    A comparison of balls is true only if it is certain, else false: what the definitions compare
+    has to be apart. These are times with each other, and at turning points signs and sides of pi/2.
+    """
+    for row, after in itertools.pairwise(rows):
+        if not row["t"] < after["t"]:
+            names = f"{row['name']} and {after['name']}"
+            raise NotProved("inversion", f"which of {names} comes first is undecided")
+    for row in rows:
+        compared = {}
+        if row["name"] in ("theta_min", "theta_max", "equator"):
+            compared["phi_dot"] = row["phi_dot"]
+        if row["name"] in ("theta_min", "theta_max"):
+            theta = row["theta"]
+            compared |= {"kz": row["kz"], "theta": theta}
+            compared["pi/2 - theta"] = None if theta is None else arb.pi() / 2 - theta
+            compared["pi - theta"] = None if theta is None else arb.pi() - theta
+        for name, value in compared.items():
+            if value is None or value.contains(0):
+                raise NotProved("inversion", f"the sign of {name} at an event is undecided")
