@@ -34,11 +34,8 @@ WITHOUT_PROOF = {
 PENDING = {
     "below-threshold",
     "beside-the-pole",
-    "just-above-threshold",
     "just-below-threshold",
     "regularised-1e-4",
-    "steep",
-    "stribeck",
     "tippetopsim",
     "track",
 }
