@@ -62,9 +62,12 @@ def test_the_drift_of_every_quantity_can_be_drawn(short: Trajectory) -> None:
     assert jellett.get_ylabel() == "relative drift of jellett"
     assert max(np.asarray(jellett.lines[0].get_ydata(), float)) == float(short.drift["jellett"])
     E = short.frame("E")["E"]
-    assert energy.lines[0].get_ydata()[-1] == pytest.approx(1 - E.iloc[-1] / E.iloc[0])
+    assert np.asarray(energy.lines[0].get_ydata(), float)[-1] == pytest.approx(
+        1 - E.iloc[-1] / E.iloc[0]
+    )
     assert (jellett.get_yscale(), theta.get_yscale()) == ("log", "linear")
-    assert short.plot("drift:nu_x").axes[0].lines[0].get_ydata()[-1] <= 1  # which starts at 0
+    drawn = short.plot("drift:nu_x").axes[0].lines[0].get_ydata()
+    assert np.asarray(drawn, float)[-1] <= 1  # as nu_x starts at 0
     with pytest.raises(InputError, match="plot: got 'drift:lean', expected drift: and one of: jel"):
         short.plot("drift:lean")
 
