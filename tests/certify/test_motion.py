@@ -55,7 +55,7 @@ def at(enclosure: Enclosure, time: arb) -> list[arb]:
 def test_an_oscillator_is_contained(seed: int) -> None:
     dice = random.Random(seed)
     w = ball(Fraction(dice.randint(1, 400), 100))
-    enclosure = enclose(oscillator(w, 20), BITS, 40)
+    enclosure = enclose(oscillator(w, 20), BITS + 16, 40)
     for _ in range(20):
         time = ball(Fraction(dice.randint(0, 2000), 100))
         x, v = at(enclosure, time)
