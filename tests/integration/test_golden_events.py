@@ -27,12 +27,12 @@ def golden_events(name: str) -> dict[str, list[float]]:
     """Return the times of the golden events of a scene, but for those that switch its motion."""
     events = golden.load(name, "text").events
     events = events[~events["name"].isin(SWITCHING)]
-    return {kind: [*map(float, rows["t"])] for kind, rows in events.groupby("name")}
+    return {str(kind): [*map(float, rows["t"])] for kind, rows in events.groupby("name")}
 
 
 def events_of(run: Trajectory) -> dict[str, list[float]]:
     events = run.events[~run.events["name"].isin(SWITCHING)]
-    return {kind: [*map(float, rows["t"])] for kind, rows in events.groupby("name")}
+    return {str(kind): [*map(float, rows["t"])] for kind, rows in events.groupby("name")}
 
 
 @pytest.mark.parametrize("precision", REACH)
