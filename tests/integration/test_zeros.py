@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tt_precise.integration import catalogue, integrate
+from tt_precise.integration import catalogue, integrate, zeros
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -185,3 +185,42 @@ def test_rates_that_vanish_where_contact_ends_give_no_extrema() -> None:
     run = integrate("elastic-hunt-crossley", "extended", formulation="euler", events=names)
     assert [run.event_counts[name] for name in names] == [6, 6, 5]
     assert run.suspect_events == ()
+
+
+@pytest.mark.parametrize("name", ["rolling", "frictionless"])
+def test_tangencies_of_a_coarse_run_are_named_once(name: str) -> None:
+    """Until 10 s there were 310 and 358 zeros of phi_dot that do not exist."""
+    run = integrate(name, digits=6, until=10, events=("phi_dot_zero", "theta_min"))
+    assert run.event_counts == {"theta_min": {"rolling": 316, "frictionless": 271}[name]}
+    assert run.touches == ("phi_dot_zero",)
+    assert run.unresolved == ()
+
+
+@pytest.mark.parametrize("precision", ["double-double", "triple-double"])
+def test_events_of_a_velocity_that_decays_are_all_found(precision: str) -> None:
+    """Wide runs lost a third of them; double resolves fewer, and says so."""
+    names = ("theta_max", "nu_x_zero")
+    run = integrate("below-threshold", precision, until=40, events=names)
+    assert run.event_counts == {"theta_max": 212, "nu_x_zero": 362}
+    assert run.touches == run.unresolved == ()
+
+
+def test_what_ends_in_noise_is_named() -> None:
+    names = ("theta_max", "nu_x_zero")
+    run = integrate("below-threshold", until=40, events=names)
+    assert run.unresolved == run.touches == names
+    assert 170 < run.event_counts["theta_max"] < 212
+    assert integrate("below-threshold", until=8, events=names).unresolved == ()
+
+
+def test_without_errors_tangencies_are_zeros(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The control: every sign counts."""
+    plain = zeros.Zeros._sizes
+    monkeypatch.setattr(zeros.Zeros, "_sizes", lambda *given: 0 * plain(*given))
+    assert len(integrate("rolling", until="1", events=("phi_dot_zero",)).events) > 20
+
+
+def test_a_tilt_beyond_the_squares_of_doubles_is_no_error(reference: Scene) -> None:
+    run = integrate(reference.varied(theta="1e-200", until="0.5"), events=("theta_min",))
+    assert run.status == "complete"
+    assert run.touches == ("theta_min",)

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.integration.equations import event_value
-from tt_precise.integration.events import MOST_EVENTS, EventRecord, Found, too_many_events
+from tt_precise.integration.events import EVENTS, MOST_EVENTS, EventRecord, Found, too_many_events
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.steps import Steps, Wide, horner
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
@@ -567,8 +567,10 @@ class Zeros:
         zeros = self._zeros(
             steps, which, step, _Bracket(place, begin - step, end - step, slope, direction)
         )
+        # those of the catalogue are smooth, also at the poles
+        may_jump = numpy.array([event.name not in EVENTS for event in self.events])[which]
         broken = (abs(zeros.value) > JUMP * least) & (abs(zeros.value) > error) & (reach > 0)
-        for k in numpy.flatnonzero(broken).tolist():
+        for k in numpy.flatnonzero(broken & may_jump).tolist():
             raise self._broken(int(which[k]), steps, float(begin[k]))
         names = [self.events[i].name for i in which.tolist()]
         hits = list(map(EventRecord, names, zeros.times, direction.tolist(), zeros.states))
