@@ -56,7 +56,7 @@ COARSE, FINE = 8, 14  # nodes of a step at first; of the parts of a step with se
 SINGLE, SHAPE = 2.0**-10, 2.0**-20
 MOST_PARTS = 10_000  # parts of steps on which functions are no polynomials; some 100 are usual
 HALVINGS = 30  # of a step, until its polynomials have the shape of the function
-POLISHED = 4  # secants from a polynomial's zero to that of the function, in double
+POLISHED = 6  # secants from a polynomial's zero to that of the function, in double
 FLATTEST = 2.0**-16  # first distance of three points of a parabola, in units of the interval
 SETTLED = 2.0**8  # in 2^-bits of a place: a secant as short leaves less than that behind
 JUMP = 2.0**-3  # of the values beside a zero: a function that is as large at the zero jumps there
@@ -645,12 +645,13 @@ def _refined(
     not, as at a multiple zero, a kink or a jump, the bracket is halved.
     """
     place, slope, reach = bracket.place, bracket.slope, bracket.high - bracket.low
-    value, rows, last = function(place), numpy.arange(len(place)), 0 * reach
+    value, rows, last = function(place), numpy.arange(len(place)), reach.copy()
     for _ in range(most):
         move = value[rows] / slope
-        last[rows] = move
         size = abs(move)
-        going = ((size <= reach) & (size > settled * abs(place[rows]))).astype(bool)
+        near = (size <= reach).astype(bool)
+        last[rows[near]] = move[near]
+        going = near & (size > settled * abs(place[rows])).astype(bool)
         rows, move = rows[going], move[going]
         if not len(rows):
             break
