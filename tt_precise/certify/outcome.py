@@ -44,7 +44,7 @@ NOT_CONFINED = {
 
 
 class Equator(NamedTuple):
-    """Whether the axis rose through theta = pi/2, and when (s; None unless it did)."""
+    """The passage of theta = pi/2 by the axis, and its time (s; None unless it did)."""
 
     verdict: Literal["passed", "not_passed", "never"]
     t: Scalar

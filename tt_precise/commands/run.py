@@ -127,7 +127,7 @@ class EventRecord(Record, frozen=True):
 
 
 class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.run/1"):
-    """What `tt-precise run SCENE --json` prints. Numbers beyond counts are decimal strings."""
+    """The output of `tt-precise run SCENE --json`. Numbers beyond counts are decimal strings."""
 
     scene: Annotated[str, means("name of the scene")]
     model: Annotated[Literal["gliding", "rolling", "flight"], means("equations of motion")]
@@ -456,7 +456,7 @@ def event_rows(trajectory: Trajectory, *, exactly: bool = False) -> list[dict[st
 
 
 def lines(trajectory: Trajectory, outcome: dict[str, Any]) -> list[str]:
-    """What a person reads: how it ended, the ``answers``, where, how well."""
+    """Return the text: the end, the ``answers``, the last state and its digits."""
     context = trajectory.precision.context
 
     def short(value: Scalar) -> str:

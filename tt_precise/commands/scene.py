@@ -129,7 +129,7 @@ def summary(scene: Scene) -> dict[str, Json]:
 
 
 def balance(scene: Scene) -> str:
-    """Where the top rests on a table without spin."""
+    """Return the words for the static balance: the place of a top without spin."""
     if scene.model == "flight":
         return "none: nothing carries the top"
     height = float(scene.body.alpha * scene.body.R) * 1000

@@ -37,7 +37,7 @@ def command(scene: str, digits: int, as_json: bool) -> int:
 
 
 def agree(known: Thresholds) -> bool:
-    """Whether both determinations of every quantity agree in all digits, or in its absence."""
+    """Return whether both determinations of each quantity agree in all digits, or in absence."""
     agreed = [quantity.digits_agreed for quantity in known.quantities.values()]
     return all(digits is None or digits >= known.digits for digits in agreed)
 

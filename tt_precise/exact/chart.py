@@ -24,7 +24,7 @@ from tt_precise.runtime.values import Scalar
 
 
 class Remainder(NamedTuple):
-    """Whether a rational function vanishes, and the terms of its numerator before reduction."""
+    """The answer whether a function vanishes, and the terms of its numerator before reduction."""
 
     vanishes: bool
     terms: int

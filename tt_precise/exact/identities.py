@@ -49,7 +49,7 @@ LARGEST = 10**6  # numerators: a false identity of degree n survives a point wit
 
 @dataclass(frozen=True)
 class IdentityProof:
-    """Whether an identity holds, and the method of the decision.
+    """The answer whether an identity holds, and the method of the decision.
 
     ``residuals`` is the number of expressions that must vanish, ``failed`` lists those that do not
     (counted from 0). A symbolic proof reduced numerators of ``terms`` terms in a ``chart``; a proof

@@ -54,7 +54,7 @@ class Eigenvalue(NamedTuple):
     error: Scalar
 
     def sign(self) -> int:
-        """Whether its mode grows (1) or decays (-1); raises if the error leaves that open."""
+        """The sign of its real part: 1 grows, -1 decays; raises if the error leaves it open."""
         if not abs(self.value.real) > self.error:
             raise _UnresolvedError
         return 1 if self.value.real > 0 else -1

@@ -101,7 +101,7 @@ class Thresholds:
         return as_html("Thresholds (SI)", rows, ("", "value", "unit", "digits that agree"))
 
     def as_dict(self) -> dict[str, Json]:
-        """The same as strings of ``digits`` digits, for ``tt-precise thresholds --json``."""
+        """Return the results as strings of ``digits`` digits, for JSON."""
 
         def text(number: Scalar) -> str | None:
             return None if number is None else arithmetic.decimal(number, self.digits, self.context)
@@ -333,7 +333,7 @@ def inversion(
     on_table: bool,
     margin: Scalar,
 ) -> Theorem:
-    """Whether the scene's motion tends to the inverted spin.
+    """Return whether the scene's motion tends to the inverted spin.
 
     ``lambda_thres`` is None where the inverted spin is unstable at every lambda, ``lambda_up``
     where the upright spin is stable at every lambda; ``on_table`` says whether g_n > 0 at the

@@ -106,7 +106,7 @@ def _panel(
 
 
 def is_drift(name: Name) -> bool:
-    """Whether a panel is the drift of a quantity, such as "drift:jellett"."""
+    """Return whether a panel is the drift of a quantity, such as "drift:jellett"."""
     return isinstance(name, str) and name.startswith(DRIFT)
 
 

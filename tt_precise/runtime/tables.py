@@ -28,7 +28,7 @@ class Format(NamedTuple):
 
     @property
     def text(self) -> bool:
-        """Whether doubles are written as text."""
+        """Return whether doubles are written as text."""
         return not self.package
 
 

@@ -113,7 +113,7 @@ class Processes(Executor):
 
 
 def _imports_main() -> bool:
-    """Whether the caller is the main module of a script that a worker is importing."""
+    """Return whether the caller is the main module of a script that a worker is importing."""
     frame = inspect.currentframe()
     while frame is not None:
         if frame.f_globals["__name__"] == "__mp_main__" and frame.f_code.co_name == "<module>":

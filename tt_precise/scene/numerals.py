@@ -66,7 +66,7 @@ def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
 
 
 def read(value: str | int | Fraction, what: str = "number", unit: str = "") -> WithPi:
-    """As ``exact``, with pi kept apart; ``unit`` is "deg" or "deg/s" if that unit is allowed.
+    """Read a number as ``exact``, with pi apart; ``unit`` is "deg" or "deg/s" where allowed.
 
     Raises ``InputError``: as ``exact``.
     """
@@ -162,7 +162,7 @@ def scalar(value: Any) -> Any:
 
 
 def _is_wide_float(value: Any) -> bool:
-    """Whether it is one of NumPy's floats that is no Python float: float16, float32, longdouble."""
+    """Return whether it is a NumPy float that is no Python float: float16, float32, longdouble."""
     return hasattr(value, "dtype") and value.dtype.kind == "f" and not isinstance(value, float)
 
 

@@ -171,7 +171,7 @@ class Scene:
         return begun.varied(**run)
 
     def varied(self, **changes: Any) -> Scene:
-        """The same scene with entries of its file replaced, in the units of the file.
+        """Return the scene with entries of its file replaced, in the units of the file.
 
         ``changes`` are entries of [body], [start] and [run]: exact strings or numbers, in SI but
         for I1 and I3 in units of m R^2, whose values in these units stay the same if m or R change.
@@ -212,7 +212,7 @@ class Scene:
         return {"start": values}
 
     def perturbed(self, **relative: str | Fraction) -> Scene:
-        """The same scene with parameters (in SI) and rates changed by exact relative amounts.
+        """Return the scene with parameters (in SI) and rates changed by exact relative amounts.
 
         ``perturbed(alpha="1e-9")`` has a top whose alpha is larger by 1e-9. With another m or R the
         moments of inertia keep their values in kg m^2.
@@ -258,17 +258,17 @@ class Scene:
 
     @property
     def lifts(self) -> bool:
-        """Whether the lowest point of the top may be off the table's height."""
+        """Return whether the lowest point of the top may be off the table's height."""
         return self.flies or self.model == "flight" or bool(self.body.spring)
 
     @property
     def in_pieces(self) -> bool:
-        """Whether its motion may have several pieces with different equations."""
+        """Return whether its motion may have several pieces with different equations."""
         return self.lifts or self.may_stick
 
     @property
     def may_stick(self) -> bool:
-        """Whether its friction lets the contact point come to rest: Coulomb's law."""
+        """Return whether its friction lets the contact point come to rest: Coulomb's law."""
         return self.model == "gliding" and not self.body.friction.smooth_at_rest
 
     @cached_property

@@ -61,7 +61,7 @@ class Inclination(NamedTuple):
 
     @property
     def at_pole(self) -> bool:
-        """Whether the axis is exactly vertical, where Euler angles are undefined."""
+        """Return whether the axis is exactly vertical, where Euler angles are undefined."""
         return self.offset == 0
 
     def sine_cosine(
@@ -173,7 +173,7 @@ START_KEYS = (*_ENTRIES, *LIFTED, PSI_DOT, AT_REST)
 
 
 def is_derived(given: Mapping[str, Json]) -> bool:
-    """Whether a start has psi_dot or at_rest, from which other entries are computed."""
+    """Return whether a start has psi_dot or at_rest, from which other entries are computed."""
     return PSI_DOT in given or AT_REST in given
 
 
