@@ -129,7 +129,7 @@ class TrueRows:
         self,
         t: numpy.ndarray,
         values: Mapping[str, numpy.ndarray],
-        exactly: Callable[[int, Sequence[str]], Sequence[Scalar]],
+        exactly: Callable[[int, Sequence[str]], Sequence[Scalar]] | None,
         agreeing: float = AGREEING,
         *,
         largest_only: bool = False,
@@ -137,7 +137,8 @@ class TrueRows:
         """The distance of rows with strictly increasing times ``t`` (s) from the true ones.
 
         ``values`` are their columns in double, NaN where there is no number;
-        ``exactly(row, names)`` gives the numbers of one row as they were given. A row at another
+        ``exactly(row, names)`` gives the numbers of one row as they were given; without it errors
+        are those of doubles. A row at another
         time is not compared, but for one at an early end of the solution that agrees with it to
         ``agreeing``. With ``largest_only`` decimals are spared where an error is certainly not the
         largest of its column: then it may be off by two roundings of the entry.
@@ -169,7 +170,7 @@ class TrueRows:
         here: numpy.ndarray,
         nearest: numpy.ndarray,
         values: Mapping[str, numpy.ndarray],
-        exactly: Callable[[int, Sequence[str]], Sequence[Scalar]],
+        exactly: Callable[[int, Sequence[str]], Sequence[Scalar]] | None,
         largest_only: bool,
     ) -> None:
         rows = nearest[here]
@@ -181,6 +182,8 @@ class TrueRows:
             defined = ~numpy.isnan(true)
             errors[here] = numpy.where(defined & numpy.isnan(error), numpy.inf, error)
             measured.bounds[name][here] = numpy.where(defined, 0.0, numpy.nan)
+            if exactly is None:
+                continue
             # errors near the rounding to double are computed in decimals
             rounded = apart <= FAR * EPS * numpy.fmax(abs(given), abs(true))
             if largest_only:
@@ -190,6 +193,8 @@ class TrueRows:
                 rounded &= (error + slack) * (1 + FIGURES) >= least
             for at in here[rounded].tolist():
                 close.setdefault(at, []).append(name)
+        if exactly is None:
+            return
         for at, names in close.items():
             for name, given in zip(names, exactly(at, names), strict=True):
                 row = int(nearest[at])
