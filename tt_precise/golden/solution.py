@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy
 
@@ -33,6 +33,7 @@ USUAL_DIGITS = 12.0  # of an integrated solution if no digits are requested
 # A solution in double, with fewer digits, is read a hundred times faster at many times.
 DIGITS_OF_MANY = 8.0
 MANY = 5000
+AT_ONCE = 50_000  # rows that are read at once: 100 MB
 SPARE_DIGITS = 1.0  # by which an integrated row must be better than what is requested
 IN_DOUBLE = 13.0  # digits that differences of doubles can show
 # An integration ends at so many times the scene's horizon at the latest: times in milliseconds, or
@@ -195,21 +196,26 @@ class Solution:
         at = numpy.flatnonzero(within)
         lifted = LIFTED if self.scene.lifts else ()
         names = (*NewtonState._fields, *EulerState._fields, *lifted, *record)
-        numbers: Literal["text", "float"] = "text" if exact else "float"
         times = [rows.exact_time(row) for row in at.tolist()] if exact else rows.t[at].tolist()
         inner = [min(time, last if exact else float(last)) for time in times]
         ended = "" if complete else f"the solution {ending(run.status, float(run.t_end))}"
         if not inner:
             nothing = Measured.nothing(rows.t, [*rows.values], within)
             return Distance(nothing, "", horizon, ended)
-        frame = run.frame(*names, times=inner, numbers=numbers)
         if exact:
+            frame = run.frame(*names, times=inner, numbers="text")
             cells = {n: ["" if x is None or x != x else str(x) for x in frame[n]] for n in names}
             table: Table | Doubles = Table.of_columns(
                 {"t": list(map(str, rows.t[at].tolist())), **cells}
             )
         else:
-            table = Doubles({"t": rows.t[at], **{n: frame[n].to_numpy(float) for n in names}})
+            columns = {name: numpy.empty(len(at)) for name in names}
+            for first in range(0, len(at), AT_ONCE):
+                part = slice(first, first + AT_ONCE)
+                frame = run.frame(*names, times=inner[part], numbers="float")
+                for name in names:
+                    columns[name][part] = frame[name].to_numpy(float)
+            table = Doubles({"t": rows.t[at], **columns})
         true = TrueRows(run.scene, table)
         # decimals say no more than doubles of which the last digits are not known
         exactly = rows.exactly if exact else None
