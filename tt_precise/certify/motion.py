@@ -29,6 +29,7 @@ ORDER = 70  # Of the Taylor polynomials; 90 to 100 are some 15 % faster, and the
 DOUBLE = 2.0**-52  # Relative error of a double, doubled.
 # A bound of a function is this close to a value of it, or comes from so short a part of a step.
 NARROW, SHORT = 1e-9, 2.0**-24
+MOST_PARTS = 100_000  # Of steps, for a bound: where models are too wide, it is not so close.
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,8 @@ class Enclosure:
                 low, n = bounds[0]
                 if not (math.isfinite(low) and least.is_finite()):
                     raise NotProved("balls", "a function has no finite bound")
-                if low > least - NARROW or parts[n].b - parts[n].a < SHORT:
+                short = parts[n].b - parts[n].a < SHORT or len(parts) > MOST_PARTS
+                if low > least - NARROW or short:
                     # as a double it may be rounded up
                     return arb(low) - abs(arb(low)) * DOUBLE
                 least = min(least, parts[n].value(parts[n].middle).upper())
