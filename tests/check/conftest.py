@@ -30,8 +30,8 @@ def refuses(message: str, source: Any, scene: Any = "reference", **words: Any) -
 
 @pytest.fixture(autouse=True)
 def _no_cause(request: pytest.FixtureRequest) -> None:
-    """``test_kinematics`` tests what is found."""
-    if not request.module.__name__.endswith("test_kinematics"):
+    """``test_kinematics`` and ``test_explain`` test what is found."""
+    if not request.module.__name__.endswith(("test_kinematics", "test_explain")):
         request.getfixturevalue("no_cause")
 
 

@@ -18,8 +18,10 @@ from typing import NamedTuple
 import numpy
 
 from tt_precise.check.force_free_flow import (
+    NO_TERMS,
     Ends,
     Rows,
+    Terms,
     Way,
     axis_of,
     by_guidance,
@@ -147,15 +149,20 @@ def chunks(count: int) -> Iterator[tuple[slice, slice]]:
 
 
 def _solve(
-    body: Parameters, rows: Rows, moving: bool, guide: bool, ways: tuple[Way, ...]
+    body: Parameters,
+    rows: Rows,
+    moving: bool,
+    guide: bool,
+    ways: tuple[Way, ...],
+    terms: Terms,
 ) -> _Chunk:
     Q = momentum_at_contact(body, rows)
-    flow = by_interpolation if moving else by_momentum
-    found = [differences(body, rows, Q, ends) for ends in flow(body, rows, ways)]
+    flow = by_interpolation(body, rows, ways, terms) if moving else by_momentum(body, rows, ways)
+    found = [differences(body, rows, Q, ends) for ends in flow]
     best, others = found[0], numpy.array([found[0] - one for one in found[1:]])
     if not guide:
         return _Chunk(best, others, None, None, None, None)
-    guided = by_guidance(body, rows)
+    guided = by_guidance(body, rows, terms)
     first, *rest = (
         differences(body, rows, Q, ends)
         for ends in (guided.best, guided.less, guided.plain, guided.other)
@@ -170,7 +177,12 @@ def _joined(parts: list[tuple[_Chunk, slice]], name: str) -> Array:
 
 
 def misfits(
-    body: Parameters, rows: Rows, rounding: Rounding, moving: bool = True, guide: bool = True
+    body: Parameters,
+    rows: Rows,
+    rounding: Rounding,
+    moving: bool = True,
+    guide: bool = True,
+    terms: Terms = NO_TERMS,
 ) -> dict[str, Misfit]:
     """Return the misfit of every quantity; ``moving`` if the velocity of the centre is known.
 
@@ -181,7 +193,7 @@ def misfits(
         ways = WAYS if float(numpy.max(nutated)) > 0.3 else tuple(w for w in WAYS if not w.nutation)
         guide = guide and moving and len(ways) == len(WAYS)
         parts = [
-            (_solve(body, rows.part(taken), moving, guide, ways), kept)
+            (_solve(body, rows.part(taken), moving, guide, ways, terms), kept)
             for taken, kept in chunks(len(rows.t) - 1)
         ]
         errors = _rounding_errors(body, rows, rounding)

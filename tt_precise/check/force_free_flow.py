@@ -62,6 +62,22 @@ class Rows(NamedTuple):
         return Rows(self.t[rows], self.q[:, rows], self.L[:, rows], self.v[:, rows], x)
 
 
+class Terms(NamedTuple):
+    """Further terms of the motion, none of which a contact force at the lowest point has.
+
+    Damping of L and of v (1/s), torque about the vertical (m g R alpha), missing part of the
+    gyroscopic term.
+    """
+
+    damping: float = 0.0
+    drag: float = 0.0
+    torsion: float = 0.0
+    gyroscopic: float = 0.0
+
+
+NO_TERMS = Terms()
+
+
 class Ends(NamedTuple):
     """Solutions at the end of each interval: q (4, n), Q (3, n), the way of the centre (3, n)."""
 
@@ -162,7 +178,7 @@ class _State:
         self.omega = (wx, wy, wz)
         self.k_dot = cross(self.omega, k)
 
-    def write(self, body: Parameters, q: Array, rates: Array) -> None:
+    def write(self, body: Parameters, q: Array, rates: Array, terms: Terms = NO_TERMS) -> None:
         """Write the rates of q, Q and the way of the centre into ``rates``."""
         _write_turning(q, self.omega, rates)
         carried = cross(self.k_dot, self.v)
@@ -171,6 +187,15 @@ class _State:
         rates[5] = -weight * self.a[0] - lever * carried[1]
         rates[6] = -lever * carried[2]
         rates[7], rates[8], rates[9] = self.v
+        if any(terms):
+            dragged, turned = cross(self.a, self.v), cross(self.omega, self.L)
+            for i in range(3):
+                rates[4 + i] += (
+                    terms.drag * body.m * dragged[i]
+                    - terms.damping * self.L[i]
+                    + terms.gyroscopic * turned[i]
+                )
+            rates[6] -= terms.torsion * weight * body.R * body.alpha
 
     def normal_force(
         self, body: Parameters, along: Vector, more: tuple[Array, Array], rise: Array
@@ -283,7 +308,9 @@ def interpolate(t: Array, values: Array, way: Way, turn: Array, at: Array) -> Ar
     return numpy.einsum("nap,cnp->can", found, values[:, rows], optimize=False)
 
 
-def by_interpolation(body: Parameters, rows: Rows, ways: Sequence[Way]) -> list[Ends]:
+def by_interpolation(
+    body: Parameters, rows: Rows, ways: Sequence[Way], terms: Terms = NO_TERMS
+) -> list[Ends]:
     """Return the ends of each interval's motion, for each way to interpolate v_h and the lift."""
     Q, lift = momentum_at_contact(body, rows), lift_of(body, rows)
     known = numpy.stack((rows.v[0], rows.v[1], lift))
@@ -297,7 +324,7 @@ def by_interpolation(body: Parameters, rows: Rows, ways: Sequence[Way]) -> list[
 
         def sweep(y: Array, rates: Array, given: Array = given) -> None:
             q = y[:4, :-1]
-            _State(body, q, y[4:7, :-1], *given).write(body, q, rates)
+            _State(body, q, y[4:7, :-1], *given).write(body, q, rates, terms)
 
         guess = _solve(start, h, count, sweep, guess)
         ends.append(Ends(guess[:4, -1], guess[4:7, -1], guess[7:, -1]))
@@ -331,7 +358,7 @@ class Guided(NamedTuple):
     ``best`` has a force linear in time beside friction, ``less`` one that is constant in each
     interval, ``plain`` no friction, ``other`` the other law's. ``unexplained`` is the part of the
     change of v_h about an interval that friction leaves over, ``against`` its ratio to the other
-    law's.
+    law's. ``strength`` is c, in s/m where ``viscous`` and a number where not.
     """
 
     best: Ends
@@ -340,13 +367,15 @@ class Guided(NamedTuple):
     other: Ends
     unexplained: Array
     against: Array
+    strength: Array
+    viscous: Array
 
 
 class _Guidance:
     """The fixed point of intervals whose v_h has to reach the next row's."""
 
-    def __init__(self, body: Parameters, rows: Rows):
-        self.body, self.h = body, numpy.diff(rows.t)
+    def __init__(self, body: Parameters, rows: Rows, terms: Terms):
+        self.body, self.terms, self.h = body, terms, numpy.diff(rows.t)
         self.count = nodes_for(float(turns(body, rows).max()))
         nodes = gauss(self.count)[0]
         lift = lift_of(body, rows)
@@ -363,8 +392,8 @@ class _Guidance:
 
     def solve(
         self, friction: bool, coulomb: bool, linear: bool, guess: Array | None = None
-    ) -> tuple[Array, Array]:
-        """Return the solution, and what friction leaves of the change of v_h (2, n)."""
+    ) -> tuple[Array, Array, Array]:
+        """Return the solution, what friction leaves of the change of v_h (2, n), and c."""
         body, h, count = self.body, self.h, self.count
         strength = numpy.zeros_like(h)
         force, slope = self.change / h, 0 * self.change
@@ -387,7 +416,7 @@ class _Guidance:
                 for i in range(2)
             )
             at = _State(body, q, y[4:7, :-1], v_x, v_y, self.lift)
-            at.write(body, q, rates)
+            at.write(body, q, rates, self.terms)
             if friction:
                 swing = cross(at.omega, at.a)
                 slip_x, slip_y = v_x + swing[0], v_y + swing[1]
@@ -400,7 +429,7 @@ class _Guidance:
                 rates[10], rates[11] = N * slip_x, N * slip_y
 
         y = _solve(self.start, h, count, sweep, guess)
-        return y, force * h
+        return y, force * h, strength
 
 
 def _about(values: Array) -> Array:
@@ -409,15 +438,16 @@ def _about(values: Array) -> Array:
     return numpy.convolve(padded, numpy.ones(2 * NEIGHBOURS + 1), "valid")
 
 
-def by_guidance(body: Parameters, rows: Rows) -> Guided:
+def by_guidance(body: Parameters, rows: Rows, terms: Terms = NO_TERMS) -> Guided:
     """Return motions of each interval under friction of unknown strength."""
-    guidance = _Guidance(body, rows)
-    plain, _ = guidance.solve(False, False, False)
+    guidance = _Guidance(body, rows, terms)
+    plain, _, _ = guidance.solve(False, False, False)
     changed = _about((guidance.change**2).sum(0))
-    pairs, left = [], []
+    pairs, left, strengths = [], [], []
     for law in (False, True):
-        less, _ = guidance.solve(True, law, False, plain)
-        best, over = guidance.solve(True, law, True, less)
+        less, _, _ = guidance.solve(True, law, False, plain)
+        best, over, strength = guidance.solve(True, law, True, less)
+        strengths.append(strength)
         pairs.append((best, less))
         part = numpy.sqrt(_about((over**2).sum(0)) / numpy.maximum(changed, 1e-300))
         left.append(numpy.minimum(numpy.nan_to_num(part, nan=1.0), 1.0))
@@ -430,4 +460,7 @@ def by_guidance(body: Parameters, rows: Rows) -> Guided:
     first, second, third, last = (
         Ends(y[:4], y[4:7], y[7:10]) for y in (best, less, plain[:, -1], other)
     )
-    return Guided(first, second, third, last, least, least / numpy.maximum(most, 1e-300))
+    return Guided(
+        first, second, third, last, least, least / numpy.maximum(most, 1e-300),
+        numpy.where(better, strengths[1], strengths[0]), ~better,
+    )  # fmt: skip

@@ -34,7 +34,7 @@ from tt_precise.check.golden import (
     no_solution,
 )
 from tt_precise.check.precision import described, precisions, times_of
-from tt_precise.check.result import Result, shortened
+from tt_precise.check.result import Cause, Result, shortened
 from tt_precise.check.sources import NotFinite, RowSource, UsableRows, open_source, usable_rows
 from tt_precise.check.start import Begin, look_for_start, rounding
 from tt_precise.check.units import refuse_other_units
@@ -290,6 +290,7 @@ class _Examination:
         also = [n for n in block.values if n not in ("t", *setup.columns.names)]
         findings = [finiteness(block, also, self._broken)]
         unseen: tuple[str, ...] = ()
+        causes: tuple[Cause, ...] = ()
         if len(block) < 2:
             reason = f"fewer than two rows before {self._broken}"
             missed = [*(check.name for check in checks_of(setup.scene)), *FURTHER[1:]]
@@ -301,6 +302,10 @@ class _Examination:
             findings += found if setup.flies else _with_advice(found)
             findings += self._against_solution(rows, found, solution)
             unseen = self._unseen(findings)
+            if unseen or any(one.verdict == "fail" for one in findings):
+                from tt_precise.check.explain import explain  # a file that passes needs none
+
+                causes = tuple(explain(rows, findings, self.judge))
         t_first = self._file.usable.t_first
         return Result(
             trajectory=self._file.where,
@@ -311,6 +316,7 @@ class _Examination:
             t_last=t_first + float(block.values["t"][-1]) if len(block) else t_first,
             checks=tuple(findings),
             unseen=unseen,
+            causes=causes,
             written=_written(self._file.whole.values),
         )
 

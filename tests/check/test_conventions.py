@@ -1,0 +1,175 @@
+"""The staged search: random conventions are found, wrong physics is explained by none."""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy
+import pytest
+from scipy.spatial.transform import Rotation
+
+import tt_precise as tt
+from tests.check.test_force_free import POSE
+from tt_precise.check import conventions
+from tt_precise.check.conventions import (
+    ANGLE,
+    LENGTH,
+    OURS,
+    TIME,
+    Convention,
+    Found,
+    Given,
+    fit,
+    search,
+)
+from tt_precise.check.force_free_flow import axis_of
+from tt_precise.mechanics.newton import contact_arm
+from tt_precise.mechanics.vectors import dot
+from tt_precise.runtime.values import Array
+
+BODY = tt.load_scene("reference").body.numbers(float)
+# Rows are the file's axes in terms of ours.
+WORLDS = {
+    ("z", "right"): numpy.eye(3),
+    ("y", "right"): numpy.array([[1, 0, 0], [0, 0, 1], [0, -1, 0.0]]),
+    ("x", "right"): numpy.array([[0, 0, 1], [1, 0, 0], [0, 1, 0.0]]),
+    ("z", "left"): numpy.diag([1, -1, 1.0]),
+    ("y", "left"): numpy.array([[1, 0, 0], [0, 0, 1], [0, 1, 0.0]]),
+}
+AXES = {"z": WORLDS["z", "right"], "y": WORLDS["y", "right"], "x": WORLDS["x", "right"]}
+FLIP = numpy.diag([1, -1, -1.0])
+
+
+@cache
+def right(hertz: int, begin: float) -> Given:
+    run = tt.integrate("reference", events=(), record=("phi", "psi", "x", "y"))
+    times = [begin + i / hertz for i in range(200)]
+    frame = run.frame(*POSE, times=times, numbers="float")
+
+    def columns(*names: str) -> Array:
+        return numpy.array([frame[name].to_numpy(float) for name in names])
+
+    return Given(
+        numpy.array(times), columns("qw", "qx", "qy", "qz"), columns("wx", "wy", "wz"),
+        columns("vcx", "vcy", "vcz"), columns("x", "y", "z"),
+    )  # fmt: skip
+
+
+@cache
+def jellett() -> float:
+    start = right(60, 0.0).part(slice(0, 1)).rows(BODY)
+    return float(-dot(tuple(start.L), contact_arm(BODY, axis_of(start.q)))[0])
+
+
+def written(given: Given, one: Convention, offset: float) -> Given:
+    """The rows as the convention has them, by matrices, independently of ``conventions.read``."""
+    rotation = Rotation.from_quat(given.q[[1, 2, 3, 0]].T)
+    turn = rotation.as_matrix()
+    k = turn[:, :, 2]
+    assert given.v is not None
+    assert given.x is not None
+    t, w, v, x = given.t, given.w.T, given.v.T, given.x.T
+    centre = BODY.R * BODY.alpha * k
+    if one.point != "cm":
+        arm = centre if one.point == "centre" else centre - [0, 0, BODY.R]
+        v = v + numpy.cross(w, arm)
+    if one.place == "centre":
+        x = x + centre
+    world = WORLDS[one.up, one.hand]
+    sign = numpy.linalg.det(world)
+    body = AXES[one.axis[-1]]
+    if one.axis[0] == "-":
+        body = body @ FLIP
+    if sign < 0:
+        body = body @ numpy.diag([1, -1, 1.0])
+    x, v, w = x @ world.T, v @ world.T, sign * (w @ world.T)
+    turn = world @ turn @ body.T
+    if one.velocity_in_body:
+        v = numpy.einsum("nji,nj->ni", turn, v)
+    if one.in_body:
+        w = numpy.einsum("nji,nj->ni", turn, w)
+    q = Rotation.from_matrix(turn).as_quat()[:, [3, 0, 1, 2]]
+    q = q * numpy.array([1, -1, -1, -1]) if one.inverse else q
+    q = q if one.order == "scalar first" else numpy.roll(q, -1, axis=1)
+    t = (t - t[0] + offset) / TIME[one.time]
+    if one.time.startswith("rows"):
+        t = numpy.rint(t - t[0])
+    length = LENGTH[one.length]
+    return Given(t, q.T, w.T / ANGLE[one.angle], v.T / length, x.T / length)
+
+
+def draw(rng: numpy.random.Generator, hertz: int) -> Convention:
+    """At most three groups at once."""
+    choices: dict[str, list[dict[str, object]]] = {
+        "time": [{"time": name} for name in ("ms", "microseconds", "ns", f"rows at {hertz} Hz")],
+        "length": [{"length": name} for name in ("cm", "mm", "inches")],
+        "angle": [{"angle": name} for name in ("degrees", "revolutions per minute")],
+        "world": [{"up": u, "hand": h} for u, h in WORLDS if (u, h) != ("z", "right")],
+        "axis": [{"axis": name} for name in ("y", "x", "-z", "-y", "-x")],
+        "order": [{"order": "scalar last"}],
+        "inverse": [{"inverse": True}],
+        "frame": [{"in_body": True}],
+        "point": [{"point": name} for name in ("centre", "contact")],
+        "velocity": [{"velocity_in_body": True}],
+        "place": [{"place": "centre"}],
+    }
+    chosen: dict[str, object] = {}
+    for group in rng.choice([*choices], int(rng.integers(1, 4)), replace=False):
+        chosen |= choices[group][int(rng.integers(len(choices[group])))]
+    return Convention(**chosen)  # type: ignore[arg-type]
+
+
+class Tried(NamedTuple):
+    wanted: Convention
+    found: list[Found]
+
+
+def tries(seed: int, count: int) -> list[Tried]:
+    rng = numpy.random.default_rng(seed)
+    done = []
+    for _ in range(count):
+        hertz, begin = int(rng.choice([60, 1000])), float(rng.choice([0.0, 3.0]))
+        one = draw(rng, hertz)
+        given = written(right(hertz, begin), one, float(rng.choice([0.0, 100.0])))
+        _, found = search(given, BODY, {}, jellett())
+        done.append(Tried(one, found))
+    return done
+
+
+def wrong(tried: Tried) -> str:
+    """Neither found first nor tied; rows at 1000 Hz are ms."""
+    same = {tried.wanted, *_tied(tried.wanted)}
+    first = tried.found[:1] and [one.convention for one in tried.found if _alike(one, tried)]
+    return "" if first and same & set(first) else str((tried.wanted, tried.found[:1]))
+
+
+def _alike(one: Found, tried: Tried) -> bool:
+    return one.exactly and one.convention.changes == tried.found[0].convention.changes
+
+
+def _tied(one: Convention) -> list[Convention]:
+    from dataclasses import replace
+
+    pairs = {"rows at 1000 Hz": "ms", "ms": "rows at 1000 Hz"}
+    return [replace(one, time=pairs[one.time])] if one.time in pairs else []
+
+
+@pytest.mark.parametrize(("seed", "count"), [(1, 8), pytest.param(7, 180, marks=pytest.mark.slow)])
+def test_random_conventions_are_found(seed: int, count: int) -> None:
+    assert [text for text in map(wrong, tries(seed, count)) if text] == []
+
+
+def test_what_is_right_is_not_searched() -> None:
+    as_given, found = search(right(60, 0.0), BODY, {}, jellett())
+    assert as_given.passes
+    assert found == []
+    assert OURS.words() == ""
+
+
+def test_another_place_of_the_mass_is_no_convention() -> None:
+    """The hundredth of alpha shows in lift, height and momentum."""
+    from dataclasses import replace
+
+    body = replace(BODY, alpha=1.01 * BODY.alpha)
+    assert not fit(body, right(60, 0.0), {}).passes
+    assert search(right(60, 0.0), body, {}, jellett())[1] == []
+    assert conventions.LIMITS["lift"] < 1e-5

@@ -1,0 +1,466 @@
+"""The search for the conventions of a file whose rows do not obey the equations as they are given.
+
+A ``Convention`` has one choice for each group: units, the way up, the hand of the world, the body's
+axis, order and direction of the quaternion, frame of omega, point and frame of the velocity, point
+of the position. ``search`` narrows them down in stages: the attitude by the free motion, from both
+rows of an interval to its middle; the geometry by height and lift; and then by all residuals, those
+with the fewest changes first. A left-handed file obeys the same equations in its own cross product:
+it is read as a right-handed one, and the sign of Jellett's integral against the scene's tells it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import NamedTuple
+
+import numpy
+
+from tt_precise.check.force_free import EPS, Misfit, Rounding, misfits, norm
+from tt_precise.check.force_free_flow import NO_TERMS, Rows, Terms, axis_of, lift_of
+from tt_precise.check.worlds import AXES, WORLDS
+from tt_precise.mechanics.newton import contact_arm
+from tt_precise.mechanics.parameters import Parameters
+from tt_precise.mechanics.vectors import Quaternion, Vector, cross, dot, multiplied, turned
+from tt_precise.runtime.values import Array
+
+HALF = math.sqrt(0.5)
+RATES = (24, 30, 50, 60, 90, 100, 120, 144, 240, 500, 1000)
+TIME = {
+    "s": 1.0, "ms": 1e-3, "microseconds": 1e-6, "ns": 1e-9, "minutes": 60.0,
+    **{f"rows at {rate} Hz": 1 / rate for rate in RATES},
+}  # fmt: skip
+LENGTH = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inches": 0.0254}
+ANGLE = {"rad": 1.0, "degrees": math.pi / 180, "revolutions per minute": math.pi / 30}
+ANGLE["revolutions"] = 2 * math.pi
+# Quaternions that turn the direction that is up to z, and z to the body's axis.
+UP: dict[str, Quaternion] = {
+    "z": (1.0, 0.0, 0.0, 0.0), "y": (HALF, HALF, 0.0, 0.0), "x": (0.5, -0.5, -0.5, -0.5),
+    "-z": (0.0, 1.0, 0.0, 0.0),
+}  # fmt: skip
+AXIS: dict[str, Quaternion] = {
+    "z": (1.0, 0.0, 0.0, 0.0), "y": (HALF, -HALF, 0.0, 0.0), "x": (HALF, 0.0, HALF, 0.0),
+    "-z": (0.0, 1.0, 0.0, 0.0), "-y": (HALF, HALF, 0.0, 0.0), "-x": (HALF, 0.0, -HALF, 0.0),
+}  # fmt: skip
+
+# Rows that are looked at, intervals of the first stage, candidates of it, and those judged in full.
+LOOKED_AT, INTERVALS, PARTIALS, TRIES = 250, 24, 32, 24
+# What the first stage accepts: rad of misfit, the part of the turning, rad that a row may turn.
+ROUGH, PART, FARTHEST = 0.3, 0.25, 7.0
+# Limits of what is beyond the bounds: of integrators that are right, and of engines with soft
+# contacts and low orders (measured on MuJoCo, Bullet, Exudyn, Drake and DART).
+LIMITS = {
+    "spin": 1e-2, "axis": 1e-2, "position": 1e-2, "torque": 1e-4, "jellett": 1e-6, "lift": 1e-6,
+    "height": 1e-6,
+}  # fmt: skip
+ENGINES = {
+    "spin": 0.3, "axis": 0.3, "position": 0.3, "torque": 0.1, "jellett": 1e-3, "lift": 0.02,
+    "height": 0.02,
+}  # fmt: skip
+FINEST = 1e-6  # Part of a limit that is nothing.
+NEARER = 10.0  # Times that an engine's file has to be nearer in a convention than as given.
+RESOLVED = 1.0  # Bound of the axis (rad) and the torque (m g R alpha) that says nothing.
+
+
+@dataclass(frozen=True)
+class Convention:
+    """One choice for each group; ours by default."""
+
+    time: str = "s"
+    length: str = "m"
+    angle: str = "rad"
+    up: str = "z"
+    hand: str = "right"
+    axis: str = "z"
+    order: str = "scalar first"
+    inverse: bool = False
+    in_body: bool = False
+    opposite: bool = False
+    point: str = "cm"
+    velocity_in_body: bool = False
+    place: str = "cm"
+
+    @property
+    def changes(self) -> int:
+        """How many groups differ from ours."""
+        differ = sum(getattr(self, one.name) != one.default for one in fields(self))
+        # Unity's left-handed y-up world is one change, y and z exchanged.
+        return differ - (self.hand == "left" and self.up == "y") + self.opposite
+
+    def words(self) -> str:
+        """Say what differs from ours, and the option that reads it."""
+        said = []
+        if self.time != "s":
+            counts = self.time.startswith("rows")
+            said.append(f"t counts {self.time}" if counts else f"the time is in {self.time}")
+        if self.up != "z" or self.hand == "left":
+            hand = "left-handed, " if self.hand == "left" else ""
+            name = f"{'left-handed-' if self.hand == 'left' else ''}{self.up}-up"
+            option = f": add --world {name}" if name in WORLDS else ""
+            said.append(f"the world is {hand}{self.up} up{option}")
+        if self.axis != "z":
+            option = f": add --axis {self.axis}" if self.axis in AXES else ""
+            other = "the body's axis points from the other end"
+            named = f"the body's symmetry axis is {self.axis}{option}"
+            said.append(other if self.axis == "-z" else named)
+        if self.length != "m":
+            said.append(f"lengths are in {self.length}")
+        if self.angle != "rad":
+            per = "" if "per" in self.angle else " per second"
+            said.append(f"the angular velocity is in {self.angle}{per}")
+        if self.order != "scalar first":
+            said.append("the quaternion has its scalar last")
+        if self.inverse:
+            said.append("the quaternion is the inverse one, from the inertial to the body frame")
+        if self.in_body:
+            said.append("the angular velocity is in the body frame")
+        if self.opposite:
+            said.append("the angular velocity has the other sign")
+        points = {"centre": "the sphere's centre", "contact": "the contact point"}
+        if self.point != "cm":
+            said.append(f"the velocity is that of {points[self.point]}")
+        if self.velocity_in_body:
+            said.append("the velocity is in the body frame")
+        if self.place != "cm":
+            said.append(f"the position is that of {points[self.place]}")
+        return "; ".join(said)
+
+
+OURS = Convention()
+
+
+class Given(NamedTuple):
+    """Rigid-body columns: t (n,), q (4, n), omega, v or None, x or None (3, n); SI where ours.
+
+    Vectors have L in the place of omega and v_A (with its vertical part) in that of v, as
+    ``vectors`` says; then q is some attitude with their axis.
+    """
+
+    t: Array
+    q: Array
+    w: Array
+    v: Array | None
+    x: Array | None = None
+    vectors: bool = False
+
+    def part(self, rows: Array | slice) -> Given:
+        """Return some of the rows."""
+        v, x = (None if one is None else one[:, rows] for one in (self.v, self.x))
+        return Given(self.t[rows], self.q[:, rows], self.w[:, rows], v, x, self.vectors)
+
+    def rows(self, body: Parameters) -> Rows:
+        """Return the motion of ``body``; where v is not known, as if the top rolled."""
+        k = axis_of(self.q)
+        a = contact_arm(body, k)
+        L = self.w if self.vectors else momentum(body, k, self.w)
+        along = (1 / body.I3 - 1 / body.I1) * dot(_vector(L), k)
+        w = numpy.array([L[i] / body.I1 + along * k[i] for i in range(3)])
+        v = self.v
+        if v is None or self.vectors:
+            v = (0.0 if v is None else v) - numpy.array(cross(_vector(w), a))
+        return Rows(self.t, self.q, L, v, self.x)
+
+
+def _turn(q: Quaternion | Array, vector: Array) -> Array:
+    return numpy.array(turned(tuple(q), tuple(vector)))
+
+
+def _times(p: Quaternion | Array, q: Quaternion | Array) -> Array:
+    return numpy.array(numpy.broadcast_arrays(*multiplied(tuple(p), tuple(q))))
+
+
+def _conjugate(q: Array) -> Array:
+    return q * numpy.array([1.0, -1.0, -1.0, -1.0]).reshape(4, *(1,) * (q.ndim - 1))
+
+
+def attitude(q: Array, convention: Convention) -> Array:
+    """Return quaternions with their scalar first, from the body to the inertial frame."""
+    q = q if convention.order == "scalar first" else numpy.roll(q, 1, axis=0)
+    return _conjugate(q) if convention.inverse else q
+
+
+def read(given: Given, convention: Convention, body: Parameters) -> Given:
+    """Return the columns as ours where the file has them in ``convention``."""
+    up, axis, length = UP[convention.up], AXIS[convention.axis], LENGTH[convention.length]
+    q = attitude(given.q, convention)
+    q = q / norm(q)
+    w = given.w * ANGLE[convention.angle] * (-1 if convention.opposite else 1)
+    w = _turn(up, _turn(q, w) if convention.in_body else w)
+    v, x = given.v, given.x
+    if v is not None:
+        v = length * _turn(up, _turn(q, v) if convention.velocity_in_body else v)
+    if x is not None:
+        x = length * _turn(up, x)
+    q = _times(_times(up, q), axis)
+    if convention.hand == "left":
+        mirror = numpy.array([[1.0], [-1.0], [1.0]])
+        w, q = -mirror * w, q * numpy.array([[1.0], [-1.0], [1.0], [-1.0]])
+        v, x = (one if one is None else one * mirror for one in (v, x))
+    k = axis_of(q)
+    centre = numpy.array([body.R * body.alpha * part for part in k])
+    if v is not None and convention.point != "cm":
+        arm = contact_arm(body, k) if convention.point == "contact" else tuple(centre)
+        v = v - numpy.array(cross(_vector(w), _vector(arm)))
+    if x is not None and convention.place == "centre":
+        x = x - centre
+    return Given(TIME[convention.time] * (given.t - given.t[0]), q, w, v, x)
+
+
+def _vector(components: Array | Vector) -> Vector:
+    return (components[0], components[1], components[2])
+
+
+def momentum(body: Parameters, k: Vector, w: Array) -> Array:
+    """Return L of the angular velocity ``w`` (3, n)."""
+    along = (body.I3 - body.I1) * dot(_vector(w), k)
+    return numpy.array([body.I1 * w[i] + along * k[i] for i in range(3)])
+
+
+class Fit(NamedTuple):
+    """How rows obey the laws that need no force: what is beyond the bounds, by residual.
+
+    ``open`` says that too little is resolved; ``jellett`` is the integral at the start.
+    """
+
+    parts: dict[str, float]
+    open: bool
+    jellett: float
+
+    def failing(self, limits: Mapping[str, float]) -> dict[str, float]:
+        """Return the parts above their limits."""
+        return {n: value for n, value in self.parts.items() if not value <= limits[n]}
+
+    @property
+    def passes(self) -> bool:
+        """Whether every residual is resolved and within its limit."""
+        return not self.open and not self.failing(LIMITS)
+
+    @property
+    def size(self) -> float:
+        """The largest part in units of what engines leave; infinite where nothing is resolved."""
+        if self.open:
+            return math.inf
+        return max((value / ENGINES[name] for name, value in self.parts.items()), default=0.0)
+
+    @property
+    def remainder(self) -> float:
+        """The geometric mean of what is left, in units of the limits."""
+        logs = [math.log(max(v / LIMITS[n], FINEST)) for n, v in self.parts.items()]
+        return math.exp(sum(logs) / len(logs))
+
+
+def fit(
+    body: Parameters,
+    given: Given,
+    rounding: Mapping[str, float],
+    terms: Terms = NO_TERMS,
+    sums: bool = True,
+) -> Fit:
+    """Return how rigid-body rows obey the laws for every force.
+
+    ``rounding`` has half a unit of the last place of t, q, w, v and x.
+    """
+    with numpy.errstate(all="ignore"):
+        rows, moving = given.rows(body), given.v is not None
+        k = axis_of(rows.q)
+        L, a, count = rows.L, contact_arm(body, k), len(rows.t)
+        u = {name: numpy.full(count, 2 * rounding.get(name, 0.0)) for name in "tqwvx"}
+        inertia = max(body.I1, body.I3)
+        omega = norm(L) / min(body.I1, body.I3)
+        if given.vectors:
+            u_L, u["w"] = u["w"], u["w"] / min(body.I1, body.I3)
+            u["v"] = u["v"] + 2 * body.R * u["w"]
+        else:
+            u_L = inertia * u["w"] + 2 * abs(body.I3 - body.I1) * omega * u["q"]
+        known = Rounding(u["t"], u["q"], u_L, u["v"], u["x"])
+        found = misfits(body, rows, known, moving, terms=terms)
+        parts: dict[str, float] = {}
+        turning = ("axis",) if given.vectors else ("spin", "axis")
+        for name in (*turning, *(("torque", "position") if moving else ())):
+            if name in found:
+                parts[name] = _beyond(found[name], sums)
+        jellett = -dot(_vector(L), a)
+        slack = 2 * body.R * (u_L + u_L[0]) + 2 * inertia * omega * body.R * (u["q"] + u["q"][0])
+        drift = abs(jellett - jellett[0]) - slack - 64 * EPS * inertia * body.R * omega
+        parts["jellett"] = _largest(drift / abs(jellett[0]))
+        scale = body.R * omega[0]
+        if moving:
+            slack = u["v"] + body.R * (u["w"] + 2 * omega * u["q"])
+            parts["lift"] = _largest((abs(lift_of(body, rows)) - slack) / scale)
+        if given.x is not None:
+            off = abs(given.x[2] / body.R - (1 - body.alpha * k[2]))
+            parts["height"] = _largest(off - u["x"] / body.R - 2 * u["q"])
+        names = ("axis", "torque") if moving else ("axis",)
+        usual = [float(numpy.sort(found[name].bound)[(count - 1) // 2]) for name in names]
+        return Fit(parts, not max(usual) < RESOLVED, float(jellett[0]))
+
+
+def _largest(values: Array) -> float:
+    return float(
+        numpy.max(numpy.where(numpy.isfinite(values), numpy.maximum(values, 0), numpy.inf))
+    )
+
+
+def _beyond(one: Misfit, sums: bool) -> float:
+    local = one.value - one.bound
+    if sums:
+        local = numpy.fmax(local, one.summed - one.summed_bound)
+    return float(numpy.nanmax(numpy.append(local, 0.0)))
+
+
+def _turned_by(vector: Array) -> Array:
+    size = numpy.sqrt((vector**2).sum(axis=0))
+    factor = numpy.where(size > 1e-12, numpy.sin(size / 2) / numpy.maximum(size, 1e-300), 0.5)
+    return numpy.concatenate((numpy.cos(size / 2)[None], factor * vector))
+
+
+def _angle_of(q: Array) -> Array:
+    """The angle (rad) of rotations."""
+    angle: Array = 2 * numpy.arctan2(numpy.sqrt((q[1:] ** 2).sum(axis=0)), abs(q[0]))
+    return angle
+
+
+def by_attitude(given: Given, body: Parameters) -> Iterator[tuple[float, Convention]]:
+    """Conventions in which the free motion from both rows of an interval meets in its middle."""
+    count = len(given.t) - 1
+    i = numpy.unique(numpy.linspace(0, count - 1, min(INTERVALS, count)).astype(int))
+    dt = given.t[i + 1] - given.t[i]
+    counts = bool(numpy.allclose(dt, numpy.rint(dt)) and dt.min() >= 1)
+    units = [
+        (time, angle, a * b)
+        for (time, a), (angle, b) in itertools.product(TIME.items(), ANGLE.items())
+        if counts or not time.startswith("rows")
+    ]
+    s = numpy.array([scale for *_, scale in units])[:, None]
+    ratio = body.I3 / body.I1
+    speed = float(numpy.sort(norm(given.w))[len(given.t) // 2])
+    for order, inverse in itertools.product(("scalar first", "scalar last"), (False, True)):
+        q = attitude(given.q / norm(given.q), Convention(order=order, inverse=inverse))
+        moved = _rms(_angle_of(_times(q[:, i + 1], _conjugate(q[:, i]))))
+        for in_body, opposite, axis in itertools.product((False, True), (False, True), "zyx"):
+            e = numpy.array(axis_of(numpy.array(AXIS[axis])))
+            w = given.w * (-1 if opposite else 1)
+            w = _turn(q, w) if in_body else w
+
+            def half(rows: Array, way: float, q: Array = q, w: Array = w, e: Array = e) -> Array:
+                k = _turn(q[:, rows], numpy.broadcast_to(e[:, None], (3, len(rows))))
+                along = (w[:, rows] * k).sum(axis=0)
+                L, d = w[:, rows] + (ratio - 1) * along * k, way * dt / 2 * s
+                spin = (1 - ratio) * along * d
+                first = _times(_turned_by(L[:, None] * d), q[:, rows][:, None])
+                return _times(first, _turned_by(e[:, None, None] * spin))
+
+            off = _angle_of(_times(half(i, 1.0), _conjugate(half(i + 1, -1.0))))
+            for (time, angle, scale), one in zip(units, _rms(off), strict=True):
+                if one < min(ROUGH, PART * moved) and speed * scale * dt.max() < FARTHEST:
+                    yield (
+                        float(one),
+                        Convention(
+                            order=order, inverse=inverse, in_body=in_body, opposite=opposite,
+                            axis=axis, time=time, angle=angle,
+                        ),
+                    )  # fmt: skip
+
+
+def _rms(values: Array) -> Array:
+    mean: Array = numpy.sqrt((values**2).mean(axis=-1))
+    return mean
+
+
+def by_geometry(given: Given, body: Parameters, partial: Convention) -> Iterator[Convention]:
+    """Ways up, ends of the axis, points and units that height and lift do not exclude."""
+    count = len(given.t)
+    at = numpy.unique(numpy.linspace(0, count - 2, min(40, count - 1)).astype(int))
+    few, next_ = given.part(at), given.part(at + 1)
+    h = TIME[partial.time] * (next_.t - few.t)
+    for up, flip in itertools.product(UP, ("", "-")):
+        one = replace(partial, up=up, axis=flip + partial.axis)
+        ours = read(few, one, body)
+        k = axis_of(ours.q)
+        arm = contact_arm(body, k)
+        swing = cross(_vector(ours.w), arm)[2]
+        places = [(length, "cm") for length in LENGTH]
+        if ours.x is not None:
+            tall = {"cm": 1 - body.alpha * k[2], "centre": 1.0}
+            places = [
+                (length, place)
+                for (length, unit), place in itertools.product(LENGTH.items(), tall)
+                if _rms(ours.x[2] * unit / body.R - tall[place]) < 0.03
+            ]
+        points = ("cm", "centre", "contact") if given.v is not None else ("cm",)
+        frames = (False, True) if given.v is not None else (False,)
+        for (length, place), point, in_body in itertools.product(places, points, frames):
+            whole = replace(one, length=length, place=place, point=point, velocity_in_body=in_body)
+            if given.v is not None:
+                here, there = read(few, whole, body), read(next_, whole, body)
+                size = float(numpy.sort(norm(here.w))[len(at) // 2])
+                least = max(0.1 * float(_rms(swing)), 0.01 * body.R * size)
+                if here.v is None or there.v is None or _rms(here.v[2] + swing) > least:
+                    continue
+                if here.x is not None and there.x is not None:
+                    moved = there.x - here.x
+                    off = moved - h * (here.v + there.v) / 2
+                    if _rms(norm(off)) > 0.25 * _rms(norm(moved)):
+                        continue
+            yield whole
+
+
+class Found(NamedTuple):
+    """A convention in which the rows obey the laws, and how; ``exactly`` or as engines do."""
+
+    convention: Convention
+    fit: Fit
+    exactly: bool
+
+
+def search(
+    given: Given, body: Parameters, rounding: Mapping[str, float], scenes_jellett: float
+) -> tuple[Fit, list[Found]]:
+    """Return how the rows fit as given, and conventions in which they do, fewest changes first."""
+    given = given.part(slice(0, LOOKED_AT))
+    as_given = Fit({}, True, scenes_jellett)
+    turning = float(numpy.sort(norm(given.w))[len(given.t) // 2]) * float(numpy.diff(given.t).max())
+    if turning < 20:
+        as_given = fit(body, read(given, OURS, body), rounding)
+    mirrored = as_given.jellett * scenes_jellett < 0
+    if as_given.passes:
+        hand = [Found(replace(OURS, hand="left"), as_given, True)] if mirrored else []
+        return as_given, hand
+    candidates: dict[Convention, tuple[int, float]] = {}
+    with numpy.errstate(all="ignore"):
+        partials = sorted(by_attitude(given, body), key=lambda pair: pair[0])
+        for off, partial in partials[:PARTIALS]:
+            for one in by_geometry(given, body, partial):
+                candidates.setdefault(one, (one.changes, off))
+    passing: list[Found] = []
+    nearly: list[Found] = []
+    for one, (changes, _) in sorted(candidates.items(), key=lambda pair: pair[1])[:TRIES]:
+        if one == OURS:
+            continue
+        if passing and changes > passing[0].convention.changes:
+            break
+        if nearly and changes > min(near.convention.changes for near in nearly) + 1:
+            break
+        found = fit(body, read(given, one, body), _scaled(rounding, one))
+        if found.passes:
+            passing.append(Found(one, found, True))
+        elif as_given.size > 1 and found.size < min(1.0, as_given.size / NEARER):
+            nearly.append(Found(one, found, False))
+    order = passing or sorted(
+        nearly,
+        key=lambda near: (len(near.fit.failing(LIMITS)), near.fit.remainder),
+    )
+    return as_given, [
+        one._replace(convention=replace(one.convention, hand="left"))
+        if one.fit.jellett * scenes_jellett < 0
+        else one
+        for one in order
+    ]
+
+
+def _scaled(rounding: Mapping[str, float], one: Convention) -> dict[str, float]:
+    length = LENGTH[one.length]
+    units = {"t": TIME[one.time], "w": ANGLE[one.angle], "v": length, "x": length, "q": 1.0}
+    return {name: value * units[name] for name, value in rounding.items()}
