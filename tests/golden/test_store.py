@@ -31,7 +31,7 @@ WITHOUT_PROOF = {
 
 
 # Their proofs by the kernel are under way.
-PENDING = {"below-threshold", "just-below-threshold", "regularised-1e-4", "track"}
+PENDING = {"regularised-1e-4", "track"}
 
 
 def test_manifests_list_the_proofs_that_ship() -> None:
