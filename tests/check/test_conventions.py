@@ -138,8 +138,8 @@ def tries(seed: int, count: int) -> list[Tried]:
 def wrong(tried: Tried) -> str:
     """Neither found first nor tied; rows at 1000 Hz are ms."""
     same = {tried.wanted, *_tied(tried.wanted)}
-    first = tried.found[:1] and [one.convention for one in tried.found if _alike(one, tried)]
-    return "" if first and same & set(first) else str((tried.wanted, tried.found[:1]))
+    first = {one.convention for one in tried.found if _alike(one, tried)}
+    return "" if same & first else str((tried.wanted, tried.found[:1]))
 
 
 def _alike(one: Found, tried: Tried) -> bool:
