@@ -30,15 +30,11 @@ WITHOUT_PROOF = {
 }  # fmt: skip
 
 
-# Their proofs by the kernel are under way.
-PENDING = {"regularised-1e-4", "track"}
-
-
 def test_manifests_list_the_proofs_that_ship() -> None:
     for name in store.scenes():
         stored = store.read(name)
         assert store.changes(stored) == []
-        assert (PROOF in stored.manifest["files"]) == (name not in WITHOUT_PROOF | PENDING)
+        assert (PROOF in stored.manifest["files"]) == (name not in WITHOUT_PROOF)
 
 
 def flip_last_digit(place: Path) -> None:

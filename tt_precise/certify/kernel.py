@@ -118,7 +118,7 @@ class Known:
 class Step:
     """A verified step: |y_i - p_i(s)| <= reach_i for t = ``time`` + ``unit`` s, 0 <= s <= length.
 
-    ``tube`` are models of y of low degree. ``costs`` are the defect d, the error q S of the flow
+    ``tube`` are models of y of low degree. ``costs`` are the defect d, the error q G of the flow
     and the growth exp(a S), by which a proposer chooses the next length.
     """
 
@@ -229,7 +229,7 @@ def advance(
             basis,
             (back * image) * box + back * added,
         ),
-        (d, (q * length).upper(), growth),
+        (d, (q * gain).upper(), growth),
     )
 
 

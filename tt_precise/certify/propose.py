@@ -22,7 +22,7 @@ MOST_FAILURES = 12  # Steps in a row that are made again, most half as long as t
 # The fastest passage of a pole in a golden scene takes steps that are a thousand times as long.
 SHORTEST = 2.0**-24
 DEFECT_BITS = 8  # The defect may exceed a rounding error of the polynomials by so many bits.
-FLOW_ERROR = 1e-5  # q S: what is lost of the errors' correlation in a step.
+FLOW_ERROR = 1e-5  # q G: how much an error may grow in a step by the error of its flow, relatively.
 GROWTH = 1e5  # exp(a S): how much the bound within the step exceeds that at its end.
 
 
