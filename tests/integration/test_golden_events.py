@@ -109,3 +109,21 @@ def test_the_comparison_notices_a_lost_event() -> None:
     lost = {kind: found[1:] for kind, found in events_of(run).items()}
     assert numpy.sum([len(found) for found in lost.values()]) < run.event_counts.total() - 1
     assert any(len(found) != len(times[kind]) for kind, found in lost.items())
+
+
+def test_noise_of_a_component_that_cancels_is_no_event() -> None:
+    """A free top that spins about its axis: theta's rate is 0, a sum of terms that cancel."""
+    still = dict.fromkeys(("theta_dot", "phi_dot", "nu_x", "nu_y"), "0")
+    body = {"alpha": "0.2736", "I1": "0.5762", "I3": "0.4953", "g": "9.8"}
+    scene = load_scene("flight").varied(theta="1.0008", omega_3="191.2162", **still, **body)
+    for precision in ("double", "extended"):
+        run = integrate(scene, precision, events=("theta_min", "theta_max"))
+        assert run.event_counts["theta_min"] == run.event_counts["theta_max"] == 0
+        assert set(run.touches) == {"theta_min", "theta_max"}
+
+
+def test_a_double_zero_at_a_separation_is_no_jump() -> None:
+    """The rate of g_n vanishes with its square where a contact of Hunt and Crossley ends."""
+    scene = load_scene("elastic-hunt-crossley").varied(until="0.3")
+    run = integrate(scene, "quad", events=("extremum:g_n",))
+    assert run.event_counts["extremum:g_n"] >= 15

@@ -335,7 +335,8 @@ class Zeros:
     def _errors(self, steps: Steps) -> tuple[Array, Array]:
         """Return errors of the functions at the ends of the steps: in the run, and in double.
 
-        The size of a component in a step is its largest term.
+        The size of a component in a step is its largest term. A step adds the terms that it omits,
+        and a rounding of the component or of the summands of its rate, whichever is larger.
         """
         terms = abs(steps.terms)
         size = terms.max(axis=1)
@@ -343,13 +344,23 @@ class Zeros:
         rounding = 2.0**-self.setup.precision.bits
         if self._lost is None:
             self._lost = numpy.full(len(size), ROUNDINGS * rounding)
-        each = rounding + numpy.where(size > 0, left / size, 0.0)
+        left += rounding * numpy.maximum(size, self._sizes_of_rates(steps) * steps.length)
+        each = numpy.where(size > 0, left / size, rounding)
         lost = self._lost[:, None] + numpy.cumsum(each, axis=1)
         self._lost, self._error = lost[:, -1], (size * lost)[:, -1]
         ends = [numpy.append(x[0], x[1, -1:]) for x in steps.at(numpy.array([0.0, 1.0]))]
         size, lost = (numpy.append(x, x[:, -1:], axis=1) for x in (size, lost))
         size[:, 1:-1] = numpy.maximum(size[:, 1:-1], size[:, :-2])
         return self._propagated(ends, size, lost)[::-1]
+
+    def _sizes_of_rates(self, steps: Steps) -> Array:
+        """Return the sizes of the summands of the components' rates where the steps begin."""
+        row = [Sized(x, abs(x)) for x in steps.terms[:, 0]]
+        rates = self.setup.layout.rates(self._body, row, SizedFunctions())
+        sizes = numpy.zeros((len(row), len(steps)))
+        for i, rate in enumerate(rates):
+            sizes[i] = rate.size if isinstance(rate, Sized) else abs(rate)
+        return sizes
 
     def _propagated(self, rows: Sequence[Array], size: Array, lost: Array) -> tuple[Array, Array]:
         """Return what errors of components make of the functions: in double, and in the run.
@@ -548,7 +559,6 @@ class Zeros:
         Raises ``InputError``: a function jumps there.
         """
         which, begin, end = points.which[high], points.position[low], points.position[high]
-        least = numpy.minimum(abs(points.value[low]), abs(points.value[high]))
         error = numpy.maximum(points.error[low], points.error[high])
         step = numpy.minimum(begin, len(steps) - 1).astype(int)
         place, slope, reach = begin - step, 0 * begin + numpy.inf, end - begin
@@ -569,7 +579,10 @@ class Zeros:
         )
         # those of the catalogue are smooth, also at the poles
         may_jump = numpy.array([event.name not in EVENTS for event in self.events])[which]
-        broken = (abs(zeros.value) > JUMP * least) & (abs(zeros.value) > error) & (reach > 0)
+        # against the value on the same side of the zero
+        before = zeros.value * direction < 0
+        beside = abs(numpy.where(before, points.value[low], points.value[high]))
+        broken = (abs(zeros.value) > JUMP * beside) & (abs(zeros.value) > error) & (reach > 0)
         for k in numpy.flatnonzero(broken & may_jump).tolist():
             raise self._broken(int(which[k]), steps, float(begin[k]))
         names = [self.events[i].name for i in which.tolist()]
