@@ -4,6 +4,7 @@ import pandas
 import pytest
 
 from tests.check.conftest import VECTORS, Engine, Healthy, check
+from tests.check.test_cases import CASES
 
 
 def causes(frame: pandas.DataFrame, friction: str = "scene") -> str:
@@ -51,3 +52,21 @@ def test_a_row_and_a_jump_are_named(healthy: Healthy) -> None:
     jump = frame.copy()
     jump.loc[401:, "Lz"] *= 1.001
     assert causes(jump) == "rows: from t = 4.01 s on the rows do not follow"
+
+
+@pytest.mark.parametrize(
+    ("case", "world"), [("unity_left_handed", "left-handed-y-up"), ("yup_body_axis_y", "y-up")]
+)
+@pytest.mark.parametrize("friction", ["scene", "other"])
+def test_a_world_is_named_and_the_file_passes_in_it(case: str, world: str, friction: str) -> None:
+    file = CASES / case / "top.csv"
+    found = check(file, "reference", friction=friction)
+    assert found.verdict == "fail"
+    assert {cause.kind for cause in found.causes} == {"convention"}
+    text = "; ".join(cause.text for cause in found.causes)
+    assert f'world="{world}"' in text
+    assert 'axis="y"' in text
+    # digits that nobody asked for are not listed as passed
+    assert "golden" not in str(found).split("passed:")[1].split("\nopen")[0]
+    found = check(file, "reference", friction=friction, world=world, axis="y")
+    assert found.failures == ()

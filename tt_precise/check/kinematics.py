@@ -46,7 +46,7 @@ UNRESOLVED = 0.25
 # An interval that is so many times as long as most is a gap, and has to be resolved.
 GAP = 5.0
 # The mean torque since the start counts so many times: steps of a right integrator leave errors of
-# either sign, which cancel in it (measured, see docs/explanation/measured.md).
+# either sign, which cancel in it.
 MEAN_COUNTS = 10.0
 MEAN_OVER = 10  # Intervals from which on it is a mean.
 # By spacing^3 the bounds fall at least (measured, 60 to 240 Hz).

@@ -321,12 +321,16 @@ class _Examination:
         )
 
     def _refuse_other_units(self, rows: Samples) -> None:
+        """Refuse rows that only units explain, unless ``explain`` can name the convention."""
         try:
             refuse_other_units(
                 self._setup, rows, self._block, self._file.names, self._file.otherwise
             )
         except InputError as error:
-            raise InputError(f"{self._file.where}: {error}") from None
+            from tt_precise.check.explain import explain
+
+            if not any(cause.kind == "convention" for cause in explain(rows, (), self.judge)):
+                raise InputError(f"{self._file.where}: {error}") from None
 
     def judge(self, rows: Samples) -> list[Check]:
         """Return what the checks find that are made row by row."""
