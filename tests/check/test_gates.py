@@ -119,8 +119,18 @@ def asserts(check: Callable[..., object], **words: Any) -> Callable[[Right, Tabl
 
 
 def is_green(given: Right, table: Table) -> None:
-    """By the law of green alone: no digits are asked for."""
-    for friction in ("scene", "other"):
+    """By the law of green alone: no digits are asked for.
+
+    Rows this far apart show another law's force to a thousandth of a column only.
+    """
+    before = given.table
+    small = table is not before and table.keys() == before.keys()
+    small = small and numpy.array_equal(table["t"], before["t"])
+    small = small and all(
+        (abs(table[name] - before[name]) <= 1e-3 * size).all() for name, size in given.sizes.items()
+    )
+    laws = ("scene",) if small else ("scene", "other")
+    for friction in laws:
         found = tt.check.conservation(
             pandas.DataFrame(table), given.scene, until=given.until, friction=friction
         )

@@ -53,9 +53,9 @@ ARITHMETICS = {
     "numpy": Arithmetic(numpy, float, float, ALL),
     "long double": Arithmetic(numpy, numpy.longdouble, float, ALL),
     "mpmath": Arithmetic(MP, MP.mpf, float, ALL),
-    "MPFR": Arithmetic(WIDE, WIDE.number, float, SOME | {"exp", "hypot"}),
+    "MPFR": Arithmetic(WIDE, WIDE.number, float, SOME | {"acos", "exp", "hypot", "log"}),
     "heyoka": Arithmetic(heyoka, heyoka.expression, compiled, ALL - {"cbrt", "hypot"}),
-    "balls": Arithmetic(Balls, arb, float, SOME | {"acos", "hypot"}),
+    "balls": Arithmetic(Balls, arb, float, SOME | {"acos", "exp", "hypot"}),
     "fractions": Arithmetic(Exponential, None, None, frozenset({"exp", "sqrt"})),
     "several doubles": Arithmetic(Graph(1, 0), None, None, SOME | {"exp"}),
 }  # fmt: skip

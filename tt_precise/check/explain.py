@@ -259,9 +259,9 @@ def _precision(rows: Samples, findings: Sequence[Check]) -> list[Cause]:
     found = precisions(rows.given)
     clock = times_of(rows.t)
     said = described({name: one for name, one in found.items() if name != "t"})
-    said = "; ".join(part for part in (said, f"t: {clock.words}" if clock.words else "") if part)
-    if not said:
+    if not said:  # few decimals of times alone are those of a round spacing
         return []
+    said = "; ".join(part for part in (said, f"t: {clock.words}" if clock.words else "") if part)
     part = 0.0
     for names in VECTORS[1:]:
         size = max((float(abs(rows.given[n]).max()) for n in names if n in rows.given), default=0.0)

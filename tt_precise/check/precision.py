@@ -129,6 +129,10 @@ def times_of(t: Array) -> Times:
         if whole and abs(nice / step - 1) * count < 0.05:
             step = nice
             break
+    places = step / (2 * found.half_unit)
+    if "floats" not in found.words and abs(places - round(places)) < 1e-6:
+        # a grid that is written without rounding is even, or the rows are not
+        return Times(t, found.half_unit, found.words)
     off = t - step * rows
     off -= (off.max() + off.min()) / 2
     if float(abs(off).max()) <= 2.1 * found.half_unit:

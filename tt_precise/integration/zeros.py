@@ -63,10 +63,15 @@ JUMP = 2.0**-3  # of the values beside a zero: a function that is as large at th
 # Weight of undecided points between two signs that count: an extremum has 2, the end of a step 1.
 # A tangency has an extremum, and perhaps the end of a step; more is noise.
 TANGENCY = 3
-# Bounds of intervals in the first step, in units of the step. Series of the start have GUARD bits
-# more than the run, and FIRST_ORDER terms, one more for 20 bits.
-SHRINKING = 2.0 ** -numpy.arange(48.0, 0.0, -10.0)
+# Series of the start have GUARD bits more than the run, and FIRST_ORDER terms, one more for 20
+# bits. They are read up to this part of the first step.
 FIRST_ORDER, GUARD = 8, 40
+FIRST_PART = 2.0**-8
+
+
+def shrinking(bits: int) -> Array:
+    """Return bounds of intervals in the first step, from a rounding of the step to FIRST_PART."""
+    return 2.0 ** -numpy.arange(float(bits - (bits - 8) % 10), 0.0, -10.0)
 
 
 class Points(NamedTuple):
@@ -203,7 +208,7 @@ class Zeros:
             near = numpy.flatnonzero(abs(value[:, 0]) <= doubt[:, 0])
             if len(near):
                 self._read_start(steps, near)
-                low[near, 0], value[near, 0] = SHRINKING[-1], self._sign[near]
+                low[near, 0], value[near, 0] = FIRST_PART, self._sign[near]
                 certain[near, 0] = single[near, 0] = False
         unclear = ~certain | ((changes == 1) & ~single)
         which, step = numpy.nonzero(single)
@@ -254,19 +259,20 @@ class Zeros:
         sizes = abs(first.terms).max(axis=1)
         left = numpy.array([[abs(float(c[-1])) * OMITTED] for c in terms])
         rounding = 2.0 ** -(bits + GUARD)
-        relative = rounding + numpy.where(sizes > 0, left / sizes, 0.0) * SHRINKING[1:] ** order
+        bounds = shrinking(bits)
+        relative = rounding + numpy.where(sizes > 0, left / sizes, 0.0) * bounds[1:] ** order
         ends = [numpy.append(x[0], x[1]) for x in first.at(numpy.array([0.0, 1.0]))]
         errors = [
             (self._sizes(ends, sizes * x[:, None] / rounding) * rounding)[near].max(axis=1)
             for x in relative.T
         ]
-        low, width, count = SHRINKING[:-1], numpy.diff(SHRINKING), len(near)
+        low, width, count = bounds[:-1], numpy.diff(bounds), len(near)
         which, error = numpy.tile(near, len(low)), numpy.concatenate(errors)
         parts, inner = self._divided(
             first, which, 0 * which, numpy.repeat(low, count), numpy.repeat(width, count), error,
             error,
         )  # fmt: skip
-        at, last = numpy.full(count, SHRINKING[-1]), errors[-1]
+        at, last = numpy.full(count, FIRST_PART), errors[-1]
         end = self._values(first, near, 0 * near, at, last)
         found._settle(first, _joined(Points(near, at, end, last, last, 0 * at), inner), parts)
         return found
@@ -563,11 +569,7 @@ class Zeros:
         step = numpy.minimum(begin, len(steps) - 1).astype(int)
         place, slope, reach = begin - step, 0 * begin + numpy.inf, end - begin
         if len(intervals.which):
-            apart = len(steps) + 2
-            key = intervals.which * apart + intervals.position
-            order = numpy.argsort(key)
-            mine = numpy.searchsorted(key[order], which * apart + begin, side="right") - 1
-            mine = order[numpy.maximum(mine, 0)]
+            mine = _last_before(intervals, which, begin)
             origin, width = intervals.position[mine], intervals.width[mine]
             inside = (intervals.which[mine] == which) & (begin >= origin) & (begin < origin + width)
             left, right = (numpy.clip((x - origin) / width, 0, 1) for x in (begin, end))
@@ -688,6 +690,20 @@ def _halved(function: Callable[..., Array], bracket: _Bracket) -> tuple[Array, A
         if not inside.any():
             return middle, value
         low, high = numpy.where(behind, low, middle), numpy.where(behind, middle, high)
+
+
+def _last_before(intervals: Intervals, which: Array, position: Array) -> Array:
+    """Return for each position of a function the interval of that function that begins last."""
+    count = len(intervals.which)
+    functions = numpy.concatenate([intervals.which, which])
+    positions = numpy.concatenate([intervals.position, position])
+    # a stable order: an interval that begins at a position comes first
+    order = numpy.lexsort((positions, functions))
+    asked = order >= count
+    before = numpy.maximum(numpy.cumsum(~asked) - 1, 0)
+    last = numpy.empty(len(which), dtype=int)
+    last[order[asked] - count] = order[~asked][before[asked]]
+    return last
 
 
 def _joined(first: Any, second: Any) -> Any:
