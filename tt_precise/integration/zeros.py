@@ -28,6 +28,7 @@ import numpy
 
 from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import EVENTS, MOST_EVENTS, EventRecord, Found, too_many_events
+from tt_precise.integration.roots import Bracket, refined
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.steps import Steps, Wide, horner
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
@@ -577,7 +578,7 @@ class Zeros:
             place = numpy.where(inside, origin - step + width * root, place)
             slope = numpy.where(inside, rate / width, slope)
         zeros = self._zeros(
-            steps, which, step, _Bracket(place, begin - step, end - step, slope, direction)
+            steps, which, step, Bracket(place, begin - step, end - step, slope, direction)
         )
         # those of the catalogue are smooth, also at the poles
         may_jump = numpy.array([event.name not in EVENTS for event in self.events])[which]
@@ -595,12 +596,12 @@ class Zeros:
         if len(self._hits) > MOST_EVENTS:
             raise too_many_events()
 
-    def _zeros(self, steps: Steps, which: Array, step: Array, bracket: _Bracket) -> _Zero:
+    def _zeros(self, steps: Steps, which: Array, step: Array, bracket: Bracket) -> _Zero:
         """Return the zeros of functions in steps, to the last bits of the run."""
         wide = steps.wide
         if not wide:
             function = partial(self._in_double, steps, which, step)
-            place, left = _refined(function, bracket, POLISHED, SETTLED * DOUBLE)
+            place, left = refined(function, bracket, POLISHED, SETTLED * DOUBLE)
             times = (steps.begin[step] + place * steps.length[step]).tolist()
             states = numpy.array(steps.inside(step, place)).T.tolist()
             return _Zero(times, list(map(tuple, states)), left)
@@ -610,7 +611,7 @@ class Zeros:
         for i in set(which.tolist()):
             here = which == i
             function, part = partial(self._in_wide, wide, i, step[here]), bracket.of(here)
-            place[here], left[here] = _refined(
+            place[here], left[here] = refined(
                 function, part, POLISHED + bits // 50, SETTLED * 2.0**-bits
             )
         when, row = wide.rows(step, place)
@@ -628,68 +629,12 @@ class Zeros:
         return self._of_wide(wide, i, wide.rows(step[rows], place)[1])
 
 
-class _Bracket(NamedTuple):
-    """A place near a zero of a function, places before and behind it, and its slope."""
-
-    place: Array
-    low: Array
-    high: Array
-    slope: Array
-    direction: Array
-
-    def of(self, rows: Array) -> _Bracket:
-        """Return some of the rows."""
-        return _Bracket(*(x[rows] for x in self))
-
-
 class _Zero(NamedTuple):
     """Times and states of zeros, and the values of the functions there."""
 
     times: list[Scalar]
     states: list[tuple[Scalar, ...]]
     value: Array
-
-
-def _refined(
-    function: Callable[..., Array], bracket: _Bracket, most: int, settled: float
-) -> tuple[Array, Array]:
-    """Return the zeros of a function, and its values there.
-
-    By at most ``most`` secants, which end when a move is shorter than ``settled`` times the place,
-    or longer than the one before. That is noise if the place has half its digits. Where it has
-    not, as at a multiple zero, a kink or a jump, the bracket is halved.
-    """
-    place, slope, reach = bracket.place, bracket.slope, bracket.high - bracket.low
-    value, rows, last = function(place), numpy.arange(len(place)), reach.copy()
-    for _ in range(most):
-        move = value[rows] / slope
-        size = abs(move)
-        near = (size <= reach).astype(bool)
-        last[rows[near]] = move[near]
-        going = near & (size > settled * abs(place[rows])).astype(bool)
-        rows, move = rows[going], move[going]
-        if not len(rows):
-            break
-        before, place[rows] = value[rows], place[rows] - move
-        value[rows] = function(place[rows], rows)
-        slope, reach = (before - value[rows]) / move, size[going]
-    rows = numpy.flatnonzero((abs(last) > settled**0.5 * abs(place)).astype(bool))
-    if len(rows):
-        place[rows], value[rows] = _halved(partial(function, rows=rows), bracket.of(rows))
-    return place, value
-
-
-def _halved(function: Callable[..., Array], bracket: _Bracket) -> tuple[Array, Array]:
-    """Return the zeros of a function by halving brackets until rounding ends it."""
-    low, high = bracket.low, bracket.high
-    while True:
-        middle = (low + high) / 2
-        value = function(middle)
-        behind = (value * bracket.direction >= 0).astype(bool)
-        inside = ((low < middle) & (middle < high)).astype(bool)
-        if not inside.any():
-            return middle, value
-        low, high = numpy.where(behind, low, middle), numpy.where(behind, middle, high)
 
 
 def _last_before(intervals: Intervals, which: Array, position: Array) -> Array:
