@@ -175,7 +175,7 @@ def test_coulombs_law_is_not_blamed_without_the_reason(monkeypatch: Patch) -> No
 def test_other_precision_and_steps_intersect(
     short: tt.Scene, proof: Proof, monkeypatch: Patch
 ) -> None:
-    monkeypatch.setattr("tt_precise.certify.propose.FIRST", 0.11)
+    monkeypatch.setattr("tt_precise.certify.propose.FIRST", 0.1137)
     other = prove(short, bits=150)
     begins, others = (
         {str(segment.step.time) for segment in one.enclosure.segments[1:]} for one in (proof, other)
