@@ -236,23 +236,25 @@ def _growing(way: int) -> Callable[[Sequence[Any]], list[Any]]:
 def a_component_that_stays_zero_is_exact(trusted: Any) -> None:
     """x' = x^2 y from x = 0; no other start is accepted for it."""
     one = Enclosing(trusted, lambda y: [y[0] * y[0] * y[1], y[1]], [arb(0), arb(1)], 30)
-    assert one.known.free == [1]
+    assert one.states.free == [1]
     one.on(arb(0.5))
     assert one.at(arb(0.5))[0].is_zero()
     # a rate that is always zero does not make it so
     one = Enclosing(trusted, lambda y: [y[0] * 0, y[1]], [arb(0), arb(1)], 30)
-    assert one.known.free == [1]
+    assert one.states.free == [1]
     begin = [arb(2) ** -90, arb(1)]
     with pytest.raises(NotProved, match="stay zero"):
-        trusted.kernel.advance(one.equations, one.known, 0, arb(0.5), begin)
+        trusted.kernel.advance(one.equations, one.states, 0, arb(0.5), begin)
 
 
 @control
 def that_a_component_stays_zero_is_verified(trusted: Any) -> None:
     """x' = y from x = 0 and y = 1, as if x were to stay zero."""
     one = Enclosing(trusted, lambda y: [y[1], y[1] * 0], [arb(0), arb(1)], 5)
-    assert one.known.free == [0, 1]
-    one.known = replace(one.known, free=[1], box=arb_mat(1, 1, [arb(0)]), basis=arb_mat([[arb(1)]]))
+    assert one.states.free == [0, 1]
+    one.states = replace(
+        one.states, free=[1], box=arb_mat(1, 1, [arb(0)]), basis=arb_mat([[arb(1)]])
+    )
     with pytest.raises(NotProved, match="stay zero"):
         one.on(arb(1) / 4)
 

@@ -87,27 +87,27 @@ class Enclosing:
         self.trusted, kernel = trusted, trusted.kernel
         self.weights = [arb(weight) for weight in weights]
         self.equations = kernel.Equations(trusted.models.Rates(rates, len(start)), BITS, order)
-        self.known = kernel.Known.of(self.equations, arb(0), [arb(x) for x in start])
+        self.states = kernel.StateSet.of(self.equations, arb(0), [arb(x) for x in start])
         self.step: Any = None
 
     def on(self, length: Any, power: int = 0, shift: Any = 0) -> None:
-        """Take one more step, from the middle of what is known, or ``shift`` from it.
+        """Take one more step, from the middle of the states, or ``shift`` from it.
 
         ``shift`` is that of each component, or of all that are not always zero.
         """
-        shifts = shift if isinstance(shift, list) else [shift] * len(self.known.middle)
-        pairs = enumerate(zip(self.known.state, shifts, strict=True))
-        free = self.known.free
+        shifts = shift if isinstance(shift, list) else [shift] * len(self.states.middle)
+        pairs = enumerate(zip(self.states.state, shifts, strict=True))
+        free = self.states.free
         begin = [(x.mid() + y).mid() if i in free else x.mid() for i, (x, y) in pairs]
         kernel = self.trusted.kernel
         choice = kernel._weights
         if self.weights:
             kernel._weights = lambda band: self.weights
         try:
-            self.step = kernel.advance(self.equations, self.known, power, arb(length), begin)
+            self.step = kernel.advance(self.equations, self.states, power, arb(length), begin)
         finally:
             kernel._weights = choice
-        self.known = self.step.after
+        self.states = self.step.after
 
     @property
     def length(self) -> arb:
@@ -115,7 +115,7 @@ class Enclosing:
 
     @property
     def finish(self) -> arb:
-        return self.known.time
+        return self.states.time
 
     def at(self, s: Any) -> Any:
         """Return the states at a local time of the last step."""
@@ -123,7 +123,7 @@ class Enclosing:
 
     def last(self) -> Any:
         """Return the states at the end of the last step."""
-        return self.known.state
+        return self.states.state
 
     def zeros(self, function: Any, until: Any = None, double: Any = ()) -> Any:
         """Return direction and time of the zeros in the last step."""

@@ -7,8 +7,8 @@ MUTANTS = [
     # S1
     Mutant(
         "defect = 0", K,
-        "for numbers in (defects, (known.basis * box).entries())",
-        "for numbers in ([x * 0 for x in defects], (known.basis * box).entries())",
+        "for numbers in (defects, (states.basis * box).entries())",
+        "for numbers in ([x * 0 for x in defects], (states.basis * box).entries())",
         "s1_a_coarse_exponential",
     ),
     Mutant(
@@ -105,7 +105,7 @@ MUTANTS = [
     # from step to step
     Mutant(
         "gaps not added", K,
-        "box = known.box + known.basis.inv()", "box = known.box + 0 * known.basis.inv()",
+        "box = states.box + states.basis.inv()", "box = states.box + 0 * states.basis.inv()",
         "gaps_between_pieces_count",
     ),
     # the weights
@@ -317,8 +317,8 @@ MUTANTS = [
         "if not (over or positive(", "if not (True or positive(",
         "equations_that_end_otherwise_are_refused",
     ),
-    Mutant("known states that are not restored", W,
-        "ended = self._happened(step)\n", "self.known = step.after\n"
+    Mutant("states that are not restored", W,
+        "ended = self._happened(step)\n", "self.states = step.after\n"
         "                ended = self._happened(step)\n",
         "a_step_is_made_again_from_the_same_states",
     ),

@@ -75,7 +75,7 @@ def _run(*arguments: str) -> int:
 
 
 def compared(stored: Stored, proof: Proof) -> Comparison:
-    return compare(stored, proof.enclosed)
+    return compare(stored, proof.observations)
 
 
 def test_every_printed_digit_is_proved(stored: Stored) -> None:
@@ -226,7 +226,7 @@ def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, place: Pat
     assert proofs.complaints(store.read(NAME, folder), record) == []
     found = proofs.established(stored.scene, folder)
     assert found.record is not None, found.why
-    proof = prove(stored.scene).enclosed
+    proof = prove(stored.scene).observations
     for t, state in proof.rows:
         for name, exact in state.items():
             ball = found.at(name, str(exact_decimal(t)))

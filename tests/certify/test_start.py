@@ -68,7 +68,7 @@ def test_roots_of_rational_numbers() -> None:
 @pytest.mark.parametrize("name", ["upright", "rocking"])
 def test_what_vanishes_identically_is_no_event(name: str) -> None:
     scene = replace(tt.load_scene(name), until=Fraction(1, 50))
-    assert prove(scene).enclosed.events["phi_dot_zero"] == []
+    assert prove(scene).observations.events["phi_dot_zero"] == []
 
 
 @pytest.mark.parametrize("name", ["reference", "kicked", "tippetopsim", "rolling"])
@@ -115,12 +115,12 @@ def test_a_function_that_vanishes_formally_is_refused(name: str) -> None:
 
 def test_phi_dot_that_only_touches_zero_changes_no_sign() -> None:
     # it comes back to zero with each nutation, without friction
-    events = prove(tt.load_scene("frictionless").varied(until="0.1")).enclosed.events
+    events = prove(tt.load_scene("frictionless").varied(until="0.1")).observations.events
     assert len(events["theta_max"]) >= 2
     assert events["phi_dot_zero"] == []
     # with the smallest friction nothing of the kind is known, and it is no longer so
     rubbed = prove(tt.load_scene("frictionless").varied(until="0.1", mu="0.001"))
-    assert len(rubbed.enclosed.events["phi_dot_zero"]) > 0
+    assert len(rubbed.observations.events["phi_dot_zero"]) > 0
 
 
 # Seeded starts whose signs at t = 0 are hard to decide: no proof that another run contradicts.
@@ -163,11 +163,11 @@ def contradictions(seed: int) -> list[str]:
         proof = prove(scene)
     except NotProved:
         return []
-    if proof.lost is not None:
+    if proof.end_time is not None:
         return []
     run = tt.integrate(scene, precision="mp", bits=240, events=catalogue(scene.model))
     lines = []
-    for name, found in proof.enclosed.events.items():
+    for name, found in proof.observations.events.items():
         rows = run.events[run.events["name"] == name]
         if list(rows["direction"]) != [one.direction for one in found]:
             lines.append(f"seed {seed}, {name}: proved {found}, found {list(rows['t'])}")

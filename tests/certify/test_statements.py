@@ -41,8 +41,8 @@ def proof(short: tt.Scene) -> Proof:
 
 
 def test_the_proof_reaches_the_horizon(proof: Proof) -> None:
-    assert proof.lost is None
-    assert len(proof.enclosed.rows) == 11
+    assert proof.end_time is None
+    assert len(proof.observations.rows) == 11
     finer = proof.scene.varied(sample_every="0.0001")
     frame = tt.integrate(finer).frame("g_n", numbers="float")
     weight = float(proof.scene.body.m * proof.scene.body.g)
@@ -112,7 +112,7 @@ def test_a_flight_ends_where_the_top_comes_down() -> None:
     scene = tt.load_scene("flight").varied(rise="-2")
     proof, run = prove(scene), tt.integrate(scene, precision="quad")
     assert run.status == "landed"
-    (landed,) = proof.enclosed.events["landed"]
+    (landed,) = proof.observations.events["landed"]
     assert landed.direction == -1
     assert abs(landed.time - arb(str(run.t_end))) < 1e-28
     assert landed.state["height"].contains(0)  # type: ignore[union-attr]
@@ -127,7 +127,7 @@ def agree_on_events(proof: Proof, width: float) -> None:
     """With those that heyoka finds, no more and no fewer; times in balls so narrow."""
     run = tt.integrate(proof.scene, precision="quad", events=catalogue("gliding"))
     for name in catalogue("gliding"):
-        found = proof.enclosed.events[name]
+        found = proof.observations.events[name]
         rows = run.events[run.events["name"] == name]
         assert [one.direction for one in found] == list(rows["direction"])
         for one, time in zip(found, rows["t"], strict=True):
@@ -139,7 +139,11 @@ def agree_on_events(proof: Proof, width: float) -> None:
 def test_an_elastic_table_lets_go_and_takes_again(pressed: tt.Scene) -> None:
     proof = prove(pressed)
     agree_on_events(proof, 1e-36)
-    assert len(proof.enclosed.events["separation"]) == len(proof.enclosed.events["landing"]) == 1
+    assert (
+        len(proof.observations.events["separation"])
+        == len(proof.observations.events["landing"])
+        == 1
+    )
     finer = tt.integrate(pressed, precision="mp", bits=240)
     holds(proof, finer, pressed.until, 1e-36, 1e-60)
 
@@ -213,11 +217,11 @@ def test_lost_contact_ends_the_proof(short: tt.Scene) -> None:
     found = tt.integrate(scene, precision="quad")
     assert found.status == "contact_lost"
     proof = prove(scene)
-    assert proof.lost is not None
-    assert abs(proof.lost - arb(str(found.t_end))) < 1e-25
-    (lost,) = proof.enclosed.events["contact_lost"]
+    assert proof.end_time is not None
+    assert abs(proof.end_time - arb(str(found.t_end))) < 1e-25
+    (lost,) = proof.observations.events["contact_lost"]
     assert lost.direction == -1
-    assert len(proof.enclosed.rows) < 11
+    assert len(proof.observations.rows) < 11
 
 
 def test_nothing_is_said_of_what_follows_the_horizon() -> None:
@@ -225,7 +229,7 @@ def test_nothing_is_said_of_what_follows_the_horizon() -> None:
     late = tt.integrate("contact-lost", digits=15).at("1.3")
     scene = tt.load_scene("contact-lost").from_state(late, until="0.0367")
     proof = prove(scene)
-    assert proof.lost is None
+    assert proof.end_time is None
     assert proof.state("0.0367")["kx"] is not None
     assert proof.normal_force_bound > 0
     for seconds in ("0.0368", "0.03693"):
@@ -236,22 +240,22 @@ def test_nothing_is_said_of_what_follows_the_horizon() -> None:
 def test_a_climb_that_precesses_backwards_has_no_times_in_definition_c(short: tt.Scene) -> None:
     start = {"theta": "1.5", "theta_dot": "8", "phi_dot": "-2", "omega_3": "-30"}
     proof = prove(short.varied(**start, until="1/60"))
-    assert proof.enclosed.events["phi_dot_zero"] == []
-    assert all(state["phi_dot"] < 0 for _, state in proof.enclosed.rows)  # type: ignore[operator]
+    assert proof.observations.events["phi_dot_zero"] == []
+    assert all(state["phi_dot"] < 0 for _, state in proof.observations.rows)  # type: ignore[operator]
     times = proof.inversion
     assert times.equator > 0
     assert (times.C.t_init, times.C.t_end) == (None, None)
     assert times.B.t_init == 0
 
 
-def test_what_the_definitions_compare_has_to_be_decided(proof: Proof) -> None:
-    events = dict(proof.enclosed.events)
+def test_undecided_comparisons_of_the_definitions_prove_nothing(proof: Proof) -> None:
+    events = dict(proof.observations.events)
     first, *rest = events["theta_min"]
     blurred = {**first.state, "phi_dot": arb(0, 1)}
     climb = first._replace(direction=-1, time=arb("0.09999"))
     found = {"equator": [climb], "theta_min": [first._replace(state=blurred), *rest]}
     other = replace(proof)
-    other.__dict__["enclosed"] = proof.enclosed._replace(events={**events, **found})
+    other.__dict__["observations"] = proof.observations._replace(events={**events, **found})
     with pytest.raises(NotProved, match="sign of phi_dot"):
         _ = other.inversion
 
@@ -266,7 +270,7 @@ def whole() -> Proof:
     """All 8 s of the reference scene: minutes."""
     made = prove("reference")
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 2 * 1024**2  # KiB
-    assert len(made.enclosed.rows) == 801
+    assert len(made.observations.rows) == 801
     return made
 
 

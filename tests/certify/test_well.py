@@ -13,7 +13,7 @@ from flint import arb
 import tt_precise as tt
 from tt_precise.certify import NotProved
 from tt_precise.certify.balls import Balls, ball
-from tt_precise.certify.well import BITS, forever, held
+from tt_precise.certify.well import BITS, forever, trapping_region
 from tt_precise.golden import store
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
@@ -79,18 +79,18 @@ def test_the_least_energy_is_stationary_where_the_top_tumbles() -> None:
         ("contact-lost", "1", "W"),
     ],
 )
-def test_what_is_not_held(name: str, t: str, why: str) -> None:
+def test_states_without_a_trapping_region(name: str, t: str, why: str) -> None:
     with pytest.raises(NotProved, match=why):
-        held(tt.load_scene(name), Fraction(t), states(name)(Fraction(t)))
+        trapping_region(tt.load_scene(name), Fraction(t), states(name)(Fraction(t)))
 
 
 def test_more_energy_than_there_is_is_noticed() -> None:
     # the same state with the contact point gliding at 0.5 m/s
     scene, state = tt.load_scene("reference"), states("reference")(Fraction(7))
-    assert held(scene, Fraction(7), state).force > 0
+    assert trapping_region(scene, Fraction(7), state).force > 0
     gliding = arb("0.5") / Units.of(scene.body, Balls, ball).of_dimension(STATE_DIMENSIONS["vx"])
     with pytest.raises(NotProved, match="W"):
-        held(scene, Fraction(7), state._replace(vx=state.vx + gliding))
+        trapping_region(scene, Fraction(7), state._replace(vx=state.vx + gliding))
 
 
 def test_the_reference_inverts_for_ever() -> None:

@@ -133,16 +133,16 @@ def outward(exact: arb, figures: int) -> tuple[str, str]:
     The radius is one unit of the last figure, or more where the ball is wider.
     """
     low, high = bounds(exact)
-    middle = rounded((low + high) / 2, ROUND_HALF_EVEN, figures)
+    middle = round_to((low + high) / 2, ROUND_HALF_EVEN, figures)
     number = Decimal(middle)
     distance = max(high - Fraction(number), Fraction(number) - low)
     if not distance:
         return middle, "0"
     unit = Fraction(10) ** (number.adjusted() - figures + 1 if number else -figures)
-    return middle, rounded(max(distance, unit), ROUND_CEILING, 1)
+    return middle, round_to(max(distance, unit), ROUND_CEILING, 1)
 
 
-def rounded(number: Fraction, rounding: str, figures: int) -> str:
+def round_to(number: Fraction, rounding: str, figures: int) -> str:
     """An exact number as a decimal with so many figures, rounded in the given direction."""
     if not number:
         return "0"

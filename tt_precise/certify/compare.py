@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from flint import arb
 
-from tt_precise.certify.balls import ball, bounds, rounded
+from tt_precise.certify.balls import ball, bounds, round_to
 from tt_precise.golden.digits import DIGITS, PRINTED, ZERO, digits_of, scale_of
 from tt_precise.golden.runs import ORDER, SAME_TIME, columns, exact_decimal
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
@@ -55,7 +55,7 @@ class Enclosed(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """How many numbers are printed, proved to be correctly rounded, and proved not to be."""
+    """Counts of printed numbers: all, proved correctly rounded, proved wrong."""
 
     numbers: int = 0
     rounded: int = 0
@@ -83,7 +83,7 @@ class Comparison(NamedTuple):
 
     @property
     def undecided(self) -> bool:
-        """Whether narrower balls may prove more."""
+        """True where narrower balls may prove more."""
         return self.total.rounded + self.total.wrong < self.total.numbers and not self.mismatches
 
     @property
@@ -124,7 +124,7 @@ def _rows(stored: Stored, enclosed: Enclosed) -> tuple[list[State], list[str]]:
         return nothing, problems
     proved: list[tuple[str | None, State]] = [
         (
-            exact_decimal(seconds) or rounded(seconds, ROUND_HALF_EVEN, DIGITS),
+            exact_decimal(seconds) or round_to(seconds, ROUND_HALF_EVEN, DIGITS),
             {"t": ball(seconds), **state},
         )
         for seconds, state in enclosed.rows
@@ -201,7 +201,7 @@ def _misprints(file: str, table: Table) -> list[str]:
 
 
 def is_whole(cell: str) -> bool:
-    """Whether a cell is 0, or a number in the one form that golden data have, with all digits."""
+    """Test a cell: 0, or a number in the one form of golden data, with all digits."""
     if cell == ZERO:
         return True
     _, _, exponent = cell.partition("e")
@@ -211,7 +211,7 @@ def is_whole(cell: str) -> bool:
 
 
 def _numbers(cells: Sequence[str]) -> list[str]:
-    """Those that are written as numbers."""
+    """The cells that are numbers."""
     return [cell for cell in cells if is_whole(cell)]
 
 
@@ -232,7 +232,7 @@ def _disorder(table: Table) -> list[str]:
 def _tallies(
     table: Table, states: Sequence[State], scales: Mapping[str, Decimal]
 ) -> dict[str, Tally]:
-    """What is proved of each column of numbers; a trajectory's times are exact."""
+    """A tally for each column of numbers; a trajectory's times are exact."""
     skipped = LABELS if "name" in table.columns else ("t",)
     return {
         name: tally(
@@ -257,7 +257,7 @@ def tally(cells: Iterable[tuple[str, arb | None]], zero: Fraction) -> Tally:
 
 
 def rounding_of(text: str, exact: arb, zero: Fraction = Fraction(0)) -> bool | None:
-    """Whether a printed decimal is proved to be the correctly rounded number in a ball.
+    """True if a printed decimal is proved to be the correctly rounded number in a ball.
 
     None if neither that nor the contrary is proved. ``zero`` is the largest size of a number that
     is printed as "0".

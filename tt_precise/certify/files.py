@@ -15,7 +15,7 @@ from pathlib import Path
 
 from flint import arb
 
-from tt_precise.certify.balls import NotProved, bounds, outward, rounded
+from tt_precise.certify.balls import NotProved, bounds, outward, round_to
 from tt_precise.certify.compare import Comparison, compare
 from tt_precise.certify.statements import BITS, Proof, prove
 from tt_precise.golden import store
@@ -34,7 +34,7 @@ INCIDENTAL = ("bits", "steps", "conserved_within", "versions")
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was proved about the golden data of one scene; ``content`` becomes ``proof.json``."""
+    """Statements proved about one scene's golden data; ``content`` becomes ``proof.json``."""
 
     content: dict[str, Json]
     compared: Comparison
@@ -47,7 +47,7 @@ class Certificate:
 
     @property
     def complete(self) -> bool:
-        """Whether every printed number, event and time is proved."""
+        """True if every printed number, event and time is proved."""
         return not self.objection
 
 
@@ -135,7 +135,7 @@ def certificate_of(stored: Stored, bits: int = BITS) -> Certificate:
         more = bits + MORE_BITS <= MOST_BITS
         try:
             proof = prove(stored.scene, bits)
-            compared = compare(stored, proof.enclosed)
+            compared = compare(stored, proof.observations)
             if not (compared.undecided and more):
                 return Certificate(statements(stored, proof, compared), compared)
         except NotProved as why:
@@ -157,12 +157,12 @@ def statements(stored: Stored, proof: Proof, compared: Comparison) -> dict[str, 
         "steps": len(proof.enclosure.segments),
         "entries": total.numbers,
         "rounded": total.rounded,
-        "proved_events": {name: len(found) for name, found in proof.enclosed.events.items()},
+        "proved_events": {name: len(found) for name, found in proof.observations.events.items()},
         "contact": _contact(proof),
         "inversion": _inversion(proof),
         "forever": _forever(proof),
         "conserved_within": {
-            name: rounded(bounds(bound)[1], ROUND_CEILING, 2)
+            name: round_to(bounds(bound)[1], ROUND_CEILING, 2)
             for name, bound in proof.drift_bounds.items()
         },
         "versions": {"python-flint": importlib.metadata.version("python-flint")},
@@ -173,10 +173,10 @@ def _contact(proof: Proof) -> dict[str, Json]:
     # E' = -mu g_n v^2 (after eq (1)), so the sign of g_n settles that of E'; rolling conserves E
     if proof.scene.lifts:
         return {"g_n_positive": "while there is contact"}
-    if proof.lost is not None:
-        lost = _number(proof.lost, TIME_DIGITS)
+    if proof.end_time is not None:
+        lost = _number(proof.end_time, TIME_DIGITS)
         return {"g_n_positive": "until contact is lost", "lost_at_s": lost}
-    least = rounded(bounds(proof.normal_force_bound)[0], ROUND_FLOOR, 6)
+    least = round_to(bounds(proof.normal_force_bound)[0], ROUND_FLOOR, 6)
     # positive at all times, as the phase would have ended
     return {"g_n_positive": True, "g_n_at_least_mg": least, "energy_never_grows": True}
 

@@ -77,7 +77,7 @@ class Equations:
 
 
 @dataclass(frozen=True)
-class Known:
+class StateSet:
     """All states of the solution at a ``time``: ``middle`` + ``basis`` z with z in ``box``.
 
     Only the components ``free`` have errors; the others are zero exactly, for all time.
@@ -90,7 +90,7 @@ class Known:
     box: arb_mat
 
     @classmethod
-    def of(cls, equations: Equations, time: arb, state: Sequence[arb]) -> Known:
+    def of(cls, equations: Equations, time: arb, state: Sequence[arb]) -> StateSet:
         """Return the states in a box of balls.
 
         Raises ``NotProved``: one of them is not finite.
@@ -129,7 +129,7 @@ class Step:
     p: list[arb_poly]
     reach: list[arb]
     tube: list[TaylorModel]
-    after: Known
+    after: StateSet
     costs: tuple[arb, arb, arb]
 
     @property
@@ -160,26 +160,26 @@ class Step:
 
 def advance(
     equations: Equations,
-    known: Known,
+    states: StateSet,
     power: int,
     length: arb,
     start: Sequence[arb] | None = None,
 ) -> Step:
-    """Verify S1 to S4 for one step from all states that are ``known``, in units of time 2^power.
+    """Verify S1 to S4 for one step from all ``states``, in units of time 2^power.
 
-    The polynomials are the Taylor series from ``start``, by default from the middle of the known
-    states. Any exact start and length are allowed.
+    The polynomials are the Taylor series from ``start``, by default from the middle of the states.
+    Any exact start and length are allowed.
 
     Raises ``NotProved``: a hypothesis could not be verified; a shorter step may do.
     """
     if not (length > 0 and length.is_exact()):
         raise NotProved("S1", "a step has no exact, positive length")
-    rates, free, n = equations.rates, known.free, len(known.free)
+    rates, free, n = equations.rates, states.free, len(states.free)
     unit = arb(2) ** power
-    p = _taylor(equations, start or known.state, power, length)
+    p = _taylor(equations, start or states.state, power, length)
     # to where the polynomials begin, which is not quite the start
-    gaps = [known.middle[i] - p[i](arb(0)) for i in free]
-    box = known.box + known.basis.inv() * arb_mat(n, 1, gaps)
+    gaps = [states.middle[i] - p[i](arb(0)) for i in free]
+    box = states.box + states.basis.inv() * arb_mat(n, 1, gaps)
     frame, low = Frame(length, equations.order), Frame(length, LOW)
     exact = rates([TaylorModel(x, frame) for x in p])
     defects = [(polynomial(exact[i], 0) * unit - p[i].derivative())(frame.interval) for i in free]
@@ -193,14 +193,14 @@ def advance(
         flow, q = _flow(jacobian, low, w)
     d, before = (
         _norm([x / weight for x, weight in zip(numbers, w, strict=True)])
-        for numbers in (defects, (known.basis * box).entries())
+        for numbers in (defects, (states.basis * box).entries())
     )
     a = _largest([arb(0), *(_row(row, i, w) for i, row in enumerate(band))])
     growth = (a * length).exp().upper()
     bound = ((before + d * length) * growth).upper()
     reach = {i: (bound * weight).upper() for i, weight in zip(free, w, strict=True)}
     if not all(x < TUBE for x in reach.values()):
-        raise NotProved("S4", f"the errors leave the tube at t = {float(known.time):.6g}")
+        raise NotProved("S4", f"the errors leave the tube at t = {float(states.time):.6g}")
     gain = ((growth - 1) / a).upper() if a > 0 else length
     image = (
         arb_mat(
@@ -209,21 +209,21 @@ def advance(
                 for i, row in enumerate(flow)
             ]
         )
-        * known.basis
+        * states.basis
     )
     basis = _orthogonal(image, box)
     back = basis.inv()
     added = arb_mat(n, 1, [arb(0, (d * gain * weight).upper()) for weight in w])
     return Step(
         equations,
-        known.time,
+        states.time,
         unit,
         length,
         p,
         [reach.get(i, arb(0)) for i in range(len(p))],
         tube,
-        Known(
-            known.time + length * unit,
+        StateSet(
+            states.time + length * unit,
             [x(length) for x in p],
             free,
             basis,

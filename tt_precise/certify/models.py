@@ -39,17 +39,17 @@ class Field(Ring):
 class Operation(Field):
     """A node of a right-hand side: an operation on operands, or a component of the state.
 
-    ``known`` has every operation once, in the order of their evaluation.
+    ``all`` has every operation once, in the order of their evaluation.
     """
 
-    def __init__(self, known: dict[Scalar, Operation], *formula: Scalar):
-        self.known, self.formula = known, formula
+    def __init__(self, operations: dict[Scalar, Operation], *formula: Scalar):
+        self.all, self.formula = operations, formula
 
     def _result(self, *formula: Scalar) -> Operation:
         if any(isinstance(x, arb) and not x.is_finite() for x in formula):
             raise NotProved("balls", "a constant of the equations is not finite")
         key = tuple(x.repr() if isinstance(x, arb) else x for x in formula)
-        return self.known.setdefault(key, Operation(self.known, *formula))
+        return self.all.setdefault(key, Operation(self.all, *formula))
 
     def __add__(self, other: Scalar) -> Operation:
         return self._result(add, self, other)
@@ -77,14 +77,14 @@ class Rates:
     """
 
     def __init__(self, function: Callable[[Sequence[Scalar]], Sequence[Scalar]], size: int):
-        known: dict[Scalar, Operation] = {}
-        self.components = [Operation(known) for _ in range(size)]
+        operations: dict[Scalar, Operation] = {}
+        self.components = [Operation(operations) for _ in range(size)]
         self.results = function(self.components)
         needed = {id(x) for x in self.results}
-        for node in reversed(known.values()):
+        for node in reversed(operations.values()):
             if id(node) in needed:
                 needed |= {id(x) for x in node.formula}
-        self.operations = [node for node in known.values() if id(node) in needed]
+        self.operations = [node for node in operations.values() if id(node) in needed]
 
     def __call__(self, state: Sequence[Scalar]) -> list[Scalar]:
         """Return its values, in the arithmetic of a state."""
@@ -276,14 +276,14 @@ class TaylorModel(Field):
         return TaylorModel(self.p * other, self.frame)
 
     def inverse(self) -> TaylorModel:
-        """Where |1 - g r| <= e < 1 the reciprocal of g is r within e/(1 - e), relatively."""
+        """Enclose 1/g in r within e/(1 - e), relatively, where |1 - g r| <= e < 1."""
         middle = self._positive(abs(self.p[0].mid()))
         close = self.frame.near(middle, lambda series: 1 / series)
         error = (1 - self * close).below_one()
         return close * (1 + arb(0, error / (1 - error)))
 
     def sqrt(self) -> TaylorModel:
-        """Where |g/r^2 - 1| <= e < 1 the root of g is r within e, relatively."""
+        """Enclose sqrt(g) in r within e, relatively, where |g/r^2 - 1| <= e < 1."""
         close = self.frame.near(self._positive(self.p[0].mid()), lambda series: series.sqrt())
         inverse = close.inverse()
         return close * (1 + arb(0, (self * inverse * inverse - 1).below_one()))

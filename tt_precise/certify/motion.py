@@ -17,7 +17,7 @@ import flint
 from flint import arb, arb_poly
 
 from tt_precise.certify.balls import NotProved, require_outward_rounding
-from tt_precise.certify.kernel import LOW_BITS, Equations, Known, Step, advance
+from tt_precise.certify.kernel import LOW_BITS, Equations, StateSet, Step, advance
 from tt_precise.certify.models import Rates
 from tt_precise.certify.problem import Kind, Phase, Problem
 from tt_precise.certify.propose import Proposer
@@ -84,7 +84,7 @@ class Enclosure:
         Raises ``NotProved``: the function has no finite bound.
         """
         with flint.ctx.workprec(LOW_BITS):
-            parts = list(self._parts(function))
+            parts = list(self._intervals(function))
             least = min(part.value(part.b).upper() for part in parts)
             bounds = [(float(part.low), n) for n, part in enumerate(parts)]
             heapq.heapify(bounds)
@@ -102,15 +102,15 @@ class Enclosure:
                     heapq.heappush(bounds, (float(half.low), len(parts)))
                     parts.append(half)
 
-    def _parts(self, function: Function) -> Iterator[_Part]:
+    def _intervals(self, function: Function) -> Iterator[_Interval]:
         for segment in self.segments:
             step = segment.step
             end = min(step.length, ((segment.until - step.time) / step.unit).upper())
             value, slope = Zeros(step, segment.phase.motion).with_slope(function)
-            yield _Part(value, slope, arb(0), end)
+            yield _Interval(value, slope, arb(0), end)
 
 
-class _Part(NamedTuple):
+class _Interval(NamedTuple):
     """A function with its derivative between two local times of a step."""
 
     value: arb_poly
@@ -131,7 +131,7 @@ class _Part(NamedTuple):
         return max(lows) if all(x.is_finite() for x in lows) else arb("nan")
 
     @property
-    def halves(self) -> tuple[_Part, _Part]:
+    def halves(self) -> tuple[_Interval, _Interval]:
         middle = self.middle
         return self._replace(b=middle), self._replace(a=middle)
 
@@ -167,26 +167,26 @@ class _Walk:
             raise NotProved("contact", what)
         rates = Rates(phase.rates, len(state))
         self.equations = Equations(rates, self.bits, self.order)
-        self.known = Known.of(self.equations, time, state)
+        self.states = StateSet.of(self.equations, time, state)
         self.proposer = Proposer(self.equations)
         self.entered = True
 
     def through(self, progress: Progress) -> Enclosure:
         until = self.problem.until
-        while self.end is None and not self.known.time > until:
-            power, length = self.proposer.next(float(until - self.known.time))
+        while self.end is None and not self.states.time > until:
+            power, length = self.proposer.next(float(until - self.states.time))
             try:
-                step = advance(self.equations, self.known, power, length)
+                step = advance(self.equations, self.states, power, length)
                 if not self.proposer.accepts(step):
                     continue
                 ended = self._happened(step)
             except ArithmeticError as why:
                 self.proposer.shorten(why)
                 continue
-            self.known, self.entered, self.proposer.failures = step.after, False, 0
+            self.states, self.entered, self.proposer.failures = step.after, False, 0
             if ended is not None:
                 self._switch(ended)
-            progress(min(1.0, float(self.known.time / until)))
+            progress(min(1.0, float(self.states.time / until)))
         return Enclosure(
             self.problem, self.bits, self.segments, self.samples, self.events, self.end
         )
@@ -226,12 +226,12 @@ class _Walk:
 
     def _order(self, function: Function) -> int:
         """Return the order to which a function vanishes where the present phase began."""
-        if self.known.time == 0:
+        if self.states.time == 0:
             order: int = self.problem.onset.order(function)
             return order
         excluded = self.phases[0].excluded
         if excluded is None or function is not excluded[0]:
-            where = f"t = {float(self.known.time):.6g}"
+            where = f"t = {float(self.states.time):.6g}"
             raise NotProved("zeros", f"a sign at {where}, where a phase begins, is undecided")
         return 1
 

@@ -21,7 +21,7 @@ import flint
 
 from tt_precise.certify.balls import Balls, NotProved, around, ball
 from tt_precise.certify.problem import BALLS
-from tt_precise.certify.well import BITS, held
+from tt_precise.certify.well import BITS, trapping_region
 from tt_precise.exact.thresholds import Theorem, theorem
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics.newton import NewtonState
@@ -98,7 +98,7 @@ def _confinement(trajectory: Trajectory) -> tuple[End, bool]:
             reason = f"nothing is proved about {scene.body.law} friction"
         elif scene.model == "gliding" and scene.body.mu:
             try:
-                pole = held(scene, scene.until, state).pole
+                pole = trapping_region(scene, scene.until, state).pole
                 return End("inverted" if pole < 0 else "upright", CONFINED), never
             except NotProved as error:
                 why = NOT_CONFINED.get(error.hypothesis, error.reason)

@@ -61,7 +61,7 @@ class Phase:
 
     @property
     def is_last(self) -> bool:
-        """Whether the motion ends with the phase."""
+        """True if the motion ends with the phase."""
         return self.ends in TERMINAL
 
 

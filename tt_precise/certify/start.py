@@ -24,7 +24,7 @@ Function = Callable[[Any], Scalar]  # Of the motion in a state.
 
 
 class Onset:
-    """How functions of a motion begin at t = 0.
+    """Orders and signs of functions of a motion at t = 0.
 
     ``formal`` and ``balls`` are the motion as power series in time, in the two arithmetics.
     """

@@ -16,7 +16,7 @@ from tt_precise.certify.compare import Enclosed, Happening
 from tt_precise.certify.kernel import GUARD
 from tt_precise.certify.motion import Enclosure, enclose
 from tt_precise.certify.problem import BALLS, Phase, contact_force, problem_of
-from tt_precise.certify.well import Held, forever
+from tt_precise.certify.well import TrappingRegion, forever
 from tt_precise.integration.equations import QUADRATURE_SCALE
 from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.mechanics.conserved import conserved
@@ -34,7 +34,7 @@ BITS = 200  # Precision of the polynomials: 34 digits, and what eight seconds lo
 
 @dataclass(frozen=True)
 class Proof:
-    """What is proved about ``scene``: see ``tt_precise.certify.kernel`` for the theorem.
+    """The enclosed solution of ``scene``; ``tt_precise.certify.kernel`` has the theorem.
 
     The solution is enclosed from t = 0 to the horizon, or to the event that ends the motion, and
     the contact force (or the height, in flight) is positive until then. All numbers are balls.
@@ -65,7 +65,7 @@ class Proof:
             return self._columns(*self.enclosure.state(time))
 
     @cached_property
-    def enclosed(self) -> Enclosed:
+    def observations(self) -> Enclosed:
         """All samples and events, in SI."""
         with flint.ctx.workprec(self.working_bits):
             rows = [
@@ -100,9 +100,9 @@ class Proof:
         return columns
 
     @property
-    def lost(self) -> arb | None:
+    def end_time(self) -> arb | None:
         """The time in s at which contact is lost, or the top comes down; None if it does not."""
-        end = self.enclosed.end
+        end = self.observations.end
         return None if end is None else end.time
 
     @cached_property
@@ -137,8 +137,8 @@ class Proof:
         return bounds
 
     @cached_property
-    def forever(self) -> dict[str, Held]:
-        """What holds the solution for ever, near a vertical spin (``well``).
+    def forever(self) -> dict[str, TrappingRegion]:
+        """Regions about a vertical spin that the solution never leaves (``well``).
 
         Raises ``NotProved``: nothing is proved of all later times.
         """
@@ -165,7 +165,7 @@ class Proof:
 
         Raises ``NotProved``: the balls do not decide what the definitions compare.
         """
-        events = self.enclosed.events
+        events = self.observations.events
         climbs = any(one.direction < 0 for one in events["equator"])
         rows = [
             {"name": name, "t": one.time, "direction": one.direction, **one.state}
@@ -181,7 +181,7 @@ class Proof:
 
     @property
     def _spins_backwards(self) -> bool:
-        """Whether lambda < 0, which is constant."""
+        """True if lambda < 0; lambda is constant."""
         phase = self.enclosure.problem.phases[0]
         lambda_ = arb(jellett(phase.motion(self.enclosure.problem.start)))
         if lambda_.contains(0):

@@ -55,7 +55,7 @@ from tt_precise.certify.balls import (
     bounds,
     largest,
     outward,
-    rounded,
+    round_to,
 )
 from tt_precise.certify.problem import BALLS
 from tt_precise.mechanics import friction, newton
@@ -74,12 +74,12 @@ BITS = 128
 SLICES, MOST_SLICES = 64, 1000  # from z0 to where the solution is, and to z1
 WIDER = arb("1.04").mid()  # each slice than the one before, where the solution never comes
 SPEEDS = (None, 0.05, 0.1, 0.2, 0.4)  # v1 in units of sqrt(g R), tried in turn
-DIRECTIONS = 32  # of v, for W5
+DIRECTIONS = 32  # Directions of v at which W5 is verified; each stands for an arc.
 LIMITS = ("D", "E", "E_tilde", "omega_3")
 
 
 @dataclass(frozen=True)
-class Held:
+class TrappingRegion:
     """A neighbourhood of the vertical spin that the solution never leaves again.
 
     ``pole`` is -1 (inverted) or 1 (upright), ``force`` a bound of g_n/(m g) from ``since`` (s) on,
@@ -104,8 +104,8 @@ class Held:
         return {
             "theta_tends_to": "pi" if self.pole < 0 else "0",
             "since_s": self.since_s,
-            "g_n_at_least_mg": rounded(bounds(self.force)[0], ROUND_FLOOR, 4),
-            "sin_theta_at_most": rounded(bounds(self.tilt)[1], ROUND_CEILING, 4),
+            "g_n_at_least_mg": round_to(bounds(self.force)[0], ROUND_FLOOR, 4),
+            "sin_theta_at_most": round_to(bounds(self.tilt)[1], ROUND_CEILING, 4),
             "limits": {
                 name: dict(zip(("middle", "radius"), outward(ball, 30), strict=True))
                 for name, ball in self.limits.items()
@@ -115,13 +115,13 @@ class Held:
 
 def forever(
     scene: Scene, times: Sequence[Fraction], state: Callable[[Fraction], NewtonState]
-) -> dict[str, Held]:
-    """The confinement of the solution from the first and from the last of these times on.
+) -> dict[str, TrappingRegion]:
+    """Trapping regions of the solution, from the earliest and from the last of these times on.
 
-    ``state`` is its proved state at one of the times (s), dimensionless. The ``held`` since the
-    first time at which that is proved has the largest bounds, that ``at_the_end`` the smallest.
+    ``state`` is its proved state at one of the times (s), dimensionless. The region ``held`` since
+    the first time at which one is proved has the largest bounds, that ``at_the_end`` the smallest.
 
-    Raises ``NotProved``: it is not even held at the end; the scene may have to be proved for
+    Raises ``NotProved``: there is none even at the end; the scene may have to be proved for
     longer.
     """
     if scene.model != "gliding" or not scene.body.mu:
@@ -131,26 +131,26 @@ def forever(
     if not times:
         raise NotProved("W4", "no state is enclosed")
     with flint.ctx.workprec(BITS):
-        last = first = held(scene, times[-1], state(times[-1]))
-        # where one time is held, those after it are, too
+        last = first = trapping_region(scene, times[-1], state(times[-1]))
+        # where there is one at one time, there is one at all later times, too
         low, high = -1, len(times) - 1
         while high - low > 1:
             middle = (low + high) // 2
             try:
-                first, high = held(scene, times[middle], state(times[middle])), middle
+                first, high = trapping_region(scene, times[middle], state(times[middle])), middle
             except NotProved:
                 low = middle
         return {"held": first, "at_the_end": last}
 
 
-def held(scene: Scene, time: Fraction, known: NewtonState) -> Held:
+def trapping_region(scene: Scene, time: Fraction, state: NewtonState) -> TrappingRegion:
     """W1 to W5 with t0 = ``time`` (s) and a state there, for the pole that the axis is nearer to.
 
     Raises ``NotProved``: one of them could not be verified.
     """
-    well = _Well(scene, known)
-    force, tilt = well.held()
-    return Held(well.pole, time, force, tilt, well.limits())
+    well = _Well(scene, state)
+    force, tilt = well.confine()
+    return TrappingRegion(well.pole, time, force, tilt, well.limits())
 
 
 class _Well:
@@ -178,7 +178,7 @@ class _Well:
             for name in LIMITS
         }
 
-    def held(self) -> tuple[arb, arb]:
+    def confine(self) -> tuple[arb, arb]:
         """Verify W1 to W5: a bound of the contact force from now on, and one of sin theta.
 
         Raises ``NotProved``: one of them could not be verified, with any of ``SPEEDS``.
