@@ -220,7 +220,7 @@ def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, place: Pat
     content = json.loads((place / PROOF).read_text())
     manifest = json.loads((place / MANIFEST).read_text())
     assert manifest["files"][PROOF] == {"sha256": store.proof_sha256(place)}
-    record = proofs.read(NAME, folder)
+    record = proofs.read_proof(NAME, folder)
     assert record is not None
     assert (record.content, record.digits) == (content, 34)
     assert proofs.complaints(store.read(NAME, folder), record) == []

@@ -31,7 +31,7 @@ def test_data_are_whole_proved_and_for_the_shipped_scene(name: str) -> None:
     assert problems == []
     assert stored is not None
     assert stored.scene_text == load_scene(name).text
-    record = proofs.read(name)
+    record = proofs.read_proof(name)
     if record is not None:
         content = record.content
         assert content["rounded"] == content["entries"]

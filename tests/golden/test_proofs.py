@@ -15,7 +15,7 @@ import pytest
 
 from tests.golden.tables import edit_cell, edit_json
 from tt_precise.golden import proofs, store
-from tt_precise.golden.digits import EXACT, last_place
+from tt_precise.golden.digits import EXACT, last_digit_exponent
 from tt_precise.golden.proofs import PROOF, Interval, established
 from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
 from tt_precise.golden.verifying import inspect, verify_scene
@@ -48,13 +48,13 @@ def added(folder: Path, file: str, line: int, column: str, count: int) -> None:
     """Add ``count`` units in the last place to one cell of a table."""
 
     def change(cell: str) -> str:
-        return str(EXACT.add(Decimal(cell), count * Decimal(f"1e{last_place(cell)}")))
+        return str(EXACT.add(Decimal(cell), count * Decimal(f"1e{last_digit_exponent(cell)}")))
 
     edit_cell(folder / NAME / file, line, column, change)
 
 
 def problems(folder: Path) -> list[str]:
-    record = proofs.read(NAME, folder)
+    record = proofs.read_proof(NAME, folder)
     assert record is not None
     return proofs.complaints(store.read(NAME, folder), record)
 
@@ -90,7 +90,7 @@ def test_enclosures_hold_what_is_exact(scene: Scene) -> None:
     assert len(found) == len(rows) > 0
     for event, row in zip(found, rows, strict=True):
         # half a unit of the last digit, either way
-        half = Fraction(10) ** last_place(row[1]) / 2
+        half = Fraction(10) ** last_digit_exponent(row[1]) / 2
         assert event["t"].low == Fraction(row[1]) - half
         assert event["t"].high == Fraction(row[1]) + half
         assert event["direction"].low == event["direction"].high == int(row[2])
@@ -154,7 +154,7 @@ def test_other_events_and_another_scene_are_not_those_that_were_proved(
 
 def test_a_missing_proof_says_what_to_do(folder: Path, scene: Scene) -> None:
     (folder / NAME / PROOF).unlink()
-    assert proofs.read(NAME, folder) is None
+    assert proofs.read_proof(NAME, folder) is None
     assert "golden certify" in refused(scene, folder)
     assert f"{PROOF}: missing, but manifest.json lists it" in "".join(inspect(NAME, folder)[1])
     assert verify_scene(NAME, folder).verdict == "fail"
@@ -166,7 +166,7 @@ def test_a_missing_proof_says_what_to_do(folder: Path, scene: Scene) -> None:
 def test_a_proof_that_is_none_is_refused(folder: Path, scene: Scene, text: str) -> None:
     (folder / NAME / PROOF).write_text(text)
     with pytest.raises(InputError):
-        proofs.read(NAME, folder)
+        proofs.read_proof(NAME, folder)
     assert refused(scene, folder)
 
 

@@ -19,7 +19,7 @@ from tt_precise.certify.balls import NotProved, bounds, outward, round_to
 from tt_precise.certify.compare import Comparison, compare
 from tt_precise.certify.statements import BITS, Proof, prove
 from tt_precise.golden import store
-from tt_precise.golden.digits import misprinted
+from tt_precise.golden.digits import malformed_cells
 from tt_precise.golden.documents import PROOF_SCHEMA
 from tt_precise.golden.store import EVENTS, PROOF, TRAJECTORY, Stored
 from tt_precise.runtime.files import atomic_write, locked, read_json
@@ -121,7 +121,7 @@ def _readable(scene: str, folder: Path | None) -> Stored:
     stored = store.read(scene, folder)
     # before the minutes that a proof takes
     for file in (TRAJECTORY, EVENTS):
-        for misprint in misprinted(file, stored.table(file)):
+        for misprint in malformed_cells(file, stored.table(file)):
             raise InputError(f"{stored.name}: {misprint}")
     return stored
 

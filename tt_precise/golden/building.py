@@ -91,7 +91,7 @@ class Built:
 
     @property
     def good(self) -> bool:
-        """Whether the data on disk are the computed data."""
+        """True if the data on disk are the computed data."""
         return self.outcome not in (REFUSED, FAILED)
 
 
@@ -105,7 +105,7 @@ def build(
 ) -> list[Built]:
     """Make golden data for ``scenes`` (by default all shipped scenes), one process for each.
 
-    The output goes into ``building_place``. Each scene is computed at two working precisions in
+    The output goes into ``building_folder``. Each scene is computed at two working precisions in
     vector form and at one in Euler form; the digits on which all agree are published. A scene's
     folder is replaced as a whole, so an interrupted build leaves it intact. A published digit
     changes only if ``replace`` says so.
@@ -117,10 +117,10 @@ def build(
         same folder.
     """
     asked = list(shipped() if scenes is None else scenes)
-    place = building_place(asked, folder)
+    target = building_folder(asked, folder)
     wanted = {s.name: s for s in map(load_scene, asked)}
     for name, scene in wanted.items():
-        store.locate(name, place)
+        store.locate(name, target)
         if not scene.text or parse_scene(scene.text, name, name) != scene:
             raise InputError(
                 f"{name}: got a scene that was made or changed in Python, expected that of a "
@@ -128,10 +128,10 @@ def build(
             )
     # the longest first, so that no core is idle at the end
     longest = sorted(wanted.values(), key=lambda s: (s.start.theta.at_pole, -s.until))
-    calls = [Call(s.name, (s.name, s.text, place, replace)) for s in longest]
+    calls = [Call(s.name, (s.name, s.text, target, replace)) for s in longest]
     built: dict[str, Built] = {}
     with (
-        locked(place, store.WORK),
+        locked(target, store.WORK),
         # numbers in mp leak memory: a process does one scene
         local_pool(workers, inline=False, recycle_after=1) as pool,
     ):
@@ -142,8 +142,8 @@ def build(
     return [built[name] for name in wanted]
 
 
-def build_scene(name: str, text: str, place: Path, replace: bool) -> Built:
-    """Compute the scene with this TOML ``text`` and settle its folder in ``place``.
+def build_scene(name: str, text: str, folder: Path, replace: bool) -> Built:
+    """Compute the scene with this TOML ``text`` and settle its data in ``folder``.
 
     Bits are added while the runs share fewer than 34 digits.
     """
@@ -159,18 +159,18 @@ def build_scene(name: str, text: str, place: Path, replace: bool) -> Built:
             raise ArithmeticError(
                 f"{name}: the runs share no digit of " + ", ".join(consensus.contradictions)
             )
-        outcome, note, digits = _settle(scene, consensus, runs, place, replace)
+        outcome, note, digits = _settle(scene, consensus, runs, folder, replace)
         if consensus.status == "contact_lost":
             end = ending(consensus.status, float(consensus.trajectory.rows[-1][0]))
             note = "; ".join(filter(None, (note, end)))
     except ArithmeticError as error:
         seconds = time.process_time() - began
-        return Built(name, FAILED, str(error), seconds=seconds, folder=str(place))
+        return Built(name, FAILED, str(error), seconds=seconds, folder=str(folder))
     seconds = time.process_time() - began
-    return Built(name, outcome, note, digits, consensus.agreement, bits, seconds, str(place))
+    return Built(name, outcome, note, digits, consensus.agreement, bits, seconds, str(folder))
 
 
-def building_place(scenes: Sequence[str | Path | Scene], folder: Folder = None) -> Path:
+def building_folder(scenes: Sequence[str | Path | Scene], folder: Folder = None) -> Path:
     """The folder for the golden data of ``scenes``, unless ``folder`` names one.
 
     In a checkout the package's folder for shipped scenes, otherwise ``golden``.
@@ -196,17 +196,17 @@ def first_difference(old: Table, new: Table) -> str:
 
 
 def _settle(
-    scene: Scene, consensus: Consensus, runs: Sequence[Run], place: Path, replace: bool
+    scene: Scene, consensus: Consensus, runs: Sequence[Run], folder: Path, replace: bool
 ) -> tuple[str, str, int]:
     """Write the data of a scene or keep the old ones; returns outcome, note and claimed digits."""
-    old, change = _compared(scene.name, place, consensus)
+    old, change = _first_change(scene.name, folder, consensus)
     if change and not replace:
         note = f"{change}; expected the same digits, or --replace"
         return REFUSED, note, int(old.manifest["digits"]) if old else 0
     constant = constancies(scene, consensus.trajectory)
     content = compose(scene, consensus, runs, constant)
     # a proof stays in the folder; it says itself of which digits it is
-    if proof := store.proof_sha256(place / scene.name):
+    if proof := store.proof_sha256(folder / scene.name):
         content["files"][PROOF] = {"sha256": proof}
     files = {
         SCENE: scene.text,
@@ -216,21 +216,21 @@ def _settle(
     }
     digits = int(content["digits"])
     if old and all(
-        (place / scene.name / name).read_bytes() == text.encode() for name, text in files.items()
+        (folder / scene.name / name).read_bytes() == text.encode() for name, text in files.items()
     ):
         return UNCHANGED, "", digits
-    store.replace_folder(place / scene.name, files)
+    store.replace_folder(folder / scene.name, files)
     if change:
         return REPLACED, change, digits
     return (RENEWED if old else NEW), "", digits
 
 
-def _compared(name: str, place: Path, new: Consensus) -> tuple[Stored | None, str]:
+def _first_change(name: str, folder: Path, new: Consensus) -> tuple[Stored | None, str]:
     """Return the existing data and the first difference from the new data."""
-    if not (place / name).exists():
+    if not (folder / name).exists():
         return None, ""
     try:
-        old = store.read(name, place)
+        old = store.read(name, folder)
     except InputError as error:
         return None, f"the existing files are not golden data ({error})"
     for file, mine, other in (
@@ -254,7 +254,7 @@ def compose(
     for file, key in ((TRAJECTORY, "trajectory"), (EVENTS, "events")):
         for name, agreements in consensus.agreements[key].items():
             derived["files"][file]["columns"][name]["agreement"] = {
-                label: _rounded(digits) for label, digits in agreements.items()
+                label: _floor_to_tenth(digits) for label, digits in agreements.items()
             }
     return {
         "schema": SCHEMA,
@@ -266,10 +266,10 @@ def compose(
         **derived,
         "rule": RULE,
         "evidence": {
-            "agreement": _rounded(consensus.agreement),
+            "agreement": _floor_to_tenth(consensus.agreement),
             "runs": [_run(run) for run in runs],
             "constant_over_printed_rows": {
-                integral.name: _rounded(integral.digits) for integral in constant
+                integral.name: _floor_to_tenth(integral.digits) for integral in constant
             },
             "events": "same list in every run; the directions of each event alternate",
         },
@@ -335,8 +335,8 @@ def _run(run: Run) -> dict[str, Json]:
     return content
 
 
-def _rounded(digits: float) -> float | str:
-    """Digits to one place, rounded down; "equal" where nothing differs."""
+def _floor_to_tenth(digits: float) -> float | str:
+    """Digits to one folder, rounded down; "equal" where nothing differs."""
     return "equal" if math.isinf(digits) and digits > 0 else math.floor(digits * 10) / 10
 
 

@@ -1,6 +1,6 @@
-"""Correct digits of an entry: agreement of computed values, and the printed decimal.
+"""Correct digits of an cell: agreement of computed values, and the printed decimal.
 
-The rule, which every manifest repeats in ``RULE``: an entry is printed with the most significant
+The rule, which every manifest repeats in ``RULE``: an cell is printed with the most significant
 digits, 34 at most, to which all computed values round alike. Numbers here are ``Decimal``, exact
 images of the computed text.
 """
@@ -20,10 +20,10 @@ from tt_precise.scene.numerals import as_fraction
 
 DIGITS = 34  # published at most; IEEE decimal128 and Fortran's real(16) hold as many
 RULE = (
-    "An entry is printed with the most significant digits, 34 at most, to which all runs round "
+    "An cell is printed with the most significant digits, 34 at most, to which all runs round "
     "alike; so every printed digit is the correctly rounded one, as far as they agree. Digits "
-    "count relative to the entry itself. Near a zero of a component they count relative to its "
-    "scale, its largest entry in trajectory.csv: an entry with fewer than 34 digits whose last "
+    "count relative to the cell itself. Near a zero of a component they count relative to its "
+    "scale, its largest cell in trajectory.csv: an cell with fewer than 34 digits whose last "
     "one still lies below 1e-33 of the scale is near_zero, and 0 stands for less than 1e-34 of "
     "the scale. An empty cell is undefined (Euler angles at a pole)."
 )
@@ -44,12 +44,12 @@ class ColumnDigits(NamedTuple):
     """The claims for one column of a table.
 
     digits
-        Fewest significant digits printed, apart from entries near zero; None if all are zero or
+        Fewest significant digits printed, apart from cells near zero; None if all are zero or
         undefined.
     scale
-        Largest entry of the trajectory's column, three digits.
+        Largest cell of the trajectory's column, three digits.
     near_zero, undefined
-        Number of entries near zero, and of empty ones.
+        Number of cells near zero, and of empty ones.
     """
 
     digits: int | None
@@ -59,7 +59,7 @@ class ColumnDigits(NamedTuple):
 
 
 def common_text(values: Sequence[Decimal], scale: Decimal) -> str:
-    """The printed text of an entry with these computed values; "" without a common digit."""
+    """The printed text of an cell with these computed values; "" without a common digit."""
     if all(abs(value) <= scale.scaleb(-DIGITS) for value in values):
         return ZERO
     for digits in range(DIGITS, 0, -1):
@@ -70,7 +70,7 @@ def common_text(values: Sequence[Decimal], scale: Decimal) -> str:
 
 
 def prints(text: str, value: Decimal, scale: Decimal) -> bool:
-    """Whether a computed value is printed as ``text``, with as many digits."""
+    """Test if a computed value is printed as ``text``, with as many digits."""
     if text == ZERO:
         return abs(value) <= scale.scaleb(-DIGITS)
     return f"{value:.{digits_of(text) - 1}e}" == text
@@ -96,12 +96,12 @@ def digits_left(relative_error: Decimal) -> float:
 
 
 def digits_of(text: str) -> int:
-    """Significant digits of a printed entry that is not zero."""
+    """Significant digits of a printed cell that is not zero."""
     mantissa, _, _ = text.lstrip("-").partition("e")
     return len(mantissa.replace(".", ""))
 
 
-def last_place(text: str) -> int:
+def last_digit_exponent(text: str) -> int:
     """The power of ten of the last printed digit."""
     mantissa, _, exponent = text.partition("e")
     _, _, decimals = mantissa.partition(".")
@@ -109,18 +109,18 @@ def last_place(text: str) -> int:
 
 
 def is_near_zero(text: str, scale: Decimal) -> bool:
-    """Whether a printed entry may have fewer digits because it is small relative to its scale."""
+    """Test if a printed cell may have fewer digits because it is small relative to its scale."""
     if text == ZERO:
         return True
     if digits_of(text) >= DIGITS:
         return False
-    return Decimal(1).scaleb(last_place(text)) <= scale.scaleb(1 - DIGITS)
+    return Decimal(1).scaleb(last_digit_exponent(text)) <= scale.scaleb(1 - DIGITS)
 
 
-def scale_of(entries: Sequence[str]) -> Decimal:
-    """Largest magnitude among printed or computed entries, rounded to three digits."""
+def scale_of(cells: Sequence[str]) -> Decimal:
+    """Largest magnitude among printed or computed cells, rounded to three digits."""
     with localcontext(prec=3):
-        return max((abs(Decimal(entry)) for entry in entries if entry), default=Decimal(0))
+        return max((abs(Decimal(cell)) for cell in cells if cell), default=Decimal(0))
 
 
 def scales_of(table: Table) -> dict[str, Decimal]:
@@ -128,19 +128,19 @@ def scales_of(table: Table) -> dict[str, Decimal]:
     return {name: scale_of(table.column(name)) for name in table.columns}
 
 
-def column_digits(entries: Sequence[str], scale: Decimal) -> ColumnDigits:
-    """The claims of the printed ``entries`` of a column, derived from the text alone."""
-    present = [entry for entry in entries if entry]
-    claimed = [digits_of(entry) for entry in present if not is_near_zero(entry, scale)]
+def column_digits(cells: Sequence[str], scale: Decimal) -> ColumnDigits:
+    """The claims of the printed ``cells`` of a column, derived from the text alone."""
+    present = [cell for cell in cells if cell]
+    claimed = [digits_of(cell) for cell in present if not is_near_zero(cell, scale)]
     return ColumnDigits(
         digits=min(claimed, default=None),
         scale=f"{scale:.2e}",
         near_zero=len(present) - len(claimed),
-        undefined=len(entries) - len(present),
+        undefined=len(cells) - len(present),
     )
 
 
-def misprinted(file: str, table: Table, *, empty: bool = True) -> list[str]:
+def malformed_cells(file: str, table: Table, *, empty: bool = True) -> list[str]:
     """A line for each cell that is not a number in the form of golden data; ``empty`` cells too."""
     return [
         f"{file}, line {line}, {name}: got {cell[:50]!r}, expected a printed number"
@@ -159,7 +159,7 @@ def correct_digits(error: float) -> float:
 def as_decimal(value: Scalar) -> Decimal | None:
     """The exact value of a float, a decimal string or an mpmath number.
 
-    None for a missing entry, NaN and infinity.
+    None for a missing cell, NaN and infinity.
 
     Raises ``InputError``: it is not a number.
     """

@@ -17,7 +17,7 @@ from functools import cached_property
 from pathlib import Path
 
 from tt_precise.golden import store
-from tt_precise.golden.digits import DIGITS, ZERO, last_place, misprinted
+from tt_precise.golden.digits import DIGITS, ZERO, last_digit_exponent, malformed_cells
 from tt_precise.golden.documents import Proof
 from tt_precise.golden.store import EVENTS, PROOF, TRAJECTORY, Stored
 from tt_precise.mechanics.newton import NewtonState
@@ -67,7 +67,7 @@ class Interval:
         if text == ZERO:
             half = Fraction(scale.scaleb(-DIGITS))
         else:
-            half = Fraction(10) ** last_place(text) / 2
+            half = Fraction(10) ** last_digit_exponent(text) / 2
         return cls(number - half, number + half)
 
     def __iter__(self) -> Iterator[Fraction]:
@@ -128,7 +128,7 @@ class Record:
         return {"digits": self.digits, **facts}
 
 
-def read(name: str, folder: Path | None = None) -> Record | None:
+def read_proof(name: str, folder: Path | None = None) -> Record | None:
     """The proof of the golden tables ``name``; None if there is none.
 
     Raises ``InputError``: the file cannot be used.
@@ -160,7 +160,7 @@ def complaints(stored: Stored, record: Record) -> list[str]:
     return problems or [line for line in store.changes(stored) if line.startswith(PROOF)]
 
 
-def enclosed(stored: Stored, file: str, row: int) -> dict[str, Interval]:
+def row_intervals(stored: Stored, file: str, row: int) -> dict[str, Interval]:
     """The exact numbers of a row of proved tables, by column; without those that are undefined."""
     table = stored.table(file)
     return {
@@ -174,7 +174,7 @@ def proved_events(stored: Stored) -> dict[str, list[Event]]:
     """The exact events of proved tables by name, in order of time."""
     events: dict[str, list[Event]] = {}
     for position, row in enumerate(stored.events.rows):
-        event = enclosed(stored, EVENTS, position)
+        event = row_intervals(stored, EVENTS, position)
         event["direction"] = Interval.of(int(row[2]))
         events.setdefault(row[0], []).append(event)
     return events
@@ -185,7 +185,7 @@ NOTHING: dict[str, Json] = {"contact": {}, "inversion": {}, "forever": {}, "prov
 
 @dataclass(frozen=True)
 class Established:
-    """What a valid, complete proof says of its scene, in SI; without one nothing, and ``why``."""
+    """Statements of a valid, complete proof of a scene, in SI; without one nothing, and ``why``."""
 
     stored: Stored | None = None
     record: Record | None = None
@@ -206,7 +206,7 @@ class Established:
 
     @property
     def g_n_positive(self) -> bool:
-        """Whether g_n > 0 at all times from 0 to the horizon, both included."""
+        """True if g_n > 0 is proved at all times from 0 to the horizon, both included."""
         return self._content["contact"].get("g_n_positive") is True
 
     @property
@@ -217,7 +217,7 @@ class Established:
 
     @property
     def energy_falls(self) -> bool:
-        """Whether E falls throughout: E' = -mu g_n v_A^2 (EQ-05) is negative except at instants.
+        """True if E falls throughout: E' = -mu g_n v_A^2 (EQ-05) is negative except at instants.
 
         An analytic v_A that is not identically zero vanishes only at isolated instants.
         """
@@ -237,7 +237,7 @@ class Established:
 
     @property
     def inverts(self) -> bool:
-        """Whether the inverted spin is proved to be the limit of the motion, for t -> infinity."""
+        """True if the inverted spin is proved to be the limit of the motion, for t -> infinity."""
         return bool(self.for_ever and self.for_ever["theta_tends_to"] == "pi")
 
     @property
@@ -261,7 +261,7 @@ class Established:
         """A column at the sampled time ``t`` (s, as printed); None where nothing is proved."""
         if self.stored is None or t not in self._rows:
             return None
-        return enclosed(self.stored, TRAJECTORY, self._rows[t]).get(column)
+        return row_intervals(self.stored, TRAJECTORY, self._rows[t]).get(column)
 
     def potential_energy(self, t: str) -> Interval | None:
         """E_pot in J at the sampled time ``t``; linear in cos theta."""
@@ -296,21 +296,21 @@ class Established:
 def summary(stored: Stored, folder: Path | None = None) -> dict[str, Json] | None:
     """The entry of a proof in a list of scenes, or its ``problem``; None without a proof."""
     try:
-        record = read(stored.name, folder)
+        record = read_proof(stored.name, folder)
     except InputError as error:
         return {"problem": str(error)}
     if record is None:
         return None
     problems = [
-        *misprinted(TRAJECTORY, stored.trajectory),
-        *misprinted(EVENTS, stored.events),
+        *malformed_cells(TRAJECTORY, stored.trajectory),
+        *malformed_cells(EVENTS, stored.events),
         *complaints(stored, record),
     ]
     return {"problem": problems[0]} if problems else record.summary
 
 
 def established(scene: Scene, folder: Path | None = None) -> Established:
-    """What the complete and valid proof for exactly this scene says; or why there is none."""
+    """Return the statements of the complete, valid proof for exactly this scene, or why not."""
     if scene.name not in store.scenes(folder):
         return Established(why=f"{scene.name}: no golden data")
     stored = store.read(scene.name, folder)
@@ -318,7 +318,7 @@ def established(scene: Scene, folder: Path | None = None) -> Established:
         why = f"{scene.name}: the golden data are those of another start, body or horizon"
         return Established(why=why)
     try:
-        record = read(scene.name, folder)
+        record = read_proof(scene.name, folder)
     except InputError as error:
         return Established(why=str(error))
     if record is None:

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 # reference scene; 6 more than are published make it unlikely (1e-6 an entry) that a rounding to
 # 34 digits stays undecided.
 LADDER = ((160, 176), (176, 192), (240, 256))
-ENOUGH = DIGITS + 1  # below this agreement the last digit may be wrong by chance
+ENOUGH = DIGITS + 1  # Digits; with less agreement the last digit may be wrong by chance.
 
 TERMINAL_DIRECTION = -1  # contact and singular contact are functions that fall to zero
 
@@ -195,7 +195,7 @@ class Consensus:
 
     @property
     def complete(self) -> bool:
-        """Whether all entries have all digits (near zero: relative to their scale).
+        """True if all cells have all digits (near zero: relative to their scale).
 
         The runs must also agree so far that the last digit is not right by chance.
         """

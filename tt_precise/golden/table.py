@@ -10,7 +10,7 @@ from functools import cached_property
 
 from tt_precise.runtime.values import InputError
 
-FORMAT = "tt_precise.golden/2"  # of golden tables and their manifest
+FORMAT = "tt_precise.golden/2"  # The form of golden tables and their manifest.
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from tt_precise.golden import proofs, store
 from tt_precise.golden.building import CONSTANT_TO, constancies, derive
-from tt_precise.golden.digits import correct_digits, misprinted, prints
+from tt_precise.golden.digits import correct_digits, malformed_cells, prints
 from tt_precise.golden.measuring import apart_of
 from tt_precise.golden.runs import (
     LADDER,
@@ -187,7 +187,7 @@ def judge(
     worst = [
         entry
         for file, table in fresh.items()
-        for entry in _compared(stored, file, table, complaints)
+        for entry in _worst_cells(stored, file, table, complaints)
     ]
     complaints += [
         f"{entry}: {run.label} agrees to {entry.digits:.1f} digits, expected {FRESH_DIGITS}"
@@ -234,7 +234,7 @@ def _in_mp(stored: Stored, bits: int) -> Task:
     return Task(stored.name, stored.scene_text, "mp", bits, "newton")
 
 
-def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> list[WorstEntry]:
+def _worst_cells(stored: Stored, file: str, fresh: Table, problems: list[str]) -> list[WorstEntry]:
     """The worst entry of each column, apart from undefined ones; of the rows that both have."""
     golden = stored.table(file)
     if len(fresh.rows) != len(golden.rows):
@@ -273,7 +273,7 @@ def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> l
 
 
 def _at_pole(table: Table, row: int) -> bool:
-    """Whether the axis is vertical to all verified digits, so that its azimuth is undefined."""
+    """True if the axis is vertical to all verified digits: its azimuth is undefined."""
     cells = (table.column(name)[row] for name in ("kx", "ky"))
     return all(abs(Decimal(cell or 1)) < Decimal(10) ** -FRESH_DIGITS for cell in cells)
 
@@ -305,7 +305,7 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
     ]
     problems += damaged
     problems += changed
-    if any(misprinted(file, stored.table(file), empty=False) for file in wanted):
+    if any(malformed_cells(file, stored.table(file), empty=False) for file in wanted):
         return None, problems
     if not damaged and not any(line.startswith((TRAJECTORY, EVENTS)) for line in changed):
         stated = derive(scene, stored.trajectory, stored.events)
@@ -330,7 +330,7 @@ def _cancelled(stored: Stored) -> int:
 
 def _problems_of_proof(stored: Stored) -> list[str]:
     try:
-        record = proofs.read(stored.name, stored.folder)
+        record = proofs.read_proof(stored.name, stored.folder)
     except InputError as error:
         return [str(error)]
     complaints = proofs.complaints(stored, record) if record else []
@@ -360,7 +360,7 @@ def _problems_of_table(
     if table.columns != names:
         yield f"{file}: columns are {','.join(table.columns)}, expected {','.join(names)}"
         return
-    bad = misprinted(file, table)
+    bad = malformed_cells(file, table)
     yield from bad[:FEW]
     if file == TRAJECTORY and not bad:
         yield from _missing_times(scene, table, stored.manifest["status"])

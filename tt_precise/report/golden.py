@@ -202,7 +202,7 @@ def proof_section() -> Section:
 def _state_of(name: str) -> tuple[str, Record | None]:
     """The state of a scene's proof in words, and the proof if it is valid."""
     try:
-        record = proofs.read(name)
+        record = proofs.read_proof(name)
         if record is None:
             return "none", None
         spoiled = proofs.complaints(store.read(name), record)
