@@ -16,6 +16,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tt_precise._version import __version__
+from tt_precise.integration import registry
 from tt_precise.runtime.process import lazy_names
 
 if TYPE_CHECKING:
@@ -41,6 +42,8 @@ __all__ = [
     "sweep",
     "thresholds",
 ]  # fmt: skip
+
+registry.register("in_pieces", "tt_precise.integration.hybrid")
 
 __getattr__, __dir__ = lazy_names(
     __name__,

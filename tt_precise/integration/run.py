@@ -31,6 +31,7 @@ from tt_precise.integration.dense_output import (
 )
 from tt_precise.integration.events import Found
 from tt_precise.integration.precision import Precision
+from tt_precise.integration.registry import asked_by
 from tt_precise.integration.setup import Setup, require_contact
 from tt_precise.mechanics.conserved import Integral, drift
 from tt_precise.mechanics.quantities import Motion
@@ -360,7 +361,7 @@ MOST_SAMPLES = 20_000  # states that are kept of a run at its sample times
 
 
 class Backend(Protocol):
-    """An integrator: one file, and an entry in ``backends``."""
+    """An integrator: one file, and an entry in ``backends`` or in the registry."""
 
     def refuses(self, scene: Scene, setup: Setup) -> str | None:
         """Why it cannot integrate ``scene`` with this set-up, in one line; None if it can."""
@@ -381,10 +382,7 @@ def backends(scene: Scene) -> Iterator[Backend]:
     from tt_precise.integration import heyoka_backend
 
     yield heyoka_backend
-    if scene.in_pieces:
-        from tt_precise.integration import hybrid
-
-        yield hybrid
+    yield from asked_by(scene)
     from tt_precise.integration import multidouble_backend
 
     yield multidouble_backend
