@@ -43,7 +43,7 @@ __all__ = [
     "thresholds",
 ]  # fmt: skip
 
-registry.register("in_pieces", "tt_precise.integration.hybrid")
+registry.register("in_pieces", "tt_precise.nonsmooth.backend")
 
 __getattr__, __dir__ = lazy_names(
     __name__,

@@ -1,16 +1,13 @@
 """Trajectories: what must be conserved is, what must agree does, and spoiled equations show."""
 
 import itertools
-import sys
 from collections.abc import Callable
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy
 import pytest
 
-import tt_precise
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.runtime.values import InputError
@@ -156,24 +153,3 @@ def test_several_times_at_once(double: Trajectory, half_quad: Trajectory) -> Non
         double.at([1, 9])
     with pytest.raises(InputError, match="t: got 'now'"):
         double.at(["now"])
-
-
-def test_a_viscous_top_on_a_rigid_table_needs_no_other_motion() -> None:
-    """Only what a scene asks for is called: no pieces, no regularised time."""
-    folder = Path(tt_precise.__file__).parent
-    called: set[str] = set()
-
-    def note(frame: Any, event: str, argument: Any) -> None:
-        file = Path(frame.f_code.co_filename)
-        if event == "call" and folder in file.parents:
-            called.add(str(file.relative_to(folder)))
-
-    for profile in (None, note):
-        sys.setprofile(profile)
-        try:
-            theta = tt_precise.integrate("reference", digits=6).state.theta
-        finally:
-            sys.setprofile(None)
-    assert 3 < theta < 3.2
-    assert "integration/run.py" in called
-    assert called.isdisjoint({"integration/hybrid.py", "integration/regularised_time.py"})

@@ -282,8 +282,8 @@ def through_joints(scene: Scene, row: Array, span: float) -> tuple[Array, float,
 
     The state after ``span`` (s) or where the motion ends, the time until then, and the steps taken.
     """
-    from tt_precise.integration import hybrid
     from tt_precise.integration.setup import Setup, ended_at_start
+    from tt_precise.nonsmooth import backend as hybrid
 
     setup = Setup.of(scene, events=(), record=())
     start = InitialState.of(scene, setup.precision.arithmetic)

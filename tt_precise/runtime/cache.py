@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 # the code behind a trajectory's numbers; tests/test_structure.py compares it with the imports
 SOURCES = (
     "runtime/values.py", "runtime/mpfr.py", "runtime/files.py",
-    "scene", "mechanics", "taylor", "integration",
+    "scene", "mechanics", "taylor", "integration", "nonsmooth",
 )  # fmt: skip
 DIGITS = 12  # significant, in a cached table
 UNREADABLE = (OSError, EOFError, zlib.error, ValueError, KeyError, TypeError)

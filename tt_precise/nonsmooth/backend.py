@@ -19,14 +19,6 @@ from tt_precise.integration.dense_output import DenseOutput, SampleTimes, Segmen
 from tt_precise.integration.equations import SLOW_SPEED
 from tt_precise.integration.events import existing
 from tt_precise.integration.heyoka_backend import REST_SPEED, propagate, repeating
-from tt_precise.integration.regularised_time import (
-    OnsetOutput,
-    RegularisedTimeOutput,
-    direction_on_the_cone,
-    directions_from_rest,
-    onset,
-    terms_for,
-)
 from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.mechanics import compliant, flight, friction, rolling
 from tt_precise.mechanics.formulations import (
@@ -36,6 +28,14 @@ from tt_precise.mechanics.formulations import (
     Formulation,
     raised,
 )
+from tt_precise.nonsmooth.onset import (
+    OnsetOutput,
+    direction_on_the_cone,
+    directions_from_rest,
+    onset,
+    terms_for,
+)
+from tt_precise.nonsmooth.regularised_time import RegularisedTimeOutput
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Functions, InputError, Scalar
 from tt_precise.scene.initial_state import InitialState

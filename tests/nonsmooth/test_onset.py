@@ -5,12 +5,12 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.integration import regularised_time
-from tt_precise.integration.regularised_time import OnsetSeries
 from tt_precise.mechanics import friction, rolling
 from tt_precise.mechanics.laws import COULOMB
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
+from tt_precise.nonsmooth import onset
+from tt_precise.nonsmooth.onset import OnsetSeries
 
 TERMS = 16
 mp = mpmath.MPContext()
@@ -50,9 +50,9 @@ def residual(top: Parameters, series: OnsetSeries, t: Any) -> Any:
 def test_on_the_cone_speed_begins_with_the_square_of_time() -> None:
     top = body(ratio())
     assert abs(friction.cone_margin(top, state())) < mp.mpf("1e-40")
-    e = regularised_time.direction_on_the_cone(top, state(), mp)
+    e = onset.direction_on_the_cone(top, state(), mp)
     eps = mp.mpf("1e-16")
-    series = regularised_time.onset(top, state(), e, TERMS, eps, mp, on_the_cone=True)
+    series = onset.onset(top, state(), e, TERMS, eps, mp, on_the_cone=True)
     v = series.coefficients[6]
     assert v[0] == v[1] == 0 != v[2]
     # relative to v, which is v_2 t^2; the last terms bound what is left out, 100 for the many parts
@@ -65,24 +65,23 @@ def test_on_the_cone_speed_begins_with_the_square_of_time() -> None:
 
 def test_outside_the_cone_gliding_begins_at_once() -> None:
     top = body(ratio() / 2)
-    (e,) = regularised_time.directions_from_rest(top, state(), mp)
+    (e,) = onset.directions_from_rest(top, state(), mp)
     eps = mp.mpf("1e-16")
-    series = regularised_time.onset(top, state(), e, TERMS, eps, mp, on_the_cone=False)
+    series = onset.onset(top, state(), e, TERMS, eps, mp, on_the_cone=False)
     assert series.coefficients[6][1] > 0
     assert residual(top, series, series.until / 2) < 100 * eps
 
 
 def test_within_the_cone_nothing_begins() -> None:
-    assert regularised_time.directions_from_rest(body(2 * ratio()), state(), mp) == []
+    assert onset.directions_from_rest(body(2 * ratio()), state(), mp) == []
 
 
 @pytest.mark.parametrize("terms", [8, 12])
 def test_more_terms_reach_further(terms: int) -> None:
     top, eps = body(ratio() / 2), mp.mpf("1e-16")
-    (e,) = regularised_time.directions_from_rest(top, state(), mp)
+    (e,) = onset.directions_from_rest(top, state(), mp)
     short, long = (
-        regularised_time.onset(top, state(), e, n, eps, mp, on_the_cone=False)
-        for n in (terms, 2 * terms)
+        onset.onset(top, state(), e, n, eps, mp, on_the_cone=False) for n in (terms, 2 * terms)
     )
     assert long.until > short.until
     t = short.until / 2
