@@ -16,7 +16,7 @@ import click
 
 from tt_precise._version import __version__
 from tt_precise.commands.options import Group
-from tt_precise.runtime.process import Terminated, end_within, heeded, in_a_process_of_ours
+from tt_precise.runtime.process import Terminated, end_within, in_a_process_of_ours, raising_signals
 from tt_precise.runtime.terminal import open_closed_streams
 from tt_precise.runtime.values import InputError
 
@@ -128,7 +128,7 @@ def entry() -> None:
     """Console entry point."""
     open_closed_streams()
     in_a_process_of_ours()
-    with heeded():
+    with raising_signals():
         status = main()
     try:
         sys.stdout.flush()

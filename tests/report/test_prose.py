@@ -7,7 +7,7 @@ import pytest
 from tt_precise.claims import verdicts as v
 from tt_precise.claims.committed import committed
 from tt_precise.report import prose
-from tt_precise.report.formula import latex, mathml, parts_of_symbol
+from tt_precise.report.formula import latex, mathml, split_symbol
 
 SEEN = {
     "|a|^2": "|a|<sup>2</sup>",
@@ -114,11 +114,11 @@ def test_every_formula_of_a_claim_is_set() -> None:
 
 
 def test_symbols_have_letter_accents_and_index() -> None:
-    assert parts_of_symbol("omega_3_dot") == ("ω", ("dot",), "3")
-    assert parts_of_symbol("E~0") == parts_of_symbol("E0_tilde") == ("E", ("tilde",), "0")
-    assert parts_of_symbol("axis_dot") == parts_of_symbol("3_dot") == ("3", ("dot",), "")
-    assert parts_of_symbol("I1") == ("I", (), "1")
-    assert parts_of_symbol("lambda_thres") == ("λ", (), "thres")
+    assert split_symbol("omega_3_dot") == ("ω", ("dot",), "3")
+    assert split_symbol("E~0") == split_symbol("E0_tilde") == ("E", ("tilde",), "0")
+    assert split_symbol("axis_dot") == split_symbol("3_dot") == ("3", ("dot",), "")
+    assert split_symbol("I1") == ("I", (), "1")
+    assert split_symbol("lambda_thres") == ("λ", (), "thres")
 
 
 @pytest.mark.parametrize(

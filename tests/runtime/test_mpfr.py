@@ -110,16 +110,16 @@ def test_exact_numbers_are_rounded_once() -> None:
 
 def test_parts_are_doubles_each_nearest_to_what_is_left() -> None:
     values = WIDE.of_fractions([Fraction(1, 3), Fraction(-2, 7), Fraction(0), Fraction(5)])
-    parts = WIDE.in_parts(values, 3)
+    parts = WIDE.to_limbs(values, 3)
     assert parts.shape == (4, 3)
     assert parts[:, 0].tolist() == [1 / 3, -2 / 7, 0, 5]
     with WIDE.precision():
-        left = values - WIDE.of_parts(parts)
+        left = values - WIDE.from_limbs(parts)
         assert numpy.abs(left.astype(float)).max() < 2.0**-160
     # one far behind the others is not lost
     parts = numpy.array([[1.0, 2.0**-200, 2.0**-400], [1.0, 0.0, 0.0]])
     with WIDE.precision():
-        far, one = WIDE.of_parts(parts) - 1
+        far, one = WIDE.from_limbs(parts) - 1
         assert WIDE.back(far - 2.0**-200) == CONTEXT.ldexp(1, -400)
         assert one == 0
 

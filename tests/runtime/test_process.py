@@ -63,8 +63,8 @@ def test_commands_keep_what_they_compile_in_a_small_folder_of_their_own(tmp_path
 
 HEEDED = """
 import time
-from tt_precise.runtime.process import Terminated, heeded
-with heeded():
+from tt_precise.runtime.process import Terminated, raising_signals
+with raising_signals():
     try:
         {within}
         time.sleep(30)

@@ -24,7 +24,7 @@ CASE_FAILED = 1
 
 
 class Edges(Record, frozen=True, tag_field="schema", tag="tt_precise.extremes.scene/1"):
-    """What `tt-precise extremes SCENE --json` prints."""
+    """JSON document of `tt-precise extremes SCENE --json`."""
 
     scene: Annotated[str, means("name of the scene")]
     outcomes: Annotated[tuple[Outcome, ...], means("one entry for each change and precision")]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "tt_precise.scene/1"
 DIGITS = 20
-TEMPLATE = Path(__file__).with_suffix(".toml")  # of a new scene
+TEMPLATE = Path(__file__).with_suffix(".toml")  # The template of a new scene.
 
 
 def _laws() -> str:

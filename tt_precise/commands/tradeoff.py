@@ -16,7 +16,7 @@ from tt_precise.tradeoff.measure import Row, Tradeoff, measure, ratios
 
 
 class Measured(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff/3"):
-    """What `tt-precise tradeoff SCENE --json` prints."""
+    """JSON document of `tt-precise tradeoff SCENE --json`."""
 
     scene: Annotated[str, means("name of the scene")]
     until_s: Annotated[float, means("the last sample at which the rows are compared, s")]

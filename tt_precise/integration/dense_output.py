@@ -79,7 +79,7 @@ class SampleTimes:
     def parts(self) -> Array:
         """The dimensionless times, each as three doubles: axes (time, part)."""
         until = self.start.until
-        inner = in_parts(self.exact[:-1], self.start.units.time, mpfr_of(until.context))
+        inner = to_limbs(self.exact[:-1], self.start.units.time, mpfr_of(until.context))
         return numpy.concatenate([inner, moments([until])])
 
     @classmethod
@@ -91,10 +91,10 @@ class SampleTimes:
         return cls(scene.sample_times, times, start)
 
 
-def in_parts(times: Sequence[Fraction], unit: Scalar, mpfr: Mpfr) -> Array:
+def to_limbs(times: Sequence[Fraction], unit: Scalar, mpfr: Mpfr) -> Array:
     """Exact times in s as dimensionless times, each as three doubles: axes (time, part)."""
     with mpfr.precision():
-        return mpfr.in_parts(mpfr.of_fractions(times) / mpfr.number(unit), MOST_PARTS)
+        return mpfr.to_limbs(mpfr.of_fractions(times) / mpfr.number(unit), MOST_PARTS)
 
 
 def long_double(value: Scalar) -> Scalar:
@@ -246,7 +246,7 @@ class DenseOutput(Span):
         """Whether the series of all steps are stored; a run to t = 0 has none."""
         return bool(self._pieces)
 
-    def in_parts(self, times: Array) -> Array:
+    def to_limbs(self, times: Array) -> Array:
         """States of a stored run in several doubles at rising times, both in parts.
 
         Axes (time, part, entry).
@@ -319,12 +319,12 @@ class DenseOutput(Span):
             return tuple(map(mpfr.array, zip(*rows, strict=True)))
         for time in {min(seconds), max(seconds)}:
             self.dimensionless_time(mpfr.back(time))
-        times = mpfr.in_parts(seconds / mpfr.number(self.start.units.time), MOST_PARTS)
+        times = mpfr.to_limbs(seconds / mpfr.number(self.start.units.time), MOST_PARTS)
         at_start, at_end = seconds == 0, seconds >= mpfr.number(self.end)
         order = numpy.argsort(times[:, 0], kind="stable")
         states = numpy.empty((len(times), parts, size))
-        states[order] = self.in_parts(times[order])
-        entries = tuple(mpfr.of_parts(states[:, :, entry]) for entry in range(size))
+        states[order] = self.to_limbs(times[order])
+        entries = tuple(mpfr.from_limbs(states[:, :, entry]) for entry in range(size))
         for entry, first, last in zip(entries, self.start_row, self.end_row, strict=True):
             entry[at_start], entry[at_end] = mpfr.number(first), mpfr.number(last)
         return entries

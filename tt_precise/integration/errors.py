@@ -26,7 +26,7 @@ from tt_precise.integration.columns import (
     digits_over_rows,
     worst_digits,
 )
-from tt_precise.integration.dense_output import ARRIVED, Segment, Times, in_parts, long_double
+from tt_precise.integration.dense_output import ARRIVED, Segment, Times, long_double, to_limbs
 from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.precision import finer
@@ -312,8 +312,8 @@ class States:
         if samples and tuple(self._times) == samples.exact:
             moments = samples.parts
         else:
-            moments = in_parts(self._times, self._output.start.units.time, self.precision.mpfr)
-        states: Array = self._output.in_parts(moments).transpose(1, 2, 0)
+            moments = to_limbs(self._times, self._output.start.units.time, self.precision.mpfr)
+        states: Array = self._output.to_limbs(moments).transpose(1, 2, 0)
         return states
 
     @cached_property

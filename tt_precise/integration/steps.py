@@ -138,12 +138,12 @@ def of_block(piece: StepBlock, end: float, setup: Setup) -> Steps:
     series = piece.coefficients[:count, :, :size].transpose(2, 1, 0)
     mpfr = setup.precision.mpfr
     with mpfr.precision():
-        begins = mpfr.of_parts(piece.begins[:count])
+        begins = mpfr.from_limbs(piece.begins[:count])
 
     def rows(step: Array, place: Array) -> tuple[Array, Sequence[Array]]:
         times = begins[step] + place * (lengths * unit)[step]
-        parts = piece.rows(step, mpfr.in_parts(times, MOST_PARTS))
-        return times, [mpfr.of_parts(parts[:, :, i]) for i in range(size)]
+        parts = piece.rows(step, mpfr.to_limbs(times, MOST_PARTS))
+        return times, [mpfr.from_limbs(parts[:, :, i]) for i in range(size)]
 
     wide = Wide(mpfr.number, mpfr, mpfr.back, rows)
     return Steps(begin, lengths * unit, series * powers.T, wide)

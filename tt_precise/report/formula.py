@@ -49,7 +49,7 @@ def mathml(text: str, other: str = "") -> str:
     return str(convert(_marked(text, other, r"\class{differs}{%s}")))
 
 
-def parts_of_symbol(word: str) -> tuple[str, tuple[str, ...], str]:
+def split_symbol(word: str) -> tuple[str, tuple[str, ...], str]:
     """The letter, its accents and its index: ("ω", ("dot",), "3") of omega_3_dot."""
     word = re.sub(r"^(?:axis|3)(?=_dot|$)", "AXIS", word).rstrip("_")
     base, *rest = word.split("_")
@@ -68,7 +68,7 @@ def parts_of_symbol(word: str) -> tuple[str, tuple[str, ...], str]:
 
 def latex_symbol(word: str) -> str:
     """A symbol such as omega_3_dot as LaTeX."""
-    letter, accents, index = parts_of_symbol(word)
+    letter, accents, index = split_symbol(word)
     written = _LATEX_GREEK.get(letter, r"\mathbf{3}" if letter == AXIS else letter)
     for accent in accents:
         written = rf"\{accent}{{{written}}}"

@@ -194,14 +194,14 @@ def all_pictures(points: Sequence[Numbers]) -> list[Figure]:
     limit = _with(points, ("mu", "distance"))
     near = _with(points, ("off", "rate", "eigenvalue"))
     return [
-        digits_beside_the_poles(),
+        digits_near_the_poles(),
         *([friction(work, limit)] if work and limit else []),
         *([threshold(near)] if near else []),
     ]
 
 
 @style.figure("extremes-poles", [3.0])
-def digits_beside_the_poles(axes: list[Axes]) -> Words:
+def digits_near_the_poles(axes: list[Axes]) -> Words:
     """Digits of the tilt that theta keeps near pi, in every precision."""
     from tt_precise.extremes.geometry import digits_of_the_tilt
 

@@ -17,7 +17,7 @@ import mpmath
 
 from tt_precise.claims.verdicts import Part
 from tt_precise.report import formula
-from tt_precise.report.formula import GREEK, parts_of_symbol
+from tt_precise.report.formula import GREEK, split_symbol
 from tt_precise.runtime.values import Scalar
 
 DIGITS = 8  # significant, that a number shows where the digits are not the point
@@ -99,7 +99,7 @@ def _as_html(match: re.Match[str], digits: int | None) -> str:
     if match["code"]:
         return f"<code>{escape(match['code'][1:-1])}</code>"
     if match["symbol"]:
-        letter, accents, index = parts_of_symbol(match["symbol"])
+        letter, accents, index = split_symbol(match["symbol"])
         letter = normalize("NFC", letter + "".join(_ACCENT[accent] for accent in accents))
         written = f"<i>{letter}</i>" if letter[0] != formula.AXIS else f"<b>{letter}</b>"
         return written + (f"<sub>{escape(index)}</sub>" if index else "")

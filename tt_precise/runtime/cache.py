@@ -39,12 +39,12 @@ def fingerprint(definition: Json) -> str:
     return hashlib.sha256(json.dumps(definition, sort_keys=True).encode("utf-8")).hexdigest()
 
 
-def source_hash(*places: str) -> str:
+def source_hash(*paths: str) -> str:
     """SHA-256 of source files of this package, given as files and folders."""
     package = Path(__file__).parents[1]
     digest = hashlib.sha256()
-    for place in places:
-        path = package / place
+    for source in paths:
+        path = package / source
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
             digest.update(file.read_bytes())
     return digest.hexdigest()
@@ -104,7 +104,7 @@ def cached_table(
     It is searched in ``reports/`` of the checkout, then in the user's cache.
     """
     mark = fingerprint(definition)
-    known = _found(file, mark)
+    known = _load_table(file, mark)
     if known is not None:
         return known
     content = packed(compute(), mark)
@@ -138,7 +138,7 @@ def unpacked(content: bytes, mark: str) -> pandas.DataFrame | None:
     return pandas.read_csv(io.StringIO(text), comment="#")
 
 
-def _found(file: str, mark: str) -> pandas.DataFrame | None:
+def _load_table(file: str, mark: str) -> pandas.DataFrame | None:
     for folder in _folders():
         try:
             table = unpacked((folder / file).read_bytes(), mark)

@@ -75,17 +75,19 @@ def require_apart(outputs: Mapping[str, str | Path | None], *inputs: str) -> Non
     Raises ``InputError``: an output is one of the files ``inputs``, or is named twice.
     """
     # a bare word is the name of a scene that ships
-    taken = {_place(given): "which is read" for given in inputs if os.sep in given or "." in given}
+    taken = {
+        _real_path(given): "which is read" for given in inputs if os.sep in given or "." in given
+    }
     for option, path in outputs.items():
         if path is None or _is_device(Path(path)):
             continue
-        place = _place(path)
+        place = _real_path(path)
         if place in taken:
             raise InputError(f"{option}: got {path}, {taken[place]}; expected another file")
         taken[place] = f"which is {option} too"
 
 
-def _place(path: str | Path) -> str:
+def _real_path(path: str | Path) -> str:
     try:
         return os.path.realpath(path)
     except ValueError:  # a null character, of which the reader or the writer says more
@@ -185,13 +187,13 @@ def read_toml(path: Path, what: str) -> str:
             content = file.read(LARGEST_FILE + 1)  # bounded: the path may be /dev/zero
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{shown(path)}: {reason}; expected {what}") from None
+        raise InputError(f"{printable(path)}: {reason}; expected {what}") from None
     if len(content) > LARGEST_FILE:
-        raise InputError(f"{shown(path)}: larger than {LARGEST_FILE} bytes, expected {what}")
+        raise InputError(f"{printable(path)}: larger than {LARGEST_FILE} bytes, expected {what}")
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError:
-        raise InputError(f"{shown(path)}: not UTF-8 text, expected {what}") from None
+        raise InputError(f"{printable(path)}: not UTF-8 text, expected {what}") from None
 
 
 def parse_toml(text: str) -> dict[str, Json]:
@@ -209,8 +211,8 @@ def parse_toml(text: str) -> dict[str, Json]:
         raise InputError("not a TOML file: an integer of thousands of digits") from None
 
 
-def shown(path: Path) -> str:
-    """The path for an error: printable, and its end if it is long."""
+def printable(path: Path) -> str:
+    """Return the path as printable text; the end of a long one."""
     text = str(path)
     text = text if text.isprintable() else repr(text)
     return text if len(text) <= 300 else f"...{text[-297:]}"
@@ -246,9 +248,9 @@ def read_json(path: Path, what: str) -> dict[str, Json]:
         )
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or f"no JSON: {error}"
-        raise InputError(f"{shown(path)}: {reason}; expected {what}") from None
+        raise InputError(f"{printable(path)}: {reason}; expected {what}") from None
     if not isinstance(content, dict):
-        raise InputError(f"{shown(path)}: got no JSON object, expected {what}")
+        raise InputError(f"{printable(path)}: got no JSON object, expected {what}")
     return content
 
 
@@ -261,7 +263,9 @@ def of_its_form(path: Path, what: str) -> Iterator[None]:
         raise
     except MISSHAPEN as error:
         reason = f"{type(error).__name__}: {error}"
-        raise InputError(f"{shown(path)}: not of its form ({reason}); expected {what}") from None
+        raise InputError(
+            f"{printable(path)}: not of its form ({reason}); expected {what}"
+        ) from None
 
 
 def _object(pairs: list[tuple[str, Json]]) -> dict[str, Json]:

@@ -16,7 +16,7 @@ from typing import Any
 from tt_precise.runtime.values import Array, Functions, Scalar
 
 HYPOT_BITS = 4
-EXACT_BITS = 2200  # from the largest double's first bit to the least one's last
+EXACT_BITS = 2200  # Bits from the largest double's first to the smallest one's last.
 
 
 def mpfr_of(context: Functions) -> Mpfr:
@@ -101,9 +101,9 @@ class Mpfr:
         with self.precision():
             return _array([self._gmpy2.mpfr(text) for text in texts])
 
-    def of_parts(self, parts: Array) -> Array:
-        """Exact sums of doubles: of axes (number, part) an array of numbers."""
-        rows = parts.tolist()
+    def from_limbs(self, limbs: Array) -> Array:
+        """Return the exact sums of doubles: an array of numbers from axes (number, limb)."""
+        rows = limbs.tolist()
         with self._gmpy2.context(precision=self.bits) as rounded:
             sums = list(map(self._gmpy2.fsum, rows))
         if rounded.inexact:  # bits far behind the others; mpmath takes them into the next operation
@@ -112,13 +112,13 @@ class Mpfr:
                 sums = [x if x == y else y for x, y in zip(sums, exact, strict=True)]
         return _array(sums)
 
-    def in_parts(self, values: Array, parts: int) -> Array:
-        """Each as a sum of doubles, each nearest to the remainder: axes (number, part)."""
+    def to_limbs(self, values: Array, count: int) -> Array:
+        """Return each number as a sum of doubles, each nearest to the rest: axes (number, limb)."""
         import numpy
 
         doubles = []
         with self.precision():
-            for _ in range(parts):
+            for _ in range(count):
                 doubles.append(values.astype(float))
                 values = values - doubles[-1]
         return numpy.stack(doubles, axis=1)

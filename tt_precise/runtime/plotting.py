@@ -24,9 +24,9 @@ BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#000000", "#767676"
 CYCLE = (BLUE, ORANGE, GREEN, RED, SKY, PURPLE, BLACK, GREY)
 FORMATS = (".svg", ".png", ".pdf")
-DPI = 150  # of PNG
-POINTS = 72  # of an inch: the unit of SVG
-BINS = 700  # of time across a panel; each keeps its first, least, greatest and last value
+DPI = 150  # Pixels in an inch of a PNG.
+POINTS = 72  # Points in an inch; SVG sizes are in points.
+BINS = 700  # Intervals of time across a panel; each keeps first, least, greatest, last value.
 _SETTINGS: Any = {
     "font.size": 10, "axes.titlesize": 10, "axes.titlelocation": "left", "axes.spines.top": False,
     "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True, "grid.color": "#e4e4e4",
@@ -119,7 +119,7 @@ _HASHED = re.compile(r'\bid="([A-Za-z_]*?)[0-9a-f]{10}"')
 
 
 def _numbered(svg: str) -> str:
-    """The same with ids counted in order.
+    """Replace the ids of an SVG by numbers counted in order.
 
     matplotlib makes those of clip paths and markers from numbers whose last bits may change.
     """

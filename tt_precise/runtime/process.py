@@ -124,7 +124,7 @@ RAISED: dict[int, type[BaseException]] = {
 
 
 @contextmanager
-def heeded() -> Iterator[None]:
+def raising_signals() -> Iterator[None]:
     """A context in which SIGINT and SIGTERM raise; afterwards they end the process silently.
 
     During an import they wait until it is done: packages with optional parts, such as heyoka, take

@@ -23,7 +23,7 @@ from typing import Any, TypeVar
 from msgspec import UNSET, Meta, Struct, UnsetType, ValidationError, convert
 from msgspec import json as msgspec_json
 
-from tt_precise.runtime.files import of_its_form, shown
+from tt_precise.runtime.files import of_its_form, printable
 from tt_precise.runtime.files import parse_json as parse
 from tt_precise.runtime.files import read_json as read
 from tt_precise.runtime.values import InputError, Json
@@ -62,7 +62,7 @@ def load(path: Path, kind: type[Document], what: str) -> Document:
 
     Raises ``InputError``: it cannot be read, has another schema, or a value has the wrong type.
     """
-    return record_of(read(path, what), kind, shown(path), what)
+    return record_of(read(path, what), kind, printable(path), what)
 
 
 def read_as_record(path: Path, kind: type[Document], what: str) -> dict[str, Json]:
@@ -71,7 +71,7 @@ def read_as_record(path: Path, kind: type[Document], what: str) -> dict[str, Jso
     Raises ``InputError``: as ``load``.
     """
     content = read(path, what)
-    record_of(content, kind, shown(path), what)
+    record_of(content, kind, printable(path), what)
     return content
 
 

@@ -105,7 +105,7 @@ class Check:
 
     @property
     def holds(self) -> bool:
-        """Whether it did not fail."""
+        """True unless the check failed."""
         return self.verdict != "fail"
 
     def as_dict(self) -> dict[str, Json]:
@@ -138,7 +138,7 @@ class Check:
 
 
 class Ring:
-    """What follows from sums, products and negative values of an operand."""
+    """Operators that follow from the sum, product and negative of an operand."""
 
     __slots__ = ()
 

@@ -243,10 +243,10 @@ class Pool:
         except (BrokenExecutor, CancelledError) as error:
             raise _unusable(error) from None
         except Exception as error:  # other tasks continue after any error
-            return [Failure(self._told(error))] * len(task)
+            return [Failure(self._worker_error(error))] * len(task)
         return results if isinstance(self.executor, Processes) else [results]
 
-    def _told(self, error: Exception) -> Exception:
+    def _worker_error(self, error: Exception) -> Exception:
         """The error for a task whose process ended or was ended, from pebble's exception."""
         if isinstance(self.executor, Processes):
             from pebble import ProcessExpired

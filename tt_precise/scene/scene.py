@@ -12,7 +12,7 @@ from typing import Any
 
 from tt_precise.mechanics.laws import VISCOUS
 from tt_precise.mechanics.parameters import of_numbers
-from tt_precise.runtime.files import parse_toml, read_toml, shown
+from tt_precise.runtime.files import parse_toml, printable, read_toml
 from tt_precise.runtime.values import InputError, Json
 from tt_precise.scene.body import UNIT_KEYS, TippeTop, body_numbers, require_keys, top_of
 from tt_precise.scene.numerals import written
@@ -351,7 +351,7 @@ def load_scene(scene: str | Path | Scene) -> Scene:
         )
     path = Path(scene)
     text = read_toml(path, "a scene file or a shipped name")
-    return parse_scene(text, path.stem, shown(path))
+    return parse_scene(text, path.stem, printable(path))
 
 
 @cache

@@ -179,17 +179,17 @@ class Watch:
         wide = mpfr_of(fn)
         near = 2.0 ** (8 - 52 * piece.system.parts)
         with wide.precision():
-            times = wide.of_parts(piece.begins[steps]) + place * lengths * units
+            times = wide.from_limbs(piece.begins[steps]) + place * lengths * units
             for _ in range(MOST_NEWTONS):
-                there = piece.rows(steps, wide.in_parts(times, MOST_PARTS))
+                there = piece.rows(steps, wide.to_limbs(times, MOST_PARTS))
                 here = there[numpy.arange(len(steps)), :, self._columns.start + function]
-                off = wide.of_parts(here) / numpy.where(slopes, slopes, numpy.inf)
+                off = wide.from_limbs(here) / numpy.where(slopes, slopes, numpy.inf)
                 # out of the step leads only what rounding alone makes a zero
                 off = numpy.where(abs(off) <= lengths * units, off, 0 * times)
                 times = times - off
                 if (abs(off) <= near * times).all():
                     break
-            rows = piece.rows(steps, wide.in_parts(times, MOST_PARTS))
+            rows = piece.rows(steps, wide.to_limbs(times, MOST_PARTS))
         exact = [wide.back(time) for time in times]
         zeros = map(SignChange, function.tolist(), exact, direction.tolist(), rows)
         return sorted(zeros, key=lambda zero: zero.time)
