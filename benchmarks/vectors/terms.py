@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tt_precise.mechanics import newton
+from tt_precise.mechanics import euler, newton, rolling
 from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.formulations import Formulation, elastic, integrated
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.rolling import RollingEulerState
 from tt_precise.mechanics.vectors import Vector, added, dot, scaled
 from tt_precise.runtime.values import Scalar
 
@@ -44,12 +44,8 @@ def disagreement(
     ``here`` are the angles of ``q``. The rates of the vectors become those of angles by central
     differences over ``step``. NaN if one of them is.
     """
-    form, fn = _euler_form(q), q.fn
-    lifted = {name: getattr(q.state, name, step * 0) for name in ("height", "rise")}
-    known = {**here._asdict(), **lifted, "zeta": fn.sqrt(-lifted["height"]), "t": step * 0}
-    state = form.State(*(known[name] for name in form.columns))
-    clock = form.clock(state, fn) if form.clock else 1
-    rates = dict(zip(form.columns, form.rates(q.body, state, fn), strict=True))
+    fn, rates = q.fn, _euler_rates(q, here)
+    known = {**here._asdict(), "rise": getattr(q.state, "rise", step * 0)}
     by_vectors = (*by_newton["k_dot"], *by_newton["L_dot"], *by_newton["v_A_dot"][:2])
     ahead, behind = (
         euler_from_vectors(
@@ -66,14 +62,20 @@ def disagreement(
     differences = []
     for name, slope in slopes.items():
         # the equations of rolling have no v_A, which stays 0, nor has a rigid contact a rise
-        rate = rates[name] / clock if name in rates else step * 0
+        rate = rates.get(name, step * 0)
         size = abs(rate) + abs(known[name]) * turning
         differences.append(abs(slope - rate) / (size if name in rates else q.body.g))
     # a comparison with NaN is false, so that max alone would pass it over
     return max(differences, key=lambda difference: fn.inf if fn.isnan(difference) else difference)
 
 
-def _euler_form(q: Motion) -> Formulation:
-    if q.model == q.body.spring:
-        return elastic(q.model, "euler", q.body.friction)
-    return integrated("rolling" if q.rolls else q.model, "euler", q.body.friction)
+def _euler_rates(q: Motion, here: EulerState) -> dict[str, Scalar]:
+    """Rates by the equations in Euler angles; a lowest point off the table has a rise."""
+    if q.rolls:
+        return rolling.euler_rates(q.body, RollingEulerState(*here[:4]), q.fn)._asdict()
+    lifted = q.model not in ("gliding", "rolling")
+    g_n = q.force[2] if lifted else None
+    rates = euler.rates(q.viscous, here, q.fn, g_n)
+    if not lifted:
+        return rates._asdict()
+    return rates._asdict() | {"rise": euler.lift(q.body, here, rates, q.fn, g_n)}

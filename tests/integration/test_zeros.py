@@ -182,7 +182,7 @@ def test_what_becomes_undefined_on_the_way_is_refused() -> None:
 def test_rates_that_vanish_where_contact_ends_give_no_extrema() -> None:
     """With the force of Hunt and Crossley they fall to zero as the fourth power of sigma."""
     names = ("extremum:omega_3", "extremum:E_rot", "extremum:s_dot_x")
-    run = integrate("elastic-hunt-crossley", "extended", formulation="euler", events=names)
+    run = integrate("elastic-hunt-crossley", "extended", events=names)
     assert [run.event_counts[name] for name in names] == [6, 6, 5]
     assert run.suspect_events == ()
 

@@ -142,22 +142,23 @@ SMALL = Parameters(1.0, 1.0, 0.3, 0.4, 0.5, 1.0, 0.3, friction=COULOMB)
 STATE = EulerState(0.7, 0.4, 0.9, 3.0, 0.06, -0.02)
 
 
-def test_euler_rates_are_those_of_the_plain_equations(mp: Any) -> None:
+def test_polar_rates_are_those_of_the_plain_equations(mp: Any) -> None:
     body, state = SMALL.numbers(mp.mpf), EulerState(*map(mp.mpf, STATE))
-    own = friction.polar_from_euler(state, mp)
-    found = friction.polar_euler_rates(body, own, mp)
-    viscous = friction.viscous_at(body, state.nu_x, state.nu_y, mp)
-    plain = euler.rates(viscous, state, mp)
+    vectors = vectors_from_euler(body, state, mp)
+    own = friction.polar_from_vectors(vectors, mp)
+    found = friction.polar_rates(body, own, mp)
+    viscous = friction.viscous_at(body, vectors.vx, vectors.vy, mp)
+    plain = newton.rates(viscous, vectors, mp)
     v = friction.polar_speed(own, mp)
-    for one, other in zip(found[:4], plain[:4], strict=True):
+    for one, other in zip(found[:6], plain[:6], strict=True):
         assert mp.almosteq(one, v * other, rel_eps=1e-40)
-    for e, turning, rate in zip(own[5:7], found[5:7], plain[4:], strict=True):
+    for e, turning, rate in zip(own[7:9], found[7:9], plain[6:], strict=True):
         assert mp.almosteq(v * found.log_v * e + v * turning, v * rate, rel_eps=1e-40)
-    # both forms say the same of the speed
-    vectors = friction.polar_from_vectors(vectors_from_euler(body, state, mp), mp)
-    by_vectors = friction.polar_rates(body, vectors, mp)
-    for name in ("log_v", "t"):
-        assert mp.almosteq(getattr(by_vectors, name), getattr(found, name), rel_eps=1e-40)
+    # the paper's equations say the same of the speed
+    angles = euler.rates(viscous, state, mp)
+    slope = (state.nu_x * angles.nu_x + state.nu_y * angles.nu_y) / v
+    assert mp.almosteq(found.log_v, slope, rel_eps=1e-40)
+    assert found.t == v
 
 
 def test_rates_are_finite_where_the_gliding_ends() -> None:

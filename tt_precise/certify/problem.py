@@ -129,8 +129,8 @@ def _forms(scene: Scene) -> list[tuple[str, Formulation, Function]]:
     if not spring:
         return [("contact_lost", form, contact_force)]
     return [
-        ("separation", formulations.elastic(spring, "newton", law), contact_force),
-        ("landing", formulations.raised("newton", spring), _height),
+        ("separation", formulations.elastic(spring, law), contact_force),
+        ("landing", formulations.raised(spring), _height),
     ]
 
 

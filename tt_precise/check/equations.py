@@ -66,7 +66,7 @@ def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
     """The rows of ``state`` grouped by their equations, without empty groups."""
     lifted = isinstance(state, LiftedState)
     if scene.model == "flight" and lifted:
-        return [RowsUnder(slice(None), raised("newton"))]
+        return [RowsUnder(slice(None), raised())]
     gliding = formulation(scene.model, "newton", scene.body.friction)
     on_table = numpy.ones(len(state.kx), bool)
     if isinstance(state, LiftedState) and not body.spring:
@@ -80,7 +80,7 @@ def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
     candidates = (
         (on_table & ~rests, gliding),
         (rests, formulation("rolling", "newton")),
-        (~on_table, raised("newton")),
+        (~on_table, raised()),
     )
     there = [(rows, form) for rows, form in candidates if rows.any()]
     if len(there) == 1:  # all rows
@@ -298,7 +298,7 @@ def through_joints(scene: Scene, row: Array, span: float) -> tuple[Array, float,
     try:
         pulled = ended_at_start(start, setup.contact, fn)
         if not scene.body.spring and (pulled or state.height > ON_TABLE):
-            flight = setup.but(formulation=raised("newton"))
+            flight = setup.but(formulation=raised())
             segments = hybrid.flying(flight, replace(start, vectors=state))
         else:
             segments = hybrid.run(scene, setup, start, None, None)
@@ -372,7 +372,7 @@ class EquationResidual:
         self.setup, self._resolved = setup, resolved
         self._form = formulation(setup.scene.model, "newton", setup.scene.body.friction)
         if setup.flies and setup.height_given:
-            self._form = raised("newton")
+            self._form = raised()
         self._width = 10 if setup.height_given else len(self._form.columns)
         self._begins, self.joints = float(first.t[0]), numpy.zeros(2, int)  # looked at, and all
         self._energy_size = float(INTEGRALS["energy"].scale(first.first)) or 1.0

@@ -28,6 +28,7 @@ from tt_precise.golden.digits import (
 from tt_precise.golden.measuring import TrueRows
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import EVENTS, JOINING, TERMINAL, not_alternating
+from tt_precise.integration.setup import refused_in_angles
 from tt_precise.runtime.values import Scalar
 from tt_precise.scene.scene import Scene, parse_scene
 
@@ -96,7 +97,7 @@ def tasks(scene: Scene, bits: tuple[int, int]) -> list[Task]:
         Task(scene.name, scene.text, "mp", high, "newton"),
         Task(scene.name, scene.text, "mp", low, "newton"),
     ]
-    if not scene.start.theta.at_pole:
+    if not (scene.start.theta.at_pole or refused_in_angles(scene)):
         wanted.append(Task(scene.name, scene.text, "mp", low, "euler"))
     return wanted
 

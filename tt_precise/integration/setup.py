@@ -66,13 +66,14 @@ class Setup:
         """
         working, coordinates = precision_named(precision or "double", bits), formulation or "newton"
         law, spring = scene.body.friction, scene.body.spring
-        form = (
-            elastic(spring, coordinates, law)
-            if spring
-            else integrated(scene.model, coordinates, law)
-        )
+        form = elastic(spring, law) if spring else integrated(scene.model, coordinates, law)
         if coordinates == "euler":
             _require_euler_angles(scene, working)
+            why = refused_in_angles(scene)
+            if why:
+                raise InputError(
+                    f"formulation: got euler for {scene.name}, expected newton for {why}"
+                )
         if contact not in CONTACTS:
             raise InputError(f"contact: got {contact!r}, expected one of: {', '.join(CONTACTS)}")
         if contact == "bilateral" and scene.lifts:
@@ -97,7 +98,7 @@ class Setup:
             formulation=form,
             precision=working,
             events=names,
-            record=_checked_record(scene, record, coordinates, True in marks),
+            record=_checked_record(scene, record, coordinates, True in marks or scene.in_pieces),
             tolerance=relative,
             options=tuple(sorted((options or {}).items())),
             contact=contact,
@@ -161,6 +162,13 @@ def refused_in_doubles(scene: Scene) -> str:
         return "a motion that may come in pieces"
     missing = scene.body.friction.missing(Graph)
     return f"{scene.body.law} friction, which needs {' and '.join(missing)}" if missing else ""
+
+
+def refused_in_angles(scene: Scene) -> str:
+    """Return the motion that has no equations in Euler angles; "" for other scenes."""
+    if scene.model == "flight":
+        return "a flight"
+    return "an elastic table" if scene.body.spring else ""
 
 
 def _require_euler_angles(scene: Scene, precision: Precision) -> None:

@@ -11,19 +11,13 @@ from collections import namedtuple
 from typing import Any
 
 from tt_precise.mechanics import flight, friction
-from tt_precise.mechanics.flight import LiftedEulerState, LiftedState
+from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.vectors import Vector
 from tt_precise.runtime.values import Functions, Scalar
 
 
 class DeepState(namedtuple("DeepState", "kx ky kz Lx Ly Lz vx vy zeta rise t")):
     """As ``LiftedState`` with the root zeta of the depth for the height, and the time."""
-
-
-class DeepEulerState(
-    namedtuple("DeepEulerState", "theta theta_dot phi_dot omega_3 nu_x nu_y zeta rise t")
-):
-    """As ``LiftedEulerState`` with the root zeta of the depth for the height, and the time."""
 
 
 def linear_force(body: Any, height: Scalar, rise: Scalar) -> Scalar:
@@ -62,19 +56,12 @@ def rates(body: Any, state: LiftedState, fn: Functions) -> LiftedState:
     return flight.rates(body, state, fn, contact_force(body, state, g_n, fn))
 
 
-def linear_euler_rates(body: Any, state: LiftedEulerState, fn: Functions) -> LiftedEulerState:
-    """The same in Euler angles."""
-    g_n = linear_force(body, state.height, state.rise)
-    viscous = friction.viscous_at(body, state.nu_x, state.nu_y, fn)
-    return flight.euler_rates(viscous, state, fn, g_n)
-
-
 def height(zeta: Scalar) -> Scalar:
     """Height of the lowest point at the depth zeta^2."""
     return -(zeta * zeta)
 
 
-def root_of_depth(state: DeepState | DeepEulerState, fn: Functions) -> Scalar:
+def root_of_depth(state: DeepState, fn: Functions) -> Scalar:
     """zeta, the rate of t along sigma."""
     return state.zeta
 
@@ -87,17 +74,6 @@ def hunt_crossley_rates(body: Any, state: DeepState, fn: Functions) -> DeepState
     rate = flight.rates(body, here, fn, contact_force(body, here, g_n, fn))
     moving = (zeta * entry for entry in rate[:8])
     return DeepState(*(*moving, -state.rise / 2, zeta * rate.rise, zeta))
-
-
-def hunt_crossley_euler_rates(body: Any, state: DeepEulerState, fn: Functions) -> DeepEulerState:
-    """The same in Euler angles."""
-    zeta = state.zeta
-    here = LiftedEulerState(*state[:6], height(zeta), state.rise)
-    g_n = hunt_crossley_force(body, zeta, state.rise)
-    viscous = friction.viscous_at(body, state.nu_x, state.nu_y, fn)
-    rate = flight.euler_rates(viscous, here, fn, g_n)
-    moving = (zeta * entry for entry in rate[:6])
-    return DeepEulerState(*(*moving, -state.rise / 2, zeta * rate.rise, zeta))
 
 
 def stored_energy(body: Any, height: Scalar, fn: Functions) -> Scalar:

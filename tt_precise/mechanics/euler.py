@@ -89,6 +89,18 @@ def rates(
     return EulerState(theta_dot, theta_ddot, phi_ddot, omega_3_dot, nu_x_dot, nu_y_dot)
 
 
+def lift(
+    body: Parameters, state: EulerState, rate: EulerState, fn: Functions, g_n: Scalar
+) -> Scalar:
+    """Vertical acceleration of the lowest point at the rates under any g_n.
+
+    The centre of mass is at R (1 - alpha cos theta) above the lowest point.
+    """
+    s, c = fn.sin(state.theta), fn.cos(state.theta)
+    sinking = s * rate.theta_dot + c * state.theta_dot * state.theta_dot
+    return g_n / body.m - body.g - body.R * body.alpha * sinking
+
+
 def jellett(body: Parameters, state: EulerState, fn: Functions) -> Scalar:
     """Jellett's integral lambda in kg m^3/s; eq (14).
 

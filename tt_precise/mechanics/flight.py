@@ -5,8 +5,6 @@ always at a = R (alpha k - z) from the centre of mass, and its velocity v_A as a
 has the rate of the height as its vertical part. The equations are those of ``newton`` with three
 components of v_A instead of two, for any force at the lowest point.
 
-There are two forms: vectors, and Euler angles, where eqs (2) to (6) hold for any normal force.
-
 Flight has a closed form, a free rotation and a parabola: L and omega_3 are constant, the axis
 rotates about L at |L|/I1, and the body also rotates about its axis at omega_3 (1 - I3/I1); the
 centre of mass falls freely.
@@ -41,12 +39,6 @@ class LiftedState(OfAxis, namedtuple("LiftedState", "kx ky kz Lx Ly Lz vx vy hei
         return (self.vx, self.vy, self.rise)
 
 
-class LiftedEulerState(
-    namedtuple("LiftedEulerState", "theta theta_dot phi_dot omega_3 nu_x nu_y height rise")
-):
-    """As ``EulerState``, and the height of the lowest point above the table, and its rate."""
-
-
 def rates(
     body: Parameters, state: LiftedState, fn: Functions = None, force: Vector = (0, 0, 0)
 ) -> LiftedState:
@@ -55,20 +47,6 @@ def rates(
     torque = cross(newton.contact_arm(body, state.k), force)
     x, y, z = newton.contact_acceleration(body, turning, force)
     return LiftedState(*(*newton.axis_rate(body, turning), *torque, x, y, state.rise, z))
-
-
-def euler_rates(
-    body: Parameters, state: LiftedEulerState, fn: Functions, g_n: Scalar = 0
-) -> LiftedEulerState:
-    """The same, in flight or under g_n (z - mu v_A) with any g_n; eqs (2) to (6).
-
-    The centre of mass is at R (1 - alpha cos theta) above the lowest point.
-    """
-    rate = euler.rates(body, EulerState(*state[:6]), fn, g_n)
-    s, c = fn.sin(state.theta), fn.cos(state.theta)
-    sinking = s * rate.theta_dot + c * state.theta_dot * state.theta_dot
-    z = g_n / body.m - body.g - body.R * body.alpha * sinking
-    return LiftedEulerState(*(*rate, state.rise, z))
 
 
 def free_rates(body: Parameters, state: NewtonState, fn: Functions = None) -> NewtonState:

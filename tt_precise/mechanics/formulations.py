@@ -8,11 +8,11 @@ from functools import partial
 from typing import Any
 
 from tt_precise.mechanics import compliant, euler, flight, friction, newton, rolling
-from tt_precise.mechanics.compliant import DeepEulerState, DeepState
+from tt_precise.mechanics.compliant import DeepState
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.flight import LiftedEulerState, LiftedState
-from tt_precise.mechanics.friction import PolarEulerState, PolarState
+from tt_precise.mechanics.flight import LiftedState
+from tt_precise.mechanics.friction import PolarState
 from tt_precise.mechanics.laws import COULOMB, VISCOUS, Law
 from tt_precise.mechanics.newton import CentreState, NewtonState
 from tt_precise.mechanics.parameters import Dimension, Parameters, of_numbers
@@ -93,7 +93,7 @@ class Formulation:
                 body, newton.centre_to_vectors(body, there), fn, self.model, s_dot=velocity
             )
         if "rise" in self.columns:
-            return self._lifted_motion(body, state, fn, phi)
+            return self._lifted_motion(body, state, fn)
         if self.regularised_time:
             polar_state = self.State(*state)
             length = self.columns.index("log_v")
@@ -105,18 +105,11 @@ class Formulation:
         vectors = vectors_from_euler(body, full, fn, phi)
         return Motion(body, vectors, fn, self.model, euler=full)
 
-    def _lifted_motion(
-        self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar
-    ) -> Motion:
+    def _lifted_motion(self, body: Parameters, state: StateOfAny, fn: Functions) -> Motion:
         inner = dict(zip(self.columns, state, strict=False))
         height = compliant.height(inner["zeta"]) if self.regularised_time else inner["height"]
-        euler = None
-        turning = state[:8]
-        if self.coordinates == "euler":
-            euler = EulerState(*state[:6])
-            turning = vectors_from_euler(body, euler, fn, phi)
-        lifted_state = LiftedState(*(*turning, height, inner["rise"]))
-        return Motion(body, lifted_state, fn, self.model, euler=euler)
+        lifted_state = LiftedState(*(*state[:8], height, inner["rise"]))
+        return Motion(body, lifted_state, fn, self.model)
 
     def start(self, body: Parameters, vectors: NewtonState, euler: EulerState) -> StateOfAny:
         """The state that both ``vectors`` and ``euler`` describe."""
@@ -158,44 +151,29 @@ FORMULATIONS = {
         "gliding", "newton", PolarState, friction.polar_rates,
         friction=COULOMB, clock=friction.polar_speed,
     ),
-    (SLOW, "euler"): Formulation(
-        "gliding", "euler", PolarEulerState, friction.polar_euler_rates,
-        friction=COULOMB, clock=friction.polar_speed,
-    ),
     (STICKING, "newton"): Formulation(
         "rolling", "newton", RollingState, rolling.rates, friction=COULOMB
     ),
-    (STICKING, "euler"): Formulation(
-        "rolling", "euler", RollingEulerState, rolling.euler_rates, friction=COULOMB
-    ),
     # in the air, with the height, and on an elastic table
     (RAISED, "newton"): Formulation("flight", "newton", LiftedState, flight.rates),
-    (RAISED, "euler"): Formulation("flight", "euler", LiftedEulerState, flight.euler_rates),
     ("linear", "newton"): Formulation(
         "linear", "newton", LiftedState, compliant.rates, spring="linear"
-    ),
-    ("linear", "euler"): Formulation(
-        "linear", "euler", LiftedEulerState, compliant.linear_euler_rates, spring="linear"
     ),
     ("hunt-crossley", "newton"): Formulation(
         "hunt-crossley", "newton", DeepState, compliant.hunt_crossley_rates,
         spring="hunt-crossley", clock=compliant.root_of_depth,
     ),
-    ("hunt-crossley", "euler"): Formulation(
-        "hunt-crossley", "euler", DeepEulerState, compliant.hunt_crossley_euler_rates,
-        spring="hunt-crossley", clock=compliant.root_of_depth,
-    ),
 }  # fmt: skip
 
 
-def raised(coordinates: str, spring: str = "") -> Formulation:
+def raised(spring: str = "") -> Formulation:
     """Flight with the height: above a table, or beyond the force of an elastic table."""
-    return replace(FORMULATIONS[RAISED, coordinates], spring=spring)
+    return replace(FORMULATIONS[RAISED, "newton"], spring=spring)
 
 
-def elastic(spring: str, coordinates: str, law: Law) -> Formulation:
+def elastic(spring: str, law: Law) -> Formulation:
     """The formulation of contact with an elastic table, under that law of friction."""
-    return replace(FORMULATIONS[spring, coordinates], friction=law)
+    return replace(FORMULATIONS[spring, "newton"], friction=law)
 
 
 def elastic_in_time(spring: str, law: Law) -> Formulation:
@@ -209,8 +187,8 @@ def integrated(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation:
     Its ``State`` may differ; ``start`` computes it from the published state, ``motion`` converts it
     back.
     """
-    if model == "flight":
-        return raised(coordinates)
+    if model == "flight" and coordinates == "newton":
+        return raised()
     if model == "gliding" and (CENTRE, coordinates) in FORMULATIONS:
         return replace(FORMULATIONS[CENTRE, coordinates], friction=law)
     return formulation(model, coordinates, law)

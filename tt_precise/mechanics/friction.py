@@ -9,16 +9,15 @@ Where v_A = 0 the direction of Coulomb's force is undefined and the equations ar
 form, v_A = v e with |e| = 1, and in a time tau, d tau = dt/v, they are regular: g_n and the
 accelerations contain v_A only in the force, and there only e. v = 0 is reached as tau -> oo,
 exponentially, so ln v is in the state: its rate e.v_A_dot is bounded, and v keeps its relative
-accuracy down to any size. As every motion it has two forms: vectors and the paper's Euler angles.
+accuracy down to any size.
 """
 
 from __future__ import annotations
 
 from collections import namedtuple
 
-from tt_precise.mechanics import euler, newton, rolling
+from tt_precise.mechanics import newton, rolling
 from tt_precise.mechanics.conversion import horizontal_length
-from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Functions, Scalar
@@ -63,12 +62,6 @@ class PolarState(namedtuple("PolarState", "kx ky kz Lx Ly Lz log_v ex ey t")):
     """Axis k, angular momentum L about CM, ln v, the unit direction e of gliding, and the time."""
 
 
-class PolarEulerState(
-    namedtuple("PolarEulerState", "theta theta_dot phi_dot omega_3 log_v ex ey t")
-):
-    """Euler angles and rates, ln v, e in the frame of ``EulerState``, and the time."""
-
-
 def along_direction(body: Parameters, state: NewtonState) -> NewtonState:
     """Rates (d/dt) under the force g_n (z - mu e); ``state`` has e in the place of v_A.
 
@@ -91,27 +84,13 @@ def polar_rates(body: Parameters, state: PolarState, fn: Functions) -> PolarStat
     return PolarState(*(*(v * entry for entry in rate[:6]), *direction_rate, v))
 
 
-def polar_euler_rates(body: Parameters, state: PolarEulerState, fn: Functions) -> PolarEulerState:
-    """The same by eqs (2) to (7), whose frame turns at phi_dot: e turns back by v phi_dot.
-
-    With e in the place of (nu_x, nu_y) eqs (5) and (6) have phi_dot e x z, which is along n.
-    """
-    v = polar_speed(state, fn)
-    ex, ey = state.ex, state.ey
-    rate = euler.rates(body, EulerState(*state[:4], ex, ey), fn)
-    along = ex * rate.nu_x + ey * rate.nu_y
-    across = ex * rate.nu_y - ey * rate.nu_x + state.phi_dot - v * state.phi_dot
-    direction_rate = (along, -(across * ey), across * ex)
-    return PolarEulerState(*(*(v * entry for entry in rate[:4]), *direction_rate, v))
-
-
-def polar_speed(state: PolarState | PolarEulerState, fn: Functions) -> Scalar:
+def polar_speed(state: PolarState, fn: Functions) -> Scalar:
     """v, the rate of t along tau."""
     return fn.exp(state.log_v)
 
 
-def gliding_velocity(state: PolarState | PolarEulerState, fn: Functions) -> tuple[Scalar, Scalar]:
-    """v e, in the state's own frame."""
+def gliding_velocity(state: PolarState, fn: Functions) -> tuple[Scalar, Scalar]:
+    """v e."""
     v = polar_speed(state, fn)
     return v * state.ex, v * state.ey
 
@@ -125,8 +104,3 @@ def direction(vx: Scalar, vy: Scalar, fn: Functions) -> tuple[Scalar, Scalar, Sc
 def polar_from_vectors(vectors: NewtonState, fn: Functions) -> PolarState:
     """The state at time 0 that glides as ``vectors`` do."""
     return PolarState(*vectors[:6], *direction(vectors.vx, vectors.vy, fn), vectors.kx * 0)
-
-
-def polar_from_euler(state: EulerState, fn: Functions) -> PolarEulerState:
-    """The state at time 0 that glides as ``state`` does."""
-    return PolarEulerState(*state[:4], *direction(state.nu_x, state.nu_y, fn), state.theta * 0)

@@ -6,6 +6,8 @@ force required for rolling lies within the cone |F_f| <= mu g_n ("stick"), until
 the cone ("slip"). Gliding then begins again with a power series, as it does from rest where rolling
 is impossible.
 
+In Euler form a top glides in Euler angles; everything else is integrated in vectors.
+
 Flight: after a rigid top has lost contact, and between contacts with an elastic table.
 """
 
@@ -119,8 +121,6 @@ def entering(here: InitialState, form: Formulation, fn: Functions) -> InitialSta
         state = _lifted(here, form, fn)
     elif not form.regularised_time:
         state = form.start(here.body, here.vectors, here.euler)
-    elif form.coordinates == "euler":
-        state = friction.polar_from_euler(here.euler, fn)
     else:
         state = friction.polar_from_vectors(here.vectors, fn)
     return replace(here, model=form.model, row=(*state, *here.row))
@@ -129,10 +129,9 @@ def entering(here: InitialState, form: Formulation, fn: Functions) -> InitialSta
 def _lifted(here: InitialState, form: Formulation, fn: Functions) -> tuple[Scalar, ...]:
     vectors: Any = here.vectors
     height, rise = getattr(vectors, "height", fn.mpf(0)), getattr(vectors, "rise", fn.mpf(0))
-    turning = here.euler if form.coordinates == "euler" else vectors[:8]
     if not form.regularised_time:
-        return (*turning, height, rise)
-    return (*turning, fn.sqrt(-height) if height < 0 else fn.mpf(0), rise, fn.mpf(0))
+        return (*vectors[:8], height, rise)
+    return (*vectors[:8], fn.sqrt(-height) if height < 0 else fn.mpf(0), rise, fn.mpf(0))
 
 
 def sticking_and_slipping(
@@ -161,7 +160,6 @@ def _outputs(
     name: str, setup: Setup, start: InitialState, progress: Progress | None
 ) -> Iterator[DenseOutput]:
     plain, context = setup.formulation, setup.precision.context
-    coordinates = plain.coordinates
     here = replace(start, row=tuple(context.mpf(0) for _ in setup.record))
     status = "rest"
     if any(start.vectors.v):
@@ -174,7 +172,7 @@ def _outputs(
         if status in ("rest", "stick", "slip"):
             output = _from_rest(name, setup, here, status)
         else:
-            form = FORMULATIONS[SLOW, coordinates] if status == "slow" else plain
+            form = FORMULATIONS[SLOW, "newton"] if status == "slow" else plain
             output = propagated(setup.but(formulation=form), entering(here, form, context))
         yield output
         status = output.propagation.status
@@ -187,6 +185,8 @@ def _outputs(
         here = after(output, here)
         if status == "stick":
             here = at_rest(here, context)
+        elif status == "fast" and plain.coordinates == "euler":
+            here = replace(here, euler=here.motion(context).euler)
 
 
 def _sticks(here: InitialState, fn: Functions) -> bool:
@@ -198,10 +198,10 @@ def _sticks(here: InitialState, fn: Functions) -> bool:
 
 def _from_rest(name: str, setup: Setup, here: InitialState, status: str) -> DenseOutput:
     """Rolling if the cone allows it, otherwise the begin of gliding."""
-    coordinates, fn = setup.formulation.coordinates, setup.precision.context
+    fn = setup.precision.context
     q = here.motion(fn)
     if status != "slip" and _sticks(here, fn):
-        form = FORMULATIONS[STICKING, coordinates]
+        form = FORMULATIONS[STICKING, "newton"]
         rolls = setup.but(formulation=form, events=existing(setup.events, "rolling"))
         return propagated(rolls, entering(here, form, fn))
     precision = setup.precision
@@ -220,7 +220,7 @@ def _from_rest(name: str, setup: Setup, here: InitialState, status: str) -> Dens
     # plane motion stays plane
     e = tuple(fn.chop(entry, tol=precision.eps) for entry in directions[0])
     series = onset(q.body, vectors, e, terms_for(precision.bits), precision.eps, fn, on_the_cone)
-    form = FORMULATIONS[SLOW, coordinates]
+    form = FORMULATIONS[SLOW, "newton"]
     begun = replace(here, model="gliding", row=())
     return OnsetOutput(setup.but(formulation=form), begun, series, here.row)
 
@@ -242,7 +242,7 @@ def flying_on(pieces: Sequence[Segment], setup: Setup, start: InitialState) -> l
         return list(pieces)
     rest = start.until - last.begin
     here = after(last.output, replace(last.output.start, until=rest))
-    form = raised(setup.formulation.coordinates)
+    form = raised()
     flight = setup.but(formulation=form, events=existing(setup.events, "flight"))
     (flown,) = flying(flight, here)
     begin = last.begin + last.output.end_time
@@ -273,7 +273,7 @@ def bouncing(
         if not here.until:
             return segments
     while True:
-        form = raised(contact.coordinates, contact.model) if flies else contact
+        form = raised(contact.model) if flies else contact
         events = existing(setup.events, "flight") if flies else setup.events
         output = propagated(setup.but(formulation=form, events=events), entering(here, form, fn))
         status = output.propagation.status
@@ -320,7 +320,7 @@ def _first_fall(setup: Setup, here: InitialState) -> DenseOutput:
     yielding = 1 + (1 + body.alpha) ** 2 / min(body.I1, body.I3)  # acceleration by a unit force
     force = yielding * body.stiffness * (falling / 2) ** fn.mpf("1.5")
     moment = fn.cbrt(setup.precision.eps / 16 * falling / force)
-    form = raised(setup.formulation.coordinates, setup.formulation.model)
+    form = raised(setup.formulation.model)
     events = existing(setup.events, "flight")
     begun = replace(here, until=min(moment, here.until))
     return propagated(setup.but(formulation=form, events=events), entering(begun, form, fn))

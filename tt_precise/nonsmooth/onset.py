@@ -26,7 +26,6 @@ from tt_precise.integration.events import Event, EventRecord, Found
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.zeros import Zeros
 from tt_precise.mechanics import friction, newton, rolling
-from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -249,10 +248,6 @@ class OnsetOutput(RowwiseOutput):
         fn = self.precision.context
         *body, v, ex, ey = self.onset.at(time, fn)
         glide = fn.log(v) if v > 0 else -fn.inf
-        if self.setup.formulation.coordinates == "euler":
-            # the direction in the frame of the axis, as a gliding velocity of size 1
-            euler = euler_from_vectors(self.start.body, NewtonState(*(*body, ex, ey)), fn)
-            return (*euler[:4], glide, euler.nu_x, euler.nu_y, time)
         return (*body, glide, ex, ey, time)
 
     def _recorded(self, time: Scalar) -> Row:
