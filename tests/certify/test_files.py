@@ -3,6 +3,7 @@
 import json
 import random
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
@@ -247,6 +248,9 @@ def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, place: Pat
     ("name", "change"),
     [
         ("contact", {"g_n_positive": True, "g_n_at_least_mg": "2e+0", "energy_never_grows": True}),
+        ("contact", {"g_n_positive": True, "g_n_at_least_mg": "nan", "energy_never_grows": True}),
+        ("contact", {"g_n_positive": False, "g_n_at_least_mg": "1e-1", "energy_never_grows": True}),
+        ("contact", {"g_n_positive": "until contact is lost"}),
         ("proved_events", {"theta_max": 2}),
         ("rounded", 7),
         ("inversion", {"equator": None}),
@@ -264,6 +268,17 @@ def test_statements_that_are_not_proved_again_are_refused(
     # a hash shows the edit too, unless somebody adapts it
     stored = store.read(NAME, place.parent)
     assert [line for line in store.changes(stored) if line.startswith(PROOF)]
+
+
+def test_a_bound_is_confirmed_up_to_what_is_proved(place: Path) -> None:
+    content = certify(NAME, folder=place.parent).content["contact"]
+    proved = Decimal(content["g_n_at_least_mg"])
+    unit = Decimal(1).scaleb(proved.adjusted() - 5)
+    for bound, holds in ((proved - unit, True), (proved, True), (proved + unit, False)):
+        stated = {**content, "g_n_at_least_mg": f"{bound:.5e}"}
+        edit_json(place / PROOF, lambda proof, s=stated: proof.update(contact=s), json.dumps)
+        with nullcontext() if holds else pytest.raises(NotProved, match="another contact"):
+            check(NAME, folder=place.parent)
 
 
 def test_a_wrong_scene_cannot_be_certified(stored: Stored, tmp_path: Path) -> None:
