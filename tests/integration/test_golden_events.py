@@ -126,4 +126,6 @@ def test_a_double_zero_at_a_separation_is_no_jump() -> None:
     """The rate of g_n vanishes with its square where a contact of Hunt and Crossley ends."""
     scene = load_scene("elastic-hunt-crossley").varied(until="0.3")
     run = integrate(scene, "quad", events=("extremum:g_n",))
-    assert run.event_counts["extremum:g_n"] >= 15
+    assert run.event_counts["extremum:g_n"] == 15
+    # behind its end the equations of a segment have an extremum that the motion has not
+    assert run.suspect_events == ()

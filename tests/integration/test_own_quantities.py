@@ -191,6 +191,7 @@ def test_numbers_show_the_digits_that_their_error_leaves(half: Scene) -> None:
 
 OWN: dict[str, tuple[Any, int]] = {
     "abs": (lambda q: abs(q.state.kx - 0.3) - 0.1, 126),
+    "bend": (lambda q: q.fn.sqrt((q.state.kx - 0.3) ** 2) - 0.001, 124),
     "cube": (lambda q: (q.state.kx - 0.3) ** 3, 62),
     "fraction": (lambda q: q.state.kx - Fraction(3, 10), 62),
     "float32": (lambda q: q.state.kx - numpy.float32(0.3), 62),
@@ -201,7 +202,7 @@ OWN: dict[str, tuple[Any, int]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("chosen", [{}, {"digits": 8}, {"digits": 20}], ids=["double", "8", "20"])
+@pytest.mark.parametrize("chosen", [{}, {"digits": 8}, {"digits": 20}, {"digits": 25}])
 @pytest.mark.parametrize("name", OWN)
 def test_an_own_event_is_found_in_every_arithmetic(name: str, chosen: dict[str, Any]) -> None:
     function, count = OWN[name]

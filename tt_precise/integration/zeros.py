@@ -105,6 +105,8 @@ class Zeros:
     def __init__(self, setup: Setup, start: InitialState):
         self.setup, self.start = setup, start
         self.events = tuple(setup.watched.values())
+        # those of the catalogue are smooth, also at the poles; others may bend or jump
+        self._smooth = numpy.array([event.name in EVENTS for event in self.events], dtype=bool)
         self._mpfr = setup.precision.mpfr
         self._body = self._body_of(float)
         self.clear()
@@ -199,7 +201,7 @@ class Zeros:
         value = numpy.append(f[:, 0], f[:, -1, -1:], axis=1)
         # undefined where a segment begins or ends
         own, rough = (numpy.fmax(x[:, :-1], x[:, 1:]) for x in (error, doubt))
-        polynomials = through(f)
+        polynomials = through(f, ~self._smooth[:, None])
         most = polynomials.tail + rough
         changes, certain = sign_changes(numpy.moveaxis(polynomials.bernstein, 1, 0), most)
         certain &= numpy.isfinite(most)
@@ -414,7 +416,7 @@ class Zeros:
         for halving in range(HALVINGS + 1):
             places = low[:, None] + width[:, None] * nodes(FINE)
             f = self._values(steps, which, step, places, doubt).T
-            polynomials, largest = through(f), abs(f).max(axis=0, initial=0)
+            polynomials, largest = through(f, ~self._smooth[which]), abs(f).max(axis=0, initial=0)
             shaped = polynomials.tail <= numpy.maximum(SHAPE * largest, doubt)
             last = halving == HALVINGS or len(which) > MOST_PARTS
             self._require_defined_inside(steps, which, step, low, width, f, last)
@@ -541,19 +543,23 @@ class Zeros:
             step = numpy.minimum(points.position[here].astype(int), len(steps) - 1)
             value = partial(self._in_wide, wide, i, step)
             place, reach = wide.array(points.position[here] - step), points.reach[here]
+            # beyond the steps the function may be another one
+            lowest, highest = -step.astype(float), (len(steps) - step).astype(float)
             far, bits = FLATTEST, self.setup.precision.bits
             while True:
                 aside = wide.array(far * reach)
                 left, middle, right = value(place - aside), value(place), value(place + aside)
-                move = aside * (left - right) / (2 * (left - 2 * middle + right))
-                near = (abs(move) <= reach).astype(bool)
-                move = numpy.where(near, move, 0.0)
+                slope, bend = (right - left) / 2, left - 2 * middle + right
+                move = -aside * slope / bend
+                move = numpy.where((abs(move) <= reach).astype(bool), move, 0.0)
+                move = numpy.minimum(numpy.maximum(place + move, lowest), highest) - place
                 place = place + move
                 if far**4 < 2.0**-bits:
                     break
                 far *= far
             # the move of a vertex is the last one's square, so the parabola gives the value there
-            middle = middle + numpy.where(near, (right - left) * move / (4 * aside), 0.0)
+            move = move / aside
+            middle = middle + move * (slope + move * bend / 2)
             points.value[here] = middle
             points.position[here] = step + place.astype(float)
 
@@ -580,13 +586,11 @@ class Zeros:
         zeros = self._zeros(
             steps, which, step, Bracket(place, begin - step, end - step, slope, direction)
         )
-        # those of the catalogue are smooth, also at the poles
-        may_jump = numpy.array([event.name not in EVENTS for event in self.events])[which]
         # against the value on the same side of the zero
         before = zeros.value * direction < 0
         beside = abs(numpy.where(before, points.value[low], points.value[high]))
         broken = (abs(zeros.value) > JUMP * beside) & (abs(zeros.value) > error) & (reach > 0)
-        for k in numpy.flatnonzero(broken & may_jump).tolist():
+        for k in numpy.flatnonzero(broken & ~self._smooth[which]).tolist():
             raise self._broken(int(which[k]), steps, float(begin[k]))
         names = [self.events[i].name for i in which.tolist()]
         hits = list(map(EventRecord, names, zeros.times, direction.tolist(), zeros.states))

@@ -22,9 +22,10 @@ MOST_NEWTONS = 60  # steps to a zero, of which most are halvings where Newton's 
 class Polynomials(NamedTuple):
     """Polynomials on intervals, the last axis of each array.
 
-    ``bernstein`` has their coefficients on [0, 1], ``monomials`` those of powers of u in [-1, 1],
-    and ``tail`` the sum of the last three of Chebyshev's, which bounds what is left out where these
-    fall by a factor of 2 or more.
+    ``bernstein`` has their coefficients on [0, 1], ``monomials`` those of powers of u in [-1, 1].
+    ``tail`` bounds what is left out: the sum of the last three of Chebyshev's coefficients, where
+    these fall by a factor of 2 or more; that of the last four times the number of nodes, where the
+    function may have one bend anywhere.
     """
 
     bernstein: Array
@@ -60,12 +61,18 @@ def _matrices(count: int) -> tuple[Array, Array, Array]:
     return bernstein, chebyshev, monomials
 
 
-def through(table: Array) -> Polynomials:
-    """Return the polynomials through values at ``nodes``; the nodes are the last axis but one."""
-    bernstein, chebyshev, monomials = _matrices(table.shape[-2])
-    return Polynomials(
-        bernstein @ table, abs(chebyshev[-3:] @ table).sum(axis=-2), monomials @ table
-    )
+def through(table: Array, bent: Array) -> Polynomials:
+    """Return the polynomials through values at ``nodes``; the nodes are the last axis but one.
+
+    ``bent`` marks those whose functions may have a bend.
+    """
+    count = table.shape[-2]
+    bernstein, chebyshev, monomials = _matrices(count)
+    last = abs(chebyshev[-4:] @ table)
+    tail = last[..., 1:, :].sum(axis=-2)
+    if bent.any():
+        tail = numpy.where(bent, count * (tail + last[..., 0, :]), tail)
+    return Polynomials(bernstein @ table, tail, monomials @ table)
 
 
 def sign_changes(bernstein: Array, error: Array) -> tuple[Array, Array]:
