@@ -74,6 +74,24 @@ def test_a_finer_arithmetic_is_tried_where_a_finer_tolerance_wins_little() -> No
     assert tried[-1].precision == "mp"
 
 
+def test_an_estimate_that_is_off_by_half_a_digit_ends_no_ladder() -> None:
+    """Coulomb-gliding to 1.2 s had 39.8 digits with 140 bits and with 141, and was refused."""
+    tried: list[Any] = []
+
+    def run(rung: ladder.Rung) -> Any:
+        off = 0.3 if len(tried) % 2 else -0.3
+        tried.append(rung)
+        return SimpleNamespace(
+            status="complete",
+            digits_throughout=rung.digits - 2.5 - off,
+            scene=load_scene("coulomb-gliding"),
+            precision=SimpleNamespace(name="mp", bits=rung.bits),
+        )
+
+    ladder.integrate_to_digits(40, load_scene("coulomb-gliding"), run)
+    assert [rung.precision for rung in tried] == ["mp", "mp"]
+
+
 def test_the_cost_is_that_of_the_ladder_in_use() -> None:
     """A motion in segments has no several doubles, so that 40 digits of it take hours in mp."""
     long = load_scene("coulomb-gliding").varied(until="4000")

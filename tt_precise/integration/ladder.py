@@ -101,7 +101,8 @@ def integrate_to_digits(
             # a finer tolerance wins little here, but a finer arithmetic may
             levels = [level for level in levels if level.precision != rung.precision]
         before, best = rung, max(reached, best)
-        needed = rung.digits + max(wanted + SPARE - reached, SPARE)
+        # in mp at least as many as the estimate may be off by
+        needed = rung.digits + max(wanted + SPARE - reached, LOST if rung.bits else SPARE)
 
 
 def ladder_of(scene: Scene, euler: bool = False) -> tuple[Rung, ...]:
