@@ -224,3 +224,13 @@ def test_a_tilt_beyond_the_squares_of_doubles_is_no_error(reference: Scene) -> N
     run = integrate(reference.varied(theta="1e-200", until="0.5"), events=("theta_min",))
     assert run.status == "complete"
     assert run.touches == ("theta_min",)
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_extrema_of_a_component_along_such_a_tilt_are_found(
+    reference: Scene, precision: str
+) -> None:
+    """The squares of its parts are 0 in double."""
+    steep = reference.varied(theta="1e-200", mu="1000", until="0.5")
+    run = integrate(steep, precision, events=("extremum:nu_x",))
+    assert run.event_counts == {"extremum:nu_x": 31}

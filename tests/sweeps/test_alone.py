@@ -12,6 +12,7 @@ from tt_precise.sweeps import SweepSpec
 from tt_precise.sweeps.alone import columns_alone, in_lanes, row_of
 from tt_precise.sweeps.chunk import compute
 from tt_precise.sweeps.columns import OUTCOMES
+from tt_precise.sweeps.spot_check import recomputed
 
 RECORD = ("t_equator", "max_theta", "min_nu_y", "end_omega_3", "start_E", "lambda_ratio", "climb_C")
 KINDS = {
@@ -39,6 +40,13 @@ def test_a_run_and_the_lanes_make_the_same_row() -> None:
             )
             assert one == pytest.approx(other, rel=1e-9, abs=1e-11, nan_ok=True), name
         assert alone["jellett_drift"] < 1e-13
+
+
+def test_a_row_with_squares_below_doubles_is_integrated_again() -> None:
+    """The rate of nu_x was undefined there, and the spot check contradicted the sweep."""
+    scene = tt.load_scene("reference").varied(theta="1e-200", mu="1000", until="0.5")
+    again = recomputed(scene, ("max_nu_x",))
+    assert again["max_nu_x"] == pytest.approx(3.2e-204, rel=0.1)
 
 
 @pytest.mark.parametrize("kind", KINDS)

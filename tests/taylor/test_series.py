@@ -18,6 +18,7 @@ FUNCTIONS: dict[str, Callable[[Any, Any, Any], Any]] = {
     "root": lambda x, y, fn: fn.sqrt(x * x + y * y) + fn.sqrt(4),
     "exponential": lambda x, y, fn: fn.exp(x * y),
     "sine and cosine": lambda x, y, fn: fn.sin(x * y) - 2 * fn.cos(y),
+    "length": lambda x, y, fn: fn.hypot(x, y) + fn.hypot(x, 2) + fn.hypot(3, 4),
     "angle": lambda x, y, fn: fn.atan2(x, y) + fn.atan2(x, 2) + fn.atan2(3, y),
 }
 ORDER = 7
@@ -41,6 +42,13 @@ def test_coefficients_are_derivatives(name: str) -> None:
             assert abs(found[k] - true[k]) < 1e-16, k
         moved = function(x + 0, y + mpmath.mpf(10) ** -30, series.SeriesFunctions(mpmath.mp))
         assert name in ("power", "sums") or any(moved[k] != found[k] for k in range(3))
+
+
+def test_a_length_has_no_squares_that_vanish() -> None:
+    x, y = series.solution(lambda e: [1e-200, -2e-200], [3e-200, 4e-200])
+    length = series.SeriesFunctions(numpy).hypot(x, y)
+    assert length[0] == pytest.approx(5e-200)
+    assert length[1] == pytest.approx(-1e-200)
 
 
 def test_a_solution_grows_with_its_rates() -> None:

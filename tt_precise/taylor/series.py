@@ -156,6 +156,26 @@ class SeriesFunctions:
 
     def __init__(self, fn: Functions):
         self.fn = fn
+        if hasattr(fn, "hypot"):
+            self.hypot = self._length
+
+    def _length(self, x: Scalar, y: Scalar) -> Scalar:
+        """Return the length of a plane vector that is not zero, without underflow of squares."""
+        if not isinstance(x, Series) and not isinstance(y, Series):
+            return self.fn.hypot(x, y)
+        x, y = (value if isinstance(value, Series) else constant(value) for value in (x, y))
+
+        def step(c: list[Scalar], k: int) -> Scalar:
+            if not k:
+                return self.fn.hypot(x[0], y[0])
+            # s^2 = x^2 + y^2, divided by the first coefficient of s
+            squares = [
+                _dot([a / c[0] for a in s[: k + 1]], s[k::-1]) for s in (x.upto(k), y.upto(k))
+            ]
+            known = _dot([a / c[0] for a in c[1:]], c[:0:-1]) if k > 1 else 0
+            return (sum(squares) - known) / 2
+
+        return Series(step)
 
     def sqrt(self, value: Scalar) -> Scalar:
         """The positive root; its first coefficient is not zero."""
