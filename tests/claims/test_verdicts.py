@@ -10,6 +10,7 @@ import pytest
 from tt_precise.claims import verdicts as v
 
 TRUE, FALSE = v.statement(True, "so", "so"), v.statement(False, "so", "not so")
+OPEN = v.untestable("so")
 ROUNDED = v.rounds_to("1.5", Fraction("1.46"))
 ONES = Fraction("1." + "1" * 50)
 
@@ -53,6 +54,9 @@ def test_a_check(check: Callable[[Fraction], v.Part], edges: str) -> None:
         (v.all_of, (ROUNDED, ROUNDED), "rounded", ""),
         (v.all_of, (ROUNDED, TRUE), "reproduced", ""),
         (v.all_of, (TRUE, FALSE), "partly", " Holds: a. Fails: b."),
+        (v.all_of, (TRUE, OPEN), "partly", " Holds: a. Open: b."),
+        (v.all_of, (FALSE, OPEN), "refuted", ""),
+        (v.all_of, (OPEN, OPEN), "untestable", ""),
         (v.all_of, (FALSE, FALSE), "refuted", ""),
         (v.interpretations, (TRUE, TRUE), "reproduced", ""),
         (v.interpretations, (FALSE, FALSE), "refuted", ""),
@@ -104,6 +108,19 @@ def test_a_value_is_proved_where_both_ends_of_its_enclosure_agree(
     # an exact number encloses itself, a float does not
     assert v.rounds_to("1.5", Fraction(3, 2)).proved
     assert not v.rounds_to("1.5", 1.5).proved
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "holds"),
+    [((3, 0, 0), True), ((3, 1, 0), False), ((3, 1, 1), False), ((3, 0, 1), None),
+     ((0, 0, 1), False), ((0, 0, 0), False)],
+)  # fmt: skip
+def test_a_statement_about_all_is_open_while_an_outcome_is_undecided(
+    outcomes: tuple[int, int, int], holds: bool | None
+) -> None:
+    holding, failing, undecided = outcomes
+    part = v.of_all("all", "x", holding=holding, failing=failing, undecided=undecided)
+    assert part.holds is holds
 
 
 def test_a_claim_is_proved_if_every_part_is() -> None:

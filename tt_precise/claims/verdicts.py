@@ -10,7 +10,8 @@ claim* combines parts by one of three rules, and no claim names its own verdict:
   fail;
 - ``misprint((printed, corrected))``: the formula or number as printed and as it should be.
 
-A statement without anything to compute has the part ``untestable``.
+A statement without anything to compute has the part ``untestable``. A part is open, neither holding
+nor failing, while there are motions whose outcome nothing decides (``of_all``).
 """
 
 from __future__ import annotations
@@ -136,11 +137,11 @@ class Verdict(StrEnum):
 _MEANINGS = {
     Verdict.REPRODUCED: "holds within the stated accuracy",
     Verdict.ROUNDED: "equal after rounding to the printed digits",
-    Verdict.PARTLY: "a part holds and a part fails; the note names both",
+    Verdict.PARTLY: "a part holds, and a part fails or is open; the note names both",
     Verdict.AMBIGUOUS: "the words admit several meanings, of which some hold; the note names them",
     Verdict.REFUTED: "does not hold",
     Verdict.MISPRINT: "fails as printed, holds as corrected in the note",
-    Verdict.UNTESTABLE: "cannot be computed; the note says why",
+    Verdict.UNTESTABLE: "cannot be decided; the note says why",
 }
 Verdicts = Annotated[
     Literal["reproduced", "rounded", "partly", "ambiguous", "refuted", "misprint", "untestable"],
@@ -157,7 +158,9 @@ class Part(Record, frozen=True, kw_only=True):
     name: Annotated[
         str, means("name of the part or interpretation; empty if it is the only one")
     ] = ""
-    holds: Annotated[bool | None, means("whether it holds; null if nothing can be computed")]
+    holds: Annotated[
+        bool | None, means("whether it holds; null if it is open or nothing can be computed")
+    ]
     rounded: Annotated[bool, means("whether it holds after rounding to the printed digits")] = False
     printed: Printed
     measured: MeasuredText
@@ -172,6 +175,11 @@ class Part(Record, frozen=True, kw_only=True):
         if not self.holds:
             return Verdict.REFUTED
         return Verdict.ROUNDED if self.rounded else Verdict.REPRODUCED
+
+    @property
+    def outcome(self) -> str:
+        """The word for this part beside others: its verdict, or "open"."""
+        return "open" if self.holds is None else self.verdict
 
 
 class JudgedClaim(Record, frozen=True, kw_only=True):
@@ -208,24 +216,23 @@ class JudgedClaim(Record, frozen=True, kw_only=True):
 
     @property
     def essential(self) -> Part:
-        """The part that decides: the correction, or the first part that fails, or the first."""
+        """The part that decides: the correction, or the first that fails, or is open, or is."""
         if self.correction:
             return self.parts[1]
-        failing = [part for part in self.parts if part.holds is False]
-        return failing[0] if failing and self.rule != "misprint" else self.parts[0]
+        # a stable sort: False before None before True
+        failing = sorted(self.parts, key=lambda part: (False, None, True).index(part.holds))
+        return self.parts[0] if self.rule == "misprint" else failing[0]
 
 
 def _verdict(rule: Rule, parts: tuple[Part, ...]) -> Verdict:
     holding = [part.holds for part in parts]
     if rule == "misprint":
         return Verdict.MISPRINT if holding == [False, True] else parts[0].verdict
-    if None in holding:
-        return Verdict.UNTESTABLE
+    if not any(holding):
+        return Verdict.REFUTED if False in holding else Verdict.UNTESTABLE
     if all(holding):
         return Verdict.ROUNDED if all(part.rounded for part in parts) else Verdict.REPRODUCED
-    if any(holding):
-        return Verdict.AMBIGUOUS if rule == "interpretations" else Verdict.PARTLY
-    return Verdict.REFUTED
+    return Verdict.AMBIGUOUS if rule == "interpretations" else Verdict.PARTLY
 
 
 def _judge(rule: Rule, parts: Part | Mapping[str, Part], remark: str) -> JudgedClaim:
@@ -237,15 +244,20 @@ def _judge(rule: Rule, parts: Part | Mapping[str, Part], remark: str) -> JudgedC
     correction = named[1].printed if verdict is Verdict.MISPRINT else ""
     names = {
         holds: "; ".join(part.name for part in named if part.holds is holds)
-        for holds in (True, False)
+        for holds in (True, False, None)
     }
+    failing = "".join(
+        f" {word}: {names[holds]}."
+        for holds, word in ((False, "Fails"), (None, "Open"))
+        if names[holds]
+    )
     note = remark
     if correction:
         note = f"Should read {correction}. {remark}"
     elif verdict is Verdict.AMBIGUOUS:
         note = f"{remark} Holds if read as: {names[True]}. Fails as: {names[False]}."
     elif verdict is Verdict.PARTLY:
-        note = f"{remark} Holds: {names[True]}. Fails: {names[False]}."
+        note = f"{remark} Holds: {names[True]}.{failing}"
     return JudgedClaim(
         verdict=verdict.value,
         printed=_join(named if rule == "all of" else named[:1], "printed"),
@@ -363,6 +375,15 @@ def statements(printed: str, parts: Mapping[str, tuple[bool, str]]) -> dict[str,
 def untestable(printed: str, measured: str = "-") -> Part:
     """A statement that no computation can test."""
     return Part(holds=None, printed=printed, measured=measured)
+
+
+def of_all(printed: str, measured: str, *, holding: int, failing: int, undecided: int) -> Part:
+    """A statement about all motions of a set, by their outcomes; open while some are undecided.
+
+    It fails where nothing holds, as for an empty set.
+    """
+    holds = False if failing or not holding else None if undecided else True
+    return Part(holds=holds, printed=printed, measured=measured)
 
 
 def _number(

@@ -90,7 +90,7 @@ def in_full(claim: JudgedClaim) -> list[str]:
     if claim.lines:
         label = "read as" if claim.rule == "interpretations" else "part"
         lines += [
-            f"  {label:<11} {part.name}: {part.measured} ({part.verdict})" for part in claim.lines
+            f"  {label:<11} {part.name}: {part.measured} ({part.outcome})" for part in claim.lines
         ]
     else:
         lines.append(f"  measured    {claim.measured}")

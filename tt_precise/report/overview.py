@@ -50,19 +50,24 @@ ERRATA = {
         "marked.",
     ),
     Verdict.REFUTED: ("Refuted", "The paper's statement, and the computed result."),
-    Verdict.PARTLY: ("Partly right", "A part of the statement holds, and a part fails."),
+    Verdict.PARTLY: (
+        "Partly right",
+        "A part of the statement holds, and a part fails or is open.",
+    ),
     Verdict.AMBIGUOUS: (
         "Ambiguous",
         "The paper's words admit several meanings: some hold, and some fail.",
     ),
 }
 RULES = (
-    "A claim is one statement of the paper. Its quote is verbatim, and a definition says what the "
+    "A claim is one statement of the paper; a statement about several quantities, or at several "
+    "times, has a part for each. Its quote is verbatim, and a definition says what the "
     "words leave open, not more. A statement is ambiguous only where the paper's own words admit "
     "several meanings; where a restriction of ours is needed to make it true, it is partly right. "
     '"About N" holds within one unit of the last significant digit of N, whatever N is; other '
     "numbers hold if they round to the printed digits. An outcome counts only when it is decided: "
-    "undecided starts are integrated on, and named. Claims about one mistake are one finding."
+    "undecided starts are integrated on, and named; while there are some, a statement about all "
+    "starts is open. Claims about one mistake are one finding."
 )
 
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 GOOD = {"reproduced", "rounded", "pass", "ok", "right", "verified", "unchanged", "whole"}
-MIXED = {"partly", "ambiguous", "untestable", "skipped", "misprint"}
+MIXED = {"partly", "ambiguous", "open", "untestable", "skipped", "misprint"}
 LONGEST_ROWS = 14  # A longer table is folded.
 LONGEST_TEXT = 480  # characters of a paragraph, likewise
 BESIDE_ROWS, BESIDE_COLUMNS = 12, 4
@@ -207,8 +207,12 @@ def _brief(text: str) -> str:
 
 
 def names(claim: JudgedClaim, *, holding: bool) -> str:
-    """The names of the parts that hold, or of those that fail."""
-    return "; ".join(part.name for part in claim.parts if part.holds is holding)
+    """The names of the parts that hold, or of those that fail or are open."""
+    return "; ".join(
+        part.name + " (open)" * (part.holds is None)
+        for part in claim.parts
+        if bool(part.holds) is holding
+    )
 
 
 def _pair(

@@ -109,7 +109,7 @@ def figure_3(axes: list[Axes]) -> Words:
         "section 2.2 gives. Around the initiation time it crosses nu_x many times, not once. Until "
         f"{negative:.2f} s it is negative at times, and the derivative of the spin is positive "
         f"there. The normal force stays above {force['g_n'].min():.4f} N. Related claims: NUM-11, "
-        "NUM-12, NUM-14, NUM-36, QUAL-10 to QUAL-16 and QUAL-19 to QUAL-24.",
+        "NUM-12, NUM-14, NUM-36, QUAL-10 to QUAL-16, QUAL-19 to QUAL-24 and QUAL-35 to QUAL-39.",
         alt="Four panels over 0 to 8 s: nu_x and nu_y oscillate, nu_y rises in the climb; "
         "omega_3 falls from positive to negative; its derivative has small positive spikes "
         "around the first moment; g_n oscillates about m g, most in the middle of the climb.",
@@ -148,7 +148,7 @@ def figure_4(axes: list[Axes]) -> Words:
     return Words(
         caption="Figure 4 redrawn, with a magnification of the shaded interval. The parts add up "
         "to E; E falls monotonically and is mostly rotational at all times; E_pot rises only on "
-        "average over a nutation. Related claims: FIG-01 to FIG-05, NUM-20 to NUM-25.",
+        "average over a nutation. Related claims: FIG-01 to FIG-05, FIG-20, NUM-20 to NUM-25.",
         alt="Energy against time: E and E_rot fall in an S shape to less than half, E_pot "
         "nearly doubles, E_trans falls to zero. Two small panels magnify the oscillation of "
         "E_pot and E_trans in the shaded interval.",
@@ -231,7 +231,7 @@ def deforming_potential(axes: list[Axes]) -> Words:
         f"{beyond[0]:.2f} and {beyond[-1]:.2f} s even the minima of theta lie beyond the minimum "
         "of V: theta turns back without a wall of V, because D and E~ change within each nutation. "
         "Related claims: the Proposition, the picture of a particle reflected between the walls of "
-        "V, QUAL-01, FIG-10 to FIG-13.",
+        "V, QUAL-01, FIG-10 to FIG-13, FIG-21.",
         alt="Above, six pairs of potential wells in the plane of theta and energy, moving from "
         "small theta and high energy to theta near pi and low energy, each with a filled "
         "dot on its right wall and an open dot further down. Below, theta against time with the "
@@ -305,7 +305,7 @@ def figure_7(axes: list[Axes]) -> Words:
         caption="Figure 7 redrawn: the curve (D, E~), D(t), and E~(t) with E(t). The boundary "
         "values printed in section 2.3 (crosses) lie neither on this curve nor at its limits "
         "(dots). E~ exceeds E most in the middle of the climb, but not at every instant. Related "
-        "claims: FIG-10 to FIG-13 and NUM-26 to NUM-30.",
+        "claims: FIG-10 to FIG-13, FIG-21 and NUM-26 to NUM-30.",
         alt="Above, the curve of E~ against D runs from upper right to lower left with loops; "
         "two black dots lie at its ends, two red crosses away from it. Below, D falls from "
         "positive to negative, and E~ oscillates about and above E.",
@@ -396,7 +396,7 @@ def axis_at_the_pole(axes: list[Axes]) -> Words:
         "Each loop before the passage leaves the pole outside, so phi_dot changes sign; each loop "
         "after it encloses the pole, so phi_dot stays positive. The smallest distance, "
         f"{least:.0f} µrad, depends sensitively on the start, and so does the height of the spike "
-        "of phi_dot. Related claims: QUAL-03, QUAL-04, QUAL-17, QUAL-18, NUM-04.",
+        "of phi_dot. Related claims: QUAL-03, QUAL-04, QUAL-17, QUAL-18, QUAL-33, NUM-04.",
         alt="A spiral of growing loops near the origin. Their nearest points move towards the "
         "pole and past it: red dots before the passage, with the pole outside the loops, green "
         "dots after it, with the pole inside. An inset magnifies the passage.",

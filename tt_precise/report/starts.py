@@ -38,7 +38,7 @@ def times_by_precession(axes: list[Axes]) -> Words:
         f"t_init is largest, {peak['t_init_A']:.2f} s, at {peak['phi_dot']:.2f} rad/s, not at 0, "
         f"and vanishes beyond {last:.1f} rad/s. Shaded: {LOST} (g_n reaches 0); the curves "
         "continue the paper's equations with g_n < 0, which no real top follows. Related claims: "
-        "SWP-01 to SWP-07, NUM-18, NUM-19.",
+        "SWP-01 to SWP-07, SWP-23, NUM-18, NUM-19.",
         alt="Three panels against phi_dot(0) from -200 to 200 rad/s: the initiation time has a "
         "sharp peak just below zero and vanishes beyond 83; ending time and climbing time by "
         "three definitions; a shaded range of negative values, where contact is lost.",
@@ -55,7 +55,8 @@ def times_by_inclination(axes: list[Axes]) -> Words:
         caption=f"{len(rows)} starts that differ from the reference start only in theta(0) "
         "(omega_3(0) = 155 rad/s, so lambda falls with cos(theta)). "
         f"Shaded: {LOST}, as in the previous figure. "
-        f"Gaps: no such time within {sweeps.UNTIL} s. Related claims: SWP-15 to SWP-17.",
+        f"Gaps: no such time within {sweeps.UNTIL} s. Related claims: SWP-15 to SWP-17, SWP-24 to "
+        "SWP-27.",
         alt="Three panels against theta(0) from 0.01 to 1 rad: initiation time, ending time "
         "and climbing time by three definitions.",
     )
@@ -117,7 +118,7 @@ def map_of_inclination_and_lambda(axes: list[Axes]) -> Words:
     return Words(
         caption=f"{_counted(rows)} {STARTS}, theta(0) against lambda/lambda_thres, within "
         f"{maps.UNTIL} s. {DASHED} {_tilted(rows)} Above it a top that is tilted too far or spins "
-        "too fast loses contact (g_n reaches 0). Related claims: TH-01, NUM-01, SWP-17.",
+        "too fast loses contact (g_n reaches 0). Related claims: TH-01, NUM-01, SWP-27.",
         alt="Three maps with theta(0) to the right and lambda/lambda_thres upwards: the outcome, "
         "the climbing time of the starts that invert, and the least normal force.",
     )

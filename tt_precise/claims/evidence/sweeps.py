@@ -19,6 +19,7 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
+from tt_precise.claims import verdicts
 from tt_precise.claims.verdicts import Part
 from tt_precise.mechanics.parameters import NAMES
 from tt_precise.runtime.cache import cached_table
@@ -229,6 +230,23 @@ def losing_contact(names: str | Iterable[str]) -> str:
 def counted(rows: pandas.DataFrame, outcome: str) -> str:
     """Count the rows with an outcome: "3 of 801"."""
     return f"{(rows['outcome'] == outcome).sum()} of {len(rows)}"
+
+
+def of_all(rows: pandas.DataFrame, holds: pandas.Series, printed: str, shown: str) -> Part:
+    """Test a statement about all rows, which ``holds`` for some; see ``verdicts.of_all``."""
+    others = rows[~holds]
+    count, left = int(holds.sum()), undecided(others)
+    until = number(others["t_stop"].max())
+    open_ones = (
+        f"; {left} have not inverted at {until} s, which nothing excludes later" if left else ""
+    )
+    return verdicts.of_all(
+        printed,
+        f"{count} of {len(rows)}{shown}{open_ones}",
+        holding=count,
+        failing=len(others) - left,
+        undecided=left,
+    )
 
 
 def undecided(rows: pandas.DataFrame) -> int:

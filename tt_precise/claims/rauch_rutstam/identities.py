@@ -1,7 +1,7 @@
 """Sections 1 and 2.3: the derived formulas as a table of identities for every body and state.
 
 An entry's ``parts`` are (name, left, right, shown) in the words of ``_words``; {0}, {1} are its
-printed formulas. Its control puts ``wrong`` in the place of the first, or of number ``at``.
+printed formulas. Its control puts ``wrong`` in the place of the first.
 """
 
 from __future__ import annotations
@@ -53,6 +53,7 @@ TORQUE = (
     "-R*alpha*g_n*sin(theta) + R*mu*g_n*nu_x*(1 - alpha*cos(theta))",
     "-R*alpha*mu*g_n*nu_y*sin(theta)",
 )
+TRANSFER = "dot(v_A, F_f) - dot(omega, cross(a, F))"
 DIFFERENCE = "m*dot(v_A, cross(omega, a)) - m*dot(v_A, v_A)/2"
 SLOPE, BOUND = "R*mu*g_n*(1 - alpha*cos(theta))", "alpha*sin(theta)/(mu*(1 - alpha*cos(theta)))"
 
@@ -67,7 +68,6 @@ def identity(
     parts: Parts,
     printed: tuple[str, ...],
     wrong: str,
-    at: int = 0,
     where: str = "",
     definition: str = "",
     control: str,
@@ -79,7 +79,7 @@ def identity(
         quote=quote,
         where=where or f"Sec. {section}",
         definition=definition,
-        control=(control, {"printed": (*printed[:at], wrong, *printed[at + 1 :])}),
+        control=(control, {"printed": (wrong, *printed[1:])}),
     )(partial(_judge, parts, remark, printed=printed))
 
 
@@ -245,17 +245,27 @@ in_section_2_3(
     printed=CHAIN, wrong=CHAIN[0].replace("+ m*g", "- m*g"),
 )  # fmt: skip
 in_section_2_3(
-    "EQ-34", "m g s_dot.z is the rate of energy transfer ... into E_pot",
-    "m g s_dot.z passes from E_trans to E_pot, and omega.(a x F) between E_trans and E_rot.",
-    "E_trans changes by -m g s_dot.z - omega.(a x F) + v_A.F_f, so both terms pass through it.",
+    "EQ-34", "m g s_dot.z is the rate of energy transfer from the translational part into "
+    "potential energy E_pot",
+    "m g s_dot.z passes from E_trans to E_pot.",
+    "E_trans changes by -m g s_dot.z - omega.(a x F) + v_A.F_f.",
     parts=(
-        ("E_pot gains", "{0}", "rate_of('E_pot')", "E_pot_dot = {0}"),
-        ("E_rot gains", "{1}", "rate_of('E_rot')", "E_rot_dot = {1}"),
-        ("E_trans loses both and the work of friction", "dot(v_A, F_f) - {0} - {1}",
-         "rate_of('E_trans')", "E_trans_dot = dot(v_A, F_f) - {0} - {1}"),
+        ("E_pot gains it", "{0}", "rate_of('E_pot')", "E_pot_dot = {0}"),
+        ("E_trans loses it", f"{TRANSFER} - {{0}}", "rate_of('E_trans')",
+         f"E_trans_dot = {TRANSFER} - {{0}}"),
     ),
-    control="partly", printed=("m*g*dot(s_dot, z_hat)", "dot(omega, cross(a, F))"),
-    wrong="m*g*dot(v_A, z_hat)",
+    control="refuted", printed=("m*g*dot(s_dot, z_hat)",), wrong="m*g*dot(v_A, z_hat)",
+)  # fmt: skip
+in_section_2_3(
+    "EQ-49", "it transfers energy between the translational and rotational components",
+    "omega.(a x F) passes between E_trans and E_rot.",
+    "E_trans changes by -m g s_dot.z - omega.(a x F) + v_A.F_f.",
+    parts=(
+        ("E_rot gains it", "{0}", "rate_of('E_rot')", "E_rot_dot = {0}"),
+        ("E_trans loses it", "dot(v_A, F_f) - m*g*dot(s_dot, z_hat) - {0}", "rate_of('E_trans')",
+         "E_trans_dot = dot(v_A, F_f) - m*g*dot(s_dot, z_hat) - {0}"),
+    ),
+    control="refuted", printed=("dot(omega, cross(a, F))",), wrong="dot(omega, cross(F, a))",
 )  # fmt: skip
 in_section_2_3(
     "EQ-35", "tau_x=..., tau_z=..., tau_y=...",
@@ -275,15 +285,24 @@ in_section_2_3(
     control="refuted", printed=(DIFFERENCE,), wrong=DIFFERENCE.replace("/2", ""),
 )  # fmt: skip
 in_section_2_3(
-    "EQ-41", "negative whenever nu_y>0 ... whenever nu_x<0 or nu_x is sufficiently small",
-    "tau_x, tau_z < 0 where nu_y > 0, and tau_y < 0 where nu_x is negative or small.",
+    "EQ-41", "The components tau_x=... and tau_z=... are negative whenever nu_y>0",
+    "tau_x and tau_z are negative where nu_y is positive.",
+    "Both are nu_y times a negative factor.",
+    parts=(
+        ("tau_x per nu_y", "({0})/nu_y", f"-{SLOPE}", "tau_x = {0}"),
+        ("tau_z per nu_y", "({1})/nu_y", "-mu*R*g_n*alpha*sin(theta)", "tau_z = {1}"),
+    ),
+    definition="where g_n > 0 and 0 < theta < pi",
+    control="partly", printed=(TORQUE[0], TORQUE[2]), wrong=TORQUE[0][1:],
+)  # fmt: skip
+in_section_2_3(
+    "EQ-50", "tau_y=... is negative whenever nu_x<0 or nu_x is sufficiently small",
+    "tau_y is negative where nu_x is negative or small.",
     f"tau_y is a positive factor times nu_x - {BOUND}: negative for nu_x below this positive "
     "bound, the meaning of sufficiently small.",
     parts=(
-        ("tau_x per nu_y", "({0})/nu_y", f"-{SLOPE}", "tau_x = {0}"),
-        ("tau_z per nu_y", "({2})/nu_y", "-mu*R*g_n*alpha*sin(theta)", "tau_z = {2}"),
-        ("tau_y < 0 below a bound on nu_x", "{1}", f"{SLOPE}*(nu_x - {BOUND})", "tau_y = {1}"),
+        ("tau_y < 0 below a bound on nu_x", "{0}", f"{SLOPE}*(nu_x - {BOUND})", "tau_y = {0}"),
     ),
     definition="where g_n > 0 and 0 < theta < pi",
-    control="partly", printed=TORQUE, wrong=TORQUE[1].replace("-R*alpha", "R*alpha"), at=1,
+    control="refuted", printed=TORQUE[1:2], wrong=TORQUE[1].replace("-R*alpha", "R*alpha"),
 )  # fmt: skip

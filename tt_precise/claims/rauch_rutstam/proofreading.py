@@ -110,6 +110,9 @@ UNTESTED = (
         "Sec. 3", "Analysis of dynamical behaviour of inverting solutions is indeed difficult",
         "An opinion."),
     Untested(
+        "Sec. 3", "the torque that changes the components of angular velocity",
+        "L_dot = a x F of eq (1), from which EQ-08 to EQ-12 are derived."),
+    Untested(
         "Sec. 3", "the curve (D(t),E~(t)) controls deformation of the effective potential",
         "A summary of EQ-22, TH-10 and TH-13."),
     Untested(

@@ -126,22 +126,32 @@ def axis_turns(inverse_inertia: str = "1/I1") -> JudgedClaim:
 
 @claim(
     "EQ-07",
-    quote="(s+a).z=0 and its derivative ... v_A.z=0",
-    control=("partly", {"rate_of_a": "R"}),
+    quote="(s+a).z=0",
+    control=("refuted", {"along_3": "-R*alpha"}),
 )
-def contact_constraint(rate_of_a: str = "R*alpha") -> JudgedClaim:
-    """The contact point stays on the table, and the derivative of this condition is v_A.z = 0."""
+def contact_constraint(along_3: str = "R*alpha") -> JudgedClaim:
+    """The contact point stays on the table: (s + a).z = 0."""
     q, body = _at_any_azimuth(), f.chart().body
-    a_dot_z = f.read(rate_of_a) * f.rate(q.k[2])
-    height = body.R * (1 - body.alpha * q.k[2])
-    rates = q.s_dot[2] + a_dot_z, q.state.v[2] + 0 * height
+    height = f.quantity("E_pot") / (body.m * body.g)
+    a_z = f.read(along_3) * q.k[2] - body.R
     return v.all_of(
-        {
-            "(s+a).z": f.equal(height + q.a[2], 0 * height, "dot(s + a, z_hat) = 0"),
-            "its derivative": f.equal(*rates, "dot(s_dot + a_dot, z_hat) = dot(v_A, z_hat) = 0"),
-        },
-        "With s.z = R(1 - alpha cos theta). a_dot = R alpha 3_dot is not omega x a, but the two "
-        "differ by the horizontal R omega x z.",
+        f.equal(height + a_z, 0 * height, "dot(s + a, z_hat) = 0"),
+        "With a of EQ-01, and s.z = R(1 - alpha cos theta) as in E_pot.",
+    )
+
+
+@claim(
+    "EQ-45",
+    quote="and its derivative satisfy v_A.z=0",
+    control=("refuted", {"rate_of_a": "R"}),
+)
+def contact_velocity(rate_of_a: str = "R*alpha") -> JudgedClaim:
+    """The derivative of the contact constraint is v_A.z = 0."""
+    q = _at_any_azimuth()
+    rate = q.s_dot[2] + f.read(rate_of_a) * f.rate(q.k[2])
+    return v.all_of(
+        f.equal(rate, q.state.v[2] + 0 * rate, "dot(s_dot + a_dot, z_hat) = dot(v_A, z_hat) = 0"),
+        "a_dot = R alpha 3_dot is not omega x a, but the two differ by the horizontal R omega x z.",
     )
 
 

@@ -36,11 +36,15 @@ SQUARE_NOTE = (
     "d(z) is a square exactly when its discriminant vanishes, which gives 1 - gamma where the "
     "paper prints 1 - alpha."
 )
-ASYMPTOTIC = {
+JELLETT_OF_SPIN = {
     "lambda of the upright spin": "R*(1 - alpha)*L0",
     "lambda of the inverted spin": "R*(1 + alpha)*L1",
+}
+ROUTH_OF_SPIN = {
     "D0": "lambda_*sqrt(d(1))/(R*(1 - alpha))",
     "D1": "-lambda_*sqrt(d(-1))/(R*(1 + alpha))",
+}
+ENERGY_OF_SPIN = {
     "E~0": "lambda_**2/(2*R**2*I3*(1 - alpha)**2) + m*g*R*(1 - alpha)",
     "E~1": "lambda_**2/(2*R**2*I3*(1 + alpha)**2) + m*g*R*(1 + alpha)",
 }
@@ -166,14 +170,43 @@ def _square(text: str) -> v.Part:
 
 @claim(
     "EQ-24",
-    control=("partly", {"printed": {**ASYMPTOTIC, "D1": ASYMPTOTIC["D1"][1:]}}),
-    quote="lambda=R(1-alpha)L0=R(1+alpha)L1. So lim_{t->-inf} D(t)=D0=...",
+    control=(
+        "partly",
+        {"printed": {**JELLETT_OF_SPIN, "lambda of the inverted spin": "R*(1 - alpha)*L1"}},
+    ),
+    quote="lambda=R(1-alpha)L0=R(1+alpha)L1",
 )
-def asymptotic_formulas(printed: Mapping[str, str] = ASYMPTOTIC) -> JudgedClaim:
-    """The formulas for lambda, D and E~ of the upright and the inverted spin."""
+def jellett_of_the_spins(printed: Mapping[str, str] = JELLETT_OF_SPIN) -> JudgedClaim:
+    """The formulas for lambda of the upright and the inverted spin."""
+    return _of_the_spins(printed)
+
+
+@claim(
+    "EQ-46",
+    control=("partly", {"printed": {**ROUTH_OF_SPIN, "D1": ROUTH_OF_SPIN["D1"][1:]}}),
+    quote="D0=lambda sqrt(d(1))/(R(1-alpha)), lim_{t->inf} D(t)=D1=-lambda sqrt(d(-1))/"
+    "(R(1+alpha))",
+)
+def routh_of_the_spins(printed: Mapping[str, str] = ROUTH_OF_SPIN) -> JudgedClaim:
+    """The formulas for D of the upright and the inverted spin."""
+    return _of_the_spins(printed)
+
+
+@claim(
+    "EQ-47",
+    control=("partly", {"printed": {**ENERGY_OF_SPIN, "E~1": ENERGY_OF_SPIN["E~0"]}}),
+    quote="E~0=lambda^2/(2R^2 I3(1-alpha)^2)+m g R(1-alpha), lim_{t->inf} E~(t)=E~1="
+    "lambda^2/(2R^2 I3(1+alpha)^2)+m g R(1+alpha)",
+)
+def energy_of_the_spins(printed: Mapping[str, str] = ENERGY_OF_SPIN) -> JudgedClaim:
+    """The formulas for E~ of the upright and the inverted spin."""
+    return _of_the_spins(printed)
+
+
+def _of_the_spins(printed: Mapping[str, str]) -> JudgedClaim:
     return v.all_of(
         {name: _of_the_spin(name, text) for name, text in printed.items()},
-        "Compared with -L.a, D and E~ of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for "
+        "Compared with the function of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for "
         "symbolic parameters.",
     )
 

@@ -346,9 +346,26 @@ def limits_in_the_past(run: Run = REFERENCE) -> JudgedClaim:
 )
 def limits_in_the_future(run: Run = REFERENCE) -> JudgedClaim:
     """The reference solution tends to theta = pi and L = L1 z."""
-    checks = {name: _falling(away) for name, away in _distances(run).items()}
+    return _tends_to(("theta", "Lz"), run)
+
+
+@claim(
+    "TH-24",
+    control=("refuted", {"run": Run(variant(omega_3="60"))}),
+    definition="as for TH-15",
+    quote="lim_{t->inf} D(t)=D1 ... lim_{t->inf} E~(t)=E~1",
+)
+def curve_ends_in_the_limit(run: Run = REFERENCE) -> JudgedClaim:
+    """D and E~ of the reference solution tend to D1 and E~1."""
+    return _tends_to(("D", "E_tilde"), run)
+
+
+def _tends_to(names: tuple[str, str], run: Run) -> JudgedClaim:
+    """Test whether quantities of a solution tend to their values in the inverted spin."""
+    away = _distances(run)
+    checks = {name: _falling(away[name]) for name in names if name in away}
     if not checks:
-        checks["theta"] = v.statement(False, "tends to its limit", "leaves the table before")
+        checks[names[0]] = v.statement(False, "tends to its limit", "leaves the table before")
     proved = run.proved.inverts
     return v.all_of(
         {name: replace(part, proved=proved and part.holds) for name, part in checks.items()},
@@ -362,7 +379,7 @@ def limits_in_the_future(run: Run = REFERENCE) -> JudgedClaim:
     control=("reproduced", {"pasts": ()}),
     definition="solutions of the toy with the reference lambda: phi_dot(0) = "
     f"{', '.join(PRECESSIONS)} rad/s with omega_3(0) to match, the inverting ones; forwards as in "
-    "TH-15, backwards as in TH-14",
+    "TH-24, backwards as in TH-14",
     quote="all pairs D(t), E~(t) satisfy the same asymptotic conditions",
 )
 def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> JudgedClaim:

@@ -23,6 +23,11 @@ ORDERS = (
     "to nu_y before it: of the largest values of |nu_y|, of the means, and of the largest value in "
     "the climb to the first local maximum"
 )
+INITIALLY = "initially: until nu_x first vanishes"
+OSCILLATION = (
+    "oscillation: largest distance between consecutive extrema, among which the ends of both "
+    "phases are (definition A)"
+)
 PERIOD = "a nutation period is the time from one maximum of theta to the next"
 
 
@@ -30,23 +35,39 @@ PERIOD = "a nutation period is the time from one maximum of theta to the next"
     "TH-19",
     finding="EQ-26",
     control=("reproduced", {"printed": CORRECT_CONDITION}),
-    quote="1-alpha^2<gamma<1 ... They satisfy the rationality condition",
+    quote="They satisfy the rationality condition m R^2/I3=(1-alpha)/(gamma+alpha^2-1)",
 )
 def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) -> JudgedClaim:
-    """The toy has 1 - alpha^2 < gamma < 1 and satisfies the printed rationality condition."""
+    """The toy satisfies the printed rationality condition."""
     body = run.loaded.body
-    gamma, sigma, alpha = body.gamma, body.sigma, body.alpha
-    between = 1 - alpha**2 < gamma < 1
 
     def satisfied(text: str) -> v.Part:
-        value = f.read(text, {"gamma": gamma, "alpha": alpha})
-        both = f"left {v.decimal(sigma, 6)}, right {v.decimal(value, 6)}"
-        holds = between and sigma == value
-        return v.formula(holds, f"m*R**2/I3 = {text}", both, proved=True)
+        value = f.read(text, {"gamma": body.gamma, "alpha": body.alpha})
+        both = f"left {v.decimal(body.sigma, 6)}, right {v.decimal(value, 6)}"
+        return v.formula(body.sigma == value, f"m*R**2/I3 = {text}", both, proved=True)
 
     return v.misprint(
         map(satisfied, (printed, CORRECT_CONDITION)),
-        f"Exact: gamma = {gamma} lies between 1 - alpha^2 = {1 - alpha**2} and 1.",
+        "Computed with exact fractions.",
+    )
+
+
+@claim(
+    "TH-25",
+    where="Sec. 1",
+    control=("refuted", {"run": Run(variant(I1="2/5"))}),
+    definition="the toy of section 2.1",
+    quote="1-alpha^2<gamma<1 ... conditions that may be realized by parameters of a real toy TT",
+)
+def toy_lies_between(run: Run = REFERENCE) -> JudgedClaim:
+    """The toy has 1 - alpha^2 < gamma < 1."""
+    body = run.loaded.body
+    lower, gamma = 1 - body.alpha**2, body.gamma
+    return v.all_of(
+        v.statement(
+            lower < gamma < 1, "1-alpha^2 < gamma < 1", f"{lower}, {gamma}, 1", proved=True
+        ),
+        "Computed with exact fractions. The condition on sigma is TH-19.",
     )
 
 
@@ -135,34 +156,71 @@ def _growth(orders: tuple[float, float], run: Run = REFERENCE) -> JudgedClaim:
 
 @claim(
     "QUAL-19",
-    control=("partly", {"larger": "nu_y", "smaller": "nu_x"}),
-    definition="initially: until nu_x first vanishes; larger: no crossing of the two before; "
-    "close to 0: the mean of nu_y is below a fifth of that of nu_x and it changes sign",
-    quote="initially nu_x (blue) is positive and has larger value than nu_y (green) that "
-    "oscillates close to 0",
+    control=("refuted", {"sign": -1}),
+    definition=INITIALLY,
+    quote="initially nu_x (blue) is positive",
 )
-def at_first(larger: str = "nu_x", smaller: str = "nu_y", run: Run = REFERENCE) -> JudgedClaim:
-    """At first nu_x is positive and above nu_y, which oscillates close to zero."""
-    until = float(run.events(f"{larger}_zero")["t"].iloc[0])
-    crossing = float(run.events("nu_crossing")["t"].iloc[0])
-    span = Span(0.0, until)
-    means = {name: run.mean(name, span) for name in (larger, smaller)}
-    changes = len(run.zeros(smaller, span))
-    at, until_crossing = f"until {v.decimal(until, 5)} s", f"until {v.decimal(crossing, 5)} s"
-    size = _largest_size(smaller, run, run.synchronisation)
+def positive_at_first(sign: int = 1, run: Run = REFERENCE) -> JudgedClaim:
+    """At first nu_x is positive."""
+    span = _initially(run)
+    least = sign * run.value("nu_x", span.middle)
     return v.all_of(
-        {
-            f"{larger} > 0": v.statement(means[larger] > 0, "positive", at),
-            f"{larger} > {smaller}": v.statement(crossing > until, "larger", until_crossing),
-            f"{smaller} close to 0": v.statement(
-                changes > 1 and abs(means[smaller]) < means[larger] / 5,
-                "oscillates close to 0",
-                f"mean {v.decimal(means[smaller], 3)} against {v.decimal(means[larger], 3)} m/s "
-                f"{at}, {changes} changes of sign",
-            ),
-        },
-        f"The oscillation of {smaller} grows before the climb, to {v.decimal(size, 2)} m/s.",
+        v.statement(least > 0, "positive", f"until {v.decimal(span.end, 5)} s"),
+        f"Its mean until then is {v.decimal(run.mean('nu_x', span), 3)} m/s.",
     )
+
+
+@claim(
+    "QUAL-37",
+    control=("refuted", {"larger": "nu_y", "smaller": "nu_x"}),
+    definition=f"{INITIALLY}; larger: no crossing of the two before",
+    quote="and has larger value than nu_y (green)",
+)
+def larger_at_first(
+    larger: str = "nu_x", smaller: str = "nu_y", run: Run = REFERENCE
+) -> JudgedClaim:
+    """At first nu_x is larger than nu_y."""
+    span = _initially(run)
+    crossing = float(run.events("nu_crossing")["t"].iloc[0])
+    middle = run.columns((larger, smaller), [span.middle])
+    above = bool(middle[larger][0] > middle[smaller][0])
+    return v.all_of(
+        v.statement(
+            above and crossing > span.end,
+            f"{larger} > {smaller}",
+            f"no crossing until {v.decimal(crossing, 5)} s",
+        ),
+        f"nu_x first vanishes at {v.decimal(span.end, 5)} s.",
+    )
+
+
+@claim(
+    "QUAL-38",
+    control=("refuted", {"name": "nu_x"}),
+    definition=f"{INITIALLY}; close to 0: the mean of nu_y is below a fifth of that of nu_x, and "
+    "nu_y changes sign",
+    quote="nu_y (green) that oscillates close to 0",
+)
+def close_to_zero_at_first(name: str = "nu_y", run: Run = REFERENCE) -> JudgedClaim:
+    """At first nu_y oscillates close to zero."""
+    span = _initially(run)
+    mean, other = run.mean(name, span), run.mean("nu_x", span)
+    changes = len(run.zeros(name, span))
+    size = _largest_size(name, run, run.synchronisation)
+    return v.all_of(
+        v.statement(
+            changes > 1 and abs(mean) < other / 5,
+            "oscillates close to 0",
+            f"mean {v.decimal(mean, 3)} against {v.decimal(other, 3)} m/s until "
+            f"{v.decimal(span.end, 5)} s, {changes} changes of sign",
+        ),
+        f"The oscillation of {name} grows before the climb, to {v.decimal(size, 2)} m/s.",
+    )
+
+
+def _initially(run: Run) -> Span:
+    """The time until nu_x first vanishes."""
+    return Span(0.0, float(run.events("nu_x_zero")["t"].iloc[0]))
 
 
 @claim(
@@ -246,24 +304,36 @@ def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> JudgedCla
 
 @claim(
     "QUAL-23",
-    control=("partly", {"name": "nu_y"}),
-    definition="oscillation: largest distance between consecutive extrema, among which the ends of "
-    "both spans are; slightly: the mean over the climb is below a fifth of the largest oscillation",
-    quote="Oscillations of nu_x(t) also increase and the mean value of nu_x becomes slightly "
-    "negative",
+    control=("refuted", {"phases": ("climb", "synchronisation")}),
+    definition=OSCILLATION,
+    quote="Oscillations of nu_x(t) also increase",
+)
+def oscillations_of_nu_x(
+    phases: tuple[str, str] = ("synchronisation", "climb"), run: Run = REFERENCE
+) -> JudgedClaim:
+    """In the climb the oscillations of nu_x grow."""
+    first, then = (run.largest_swing("nu_x", getattr(run, phase)) for phase in phases)
+    shown = f"from {v.decimal(first, 3)} to {v.decimal(then, 3)} m/s"
+    return v.all_of(
+        v.statement(then > first, "increase", shown),
+        f"From the phase of {phases[0]} to that of {phases[1]}.",
+    )
+
+
+@claim(
+    "QUAL-39",
+    control=("refuted", {"name": "nu_y"}),
+    definition=f"{OSCILLATION}; slightly: the mean over the climb is below a fifth of the largest "
+    "oscillation",
+    quote="the mean value of nu_x becomes slightly negative",
 )
 def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> JudgedClaim:
-    """In the climb the oscillations of nu_x grow, and their mean is slightly negative."""
-    before, during = run.synchronisation, run.climb
-    first, then = (run.largest_swing(name, span) for span in (before, during))
-    average = run.mean(name, during)
-    grown = v.statement(
-        then > first, "increase", f"from {v.decimal(first, 3)} to {v.decimal(then, 3)} m/s"
-    )
-    mean = v.statement(-then / 5 < average < 0, "slightly negative", f"{v.decimal(average, 4)} m/s")
+    """In the climb the mean of nu_x is slightly negative."""
+    average, swing = run.mean(name, run.climb), run.largest_swing(name, run.climb)
+    before = run.mean(name, run.synchronisation)
     return v.all_of(
-        {"oscillations": grown, "mean": mean},
-        f"Before the climb the mean is {v.decimal(run.mean(name, before), 3)} m/s.",
+        v.statement(-swing / 5 < average < 0, "slightly negative", f"{v.decimal(average, 4)} m/s"),
+        f"Before the climb the mean is {v.decimal(before, 3)} m/s.",
     )
 
 
@@ -401,18 +471,28 @@ def spelling() -> JudgedClaim:
     "SUM-02",
     control=("refuted", {"run": Run(variant(theta="1.2"))}),
     definition="for |phi_dot(0)| up to 200 rad/s, the range of section 2.2, relative to omega_3(0)",
-    quote="initially omega_3(0)≈phi_dot(0)+psi_dot(0) since theta(0)=0.1 and cos theta≈1",
+    quote="initially omega_3(0)≈phi_dot(0)+psi_dot(0)",
 )
 def spin_as_a_sum(run: Run = REFERENCE, phi_dot: str = "200") -> JudgedClaim:
-    """At the start omega_3 is about phi_dot + psi_dot, because cos theta is about 1."""
+    """At the start omega_3 is about phi_dot + psi_dot."""
     start = run.loaded.start
-    cosine = math.cos(float(start.theta.offset))
-    error = float(phi_dot) * (1 - cosine)
+    error = float(phi_dot) * (1 - math.cos(float(start.theta.offset)))
     return v.all_of(
-        {
-            "omega_3": v.approximate("phi_dot + psi_dot", error, start.omega_3, "off by at most"),
-            "cos theta": v.approximate("cos theta = 1", 1 - cosine, 1),
-        },
+        v.approximate("phi_dot + psi_dot", error, start.omega_3, "off by at most"),
         "omega_3 = psi_dot + phi_dot cos theta; at the reference start phi_dot(0) = 0 and both are "
         "equal.",
+    )
+
+
+@claim(
+    "SUM-08",
+    control=("refuted", {"run": Run(variant(theta="1.2"))}),
+    quote="since theta(0)=0.1 and cos theta≈1",
+)
+def cosine_of_the_start(run: Run = REFERENCE) -> JudgedClaim:
+    """At the start cos theta is about 1."""
+    cosine = math.cos(float(run.loaded.start.theta.offset))
+    return v.all_of(
+        v.approximate("cos theta = 1", 1 - cosine, 1),
+        "omega_3 differs from phi_dot + psi_dot by phi_dot (1 - cos theta).",
     )

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from functools import cache, partial
+from itertools import pairwise
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
@@ -29,10 +32,11 @@ T_INIT = (
 )
 VANISHES = "83.1"
 CONTINUOUS = 1e-3  # A last value below this share of the first is invisible at three digits.
-TREND = (
-    "Ranges of nu_x, nu_y and theta_dot along the trajectory, and the climbing time in definition "
-    f"A, from each theta(0) to the next, 0.005 rad on; omega_3(0) = 155 rad/s. {s.HORIZON}"
-)
+NEXT = "from each theta(0) to the next, 0.005 rad on; omega_3(0) = 155 rad/s"
+RANGES = f"Ranges of nu_x, nu_y and theta_dot along the trajectory, {NEXT}."
+CLIMBING_TIMES = f"Climbing time in definition A, {NEXT}. {s.HORIZON}"
+FLATTER = ("0.1", "0.08", "0.06", "0.04", "0.02", "0.01")
+STEEPER = ("0.1", "0.3")
 LIMITS = {"nu_x": "0.3", "nu_y": "0.8", "theta_dot": "15"}
 BOUNDS = tuple(f"{end}_{name}" for name in LIMITS for end in ("min", "max"))
 EVERY = (*s.ALONE, "box")
@@ -52,41 +56,54 @@ AMONG = (
 
 
 @claim(
-    "SWP-01", definition=f"{T_INIT} Tends to zero: "
+    "SWP-01", definition=T_INIT, control=("refuted", {"printed": "90"}),
+    quote="An increase of phi_dot(0) from 0 to 83.1 shortens the length of the initial "
+    "synchronisation phase",
+)  # fmt: skip
+def shortened(printed: str = VANISHES) -> JudgedClaim:
+    """From phi_dot(0) = 0 to 83.1 rad/s t_init falls."""
+    rows = s.starts("phi_dot", "held")
+    rows = rows[rows["phi_dot"].between(0, float(printed))]
+    parts = {}
+    for definition in ABC:
+        times = rows[f"t_init_{definition}"]
+        down, steps = trend(times)
+        first, last = (s.number(times.iloc[end], 3) for end in (0, -1))
+        shown = f"falls in {steps}, from {first} to {last} s"
+        parts[f"definition {definition}"] = down, shown
+    return v.interpretations(
+        v.statements("shortened", parts),
+        f"{lost_between('0', printed)} starts lose contact.",
+    )
+
+
+@claim(
+    "SWP-23", definition=f"{T_INIT} Tends to zero: "
     "falls below a thousandth of its first value before it vanishes.",
     control=("refuted", {"printed": "80.1"}),
-    quote="An increase of phi_dot(0) from 0 to 83.1 shortens the length of the initial "
-    "synchronisation phase so that t_{theta≈0} goes to zero when phi_dot(0)≈83.1",
+    quote="so that t_{theta≈0} goes to zero when phi_dot(0)≈83.1",
 )  # fmt: skip
-def shortened_to_zero(printed: str = VANISHES) -> JudgedClaim:
-    """From phi_dot(0) = 0 on t_init falls, and reaches zero at phi_dot(0) = 83.1 rad/s."""
+def goes_to_zero(printed: str = VANISHES) -> JudgedClaim:
+    """t_init goes to zero at phi_dot(0) = 83.1 rad/s."""
     coarse, fine = s.starts("phi_dot", "held"), s.starts("phi_dot near the end", "held")
     last = fine[fine["t_init_A"] > 0].iloc[-1]
     after = fine[fine["phi_dot"] > last["phi_dot"]].iloc[0]
-    lost = lost_between("0", str(fine["phi_dot"].max()))
-    rising = coarse[coarse["phi_dot"].between(0, float(printed))]
-    falls, vanishes = [], []
-    for definition in ABC:
-        column = f"t_init_{definition}"
-        falls.append(trend(rising[column]))
-        vanishes.append(v.about(printed, fine["phi_dot"][fine[column] == 0].min(), "rad/s"))
-    down, gone = all(fall for fall, _ in falls), all(part.holds for part in vanishes)
+    longest = coarse[coarse["phi_dot"] == 0]["t_init_A"].iloc[0]
+    zero = [fine["phi_dot"][fine[f"t_init_{definition}"] == 0].min() for definition in ABC]
+    gone = all(v.about(printed, where, "rad/s").holds for where in zero)
     shown = (
-        f"falls in {falls[0][1]} to {s.number(last['t_init_A'], 2)} s at "
-        f"{s.number(last['phi_dot'])} rad/s, {s.number(after['t_init_A'], 2)} s at "
-        f"{s.number(after['phi_dot'])} rad/s"
+        f"{s.number(last['t_init_A'], 2)} s at {s.number(last['phi_dot'])} rad/s, "
+        f"{s.number(after['t_init_A'], 2)} s at {s.number(after['phi_dot'])} rad/s"
     )
     return v.interpretations(
         {
-            "it falls and is zero from there on": v.statement(down and gone, "to zero", shown),
+            "it is zero from there on": v.statement(gone, "to zero", shown),
             "it tends to zero": v.statement(
-                down and gone and last["t_init_A"] < CONTINUOUS * rising["t_init_A"].iloc[0],
-                "to zero",
-                shown,
+                gone and last["t_init_A"] < CONTINUOUS * longest, "to zero", shown
             ),
         },
         "In definitions A, B and C alike. The last synchronisation phase is the first half "
-        f"nutation, and there is none shorter. {lost} starts lose contact.",
+        "nutation, and there is none shorter.",
     )
 
 
@@ -223,98 +240,162 @@ def trend(column: pandas.Series, sign: int = -1) -> tuple[bool, str]:
 
 def inverting(rows: pandas.DataFrame, how: str = " invert") -> v.Part:
     """Test for the end of all climbs, in definition A."""
-    count = int(rows["t_end_A"].notna().sum())
-    left = s.undecided(rows)
-    open_ones = f", {left} undecided at {s.CONTINUED} s" if left else ""
-    shown = f"{count} of {len(rows)}{how}{open_ones}"
-    return v.statement(0 < count == len(rows), "all invert", shown)
+    return s.of_all(rows, rows["t_end_A"].notna(), "all invert", how)
 
 
 @claim(
-    "SWP-15", definition=TREND, control=("partly", {"upper": "0.4"}),
-    quote="decreasing theta(0) below 0.1 reduces oscillations, smooths out solution curves and "
-    "increases the climbing time",
+    "SWP-15", definition=RANGES, control=("partly", {"upper": "0.4"}),
+    quote="decreasing theta(0) below 0.1 reduces oscillations",
 )  # fmt: skip
 def flatter_is_calmer(upper: str = "0.1") -> JudgedClaim:
-    """Below theta(0) = 0.1 oscillations grow and the climbing time falls with theta(0)."""
+    """Below theta(0) = 0.1 oscillations grow with theta(0)."""
     rows, every = s.starts("theta", "through"), s.starts("theta", "unilateral")
     return v.all_of(
-        _trends(rows[rows["theta"] <= float(upper)]),
+        _wider(rows[rows["theta"] <= float(upper)]),
         f"{s.counted(every[every['theta'] <= float(upper)], 'contact_lost')} starts lose contact.",
     )
 
 
 @claim(
-    "SWP-16", definition=TREND, control=("reproduced", {"upper": "0.13"}),
-    quote="Increase of theta(0) makes amplitudes of oscillations larger and decreases the "
-    "climbing time",
-)  # fmt: skip
-def steeper_is_wilder(lower: str = "0.1", upper: str = "0.3") -> JudgedClaim:
-    """From theta(0) = 0.1 up, oscillations grow and the climbing time falls with theta(0)."""
-    every = s.starts("theta", "unilateral")
-    lost = every[every["outcome"] == "contact_lost"]["theta"]
-    through = s.starts("theta", "through")
-    quick = through[through["theta"] <= float(upper)].sort_values("climb_A").iloc[0]
+    "SWP-24",
+    control=("refuted", {"inclinations": FLATTER[::-1]}),
+    definition="total variation (sum of all rises and falls between extrema found as events) of "
+    f"theta_dot, nu_x, nu_y and g_n over 8 s; theta(0) = {', '.join(FLATTER)} rad; smoother: it "
+    "falls from each to the next",
+    quote="smooths out solution curves",
+)
+def flatter_is_smoother(inclinations: tuple[str, ...] = FLATTER) -> JudgedClaim:
+    """From theta(0) = 0.1 down, the curves of the solutions become smoother."""
+    parts = {}
+    for name in ("theta_dot", "nu_x", "nu_y", "g_n"):
+        sums = [sum(Run(variant(theta=theta)).rises_and_falls(name)) for theta in inclinations]
+        falls = sum(later < earlier for earlier, later in pairwise(sums))
+        shown = f"falls in {falls} of {len(sums) - 1} steps, from {s.number(sums[0], 3)} to "
+        parts[name] = falls == len(sums) - 1, shown + s.number(sums[-1], 3)
+    return v.all_of(
+        v.statements("smoother", parts),
+        "Half as steep a start leaves about half of the total variation.",
+    )
 
-    def check(contact: str) -> v.Part:
-        rows = s.starts("theta", contact)
+
+@claim(
+    "SWP-25", definition=CLIMBING_TIMES, control=("refuted", {"upper": "0.4"}),
+    quote="decreasing theta(0) below 0.1 ... increases the climbing time",
+)  # fmt: skip
+def flatter_is_slower(upper: str = "0.1") -> JudgedClaim:
+    """Below theta(0) = 0.1 the climbing time falls with theta(0)."""
+    rows = s.starts("theta", "through")
+    rows = rows[rows["theta"] <= float(upper)]
+    return v.all_of(_quicker(rows), f"From {s.number(rows['theta'].iloc[0])} rad on.")
+
+
+@claim(
+    "SWP-16", definition=RANGES, control=("reproduced", {"upper": "0.13"}),
+    quote="Increase of theta(0) makes amplitudes of oscillations larger",
+)  # fmt: skip
+def steeper_is_wilder(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> JudgedClaim:
+    """From theta(0) = 0.1 up, oscillations grow with theta(0)."""
+
+    def check(rows: pandas.DataFrame) -> v.Part:
         rows = rows[rows["theta"].between(float(lower), float(upper))]
-        parts = _trends(rows)
+        parts = _wider(rows)
         shown = "; ".join(f"{name} {part.measured}" for name, part in parts.items())
         return v.statement(
             all(part.holds for part in parts.values()),
-            "larger amplitudes, shorter climb",
+            "larger amplitudes",
             f"to {s.number(rows['theta'].max())} rad: {shown}",
         )
 
     return v.all_of(
-        {which: check(contact) for contact, which in s.CONTACTS.items()},
-        "Up to 0.3 rad, where the paper's remark on omega_3(0) begins. Starts from "
-        f"{s.number(lost.min())} to {s.number(lost.max())} rad lose contact. With g_n < 0 allowed, "
-        f"the climb is quickest from {s.number(quick['theta'])} rad, in "
-        f"{s.number(quick['climb_A'])} s.",
+        s.both_ways("theta", check),
+        f"Up to 0.3 rad, where the paper's remark on omega_3(0) begins. {_lost_by_inclination()}",
+    )
+
+
+@claim(
+    "SWP-26", definition=CLIMBING_TIMES, control=("reproduced", {"upper": "0.13"}),
+    quote="Increase of theta(0) ... decreases the climbing time",
+)  # fmt: skip
+def steeper_is_quicker(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> JudgedClaim:
+    """From theta(0) = 0.1 up, the climbing time falls with theta(0)."""
+    through = s.starts("theta", "through")
+    quick = through[through["theta"] <= float(upper)].sort_values("climb_A").iloc[0]
+
+    def check(rows: pandas.DataFrame) -> v.Part:
+        rows = rows[rows["theta"].between(float(lower), float(upper))]
+        part = _quicker(rows)
+        return replace(part, measured=f"to {s.number(rows['theta'].max())} rad: {part.measured}")
+
+    return v.all_of(
+        s.both_ways("theta", check),
+        f"{_lost_by_inclination()} With g_n < 0 allowed, the climb is quickest from "
+        f"{s.number(quick['theta'])} rad, in {s.number(quick['climb_A'])} s.",
     )
 
 
 @claim(
     "SWP-17", control=("refuted", {"beyond": "0.02"}),
+    definition="lambda of the starts that keep omega_3(0).",
+    quote="Beyond the angle theta(0)=0.3 the term alpha-cos theta starts to play a role",
+)  # fmt: skip
+def inclination_counts(beyond: str = "0.3") -> JudgedClaim:
+    """Beyond theta(0) = 0.3 the inclination makes lambda smaller."""
+    free = s.starts("theta", "unilateral")
+    ratio = free[free["theta"] >= float(beyond)]["lambda_ratio"]
+    known = s.reference()["lambda_ratio"]
+    return v.all_of(
+        v.statement(
+            bool((ratio < known).all()),
+            "lambda too small",
+            f"{s.number(ratio.iloc[0])} lambda_thres, {s.number(ratio.iloc[-1])} at 1 rad",
+        ),
+        f"At {beyond} rad lambda is {s.share(1 - ratio.iloc[0] / known)} smaller than the "
+        "reference's.",
+    )
+
+
+@claim(
+    "SWP-27", control=("refuted", {"beyond": "0.02"}),
     definition="omega_3(0) with which the other start values at rest give the reference's lambda.",
-    quote="Beyond the angle theta(0)=0.3 the term alpha-cos theta starts to play a role and "
-    "omega_3(0) has to be increased to keep lambda≈2lambda_thres",
+    quote="omega_3(0) has to be increased to keep lambda≈2lambda_thres",
 )  # fmt: skip
 def more_spin_needed(beyond: str = "0.3") -> JudgedClaim:
     """Beyond theta(0) = 0.3 more spin is needed for the same lambda."""
-    fixed, free = s.starts("theta at lambda", "unilateral"), s.starts("theta", "unilateral")
+    fixed = s.starts("theta at lambda", "unilateral")
     spins = fixed[fixed["theta"] >= float(beyond)]["omega_3"]
-    ratio = free[free["theta"] >= float(beyond)]["lambda_ratio"]
     spin = float(s.reference()["omega_3"])
     return v.all_of(
-        {
-            "omega_3(0) kept": v.statement(
-                bool((ratio < s.reference()["lambda_ratio"]).all()),
-                "lambda too small",
-                f"{s.number(ratio.iloc[0])} lambda_thres, {s.number(ratio.iloc[-1])} at 1 rad",
-            ),
-            "lambda kept": v.statement(
-                bool((spins > spin).all() and (spins.diff().iloc[1:] > 0).all()),
-                "omega_3(0) increased",
-                f"{s.number(spins.iloc[0])} rad/s, {s.number(spins.iloc[-1])} at 1 rad",
-            ),
-        },
+        v.statement(
+            bool((spins > spin).all() and (spins.diff().iloc[1:] > 0).all()),
+            "omega_3(0) increased",
+            f"{s.number(spins.iloc[0])} rad/s, {s.number(spins.iloc[-1])} at 1 rad",
+        ),
         f"At {beyond} rad omega_3(0) has to be {s.share(spins.iloc[0] / spin - 1)} higher.",
     )
 
 
-def _trends(rows: pandas.DataFrame) -> dict[str, v.Part]:
-    checks = {}
+def _wider(rows: pandas.DataFrame) -> dict[str, v.Part]:
+    """Test whether the ranges of the gliding velocities and of theta_dot grow from row to row."""
+    parts = {}
     for name in s.AMPLITUDES:
         up, steps = trend(s.width(rows, name), 1)
-        checks[f"range of {name}"] = v.statement(up, "grows", f"grows in {steps}")
+        parts[f"range of {name}"] = v.statement(up, "grows", f"grows in {steps}")
+    return parts
+
+
+def _quicker(rows: pandas.DataFrame) -> v.Part:
+    """Test whether the climbing time falls from row to row."""
     times = rows["climb_A"]
     down, steps = trend(times)
-    shown = f"from {s.number(times.iloc[0])} s to {s.number(times.iloc[-1])} s"
-    checks["climbing time"] = v.statement(down, "falls", f"falls in {steps}, {shown}")
-    return checks
+    shown = f"falls in {steps}, from {s.number(times.iloc[0])} s to {s.number(times.iloc[-1])} s"
+    return v.statement(down, "falls", shown)
+
+
+def _lost_by_inclination() -> str:
+    """The inclinations from which the top loses contact, as a sentence."""
+    every = s.starts("theta", "unilateral")
+    lost = every[every["outcome"] == "contact_lost"]["theta"]
+    return f"Starts from {s.number(lost.min())} to {s.number(lost.max())} rad lose contact."
 
 
 @claim(
@@ -365,7 +446,7 @@ def climb_stays_short(limit: str = "8") -> JudgedClaim:
 @claim(
     "SWP-12",
     where="Sec. 2.2, Summary",
-    control=("refuted", {"series": ("theta",)}),
+    control=("untestable", {"series": ("theta",)}),
     definition=f"{INVERTS} {TESTED} {s.HORIZON}",
     quote="the main qualitative features of inverting remain intact",
 )

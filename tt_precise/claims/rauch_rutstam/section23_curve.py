@@ -30,6 +30,11 @@ TORQUE_SHARE = (
     "zeros between extrema found as events"
 )
 EXCESS = ("E", "E_tilde")
+LARGEST = "the largest E~ - E, bisected in the dense output"
+TREND = (
+    "values at the ends of the climb (definition A); at every instant: no step the other way, "
+    "every 0.5 ms and between the turning points of theta"
+)
 # what each panel shows, after the captions; the text refers to it by figure number and letter
 PANELS = {
     "2a": {"theta", "theta_dot"}, "2b": {"phi_dot", "psi_dot"}, "3a": {"nu_x", "nu_y"},
@@ -276,26 +281,42 @@ def modified_energy_is_larger(
 
 @claim(
     "FIG-13",
-    control=("partly", {"angle": "1"}),
-    definition="the largest E~ - E, closed in on in the dense output; middle: the middle third of "
-    "the climb (definition A); theta about pi/2: within 0.2 rad",
-    quote="the difference E~-E becomes largest in the middle of inversion when theta≈pi/2",
+    control=("refuted", {"pair": ("E", "E_tilde")}),
+    definition=f"{LARGEST}; middle: the middle third of the climb (definition A)",
+    quote="the difference E~-E becomes largest in the middle of inversion",
 )
-def largest_difference(angle: str = "", run: Run = REFERENCE) -> JudgedClaim:
-    """E~ - E is largest in the middle of the inversion, at theta about pi/2."""
+def largest_in_the_middle(
+    pair: tuple[str, str] = ("E_tilde", "E"), run: Run = REFERENCE
+) -> JudgedClaim:
+    """E~ - E is largest in the middle of the inversion."""
     climb = run.climb
-    when, value = run.extreme_of(lambda c: c["E_tilde"] - c["E"], EXCESS, largest=True)
+    when, value = _largest_difference(pair, run)
+    middle = climb.begin + climb.length / 3 < when < climb.end - climb.length / 3
+    return v.all_of(
+        v.statement(middle, "in the middle of inversion", f"at {v.decimal(when, 5)} s"),
+        f"There {pair[0]} exceeds {pair[1]} by {v.decimal(value, 4)} J.",
+    )
+
+
+@claim(
+    "FIG-21",
+    control=("refuted", {"angle": "1"}),
+    definition=f"{LARGEST}; theta about pi/2: within 0.2 rad",
+    quote="becomes largest in the middle of inversion when theta≈pi/2",
+)
+def largest_at_the_equator(angle: str = "", run: Run = REFERENCE) -> JudgedClaim:
+    """E~ - E is largest where theta is about pi/2."""
+    when, _ = _largest_difference(("E_tilde", "E"), run)
     theta = run.value("theta", when)
     near = abs(theta - float(angle or math.pi / 2)) < 0.2
-    middle = climb.begin + climb.length / 3 < when < climb.end - climb.length / 3
-    at = f"at {v.decimal(when, 5)} s"
-    checks = {
-        "angle": v.statement(
-            near, f"theta about {angle or 'pi/2'}", f"theta = {v.decimal(theta, 4)}"
-        ),
-        "time": v.statement(middle, "in the middle of inversion", at),
-    }
-    return v.all_of(checks, f"There E~ exceeds E by {v.decimal(value, 4)} J.")
+    return v.all_of(
+        v.statement(near, f"theta about {angle or 'pi/2'}", f"theta = {v.decimal(theta, 4)}"),
+        f"theta first passes pi/2 at {v.decimal(run.equator, 5)} s.",
+    )
+
+
+def _largest_difference(pair: tuple[str, str], run: Run) -> tuple[float, float]:
+    return run.extreme_of(lambda c: c[pair[0]] - c[pair[1]], EXCESS, largest=True)
 
 
 @claim(
@@ -325,37 +346,70 @@ def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> JudgedCla
 
 @claim(
     "QUAL-28",
-    control=("refuted", {"spin": 1}),
-    definition="values at t_init and t_end (definition A), sin(theta) until theta first passes "
-    "pi/2; at every instant: no rise or fall the other way",
-    quote="|a| is growing during inversion, |omega| is decreasing and sin theta is growing until "
-    "the axis 3 passes theta=pi/2",
+    control=("refuted", {"sign": -1}),
+    definition=TREND,
+    quote="|a| is growing during inversion",
 )
-def trends_in_the_climb(spin: int = -1, run: Run = REFERENCE) -> JudgedClaim:
-    """In the climb |a| grows, |omega| decreases, and sin(theta) grows until pi/2."""
+def arm_in_the_climb(sign: int = 1, run: Run = REFERENCE) -> JudgedClaim:
+    """In the climb |a| grows."""
     body = run.loaded.body.numbers(float)
-    climb = run.climb
-    ends = run.columns(VECTORS, [climb.begin, run.equator, climb.end])
-    arms = _length(newton.contact_arm(body, _state(ends).k))
-    spins = _length(newton.angular_velocity(body, _state(ends)))
-    kz = ends["kz"]
-    _, back = run.rises_and_falls("theta", climb)
-    changes = "decreases" if spin < 0 else "grows"
-    checks = {
-        "from one end to the other": v.statement(
-            arms[2] > arms[0] and spin * (spins[2] - spins[0]) > 0 and kz[1] < kz[0],
-            f"|a| grows, |omega| {changes}, sin(theta) grows until pi/2",
-            f"|a| from {v.decimal(arms[0], 3)} to {v.decimal(arms[2], 3)} m, |omega| from "
-            f"{v.decimal(spins[0], 4)} to {v.decimal(spins[2], 4)} rad/s, sin(theta) from "
-            f"{v.decimal(math.sqrt(1 - kz[0] ** 2), 2)} to 1",
-        ),
-        "at every instant": v.statement(
-            back == 0,
-            "monotonic",
-            f"theta, and with it |a|, falls back by {v.decimal(back, 3)} rad in total",
-        ),
-    }
-    return v.interpretations(checks, "|a| and sin(theta) follow theta, which oscillates.")
+    return _trend(
+        lambda state: _length(newton.contact_arm(body, state.k)), "m", sign, run.climb, run
+    )
+
+
+@claim(
+    "QUAL-40",
+    control=("refuted", {"sign": 1}),
+    definition=TREND,
+    quote="|omega| is decreasing",
+)
+def spin_in_the_climb(sign: int = -1, run: Run = REFERENCE) -> JudgedClaim:
+    """In the climb |omega| decreases."""
+    body = run.loaded.body.numbers(float)
+    return _trend(
+        lambda state: _length(newton.angular_velocity(body, state)), "rad/s", sign, run.climb, run
+    )
+
+
+@claim(
+    "QUAL-41",
+    control=("refuted", {"sign": -1}),
+    definition=f"{TREND}; here from t_init until theta first passes pi/2",
+    quote="sin theta is growing until the axis 3 passes theta=pi/2",
+)
+def sine_in_the_climb(sign: int = 1, run: Run = REFERENCE) -> JudgedClaim:
+    """In the climb sin(theta) grows until pi/2."""
+    span = Span(run.climb.begin, run.equator)
+    return _trend(lambda state: _length((state.kx, state.ky, 0)), "", sign, span, run)
+
+
+def _trend(
+    function: Callable[[NewtonState], Array], unit: str, sign: int, span: Span, run: Run
+) -> JudgedClaim:
+    """Test whether a function of the vectors grows (``sign`` 1) or falls (-1) over ``span``."""
+    import numpy
+
+    turns = [t for t in run.turns["t"].astype(float) if span.has(t)]
+    times = numpy.union1d(numpy.arange(span.begin, span.end, 5e-4), [*turns, span.end])
+    values = function(_state(run.columns(VECTORS, list(times))))
+    steps = sign * numpy.diff(values)
+    back = float(-steps[steps < 0].sum())
+    words = "growing" if sign > 0 else "decreasing"
+    first, last = (f"{v.decimal(values[end], 4)} {unit}".strip() for end in (0, -1))
+    return v.interpretations(
+        {
+            "from one end to the other": v.statement(
+                sign * (values[-1] - values[0]) > 0, words, f"from {first} to {last}"
+            ),
+            "at every instant": v.statement(
+                back == 0,
+                words,
+                f"goes back by {v.decimal(back, 3)} {unit} in total".replace("  ", " "),
+            ),
+        },
+        "It follows the nutation of the axis.",
+    )
 
 
 @claim(

@@ -136,37 +136,51 @@ def _last_over_first(solution: Trajectory) -> Scalar:
 @claim(
     "EQ-33",
     control=("refuted", {"factor": 2}),
-    definition="for the reason: any rigid body, three different moments of inertia",
-    quote="the equality omega_dot.L=omega.L_dot valid due to axial symmetry of TT",
+    quote="the equality omega_dot.L=omega.L_dot",
 )
 def symmetry_of_inertia(factor: int = 1) -> JudgedClaim:
-    """omega_dot.L = omega.L_dot, and axial symmetry is why."""
+    """omega_dot.L = omega.L_dot."""
     q, rates = f.motion(), f.vector_rates()
     L_dot = (rates.Lx, rates.Ly, rates.Lz)
     # (omega.L)_dot = 2 (E_rot)_dot, so omega_dot.L is what L_dot leaves of it
     omega_dot_L = 2 * f.rate_of("E_rot") - dot(q.omega, L_dot)
-    top = f.equal(
-        factor * omega_dot_L, dot(q.omega, L_dot), "dot(omega_dot, L) = dot(omega, L_dot)"
-    )
-    needed = bool(top.holds) and not _holds_for_any_body(factor)
-    shown = "needs axial symmetry" if needed else "holds for every rigid body"
-    symmetry = v.statement(needed, "valid due to axial symmetry", shown, proved=True)
     return v.all_of(
-        {"the equality": top, "axial symmetry as its reason": symmetry},
-        "The inertia tensor is a symmetric matrix in every rigid body, which is all that is used.",
+        f.equal(factor * omega_dot_L, dot(q.omega, L_dot), "dot(omega_dot, L) = dot(omega, L_dot)"),
+        "Both are half the derivative of omega.L. EQ-48 judges the reason.",
     )
 
 
-def _holds_for_any_body(factor: int) -> bool:
+@claim(
+    "EQ-48",
+    control=("reproduced", {"equality": "L_dot.3=I3 omega_dot.3"}),
+    definition="the reason is right if the equality holds for axially symmetric bodies and fails "
+    "for three different moments of inertia",
+    quote="the equality omega_dot.L=omega.L_dot valid due to axial symmetry of TT",
+)
+def symmetry_as_the_reason(equality: str = "omega_dot.L=omega.L_dot") -> JudgedClaim:
+    """Axial symmetry is why omega_dot.L = omega.L_dot."""
     import sympy
 
-    moments = sympy.symbols("A B C", positive=True)
+    A, B, C = sympy.symbols("A B C", positive=True)
     omega = sympy.Matrix(sympy.symbols("p q r"))
     omega_dot = sympy.Matrix(sympy.symbols("p_dot q_dot r_dot"))
-    inertia = sympy.diag(*moments)
-    L = inertia * omega
-    L_dot = inertia * omega_dot + omega.cross(L)
-    return bool(sympy.expand(omega_dot.dot(L) - factor * omega.dot(L_dot)) == 0)
+
+    def holds(*moments: Scalar) -> bool:
+        inertia = sympy.diag(*moments)
+        L = inertia * omega
+        L_dot = inertia * omega_dot + omega.cross(L)
+        difference = {
+            "omega_dot.L=omega.L_dot": omega_dot.dot(L) - omega.dot(L_dot),
+            "L_dot.3=I3 omega_dot.3": L_dot[2] - C * omega_dot[2],
+        }[equality]
+        return bool(sympy.expand(difference) == 0)
+
+    needed = holds(A, A, C) and not holds(A, B, C)
+    shown = "needs axial symmetry" if needed else "holds for every rigid body"
+    return v.all_of(
+        v.statement(needed, "valid due to axial symmetry", shown, proved=True),
+        "The inertia tensor is a symmetric matrix in every rigid body, which is all that is used.",
+    )
 
 
 @claim(
@@ -251,38 +265,49 @@ def vector_in_the_bracket(printed: str = "2*cross(omega, a)*y_hat") -> JudgedCla
 @claim(
     "FIG-01",
     where="Sec. 2.3, Fig. 4",
-    control=("partly", {"parts": ("E_trans", "E_rot")}),
+    control=("refuted", {"parts": ("E_trans", "E_rot")}),
     definition="E at 8 s from the sum of its parts there, against E(0) minus the work of friction "
-    "(the integral of mu g_n v_A^2, Gauss's rule between extrema); monotonic: no event where E "
-    "turns, and its rate has no zero",
-    quote="E_trans, E_rot and E_pot add up to the total energy E(t) that is monotonically "
-    "decreasing",
+    "(the integral of mu g_n v_A^2, Gauss's rule between extrema)",
+    quote="E_trans, E_rot and E_pot add up to the total energy E(t)",
 )
 def parts_of_the_energy(parts: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> JudgedClaim:
-    """The three parts add up to the energy, which decreases monotonically."""
+    """The three parts add up to the energy."""
     span = run.whole
     columns = run.columns(("E", *parts), list(span))
     first, last = sum(columns[name] for name in parts)
     energy = columns["E"][0]
     work = run.mean("E_dot", span) * span.length
     off = abs(last - (energy + work)) / energy + abs(first / energy - 1)
-    rise, fall = run.rises_and_falls("E")
+    return v.all_of(
+        v.statement(
+            off < float(CLOSED),
+            "parts add up to E",
+            f"off by {'less' if off < float(CLOSED) else 'more'} than {CLOSED} E(0) from E(0) "
+            "minus the work of friction",
+        ),
+        "The work of friction is computed from the contact force alone, not from the parts.",
+    )
+
+
+@claim(
+    "FIG-20",
+    finding="EQ-06",
+    where="Sec. 2.3, Fig. 4",
+    control=("refuted", {"name": "E_rot"}),
+    definition="the energy has no local extremum (events), and its derivative no zero",
+    quote="the total energy E(t) that is monotonically decreasing",
+)
+def falling_energy(name: str = "E", run: Run = REFERENCE) -> JudgedClaim:
+    """The energy in Fig. 4 decreases monotonically."""
+    rise, fall = run.rises_and_falls(name)
     risen = f"rises by {v.decimal(rise, 3)} J" if rise else "never rises"
     return v.all_of(
-        {
-            "sum": v.statement(
-                off < float(CLOSED),
-                "parts add up to E",
-                f"off by {'less' if off < float(CLOSED) else 'more'} than {CLOSED} E(0) from E(0) "
-                "minus the work of friction",
-            ),
-            "monotony": v.statement(
-                rise == 0 and not run.zeros("E_dot"),
-                "monotonically decreasing",
-                f"falls by {v.decimal(fall, 12)} J, and {risen}",
-            ),
-        },
-        "The work of friction is computed from the contact force alone, not from the parts.",
+        v.statement(
+            rise == 0 and not run.zeros(f"{name}_dot"),
+            "monotonically decreasing",
+            f"falls by {v.decimal(fall, 12)} J, and {risen}",
+        ),
+        "Section 1 has the same statement (EQ-06).",
     )
 
 
