@@ -70,17 +70,29 @@ class PageTable:
 
 
 @dataclass(frozen=True)
+class Panel:
+    """A small graph: its name, its title, its facts, and the path in an SVG of 120 by 36."""
+
+    name: str
+    title: str
+    facts: str
+    path: str
+
+
+@dataclass(frozen=True)
 class Figure:
     """A picture as SVG text.
 
     The first sentence of ``caption`` is the title, the others are details. ``alt`` describes the
-    picture.
+    picture. The page shows the ``panels``, if there are any, instead of the picture: as many beside
+    each other as the window is wide.
     """
 
     name: str
     caption: str
     svg: str
     alt: str
+    panels: Sequence[Panel] = ()
     kind: str = "figure"
 
 

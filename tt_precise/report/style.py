@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "RED", "SKY", "Words", "curve",
-    "figure", "grid", "legend", "moments", "panels", "svg_text", "thinned",
+    "figure", "legend", "moments", "panels", "svg_text", "thinned",
 ]  # fmt: skip
 P = ParamSpec("P")
 WIDTH = 5.6  # inches
@@ -42,15 +42,6 @@ def panels(
             len(heights), 1, sharex=shared_time, squeeze=False, height_ratios=heights
         )[:, 0]
         yield drawing, list(axes)
-
-
-@contextmanager
-def grid(rows: int, columns: int, height: float) -> Iterator[tuple[Drawing, list[Axes]]]:
-    """A drawing with small panels, row after row, each row ``height`` inches high."""
-    with plotting.styled():
-        drawing = plotting.new_figure(WIDTH, rows * height + 0.2)
-        axes = drawing.subplots(rows, columns, sharey=True, squeeze=False)
-        yield drawing, [panel for row in axes for panel in row]
 
 
 class Words(NamedTuple):

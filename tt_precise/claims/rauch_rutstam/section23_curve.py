@@ -360,6 +360,7 @@ def arm_in_the_climb(sign: int = 1, run: Run = REFERENCE) -> JudgedClaim:
 
 @claim(
     "QUAL-40",
+    finding="QUAL-28",
     control=("refuted", {"sign": 1}),
     definition=TREND,
     quote="|omega| is decreasing",
@@ -374,6 +375,7 @@ def spin_in_the_climb(sign: int = -1, run: Run = REFERENCE) -> JudgedClaim:
 
 @claim(
     "QUAL-41",
+    finding="QUAL-28",
     control=("refuted", {"sign": -1}),
     definition=f"{TREND}; here from t_init until theta first passes pi/2",
     quote="sin theta is growing until the axis 3 passes theta=pi/2",

@@ -170,6 +170,7 @@ def needed_up_to(limit: str = "83") -> JudgedClaim:
 
 @claim(
     "SWP-19",
+    finding="SWP-12",
     where="Summary",
     control=("untestable", {"series": ("theta",)}),
     definition="The climb ends in definition A, whose time is that of the reversal of phi_dot. "
@@ -189,6 +190,7 @@ def ends_with_a_reversal(
 
 @claim(
     "SWP-28",
+    finding="SWP-12",
     where="Summary",
     control=("refuted", {"tolerance": "0.01"}),
     definition="The first time after theta = pi/2 at which nu_y falls through nu_x, and its "

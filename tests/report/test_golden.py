@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.report.conftest import tables
+from tests.report.conftest import drawn, tables
 from tt_precise import golden
 from tt_precise.golden import store
 from tt_precise.golden.proofs import PROOF
+from tt_precise.report.document import Figure
 from tt_precise.report.golden import golden_section
 from tt_precise.report.golden import proof_section as section
 
@@ -45,9 +46,18 @@ def test_rows_hold_what_is_proved() -> None:
 def test_the_table_has_the_end_of_each_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()  # of the copy, which has no flight
     monkeypatch.setattr(golden, "scenes", lambda: ["flight", "upright"])
-    table, evidence = tables(golden_section())
-    assert [row[2] for row in table.rows] == ["0.15298014628", "8"]
-    assert [row[0] for row in evidence.rows] == [row[0] for row in table.rows]
+    found = golden_section()
+    (table,) = tables(found)
+    assert [row[:1] + row[2:4] for row in table.rows] == [
+        ("flight", "landed", "0.15298014628"), ("upright", "complete", "8")
+    ]  # fmt: skip
+    assert drawn(found) == ["golden-scenes"]
+    (figure,) = (block for block in found.blocks if isinstance(block, Figure))
+    flight, upright = figure.panels
+    assert flight.facts == "landed at 0.153 s"
+    # upright: theta is 0 from the left end of the panel to its right end
+    assert upright.path.startswith("M0.0 34.0L")
+    assert upright.path.endswith("120.0 34.0")
 
 
 def test_spoiled_and_missing_proofs_count_for_nothing(place: Path) -> None:
