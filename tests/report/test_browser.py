@@ -104,6 +104,9 @@ class Page:
         for log in ("browser", "performance"):
             self.driver.get_log(log)
         self.driver.get(self.address + hash)
+        # on a loaded machine the driver may still speak to the page before
+        loaded = "return document.readyState === 'complete' && location.href !== 'about:blank'"
+        assert self.becomes(lambda: self.run(loaded))
 
     def follow(self, hash: str) -> None:
         """Follow a link within the page, until the page's own listener has run."""
