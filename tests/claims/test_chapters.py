@@ -10,13 +10,10 @@ from typing import Any
 import pytest
 
 from tt_precise.claims import JudgedClaim, claims, judge, rauch_rutstam
-from tt_precise.claims import committed as module
-from tt_precise.claims.committed import committed, run_record, sources
+from tt_precise.claims.committed import committed
 from tt_precise.claims.evidence import sweeps
 from tt_precise.claims.evidence.run import Run, variant
-from tt_precise.claims.rauch_rutstam.proofreading import ANSWERS, UNTESTED
 from tt_precise.claims.verdicts import Verdict
-from tt_precise.runtime.values import InputError
 
 MODULES = sorted(Path(rauch_rutstam.__path__[0]).glob("[!_]*.py"))
 # which is the note
@@ -185,12 +182,6 @@ def test_findings_point_to_claims_that_stand_for_themselves() -> None:
     assert known["EQ-27"].finding == known["TH-19"].finding == "EQ-26"
 
 
-def test_the_answer_and_the_proofreading_name_claims_that_exist() -> None:
-    named = {id for each in ANSWERS for id in each.claims}
-    named |= {id for each in UNTESTED for id in re.findall(r"[A-Z]{2,4}-\d\d", each.reason)}
-    assert named <= set(claims())
-
-
 @pytest.mark.parametrize(
     ("id", "changes"),
     [
@@ -210,37 +201,3 @@ def test_contact_in_a_run_that_failed_is_not_contact_all_the_time(
     assert judge("QUAL-15", run=run).verdict == "reproduced"
     monkeypatch.setattr(Run, "trajectory", lambda *_: SimpleNamespace(status="failed"))
     assert judge("QUAL-15", run=run).verdict == "refuted"
-
-
-PROVENANCE = {"date": "today", "commit": "abc", "versions": "heyoka 1", "command": "x"}
-
-
-def test_every_claim_has_a_committed_verdict() -> None:
-    verdicts = committed()
-    assert verdicts is not None
-    assert list(verdicts.by_id) == list(claims())
-    assert f"commit {verdicts.run.commit}" in verdicts.run.origin
-    assert f"{verdicts.run.seconds} s with" in verdicts.run.cost
-
-
-@pytest.mark.parametrize("changed", ["claims/verdicts.py", "scenes/reference.toml"])
-def test_a_run_of_other_code_is_stale(monkeypatch: pytest.MonkeyPatch, changed: str) -> None:
-    run = run_record(12.3, 2, PROVENANCE)
-    assert run.seconds == 12
-    before = run.outdated
-    read = Path.read_bytes
-    spoiled = module.PACKAGE / changed
-    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"\n# x" * (path == spoiled))
-    sources.cache_clear()
-    assert (before, run.outdated) == (False, True)
-    monkeypatch.undo()
-    sources.cache_clear()
-
-
-def test_a_spoiled_file_is_refused_and_a_missing_one_is_none(tmp_path: Path) -> None:
-    file = tmp_path / "results.json"
-    assert committed(file) is None
-    for text in ("{", "{}", '{"claims": {"claims": []}}', '{"claims": {"claims": [1], "run": {}}}'):
-        file.write_text(text, "utf-8")
-        with pytest.raises(InputError, match=r"expected verdicts.* --again"):
-            committed(file)

@@ -1,42 +1,28 @@
 """Claims as entries, papers as values, and judging in this process and in others."""
 
-import re
-import sys
-from collections.abc import Iterator
+from __future__ import annotations
+
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
 
 import pytest
 
-from tt_precise.claims import claim, claim_named, claims, counts, judge, judge_all, paper
-from tt_precise.claims.claim import Claim, claims_of
-from tt_precise.claims.committed import run_record
-from tt_precise.claims.paper import KINDS, RAUCH_RUTSTAM, Paper, Section
+from tt_precise.claims import (
+    claim,
+    claim_named,
+    claims,
+    counts,
+    judge,
+    judge_all,
+    paper,
+)
+from tt_precise.claims.claim import Claim, calls_for, claims_of
+from tt_precise.claims.paper import KINDS, RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import all_of, untestable
-from tt_precise.report.document import Claims
-from tt_precise.report.overview import all_claims
 from tt_precise.runtime.values import InputError
 
 CHEAP = ("NUM-23", "EQ-26", "EQ-29", "TH-17")  # of four chapters
-OTHER = Paper(
-    name="Somebody", package="somebody_else", title="Another top", authors="A. Body",
-    sections=(Section("4", "Section 4: a number"),), prefix="OTHER-",
-)  # fmt: skip
-CHAPTER = '''
-from tt_precise.claims.claim import claims_of
-from tt_precise.claims.paper import PAPERS
-from tt_precise.claims.verdicts import all_of, rounds_to
-
-claim = claims_of(PAPERS[-1], "4")
-
-
-@claim("NUM-01", quote="1.8571", control=("refuted", {"printed": "1.8"}))
-def ratio(printed="1.8571"):
-    """13/7."""
-    return all_of(rounds_to(printed, 13 / 7), "As computed.")
-'''
 
 
 def entry(**changes: Any) -> Claim:
@@ -85,48 +71,6 @@ def test_claims_are_sentences_in_order() -> None:
     assert all(one.statement.endswith(".") and len(one.quote) < 300 for one in every)
 
 
-def test_equations_and_figures_lie_in_the_sections_that_the_paper_has_them_in() -> None:
-    for one in claims().values():
-        section = one.paper.section(one.section)
-        first = re.match(r"(?:Sec. [\d.]+, )?(eq|Fig\.) \(?(\d+)", one.where)
-        if first and one.where.count("Sec.") < 2:
-            known = section.equations if first[1] == "eq" else section.figures
-            assert int(first[2]) in known, one.id
-
-
-@pytest.fixture
-def another_paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """One more folder with one claim, and one more entry."""
-    folder = tmp_path / OTHER.package
-    folder.mkdir()
-    (folder / "__init__.py").touch()
-    (folder / "section4.py").write_text(CHAPTER, "utf-8")
-    known = dict(claims())
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(paper, "PAPERS", (*paper.PAPERS, OTHER))
-    monkeypatch.setattr(claim, "_registered", known)
-    claims.cache_clear()
-    yield
-    claims.cache_clear()
-    for name in [name for name in sys.modules if name.startswith(OTHER.package)]:
-        del sys.modules[name]
-
-
-def test_another_paper_is_a_folder_and_an_entry_filed_under_its_name(another_paper: None) -> None:
-    assert list(claims())[-1] == "OTHER-NUM-01"
-    other = judge("other-num-01")
-    assert (other.verdict, other.paper, other.section) == ("rounded", "Somebody", "4")
-    assert judge("OTHER-NUM-01", printed="1.8").verdict == "refuted"
-    run = run_record(1, 1, {"date": "today", "commit": "abc", "versions": "heyoka 1"})
-    section = all_claims(judge_all(["NUM-23", "OTHER-NUM-01"]), run)
-    blocks = [block for block in section.blocks if isinstance(block, Claims)]
-    groups = {block.title: [one.id for one in block.entries] for block in blocks}
-    assert groups == {
-        f"{RAUCH_RUTSTAM.name}, Section 2.3: energy, torque, potential": ["NUM-23"],
-        "Somebody, Section 4: a number": ["OTHER-NUM-01"],
-    }
-
-
 def test_a_judged_claim() -> None:
     record = judge("EQ-29")
     assert (record.verdict, record.kind, record.proved) == ("misprint", "equation", True)
@@ -169,3 +113,10 @@ def test_an_error_names_the_claim(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ArithmeticError) as error:
         judge_all(["NUM-23"])
     assert error.value.__notes__ == ["while judging NUM-23"]
+
+
+def test_claims_are_grouped_by_their_evidence() -> None:
+    groups = {call.key: call.group for call in calls_for(["EQ-33", "EQ-37", "NUM-11"])}
+    name = "tt_precise.claims.rauch_rutstam."
+    assert groups["EQ-33"] == groups["EQ-37"] == f"{name}section23_energy"
+    assert groups["NUM-11"] == f"{name}section22_starts"

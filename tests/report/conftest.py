@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from xml.etree import ElementTree
 
 import pytest
 
-from tt_precise.claims import Claim, JudgedClaim, verdicts
+from tt_precise.claims import Claim, JudgedClaim, claims, verdicts
 from tt_precise.claims.committed import run_record
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.report import overview
@@ -28,6 +29,27 @@ FACTS = {
 }  # fmt: skip
 PRINTED = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))"
 CORRECT = "R*I1*phi_dot*sin(theta)**2 - R*I3*omega_3*(alpha - cos(theta))"
+
+
+CLAIM = re.compile(r"\b(?:EQ|TH|NUM|QUAL|FIG|SWP|SUM|NT)-\d\d\b")
+
+
+def problems(figure: Figure) -> list[str]:
+    """What is wrong with a figure."""
+    found = []
+    if not ElementTree.fromstring(figure.svg).tag.endswith("svg"):
+        found.append("no svg")
+    if len(figure.svg) > LARGEST_FIGURE:
+        found.append(f"{len(figure.svg)} characters")
+    paths = re.findall(r' d="([^"]*)"', figure.svg)
+    if not paths or any(re.search(r"\.\d{3}", path) for path in paths):
+        found.append("paths are long")
+    if not figure.alt or "nan" in figure.caption:
+        found.append("alt or caption incomplete")
+    named = CLAIM.findall(figure.caption)
+    if not named or not set(named) <= set(claims()):
+        found.append(f"bears on {named}")
+    return found
 
 
 def tables(section: Section) -> list[PageTable]:

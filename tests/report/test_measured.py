@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +19,7 @@ from tt_precise.engines.ladder import STEPS, ladder_tests
 from tt_precise.engines.results import LadderResult, document
 from tt_precise.report import measured, render
 from tt_precise.report.document import Figure, Report, Section, Text
+from tt_precise.report.measured import jellett_alone
 from tt_precise.runtime.values import InputError
 from tt_precise.tradeoff.findings import GROWTH, TABLE
 
@@ -213,3 +215,13 @@ def test_it_shows_what_was_measured(
     assert (
         tables(measured.engines(tmp_path))[0].header[-1] == "largest drift of conserved quantities"
     )
+
+
+def test_what_lambda_alone_would_show() -> None:
+    rows = [("1e-3", "True"), ("2e-7", "True"), ("", "False")]
+    table = pandas.DataFrame(
+        [*(("dropped term", *row) for row in rows), ("healthy", "1e-3", "True")],
+        columns=["kind", "jellett", "at_1e-06"],
+    )
+    numbers = re.findall(r"(?<![\de-])\d+(?!e)", jellett_alone(table))
+    assert [one for one in numbers if one in "123"] == ["3", "1", "2"]

@@ -1,6 +1,11 @@
 """The motion of the first screen is that of the golden data, and a claim is one line."""
 
+from __future__ import annotations
+
+import json
 import math
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy
@@ -8,14 +13,15 @@ import pytest
 from msgspec.structs import replace
 
 from tt_precise import golden
-from tt_precise.claims import JudgedClaim, Verdict
-from tt_precise.claims.committed import committed
+from tt_precise.claims import JudgedClaim, judge
+from tt_precise.claims.committed import committed, run_record
 from tt_precise.claims.rauch_rutstam.proofreading import ANSWERS
-from tt_precise.report import overview as animation
-from tt_precise.report.document import MARKS, key, sections
+from tt_precise.report import overview
+from tt_precise.report.document import Card, Claims, Section, Text
 from tt_precise.report.overview import TRACK, answer, findings, motion, verdict
 from tt_precise.report.render import names
 from tt_precise.runtime import player
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 
 CLIMB = (3.19, 7.82)  # s
@@ -67,7 +73,7 @@ def test_map_and_graph_lie_inside_the_drawing(found: Any) -> None:
 
 
 def test_without_golden_data_nothing_moves(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(animation, "TRACK", "no such scene")
+    monkeypatch.setattr(overview, "TRACK", "no such scene")
     assert motion(CLIMB) is None
 
 
@@ -90,14 +96,6 @@ def test_a_line_shows_the_essential(judged: list[JudgedClaim]) -> None:
     ]  # fmt: skip
 
 
-def test_every_claim_has_a_section_and_a_mark() -> None:
-    known = committed()
-    assert known is not None
-    assert {key(claim) for claim in known.claims} == set(sections())
-    assert {claim.verdict for claim in known.claims} == set(MARKS) == set(Verdict)
-    assert len(set(MARKS.values())) == len(MARKS)
-
-
 def test_the_answer_follows_from_the_verdicts() -> None:
     known = committed()
     assert known is not None
@@ -117,3 +115,69 @@ def test_a_finding_counts_once() -> None:
     assert [claim.verdict for claim in some] == ["misprint"] * 3
     assert findings(some)["misprint"] == 1
     assert "The other 3 are 1 findings" in verdict(some)
+
+
+RUN = run_record(1, 1, {"date": "today", "commit": "abc", "versions": "heyoka 1"})
+
+
+def _claims(section: Section) -> dict[str, list[str]]:
+    blocks = [block for block in section.blocks if isinstance(block, Claims)]
+    return {block.title: [one.id for one in block.entries] for block in blocks}
+
+
+def test_errata_hold_what_fails_and_only_that(judged: list[JudgedClaim]) -> None:
+    section = overview.errata(judged)
+    assert _claims(section) == {
+        "Misprints (1)": ["EQ-01"],
+        "Refuted (1)": ["NUM-02"],
+        "Partly right (1)": ["NUM-05"],
+        "Ambiguous (1)": ["NUM-04"],
+    }
+    first, *others = section.blocks
+    assert isinstance(first, Text)
+    assert first.text.startswith("2 statements of the paper fail as printed; they are 2 findings")
+    assert all(isinstance(block, Claims) and block.errata for block in others)
+
+
+def test_all_claims_stand_by_section_of_the_paper(
+    judged: list[JudgedClaim], tmp_path: Path
+) -> None:
+    section = overview.all_claims(judged, RUN)
+    assert list(_claims(section).values()) == [
+        ["EQ-01"],
+        ["NUM-01", "NUM-05", "NT-01"],
+        ["NUM-02"],
+        ["NUM-03"],
+        ["NUM-04"],
+    ]
+    assert section.results["counts"]["refuted"] == 1
+    assert len(section.results["claims"]) == 7
+    assert section.results["run"]["date"] == "today"
+    # verdicts of a report are read again
+    file = tmp_path / "results.json"
+    file.write_text(json.dumps({"claims": section.results}), "utf-8")
+    found = committed(file)
+    assert found is not None
+    assert found.by_id["NUM-02"].verdict == "refuted"
+    file.write_text(file.read_text("utf-8").replace('"refuted"', '"exact"', 1), "utf-8")
+    with pytest.raises(InputError, match=r"exact.*--again"):
+        committed(file)
+
+
+def test_the_verdict_counts_findings_and_a_card_says_whether_the_paper_agrees(
+    judged: list[JudgedClaim],
+) -> None:
+    numbers = re.findall(r"\d+", verdict(judged))
+    assert numbers == ["7", "2", "1", "4", "4", "1", "1", "1", "1"]
+    agrees = {claim.id: overview._agrees(claim.verdict) for claim in judged}
+    assert [agrees[id] for id in ("NUM-01", "NUM-02", "NUM-04")] == [True, False, None]
+
+
+def test_what_the_card_says_of_the_paper_s_time_follows_from_the_verdict() -> None:
+    shown = overview.PRINTED[overview.END]
+    headlines = overview.Headlines(
+        {overview.END: Card("end of the climb", "7.8 s", shown, "")}, None, {}
+    )
+    for printed, good in (("7.87", False), ("7.83", None)):
+        (card,) = overview.overview([judge("NUM-05", printed=printed)], headlines).cards
+        assert card.good is good

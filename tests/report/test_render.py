@@ -1,21 +1,11 @@
 """The page and its Markdown twin, and the report stored to be laid out again."""
 
-import json
 import re
 from html.parser import HTMLParser
-from pathlib import Path
 from urllib.parse import unquote
 
-import pytest
-
-from tt_precise.claims import JudgedClaim
-from tt_precise.cli import main
-from tt_precise.report import build, render
-from tt_precise.report.collect import Computed
+from tt_precise.report import render
 from tt_precise.report.document import PageTable, Report, Section, Text
-from tt_precise.report.overview import Headlines
-
-from .conftest import FACTS
 
 VOID = {"img", "meta", "link", "input", "br"}
 
@@ -111,49 +101,3 @@ def test_a_section_leads_with_its_picture_and_long_tables_and_texts_fold(
     assert render.lead(text) == "Figure 2 of sec. 2.1 at 0.5 s."
     assert render.rest(text) == "Bears on EQ-01, eq. (3). More."
     assert (render.lead("One only."), render.rest("One only.")) == ("One only.", "")
-
-
-def test_what_is_written(small_report: Report, tmp_path: Path) -> None:
-    written = build.write(small_report, tmp_path)
-    assert {path.relative_to(tmp_path).as_posix() for path in written} == {
-        "precision-report.html", "precision-report.md", "results.json", "figures/circle.svg",
-        "figures/ring.svg",
-    }  # fmt: skip
-    results = json.loads((tmp_path / "results.json").read_text("utf-8"))
-    assert results["summary"] == {"a": 1}
-    assert results["claims"]["counts"]["refuted"] == 1
-
-
-def test_a_report_that_changes_nothing_writes_nothing(
-    judged: list[JudgedClaim], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def run(day: str, commit: str, drift: str, seconds: float) -> dict[str, str]:
-        """The files after a run of that day and commit."""
-        section = Section("extremes", "E", [Text(drift)], {"cases": drift})
-        computed = Computed(judged, [section], Headlines({}, None, {}), "all", seconds)
-        facts = {**FACTS, "date": day, "commit": commit}
-        monkeypatch.setattr(build, "compute", lambda progress: computed)
-        monkeypatch.setattr(build, "provenance", lambda *_: facts)
-        return {path.name: path.read_text("utf-8") for path in build.build(tmp_path, "c")}
-
-    first = run("Monday", "abc", "1e-15", 10.2)
-    assert run("Tuesday", "def", "1e-15", 13.8) == first
-    third = run("Wednesday", "fed", "2e-15", 12.1)
-    assert all("Monday" in text and "Tuesday" not in text for text in first.values())
-    assert all("Wednesday" in text and "Monday" not in text for text in third.values())
-    (tmp_path / "precision-report.md").write_text("spoiled")  # written anew, and by whom
-    assert "Friday" in run("Friday", "fed", "2e-15", 12.1)["precision-report.md"]
-    (tmp_path / "results.json").write_text("{}")
-    assert "Sunday" in run("Sunday", "fed", "2e-15", 12.1)["results.json"]
-
-
-def test_the_command_opens_what_it_wrote(
-    small_report: Report, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    opened: list[str] = []
-    monkeypatch.setattr("webbrowser.open", opened.append)
-    monkeypatch.setattr(build, "build", lambda folder, *_: build.write(small_report, folder))
-    assert main(["report", "--open", "--out", str(tmp_path / "out")]) == 0
-    page = tmp_path / "out" / "precision-report.html"
-    assert page.is_file()
-    assert opened == [page.resolve().as_uri()]

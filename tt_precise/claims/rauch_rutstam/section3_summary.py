@@ -141,7 +141,7 @@ def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> JudgedC
             ),
         },
         f"Section 2.2 has the better value 83.1; up to {v.decimal(root.value, 7)} rad/s there is "
-        "still a synchronisation phase. Starts up to 83 rad/s are SWP-22.",
+        "still a synchronisation phase. SWP-22 has the starts below it.",
     )
 
 

@@ -1,0 +1,21 @@
+"""The figures of the reference solution: complete, small, bound to claims that exist."""
+
+import re
+from typing import Any
+
+import pytest
+
+from tests.report.conftest import problems
+from tt_precise.report import solution
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [solution.figure_2, solution.figure_7, solution.deforming_potential, solution.axis_at_the_pole],
+)
+def test_a_figure_is_complete(draw: Any) -> None:
+    figure = draw()
+    assert problems(figure) == []
+    if draw is solution.figure_2:  # its caption has the spike of phi_dot, above any sampled maximum
+        (height,) = re.findall(r"spike of ([\d,]+) rad/s", figure.caption)
+        assert int(height.replace(",", "")) > 40_000
