@@ -11,7 +11,12 @@ from tt_precise.report import build
 def test_the_command_names_and_opens_the_page_that_it_wrote(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
-    page, opened = tmp_path / "out" / f"{build.NAME}.html", []
+    page = tmp_path / "out" / f"{build.NAME}.html"
+    opened: list[str] = []
+
+    def opens(address: str) -> bool:
+        opened.append(address)
+        return True
 
     def written(folder: Path, command: str, progress: object) -> list[Path]:
         assert command == f"tt-precise report --out {folder}"
@@ -20,6 +25,6 @@ def test_the_command_names_and_opens_the_page_that_it_wrote(
         return [page]
 
     monkeypatch.setattr(build, "build", written)
-    monkeypatch.setattr("webbrowser.open", opened.append)
+    monkeypatch.setattr("webbrowser.open", opens)
     assert str(page) in said("report --open --out", page.parent)
     assert opened == [page.resolve().as_uri()]

@@ -48,7 +48,7 @@ def test_the_table_has_the_end_of_each_scene(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(golden, "scenes", lambda: ["flight", "upright"])
     found = golden_section()
     (table,) = tables(found)
-    assert [row[:1] + row[2:4] for row in table.rows] == [
+    assert [(row[0], row[2], row[3]) for row in table.rows] == [
         ("flight", "landed", "0.15298014628"), ("upright", "complete", "8")
     ]  # fmt: skip
     assert drawn(found) == ["golden-scenes"]

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from tt_precise.runtime.values import Check, InputError, Ring, distinct, listed
+from tt_precise.runtime.values import Check, InputError, Ring, Scalar, distinct, listed
 
 
 @pytest.mark.parametrize("names", ["a, b,,c ", ["a", "b", "c"], ("a", "b", "c")])
@@ -43,11 +43,11 @@ class Number(Ring):
 
     x: int
 
-    def __add__(self, other: object) -> Number:
-        return Number(self.x + getattr(other, "x", other))  # type: ignore[operator]
+    def __add__(self, other: Scalar) -> Number:
+        return Number(self.x + getattr(other, "x", other))
 
-    def __mul__(self, other: object) -> Number:
-        return Number(self.x * getattr(other, "x", other))  # type: ignore[operator]
+    def __mul__(self, other: Scalar) -> Number:
+        return Number(self.x * getattr(other, "x", other))
 
     def __neg__(self) -> Number:
         return Number(-self.x)
