@@ -43,11 +43,15 @@ class Number(Ring):
 
     x: int
 
+    @classmethod
+    def of(cls, other: Scalar) -> Number:
+        return other if isinstance(other, Number) else cls(other)
+
     def __add__(self, other: Scalar) -> Number:
-        return Number(self.x + getattr(other, "x", other))
+        return Number(self.x + Number.of(other).x)
 
     def __mul__(self, other: Scalar) -> Number:
-        return Number(self.x * getattr(other, "x", other))
+        return Number(self.x * Number.of(other).x)
 
     def __neg__(self) -> Number:
         return Number(-self.x)
