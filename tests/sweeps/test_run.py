@@ -18,9 +18,9 @@ from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps import SweepSpec, read_rows, run_sweep, spot_check
 from tt_precise.sweeps import run as running
 from tt_precise.sweeps.columns import FIXED
-from tt_precise.sweeps.run import integrated
+from tt_precise.sweeps.run import integrate_tables
 from tt_precise.sweeps.specification import blocks
-from tt_precise.sweeps.spot_check import differences, drawn
+from tt_precise.sweeps.spot_check import differences, sampled_rows
 
 SPEC = SweepSpec.of("reference", until="0.5", vary={"phi_dot": "-20:20:41"})
 CHUNK = 8  # six chunks
@@ -123,11 +123,11 @@ def test_a_worker_of_another_version_is_refused() -> None:
 
 
 def test_one_row_of_each_thousand_is_drawn() -> None:
-    rows = list(drawn(10_500, seed=1))
+    rows = list(sampled_rows(10_500, seed=1))
     assert [row // 1000 for row in rows] == list(range(11))
     assert rows[-1] < 10_500
-    assert rows == list(drawn(10_500, seed=1)) != list(drawn(10_500, seed=2))
-    assert not list(drawn(100, seed=1, one_in=0))
+    assert rows == list(sampled_rows(10_500, seed=1)) != list(sampled_rows(10_500, seed=2))
+    assert not list(sampled_rows(100, seed=1, one_in=0))
     with pytest.raises(InputError, match="recheck: got -1"):
         run_sweep(SPEC, recheck=-1)
 
@@ -216,10 +216,10 @@ def test_a_failure_is_bad_input_or_a_bug(
 
     monkeypatch.setattr(Pool, "perform", perform)
     with local_pool(1) as pool, pytest.raises(kind, match=f"^sweep of one: {type(error).__name__}"):
-        integrated(pool, TWO, TABLES)
+        integrate_tables(pool, TWO, TABLES)
 
 
 def test_rows_of_tables_come_in_order() -> None:
     with local_pool(1) as pool:
-        rows = integrated(pool, TWO, TABLES)
+        rows = integrate_tables(pool, TWO, TABLES)
     assert (rows["phi_dot"].to_list(), *rows["series"]) == ([-20.0, 20.0], "one", "one")

@@ -173,10 +173,10 @@ def _euler_is_newton(chart: EulerChartAtAzimuth0) -> Iterable[Scalar]:
 
 @identity("Euler angles turn with the frame", "section 1")
 def _azimuth(chart: EulerChart) -> Iterable[Scalar]:
-    """The vectors of an Euler state are those at azimuth 0, turned about z by phi."""
+    """The vectors of an Euler state are those at azimuth 0, rotate about z by phi."""
     vectors = _vectors(chart)
     straight = NewtonState(*map(chart.at_azimuth_0, vectors))
-    return _differences(vectors, _turned(straight, (chart.C, chart.S)))
+    return _differences(vectors, _rotate(straight, (chart.C, chart.S)))
 
 
 @identity("g_n Euler = g_n Newton", "(7)")
@@ -225,10 +225,10 @@ def _symmetry(draws: random.Random) -> Iterable[Scalar]:
     (ring, height), (x, y), angle = circle(draws), circle(draws), circle(draws)
     state = NewtonState(ring * x, ring * y, height, *(signed(draws) for _ in range(5)))
     gliding = newton.rates(body, state)
-    yield from _differences(newton.rates(body, _turned(state, angle)), _turned(gliding, angle))
+    yield from _differences(newton.rates(body, _rotate(state, angle)), _rotate(gliding, angle))
     still = RollingState(*state[:6])
     rates = rolling.rates(body, still)
-    yield from _differences(rolling.rates(body, _turned(still, angle)), _turned(rates, angle))
+    yield from _differences(rolling.rates(body, _rotate(still, angle)), _rotate(rates, angle))
 
 
 @identity("Euler angles there and back", "section 1")
@@ -267,7 +267,7 @@ def _energy(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
 
 
 @identity("rates of the parts of E", "section 2.3")
-def _energy_parts(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
+def _energy_terms(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """Translational, rotational and potential energy change at their stated rates."""
     for name in ("E_trans", "E_rot", "E_pot"):
         yield _rate(chart, name) - _gliding(chart, f"{name}_dot")
@@ -398,16 +398,16 @@ def _rolling_rates(chart: VectorChart) -> RollingState:
     return rolling.rates(chart.body, RollingState(*map(chart.here, chart.state[:6])))
 
 
-def _turned(state: VectorState, angle: tuple[Fraction, Fraction]) -> VectorState:
-    """A state whose vectors are turned about z by the angle of this cosine and sine."""
+def _rotate(state: VectorState, angle: tuple[Fraction, Fraction]) -> VectorState:
+    """A state whose vectors are rotate about z by the angle of this cosine and sine."""
     c, s = angle
 
-    def turned(name: str) -> dict[str, Scalar]:
+    def rotate(name: str) -> dict[str, Scalar]:
         x, y = getattr(state, f"{name}x"), getattr(state, f"{name}y")
         return {f"{name}x": c * x - s * y, f"{name}y": s * x + c * y}
 
     parts = [name for name in "kLv" if f"{name}x" in state._fields]
-    return state._replace(**{key: value for name in parts for key, value in turned(name).items()})
+    return state._replace(**{key: value for name in parts for key, value in rotate(name).items()})
 
 
 def _newtons_second_law(

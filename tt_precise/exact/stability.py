@@ -30,9 +30,9 @@ from tt_precise.scene.body import TippeTop
 
 UPRIGHT, INVERTED = 1, -1
 GUARD_DIGITS = 10  # additional digits for the search of the sign change
-MOST_REACH = 400  # decades of omega_3^2 R/g searched on either side, at most
+MOST_DECADES = 400  # decades of omega_3^2 R/g searched on either side, at most
 FOLLOWED = 1.2  # ratio of gravities between which an eigenvalue is recognised as the nearest one
-DOUBLINGS = 3  # of the working precision, below which rounding errors decide a sign
+DOUBLINGS = 3  # Doublings of the precision, before a sign that rounding decides is given up.
 
 
 @dataclass(frozen=True)
@@ -76,16 +76,16 @@ def marginal_spin(
     is taken whose drag is comparable with the inertia of the top. The largest real part is seen to
     have opposite signs ``digits`` digits on either side of the result.
     """
-    reach = fineness(body, mu)
-    if reach > MOST_REACH:
+    decades = fineness(body, mu)
+    if decades > MOST_DECADES:
         return MarginalMomentum(
-            None, reason=f"parameters so fine or extreme (1e{reach}) are not searched"
+            None, reason=f"parameters so fine or extreme (1e{decades}) are not searched"
         )
-    # The slow precession decays as g^2 only, hence three times the reach.
-    accuracy = digits + GUARD_DIGITS + 3 * reach
+    # The slow precession decays as g^2 only, hence three times the decades.
+    accuracy = digits + GUARD_DIGITS + 3 * decades
     for _ in range(DOUBLINGS + 1):
         try:
-            return _search(body, side, digits, reach, accuracy, context, mu)
+            return _search(body, side, digits, decades, accuracy, context, mu)
         except _UnresolvedError:
             accuracy *= 2
     return MarginalMomentum(None, reason=f"signs not resolved with {accuracy // 2} digits")
@@ -141,13 +141,13 @@ def _search(
     body: TippeTop,
     side: int,
     digits: int,
-    reach: int,
+    decades: int,
     accuracy: int,
     context: Functions,
     mu: Fraction | None,
 ) -> MarginalMomentum:
     # Central differences err by (friction step)^2 and by eps/step.
-    half = accuracy // 2 + reach
+    half = accuracy // 2 + decades
     work = own_context(accuracy + half + 10)
     step, error = work.mpf(10) ** -half, work.mpf(10) ** -accuracy
     top = body.dimensionless(work, rounding_to(work))
@@ -163,12 +163,12 @@ def _search(
         spinning = Parameters(1, 1, top.alpha, top.I1, top.I3, gravity, drag / gravity)
         return eigenvalues(linearised(spinning, side, step, work), error, work)
 
-    bracket = _bracket(spectrum, reach, work)
+    bracket = _bracket(spectrum, decades, work)
     if bracket is None:
         verb = "decay" if spectrum(_centre(work))[0].sign() < 0 else "grow"
         return MarginalMomentum(
             False,
-            reason=f"perturbations {verb} at every omega_3^2 R/g from 1e-{reach} to 1e{reach}",
+            reason=f"perturbations {verb} at every omega_3^2 R/g from 1e-{decades} to 1e{decades}",
         )
     gravity = _narrowed(spectrum, *bracket, work.mpf(10) ** -(digits + GUARD_DIGITS), work)
     unit = Units.of(body, work, rounding_to(work)).of_dimension(ANGULAR_MOMENTUM)
@@ -194,13 +194,13 @@ def _centre(fn: Functions) -> Scalar:
     return fn.pi / 3
 
 
-def _bracket(spectrum: Spectrum, reach: int, fn: Functions) -> tuple[Scalar, Scalar] | None:
+def _bracket(spectrum: Spectrum, decades: int, fn: Functions) -> tuple[Scalar, Scalar] | None:
     """Two gravities between which stability changes, stepping outwards."""
     centre = _centre(fn)
     sign = spectrum(centre)[0].sign()
     inner, outer = 0, 1
-    while inner < reach:
-        outer = min(outer, reach)
+    while inner < decades:
+        outer = min(outer, decades)
         for direction in (-1, 1):
             far = centre * fn.mpf(10) ** (direction * outer)
             if spectrum(far)[0].sign() != sign:

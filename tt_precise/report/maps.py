@@ -19,7 +19,7 @@ from tt_precise.mechanics.thresholds import lambda_thres
 from tt_precise.runtime.cache import cached_table
 from tt_precise.runtime.values import Array, Json
 from tt_precise.scene.scene import Scene, load_scene
-from tt_precise.sweeps.run import integrated, lambda_of_start, sweep_pool
+from tt_precise.sweeps.run import integrate_tables, lambda_of_start, sweep_pool
 from tt_precise.sweeps.specification import SweepSpec
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
             spins = _spins(along, up) if y.name == "lambda_ratio" else up
             spec = SweepSpec(_scene(), names=(x.name, "omega_3"), record=RECORD)
             starts = numpy.column_stack([along, spins])
-            table = integrated(pool, spec, [(name, numpy.arange(len(starts)), starts)])
+            table = integrate_tables(pool, spec, [(name, numpy.arange(len(starts)), starts)])
             # the requested value: the one computed back from omega_3 has some eps of error
             tables.append(table.assign(**{y.name: up}))
     return pandas.concat(tables, ignore_index=True)

@@ -79,7 +79,7 @@ class TippeTop(Parameters):
         return {**self.numbers_by_name, **ratios, "friction": self.friction, "spring": self.spring}
 
     def dimensionless(self, fn: Functions, convert: Callable[[Fraction], Scalar]) -> Parameters:
-        """The same top with m = R = g = 1; speeds are in units of sqrt(g R)."""
+        """Return the top in units with m = R = g = 1; speeds are in units of sqrt(g R)."""
         scale, speed_squared = self.m * self.R**2, self.g * self.R
         numbers = {
             "m": 1, "R": 1, "g": 1, "alpha": convert(self.alpha),
@@ -130,11 +130,11 @@ UNIT_KEYS = {
 
 
 def body_numbers(
-    given: Mapping[str, Json], known: Mapping[str, Fraction] | None = None
+    given: Mapping[str, Json], scales: Mapping[str, Fraction] | None = None
 ) -> dict[str, Fraction]:
     """Return the numbers of a table ``[body]`` in SI, except I1 and I3 in units of m R^2.
 
-    ``known`` has the m and R that convert the units where ``given`` has none; without them a key
+    ``scales`` has the m and R that convert the units where ``given`` has none; without them a key
     whose unit needs one of them is converted with 1, and the missing key is refused later.
 
     Raises ``InputError``: a quantity is given twice, or is not a number.
@@ -147,8 +147,8 @@ def body_numbers(
             raise InputError(f"body.{key}: got another key for {name} too, expected one of them")
         value = written(given[key], key) * unit
         if name in ("alpha", "I1", "I3"):
-            scales = {"m": Fraction(1), "R": Fraction(1), **(known or {}), **values}
-            m, R = scales["m"], scales["R"]
+            sizes = {"m": Fraction(1), "R": Fraction(1), **(scales or {}), **values}
+            m, R = sizes["m"], sizes["R"]
             for other, scale in (("m", m), ("R", R)):
                 _require(scale > 0, other, scale, "a number above 0")
             value /= R if name == "alpha" else m * R**2
@@ -236,7 +236,7 @@ def require_keys(
 
 
 # Generous: every top that stands on a table is within them.
-PLAUSIBLE_MOMENT = Fraction(1, 1000), Fraction(10)  # of m R^2; a solid sphere has 2/5
+PLAUSIBLE_MOMENT = Fraction(1, 1000), Fraction(10)  # In units of m R^2; a solid sphere has 2/5.
 PLAUSIBLE_GRAVITY = Fraction(1, 100), Fraction(100)  # m/s^2
 PLAUSIBLE_DENSITY = Fraction(1, 10), Fraction(100_000)  # kg/m^3 of the sphere; osmium has 22,600
 

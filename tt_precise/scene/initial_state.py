@@ -59,9 +59,9 @@ class InitialState:
     def from_another(
         self, start: Start, arithmetic: Arithmetic, given: Mapping[str, Scalar]
     ) -> InitialState:
-        """The same body and horizon from another ``start``.
+        """Return the initial state of another ``start`` of the same body, with the same horizon.
 
-        ``given`` are entries that are already numbers of the arithmetic, in SI.
+        ``given`` are components that are already numbers of the arithmetic, in SI.
         """
         vectors, euler = _state(start, arithmetic, self.body, self.units, given)
         return replace(self, vectors=vectors, euler=euler)
@@ -87,12 +87,12 @@ class InitialState:
 
     def once(self, key: Hashable, compute: Callable[[], Known]) -> Known:
         """The result of ``compute``, which depends only on this start and ``key``; cached."""
-        if key not in self._known:
-            self._known[key] = compute()
-        return self._known[key]
+        if key not in self._cache:
+            self._cache[key] = compute()
+        return self._cache[key]
 
     @cached_property
-    def _known(self) -> dict[Hashable, Any]:
+    def _cache(self) -> dict[Hashable, Any]:
         return {}
 
     def first_row(self, form: Formulation, record: tuple[str, ...]) -> tuple[Scalar, ...]:
@@ -110,7 +110,7 @@ class InitialState:
         return Motion(self.body, self.vectors, fn, self.model)
 
     def map(self, convert: Callable[[Scalar], Scalar]) -> InitialState:
-        """The same with every number of body and state converted; ``units`` and ``until`` stay."""
+        """Convert every number of body and state; ``units`` and ``until`` stay."""
         return replace(
             self,
             body=self.body.numbers(convert),
@@ -135,12 +135,12 @@ def _state(
         theta = start.theta.radians(fn, exact)
         sine_cosine = start.theta.sine_cosine(fn, exact)
 
-    def entry(name: str) -> Scalar:
+    def component(name: str) -> Scalar:
         value = given[name] if name in given else exact(getattr(start, name))
         return value if units is None else value / units.of_dimension(STATE_DIMENSIONS[name])
 
-    euler = EulerState(theta, *map(entry, EulerState._fields[1:]))
+    euler = EulerState(theta, *map(component, EulerState._fields[1:]))
     vectors: Any = vectors_from_euler(body, euler, fn, sine_cosine=sine_cosine)
     if isinstance(start, LiftedStart):
-        vectors = LiftedState(*vectors, *map(entry, LIFTED))
+        vectors = LiftedState(*vectors, *map(component, LIFTED))
     return vectors, euler

@@ -199,8 +199,8 @@ class Scene:
         given = self.given if self.given and Start.of(self.body, self.given) == self.start else {}
         if not is_derived({**given, **changes}):
             kind = LiftedStart if changes.keys() & set(LIFTED) else type(self.start)
-            return {"start": kind(**{**_entries(self.start), **changes})}
-        values = dict(given or _entries(self.start))
+            return {"start": kind(**{**_components(self.start), **changes})}
+        values = dict(given or _components(self.start))
         if AT_REST in values and changes.keys() & {"nu_x", "nu_y"}:
             values |= {name: getattr(self.start, name) for name in ("nu_x", "nu_y")}
         values |= changes
@@ -250,7 +250,8 @@ class Scene:
         entries: dict[str, Any] = {
             name: getattr(self, name) for name in ("title", "source", "model")
         }
-        for table, values in (("body", self.body.numbers_by_name), ("start", _entries(self.start))):
+        start = _components(self.start)
+        for table, values in (("body", self.body.numbers_by_name), ("start", start)):
             entries |= {f"{table}.{name}": _readable(value) for name, value in values.items()}
         entries |= {name: f"{getattr(self, name)} s" for name in ("until", "sample_every")}
         entries |= {name: ", ".join(getattr(self, name)) or "none" for name in ("record", "events")}
@@ -280,13 +281,13 @@ class Scene:
         """
         if not (self.start.nu_x or self.start.nu_y):
             return CONTACT_POINT
-        rest = Start.of(self.body, {**_entries(self.start, _RATES), AT_REST: CENTRE_OF_MASS})
+        rest = Start.of(self.body, {**_components(self.start, _RATES), AT_REST: CENTRE_OF_MASS})
         speeds = [float(abs(getattr(rest, name))) for name in ("nu_x", "nu_y")]
         apart = [float(abs(getattr(rest, n) - getattr(self.start, n))) for n in ("nu_x", "nu_y")]
         return CENTRE_OF_MASS if max(apart) < 1e-6 * max(speeds) else ""
 
     @property
-    def held_from_the_start(self) -> str:
+    def stick_warning(self) -> str:
         """The warning about a top that dry friction may hold at t = 0; empty for other tops."""
         if not self.may_stick or self.at_rest != CONTACT_POINT:
             return ""
@@ -314,7 +315,7 @@ def _brief(value: Fraction | float) -> str:
     return f"{float(value):.6g}"
 
 
-def _entries(start: Start, names: Sequence[str] = ()) -> dict[str, Any]:
+def _components(start: Start, names: Sequence[str] = ()) -> dict[str, Any]:
     return {name: getattr(start, name) for name in names or (e.name for e in fields(start))}
 
 

@@ -121,7 +121,7 @@ class Start:
         InputError
             An entry is missing, unknown, given twice, or refused.
         """
-        _check_entries(given)
+        _check_keys(given)
         values = {name: value for name, value in given.items() if name in (*_ENTRIES, *LIFTED)}
         kind = LiftedStart if values.keys() & set(LIFTED) else Start
         start = kind(**{"omega_3": Fraction(0), **values})
@@ -177,7 +177,7 @@ def is_derived(given: Mapping[str, Json]) -> bool:
     return PSI_DOT in given or AT_REST in given
 
 
-def _check_entries(given: Mapping[str, Json]) -> None:
+def _check_keys(given: Mapping[str, Json]) -> None:
     for name in given:
         if name not in START_KEYS:
             shown = str(name)[:60]
@@ -215,7 +215,7 @@ def _with_psi_dot(start: Start, psi_dot: Fraction) -> Start:
     context, convert = _arithmetic()
     cosine = start.theta.sine_cosine(context, convert)[1]
     omega_3 = spin(convert(psi_dot), convert(start.phi_dot), cosine)
-    return replace(start, omega_3=_rounded(omega_3))
+    return replace(start, omega_3=_to_decimal(omega_3))
 
 
 def _with_centre_at_rest(start: Start, body: TippeTop) -> Start:
@@ -233,7 +233,7 @@ def _with_centre_at_rest(start: Start, body: TippeTop) -> Start:
     vectors = vectors_from_euler(numbers, state, context, sine_cosine=sine_cosine)
     # at azimuth 0, where the axis is at t = 0, nu_x and nu_y are along X and Y
     along, across, _ = contact_velocity_rel_cm(numbers, vectors)
-    return replace(start, nu_x=_rounded(along), nu_y=_rounded(across))
+    return replace(start, nu_x=_to_decimal(along), nu_y=_to_decimal(across))
 
 
 def _arithmetic() -> tuple[Functions, Callable[[Fraction], Scalar]]:
@@ -253,14 +253,14 @@ def _inclination_of(state: Any) -> Inclination:
     if hasattr(state, "kz"):
         across, along = context.hypot(number("kx"), number("ky")), number("kz")
         offset = context.atan2(across, abs(along))
-        return Inclination(_rounded(offset), from_pi=bool(along < 0))
+        return Inclination(_to_decimal(offset), from_pi=bool(along < 0))
     theta = number("theta")
     if theta < _NEARLY_PI.numerator / _NEARLY_PI.denominator:
-        return Inclination(_rounded(theta))
-    return Inclination(_rounded(context.pi - theta), from_pi=True)
+        return Inclination(_to_decimal(theta))
+    return Inclination(_to_decimal(context.pi - theta), from_pi=True)
 
 
-def _rounded(value: Scalar) -> Fraction:
+def _to_decimal(value: Scalar) -> Fraction:
     """An mpmath number as the decimal of ``DERIVED_DIGITS`` digits nearest to it."""
     import mpmath
 

@@ -27,10 +27,10 @@ from tt_precise.scene.start import LiftedStart
 from tt_precise.sweeps.columns import (
     DEFINITIONS,
     FIXED,
-    Part,
+    Statistic,
     extremum,
     outcomes,
-    parts,
+    statistics,
     turning_events,
 )
 
@@ -116,8 +116,8 @@ def row_of(
     }
     if {"nu_crossing_init", "nu_crossing_end"} & set(record):
         results |= _crossings(run, times)
-    for part in parts(record):
-        results[f"{part.part}_{part.quantity}"] = _part(run, scene, part)
+    for statistic in statistics(record):
+        results[f"{statistic.kind}_{statistic.quantity}"] = _evaluate(run, scene, statistic)
     wanted = {*FIXED, *record}
     return {
         name: value if isinstance(value, str | int) or value is None else float(value)
@@ -127,7 +127,7 @@ def row_of(
 
 
 def _events(record: tuple[str, ...]) -> tuple[str, ...]:
-    extremes = {part.quantity for part in parts(record) if part.extreme} - {"theta"}
+    extremes = {one.quantity for one in statistics(record) if one.extreme} - {"theta"}
     crossing = {"nu_crossing_init", "nu_crossing_end"} & set(record)
     wanted = (*NEEDED, *(extremum(name) for name in sorted(extremes)))
     return (*wanted, "nu_crossing") if crossing else wanted
@@ -182,24 +182,24 @@ def _crossings(run: Trajectory, times: InversionTimes) -> Mapping[str, Scalar]:
     }
 
 
-def _part(run: Trajectory, scene: Scene, part: Part) -> Scalar:
+def _evaluate(run: Trajectory, scene: Scene, statistic: Statistic) -> Scalar:
     """The value of a quantity at the start or the end, or its smallest or largest value."""
     end = run.sample_times[-1]
-    switches = [as_fraction(piece.begin) for piece in run.pieces[1:]] if part.extreme else []
+    switches = [as_fraction(piece.begin) for piece in run.pieces[1:]] if statistic.extreme else []
     sides = [begin + way * BESIDE * (1 + begin) for begin in switches for way in (-1, 1)]
     sides = [t for t in sides if 0 < t < end]
-    frame = run.frame(part.quantity, times=[0, *sides, end], numbers="exact")
-    values = [value for value in frame[part.quantity].tolist() if _exists(value)]
-    if not part.extreme:
-        known = frame[part.quantity].tolist()
-        return known[0] if part.part == "start" else known[-1]
+    frame = run.frame(statistic.quantity, times=[0, *sides, end], numbers="exact")
+    values = [value for value in frame[statistic.quantity].tolist() if _exists(value)]
+    if not statistic.extreme:
+        known = frame[statistic.quantity].tolist()
+        return known[0] if statistic.kind == "start" else known[-1]
     lost = run.status == "contact_lost" or any(piece.model == "flight" for piece in run.pieces)
-    if part.quantity == "g_n" and lost:
+    if statistic.quantity == "g_n" and lost:
         values.append(0.0)  # there is no force in flight, and none where it begins
         values = [max(value, 0.0) for value in values]
-    inner = run.event_table((part.quantity,), at=turning_events(part.quantity))
-    values += [value for value in inner[part.quantity] if _exists(value)]
-    return None if not values else min(values) if part.part == "min" else max(values)
+    inner = run.event_table((statistic.quantity,), at=turning_events(statistic.quantity))
+    values += [value for value in inner[statistic.quantity] if _exists(value)]
+    return None if not values else min(values) if statistic.kind == "min" else max(values)
 
 
 def _exists(value: Scalar) -> bool:

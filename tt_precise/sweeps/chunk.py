@@ -32,13 +32,14 @@ from tt_precise.runtime.values import Arithmetic, Array
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.sweeps.alone import columns_alone, in_lanes
 from tt_precise.sweeps.columns import (
+    SMALLEST_FORCE,
     TIMES,
     Detector,
-    Part,
+    Statistic,
     detectors,
     extremes,
     outcomes,
-    part_named,
+    statistic_named,
 )
 from tt_precise.sweeps.events import EARLY, Events, exactly
 from tt_precise.sweeps.lanes import Build, LaneResult, LaneStart, lanes
@@ -89,7 +90,8 @@ def _computed(spec: SweepSpec, values: Array, batch: int) -> _Integrated:
     events = lane_results.events._replace(row=moving[lane_results.events.row])
     results = [result for result in ended if result is not None]
     peaks = {
-        part: (moving[owner], states) for part, (owner, states) in lane_results.extremes.items()
+        statistic: (moving[owner], states)
+        for statistic, (owner, states) in lane_results.extremes.items()
     }
     return _Integrated(spec, form, build, starts, results, events, peaks, signs)
 
@@ -163,7 +165,7 @@ class _Integrated:
         starts: Sequence[InitialState],
         results: Sequence[LaneResult],
         events: Events,
-        peaks: Mapping[Part, tuple[Array, Array]],
+        peaks: Mapping[Statistic, tuple[Array, Array]],
         signs: Array,
     ):
         self.peaks = peaks
@@ -183,7 +185,7 @@ class _Integrated:
         for name in TIMES:
             columns[name] = numpy.array([end[name] for end in ends], dtype=float) * unit
         lost = [result.status == "contact_lost" and result.time > 0 for result in self.results]
-        columns["min_g_n"] = numpy.where(lost, 0.0, self._part("min", "g_n"))
+        columns["min_g_n"] = numpy.where(lost, 0.0, self._values(SMALLEST_FORCE))
         columns["jellett_drift"] = self._drift()
         columns["steps"] = numpy.array([result.steps for result in self.results], dtype=numpy.int64)
         columns["t_stop"] = numpy.array([result.time for result in self.results]) * unit
@@ -194,9 +196,9 @@ class _Integrated:
     def _extra_column(
         self, name: str, columns: Mapping[str, Array], times: Sequence[InversionTimes], unit: Array
     ) -> Array:
-        part = part_named(name)
-        if part is not None:
-            return self._part(part.part, part.quantity)
+        statistic = statistic_named(name)
+        if statistic is not None:
+            return self._values(statistic)
         if name == "t_equator":
             return numpy.array([climb.equator for climb in times], dtype=float) * unit
         if name == "lambda_ratio":
@@ -260,20 +262,20 @@ class _Integrated:
         chosen = self._events("theta_min")
         return self.owner[chosen], self._motion(self.states[chosen], self.owner[chosen])
 
-    def _part(self, part: str, quantity: str) -> Array:
-        """The start, end, smallest or largest value of a quantity in each row."""
-        wanted = QUANTITIES[quantity]
+    def _values(self, statistic: Statistic) -> Array:
+        """Return the start, end, smallest or largest value of a quantity in each row."""
+        kind, wanted = statistic.kind, QUANTITIES[statistic.quantity]
         ones = numpy.ones(self.rows)
         start = wanted.evaluate(self._start_motion) * ones
         end = wanted.evaluate(self._end_motion) * ones
-        if part in ("start", "end"):
-            extreme = start if part == "start" else end
+        if not statistic.extreme:
+            extreme = start if kind == "start" else end
         else:
             owner, q = self._turning_points
-            if quantity != "theta":
-                owner, states = self.peaks[Part(part, quantity)]
+            if statistic.quantity != "theta":
+                owner, states = self.peaks[statistic]
                 q = self._motion(states, owner)
-            smaller = numpy.fmin if part == "min" else numpy.fmax
+            smaller = numpy.fmin if kind == "min" else numpy.fmax
             extreme = smaller(start, end)
             smaller.at(extreme, owner, wanted.evaluate(q) * numpy.ones(len(owner)))
         unit = numpy.array(

@@ -49,20 +49,20 @@ DERIVED = {
     "nu_crossing_init": "when nu_y last rises through nu_x before t_equator, s",
     "nu_crossing_end": "when nu_y first falls through nu_x after t_equator, s",
 }
-PARTS = ("min", "max", "start", "end")
+STATISTICS = ("min", "max", "start", "end")
 
 
 @dataclass(frozen=True)
-class Part:
+class Statistic:
     """A requested value of a quantity along a trajectory, such as its minimum."""
 
-    part: str
+    kind: str
     quantity: str
 
     @property
     def extreme(self) -> bool:
         """True for a least or largest value, which needs events."""
-        return self.part in ("min", "max")
+        return self.kind in ("min", "max")
 
 
 @dataclass(frozen=True)
@@ -86,13 +86,13 @@ class Detector:
         return self.event.function is axis_fall
 
 
-SMALLEST_FORCE = Part("min", "g_n")  # every row has it, computed from the series of the steps
+SMALLEST_FORCE = Statistic("min", "g_n")  # every row has it, computed from the series of the steps
 
 
-def part_named(name: str) -> Part | None:
-    """The part of a quantity that a column name requests, if any."""
-    part, _, quantity = name.partition("_")
-    return Part(part, quantity) if part in PARTS and quantity in QUANTITIES else None
+def statistic_named(name: str) -> Statistic | None:
+    """Return the statistic that a column name requests, if any."""
+    kind, _, quantity = name.partition("_")
+    return Statistic(kind, quantity) if kind in STATISTICS and quantity in QUANTITIES else None
 
 
 def check_names(record: tuple[str, ...], model: str) -> None:
@@ -103,20 +103,20 @@ def check_names(record: tuple[str, ...], model: str) -> None:
     for name in record:
         if name in FIXED or record.count(name) > 1:
             raise InputError(f"record: got {name} twice or as a default column, expected it once")
-        if name not in DERIVED and part_named(name) is None:
+        if name not in DERIVED and statistic_named(name) is None:
             raise InputError(
                 f"record: got {name[:60]!r}, expected one of: {', '.join(DERIVED)}, or min_, max_, "
                 "start_, end_ and a quantity, such as max_nu_y"
             )
     detectors(record, model)
-    for part in extremes(record):
-        event_named(extremum(part.quantity), model)
+    for statistic in extremes(record):
+        event_named(extremum(statistic.quantity), model)
 
 
-def parts(record: tuple[str, ...]) -> tuple[Part, ...]:
-    """All parts of quantities that the rows need, the smallest g_n first."""
-    asked = (part_named(name) for name in record)
-    return (SMALLEST_FORCE, *(part for part in asked if part))
+def statistics(record: tuple[str, ...]) -> tuple[Statistic, ...]:
+    """All statistics that the rows need, the smallest g_n first."""
+    named = (statistic_named(name) for name in record)
+    return (SMALLEST_FORCE, *(statistic for statistic in named if statistic))
 
 
 def extremum(quantity: str) -> str:
@@ -131,7 +131,7 @@ def turning_events(quantity: str) -> tuple[str, ...]:
 
 def detectors(record: tuple[str, ...], model: str) -> tuple[Detector, ...]:
     """The event functions to search; theta's extrema are its turning points."""
-    every = any(part.extreme and part.quantity == "theta" for part in parts(record))
+    every = any(one.extreme and one.quantity == "theta" for one in statistics(record))
     # minima of theta before the climb, maxima after it
     wanted = [("equator", None, None), ("theta_min", -1, 1), ("phi_dot_zero", 0, 0)]
     wanted += [("Lk_equals_Lz", 0, None), ("Lk_equals_minus_Lz", None, 0)]
@@ -143,9 +143,9 @@ def detectors(record: tuple[str, ...], model: str) -> tuple[Detector, ...]:
     )
 
 
-def extremes(record: tuple[str, ...]) -> tuple[Part, ...]:
+def extremes(record: tuple[str, ...]) -> tuple[Statistic, ...]:
     """The extreme values to search in the steps, the smallest g_n first."""
-    wanted = [part for part in parts(record) if part.extreme and part.quantity != "theta"]
+    wanted = (one for one in statistics(record) if one.extreme and one.quantity != "theta")
     return tuple(dict.fromkeys(wanted))
 
 

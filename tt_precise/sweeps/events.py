@@ -46,10 +46,10 @@ EVENTS_OF_A_ROW = 1000  # a hundred bytes each; a climb has hundreds
 class Steps(NamedTuple):
     """Steps of a batch integrator; arrays of the shape (steps, lanes).
 
-    Rows (-1: none), times at the start and at the end, lengths (0: not taken); the Taylor series of
-    the state, shape (steps, entries, order + 1, lanes); and ``last``, the positions (step, lane) of
-    the steps that no recorded step of the same row follows, with the states where they end, shape
-    (entries, positions).
+    Rows (-1: none), times at the start and at the end, lengths (0: no step); the Taylor series of
+    the state, shape (steps, components, order + 1, lanes); and ``last``, the positions (step,
+    lane) of the steps that no recorded step of the same row follows, with the states where they
+    end, shape (components, positions).
     """
 
     row: Array
@@ -61,19 +61,20 @@ class Steps(NamedTuple):
     ends: Array
 
     @property
-    def taken(self) -> Array:
+    def belongs(self) -> Array:
         """Mask of the steps that belong to a row."""
         return (self.width != 0) & (self.row >= 0) & numpy.isfinite(self.width)
 
-    def all_series(self, *entries: int) -> Array:
-        """Taylor coefficients of all steps, shape (entries, order + 1, steps times lanes)."""
-        chosen = self.series[:, list(entries)] if entries else self.series
+    def all_series(self, *components: int) -> Array:
+        """Taylor coefficients of all steps, shape (components, order + 1, steps times lanes)."""
+        chosen = self.series[:, list(components)] if components else self.series
         moved = numpy.ascontiguousarray(chosen.transpose(1, 2, 0, 3))
         return moved.reshape(*moved.shape[:2], -1)
 
-    def columns(self, step: Array, lane: Array, *entries: int) -> Array:
-        """Taylor coefficients of some steps, shape (entries, order + 1, positions); all entries."""
-        chosen = [self.series[step, entry, :, lane] for entry in entries or range(len(self.ends))]
+    def columns(self, step: Array, lane: Array, *components: int) -> Array:
+        """Taylor coefficients of some steps, shape (components, order + 1, positions)."""
+        numbers = components or range(len(self.ends))
+        chosen = [self.series[step, n, :, lane] for n in numbers]
         return numpy.ascontiguousarray(numpy.swapaxes(chosen, 1, 2))
 
 
@@ -81,7 +82,7 @@ class Events(NamedTuple):
     """Events as columns: arrays with one entry for each event.
 
     ``row`` and ``detector`` are positions, ``direction`` is +1 where the function rises and -1
-    where it falls, ``time`` is dimensionless as is ``state``, shape (events, entries), NaN where
+    where it falls, ``time`` is dimensionless as is ``state``, shape (events, components), NaN where
     the detector is not ``turning``.
     """
 
@@ -147,7 +148,7 @@ class Zeros:
 
     def events(self) -> Events:
         """All events by row, each kind in order of time."""
-        events = Events(*(numpy.concatenate(entry) for entry in zip(*self._found, strict=True)))
+        events = Events(*(numpy.concatenate(column) for column in zip(*self._found, strict=True)))
         order = numpy.lexsort((events.time, events.row))
         return Events(*(column[order] for column in events))
 
@@ -157,7 +158,7 @@ class Zeros:
         starts = self._evaluated(numpy.moveaxis(steps.series[:, :, 0], 1, 0), steps.row)
         inputs = numpy.empty((7, count, *shape))
         inputs[:3] = starts.reshape(3, count, *shape)
-        at_start = steps.taken & (steps.begin == 0)
+        at_start = steps.belongs & (steps.begin == 0)
         exact = self._start_signs[:, steps.row[at_start]]
         inputs[0][:, at_start] = numpy.copysign(inputs[0][:, at_start], exact)
         # a step begins where the previous one ends, so that no zero is lost or counted twice
@@ -166,11 +167,11 @@ class Zeros:
         inputs[3:6][:, :, *steps.last] = last.reshape(3, count, -1)
         inputs[6] = steps.width
         signs = _sign()(inputs.reshape(7, -1), **ALONE).reshape(count, *shape)
-        signs[:, ~steps.taken] = 0
+        signs[:, ~steps.belongs] = 0
         return signs, inputs[[0, 3]]
 
     def _evaluated(self, states: Array, rows: Array) -> Array:
-        """Values, rates and sizes of all functions in states, shape (entries, ...), of rows."""
+        """Values, rates and sizes of all functions in states, shape (components, ...), of rows."""
         parameters = self._bodies.take(rows.ravel(), axis=1)
         inputs = numpy.ascontiguousarray(states).reshape(len(states), -1)
         return self._values(inputs, pars=parameters, **ALONE).reshape(-1, *rows.shape)
@@ -243,7 +244,7 @@ class Zeros:
         if detector.event.gliding:
             state = self._form.State(*map(Truncated, steps.columns(step, lane)))
             q = self._form.motion(body, state, SeriesFunctions(numpy))
-        else:  # a function of axis and momentum, the first six entries
+        else:  # a function of axis and momentum, the first six components
             kx, ky, kz, Lx, Ly, Lz = map(Truncated, steps.columns(step, lane, *range(6)))
             q = Motion(body, NewtonState(kx, ky, kz, Lx, Ly, Lz, 0, 0), SeriesFunctions(numpy))
         order = steps.series.shape[2] - 1
@@ -300,15 +301,15 @@ def _between(polynomials: Array, *given: Array) -> Array:
 
 
 def states_in(series: Array, *since: Array) -> Array:
-    """States in steps, from their Taylor series, shape (entries, order + 1, steps).
+    """States in steps, from their Taylor series, shape (components, order + 1, steps).
 
     ``since`` are times after the start of the steps, shape (steps,) each. The result has the shape
-    (steps, entries), with an axis in front for several times.
+    (steps, components), with an axis in front for several times.
     """
-    entries, terms, count = series.shape
-    inputs = numpy.concatenate((series.reshape(entries * terms, count), since))
-    flat = _states(entries, terms, len(since))(numpy.ascontiguousarray(inputs), **ALONE)
-    states = flat.reshape(len(since), entries, count).swapaxes(1, 2)
+    components, terms, count = series.shape
+    inputs = numpy.concatenate((series.reshape(components * terms, count), since))
+    flat = _states(components, terms, len(since))(numpy.ascontiguousarray(inputs), **ALONE)
+    states = flat.reshape(len(since), components, count).swapaxes(1, 2)
     return states[0] if len(since) == 1 else states
 
 
@@ -328,9 +329,9 @@ def variables(letter: str, count: int) -> list[Scalar]:
 
 
 @cache
-def _states(entries: int, terms: int, times: int) -> Callable[..., Array]:
-    """From the series of all entries and times since the start: the states."""
-    series = [variables(f"c{entry}_", terms) for entry in range(entries)]
+def _states(components: int, terms: int, times: int) -> Callable[..., Array]:
+    """Return a function: states from the series of all components and times since the start."""
+    series = [variables(f"c{n}_", terms) for n in range(components)]
     since = [heyoka.make_vars(f"since{n}") for n in range(times)]
     return heyoka.cfunc(
         [horner(coefficients, at) for at in since for coefficients in series],
@@ -369,7 +370,7 @@ def _nearer(terms: int) -> Callable[..., Array]:
 def _values(form: Formulation, detectors: tuple[Detector, ...]) -> Callable[..., Array]:
     """From states: values of the functions, their rates, and sizes of their terms.
 
-    The size is what a relative change of all entries by 1 changes a function by at most, so that
+    The size is what a relative change of all components by 1 changes a function by at most, so that
     its rounding errors are some eps of that.
     """
     equations = Equations.of(form)

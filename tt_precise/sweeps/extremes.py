@@ -21,7 +21,7 @@ from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Array
-from tt_precise.sweeps.columns import SMALLEST_FORCE, Part
+from tt_precise.sweeps.columns import SMALLEST_FORCE, Statistic
 from tt_precise.sweeps.events import ALONE, Steps, exactly, horner, states_in, variables
 from tt_precise.taylor.series import Sized, SizedFunctions
 
@@ -54,12 +54,12 @@ class _Candidates(NamedTuple):
 class Extreme:
     """Finds the smallest or largest value of one quantity in each row."""
 
-    def __init__(self, form: Formulation, part: Part):
-        self.part, self._form = part, form
-        self._force = part == SMALLEST_FORCE
-        self._sign = -1.0 if part.part == "min" else 1.0
-        self._quantity = QUANTITIES[part.quantity]
-        self._entries = (form.columns.index("kz"),) if self._force else ()
+    def __init__(self, form: Formulation, statistic: Statistic):
+        self.statistic, self._form = statistic, form
+        self._force = statistic == SMALLEST_FORCE
+        self._sign = -1.0 if statistic.kind == "min" else 1.0
+        self._quantity = QUANTITIES[statistic.quantity]
+        self._components = (form.columns.index("kz"),) if self._force else ()
         # near a pole it may have peaks far narrower than a step
         self._nodes = NODES if self._quantity.pole else FINER
 
@@ -76,12 +76,12 @@ class Extreme:
     def read(self, steps: Steps) -> None:
         """Search some steps."""
         row, width = steps.row.ravel(), steps.width.ravel()
-        series = steps.all_series(*self._entries)
+        series = steps.all_series(*self._components)
         values, turns = self._sampled(row, series, width * self._nodes[:, None])
         ceiling, largest = _ceiling(values, turns)
-        taken = numpy.flatnonzero(steps.taken)
-        numpy.fmax.at(self._best, row[taken], largest[taken])
-        may = taken[ceiling[taken] >= self._best[row[taken]]]
+        belongs = numpy.flatnonzero(steps.belongs)
+        numpy.fmax.at(self._best, row[belongs], largest[belongs])
+        may = belongs[ceiling[belongs] >= self._best[row[belongs]]]
         step, lane = numpy.divmod(may, steps.row.shape[1])
         series = steps.columns(step, lane)
         self._held.append(
@@ -102,7 +102,7 @@ class Extreme:
         parts = [steps.only(steps.ceiling >= self._best[steps.row]) for steps in self._held]
         held = _Candidates(*(numpy.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
         self._held = []
-        series = held.series[list(self._entries)] if self._entries else held.series
+        series = held.series[list(self._components)] if self._components else held.series
         highest, place = numpy.full(len(held.row), -numpy.inf), numpy.zeros(len(held.row))
         owner = numpy.arange(len(held.row))
         low, size = numpy.zeros(len(owner)), numpy.ones(len(owner))
@@ -137,18 +137,19 @@ class Extreme:
             size = numpy.concatenate((2 * apart * size[single], *[size[halved] / 2] * 2))
         self._keep(held, highest, place)
 
-    def _keep(self, held: _Candidates, highest: Array, place: Array) -> None:
+    def _keep(self, peaks: _Candidates, highest: Array, position: Array) -> None:
         """Keep the state of the highest value of each row, of equal ones the first."""
-        when = held.begin + place * held.width
-        order = numpy.lexsort((when, -highest, held.row))
-        first = order[numpy.unique(held.row[order], return_index=True)[1]]
-        row, before = held.row[first], self._highest[held.row[first]]
+        when = peaks.begin + position * peaks.width
+        order = numpy.lexsort((when, -highest, peaks.row))
+        first = order[numpy.unique(peaks.row[order], return_index=True)[1]]
+        row, before = peaks.row[first], self._highest[peaks.row[first]]
         new = (highest[first] > before) | (
             (highest[first] == before) & (when[first] < self._when[row])
         )
         first, row = first[new], row[new]
         self._highest[row], self._when[row] = highest[first], when[first]
-        self._states[row] = states_in(held.series[:, :, first], place[first] * held.width[first])
+        since = position[first] * peaks.width[first]
+        self._states[row] = states_in(peaks.series[:, :, first], since)
 
     def _sampled(self, row: Array, series: Array, since: Array) -> tuple[Array, Array]:
         """The quantity, upside down for a smallest value, at times after the start of steps.

@@ -21,7 +21,7 @@ from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import Formulation, integrated
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Adaptive, Array
-from tt_precise.sweeps.columns import Detector, Part
+from tt_precise.sweeps.columns import Detector, Statistic
 from tt_precise.sweeps.events import Events, Steps, Zeros
 from tt_precise.sweeps.extremes import Extreme
 
@@ -49,7 +49,7 @@ class Build(NamedTuple):
     contact: str
     batch: int
     detectors: tuple[Detector, ...]
-    extremes: tuple[Part, ...]
+    extremes: tuple[Statistic, ...]
 
 
 class LaneResult(NamedTuple):
@@ -74,7 +74,7 @@ class LaneResults(NamedTuple):
 
     results: list[LaneResult]
     events: Events
-    extremes: dict[Part, tuple[Array, Array]]
+    extremes: dict[Statistic, tuple[Array, Array]]
 
 
 class Lanes:
@@ -142,7 +142,7 @@ class Lanes:
         return LaneResults(
             [LaneResult(*ends[row], int(self._taken[row])) for row in range(len(starts))],
             self._zeros.events(),
-            {extreme.part: extreme.states() for extreme in self._extremes},
+            {extreme.statistic: extreme.states() for extreme in self._extremes},
         )
 
     def _load(self, lane: int, number: int, starts: Sequence[LaneStart]) -> None:
@@ -232,7 +232,7 @@ class Lanes:
             ),
             numpy.concatenate([states for _, _, states in last], axis=1),
         )
-        self._taken += numpy.bincount(steps.row[steps.taken], minlength=len(self._taken))
+        self._taken += numpy.bincount(steps.row[steps.belongs], minlength=len(self._taken))
         for reader in self._readers:
             reader.read(steps)
         times[0] = times[count]

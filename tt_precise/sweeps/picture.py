@@ -17,7 +17,7 @@ from tt_precise.runtime.plotting import (
     styled,
 )
 from tt_precise.runtime.values import Array, InputError
-from tt_precise.sweeps.columns import DEFINITIONS, OUTCOMES, part_named
+from tt_precise.sweeps.columns import DEFINITIONS, OUTCOMES, statistic_named
 from tt_precise.sweeps.specification import STARTS
 
 if TYPE_CHECKING:
@@ -45,7 +45,9 @@ SYMBOLS = {
     "lambda_ratio": r"$\lambda/\lambda_{thres}$", "t_equator": r"$t_{\theta=\pi/2}$",
     "t_stop": "end of the row", "jellett_drift": r"drift of $\lambda$",
 }  # fmt: skip
-PARTS = {"min": "least {}", "max": "largest {}", "start": "{} at the start", "end": "{} at the end"}
+LABELS = {
+    "min": "least {}", "max": "largest {}", "start": "{} at the start", "end": "{} at the end",
+}  # fmt: skip
 WIDE, NARROW, HIGH = 9.6, 7.0, 4.4  # Inches of a figure with a legend beside the axes, and without.
 DECADES = 100  # Ratio of positive values from which a logarithmic scale shows more.
 
@@ -75,7 +77,7 @@ def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> 
         figure.colorbar(points, ax=axes, label=label_of(shown))
     else:
         axes.plot(table[x], table[y], "o", color=STYLES["inverts"][0], ms=3)
-    _stretch(axes, table, x, y)
+    _set_scales(axes, table, x, y)
     if len(missing):
         low = axes.get_ylim()[0]
         label = _no_value(y, missing)
@@ -96,7 +98,7 @@ def map_of(rows: pandas.DataFrame, x: str, y: str, z: str) -> Figure:
     figure = new_figure(WIDE if z == "outcome" or len(missing) else NARROW, HIGH)
     axes = figure.add_subplot()
     drawn = draw_map(axes, rows, x, y, z)
-    _stretch(axes, values, column_named(rows, x), column_named(rows, y))
+    _set_scales(axes, values, column_named(rows, x), column_named(rows, y))
     if drawn is not None:
         figure.colorbar(drawn, ax=axes, label=label_of(z))
     if len(missing):
@@ -125,7 +127,7 @@ def draw_map(
     return None
 
 
-def _stretch(axes: Axes, table: pandas.DataFrame, x: str, y: str) -> None:
+def _set_scales(axes: Axes, table: pandas.DataFrame, x: str, y: str) -> None:
     """Give an axis a logarithmic scale where its values span two decades."""
     for name, scale in ((x, axes.set_xscale), (y, axes.set_yscale)):
         if name != "outcome" and _spans_decades(table[name]):
@@ -190,15 +192,15 @@ def _with_values(rows: pandas.DataFrame, *names: str) -> pandas.DataFrame:
 
 def label_of(name: str) -> str:
     """A column as the report writes it, with its unit, for an axis."""
-    part = part_named(name)
+    statistic = statistic_named(name)
     stem, _, definition = name.rpartition("_")
     if stem in ("t_init", "t_end", "climb"):
         return f"{SYMBOLS[stem]}, definition {definition} (s)"
     if name.startswith(("t_", "nu_crossing")):
         return f"{SYMBOLS.get(name, name)} (s)"
-    quantity = QUANTITIES.get(part.quantity if part else name)
-    symbol = SYMBOLS.get(part.quantity if part else name, part.quantity if part else name)
-    text = PARTS[part.part].format(symbol) if part else symbol
+    key = statistic.quantity if statistic else name
+    quantity, symbol = QUANTITIES.get(key), SYMBOLS.get(key, key)
+    text = LABELS[statistic.kind].format(symbol) if statistic else symbol
     if name in STARTS:
         text = f"{symbol[:-1]}(0)$" if symbol.endswith("$") else f"{symbol}(0)"
     unit = quantity.unit if quantity else UNITS.get(name, "")

@@ -188,7 +188,7 @@ def run_sweep(
 
 
 def sweep_pool(workers: int | None = None) -> Pool:
-    """Processes of this machine that start up while the first starts are drawn."""
+    """Processes of this machine that start up while the first starts are sampled_rows."""
     return local_pool(workers, tries=TRIES, recycle_after=RECYCLED_AFTER, prepare=_get_ready)
 
 
@@ -237,7 +237,7 @@ def _ended(reason: str, failure: Failure) -> Exception:
 def _recheck(store: Store, pool: Pool, one_in: int) -> dict[int, dict[str, Json]]:
     """Integrate the rows of the spot check again: how they differ, by index."""
     spec = store.spec
-    wanted = set(spot_check.drawn(spec.rows, spec.seed, one_in))
+    wanted = set(spot_check.sampled_rows(spec.rows, spec.seed, one_in))
     asked: dict[int, dict[Hashable, Any]] = {}
     rechecked: dict[int, dict[str, Json]] = {}
 
@@ -277,12 +277,13 @@ def _simd_lanes(rows: int) -> int:
 # ---- tables of starts other than grids and boxes ----------------------------------------------
 
 
-def integrated(
+def integrate_tables(
     pool: Pool, spec: SweepSpec, tables: list[tuple[str, Array, Array]]
 ) -> pandas.DataFrame:
-    """The rows of some tables, in order: ``series``, ``contact``, ``index``, starts, results.
+    """Integrate the rows of some tables, in their order.
 
-    ``tables`` holds (series, index, values of shape (rows, ``spec.names``)).
+    ``tables`` holds (series, index, values of shape (rows, ``spec.names``)). The columns of the
+    result: ``series``, ``contact``, ``index``, starts, results.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """The spot check: some rows are integrated again in a finer arithmetic, and compared.
 
-One row in a thousand, drawn with the sweep's seed. In double-double, by the integrator of
+One row in a thousand, sampled_rows with the sweep's seed. In double-double, by the integrator of
 ``taylor``, which shares only the equations with heyoka; in quad if it cannot integrate a scene. The
 arithmetic, the lanes, the step sizes and the evaluation differ.
 """
@@ -24,7 +24,7 @@ FINE, WHERE_REFUSED = "double-double", "quad"
 TOLERANCE = 1e-22  # a million times finer than double, in half the time of the tolerance eps
 
 
-def drawn(rows: int, seed: int, one_in: int = ONE_IN) -> Iterator[int]:
+def sampled_rows(rows: int, seed: int, one_in: int = ONE_IN) -> Iterator[int]:
     """Indices of the rows to recompute: one of each ``one_in``, in order."""
     for block in range(-(-rows // one_in) if one_in else 0):
         size = min(one_in, rows - block * one_in)

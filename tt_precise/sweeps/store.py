@@ -279,7 +279,7 @@ def parquet() -> Any:
 
 def read(out: str, name: str) -> bytes | None:
     """The content of a file below a folder or URL; None if there is none."""
-    files, root = _place(out)
+    files, root = _file_system(out)
     try:
         return bytes(files.cat_file(f"{root}/{name}"))
     except (FileNotFoundError, NotADirectoryError):
@@ -288,7 +288,7 @@ def read(out: str, name: str) -> bytes | None:
 
 def write(out: str, name: str, content: bytes) -> None:
     """Write a file below a folder or URL as a whole: it has its name when it is complete."""
-    files, root = _place(out)
+    files, root = _file_system(out)
     target = f"{root}/{name}"
     files.makedirs(target.rpartition("/")[0], exist_ok=True)
     if "file" not in files.protocol:  # an object is there when it is complete
@@ -307,7 +307,7 @@ def write(out: str, name: str, content: bytes) -> None:
 
 def names(out: str, folder: str = "") -> set[str]:
     """The files and folders directly in a folder below a folder or URL."""
-    files, root = _place(out)
+    files, root = _file_system(out)
     files.invalidate_cache()
     try:
         paths = files.ls(f"{root}/{folder}".rstrip("/"), detail=False)
@@ -316,7 +316,7 @@ def names(out: str, folder: str = "") -> set[str]:
     return {path.rpartition("/")[2] for path in paths} - {""}
 
 
-def _place(out: str) -> tuple[Any, str]:
+def _file_system(out: str) -> tuple[Any, str]:
     """A file system of fsspec's, and where on it."""
     import fsspec
 

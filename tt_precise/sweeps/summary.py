@@ -57,13 +57,13 @@ def summary_of(
     }
 
 
-def _column(parts: list[tuple[float, float, float, int]], rows: int) -> dict[str, Json]:
+def _column(chunks: list[tuple[float, float, float, int]], rows: int) -> dict[str, Json]:
     """Least, greatest, mean and number of missing values, from those of the chunks."""
-    count = sum(part[3] for part in parts)
+    count = sum(chunk[3] for chunk in chunks)
     return {
-        "min": min((part[0] for part in parts), default=None),
-        "max": max((part[1] for part in parts), default=None),
-        "mean": math.fsum(part[2] for part in parts) / count if count else None,
+        "min": min((chunk[0] for chunk in chunks), default=None),
+        "max": max((chunk[1] for chunk in chunks), default=None),
+        "mean": math.fsum(chunk[2] for chunk in chunks) / count if count else None,
         "missing": rows - count,
     }
 

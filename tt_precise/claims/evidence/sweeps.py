@@ -25,7 +25,7 @@ from tt_precise.mechanics.parameters import NAMES
 from tt_precise.runtime.cache import cached_table
 from tt_precise.runtime.values import Array, Json
 from tt_precise.scene.scene import Scene, load_scene
-from tt_precise.sweeps.run import integrated, lambda_of_start, sweep_pool
+from tt_precise.sweeps.run import integrate_tables, lambda_of_start, sweep_pool
 from tt_precise.sweeps.specification import STARTS, SweepSpec, blocks
 
 if TYPE_CHECKING:
@@ -129,16 +129,16 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
 
     spec = SweepSpec(_scene(), names=STARTS, record=RECORD)
     with sweep_pool(workers) as pool:
-        first = integrated(pool, spec, list(_starts()))
+        first = integrate_tables(pool, spec, list(_starts()))
         lost = first[first["outcome"] == "contact_lost"]
         again = [
             (str(name), some["index"].to_numpy(), some[list(STARTS)].to_numpy())
             for name, some in lost.groupby("series", sort=False)
         ]
-        second = integrated(pool, replace(spec, contact="bilateral"), again)
+        second = integrate_tables(pool, replace(spec, contact="bilateral"), again)
         late = second[second["t_end_A"].isna() & second["series"].isin(COUNTED)]
         longer = replace(spec, scene=replace(spec.scene, until=Fraction(CONTINUED)))
-        third = integrated(
+        third = integrate_tables(
             pool,
             replace(longer, contact="bilateral"),
             [
