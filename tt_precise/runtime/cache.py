@@ -11,15 +11,13 @@ import gzip
 import hashlib
 import io
 import json
-import shutil
 import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tt_precise.runtime import records
 from tt_precise.runtime.files import atomic_write
-from tt_precise.runtime.process import user_folder as user_folder
+from tt_precise.runtime.process import user_folder
 from tt_precise.runtime.values import InputError, Json
 
 if TYPE_CHECKING:
@@ -48,52 +46,6 @@ def source_hash(*paths: str) -> str:
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
             digest.update(file.read_bytes())
     return digest.hexdigest()
-
-
-class Records:
-    """JSON objects by key in a folder, each in a compressed file.
-
-    ``made_by`` identifies their maker (versions, a hash of the code): a record of another maker is
-    not returned. If nothing can be written, nothing is cached.
-    """
-
-    def __init__(self, folder: Path | None, made_by: Json):
-        self.folder, self._made_by = folder, made_by
-
-    @classmethod
-    def of_user(cls, name: str, made_by: Json) -> Records:
-        """The records in a folder of the user's cache."""
-        try:
-            return cls(user_folder() / name, made_by)
-        except OSError:
-            return cls(None, made_by)
-
-    def get(self, name: str, key: Json) -> Json:
-        """The record of ``key``, None if there is none; ``name`` makes file names readable."""
-        if self.folder is None:
-            return None
-        try:
-            return records.parse(gzip.decompress(self.path(name, key).read_bytes()))
-        except UNREADABLE:
-            return None
-
-    def put(self, name: str, key: Json, value: Json) -> None:
-        """Store the record of ``key``."""
-        if self.folder is None:
-            return
-        text = json.dumps(value).encode()
-        with contextlib.suppress(InputError):
-            atomic_write(self.path(name, key), gzip.compress(text, 1, mtime=0))
-
-    def clear(self) -> None:
-        """Drop all records."""
-        if self.folder is not None:
-            shutil.rmtree(self.folder, ignore_errors=True)
-
-    def path(self, name: str, key: Json) -> Path:
-        """The path of the record of ``key``."""
-        assert self.folder is not None
-        return self.folder / f"{name}-{fingerprint([self._made_by, key])[:24]}.json.gz"
 
 
 def cached_table(
