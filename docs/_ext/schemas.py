@@ -15,6 +15,8 @@ DOCUMENTS = {
     "golden-manifest": "tt_precise.golden.documents:Manifest",
     "golden-proof": "tt_precise.golden.documents:Proof",
     "run": "tt_precise.commands.run:RunRecord",
+    "check": "tt_precise.check.result:Checked",
+    "sweep": "tt_precise.sweeps.summary:Summary",
 }
 
 

@@ -9,10 +9,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import numpy
+from msgspec import to_builtins
 
+from tt_precise.runtime.records import UNSET, Record, Unset, means
 from tt_precise.runtime.terminal import one_line
 from tt_precise.runtime.values import Array, Check, Json, Sense, Verdict
 
@@ -21,11 +23,61 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Cause(NamedTuple):
-    """What explains a failure: its kind, and one line."""
+class Cause(Record, frozen=True):
+    """An explanation of a failure."""
 
-    kind: Literal["convention", "parameter", "precision", "start", "clock", "rows"]
-    text: str
+    kind: Annotated[
+        Literal["convention", "parameter", "precision", "start", "clock", "rows"],
+        means("the kind of the cause"),
+    ]
+    text: Annotated[str, means("the cause in one line")]
+
+
+class CheckRecord(Record, frozen=True, kw_only=True):
+    """A check, as ``Check.as_dict`` gives it."""
+
+    name: Annotated[str, means("name")]
+    verdict: Annotated[
+        Verdict,
+        means(
+            "open if the rows do not decide or a column is missing, skipped if it does not apply"
+        ),
+    ]
+    value: Annotated[float | None, means("the worst value of all rows; null if there is none")]
+    limit: Annotated[float | None, means("limit of the value; null if it was not judged")]
+    sense: Annotated[Sense, means("how value and limit compare")]
+    bound: Annotated[
+        float | None, means("largest error that would go unnoticed; null: none, or not finite")
+    ]
+    at: Annotated[float | None, means("time of the worst value in s; null if there is none")]
+    since: Annotated[float | None, means("first time in s beyond the limit; null if there is none")]
+    reason: Annotated[str, means("reason for skipping, or a remark; may be empty")]
+    meaning: Annotated[str, means("meaning, with the place in the paper")]
+    digits: Annotated[dict[str, float] | Unset, means("correct digits of each column")] = UNSET
+    digits_over_time: Annotated[str | Unset, means("correct digits over time, in words")] = UNSET
+
+
+class Checked(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.check/1"):
+    """What `tt-precise check FILE --scene SCENE --json` prints."""
+
+    trajectory: Annotated[str, means("the checked file or table")]
+    scene: Annotated[str, means("name of the scene")]
+    columns: Annotated[str, means("the columns")]
+    verdict: Annotated[
+        Literal["pass", "fail", "incomplete"],
+        means("fail if a check failed, incomplete if what decides was not looked at, else pass"),
+    ]
+    unseen: Annotated[tuple[str, ...], means("what decides and was not looked at, in words")]
+    written: Annotated[
+        str, means("columns that are written with fewer digits than doubles; may be empty")
+    ]
+    causes: Annotated[tuple[Cause, ...], means("what explains a failure")]
+    rows: Annotated[int, means("number of rows")]
+    t_first: Annotated[
+        float, means("the file's own time of the first row in s, from which other times count")
+    ]
+    t_last: Annotated[float, means("time of the last row in s")]
+    checks: Annotated[tuple[CheckRecord, ...], means("the checks")]
 
 
 SIGNS = {"at most": "<=", "above": ">", "at least": ">="}
@@ -111,9 +163,6 @@ def _printable(text: str) -> str:
 
 
 SMALLEST = 1e-18  # of the limit; drawn for an exact zero
-SCHEMA = "tt_precise.check/1"
-
-
 FEW_DIGITS = 3  # fewer digits than these are shown over time
 
 
@@ -216,20 +265,21 @@ class Result:
 
     def as_dict(self) -> dict[str, Json]:
         """The JSON object of the command."""
-        return {
-            "schema": SCHEMA,
-            "trajectory": self.trajectory,
-            "scene": self.scene,
-            "columns": self.columns,
-            "verdict": self.verdict,
-            "unseen": list(self.unseen),
-            "written": self.written,
-            "causes": [cause._asdict() for cause in self.causes],
-            "rows": self.rows,
-            "t_first": self.t_first,
-            "t_last": self.t_last,
-            "checks": [finding.as_dict() for finding in self.checks],
-        }
+        checked = Checked(
+            trajectory=self.trajectory,
+            scene=self.scene,
+            columns=self.columns,
+            verdict=self.verdict,
+            unseen=self.unseen,
+            written=self.written,
+            causes=self.causes,
+            rows=self.rows,
+            t_first=self.t_first,
+            t_last=self.t_last,
+            checks=tuple(CheckRecord(**finding.as_dict()) for finding in self.checks),
+        )
+        document: dict[str, Json] = to_builtins(checked)
+        return document
 
     @property
     def heading(self) -> str:

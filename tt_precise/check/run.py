@@ -121,7 +121,7 @@ def conservation(
     except InputError as error:
         raise InputError(in_python(str(error))) from None
     checks = tuple(replace(check, note=in_python(check.note)) for check in result.checks)
-    causes = tuple(cause._replace(text=in_python(cause.text)) for cause in result.causes)
+    causes = tuple(Cause(cause.kind, in_python(cause.text)) for cause in result.causes)
     return replace(result, checks=checks, causes=causes)
 
 
