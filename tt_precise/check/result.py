@@ -67,17 +67,17 @@ class Checked(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_pre
         Literal["pass", "fail", "incomplete"],
         means("fail if a check failed, incomplete if what decides was not looked at, else pass"),
     ]
-    unseen: Annotated[tuple[str, ...], means("what decides and was not looked at, in words")]
+    unseen: Annotated[list[str], means("what decides and was not looked at, in words")]
     written: Annotated[
         str, means("columns that are written with fewer digits than doubles; may be empty")
     ]
-    causes: Annotated[tuple[Cause, ...], means("what explains a failure")]
+    causes: Annotated[list[Cause], means("what explains a failure")]
     rows: Annotated[int, means("number of rows")]
     t_first: Annotated[
         float, means("the file's own time of the first row in s, from which other times count")
     ]
     t_last: Annotated[float, means("time of the last row in s")]
-    checks: Annotated[tuple[CheckRecord, ...], means("the checks")]
+    checks: Annotated[list[CheckRecord], means("the checks")]
 
 
 SIGNS = {"at most": "<=", "above": ">", "at least": ">="}
@@ -270,13 +270,13 @@ class Result:
             scene=self.scene,
             columns=self.columns,
             verdict=self.verdict,
-            unseen=self.unseen,
+            unseen=list(self.unseen),
             written=self.written,
-            causes=self.causes,
+            causes=list(self.causes),
             rows=self.rows,
             t_first=self.t_first,
             t_last=self.t_last,
-            checks=tuple(CheckRecord(**finding.as_dict()) for finding in self.checks),
+            checks=[CheckRecord(**finding.as_dict()) for finding in self.checks],
         )
         document: dict[str, Json] = to_builtins(checked)
         return document

@@ -54,8 +54,8 @@ class SpotCheck(Record, frozen=True, kw_only=True):
 
     rows: Annotated[int, means("number of rows")]
     largest_difference: Annotated[dict[str, Difference], means("largest difference of each column")]
-    other_outcome: Annotated[tuple[OtherOutcome, ...], means("rows with another outcome")]
-    only_in_one: Annotated[tuple[OnlyInOne, ...], means("values that exist in only one of both")]
+    other_outcome: Annotated[list[OtherOutcome], means("rows with another outcome")]
+    only_in_one: Annotated[list[OnlyInOne], means("values that exist in only one of both")]
     errors: Annotated[dict[str, str], means("rows that failed in the finer arithmetic, by index")]
 
 
@@ -66,7 +66,7 @@ class Run(Record, frozen=True, kw_only=True):
     workers: Annotated[int, means("processes")]
     chunk: Annotated[int, means("rows in a task")]
     chunks_found: Annotated[int, means("finished chunks of an earlier run")]
-    damaged: Annotated[tuple[str, ...], means("chunks that were damaged and computed again")]
+    damaged: Annotated[list[str], means("chunks that were damaged and computed again")]
     rows_computed: Annotated[int, means("rows computed now")]
     seconds: Annotated[float, means("duration in s")]
     rows_per_second: Annotated[float, means("rows per second")]
@@ -158,7 +158,7 @@ def _recheck(rechecked: Mapping[int, dict[str, Json]]) -> SpotCheck:
     return SpotCheck(
         rows=len(rechecked),
         largest_difference=dict(sorted(largest.items())),
-        other_outcome=tuple(other),
-        only_in_one=tuple(unmatched),
+        other_outcome=other,
+        only_in_one=unmatched,
         errors=errors,
     )
