@@ -262,7 +262,7 @@ def command(
                 "vertical, where phi and psi are undefined; expected a tilt, such as theta = 1e-9"
             )
         recorded |= set(RECORDABLE)  # now, not in a second integration
-    seconds = seconds_for(digits, loaded) if digits else 0.0
+    seconds = seconds_for(digits, loaded, formulation == "euler", contact) if digits else 0.0
     if LONG_S < seconds <= MOST_SECONDS:
         click.echo(f"--digits {digits}: takes about {seconds / 60:.0f} min", err=True)
     with progress_bar(f"integrating {loaded.name}") as progress:

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from tt_precise.integration.precision import Precision, is_available
-from tt_precise.integration.setup import refused_in_doubles
+from tt_precise.integration.run import integrated
+from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import Scene
 
@@ -36,9 +37,11 @@ Solution = TypeVar("Solution", bound=Judged)
 SPARE = 0.1  # digits; a reference that errs by a tenth of the run's error is off by half of this
 LOST = 2.0  # digits of the tolerance that most scenes lose
 WORTH = 0.25  # of a digit more for each digit of the tolerance; where a retry wins less, none helps
-# Two runs in mp cost about this many seconds on the reference scene, whose horizon is so many units
-# of time; what they cost grows with the square of the order and with the product of long numbers.
-SECONDS, UNITS, BITS, GROWTH = 26.0, 177.0, 200, 2.5
+# A step in mp with 200 bits costs about this many seconds of a core, with its share of the reading:
+# 6 to 11 ms were measured on gliding, rolling, elastic and Coulomb scenes. The cost grows with the
+# square of the order and with the product of long numbers.
+SECONDS_A_STEP, BITS, GROWTH = 0.01, 200, 2.5
+RUNS = 2  # the run and its reference
 MOST_SECONDS = 3600.0
 DIGITS_PER_BIT = math.log10(2)
 
@@ -70,8 +73,9 @@ HEYOKAS = (
 
 
 def integrate_to_digits(
-    wanted: Any, scene: Scene, run: Callable[[Rung], Solution], *, euler: bool = False
-) -> Solution:
+    wanted: Any, scene: Scene, run: Callable[[Rung], Solution], *, euler: bool = False,
+    contact: str = "unilateral",
+) -> Solution:  # fmt: skip
     """Return the solution from the first level that delivers ``wanted`` digits throughout.
 
     The error estimate of the run decides, for every component at every sample, in every event and
@@ -83,7 +87,7 @@ def integrate_to_digits(
     """
     if isinstance(wanted, bool) or not hasattr(wanted, "__index__") or wanted < 1:
         raise InputError(f"digits: got {wanted!r}, expected a whole number from 1")
-    _require_practical(wanted, scene, euler)
+    _require_practical(wanted, scene, euler, contact)
     levels = [level for level in ladder_of(scene, euler) if is_available(level.precision)]
     needed, before, best = wanted + LOST, Rung("", 1.0), -math.inf
     while True:
@@ -125,23 +129,32 @@ def _missed(wanted: int, trajectory: Judged, reached: float) -> str:
     )
 
 
-def seconds_for(digits: int, scene: Scene, euler: bool = False) -> float:
-    """Estimated cost of ``digits`` of a scene, in s of a core; 0 if mp is not needed."""
+def seconds_for(
+    digits: int, scene: Scene, euler: bool = False, contact: str = "unilateral"
+) -> float:
+    """Estimated cost of ``digits`` of a scene, in s of a core; 0 if mp is not needed.
+
+    From the steps of a run in double, which takes a thousandth of that: the length of a step
+    depends on the motion, not on the digits.
+
+    Raises ``InputError``: the scene cannot be integrated so.
+    """
     if digits + LOST <= ladder_of(scene, euler)[-1].digits:
         return 0.0
-    units = float(scene.until) / math.sqrt(float(scene.body.R / scene.body.g))
-    return SECONDS * units / UNITS * ((digits + LOST) / DIGITS_PER_BIT / BITS) ** GROWTH
+    form = "euler" if euler else "newton"
+    setup = Setup.of(scene, formulation=form, events=(), record=(), contact=contact)
+    bits = (digits + LOST) / DIGITS_PER_BIT
+    return RUNS * integrated(scene, setup).steps * SECONDS_A_STEP * (bits / BITS) ** GROWTH
 
 
-def _require_practical(wanted: int, scene: Scene, euler: bool) -> None:
-    seconds = seconds_for(wanted, scene, euler)
+def _require_practical(wanted: int, scene: Scene, euler: bool, contact: str) -> None:
+    seconds = seconds_for(wanted, scene, euler, contact)
     if seconds <= MOST_SECONDS:
         return
-    most = wanted
-    while seconds_for(most, scene, euler) > MOST_SECONDS:
-        most -= max(1, most // 50)
+    within_an_hour = int((wanted + LOST) * (MOST_SECONDS / seconds) ** (1 / GROWTH) - LOST)
+    most = max(within_an_hour, int(ladder_of(scene, euler)[-1].digits - LOST))
     raise InputError(
         f"digits: got {wanted}, which would take about {seconds / 3600:.0f} h for "
-        f"{float(scene.until):g} s of {scene.name}; expected at most {most}, which take an hour, "
-        "or a shorter time"
+        f"{float(scene.until):g} s of {scene.name}; expected at most {most}, which take an hour or "
+        "less, or a shorter time"
     )

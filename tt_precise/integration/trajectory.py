@@ -609,5 +609,7 @@ def integrate(
             raise InputError(
                 f"digits: got a {name} too, which digits choose; expected one of the two"
             )
-    trajectory = integrate_to_digits(digits, loaded, run, euler=formulation == "euler")
+    trajectory = integrate_to_digits(
+        digits, loaded, run, euler=formulation == "euler", contact=contact
+    )
     return _differentiated(trajectory, sensitivity)
