@@ -1,5 +1,6 @@
 """Golden data: where they lie, what is whole, and how a folder is replaced."""
 
+import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -101,6 +102,18 @@ def test_data_are_read_once_for_each_manifest(proved: Path) -> None:
     assert store.read_whole(NAME, proved.parent) is first
     flipped_under_right_hashes(proved)
     assert store.read_whole(NAME, proved.parent).trajectory != first.trajectory
+
+
+@pytest.mark.parametrize("file", [SCENE, TRAJECTORY])
+@pytest.mark.parametrize("kind", ["link to a device", "pipe"])
+def test_a_file_without_end_is_refused(proved: Path, file: str, kind: str) -> None:
+    (proved / file).unlink()
+    if kind == "pipe":
+        os.mkfifo(proved / file)
+    else:
+        (proved / file).symlink_to("/dev/zero")
+    with pytest.raises(InputError, match=f"{file}: no regular file; expected golden data"):
+        store.read(NAME, proved.parent)
 
 
 def test_a_spoiled_proof_is_not_used(proved: Path) -> None:

@@ -317,6 +317,8 @@ def _table(path: Path) -> Table:
 
 
 def _text(path: Path) -> str:
+    if path.exists() and not path.is_file():  # a device or a pipe has no end
+        raise InputError(f"{path}: no regular file; expected golden data")
     try:
         return path.read_text("utf-8")
     except UnicodeDecodeError:
