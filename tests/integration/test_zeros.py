@@ -119,14 +119,24 @@ def test_crossings_of_a_motion_that_is_nearly_plane_are_no_touches(precision: st
     assert list(run.events["name"]) == ["nu_x_zero"] * 3 + ["nu_y_zero"]
 
 
-def test_digits_of_events_beside_zero_hold() -> None:
-    truth = integrate(START, "triple-double", events=ALL).events
-    run = integrate(START, digits=9, events=ALL)
+@pytest.mark.parametrize("formulation", ["newton", "euler"])
+@pytest.mark.parametrize("theta", ["1e-5", "1e-7"])
+def test_digits_of_events_beside_zero_hold(theta: str, formulation: str) -> None:
+    """A slope from values 4e-8 s aside was too large in Euler's form, and errors too small."""
+    scene = START.varied(theta=theta)
+    truth = integrate(scene, "triple-double", events=ALL).events
+    run = integrate(scene, digits=9, events=ALL, formulation=formulation)
     apart = abs(run.events["t"].astype(float) - truth["t"].astype(float)).to_numpy()
     assert (apart <= 1e-13).all()
     assert run.digits_throughout >= 9
     stated = run.event_errors()
     assert (apart <= 4 * stated["error"].to_numpy() + 1e-22).all()
+
+
+def test_series_beyond_doubles_beside_a_pole_are_read() -> None:
+    """In powers of the time their coefficients are beyond 1e308."""
+    events = integrate(START, "quad", events=ALL, formulation="euler").events
+    assert list(events["name"]) == list(BESIDE_ZERO)
 
 
 @pytest.mark.parametrize("precision", ARITHMETICS)

@@ -32,14 +32,14 @@ from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.precision import finer
 from tt_precise.integration.run import Run
 from tt_precise.integration.setup import Setup, full_tolerance
-from tt_precise.mechanics.quantities import Quantity
+from tt_precise.mechanics.quantities import Quantity, UserFunction
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.taylor.series import Series
 
 RATIO = 30  # of the tolerances of a run and of its reference run in the same arithmetic
 GLIDING = ("vx", "vy", "nu_x", "nu_y")
-# Time, in units of sqrt(R/g), from an event to the two values that give the slope of its function,
-# and terms of the state's series there: the slope has four digits or more, which suffice.
+# Time, in units of sqrt(R/g), from an event to the two values that give the slope of a user's
+# function, and terms of the state's series there: four digits of the slope suffice.
 ASIDE, ASIDE_ORDER = 2.0**-20, 4
 SMALL = 2.0**-600  # scale of deviations, so small that their squares vanish
 
@@ -474,12 +474,12 @@ def _zeros(
         rows = tuple(map(fn.array, zip(*segment.output.rows(inner), strict=True)))
     body = segment.output.start.body.numbers(number)
     entries, q = setup.layout.moving(body, rows, fn)
-    if event.of_rate:
+    if event.of_rate or not isinstance(event.function, UserFunction):
         value = event_value(event, q)
         if not isinstance(value, Series):
             return numpy.full(len(times), math.inf), rows
         step = -value[0] / value[1]
-    else:  # a user's function has values, but may have no series
+    else:  # it has values, but may have no series
 
         def at(delay: float) -> Scalar:
             row = tuple(sum(x[k] * delay**k for k in range(ASIDE_ORDER)) for x in entries)

@@ -89,7 +89,17 @@ def of_dense_output(output: ContinuousOutput, setup: Setup, start: InitialState)
     times, series = output.times, output.tcs
     length = numpy.diff(times).astype(float)
     powers = numpy.vander(length, series.shape[2], increasing=True)
-    terms = numpy.ascontiguousarray((series.astype(float) * powers[:, None]).transpose(1, 2, 0))
+    with numpy.errstate(over="ignore"):
+        doubles = series.astype(float)
+    if numpy.isfinite(doubles).all():
+        terms = doubles * powers[:, None]
+    else:  # beside a pole coefficients in powers of the time exceed doubles
+        power, steps, scaled = numpy.diff(times), numpy.diff(times), [series[:, :, 0]]
+        for k in range(1, series.shape[2]):
+            scaled.append(series[:, :, k] * power[:, None])
+            power = power * steps
+        terms = numpy.stack([term.astype(float) for term in scaled], axis=2)
+    terms = numpy.ascontiguousarray(terms.transpose(1, 2, 0))
     wide = None if setup.precision.is_float else _wide(output, setup, start)
     return Steps(times[:-1].astype(float), length, terms, wide)
 
