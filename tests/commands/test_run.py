@@ -139,6 +139,14 @@ def test_three_statements_are_three(
     assert "inverted: " not in text
 
 
+def test_a_flight_passes_the_equator_without_a_climb(printed: Printed) -> None:
+    """It turns over four times from 2 rad."""
+    found = printed("run flight", status=1)
+    assert (found["equator"]["verdict"], found["climb"]) == ("passed", None)
+    assert float(found["equator"]["t"]) == pytest.approx(0.0125898007, rel=1e-8)
+    assert printed("run flight --until 0.01")["equator"]["verdict"] == "not_passed"
+
+
 def test_a_coulomb_top_at_rest_rolls(said: Said, printed: Printed, tmp_path: Path) -> None:
     file = tmp_path / "rests.toml"
     text = load_scene("coulomb-gliding").text

@@ -336,12 +336,15 @@ def answers(trajectory: Trajectory, *, exactly: bool = False) -> dict[str, Any]:
     from tt_precise.certify.outcome import outcome_of
 
     text = trajectory.precision.text
-    climb = smallest = None
-    # in free flight a top turns over without a climb; what fails at once has no events
-    if trajectory.scene.model != "flight" and trajectory.t_end > 0:
-        climb = _climbs(trajectory, exactly=exactly)
-        smallest = _smallest_force(trajectory)
-    theorem, equator, end = outcome_of(trajectory, climb.equator if climb else None)
+    climb = smallest = passage = None
+    if trajectory.t_end > 0:  # what fails at once has no events
+        if trajectory.scene.model == "flight":  # there a top turns over without a climb
+            passage = _passage(trajectory)
+        else:
+            climb = _climbs(trajectory, exactly=exactly)
+            passage = climb.equator if climb else None
+            smallest = _smallest_force(trajectory)
+    theorem, equator, end = outcome_of(trajectory, passage)
     stretches = tuple(
         StretchRecord(piece.model, text(piece.begin), text(piece.end), piece.status)
         for piece in trajectory.pieces
@@ -388,6 +391,15 @@ def _with_events(trajectory: Trajectory, *events: str) -> Trajectory:
         return trajectory
     double = precision_named("double")
     return trajectory.again(precision=double, tolerance=0.0, events=events, record=())
+
+
+def _passage(trajectory: Trajectory) -> str | None:
+    """Return the time (s) of the first passage of the equator from below, as text."""
+    run = _with_events(trajectory, "equator")
+    table = run.event_table(())
+    rows = zip(table["name"], table["direction"], table["t"], strict=True)
+    falls = (t for name, direction, t in rows if name == "equator" and direction < 0)
+    return run.precision.text(next(falls, None))
 
 
 def _climbs(trajectory: Trajectory, *, exactly: bool) -> ClimbsRecord | None:
