@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy
 import pytest
+import scipy.optimize
 
 import tt_precise as tt
 from tt_precise.mechanics.quantities import ENERGY, E, Motion
@@ -241,3 +242,38 @@ def test_numpys_functions_are_refused_where_numbers_are_wide(half: Scene) -> Non
     assert len(tt.integrate(half).frame(sine)) > 1
     with pytest.raises(InputError, match=r"sine: got TypeError .* functions of q\.fn"):
         tt.integrate(half, digits=20).frame(sine)
+
+
+@pytest.mark.parametrize("chosen", [{}, {"digits": 20}, {"precision": "quad"}])
+def test_a_quantity_as_an_event_has_its_extrema(half: Scene, chosen: dict[str, Any]) -> None:
+    """The angle of the axis with a direction that is 0.3 rad off the vertical."""
+
+    def towards(q: Motion) -> Scalar:
+        """The angle to a mark on the wall."""
+        third = q.body.I3 / q.body.I3 * 3 / 10
+        return q.fn.acos(q.state.kx * q.fn.sin(third) + q.state.kz * q.fn.cos(third))
+
+    angle = tt.quantity(towards, "1")
+    run = tt.integrate(half, events=[angle, "theta_max"], **chosen)
+    events = run.events[run.events["name"] == "extremum:towards"]
+    assert len(events) > 10
+    for t, direction in zip(events["t"], events["direction"], strict=True):
+        before, there, after = run.frame(angle, times=[t - 1e-4, t, t + 1e-4])["towards"]
+        assert (there < min(before, after)) if direction > 0 else (there > max(before, after))
+    errors = run.event_errors()
+    mine = errors[errors["name"] == "extremum:towards"]
+    assert len(mine) == len(events)
+    assert (mine["error"] < 1e-12).all()
+    with pytest.raises(InputError, match="got a float, expected|got 1.5, expected names"):
+        tt.integrate(half, events=[1.5])  # type: ignore[list-item]
+
+
+def test_a_motion_has_the_numbers_of_its_run(half: Scene) -> None:
+    """SciPy's root finders take floats only."""
+    double, wide = (tt.integrate(half, precision) for precision in ("double", "double-double"))
+    q, fine = double.motion(0.4), wide.motion(0.4)
+    assert all(type(x) is float for x in (*q.state, *q.omega, q.euler.theta, q.body.alpha))
+    assert all(hasattr(x, "_mpf_") for x in (*fine.state, fine.euler.theta))
+    assert q.euler.theta == pytest.approx(float(fine.euler.theta), rel=1e-13)
+    found = scipy.optimize.brentq(lambda t: double.motion(t).state.ky + 0.03, 0.1, 0.3)
+    assert double.at(found).ky == pytest.approx(-0.03, rel=1e-10)

@@ -19,6 +19,7 @@ FUNCTIONS: dict[str, Callable[[Any, Any, Any], Any]] = {
     "exponential": lambda x, y, fn: fn.exp(x * y),
     "sine and cosine": lambda x, y, fn: fn.sin(x * y) - 2 * fn.cos(y),
     "length": lambda x, y, fn: fn.hypot(x, y) + fn.hypot(x, 2) + fn.hypot(3, 4),
+    "arcs": lambda x, y, fn: fn.asin(x / (3 * y)) + fn.acos(x / (3 * y)) * y + fn.tan(x / y),
     "angle": lambda x, y, fn: fn.atan2(x, y) + fn.atan2(x, 2) + fn.atan2(3, y),
 }
 ORDER = 7

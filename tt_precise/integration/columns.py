@@ -241,11 +241,11 @@ class Columns:
 
     def array_motion(
         self,
-        entries: tuple[Array, ...],
+        entries: tuple[Scalar, ...],
         number: Callable[[Scalar], Scalar],
         fn: Functions = None,
     ) -> Motion:
-        """The ``Motion`` of rows, given as an array for each entry."""
+        """The ``Motion`` of rows, given as an array for each entry, or of one row of numbers."""
         body = self.start.once(("body", number), lambda: self.start.body.numbers(number))
         return self.layout.motion(body, entries, fn or numpy)
 
@@ -296,6 +296,8 @@ class Columns:
 
 def quantity(function: Callable[[Motion], Scalar], unit: str) -> Quantity:
     """A user's quantity with its SI unit, as a column: ``frame(tt.quantity(slip, "m/s"))``.
+
+    Among the ``events`` of ``integrate`` it has its extrema, called ``extremum:slip``.
 
     ``function`` takes the ``Motion``, which is in units of m = R = g = 1 and in the arithmetic of
     the run, and returns one number in these units. Its functions are ``motion.fn.sqrt``, ``sin``

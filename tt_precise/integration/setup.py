@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from tt_precise.integration.equations import Layout
-from tt_precise.integration.events import Asked, Event, catalogue, event_named
+from tt_precise.integration.events import EXTREMUM, Asked, Event, catalogue, event_named
 from tt_precise.integration.precision import Precision, precision_named
 from tt_precise.mechanics.formulations import (
     Formulation,
@@ -16,7 +16,7 @@ from tt_precise.mechanics.formulations import (
     elastic,
     integrated,
 )
-from tt_precise.mechanics.quantities import Motion, UserFunction
+from tt_precise.mechanics.quantities import Motion, Quantity, UserFunction
 from tt_precise.runtime.values import Functions, InputError, Scalar, distinct, listed
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import RECORDABLE, Scene
@@ -24,7 +24,8 @@ from tt_precise.taylor.graph import Graph
 
 NoContact = Literal["singular_contact", "contact_lost"]
 CONTACTS = ("unilateral", "bilateral")
-Events = str | Callable[[Motion], Scalar] | Iterable[Asked | Callable[[Motion], Scalar]]
+Own = Callable[[Motion], Scalar] | Quantity
+Events = str | Own | Iterable[Asked | Own]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,7 +126,8 @@ class Setup:
 def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
     """The requested ``events``: names with commas or in an iterable, "all" of a model, functions.
 
-    A function of the motion has an event with its name at each change of sign.
+    A function of the motion has an event with its name at each change of sign, a quantity one at
+    each extremum.
 
     Raises ``InputError``: ``events`` has another type.
     """
@@ -139,10 +141,13 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
             asked.append(event)
         elif callable(event) and hasattr(event, "__name__"):
             asked.append(Event(event.__name__, UserFunction(event), "one's own", azimuth=True))
+        elif isinstance(event, Quantity):
+            name, meaning = EXTREMUM + event.name, f"extremum of {event.meaning}"
+            asked.append(Event(name, event.evaluate, meaning, of_rate=True, azimuth=True))
         else:
             raise InputError(
-                f"events: got {event!r:.60}, expected names, such as theta_max or all, or "
-                "functions of the motion"
+                f"events: got {event!r:.60}, expected names, such as theta_max or all, functions "
+                "of the motion, or quantities of tt_precise.quantity"
             )
     return distinct("events", asked) if asked else ()
 

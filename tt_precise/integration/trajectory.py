@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Container, Iterable, Sequence
 from dataclasses import replace
@@ -179,8 +180,14 @@ class Trajectory:
         return states[0] if is_one(t) else State.joined(states, self.precision)
 
     def motion(self, t: Scalar) -> Motion:
-        """The dimensionless ``Motion`` at ``t`` (s); raises as ``at`` does."""
-        return self.run.motions([self.run.dimensionless_time(t)])[0]
+        """The dimensionless ``Motion`` at ``t`` (s); raises as ``at`` does.
+
+        Its numbers are floats in double, else mpmath numbers.
+        """
+        ((segment, row),) = self.run.rows([self.run.dimensionless_time(t)])
+        if self.precision.is_float:
+            return segment.columns.array_motion(tuple(map(float, row)), float, math)
+        return segment.columns.motion(row)
 
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
@@ -562,8 +569,9 @@ def integrate(
         pole).
     events, record
         Names from the event catalogue (a list, a string with commas, or "all"), or functions of
-        the ``Motion``, whose changes of sign are events; and names of quadratures (phi, psi, x,
-        y). By default those of the scene.
+        the ``Motion``, whose changes of sign are events, or quantities of ``tt_precise.quantity``,
+        whose extrema are (``extremum:NAME``); and names of quadratures (phi, psi, x, y). By
+        default those of the scene.
     contact
         ``unilateral``: the trajectory ends where g_n reaches 0. ``bilateral``: it may start and
         continue with g_n < 0, which no table can exert; the status is then "contact_ignored".

@@ -236,6 +236,17 @@ class SeriesFunctions:
         """The angle between -pi/2 and pi/2 of which ``value`` is the tangent."""
         return self.atan2(value, 1)
 
+    def tan(self, angle: Scalar) -> Scalar:
+        return self.sin(angle) / self.cos(angle)
+
+    def asin(self, value: Scalar) -> Scalar:
+        """The angle between -pi/2 and pi/2 of which ``value``, between -1 and 1, is the sine."""
+        return self.atan2(value, self.sqrt(1 - value * value))
+
+    def acos(self, value: Scalar) -> Scalar:
+        """The angle between 0 and pi of which ``value``, between -1 and 1, is the cosine."""
+        return self.atan2(self.sqrt(1 - value * value), value)
+
     def atan2(self, y: Scalar, x: Scalar) -> Scalar:
         """The angle of the point (x, y), which is not the origin."""
         if not isinstance(y, Series) and not isinstance(x, Series):
