@@ -1,6 +1,5 @@
 """What a finished or interrupted sweep's folder holds counts only if it is what was written."""
 
-import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -191,11 +190,3 @@ def test_torn_or_ragged_files_cannot_be_drawn(
     line = said("sweep plot", tmp_path / name, "--x phi_dot --y climb", status=2)
     assert line.count("\n") == 1
     assert name in line
-
-
-def test_the_summary_does_not_depend_on_the_order_of_chunks(finished: Path) -> None:
-    written = json.loads((finished / "summary.json").read_text())
-    memory = run_sweep(SPEC, chunk=CHUNK, recheck=0).summary
-    assert written["columns"] == memory["columns"]
-    assert written["outcomes"] == memory["outcomes"]
-    assert written["columns"]["phi_dot"]["mean"] == pytest.approx(0, abs=1e-14)

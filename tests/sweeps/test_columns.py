@@ -1,0 +1,39 @@
+"""Outcomes are statements about the state at the end."""
+
+import math
+
+import numpy
+
+import tt_precise as tt
+from tt_precise.scene.scene import load_scene
+from tt_precise.sweeps.columns import outcomes
+
+BODY = load_scene("reference").body.dimensionless(math, float)
+
+
+def test_does_not_invert_is_said_only_of_what_never_will() -> None:
+    """A later horizon changes what is undecided, and nothing else."""
+    spins = {"omega_3": "20:260:25"}
+    early, late = (
+        tt.sweep("reference", vary=spins, until=until, record=("max_theta", "end_theta"), recheck=0)
+        for until in ("1", "60")
+    )
+    pairs = set(zip(early["outcome"], late["outcome"], strict=True))
+    assert {("does_not_invert", "does_not_invert"), ("undecided", "inverts")} <= pairs
+    assert not {later for first, later in pairs if first == "does_not_invert"} - {"does_not_invert"}
+    held = late["outcome"] == "does_not_invert"
+    assert (late["max_theta"][held] < numpy.pi / 2).all()
+    # a top that is inverted inverts, whatever the definitions say of its climb
+    slow = late[late["omega_3"] == 80]
+    assert slow["end_theta"].item() > 3.14
+    assert slow["outcome"].item() == "inverts"
+
+
+def test_the_energy_decides_only_where_it_falls() -> None:
+    z, lambda_ = numpy.array([0.9, 0.9, -0.9, -0.9]), numpy.full(4, 0.1)
+    energy = numpy.array([0.8, 2.0, 2.0, 2.0])
+    crossed = numpy.array([False, False, True, False])
+    found = outcomes(BODY, z, lambda_, energy, crossed)
+    assert found == ["does_not_invert", "undecided", "inverts", "undecided"]
+    # with g_n < 0 the energy may rise
+    assert outcomes(BODY, z, lambda_, energy, crossed, falling=False)[0] == "undecided"
