@@ -1,6 +1,11 @@
 """Changes of one line of the trusted modules, with the control that each dies by."""
 
-from tests.certify.harness import Mutant
+import pytest
+
+from tests.certify.controls import run
+from tests.certify.harness import Mutant, program
+
+DEATHS = (AssertionError, ArithmeticError, ValueError, pytest.fail.Exception)
 
 K, M, Z, W = "kernel", "models", "zeros", "motion"
 MUTANTS = [
@@ -337,3 +342,15 @@ MUTANTS = [
         "events_that_are_double_zeros",
     ),
 ]  # fmt: skip
+
+
+def mutants_of(module: str) -> pytest.MarkDecorator:
+    """A parameter ``mutant`` for each change of a module."""
+    mutants = [mutant for mutant in MUTANTS if mutant.module == module]
+    return pytest.mark.parametrize("mutant", mutants, ids=lambda mutant: mutant.name)
+
+
+def assert_noticed(mutant: Mutant) -> None:
+    """Assert that the control of a mutant fails on it."""
+    with pytest.raises(DEATHS):
+        run(mutant.control, program(mutant))

@@ -8,6 +8,8 @@ import flint
 import pytest
 from flint import arb, arb_poly, fmpq
 
+from tests.certify.harness import Mutant
+from tests.certify.mutants import assert_noticed, mutants_of
 from tt_precise.certify.balls import NotProved, ball, bounds
 from tt_precise.certify.models import Dual, Frame, Series, TaylorModel
 
@@ -112,3 +114,8 @@ def test_power_series_of_a_root_and_of_an_exponential() -> None:
         whole = Series(lambda c, n: 0, [1 << bits, 1 << bits], bits)
         for n, c in enumerate((e, e, e / 2, e / 6, e / 24)):
             assert abs(arb(int(whole.exp()[n])) / 2**bits - c) < 1e-20
+
+
+@mutants_of("models")
+def test_a_dropped_hypothesis_is_noticed(mutant: Mutant) -> None:
+    assert_noticed(mutant)

@@ -13,14 +13,13 @@ from flint import arb
 
 import tt_precise as tt
 from tests.certify.conftest import seeds
+from tests.certify.harness import Mutant
+from tests.certify.mutants import assert_noticed, mutants_of
 from tt_precise.certify import Enclosure, NotProved, Problem, enclose, problem_of
 from tt_precise.certify.balls import Balls, ball
-from tt_precise.certify.kernel import Equations, StateSet
-from tt_precise.certify.models import Rates
-from tt_precise.certify.problem import BALLS, Kind, Phase
+from tt_precise.certify.problem import Kind, Phase
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.scene.initial_state import InitialState
 
 BITS = 120
 # A ball that is wide enough contains anything; one that still has half of the digits does not.
@@ -181,28 +180,6 @@ def test_coefficients_beyond_the_precision() -> None:
     assert x.overlaps(arb(2) ** 40 * arb(-1).exp())
 
 
-def names(scene: tt.Scene) -> set[str]:
-    """Of the components that stay zero."""
-    found = problem_of(scene)
-    rates = Rates(found.phases[0].rates, len(found.start))
-    free = StateSet.of(Equations(rates, BITS, 5), arb(0), found.start).free
-    columns = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "s_dot_x", "s_dot_y")
-    return {name for i, name in enumerate(columns) if i not in free}
-
-
-def test_what_stays_zero_in_the_scenes() -> None:
-    assert names(tt.load_scene("upright")) == {"kx", "ky", "Lx", "Ly", "s_dot_x", "s_dot_y"}
-    assert names(tt.load_scene("reference")) == set()
-    rocking = tt.load_scene("rocking")
-    assert names(rocking) == {"ky", "Lx", "Lz", "s_dot_y"}
-    # a spin however small leaves the plane; zero at the start is not enough
-    assert names(rocking.varied(omega_3="1e-60")) == set()
-    rates = Rates(lambda y: [1 + 0 * y[0], y[0] - 1 + y[1]], 2)
-    assert StateSet.of(Equations(rates, BITS, 5), arb(0), [arb(1), arb(0)]).free == [0, 1]
-
-
-def test_the_start_of_a_problem_is_that_of_its_scene() -> None:
-    found, scene = problem_of(tt.load_scene("track")), tt.load_scene("track")
-    first = InitialState.of(scene, BALLS)
-    assert len(found.start) == 8 + len(scene.record)
-    assert all(a.overlaps(arb(b)) for a, b in zip(found.start[:3], first.vectors, strict=False))
+@mutants_of("motion")
+def test_a_dropped_hypothesis_is_noticed(mutant: Mutant) -> None:
+    assert_noticed(mutant)

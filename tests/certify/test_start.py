@@ -12,6 +12,8 @@ import pytest
 from flint import arb, fmpq
 
 import tt_precise as tt
+from tests.certify.harness import Mutant
+from tests.certify.mutants import assert_noticed, mutants_of
 from tt_precise.certify import NotProved, prove
 from tt_precise.certify.problem import problem_of
 from tt_precise.certify.start import Formal, FormalFunctions
@@ -188,3 +190,8 @@ def test_no_proof_is_contradicted(seed: int) -> None:
 def test_no_proof_of_many_is_contradicted() -> None:
     # TT_PRECISE_STARTS=10000 for all that have been promised; 100 take 20 s or more
     assert [line for seed in range(RUN) for line in contradictions(seed)] == []
+
+
+@mutants_of("start")
+def test_a_dropped_hypothesis_is_noticed(mutant: Mutant) -> None:
+    assert_noticed(mutant)
