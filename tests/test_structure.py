@@ -145,3 +145,69 @@ def test_no_file_is_long() -> None:
         for name, file in modules(PACKAGE).items()
     }
     assert {name: lines for name, lines in lengths.items() if lines > LONGEST} == {}
+
+
+# Modules without a test file of their own name: where their tests are, and why.
+CASES = "extremes/test_controls.py"  # a control of each family of cases
+CHAPTERS = "claims/test_chapters.py"  # one test judges the claims of each chapter, and the controls
+TESTED_ELSEWHERE = {
+    "__main__.py": "test_cli.py",
+    "_version.py": "test_package.py",
+    "commands/check.py": "check/test_command.py",  # beside the fixtures of the folder
+    "commands/golden.py": "golden/test_command.py",
+    "commands/engines.py": "engines/test_protocol.py",
+    "golden/documents.py": "test_schemas.py",  # records: every shipped file is one
+    "golden/solution.py": "check/test_golden.py",  # the distance of rows that `check` reports
+    **{f"extremes/{name}.py": CASES for name in (
+        "contact", "geometry", "horizons", "machine", "parameters", "runs", "sensitivity",
+    )},
+    **{f"claims/rauch_rutstam/{name}.py": CHAPTERS for name in (
+        "identities", "section1_equations", "section1_potential", "section1_theorem",
+        "section21_climb", "section21_gliding", "section21_spin", "section22_starts",
+        "section22_sweeps", "section23_curve", "section23_energy", "section3_summary",
+    )},
+    # to be split by module
+    "check/agreement.py": "check/test_law_of_green.py",
+    "check/causes.py": "check/test_unit_guard.py",
+    "check/equations.py": "check/test_equation_residual.py",
+    "check/force_free_flow.py": "check/test_force_free.py",
+    "check/friction_power.py": "check/test_force_free.py",
+    "check/result.py": "check/test_outputs.py",
+    "check/run.py": "check/test_gates.py",
+    "check/sources.py": "check/test_reading.py",
+    "check/start.py": "check/test_law_of_green.py",
+    "check/units.py": "check/test_unit_guard.py",
+    "integration/equations.py": "integration/test_propagate.py",
+    "integration/registry.py": "nonsmooth/test_registration.py",
+    "integration/run.py": "integration/test_propagate.py",
+    "integration/setup.py": "integration/test_start.py",
+    "integration/steps.py": "integration/test_dense_output.py",
+    "nonsmooth/regularised_time.py": "nonsmooth/test_backend.py",
+    "taylor/emit.py": "taylor/test_system.py",
+    "taylor/kernel.py": "taylor/test_system.py",
+    "taylor/machine.py": "taylor/test_system.py",
+}  # fmt: skip
+
+
+def untested(package: Path, tests: Path) -> set[str]:
+    """The modules without a test file of their name in the folder of tests of the same name."""
+    own = (file.relative_to(package) for file in modules(package).values())
+    return {
+        str(module) for module in own
+        if module.name != "__init__.py"
+        and not (tests / module.parent / f"test_{module.name}").is_file()
+    }  # fmt: skip
+
+
+def test_every_module_has_a_test_file_of_its_name() -> None:
+    tests = Path(__file__).parent
+    assert untested(PACKAGE, tests) == set(TESTED_ELSEWHERE)
+    assert [name for name in TESTED_ELSEWHERE.values() if not (tests / name).is_file()] == []
+
+
+def test_a_module_without_a_test_file_is_found(tmp_path: Path) -> None:
+    package, tests = tmp_path / "small", tmp_path / "tests"
+    for file in (package / "a/b.py", package / "a/c.py", tests / "a/test_b.py"):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch()
+    assert untested(package, tests) == {"a/c.py"}

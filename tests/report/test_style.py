@@ -1,0 +1,46 @@
+"""The style of figures: short paths, the same text for the same data, marks in every panel."""
+
+from __future__ import annotations
+
+import re
+
+import numpy
+from matplotlib.axes import Axes
+
+from tt_precise.report import style
+
+TIMES = numpy.linspace(0, 8, 20_001)
+WAVE = numpy.sin(400 * TIMES)
+
+
+@style.figure("wave", lambda shift: [1.0, 1.5])
+def wave(axes: list[Axes], shift: float) -> style.Words:
+    """A wave in two panels."""
+    for panel in axes:
+        style.curve(panel, TIMES, WAVE + shift, "wave", style.BLUE)
+    style.moments(axes, {"t_init": 3.19})
+    style.legend(axes[0])
+    return style.Words("A wave. More.", "a wave")
+
+
+def test_a_figure_has_its_words_and_short_paths() -> None:
+    figure = wave(0.0)
+    assert (figure.name, figure.caption, figure.alt) == ("wave", "A wave. More.", "a wave")
+    paths = re.findall(r' d="([^"]*)"', figure.svg)
+    assert paths
+    assert not any(re.search(r"\.\d\d", path) for path in paths)  # one decimal
+    assert len(figure.svg) < 60_000  # of 2 x 20,001 points
+    assert style.LETTERS.split(",")[0] in figure.svg
+    assert "t_init" in figure.svg
+
+
+def test_the_same_data_give_the_same_text() -> None:
+    assert wave(0.0).svg == wave(0.0).svg != wave(0.1).svg
+
+
+def test_no_extremum_is_lost_where_a_curve_is_thinned() -> None:
+    spiked = WAVE.copy()
+    spiked[12_345] = 7.0
+    kept = spiked[style.thinned(TIMES, spiked)]
+    assert len(kept) < len(TIMES) / 4
+    assert (kept.max(), kept.min()) == (7.0, spiked.min())
