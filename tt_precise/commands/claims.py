@@ -97,11 +97,11 @@ def in_full(claim: JudgedClaim) -> list[str]:
     return [*lines, f"  note        {claim.note}"]
 
 
-def _looked_up(ids: Sequence[str], kinds: Sequence[str], known: Committed) -> list[JudgedClaim]:
-    wanted = {look_up(name, known.by_id).id for name in ids}
+def _looked_up(ids: Sequence[str], kinds: Sequence[str], committed: Committed) -> list[JudgedClaim]:
+    wanted = {look_up(name, committed.by_id).id for name in ids}
     return [
         claim
-        for claim in known.claims
+        for claim in committed.claims
         if (not wanted or claim.id in wanted) and (not kinds or claim.kind in kinds)
     ]
 

@@ -115,7 +115,7 @@ def list_command(folder: Path | None, as_json: bool) -> int:
             damaged.append({"scene": name, "problem": str(error)})
     missing = [name for name in shipped() if name not in present]
     lines = [
-        f"{row['scene']:<22}{row['digits']:>3} digits, {_proved(row['proof']):<17}"
+        f"{row['scene']:<22}{row['digits']:>3} digits, {_proof_text(row['proof']):<17}"
         f"{row['rows']:>5} rows {row['events']:>5} events  {row['status']:<13}{row['title']}"
         for row in entries
     ]
@@ -195,7 +195,7 @@ def _listed(stored: Stored) -> dict[str, Json]:
     }
 
 
-def _proved(proof: dict[str, Json] | None) -> str:
+def _proof_text(proof: dict[str, Json] | None) -> str:
     if proof is None:
         return "none proved"
     if "problem" in proof:

@@ -479,7 +479,7 @@ def lines(trajectory: Trajectory, outcome: dict[str, Any]) -> list[str]:
         f"{trajectory.scene.name}: {trajectory.status} at t = {trajectory.shown_end} s "
         f"({trajectory.precision.name}, tolerance {short(trajectory.tolerance)}, "
         f"{trajectory.formulation}, {trajectory.steps} steps)",
-        *_told(outcome),
+        *_outcome_lines(outcome),
         *(f"  {line}" for line in str(state).splitlines()[1:]),  # without its time
         f"  digits of the worst entry: {digits:.1f}",
         *(f"  drift of {name}: {short(value)}" for name, value in trajectory.drift.items()),
@@ -493,7 +493,7 @@ def lines(trajectory: Trajectory, outcome: dict[str, Any]) -> list[str]:
     return shown
 
 
-def _told(outcome: dict[str, Any]) -> list[str]:
+def _outcome_lines(outcome: dict[str, Any]) -> list[str]:
     from tt_precise.exact.thresholds import IN_WORDS
 
     def seconds(time: str | None, error: str | None = None) -> str:

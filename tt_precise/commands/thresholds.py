@@ -36,21 +36,21 @@ def command(scene: str, digits: int, as_json: bool) -> int:
     return 0 if agree(known) else DISAGREE
 
 
-def agree(known: Thresholds) -> bool:
+def agree(thresholds: Thresholds) -> bool:
     """Return whether both determinations of each quantity agree in all digits, or in absence."""
-    agreed = [quantity.digits_agreed for quantity in known.quantities.values()]
-    return all(digits is None or digits >= known.digits for digits in agreed)
+    agreed = [quantity.digits_agreed for quantity in thresholds.quantities.values()]
+    return all(digits is None or digits >= thresholds.digits for digits in agreed)
 
 
-def lines(known: Thresholds) -> list[str]:
+def lines(thresholds: Thresholds) -> list[str]:
     """Return the text: value, unit and number of agreeing digits; then the theorem's verdict."""
-    texts = known.as_dict()["quantities"]
+    texts = thresholds.as_dict()["quantities"]
     shown = [
-        f"{name:>12}  {texts[name]['value'] or 'does not exist':<{known.digits + 9}} "
-        f"{quantity.unit:<10}  {_agreement(quantity, known.digits)}"
-        for name, quantity in known.quantities.items()
+        f"{name:>12}  {texts[name]['value'] or 'does not exist':<{thresholds.digits + 9}} "
+        f"{quantity.unit:<10}  {_agreement(quantity, thresholds.digits)}"
+        for name, quantity in thresholds.quantities.items()
     ]
-    return [*shown, f"{'theorem':>12}  {known.theorem}"]
+    return [*shown, f"{'theorem':>12}  {thresholds.theorem}"]
 
 
 def _agreement(quantity: Determination, asked: int) -> str:

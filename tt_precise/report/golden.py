@@ -264,8 +264,8 @@ def _digits(ball: dict[str, str]) -> int:
     return Decimal(ball["middle"]).adjusted() - Decimal(ball["radius"]).adjusted() - 1
 
 
-PANELS_A_ROW = 5  # in the file of the figure; on the page their number depends on the window
-PANEL, CELL = (120, 36), (132, 66)  # width and height of a graph, and of its place in the file
+PANELS_A_ROW = 5  # Panels in a row of the figure's file; a page sets their number by its width.
+PANEL, CELL = (120, 36), (132, 66)  # Width and height of a graph, and of its cell in the file.
 BINS = 60  # Time bins of a graph; each keeps its extremes.
 
 

@@ -238,8 +238,8 @@ def _image(figure: Figure) -> Markup:
     return Markup("data:image/svg+xml," + svg)
 
 
-def _tally(entries: Iterable[JudgedClaim]) -> list[tuple[str, int]]:
-    counted = Counter[str](claim.verdict for claim in entries)
+def _tally(claims: Iterable[JudgedClaim]) -> list[tuple[str, int]]:
+    counted = Counter[str](claim.verdict for claim in claims)
     return [(verdict, counted[verdict]) for verdict in MARKS]
 
 

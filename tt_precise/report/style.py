@@ -127,9 +127,9 @@ def moments(axes: Sequence[Axes], marks: Mapping[str, float]) -> None:
         )
 
 
-def legend(axes: Axes, **place: Any) -> None:
+def legend(axes: Axes, **options: Any) -> None:
     """A legend in one row above the panel, where it hides nothing."""
     axes.legend(
         loc="lower right", bbox_to_anchor=(1, 1), ncols=4, borderaxespad=0.1,
-        handlelength=1.8, columnspacing=1.0, **place,
+        handlelength=1.8, columnspacing=1.0, **options,
     )  # fmt: skip

@@ -92,10 +92,10 @@ def names() -> Mapping[str, Scalar]:
     return known
 
 
-def read(text: str, known: Mapping[str, Scalar] | None = None) -> Scalar:
-    """The value of a printed formula, in the symbols or with the values ``known`` of its names."""
+def read(text: str, values: Mapping[str, Scalar] | None = None) -> Scalar:
+    """The value of a printed formula, in the symbols or with the ``values`` of its names."""
     code = compile(text, "<printed formula>", "eval")
-    return eval(code, {"__builtins__": {}}, dict(names() if known is None else known))
+    return eval(code, {"__builtins__": {}}, dict(names() if values is None else values))
 
 
 def evaluate(text: str, body: Parameters, fn: Functions, **values: Scalar) -> Scalar:

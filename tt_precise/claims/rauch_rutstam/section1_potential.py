@@ -267,9 +267,9 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> JudgedClaim:
     definition=BESIDE,
     quote="has a minimum z_min in the interval [-1,-1+eps] for D=D1+delta/(...)",
 )
-def minimum_beside_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> JudgedClaim:
+def minimum_near_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> JudgedClaim:
     """For D slightly above D1 the potential has a minimum close to z = -1."""
-    return _beside(-1, multiples, -1)
+    return _near_pole(-1, multiples, -1)
 
 
 @claim(
@@ -279,14 +279,14 @@ def minimum_beside_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> 
     definition=BESIDE,
     quote="has a minimum z_min in the interval [1-eps,1] for D=D0-delta/(...)",
 )
-def minimum_beside_the_upright_pole(
+def minimum_near_the_upright_pole(
     multiples: tuple[str, ...] = MULTIPLES, claimed: int = 1
 ) -> JudgedClaim:
     """For D slightly below D0 the potential has a minimum close to z = 1."""
-    return _beside(1, multiples, claimed)
+    return _near_pole(1, multiples, claimed)
 
 
-def _beside(pole: int, multiples: tuple[str, ...], claimed: int) -> JudgedClaim:
+def _near_pole(pole: int, multiples: tuple[str, ...], claimed: int) -> JudgedClaim:
     fn = own_context(DIGITS)
     body = REFERENCE.body(fn)
     root = fn.sqrt(body.gamma + body.alpha**2 - 1)
@@ -321,7 +321,7 @@ def _beside(pole: int, multiples: tuple[str, ...], claimed: int) -> JudgedClaim:
     quote="the minimum z_min is moving from an eps-neighborhood of z=1 to ... z=-1",
 )
 def minimum_moves_from_pole_to_pole(until: float = 1.0) -> JudgedClaim:
-    """As D goes from D0 to D1 the minimum of V moves from z = 1 to z = -1."""
+    """The minimum of V moves from z = 1 to z = -1 as D goes from D0 to D1."""
     body, lambda_ = _double_body(REFERENCE)
     begin, end = thresholds.D0(body, lambda_, math), thresholds.D1(body, lambda_, math)
     shares = [until * (1e-4 + (1 - 2e-4) * i / POTENTIAL_STEPS) for i in range(POTENTIAL_STEPS + 1)]

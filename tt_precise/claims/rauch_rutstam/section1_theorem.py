@@ -66,7 +66,7 @@ def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> JudgedClaim:
     quote="only Lyapunov stable state in the asymptotic set of nongliding solutions M",
 )
 def only_stable_nongliding_motion(multiples: tuple[str, str] = ABOVE) -> JudgedClaim:
-    """Of all motions without gliding only the inverted spin is stable."""
+    """Only the inverted spin is stable among all motions without gliding."""
     none = sum(not tumbles(case) for case in cases(COUNT, multiples))
     return v.all_of(
         {

@@ -573,7 +573,7 @@ def _smooth_rows(theta: str) -> pandas.DataFrame:
     "lambda=2lambda_thres is kept fixed",
 )  # fmt: skip
 def longest_where_energy_is_least(close: str = CLOSE) -> JudgedClaim:
-    """Where the synchronisation phase is longest, the energy is close to its minimum."""
+    """The energy is close to its minimum where the synchronisation phase is longest."""
     least = least_energy()
     peak = s.starts("phi_dot near the peak", "held")
     longest = float(s.greatest(peak, "t_init_A")["phi_dot"])

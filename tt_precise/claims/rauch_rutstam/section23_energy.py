@@ -265,16 +265,16 @@ def vector_in_the_bracket(printed: str = "2*cross(omega, a)*y_hat") -> JudgedCla
 @claim(
     "FIG-01",
     where="Sec. 2.3, Fig. 4",
-    control=("refuted", {"parts": ("E_trans", "E_rot")}),
+    control=("refuted", {"terms": ("E_trans", "E_rot")}),
     definition="E at 8 s from the sum of its parts there, against E(0) minus the work of friction "
     "(the integral of mu g_n v_A^2, Gauss's rule between extrema)",
     quote="E_trans, E_rot and E_pot add up to the total energy E(t)",
 )
-def parts_of_the_energy(parts: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> JudgedClaim:
-    """The three parts add up to the energy."""
+def terms_of_the_energy(terms: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> JudgedClaim:
+    """The three terms add up to the energy."""
     span = run.whole
-    columns = run.columns(("E", *parts), list(span))
-    first, last = sum(columns[name] for name in parts)
+    columns = run.columns(("E", *terms), list(span))
+    first, last = sum(columns[name] for name in terms)
     energy = columns["E"][0]
     work = run.mean("E_dot", span) * span.length
     off = abs(last - (energy + work)) / energy + abs(first / energy - 1)
