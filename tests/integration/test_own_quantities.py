@@ -264,7 +264,7 @@ def test_a_quantity_as_an_event_has_its_extrema(half: Scene, chosen: dict[str, A
     mine = errors[errors["name"] == "extremum:towards"]
     assert len(mine) == len(events)
     assert (mine["error"] < 1e-12).all()
-    with pytest.raises(InputError, match="got a float, expected|got 1.5, expected names"):
+    with pytest.raises(InputError, match=r"got a float, expected|got 1.5, expected names"):
         tt.integrate(half, events=[1.5])  # type: ignore[list-item]
 
 
