@@ -81,7 +81,7 @@ def test_html_of_a_trajectory_and_a_scene(short: Trajectory) -> None:
     for text in ("reference", "complete", "theta_dot", short.state.as_text()["theta"], "theta_min"):
         assert text in shown
     scene = short.scene._repr_html_()
-    for text in ("Reference solution", "body.alpha", "3/10", "start.omega_3", "155"):
+    for text in ("Reference solution", "body.alpha", ">0.3<", "start.omega_3", "155"):
         assert text in scene
     assert "<b>" not in replace(short.scene, title="<b>bold</b>")._repr_html_()
 

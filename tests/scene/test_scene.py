@@ -261,6 +261,21 @@ def test_printed_scenes_are_short() -> None:
     assert max(map(len, re.findall(r"<td[^>]*>([^<]*)<", scene._repr_html_()))) < 40
 
 
+def test_a_notebook_shows_short_decimals() -> None:
+    scene = load_scene("reference").varied(mu="1/3", theta="pi - 1e-400", phi_dot="-7/4", nu_x=0.1)
+    cells = re.findall(r"<t[hd][^>]*>([^<]*)<", scene._repr_html_())
+    shown = dict(zip(cells[::2], cells[1::2], strict=True))
+    assert {name: shown[f"body.{name}"] for name in ("m", "I1", "mu", "g")} == {
+        "m": "0.02", "I1": "about 2.99429e-06", "mu": "about 0.333333", "g": "9.82",
+    }  # fmt: skip
+    assert {name: shown[f"start.{name}"] for name in ("theta", "phi_dot", "nu_x", "nu_y")} == {
+        "theta": "pi - 1e-400", "phi_dot": "-1.75", "nu_x": "0.1", "nu_y": "0",
+    }  # fmt: skip
+    assert (shown["until"], shown["sample_every"]) == ("8 s", "0.01 s")
+    upside_down = load_scene("inverted")._repr_html_()
+    assert ">pi<" in upside_down
+
+
 def test_a_perturbed_scene_is_off_by_relative_sizes() -> None:
     reference = load_scene("reference")
     off = reference.perturbed(m="1e-9", omega_3="-1/2")

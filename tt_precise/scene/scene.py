@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from decimal import Decimal
 from fractions import Fraction
 from functools import cache, cached_property
 from pathlib import Path
@@ -253,7 +254,9 @@ class Scene:
         start = _components(self.start)
         for table, values in (("body", self.body.numbers_by_name), ("start", start)):
             entries |= {f"{table}.{name}": _readable(value) for name, value in values.items()}
-        entries |= {name: f"{getattr(self, name)} s" for name in ("until", "sample_every")}
+        entries |= {
+            name: f"{_readable(getattr(self, name))} s" for name in ("until", "sample_every")
+        }
         entries |= {name: ", ".join(getattr(self, name)) or "none" for name in ("record", "events")}
         return as_html(f"Scene {self.name}", entries.items())
 
@@ -306,13 +309,19 @@ class Scene:
 
 
 def _readable(value: Any) -> str:
-    """A number as its file may write it, or rounded where that takes more than 30 characters."""
-    text = str(value)
-    return text if len(text) <= 30 else f"about {_brief(value)}"
+    """A number in short decimals, behind "about" where they are rounded; other values as text."""
+    if isinstance(value, Inclination):
+        offset = _readable(value.offset)
+        return offset if not value.from_pi else f"pi - {offset}" if value.offset else "pi"
+    if not isinstance(value, Fraction):
+        return str(value)
+    double = not value or 1e-300 < abs(value) < 1e300
+    decimals = _brief(value if double else Decimal(value.numerator) / Decimal(value.denominator))
+    return decimals if Fraction(decimals) == value else f"about {decimals}"
 
 
-def _brief(value: Fraction | float) -> str:
-    return f"{float(value):.6g}"
+def _brief(value: Fraction | float | Decimal) -> str:
+    return f"{value if isinstance(value, Decimal) else float(value):.6g}"
 
 
 def _components(start: Start, names: Sequence[str] = ()) -> dict[str, Any]:
