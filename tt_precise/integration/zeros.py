@@ -215,8 +215,9 @@ class Zeros:
                 certain[near, 0] = single[near, 0] = False
         unclear = ~certain | ((changes == 1) & ~single)
         which, step = numpy.nonzero(single)
-        monomials = numpy.pad(polynomials.monomials, ((0, 0), (0, FINE - COARSE), (0, 0)))
-        whole = Intervals(which, step.astype(float), 0.0 * step + 1, monomials[which, :, step].T)
+        monomials = numpy.zeros((FINE, len(which)))
+        monomials[:COARSE] = polynomials.monomials[which, :, step].T
+        whole = Intervals(which, step.astype(float), 0.0 * step + 1, monomials)
         which, step = numpy.nonzero(unclear)
         begin = low[which, step]
         parts, inner = self._divided(
@@ -347,9 +348,9 @@ class Zeros:
         The size of a component in a step is its largest term. A step adds the terms that it omits,
         and a rounding of the component or of the summands of its rate, whichever is larger.
         """
-        terms = abs(steps.terms)
-        size = terms.max(axis=1)
-        left = OMITTED * (terms[:, -1] + OMITTED * terms[:, -2])
+        terms = steps.terms
+        size = numpy.maximum(terms.max(axis=1), -terms.min(axis=1))
+        left = OMITTED * (abs(terms[:, -1]) + OMITTED * abs(terms[:, -2]))
         rounding = 2.0**-self.setup.precision.bits
         if self._lost is None:
             self._lost = numpy.full(len(size), ROUNDINGS * rounding)
@@ -357,7 +358,7 @@ class Zeros:
         each = numpy.where(size > 0, left / size, rounding)
         lost = self._lost[:, None] + numpy.cumsum(each, axis=1)
         self._lost, self._error = lost[:, -1], (size * lost)[:, -1]
-        ends = [numpy.append(x[0], x[1, -1:]) for x in steps.at(numpy.array([0.0, 1.0]))]
+        ends = [*numpy.append(terms[:, 0], terms[:, :, -1:].sum(axis=1), axis=1)]
         size, lost = (numpy.append(x, x[:, -1:], axis=1) for x in (size, lost))
         size[:, 1:-1] = numpy.maximum(size[:, 1:-1], size[:, :-2])
         return self._propagated(ends, size, lost)[::-1]
@@ -478,7 +479,7 @@ class Zeros:
             self._decide(steps, steps.wide, points, unsure)
         order = numpy.lexsort((points.position, points.which))
         points = Points(*(x[order] for x in points))
-        brackets: list[tuple[int, int, int]] = []
+        brackets: list[Array] = []
         signs = numpy.sign(points.value).astype(int)
         counts = abs(points.value) > points.error
         # an undecided extremum, and an undecided end of a step
@@ -487,19 +488,19 @@ class Zeros:
         for i, (begin, end) in enumerate(itertools.pairwise(first.tolist())):
             if begin < end:
                 here = slice(begin, end)
-                brackets += self._changes(i, begin, signs[here], counts[here], weights[here])
-        if brackets:
-            low, high, direction = numpy.array(brackets).T
+                brackets.append(self._changes(i, begin, signs[here], counts[here], weights[here]))
+        low, high, direction = numpy.concatenate(
+            [numpy.empty((3, 0), dtype=int), *brackets], axis=1
+        )
+        if len(low):
             self._record(steps, points, low, high, direction, intervals)
 
-    def _changes(
-        self, i: int, begin: int, signs: Array, counts: Array, weights: Array
-    ) -> list[tuple[int, int, int]]:
+    def _changes(self, i: int, begin: int, signs: Array, counts: Array, weights: Array) -> Array:
         """Return brackets of a function's events: indices of points, and the direction.
 
-        Its points are those from ``begin`` on.
+        The axes are (low, high and direction; bracket). Its points are those from ``begin`` on.
         """
-        event, brackets = self.events[i], []
+        event = self.events[i]
         seen = numpy.flatnonzero(counts)
         counted = signs[seen]
         before = numpy.concatenate(([self._sign[i]], counted[:-1]))
@@ -518,17 +519,18 @@ class Zeros:
             self._unresolved.add(i)
         changed = before * counted < 0
         wanted = changed & ((event.direction == 0) | (event.direction == counted))
-        for k in numpy.flatnonzero(wanted).tolist():
-            high, lowest = int(seen[k]), max(int(previous[k]), 0)
-            while high - 1 > lowest and signs[high - 1] == counted[k]:
-                high -= 1
-            brackets.append((begin + max(high - 1, 0), begin + high, int(counted[k])))
+        high = seen.copy()
+        for k in numpy.flatnonzero(wanted & (seen - previous > 1)).tolist():
+            lowest = max(int(previous[k]), 0)
+            while high[k] - 1 > lowest and signs[high[k] - 1] == counted[k]:
+                high[k] -= 1
         rest = turned[-1] - (turned[seen[-1]] if len(seen) else 0)
         self._weight[i] = rest if len(seen) else self._weight[i] + rest
         if len(seen):
             self._sign[i] = counted[-1]
         self._undecided[i] = not len(seen) or seen[-1] < len(signs) - 1
-        return brackets
+        high = high[wanted]
+        return numpy.array([begin + numpy.maximum(high - 1, 0), begin + high, counted[wanted]])
 
     def _decide(self, steps: Steps, wide: Wide, points: Points, unsure: Array) -> None:
         """Take values from the wide arithmetic, at extrema those of the vertex nearby."""
@@ -604,10 +606,11 @@ class Zeros:
         """Return the zeros of functions in steps, to the last bits of the run."""
         wide = steps.wide
         if not wide:
-            function = partial(self._in_double, steps, which, step)
+            terms = steps.of(step)
+            function = partial(self._in_double, which, terms)
             place, left = refined(function, bracket, POLISHED, SETTLED * DOUBLE)
             times = (steps.begin[step] + place * steps.length[step]).tolist()
-            states = numpy.array(steps.inside(step, place)).T.tolist()
+            states = horner(terms.swapaxes(0, 1), place).T.tolist()
             return _Zero(times, list(map(tuple, states)), left)
         place, low, high = map(wide.array, bracket[:3])
         bracket = bracket._replace(place=place, low=low, high=high)
@@ -623,9 +626,13 @@ class Zeros:
         return _Zero(list(map(wide.back, when)), states, left)
 
     def _in_double(
-        self, steps: Steps, which: Array, step: Array, place: Array, rows: Any = slice(None)
+        self, which: Array, terms: Array, place: Array, rows: Any = slice(None)
     ) -> Array:
-        return self._values(steps, which[rows], step[rows], place, place)
+        if not isinstance(rows, slice):
+            terms = numpy.take(terms, rows, axis=2)
+        row = list(horner(terms.swapaxes(0, 1), place))
+        f: Array = self._table(row)[which[rows], numpy.arange(len(place))]
+        return f
 
     def _in_wide(
         self, wide: Wide, i: int, step: Array, place: Array, rows: Any = slice(None)

@@ -16,6 +16,8 @@ from tt_precise.runtime.values import Array
 from tt_precise.taylor.crossings import isolated, values
 
 HALVINGS = 30  # of an interval between two zeros of a derivative; nearer ones are one
+# Newton's steps square their length: behind one as short nothing is left in double.
+SETTLED = 2.0**-26
 MOST_NEWTONS = 60  # steps to a zero, of which most are halvings where Newton's leave the bracket
 
 
@@ -117,6 +119,6 @@ def zero_between(
             nearer = u - value / rate
             nearer = numpy.where((nearer >= low) & (nearer <= high), nearer, (low + high) / 2)
             moved, u = abs(nearer - u), nearer
-            if (moved <= 2.0**-50).all():
+            if (moved <= SETTLED).all():
                 break
     return (1 + u) / 2, 2 * rate
