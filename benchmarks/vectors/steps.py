@@ -34,12 +34,13 @@ def step_file(progress: Progress = silent) -> list[dict[str, Json]]:
     chosen = list(cases())
     entries: list[dict[str, Json]] = []
     for done, case in enumerate(chosen):
-        entries.extend(_entries(case))
+        entries.extend(documents_of(case))
         progress((done + 1) / len(chosen))
     return entries
 
 
-def _entries(case: StateCase) -> Iterator[dict[str, Json]]:
+def documents_of(case: StateCase) -> Iterator[dict[str, Json]]:
+    """The JSON objects of the steps of a case."""
     states = _flown(case) if case.law == "none" else _integrated(case)
     for step, (orientation, vectors) in zip(STEPS, states, strict=True):
         four = [_shown(case, part) for part in orientation]
@@ -79,7 +80,7 @@ def _integrated(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str,
     for run in runs:
         if run.status != "complete":
             raise ArithmeticError(f"{case.name}: the motion ended as {run.status}")
-        _require_joint(case, run)
+        require_switch(case, run)
     fn = case.context
     names = (*VECTORS, *(LIFTED if scene.lifts else ()))
     kind: Any = type(case.motion.state)
@@ -88,14 +89,14 @@ def _integrated(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str,
             {name: fn.mpf(run.at(step).values[name]) for name in (*names, *ANGLES)} for run in runs
         )
         for other in others:
-            _require_agreement(case, fine, other)
+            require_agreement(case, fine, other)
         q = Motion(case.start.body, kind(*(fine[name] for name in names)), fn, scene.model)
         posed = case.pose_of(q, fine["phi"], fine["psi"])
         vectors = {"k": q.k, "omega": q.omega, "s_dot": q.s_dot}
         yield posed[:4], vectors | ({"height": fine["height"]} if scene.lifts else {})
 
 
-def _require_joint(case: StateCase, run: Trajectory) -> None:
+def require_switch(case: StateCase, run: Trajectory) -> None:
     """Require that only the chosen states stick or slip within their step."""
     law, _, number = case.name.rpartition("-")
     if law not in JOINED:
@@ -110,7 +111,8 @@ def _require_joint(case: StateCase, run: Trajectory) -> None:
         raise ArithmeticError(f"{case.name}: {first.status} at {float(first.end):g} s")
 
 
-def _require_agreement(case: StateCase, fine: dict[str, Scalar], other: dict[str, Scalar]) -> None:
+def require_agreement(case: StateCase, fine: dict[str, Scalar], other: dict[str, Scalar]) -> None:
+    """Raise where two computations of a step do not agree."""
     fn = case.context
     for name, value in fine.items():
         # phi and psi are angles: their absolute error counts

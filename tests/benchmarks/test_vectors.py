@@ -215,14 +215,14 @@ def test_sticks_and_slips_are_those_of_friction_that_is_hardly_regularised() -> 
 def test_a_step_to_no_number_and_a_stick_outside_it_are_not_published() -> None:
     case = next(case for case in states.cases() if case.name == "coulomb-sticks-1")
     right = {"kx": case.context.mpf(1)}
-    steps._require_agreement(case, right, right)
+    steps.require_agreement(case, right, right)
     with pytest.raises(ArithmeticError, match="coulomb-sticks-1: kx agrees in 0 digits only"):
-        steps._require_agreement(case, right, {"kx": case.context.nan})
+        steps.require_agreement(case, right, {"kx": case.context.nan})
     run: Any = SimpleNamespace(pieces=[SimpleNamespace(status="stick", end=7e-6)] * 2)
-    steps._require_joint(case, run)
+    steps.require_switch(case, run)
     for other in ("coulomb-sticks-2", "sticking-slips-1", "coulomb-1"):
         with pytest.raises(ArithmeticError, match=other):
-            steps._require_joint(replace(case, name=other), run)
+            steps.require_switch(replace(case, name=other), run)
 
 
 def test_flight_keeps_angular_momentum() -> None:
@@ -283,7 +283,7 @@ def test_a_wrong_step_is_not_published(monkeypatch: Patch) -> None:
 
     monkeypatch.setattr(steps, "integrate", spoiled)
     with pytest.raises(ArithmeticError, match=r"linear-1: .* agrees in 3[0-9] digits only"):
-        list(steps._entries(case))
+        list(steps.documents_of(case))
 
 
 @pytest.fixture

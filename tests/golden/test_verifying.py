@@ -246,7 +246,7 @@ def _other_33rd(cell: str) -> str:
 def test_what_quad_is_too_coarse_for_takes_more_bits(small: Small, monkeypatch: Patch) -> None:
     monkeypatch.setattr(verifying, "FRESH_DIGITS", 32.5)
     monkeypatch.setattr(verifying, "FINE", "quad")
-    found: Any = verifying._compute_again(store.read("reference", small.folder), [], True)
+    found: Any = verifying.recompute(store.read("reference", small.folder), [], True)
     assert found.verdict == "pass"
     assert found.digits_found >= 32.5
     assert found.fresh.startswith("newton 1")
@@ -256,8 +256,8 @@ def test_all_that_is_there_are_the_scenes_and_not_the_test_vectors(tmp_path: Pat
     for name in ("mine", "vectors", ".hidden"):
         (tmp_path / name).mkdir()
     # a folder without data is looked at, and fails
-    assert [one.name for one in verifying._asked_for(None, tmp_path)] == ["mine"]
-    shipped = {one.name for one in verifying._asked_for(None, None)}
+    assert [one.name for one in verifying.scenes_to_verify(None, tmp_path)] == ["mine"]
+    shipped = {one.name for one in verifying.scenes_to_verify(None, None)}
     assert shipped & {"reference", "vectors"} == {"reference"}
 
 

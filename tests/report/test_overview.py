@@ -13,7 +13,7 @@ import pytest
 from msgspec.structs import replace
 
 from tt_precise import golden
-from tt_precise.claims import JudgedClaim, judge
+from tt_precise.claims import JudgedClaim
 from tt_precise.claims.committed import committed, run_record
 from tt_precise.claims.rauch_rutstam.proofreading import ANSWERS
 from tt_precise.report import overview
@@ -169,7 +169,7 @@ def test_the_verdict_counts_findings_and_a_card_says_whether_the_paper_agrees(
 ) -> None:
     numbers = re.findall(r"\d+", verdict(judged))
     assert numbers == ["7", "2", "1", "4", "4", "1", "1", "1", "1"]
-    agrees = {claim.id: overview._agrees(claim.verdict) for claim in judged}
+    agrees = {claim.id: overview.agreement(claim.verdict) for claim in judged}
     assert [agrees[id] for id in ("NUM-01", "NUM-02", "NUM-04")] == [True, False, None]
 
 
@@ -178,6 +178,10 @@ def test_what_the_card_says_of_the_paper_s_time_follows_from_the_verdict() -> No
     headlines = overview.Headlines(
         {overview.END: Card("end of the climb", "7.8 s", shown, "")}, None, {}
     )
-    for printed, good in (("7.87", False), ("7.83", None)):
-        (card,) = overview.overview([judge("NUM-05", printed=printed)], headlines).cards
+    known = committed()
+    assert known is not None
+    claim = known.by_id[overview.END]
+    for word, good in (("rounded", True), ("refuted", False), ("ambiguous", None)):
+        (card,) = overview.overview([replace(claim, verdict=word)], headlines).cards
         assert card.good is good
+        assert str(len(claim.parts)) in card.comment

@@ -18,7 +18,6 @@ NEAR = [{"off": 10.0**-n, "rate": 0.1 * n, "eigenvalue": 0.1 * n} for n in range
 @pytest.mark.parametrize(
     ("points", "names"),
     [
-        ([], ["extremes-poles"]),
         (WORK, ["extremes-poles"]),  # without the limit there is nothing to compare with
         ([*WORK, *LIMIT, *NEAR], ["extremes-poles", "extremes-friction", "extremes-threshold"]),
     ],
@@ -29,6 +28,7 @@ def test_a_picture_is_drawn_where_its_numbers_are_there(
     assert [figure.name for figure in all_pictures(points)] == names
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [measured.tradeoff, measured.extremes, measured.faults])
 def test_the_pictures_of_the_committed_tables_are_complete(make: object) -> None:
     assert callable(make)

@@ -4,18 +4,18 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tt_precise.sweeps.extremes import FINER, NODES, _ceiling
+from tt_precise.sweeps.extremes import FINER, NODES, peak_bound
 
 
 def test_a_ceiling_is_above_every_peak_between_the_nodes() -> None:
     fine = numpy.linspace(0, 1, 1001)
     for shift in numpy.linspace(-0.5, 1.5, 41):
         for nodes in (NODES, FINER):
-            ceiling, largest = _ceiling(-((nodes - shift) ** 2)[:, None])
+            ceiling, largest = peak_bound(-((nodes - shift) ** 2)[:, None])
             assert largest[0] <= (-((fine - shift) ** 2)).max() <= ceiling[0] < numpy.inf
     # a peak far narrower than a step is not excluded, as phi_dot has them beside a pole
     for place in numpy.linspace(0.02, 0.98, 49):
-        ceiling, _ = _ceiling(1 / (1e-4 + (FINER - place) ** 2)[:, None])
+        ceiling, _ = peak_bound(1 / (1e-4 + (FINER - place) ** 2)[:, None])
         assert ceiling[0] == numpy.inf
 
 

@@ -104,14 +104,14 @@ RAUCH_RUTSTAM = Paper(
 PAPERS = (RAUCH_RUTSTAM,)
 
 
-def look_up(id: str, by_id: Mapping[str, T]) -> T:
-    """Return the value of a claim's id (in any case).
+def look_up(id: str, table: Mapping[str, T]) -> T:
+    """The value of ``table`` for a claim's id (in any case).
 
     Raises ``InputError``: there is no such claim.
     """
-    if id.upper() not in by_id:
+    if id.upper() not in table:
         prefix = id.upper().split("-")[0]
-        near = [other for other in by_id if other.startswith(f"{prefix}-")]
+        near = [other for other in table if other.startswith(f"{prefix}-")]
         some = f"{near[0]} to {near[-1]}" if near else "such as NUM-22"
         raise InputError(f"claim: got {id[:60]!r}, expected an id {some}; see `tt-precise claims`")
-    return by_id[id.upper()]
+    return table[id.upper()]

@@ -113,7 +113,7 @@ def verify(
     InputError
         The data do not exist.
     """
-    located = {place.name: place.folder for place in _asked_for(scenes, folder)}
+    located = {place.name: place.folder for place in scenes_to_verify(scenes, folder)}
     calls = [Call(name, (name, located[name])) for name in store.some(located, folder)]
     verified: dict[str, Verification] = {}
     with local_pool(workers) as pool:
@@ -131,14 +131,15 @@ def verify_scene(name: str, folder: Path) -> Verification:
         return Verification(name, None, problems=tuple(problems))
     proved = (proofs.summary(stored, folder) or {}).get("digits")
     try:
-        verification = _compute_again(stored, problems, proved is not None)
+        verification = recompute(stored, problems, proved is not None)
     except (InputError, ArithmeticError) as error:
         problems.append(f"no fresh computation: {error}")
         verification = Verification(name, stored.manifest["digits"], problems=tuple(problems))
     return replace(verification, digits_proved=proved)
 
 
-def _compute_again(stored: Stored, problems: Sequence[str], proved: bool) -> Verification:
+def recompute(stored: Stored, problems: Sequence[str], proved: bool) -> Verification:
+    """Compute the tables anew and compare them, in every digit where nothing is proved."""
     if not proved:
         return judge(stored, problems, perform(_in_mp(stored, ALL_BITS)), every_digit=True)
     run = perform(_fine(stored))
@@ -151,7 +152,7 @@ def _compute_again(stored: Stored, problems: Sequence[str], proved: bool) -> Ver
     return verification
 
 
-def _asked_for(scenes: Iterable[str | Path] | None, folder: Folder) -> list[Located]:
+def scenes_to_verify(scenes: Iterable[str | Path] | None, folder: Folder) -> list[Located]:
     """The folders of the data; by default every folder, readable or not, and the known scenes."""
     if scenes is not None:
         places = [store.locate(scene, folder) for scene in scenes]

@@ -121,7 +121,7 @@ def overview(judged: Sequence[JudgedClaim], computed: Headlines) -> Overview:
     cards = dict(computed.cards)
     for claim in judged:
         if claim.id in PRINTED and claim.id in cards:
-            good = _agrees(claim.verdict)
+            good = agreement(claim.verdict)
             comment = cards[claim.id].comment
             if claim.id == END:
                 comment = TRIED[good].format(len(claim.parts))
@@ -164,7 +164,8 @@ def verdict(judged: Sequence[JudgedClaim]) -> str:
     )
 
 
-def _agrees(verdict: str) -> bool | None:
+def agreement(verdict: str) -> bool | None:
+    """True if the paper's number holds, False if it fails, None if neither."""
     if verdict in (Verdict.REPRODUCED, Verdict.ROUNDED):
         return True
     return False if verdict in (Verdict.REFUTED, Verdict.MISPRINT) else None

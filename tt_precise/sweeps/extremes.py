@@ -78,7 +78,7 @@ class Extreme:
         row, width = steps.row.ravel(), steps.width.ravel()
         series = steps.all_series(*self._components)
         values, turns = self._sampled(row, series, width * self._nodes[:, None])
-        ceiling, largest = _ceiling(values, turns)
+        ceiling, largest = peak_bound(values, turns)
         belongs = numpy.flatnonzero(steps.belongs)
         numpy.fmax.at(self._best, row[belongs], largest[belongs])
         may = belongs[ceiling[belongs] >= self._best[row[belongs]]]
@@ -111,14 +111,14 @@ class Extreme:
             at = low + size * self._nodes[:, None]
             row = held.row[owner]
             values, turns = self._sampled(row, series[:, :, owner], held.width[owner] * at)
-            ceiling, largest = _ceiling(values, turns)
+            ceiling, largest = peak_bound(values, turns)
             gain = numpy.zeros(len(owner))  # a smaller difference is rounding
             unresolved = numpy.flatnonzero(numpy.isinf(ceiling))
             if len(unresolved):
                 some = owner[unresolved]
                 since = held.width[some] * at[:, unresolved]
                 gain[unresolved] = self._rounding(row[unresolved], series[:, :, some], since)
-                ceiling[unresolved], _ = _ceiling(
+                ceiling[unresolved], _ = peak_bound(
                     values[:, unresolved], turns[unresolved], gain[unresolved]
                 )
             best = values.argmax(axis=0)
@@ -186,7 +186,7 @@ class Extreme:
         return body, self._form.State(*numpy.moveaxis(states, -1, 0))
 
 
-def _ceiling(
+def peak_bound(
     values: Array, turns: Array | bool = False, rounding: Array | float = 0.0
 ) -> tuple[Array, Array]:
     """An upper bound of a quantity between nodes, and its largest value at a node.

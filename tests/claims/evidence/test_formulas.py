@@ -34,15 +34,15 @@ def test_the_point_lies_on_the_relations_of_the_chart_and_has_no_symmetry() -> N
     ],
 )
 def test_equal_holds_for_identities_only(printed: str, holds: bool) -> None:
-    check = f.equal(printed, f.read("sin(theta)**2"))
+    check = f.equal(printed, f.parse("sin(theta)**2"))
     assert check.holds is holds
     assert ("equal" in check.measured) is holds
 
 
 def test_a_difference_is_a_fraction_of_the_larger_side() -> None:
-    assert f.equal("3*R", f.read("4*R")).measured == "off by 25.0 % of its size"
+    assert f.equal("3*R", f.parse("4*R")).measured == "off by 25.0 % of its size"
     # vectors differ where one entry does
-    one, two = f.read("R"), f.read("m")
+    one, two = f.parse("R"), f.parse("m")
     assert f.equal_vectors((one, two), (one, two), "a = b").holds
     assert not f.equal_vectors((one, one), (one, two), "a = b").holds
 
@@ -55,12 +55,12 @@ def test_the_same_text_runs_in_mpmath() -> None:
 def test_a_formula_reaches_nothing_but_its_words() -> None:
     for text in ("__import__('os')", "open('x')", "len(R)"):
         with pytest.raises((NameError, KeyError)):
-            f.read(text)
+            f.parse(text)
 
 
 def test_rates_are_those_of_the_motion_and_a_printed_root_that_of_d() -> None:
     assert f.equal("theta_dot", f.rate(f.chart().state.theta)).holds
     assert f.equal("-theta_dot*sin(theta)", f.rate(f.chart().c)).holds
     assert f.equal("0", f.rate_of("lambda")).holds
-    printed = f.read("sqrt(d(cos(theta)))")
-    assert f.equal(printed**2, f.read("d(cos(theta))"), "d").holds
+    printed = f.parse("sqrt(d(cos(theta)))")
+    assert f.equal(printed**2, f.parse("d(cos(theta))"), "d").holds

@@ -84,7 +84,7 @@ def test_rows_are_the_same_when_made_again() -> None:
     rows = rows[rows["t_stop"] <= float(sweeps.UNTIL)]  # the others were integrated on
     for contact in ("unilateral", "bilateral"):
         mine = rows[rows["contact"] == contact].iloc[:: 97 if contact == "unilateral" else 61]
-        plan = SweepSpec(sweeps._scene(), names=STARTS, record=sweeps.RECORD, contact=contact)
+        plan = SweepSpec(sweeps.swept_scene(), names=STARTS, record=sweeps.RECORD, contact=contact)
         again = compute(plan, mine[list(STARTS)].to_numpy(), 8)
         assert list(again["outcome"]) == list(mine["outcome"])
         # of the present integration: another form or tolerance takes steps by the hundred more

@@ -92,7 +92,7 @@ def names() -> Mapping[str, Scalar]:
     return known
 
 
-def read(text: str, values: Mapping[str, Scalar] | None = None) -> Scalar:
+def parse(text: str, values: Mapping[str, Scalar] | None = None) -> Scalar:
     """The value of a printed formula, in the symbols or with the ``values`` of its names."""
     code = compile(text, "<printed formula>", "eval")
     return eval(code, {"__builtins__": {}}, dict(names() if values is None else values))
@@ -100,30 +100,30 @@ def read(text: str, values: Mapping[str, Scalar] | None = None) -> Scalar:
 
 def evaluate(text: str, body: Parameters, fn: Functions, **values: Scalar) -> Scalar:
     """The value of a printed formula for a body in the arithmetic ``fn``."""
-    return read(text, _words(body, fn) | values)
+    return parse(text, _words(body, fn) | values)
 
 
-def equal(printed: Scalar, truth: Scalar, shown: str = "") -> Part:
+def equal(printed: Scalar, truth: Scalar, equation: str = "") -> Part:
     """Compare a printed formula (text or symbols) with ``truth`` for every body and state.
 
-    ``shown`` is the whole statement as a formula. A difference is given as a share of the larger
+    ``equation`` is the whole statement as a formula. A difference is given as a share of the larger
     side at ``POINT``. Both results are proofs: an identity, or a state that contradicts it.
     """
-    element = read(printed) if isinstance(printed, str) else printed
-    shown = re.sub(r"\blambda_\b", "lambda", shown or str(printed))
-    if chart().remainder(element - truth).vanishes:
-        return formula(True, shown, "equal, for every body and state", proved=True)
+    element = parse(printed) if isinstance(printed, str) else printed
+    equation = re.sub(r"\blambda_\b", "lambda", equation or str(printed))
     left, right = at_point(element), at_point(truth)
-    if left == right:
-        raise ArithmeticError(f"{shown}: unequal, but equal at POINT; choose another one")
-    off = 100 * abs(left - right) / max(abs(left), abs(right))
-    return formula(False, shown, f"off by {decimal(off, 3)} % of its size", proved=True)
+    if left != right:
+        off = 100 * abs(left - right) / max(abs(left), abs(right))
+        return formula(False, equation, f"off by {decimal(off, 3)} % of its size", proved=True)
+    if not chart().remainder(element - truth).vanishes:
+        raise ArithmeticError(f"{equation}: unequal, but equal at POINT; choose another one")
+    return formula(True, equation, "equal, for every body and state", proved=True)
 
 
-def equal_vectors(printed: Sequence[Scalar], truth: Sequence[Scalar], shown: str) -> Part:
+def equal_vectors(printed: Sequence[Scalar], truth: Sequence[Scalar], equation: str) -> Part:
     """Compare vectors: the first component that differs, if any, decides."""
     parts = [
-        equal(entry, true_entry, shown) for entry, true_entry in zip(printed, truth, strict=True)
+        equal(component, exact, equation) for component, exact in zip(printed, truth, strict=True)
     ]
     return next((part for part in parts if not part.holds), parts[0])
 

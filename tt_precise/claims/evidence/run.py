@@ -91,16 +91,16 @@ class Run:
 
     def at(self, name: str, t: str) -> Value:
         """A quantity or state component at time ``t`` (exact, s), in SI, with its enclosure."""
-        known = self.proved.potential_energy(t) if name == "E_pot" else self.proved.at(name, t)
+        known = self.proofs.potential_energy(t) if name == "E_pot" else self.proofs.at(name, t)
         return self.confirm(lambda run: exact(run, name, t)[0]).within(known)
 
     def moment(self, definition: str, which: str) -> Value:
         """``t_init``, ``t_end`` or ``duration`` of the inversion in s, with its enclosure."""
         value = self.confirm(lambda run: getattr(getattr(run.inversion, definition), which))
-        return value.within(self.proved.moment(definition, which))
+        return value.within(self.proofs.moment(definition, which))
 
     @property
-    def proved(self) -> Established:
+    def proofs(self) -> Established:
         """The statements about the scene that its golden data prove."""
         return proofs_of(self.scene)
 
@@ -291,7 +291,7 @@ class Run:
         """Time and value where a function of columns is largest or smallest.
 
         The first look is every 0.5 ms and at all turning points of theta, where axis and speeds
-        change fastest; from the best of these it closes in until the time is settled in double.
+        change fastest; the interval around the best of these is refined to the accuracy of double.
         """
         import numpy
 

@@ -127,7 +127,7 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
     """Integrate everything; the table that ``rows`` gives."""
     import pandas
 
-    spec = SweepSpec(_scene(), names=STARTS, record=RECORD)
+    spec = SweepSpec(swept_scene(), names=STARTS, record=RECORD)
     with sweep_pool(workers) as pool:
         first = integrate_tables(pool, spec, list(_starts()))
         lost = first[first["outcome"] == "contact_lost"]
@@ -166,7 +166,7 @@ def continued(rows: pandas.DataFrame, longer: pandas.DataFrame) -> pandas.DataFr
 
 def definition() -> dict[str, Json]:
     """The definition of the rows: scene, series, columns."""
-    scene = _scene()
+    scene = swept_scene()
     return {
         "version": VERSION,
         **exact_values(scene),
@@ -185,7 +185,8 @@ def exact_values(scene: Scene) -> dict[str, Json]:
     }
 
 
-def _scene() -> Scene:
+def swept_scene() -> Scene:
+    """The reference scene, up to ``UNTIL``."""
     return replace(load_scene("reference"), until=Fraction(UNTIL))
 
 
@@ -193,7 +194,7 @@ def _starts() -> Iterator[tuple[str, Array, Array]]:
     """(series, index, start values of shape (rows, six)) of every series."""
     import numpy
 
-    scene = _scene()
+    scene = swept_scene()
     reference = [float(getattr(scene.start, name)) for name in STARTS if name != "theta"]
     reference.insert(STARTS.index("theta"), scene.start.theta.radians(math, float))
     for each in SERIES:
@@ -232,7 +233,7 @@ def counted(rows: pandas.DataFrame, outcome: str) -> str:
     return f"{(rows['outcome'] == outcome).sum()} of {len(rows)}"
 
 
-def of_all(rows: pandas.DataFrame, holds: pandas.Series, printed: str, shown: str) -> Part:
+def of_all(rows: pandas.DataFrame, holds: pandas.Series, printed: str, more: str = "") -> Part:
     """Test a statement about all rows, which ``holds`` for some; see ``verdicts.of_all``."""
     others = rows[~holds]
     count, left = int(holds.sum()), undecided(others)
@@ -242,7 +243,7 @@ def of_all(rows: pandas.DataFrame, holds: pandas.Series, printed: str, shown: st
     )
     return verdicts.of_all(
         printed,
-        f"{count} of {len(rows)}{shown}{open_ones}",
+        f"{count} of {len(rows)}{more}{open_ones}",
         holding=count,
         failing=len(others) - left,
         undecided=left,

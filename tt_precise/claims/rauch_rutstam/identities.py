@@ -84,14 +84,18 @@ def identity(
 
 
 def _judge(parts: Parts, remark: str, printed: tuple[str, ...]) -> JudgedClaim:
-    def check(left: str, right: str, shown: str) -> v.Part:
-        printed_side, derived_side = (
-            f.read(side.format(*printed), _words()) for side in (left, right)
-        )
-        compared = f.equal_vectors if isinstance(derived_side, tuple) else f.equal
-        return compared(printed_side, derived_side, shown.format(*printed))
+    return v.all_of(
+        {name: _compare(*(text.format(*printed) for text in texts)) for name, *texts in parts},
+        remark,
+    )
 
-    return v.all_of({name: check(*part) for name, *part in parts}, remark)
+
+@cache
+def _compare(left: str, right: str, equation: str) -> v.Part:
+    """Compare two formulas; a control changes one part of a claim, and the others are known."""
+    printed, derived = (f.parse(side, _words()) for side in (left, right))
+    compared = f.equal_vectors if isinstance(derived, tuple) else f.equal
+    return compared(printed, derived, equation)
 
 
 @cache

@@ -64,7 +64,7 @@ NORMAL_FORCE = (
 def arm(along_3: str = "R*alpha", along_z: str = "-R") -> JudgedClaim:
     """The vector from the centre of mass to the contact point is a = R alpha 3 - R z."""
     q, body = f.motion(), f.chart().body
-    printed = added(scaled(f.read(along_3), q.k), (0, 0, f.read(along_z)))
+    printed = added(scaled(f.parse(along_3), q.k), (0, 0, f.parse(along_z)))
     from_centre = added(printed, scaled(-body.R * body.alpha, q.k))
     height = f.quantity("E_pot") / (body.m * body.g)
     shown = f"a = {along_3}*axis + ({along_z})*z_hat"
@@ -91,7 +91,7 @@ def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> JudgedClaim:
     c, s, C, S = symbols.c, symbols.s, symbols.C, symbols.S
     one, two, three = (c * C, c * S, -s), (-S, C, 0 * c), (s * C, s * S, c)
     one_dot, two_dot, three_dot = (tuple(map(f.rate, axis)) for axis in (one, two, three))
-    derived = dot(two_dot, three), dot(three_dot, one), dot(one_dot, two) + f.read("psi_dot")
+    derived = dot(two_dot, three), dot(three_dot, one), dot(one_dot, two) + f.parse("psi_dot")
     parts = zip("123", printed, derived, strict=True)
     return v.all_of(
         {axis: f.equal(text, value) for axis, text, value in parts},
@@ -110,7 +110,7 @@ def axis_turns(inverse_inertia: str = "1/I1") -> JudgedClaim:
     """The axis changes at the rate omega x 3 = L x 3/I1."""
     q = _at_any_azimuth()
     geometric = tuple(f.rate(component) for component in q.k)
-    printed = scaled(f.read(inverse_inertia), cross(q.state.L, q.k))
+    printed = scaled(f.parse(inverse_inertia), cross(q.state.L, q.k))
     return v.all_of(
         {
             "omega x 3": f.equal_vectors(
@@ -133,7 +133,7 @@ def contact_constraint(along_3: str = "R*alpha") -> JudgedClaim:
     """The contact point stays on the table: (s + a).z = 0."""
     q, body = _at_any_azimuth(), f.chart().body
     height = f.quantity("E_pot") / (body.m * body.g)
-    a_z = f.read(along_3) * q.k[2] - body.R
+    a_z = f.parse(along_3) * q.k[2] - body.R
     return v.all_of(
         f.equal(height + a_z, 0 * height, "dot(s + a, z_hat) = 0"),
         "With a of EQ-01, and s.z = R(1 - alpha cos theta) as in E_pot.",
@@ -148,7 +148,7 @@ def contact_constraint(along_3: str = "R*alpha") -> JudgedClaim:
 def contact_velocity(rate_of_a: str = "R*alpha") -> JudgedClaim:
     """The derivative of the contact constraint is v_A.z = 0."""
     q = _at_any_azimuth()
-    rate = q.s_dot[2] + f.read(rate_of_a) * f.rate(q.k[2])
+    rate = q.s_dot[2] + f.parse(rate_of_a) * f.rate(q.k[2])
     return v.all_of(
         f.equal(rate, q.state.v[2] + 0 * rate, "dot(s_dot + a_dot, z_hat) = dot(v_A, z_hat) = 0"),
         "a_dot = R alpha 3_dot is not omega x a, but the two differ by the horizontal R omega x z.",
@@ -209,7 +209,7 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> JudgedClaim:
     fastest = float(run.extrema(f"{quantity}_dot")[1].max())
     values = run.sampled((quantity,))[quantity]
     steps = int((values.diff().iloc[1:] >= 0).sum())
-    proved = quantity == "E" and run.proved.energy_falls
+    proved = quantity == "E" and run.proofs.energy_falls
     never, down = fastest <= 0, steps == 0
     shown = f"at most {v.decimal(fastest, 3)} W"
     steps_up = f"{steps} of {len(values) - 1} steps up"

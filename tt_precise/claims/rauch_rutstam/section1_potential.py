@@ -109,7 +109,7 @@ def _determinant() -> Scalar:
         entries = [field(conserved).diff(entry) for entry in symbols.state[1:]]
         return [*entries[:3], entries[3] - pushed[0], entries[4] - pushed[1]]
 
-    along_y = f.read(ROUTH_RATE) * cross((0, 0, 1), q.a)[1]
+    along_y = f.parse(ROUTH_RATE) * cross((0, 0, 1), q.a)[1]
     rows = [
         row(f.quantity("lambda")),
         row(f.quantity("D"), (field.zero, along_y)),
@@ -153,7 +153,7 @@ def _square(text: str) -> v.Part:
     import sympy
 
     alpha, gamma, z = sympy.symbols("alpha gamma z", positive=True)
-    sigma = f.read(text, {"gamma": gamma, "alpha": alpha})
+    sigma = f.parse(text, {"gamma": gamma, "alpha": alpha})
     body: Any = SimpleNamespace(alpha=alpha, gamma=gamma, sigma=sigma)
     discriminant = sympy.discriminant(d(body, z), z)
     toy = load_scene("reference").body
@@ -269,7 +269,7 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> JudgedClaim:
 )
 def minimum_near_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> JudgedClaim:
     """For D slightly above D1 the potential has a minimum close to z = -1."""
-    return _near_pole(-1, multiples, -1)
+    return _minimum_near_a_pole(-1, multiples, -1)
 
 
 @claim(
@@ -283,10 +283,10 @@ def minimum_near_the_upright_pole(
     multiples: tuple[str, ...] = MULTIPLES, claimed: int = 1
 ) -> JudgedClaim:
     """For D slightly below D0 the potential has a minimum close to z = 1."""
-    return _near_pole(1, multiples, claimed)
+    return _minimum_near_a_pole(1, multiples, claimed)
 
 
-def _near_pole(pole: int, multiples: tuple[str, ...], claimed: int) -> JudgedClaim:
+def _minimum_near_a_pole(pole: int, multiples: tuple[str, ...], claimed: int) -> JudgedClaim:
     fn = own_context(DIGITS)
     body = REFERENCE.body(fn)
     root = fn.sqrt(body.gamma + body.alpha**2 - 1)

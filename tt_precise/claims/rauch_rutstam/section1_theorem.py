@@ -121,7 +121,7 @@ def thresholds_in_order(lowest: str = "1 - alpha**2") -> JudgedClaim:
 
     w, u = sympy.symbols("w u", positive=True)
     alpha = 1 / (1 + w)  # w > 0 runs through 0 < alpha < 1, u > 0 through gamma > lowest
-    gamma = f.read(lowest, {"alpha": alpha}) + u
+    gamma = f.parse(lowest, {"alpha": alpha}) + u
     difference = (1 + alpha) ** 4 * (alpha + gamma - 1) - (1 - alpha) ** 4 * (1 + alpha - gamma)
     numerator = sympy.Poly(sympy.numer(sympy.together(difference)), w, u)
     chain = sympy.Poly(sympy.numer(sympy.together((1 - alpha**2) - (1 - alpha))), w)
@@ -366,7 +366,7 @@ def _tends_to(names: tuple[str, str], run: Run) -> JudgedClaim:
     checks = {name: _falling(away[name]) for name in names if name in away}
     if not checks:
         checks[names[0]] = v.statement(False, "tends to its limit", "leaves the table before")
-    proved = run.proved.inverts
+    proved = run.proofs.inverts
     return v.all_of(
         {name: replace(part, proved=proved and part.holds) for name, part in checks.items()},
         "The approach is exponential, and the inverted spin with this lambda attracts (TH-01).",
@@ -472,7 +472,7 @@ def balanced_equation(printed: str = SIMPLIFIED) -> JudgedClaim:
         "g_n": euler.normal_force(body, balanced, symbols),
         "lambda_": euler.jellett(body, balanced, symbols),
     }
-    claimed = body.I1 * state.phi_dot / s * (state.theta_dot - f.read(printed, known))
+    claimed = body.I1 * state.phi_dot / s * (state.theta_dot - f.parse(printed, known))
     return v.all_of(
         f.equal(claimed, xi_rate, f"theta_dot = {printed}"),
         "Along eqs (3) and (4), xi_dot at xi = 0 is (I1 phi_dot/sin theta)(theta_dot - the printed "
@@ -610,7 +610,7 @@ def oscillation(run: Run = REFERENCE) -> JudgedClaim:
     inside = turns[(turns["theta"] > near) & (turns["theta"] < far)]
     times = [0.0, *turns["t"]]
     gap, begin = max((float(b - a), float(a)) for a, b in pairwise(times))
-    turning = run.proved.events("theta_min", "theta_max")
+    turning = run.proofs.events("theta_min", "theta_max")
     surely = count(turning, "theta", Fraction(near), Fraction(far)) if turning is not None else ()
     proved = bool(surely) and all(number == len(inside) for number in surely)
     return v.all_of(

@@ -114,7 +114,7 @@ def _in_all_definitions(which: str, run: Run) -> dict[str, v.Value]:
 
 def _highest(run: Run) -> Interval | None:
     """The proved time of the maximum of theta that is surely the highest."""
-    tops = run.proved.events("theta_max")
+    tops = run.proofs.events("theta_max")
     if not tops:
         return None
     highest = max(tops, key=lambda top: top["theta"])
@@ -329,8 +329,8 @@ def three_phases(run: Run = REFERENCE) -> JudgedClaim:
     )
 
 
-def _precession_at_top(run: Trajectory, place: int) -> Scalar:
-    return _around(runs.rows_of(run, "theta_max"), run.inversion.A.t_init)[place]
+def _precession_at_top(run: Trajectory, which: int) -> Scalar:
+    return _around(runs.rows_of(run, "theta_max"), run.inversion.A.t_init)[which]
 
 
 def _reversal(run: Run, turn: str, which: int) -> tuple[float, float]:

@@ -42,7 +42,7 @@ def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) 
     body = run.loaded.body
 
     def satisfied(text: str) -> v.Part:
-        value = f.read(text, {"gamma": body.gamma, "alpha": body.alpha})
+        value = f.parse(text, {"gamma": body.gamma, "alpha": body.alpha})
         both = f"left {v.decimal(body.sigma, 6)}, right {v.decimal(value, 6)}"
         return v.formula(body.sigma == value, f"m*R**2/I3 = {text}", both, proved=True)
 

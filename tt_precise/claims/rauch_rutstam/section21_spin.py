@@ -260,7 +260,7 @@ def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
     where="Sec. 2.1; 2.3",
     control=("refuted", {"axis": "3"}),
     definition=f"angle between omega and the vertical; close to parallel: below {CLOSE_DEG} "
-    "degrees at every instant (the largest angle is closed in on in the dense output)",
+    "degrees at every instant (the largest angle is bisected in the dense output)",
     quote="the angular velocity omega remains close to be parallel with the z axis",
 )
 def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> JudgedClaim:
@@ -296,7 +296,7 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> JudgedCl
 )
 def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
     """During the climb the projection of omega on the symmetry axis changes sign."""
-    zeros_in_double, known = run.zeros(name), run.proved
+    zeros_in_double, known = run.zeros(name), run.proofs
     first = run.confirm(lambda solution: runs.rows_of(solution, "omega_3_zero")["t"].iloc[0])
     at = f", at {v.decimal(first.value, 16)} s" if zeros_in_double else ""
     holds = len(zeros_in_double) == 1 and run.climb.has(zeros_in_double[0])
@@ -369,7 +369,7 @@ def normal_force_stays_positive(run: Run = REFERENCE) -> JudgedClaim:
             holds,
             "g_n > 0",
             f"least g_n {least} N, {ended}",
-            proved=holds and run.proved.g_n_positive,
+            proved=holds and run.proofs.g_n_positive,
         ),
         f"The least g_n is {v.decimal(v.fraction_of(least) / run.weight, 4)} of m g.",
     )
@@ -434,10 +434,10 @@ def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Judg
 def precession_from_jellett(printed: str = PRECESSION) -> JudgedClaim:
     """Jellett's integral solved for phi_dot sin^2 theta."""
     known = dict(f.names()) | {"lambda_": f.quantity("lambda")}
-    left = f.read("phi_dot*sin(theta)**2")
+    left = f.parse("phi_dot*sin(theta)**2")
 
     def compare(text: str) -> v.Part:
-        return f.equal(f.read(text, known), left, f"phi_dot*sin(theta)**2 = {text}")
+        return f.equal(f.parse(text, known), left, f"phi_dot*sin(theta)**2 = {text}")
 
     return v.misprint(
         map(compare, (printed, CORRECT_PRECESSION)),
@@ -462,7 +462,7 @@ def factored_form(printed: str = "w0*(1 - w/w0)") -> JudgedClaim:
     known = {"w": symbols.state.nu_x, "w0": symbols.state.nu_y}
 
     def compare(text: str) -> v.Part:
-        return f.equal(f.read(text, known), f.read("-w0 + w", known), f"-w0 + w = {text}")
+        return f.equal(f.parse(text, known), f.parse("-w0 + w", known), f"-w0 + w = {text}")
 
     return v.misprint(
         map(compare, (printed, correct)),

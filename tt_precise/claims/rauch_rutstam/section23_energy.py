@@ -124,7 +124,7 @@ def difference_of_the_ratios(printed: str = "0.2", run: Run = REFERENCE) -> Judg
 
 def _ratio(run: Run) -> v.Value:
     """E_pot(8 s)/E_pot(0)."""
-    first, last = (run.proved.potential_energy(t) for t in ("0", "8"))
+    first, last = (run.proofs.potential_energy(t) for t in ("0", "8"))
     return run.confirm(_last_over_first).within(last / first if first and last else None)
 
 
@@ -223,7 +223,7 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> JudgedCla
 
     def squared(text: str) -> v.Part:
         # |a| is a root, not a rational function of the symbols: |a|^2 stands for it twice
-        factor = f.read(text.replace("absolute_a*", ""))
+        factor = f.parse(text.replace("absolute_a*", ""))
         times = dot(q.a, q.a) if "absolute_a" in text else 1
         shown = f"abs(cross(omega, a)) = abs(omega)*{text.replace('absolute_a', 'abs(a)')}"
         part = f.equal(factor**2 * times, truth, shown)
@@ -265,16 +265,16 @@ def vector_in_the_bracket(printed: str = "2*cross(omega, a)*y_hat") -> JudgedCla
 @claim(
     "FIG-01",
     where="Sec. 2.3, Fig. 4",
-    control=("refuted", {"terms": ("E_trans", "E_rot")}),
+    control=("refuted", {"names": ("E_trans", "E_rot")}),
     definition="E at 8 s from the sum of its parts there, against E(0) minus the work of friction "
     "(the integral of mu g_n v_A^2, Gauss's rule between extrema)",
     quote="E_trans, E_rot and E_pot add up to the total energy E(t)",
 )
-def terms_of_the_energy(terms: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> JudgedClaim:
-    """The three terms add up to the energy."""
+def sum_of_the_energy(names: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> JudgedClaim:
+    """The three parts add up to the energy."""
     span = run.whole
-    columns = run.columns(("E", *terms), list(span))
-    first, last = sum(columns[name] for name in terms)
+    columns = run.columns(("E", *names), list(span))
+    first, last = sum(columns[name] for name in names)
     energy = columns["E"][0]
     work = run.mean("E_dot", span) * span.length
     off = abs(last - (energy + work)) / energy + abs(first / energy - 1)

@@ -280,7 +280,7 @@ def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> JudgedCla
     """The torque transfers the energy between the three modes."""
     q = f.motion()
     known = {"omega": q.omega, "a": q.a, "F": q.force, "dot": dot, "cross": cross}
-    power = f.read(torque, {**f.names(), **known})
+    power = f.parse(torque, {**f.names(), **known})
     rotation = f.equal(power, f.rate_of("E_rot"), "E_rot_dot = dot(omega, cross(a, F))")
     potential = f.equal("0", f.rate_of("E_pot"), "E_pot_dot = 0")
     work = "" if potential.holds else ": m g s_dot.z is the work of the weight"
