@@ -7,6 +7,7 @@ from contextlib import nullcontext
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
+from functools import partial
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -270,13 +271,17 @@ def test_statements_that_are_not_proved_again_are_refused(
     assert [line for line in store.changes(stored) if line.startswith(PROOF)]
 
 
+def _with_contact(contact: dict[str, Any], proof: dict[str, Any]) -> None:
+    proof["contact"] = contact
+
+
 def test_a_bound_is_confirmed_up_to_what_is_proved(place: Path) -> None:
     content = certify(NAME, folder=place.parent).content["contact"]
     proved = Decimal(content["g_n_at_least_mg"])
     unit = Decimal(1).scaleb(proved.adjusted() - 5)
     for bound, holds in ((proved - unit, True), (proved, True), (proved + unit, False)):
         stated = {**content, "g_n_at_least_mg": f"{bound:.5e}"}
-        edit_json(place / PROOF, lambda proof, s=stated: proof.update(contact=s), json.dumps)
+        edit_json(place / PROOF, partial(_with_contact, stated), json.dumps)
         with nullcontext() if holds else pytest.raises(NotProved, match="another contact"):
             check(NAME, folder=place.parent)
 

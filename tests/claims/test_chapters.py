@@ -126,7 +126,9 @@ def test_no_verdict_and_no_measured_number_in_a_note_is_typed_in(module: Path) -
         (verdicts_typed_in, "x = 'misprint'"),
     ],
 )
-def test_what_is_typed_in_is_found(looks: Callable[[str], Iterable[str]], spoiled: str) -> None:
+def test_a_typed_verdict_or_number_is_found(
+    looks: Callable[[str], Iterable[str]], spoiled: str
+) -> None:
     assert list(looks(spoiled))
 
 
@@ -190,7 +192,7 @@ def test_findings_point_to_claims_that_stand_for_themselves() -> None:
         ("SWP-22", {"limit": "-300"}),
     ],
 )
-def test_what_nothing_shows_does_not_hold(id: str, changes: dict[str, Any]) -> None:
+def test_a_claim_without_evidence_is_refuted(id: str, changes: dict[str, Any]) -> None:
     assert judge(id, **changes).verdict == "refuted"
 
 

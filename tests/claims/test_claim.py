@@ -71,7 +71,7 @@ def test_claims_are_sentences_in_order() -> None:
     assert all(one.statement.endswith(".") and len(one.quote) < 300 for one in every)
 
 
-def test_a_judged_claim() -> None:
+def test_a_judged_claim_has_its_parts_and_its_correction() -> None:
     record = judge("EQ-29")
     assert (record.verdict, record.kind, record.proved) == ("misprint", "equation", True)
     assert [part.name for part in record.parts] == ["as printed", "as corrected"]
@@ -85,7 +85,7 @@ def test_a_judged_claim() -> None:
     assert other != judge("NUM-23")
 
 
-def test_workers_find_the_same() -> None:
+def test_workers_judge_as_this_process_does() -> None:
     seen: list[float] = []
     judged = judge_all([*CHEAP, "num-23"], seen.append, workers=2)
     assert judged == judge_all(CHEAP)

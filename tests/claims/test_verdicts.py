@@ -40,7 +40,7 @@ ONES = Fraction("1." + "1" * 50)
         (lambda x: v.untestable("so"), "0 untestable"),
     ],
 )
-def test_a_check(check: Callable[[Fraction], v.Part], edges: str) -> None:
+def test_a_part_at_the_edges_of_its_rule(check: Callable[[Fraction], v.Part], edges: str) -> None:
     for edge in edges.split(", "):
         value, verdict = edge.split()
         found = check(Fraction(value))
@@ -63,7 +63,9 @@ def test_a_check(check: Callable[[Fraction], v.Part], edges: str) -> None:
         (v.interpretations, (TRUE, FALSE), "ambiguous", " Holds if read as: a. Fails as: b."),
     ],
 )
-def test_a_rule(rule: Any, parts: tuple[v.Part, v.Part], verdict: str, note: str) -> None:
+def test_a_rule_makes_the_verdict_of_the_parts(
+    rule: Any, parts: tuple[v.Part, v.Part], verdict: str, note: str
+) -> None:
     judged = rule(dict(zip("ab", parts, strict=True)), "A note.")
     assert (judged.verdict, judged.note, judged.remark) == (verdict, "A note." + note, "A note.")
     assert [part.verdict for part in judged.parts] == [part.verdict for part in parts]
@@ -173,7 +175,7 @@ def test_fraction_of_is_exact(number: Any) -> None:
 
 
 @pytest.mark.parametrize("bad", [mpmath.nan, mpmath.inf, float("nan")])
-def test_no_number_is_no_measurement(bad: object) -> None:
+def test_nan_is_not_a_measurement(bad: object) -> None:
     with pytest.raises(ValueError, match=r"finite|NaN"):
         v.fraction_of(bad)
 

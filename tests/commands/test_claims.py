@@ -15,7 +15,7 @@ def test_looked_up_and_computed_verdicts_are_the_same(printed: Printed) -> None:
     assert looked_up["claims"] == computed["claims"]
 
 
-def test_it_says_from_which_run(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_run_behind_the_verdicts_is_named(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     for stale in (False, True):
         monkeypatch.setattr(JudgingRun, "outdated", stale)
         text = said("claims NUM-23")

@@ -54,7 +54,7 @@ def test_the_events_of_a_scene(said: Said, printed: Printed, trajectory: Traject
         assert times == [found.t_init, found.t_end]
 
 
-def test_only_some(said: Said) -> None:
+def test_events_are_chosen_by_name(said: Said) -> None:
     asked = "events upright --only equator,extremum:g_n --precision extended"
     first, *climb = said(asked).splitlines()
     assert first.startswith("extremum:g_n: its function touches zero, stays there")
@@ -131,6 +131,6 @@ def test_times_of_asked_digits_have_their_errors(said: Said, printed: Printed) -
 
 
 @pytest.mark.parametrize("asked", [7, [7], "none_such"])
-def test_what_names_no_event_is_refused(asked: Any) -> None:
+def test_an_unknown_event_is_refused(asked: Any) -> None:
     with pytest.raises(InputError, match="expected"):
         integrate("reference", events=asked)

@@ -125,7 +125,7 @@ def test_the_climb_of_asked_digits_has_them(printed: Printed, said: Said) -> Non
         ("coulomb-gliding", "says_nothing", "not_passed", "undecided"),
     ],
 )
-def test_three_statements_are_three(
+def test_theorem_equator_and_end_are_stated_separately(
     printed: Printed, said: Said, words: str, theorem: str, equator: str, end: str
 ) -> None:
     """The theorem judges the start, the equator is what happened, the end is what is proved."""

@@ -49,7 +49,7 @@ def test_sweep_reads_toml(file: Path, said: Said) -> None:
     ["--vary mu=1,2", "--box mu=1:2", "--samples 4", "--seed 0", "--until 1",
      "--record climb_A", "--contact bilateral"],
 )  # fmt: skip
-def test_what_a_sweep_s_file_says_is_not_said_beside_it(
+def test_a_key_of_the_file_of_a_sweep_is_refused_as_an_option(
     file: Path, said: Said, option: str
 ) -> None:
     refused = said("sweep", file, option, status=2)

@@ -43,7 +43,7 @@ def test_a_threshold_that_does_not_exist_is_no_failure(
     assert "does not exist" in said("thresholds", file, "--digits 10")
 
 
-def test_one_that_only_one_way_finds_is_a_failure(
+def test_a_threshold_that_one_method_alone_finds_fails(
     printed: Printed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     nothing = MarginalMomentum(False, reason="spoiled")

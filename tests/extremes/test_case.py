@@ -131,7 +131,7 @@ class Spoiled:
         (geometry.start_at_a_pole, ("0", "double"), "vy"),
     ],
 )
-def test_an_entry_of_a_state(
+def test_a_nan_in_a_state_fails_the_case(
     case: Any, arguments: tuple[Any, ...], entry: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert registry.merged(case(*arguments)).holds
@@ -147,7 +147,7 @@ def test_an_entry_of_a_state(
         case(*arguments)
 
 
-def test_an_integral_of_a_long_run(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_nan_in_an_integral_fails_the_case(monkeypatch: pytest.MonkeyPatch) -> None:
     names = ("theta_dot", *horizons.LONG["frictionless"])
     columns = {name: numpy.array([1e-30, 1e-30]) for name in names}
     found = "complete", numpy.array([0.0, 1.0]), columns
@@ -158,7 +158,7 @@ def test_an_integral_of_a_long_run(monkeypatch: pytest.MonkeyPatch) -> None:
         horizons.long_run("frictionless", "1e3")
 
 
-def test_derivatives(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_nan_in_a_derivative_fails_the_case(monkeypatch: pytest.MonkeyPatch) -> None:
     how = sensitivity._sensitivity("contact-lost")
     transitions = numpy.array(how.transitions)
     transitions[-1] = math.nan

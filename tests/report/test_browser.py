@@ -173,7 +173,7 @@ def test_the_overflow_and_the_contrast_would_be_seen(page: Page) -> None:
     assert "faint" in where
 
 
-def test_asks_nobody_for_anything(page: Page) -> None:
+def test_the_page_requests_nothing_from_the_network(page: Page) -> None:
     events = [entry["message"] for entry in page.driver.get_log("performance")]
     asked = [re.search(r'"url":"([^"]*)"', one) for one in events if "requestWillBeSent" in one]
     urls = {found[1] for found in asked if found}

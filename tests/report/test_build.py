@@ -34,7 +34,7 @@ def test_the_commit_is_that_of_the_package_itself(
     assert len(commits[1]) in range(7, 13)
 
 
-def test_what_is_written(small_report: Report, tmp_path: Path) -> None:
+def test_the_files_of_a_report(small_report: Report, tmp_path: Path) -> None:
     written = build.write(small_report, tmp_path)
     assert {path.relative_to(tmp_path).as_posix() for path in written} == {
         "precision-report.html", "precision-report.md", "results.json", "figures/circle.svg",

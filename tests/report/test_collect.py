@@ -30,7 +30,9 @@ def few(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     return chosen
 
 
-def test_every_part_finds_its_place(tmp_path: Path, few: Callable[..., None]) -> None:
+def test_sections_and_claims_are_collected_in_order(
+    tmp_path: Path, few: Callable[..., None]
+) -> None:
     """Cheap sections and claims, in processes as ever."""
     every = sections_in(tmp_path)
     assert set(SHARING) <= set(every)
@@ -46,7 +48,7 @@ def test_every_part_finds_its_place(tmp_path: Path, few: Callable[..., None]) ->
     assert len(shares) == len(titles) + 4
 
 
-def test_a_part_that_fails_fails_the_report(tmp_path: Path, few: Callable[..., None]) -> None:
+def test_a_section_that_fails_fails_the_report(tmp_path: Path, few: Callable[..., None]) -> None:
     (tmp_path / "extremes.json").write_text("{")
     few(list(sections_in(tmp_path)), "Extremes", [])
     with pytest.raises(Exception, match=r"extremes\.json"):

@@ -191,7 +191,7 @@ def board() -> dict[str, Any]:
     return document(tests, STEPS, rows, described, ["DART: not installed"])
 
 
-def test_it_shows_what_was_measured(
+def test_the_section_of_engines_shows_the_scoreboard(
     board: dict[str, Any], small_report: Report, tmp_path: Path
 ) -> None:
     (tmp_path / "engines.json").write_text(json.dumps(board))
@@ -217,7 +217,7 @@ def test_it_shows_what_was_measured(
     )
 
 
-def test_what_lambda_alone_would_show() -> None:
+def test_faults_that_conserve_lambda_are_counted() -> None:
     rows = [("1e-3", "True"), ("2e-7", "True"), ("", "False")]
     table = pandas.DataFrame(
         [*(("dropped term", *row) for row in rows), ("healthy", "1e-3", "True")],

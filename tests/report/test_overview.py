@@ -77,7 +77,9 @@ def test_without_golden_data_nothing_moves(monkeypatch: pytest.MonkeyPatch) -> N
     assert motion(CLIMB) is None
 
 
-def test_a_line_shows_the_essential(judged: list[JudgedClaim]) -> None:
+def test_the_essential_part_is_the_correction_or_the_first_failure(
+    judged: list[JudgedClaim],
+) -> None:
     by_id = {claim.id: claim for claim in judged}
     misprint = by_id["EQ-01"]  # what should stand
     assert misprint.essential.printed == misprint.correction

@@ -97,7 +97,7 @@ def test_exponent_of_the_digits() -> None:
     assert "exponent of time, 16 to 300 digits" not in values(rows[rows["bits"] < 500])
 
 
-def test_what_conservation_hides() -> None:
+def test_errors_hidden_by_conservation_are_counted() -> None:
     rows = table(
         row("heyoka", 1e-3, 1.0, jellett_drift=1e-7),
         row("diffrax Tsit5", 1e-1, 1.0, jellett_drift=1e-5),

@@ -137,7 +137,7 @@ def test_tumbling_exists_below_the_thresholds_only(multiple: str, exists: bool) 
     assert tumbles(replace(TOY, multiple=Fraction(multiple))) is exists
 
 
-def test_the_past_leads_back_to_where_it_came_from() -> None:
+def test_a_backward_integration_is_reversed_forward() -> None:
     scene = variant(until="0.1")
     later = integrate(scene, "double").state
     again = variant(scene, **{name: repr(getattr(later, name)) for name in EulerState._fields})
@@ -158,7 +158,7 @@ def test_the_own_way_is_close_and_its_errors_are_seen() -> None:
         ("odeint", (numpy.zeros((1, 6)), {"message": "Excess work"}), paper_odeint),
     ],
 )
-def test_what_a_solver_gave_up_is_no_run(
+def test_a_solver_that_fails_raises(
     solver: str, answer: Any, given_up: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(f"scipy.integrate.{solver}", lambda *_, **__: answer)

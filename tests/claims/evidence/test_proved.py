@@ -136,7 +136,7 @@ def test_counts() -> None:
     assert (int(surely), int(possibly)) == (1, 3)
 
 
-def test_an_interval_that_is_too_wide_settles_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interval_that_is_too_wide_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the whole proof: it is there, and leaves the claim open."""
     assert judge("NUM-20").proved  # the control
     wide = Interval(Fraction("0.001"), Fraction("0.009"))
