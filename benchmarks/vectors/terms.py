@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from tt_precise.mechanics import euler, newton, rolling
-from tt_precise.mechanics.conversion import euler_from_vectors
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, euler_from_vectors
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.rolling import RollingEulerState

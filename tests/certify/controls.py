@@ -24,8 +24,7 @@ from tests.certify.harness import BITS, Enclosing
 from tt_precise.certify.balls import Balls, NotProved, ball
 from tt_precise.integration.equations import Layout
 from tt_precise.mechanics import formulations
-from tt_precise.mechanics.conversion import vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 
 TINY = arb(2) ** -80
 GUARD = 40  # bits of the controls beyond those of the enclosures

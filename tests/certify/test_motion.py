@@ -18,8 +18,7 @@ from tests.certify.mutants import assert_noticed, mutants_of
 from tt_precise.certify import Enclosure, NotProved, Problem, enclose, problem_of
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.problem import Kind, Phase
-from tt_precise.mechanics.conversion import vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 
 BITS = 120
 # A ball that is wide enough contains anything; one that still has half of the digits does not.

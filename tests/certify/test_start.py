@@ -18,8 +18,7 @@ from tt_precise.certify import NotProved, prove
 from tt_precise.certify.problem import problem_of
 from tt_precise.certify.start import Formal, FormalFunctions
 from tt_precise.integration.events import catalogue, event_named
-from tt_precise.mechanics.conversion import vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.vectors import dot
 from tt_precise.scene.scene import Inclination, Scene

@@ -10,7 +10,7 @@ import pytest
 
 from tests.exact.conftest import Spoil, wrong, wrong_quantity
 from tt_precise.exact import identities
-from tt_precise.mechanics import conversion, euler, friction, newton, rolling
+from tt_precise.mechanics import euler, friction, newton, rolling
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import InputError
 
@@ -32,8 +32,8 @@ CONTROLS: dict[str, Spoil] = {
     "rate of g_n": _wrong(newton, "normal_force_slope"),
     "the axis stays a unit vector": _wrong(newton, "rates", "kz"),
     "equations turn with the frame": _wrong(newton, "rates", "Lx"),
-    "Euler angles turn with the frame": _wrong(conversion, "vectors_from_euler", "vx"),
-    "Euler angles there and back": _wrong(conversion, "vectors_from_euler", "Lz"),
+    "Euler angles turn with the frame": _wrong(euler, "vectors_from_euler", "vx"),
+    "Euler angles there and back": _wrong(euler, "vectors_from_euler", "Lz"),
     "lambda in Euler angles": _wrong(euler, "jellett"),
     "lambda is constant, vectors": _wrong(newton, "rates", "Lz"),
     "lambda is constant, Euler angles": _wrong(euler, "rates", "omega_3"),

@@ -18,14 +18,10 @@ from tt_precise.exact.arithmetic import arithmetic_of
 from tt_precise.golden.runs import Run, columns
 from tt_precise.golden.table import Table
 from tt_precise.mechanics import flight, newton
-from tt_precise.mechanics.conversion import (
-    RigidBodyState,
-    euler_from_vectors,
-    horizontal_length,
-    vectors_from_rigid_body,
-)
+from tt_precise.mechanics.conversion import RigidBodyState, vectors_from_rigid_body
+from tt_precise.mechanics.euler import euler_from_vectors
 from tt_precise.mechanics.pose import pose
-from tt_precise.mechanics.vectors import cross, dot
+from tt_precise.mechanics.vectors import cross, dot, horizontal_length
 from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import to_mpmath

@@ -10,16 +10,10 @@ import numpy as np
 import pytest
 
 from tt_precise.mechanics import newton
-from tt_precise.mechanics.conversion import (
-    RigidBodyState,
-    euler_from_vectors,
-    horizontal_length,
-    vectors_from_euler,
-    vectors_from_rigid_body,
-)
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.conversion import RigidBodyState, vectors_from_rigid_body
+from tt_precise.mechanics.euler import EulerState, euler_from_vectors, vectors_from_euler
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import cross
+from tt_precise.mechanics.vectors import cross, horizontal_length
 from tt_precise.scene.body import TippeTop
 
 EPS = float(np.finfo(float).eps)

@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from tt_precise.mechanics.conversion import vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.formulations import (
     CENTRE,
     FORMULATIONS,

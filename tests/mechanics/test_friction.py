@@ -10,8 +10,7 @@ import numpy
 import pytest
 
 from tt_precise.mechanics import euler, friction, newton
-from tt_precise.mechanics.conversion import vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.laws import COULOMB, LAWS
 from tt_precise.mechanics.newton import NewtonState

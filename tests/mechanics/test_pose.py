@@ -7,16 +7,12 @@ import mpmath
 import numpy as np
 import pytest
 
-from tt_precise.mechanics.conversion import (
-    RigidBodyState,
-    horizontal_length,
-    vectors_from_euler,
-    vectors_from_rigid_body,
-)
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.conversion import RigidBodyState, vectors_from_rigid_body
+from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.vectors import horizontal_length
 from tt_precise.scene.body import TippeTop
 
 PHI, PSI = "0.7", "-1.9"

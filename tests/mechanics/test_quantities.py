@@ -11,8 +11,7 @@ import pytest
 from tests.mechanics.conftest import slopes
 from tt_precise.check.columns import COLUMN_SETS
 from tt_precise.mechanics import euler, newton, rolling
-from tt_precise.mechanics.conversion import vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters, Units

@@ -14,9 +14,8 @@ import numpy
 from tt_precise.check.columns import Samples
 from tt_precise.check.result import Residual, judged
 from tt_precise.check.start import rounding
-from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.digits import sizes
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, euler_from_vectors
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.values import Array, Check
 

@@ -17,7 +17,7 @@ import numpy
 
 from tt_precise.check.precision import resolution
 from tt_precise.mechanics import conversion
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
@@ -71,7 +71,7 @@ def _euler(name: str, spin: str, azimuth: bool) -> ColumnSet:
         if spin == "psi_dot":
             turning = conversion.spin(turning, c["phi_dot"], fn.cos(c["theta"]))
         euler = _state(EulerState, {**c, "omega_3": turning})
-        return conversion.vectors_from_euler(body, euler, fn, c["phi"] if azimuth else 0), 0
+        return vectors_from_euler(body, euler, fn, c["phi"] if azimuth else 0), 0
 
     names = ("theta", "theta_dot", "phi_dot", spin, *(("phi",) if azimuth else ()))
     return ColumnSet(name, names, ("nu_x", "nu_y"), state, azimuth)

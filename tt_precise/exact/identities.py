@@ -3,7 +3,7 @@
 Each identity is one entry: a function that yields residuals. Symbolic ones call the functions of
 ``mechanics`` on the symbols of a chart: all parameters and the whole state are symbols, so a proof
 holds for every body and every state where nothing is divided by zero. Euler and vector form are
-compared through ``mechanics.conversion``. A chart at azimuth 0 proves there, which the identities
+compared through ``mechanics.euler``. A chart at azimuth 0 proves there, which the identities
 "equations turn with the frame" and "Euler angles turn with the frame" extend to every azimuth.
 Others are exact evaluations at random rational points.
 
@@ -29,7 +29,7 @@ from tt_precise.exact.chart import (
     VectorChart,
     VectorChartAtAzimuth0,
 )
-from tt_precise.mechanics import conversion, euler, friction, newton, quantities, rolling
+from tt_precise.mechanics import euler, friction, newton, quantities, rolling
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.friction import PolarState
 from tt_precise.mechanics.laws import COULOMB, REGULARISED
@@ -234,7 +234,7 @@ def _symmetry(draws: random.Random) -> Iterable[Scalar]:
 @identity("Euler angles there and back", "section 1")
 def _there_and_back(chart: EulerChart) -> Iterable[Scalar]:
     """Vectors of an Euler state, converted back, give its rates and velocities again."""
-    back = conversion.euler_from_vectors(chart.body, _vectors(chart), chart)
+    back = euler.euler_from_vectors(chart.body, _vectors(chart), chart)
     return _differences(back, chart.state)
 
 
@@ -323,7 +323,7 @@ def _rolling_contact(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
 def _rolling_forms(chart: EulerChartAtAzimuth0) -> Iterable[Scalar]:
     """The Euler equations made from constant lambda, D, E~ move the vectors as Newton's do."""
     still = EulerState(*chart.state[:4], 0, 0)
-    vectors = RollingState(*conversion.vectors_from_euler(chart.body, still, chart, chart.phi)[:6])
+    vectors = RollingState(*euler.vectors_from_euler(chart.body, still, chart, chart.phi)[:6])
     by_euler = _rolling_euler_rates(chart)
     by_newton = rolling.rates(chart.body, RollingState(*map(chart.here, vectors)))
     return _differences((chart.along(vector, by_euler) for vector in vectors), by_newton)
@@ -363,7 +363,7 @@ def _differences(left: Iterable[Scalar], right: Iterable[Scalar]) -> list[Scalar
 
 
 def _vectors(chart: EulerChart) -> NewtonState:
-    return conversion.vectors_from_euler(chart.body, chart.state, chart, chart.phi)
+    return euler.vectors_from_euler(chart.body, chart.state, chart, chart.phi)
 
 
 def _quantity(chart: EulerChart, name: str) -> Scalar:

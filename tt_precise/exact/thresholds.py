@@ -19,8 +19,7 @@ from tt_precise.exact import arithmetic
 from tt_precise.exact.stability import INVERTED, UPRIGHT, fineness, marginal_spin
 from tt_precise.mechanics import euler, friction, newton
 from tt_precise.mechanics import thresholds as formulas
-from tt_precise.mechanics.conversion import vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.formulations import contact_terms
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion

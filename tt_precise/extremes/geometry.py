@@ -24,8 +24,7 @@ from tt_precise.extremes.runs import (
 )
 from tt_precise.integration import integrate
 from tt_precise.integration.precision import KINDS
-from tt_precise.mechanics.conversion import euler_from_vectors, vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, euler_from_vectors, vectors_from_euler
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Functions, Scalar

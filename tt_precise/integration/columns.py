@@ -13,12 +13,12 @@ from mpmath.libmp import MPZ
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup
-from tt_precise.mechanics.conversion import horizontal_length
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.parameters import Dimension
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import QUANTITIES, RATE, SPEED, Motion, Quantity, described
+from tt_precise.mechanics.vectors import horizontal_length
 from tt_precise.runtime.values import Array, Functions, InputError, Json, Scalar, distinct
 from tt_precise.scene.initial_state import InitialState
 

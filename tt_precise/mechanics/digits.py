@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tt_precise.mechanics.conversion import horizontal_length, vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
@@ -25,7 +24,7 @@ from tt_precise.mechanics.quantities import (
     E,
     Motion,
 )
-from tt_precise.mechanics.vectors import Vector, cross, dot
+from tt_precise.mechanics.vectors import Vector, cross, dot, horizontal_length
 from tt_precise.runtime.values import Functions, Scalar
 
 MOST_GOLDEN = 33  # digits that golden data can confirm: they are rounded to 34

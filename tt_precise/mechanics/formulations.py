@@ -9,8 +9,7 @@ from typing import Any
 
 from tt_precise.mechanics import compliant, euler, flight, friction, newton, rolling
 from tt_precise.mechanics.compliant import DeepState
-from tt_precise.mechanics.conversion import vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.friction import PolarState
 from tt_precise.mechanics.laws import COULOMB, VISCOUS, Law

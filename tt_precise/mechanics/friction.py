@@ -17,9 +17,9 @@ from __future__ import annotations
 from collections import namedtuple
 
 from tt_precise.mechanics import newton, rolling
-from tt_precise.mechanics.conversion import horizontal_length
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
+from tt_precise.mechanics.vectors import horizontal_length
 from tt_precise.runtime.values import Functions, Scalar
 
 

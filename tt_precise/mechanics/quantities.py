@@ -14,12 +14,11 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from tt_precise.mechanics import compliant, friction, newton, rolling
-from tt_precise.mechanics.conversion import euler_from_vectors, horizontal_length
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, euler_from_vectors
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import SPRINGS, Dimension, Parameters, Torque
-from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted
+from tt_precise.mechanics.vectors import Vector, cross, dot, horizontal_length, subtracted
 from tt_precise.runtime.values import Functions, InputError, Scalar
 
 

@@ -13,6 +13,12 @@ def dot(a: Vector, b: Vector) -> Scalar:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
+def horizontal_length(fn: Functions, x: Scalar, y: Scalar) -> Scalar:
+    """sqrt(x^2 + y^2), without underflow where the arithmetic offers it."""
+    hypot = getattr(fn, "hypot", None)
+    return hypot(x, y) if hypot else fn.sqrt(x * x + y * y)
+
+
 def cross(a: Vector, b: Vector) -> Vector:
     """Vector product, right-handed."""
     return (

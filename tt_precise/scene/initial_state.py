@@ -8,8 +8,7 @@ from functools import cached_property
 from typing import Any, TypeVar
 
 from tt_precise.mechanics import compliant
-from tt_precise.mechanics.conversion import vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation, contact_terms
 from tt_precise.mechanics.newton import NewtonState

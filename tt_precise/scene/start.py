@@ -220,8 +220,7 @@ def _with_psi_dot(start: Start, psi_dot: Fraction) -> Start:
 
 def _with_centre_at_rest(start: Start, body: TippeTop) -> Start:
     """With v_A = omega x a, so that s_dot = v_A - omega x a has no horizontal part."""
-    from tt_precise.mechanics.conversion import vectors_from_euler
-    from tt_precise.mechanics.euler import EulerState
+    from tt_precise.mechanics.euler import EulerState, vectors_from_euler
     from tt_precise.mechanics.newton import contact_velocity_rel_cm
 
     context, convert = _arithmetic()

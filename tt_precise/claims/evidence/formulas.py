@@ -17,7 +17,7 @@ from tt_precise.claims.verdicts import Part, decimal, formula, statement
 from tt_precise.exact.chart import EulerChart
 from tt_precise.exact.identities import prove
 from tt_precise.mechanics import euler, newton, rolling
-from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics.euler import vectors_from_euler
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import NAMES, Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, d

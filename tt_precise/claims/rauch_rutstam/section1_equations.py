@@ -11,7 +11,7 @@ from tt_precise.claims.evidence.run import REFERENCE, Run
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import JudgedClaim
 from tt_precise.mechanics import euler, newton
-from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics.euler import vectors_from_euler
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import added, cross, dot, scaled
 

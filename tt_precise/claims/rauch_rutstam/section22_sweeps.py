@@ -15,8 +15,7 @@ from tt_precise.claims.evidence import sweeps as s
 from tt_precise.claims.evidence.run import REFERENCE, Run, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import JudgedClaim
-from tt_precise.mechanics.conversion import vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import E, Motion, jellett
 from tt_precise.runtime.values import Scalar
