@@ -316,7 +316,7 @@ def odefun(problem: GoldenProblem, settings: Settings) -> Solve:
     start = problem.start(precision)
     # numbers of mpmath's own context: odefun raises its precision, and theirs has to follow
     own = mpmath.mp.convert
-    state = [own(x) for x in form.start(start.body, start.vectors, start.euler)]
+    state = [own(x) for x in start.state(form)]
     body = start.body.numbers(own)
 
     def solve(times: Sequence[Scalar]) -> SolverResult:

@@ -60,7 +60,7 @@ class GoldenProblem:
     def state(self, precision: Precision) -> list[Scalar]:
         """The start in heyoka's numbers."""
         start = self.start(precision)
-        first = self.form.start(start.body, start.vectors, start.euler)
+        first = start.state(self.form)
         return list(map(precision.number, first))
 
     def parameters(self, precision: Precision) -> list[Scalar]:

@@ -73,7 +73,7 @@ def spoiled_rates(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, Spoil], Non
         def rates(body: Any, state: Any, fn: Any) -> Any:
             return change(state, original.rates(body, state, fn))
 
-        wrong = replace(original, equations=rates)
-        monkeypatch.setitem(formulations.FORMULATIONS, (formulations.CENTRE, coordinates), wrong)
+        wrong = replace(original, derivatives=rates)
+        monkeypatch.setitem(formulations.CHEAPER, ("gliding", coordinates), wrong)
 
     return spoil

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 from unittest.mock import Mock
 
@@ -10,11 +9,11 @@ import mpmath
 import pytest
 
 from tt_precise.integration import Trajectory, heyoka_backend, integrate
-from tt_precise.integration.equations import SLOW_SPEED, Equations, longest_step
+from tt_precise.integration.equations import Equations, terminal_functions
 from tt_precise.integration.heyoka_backend import KINDS, lent
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
-from tt_precise.mechanics.formulations import FORMULATIONS, SLOW, integrated
+from tt_precise.mechanics.formulations import integrated
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -62,7 +61,7 @@ def test_a_coarser_tolerance_lowers_the_order_and_loosens_conservation(half: Sce
 def test_terminal_functions(model: str, coordinates: str) -> None:
     form = integrated(model, coordinates)
     equations = Equations.of(form)
-    found = heyoka_backend.terminal_functions(form, equations.motion, equations.variables[0])
+    found = terminal_functions(form, equations.motion, equations.variables[0])
     singular, pole = model == "gliding", coordinates == "euler"
     assert list(found) == ["contact_lost", *["singular_contact"] * singular, *["pole"] * pole]
 
@@ -108,18 +107,6 @@ ORDER = 20
 
 def start(theta: str) -> InitialState:
     return InitialState.of(load_scene("reference").varied(theta=theta), DOUBLE.arithmetic)
-
-
-def test_in_a_time_of_its_own_a_step_is_as_many_times_longer_as_rates_are_smaller() -> None:
-    """Without friction: a rate is v times as large, and v is twice the slow speed at most."""
-    one = start("1e-9")
-    body = replace(one.body, mu=0 * one.body.mu)
-    plain, own = (
-        longest_step(body, one.vectors, ORDER, DOUBLE, form)
-        for form in (None, FORMULATIONS[SLOW, "newton"])
-    )
-    assert plain is not None
-    assert own / plain == pytest.approx(1 / (2 * SLOW_SPEED), rel=1e-12)
 
 
 def test_a_step_too_short_for_the_clock_ends_in_failed(reference: Scene) -> None:

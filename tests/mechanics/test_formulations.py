@@ -9,7 +9,7 @@ import pytest
 
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.formulations import (
-    CENTRE,
+    CHEAPER,
     FORMULATIONS,
     MODELS,
     STATE_DIMENSIONS,
@@ -24,7 +24,7 @@ from tt_precise.scene.body import TippeTop
 Round = Callable[[Fraction], Any]
 EVERY = pytest.mark.parametrize(
     "form",
-    [form for (motion, _), form in FORMULATIONS.items() if motion in (*MODELS, CENTRE)],
+    [*FORMULATIONS.values(), *CHEAPER.values()],
     ids=lambda f: f"{f.model}-{f.coordinates}-{f.State.__name__}",
 )
 START = EulerState(*(Fraction(n, 10) for n in (9, 21, -13, 34, 5, -8)))
@@ -35,7 +35,8 @@ def beginning(form: Any, body: TippeTop, mp: Any, rounded: Round) -> Any:
     given = START if form.model == "gliding" else START._replace(nu_x=Fraction(0), nu_y=Fraction(0))
     euler = EulerState(*map(rounded, given))
     numbers = body.numbers(rounded)
-    return form.start(numbers, vectors_from_euler(numbers, euler, mp), euler)
+    vectors = vectors_from_euler(numbers, euler, mp)
+    return form.State.of(Motion(numbers, vectors, mp, form.model, euler=euler))
 
 
 @EVERY

@@ -144,11 +144,11 @@ STATE = EulerState(0.7, 0.4, 0.9, 3.0, 0.06, -0.02)
 def test_polar_rates_are_those_of_the_plain_equations(mp: Any) -> None:
     body, state = SMALL.numbers(mp.mpf), EulerState(*map(mp.mpf, STATE))
     vectors = vectors_from_euler(body, state, mp)
-    own = friction.polar_from_vectors(vectors, mp)
+    own = friction.PolarState.of(Motion(body, vectors, mp))
     found = friction.polar_rates(body, own, mp)
     viscous = friction.viscous_at(body, vectors.vx, vectors.vy, mp)
     plain = newton.rates(viscous, vectors, mp)
-    v = friction.polar_speed(own, mp)
+    v = own.clock(mp)
     for one, other in zip(found[:6], plain[:6], strict=True):
         assert mp.almosteq(one, v * other, rel_eps=1e-40)
     for e, turning, rate in zip(own[7:9], found[7:9], plain[6:], strict=True):
@@ -171,7 +171,7 @@ def test_rates_are_finite_where_the_gliding_ends() -> None:
 
 def test_there_and_back() -> None:
     vectors = NewtonState(0.6, 0.0, 0.8, 1.0, 2.0, 3.0, 0.3, -0.4)
-    own = friction.polar_from_vectors(vectors, numpy)
-    assert friction.gliding_velocity(own, numpy) == pytest.approx((0.3, -0.4), rel=1e-15)
-    assert friction.polar_speed(own, numpy) == pytest.approx(0.5, rel=1e-15)
+    own = friction.PolarState.of(Motion(SMALL, vectors, numpy))
+    assert own.vectors(SMALL, numpy).v[:2] == pytest.approx((0.3, -0.4), rel=1e-15)
+    assert own.clock(numpy) == pytest.approx(0.5, rel=1e-15)
     assert newton.normal_force(SMALL, vectors) > 0

@@ -127,9 +127,9 @@ def test_slope_of_the_normal_force_is_its_rate(
 
 def test_centre_of_mass_there_and_back(body: TippeTop, states: list[NewtonState]) -> None:
     for vectors in states:
-        state = newton.centre_from_vectors(body, vectors)
-        assert newton.centre_to_vectors(body, state) == vectors
-        assert newton.centre_velocity(body, state) == Motion(body, vectors, None).s_dot
+        state = newton.CentreState.of(Motion(body, vectors, None))
+        assert state.vectors(body) == vectors
+        assert state.centre(body)() == Motion(body, vectors, None).s_dot
 
 
 def test_the_same_motion_as_in_vectors(
@@ -138,9 +138,9 @@ def test_the_same_motion_as_in_vectors(
     off = replace(numbers, mu=numbers.mu * (1 + mp.mpf(10) ** -30))
     for exact in states:
         vectors = NewtonState(*map(rounded, exact))
-        state = newton.centre_from_vectors(numbers, vectors)
+        state = newton.CentreState.of(Motion(numbers, vectors, None))
         rates = newton.centre_rates(numbers, state)
-        found = slopes(lambda s: newton.centre_to_vectors(numbers, s), state, rates, mp)
+        found = slopes(lambda s: s.vectors(numbers), state, rates, mp)
         for one, right in zip(found, newton.rates(numbers, vectors), strict=True):
             assert abs(one - right) < mp.mpf(10) ** -34
         assert abs(found[6] - newton.rates(off, vectors).vx) > mp.mpf(10) ** -33

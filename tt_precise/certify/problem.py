@@ -20,6 +20,8 @@ from tt_precise.integration.events import TERMINAL, catalogue, event_named
 from tt_precise.mechanics import compliant, formulations
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.nonsmooth.formulations import elastic, raised
+from tt_precise.nonsmooth.lifting import pressed
 from tt_precise.runtime.values import Arithmetic, Functions, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
@@ -123,14 +125,14 @@ def _forms(scene: Scene) -> list[tuple[str, Formulation, Function]]:
     if scene.flies or spring == "hunt-crossley":
         which = "flight after contact" if scene.flies else f"a {spring} table"
         raise NotProved("equations", f"{which} changes them in a way that proofs do not cover")
-    form = formulations.integrated(scene.model, "newton", law)
     if scene.model == "flight":
-        return [("landed", form, _height)]
+        return [("landed", raised(), _height)]
     if not spring:
+        form = formulations.integrated(scene.model, "newton", law)
         return [("contact_lost", form, contact_force)]
     return [
-        ("separation", formulations.elastic(spring, law), contact_force),
-        ("landing", formulations.raised(spring), _height),
+        ("separation", elastic(spring, law), contact_force),
+        ("landing", raised(spring), _height),
     ]
 
 
@@ -146,7 +148,7 @@ def _motion(form: Formulation, start: InitialState) -> Callable[[Sequence[Scalar
 
 
 def _pressed(scene: Scene, start: InitialState, fn: Functions) -> InitialState:
-    return start.pressed_in(fn) if scene.body.spring else start
+    return pressed(start, fn) if scene.body.spring else start
 
 
 def _onset(scene: Scene, form: Formulation) -> Onset:

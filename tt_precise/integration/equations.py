@@ -6,13 +6,13 @@ may grow large, are scaled down by a power of two and do not weaken it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from tt_precise.integration.events import Event
 from tt_precise.integration.precision import Precision
-from tt_precise.mechanics import compliant, friction, newton
+from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.friction import largest_coefficient
 from tt_precise.mechanics.newton import NewtonState
@@ -20,13 +20,12 @@ from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.process import import_heyoka
-from tt_precise.runtime.values import Functions, InputError, Scalar
+from tt_precise.runtime.values import Adaptive, Functions, InputError, Scalar
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.taylor.series import Series, SeriesFunctions, rate, solution
 
 QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
 QUADRATURE_SCALE = 1024
-# in units of sqrt(g R): Coulomb's law is integrated in polar form from this speed up to twice it
-SLOW_SPEED = 2.0**-4
 SINGULAR_DENOMINATOR = 1e-6  # of I1; from there the blow-up is about 1e-12 sqrt(R/g) away
 # a tolerance relative to the largest entry costs a larger tilt at most 2 digits
 LARGE_TILT = 2.0**-7
@@ -52,10 +51,7 @@ class Layout(NamedTuple):
             recorded = [
                 QUANTITIES[QUADRATURES[name]].evaluate(q) / QUADRATURE_SCALE for name in self.record
             ]
-            if self.form.clock:
-                clock = self.form.clock(state, fn)
-                recorded = [clock * rate for rate in recorded]
-            rates += recorded
+            rates += state.along(recorded, fn)
         return rates
 
     def motion(self, body: Parameters, row: Sequence[Scalar], fn: Functions) -> Motion:
@@ -131,25 +127,64 @@ class Equations:
         return list(zip(self.variables, self.rates, strict=True))
 
 
+Condition = Callable[[Adaptive, int], bool]
+Ends = dict[str, Scalar]
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A motion under one set of equations as heyoka integrates it: its ends and its steps.
+
+    This one is that of a top in contact with a rigid table. ``brief`` motions have few steps, for
+    which code that compiles fast is better. Where time is an entry of the state (``has_clock``),
+    the horizon is a parameter of the equations.
+    """
+
+    brief: ClassVar[bool] = False
+    has_clock: ClassVar[bool] = False
+
+    def ends(
+        self, equations: Equations, horizon: Scalar, precision: Precision
+    ) -> dict[str, Scalar]:
+        """Functions that are positive while the phase lasts; it ends where one falls to zero."""
+        form = equations.layout.form
+        return terminal_functions(form, equations.motion, equations.variables[0])
+
+    def condition(
+        self, form: Formulation, end: str, eps: float, tolerance: float
+    ) -> Condition | None:
+        """Return a callback of heyoka's event: whether the phase goes on at a zero of that end."""
+        return None
+
+    def goals(self, start: InitialState, until: Scalar, precision: Precision) -> list[Scalar]:
+        """Values of the variable of integration up to which it is integrated in turn.
+
+        The last is ``until``, in heyoka's numbers, if that is not None.
+        """
+        return [precision.number(start.until) if until is None else until]
+
+    def fastest(self, body: Parameters, speed: Scalar, frequency: Scalar, decay: Scalar) -> Scalar:
+        """The largest rate of a small tilt.
+
+        ``frequency`` is that of its oscillations, ``decay`` that of gliding for a coefficient of
+        friction 1, and ``speed`` that of the contact point.
+        """
+        if body.friction.smooth_at_rest or speed:
+            frequency += largest_coefficient(body, speed) * decay
+        return frequency
+
+
+RIGID_CONTACT = Phase()
+
+
 def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str, Scalar]:
-    """Functions that are positive while the model holds; it ends where one falls to zero."""
-    if form.model == "flight":
-        functions = {"landing": q.state.height}
-        if form.spring:
-            functions["sinking"] = compliant.reach(q.body, q.state.height, q.state.rise)
-    elif form.spring:
-        functions = {} if form.regularised_time else {"separation": q.force[2]}
-    elif form.model == "rolling":
+    """Functions that are positive while a top stays on a rigid table, with angles if it has any."""
+    if form.model == "rolling":
         functions = {"contact_lost": q.force[2]}
     else:
         numerator, denominator = newton.contact_terms(q.viscous, q.state)
         margin = SINGULAR_DENOMINATOR * q.body.I1
         functions = {"contact_lost": numerator, "singular_contact": denominator - margin}
-    if form.model == "rolling" and not form.friction.smooth_at_rest:
-        functions["slip"] = friction.cone_margin(q.body, q.state)
-    elif not (form.friction.smooth_at_rest or form.regularised_time):
-        square = q.state.vx * q.state.vx + q.state.vy * q.state.vy
-        functions["slow"] = square - SLOW_SPEED * SLOW_SPEED
     if form.coordinates == "euler":
         functions["pole"] = q.fn.sin(theta)
     return functions
@@ -176,12 +211,11 @@ def longest_step(
     vectors: NewtonState,
     order: int,
     precision: Precision,
-    form: Formulation | None = None,
+    phase: Phase = RIGID_CONTACT,
 ) -> Scalar | None:
     """Longest Taylor step that keeps the digits of a tilt near a pole; None for other starts.
 
-    ``body`` and ``vectors`` are the dimensionless start; ``form`` matters if it has a regularised
-    time.
+    ``body`` and ``vectors`` are the dimensionless start.
 
     heyoka keeps the truncation error below eps of the largest entry, which does not control a tilt
     of 1e-20 rad: the steps would become so long that the tilt is wrong by a factor. The tilt obeys
@@ -200,11 +234,7 @@ def longest_step(
     # nutation, the pendulum's frequency, and the decay of gliding, none of them underestimated
     frequency = spin / body.I1 + context.sqrt(body.alpha / body.I1)
     decay = 1 + height * height / body.I1
-    if (
-        form and form.regularised_time
-    ):  # in which a rate is v times as large, at most at the highest v there
-        frequency = 2 * SLOW_SPEED * frequency + body.mu * decay
-    elif body.friction.smooth_at_rest or any(vectors.v):
-        frequency += largest_coefficient(body, context.hypot(*vectors.v[:2])) * decay
+    speed = context.hypot(*vectors.v[:2])
+    frequency = phase.fastest(body, speed, frequency, decay)
     first_left_out = precision.eps * context.factorial(order + 1)
     return context.root(first_left_out, order + 1) / frequency

@@ -490,8 +490,7 @@ def _zeros(
         slope = (at(ASIDE) - at(-ASIDE)) / (2 * ASIDE)
         step = -at(0.0) / numpy.where(slope, slope, math.nan)
     there = tuple(x[0] + step * (x[1] + step * x[2]) for x in entries)
-    delay = step
-    if setup.formulation.regularised_time:
-        t = setup.formulation.columns.index("t")
-        delay = there[t] - rows[t]
+    form = setup.formulation
+    before, after = (form.State(*entries[: len(form.columns)]) for entries in (rows, there))
+    delay = form.State.elapsed(step, before, after)
     return delay.astype(float) - [float(t - i) for t, i in zip(times, inner, strict=True)], there

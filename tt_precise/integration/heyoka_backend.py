@@ -5,7 +5,6 @@ Everything is integrated in dimensionless units (m = R = g = 1).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
@@ -24,32 +23,17 @@ from tt_precise.integration.dense_output import (
     Status,
     StoredPieces,
 )
-from tt_precise.integration.equations import (
-    SLOW_SPEED,
-    Equations,
-    longest_step,
-    terminal_functions,
-)
+from tt_precise.integration.equations import Equations, longest_step
 from tt_precise.integration.events import Found
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table
-from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Adaptive, Array, ContinuousOutput, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
-# In units of time: the first step of a flight. The height may vanish at the start, and a multiple
-# root there hides other roots of its Taylor step from heyoka.
-FIRST_STEP = 2.0**-20
 MOST_CUTS = 4  # of a failed propagation, back to its last good step
-LONGEST_REGULARISED_TIME = 2.0**40  # where the state ends the propagation
-REST_SPEED = 2.0**-8  # of eps; v = 0 is less than an ulp of time away from there
-# Bound on the relative error of the vertical acceleration in flight, in units of eps: it has some
-# ten operations. A top that takes off rises with the third power of time, so this error alone may
-# bring the computed height back to 0 soon after.
-ACCELERATION_ROUNDINGS = 16
 # How far LLVM optimises. Compact code in double has the bits of level 3 at level 1, in 0.6 of the
 # time. Wider types have them at level 0, in a seventh of it: a library does their operations.
 OPTIMISATION = {"loop": 3, "compact": 1, "wide": 0}
@@ -116,19 +100,14 @@ def propagate(
     """
     form = setup.formulation
     number, zero = setup.precision.number, setup.precision.context.mpf(0)
-    horizon = number(start.until) if until is None else until
+    goals = setup.phase.goals(start, until, setup.precision)
+    horizon = goals[-1]
     watched = Watched(setup, start, dense) if setup.events else None
     dense = watched or dense
     with integrator(setup.but(events=())) as made:
         made.begin(setup, start)
-        if setup.formulation.regularised_time and until is None:
-            horizon = number(setup.precision.context.mpf(LONGEST_REGULARISED_TIME))
-        # the height of a flight may vanish at its start, and hide another zero in the same step
-        rooted = setup.formulation.model == "flight"
-        first = number(setup.precision.context.mpf(FIRST_STEP)) if rooted else horizon
-        goals = [first, horizon] if first < horizon else [horizon]
         longest = longest_step(
-            start.body, start.vectors, made.adaptive.order, setup.precision, setup.formulation
+            start.body, start.vectors, made.adaptive.order, setup.precision, setup.phase
         )
         limits = {} if longest is None else {"max_delta_t": number(longest)}
         outcome, steps, taken = _advance(
@@ -310,7 +289,7 @@ class Integrator:
         form, number = setup.formulation, setup.precision.number
         for i, value in enumerate(start.first_row(form, setup.record)):
             self.adaptive.state[i] = number(value)
-        horizon = (start.until,) if form.regularised_time else ()
+        horizon = (start.until,) if setup.phase.has_clock else ()
         for i, value in enumerate((*start.parameters(form), *horizon)):
             self.adaptive.pars[i] = number(value)
         self.adaptive.time = number(setup.precision.context.mpf(0))
@@ -326,24 +305,25 @@ def build(setup: Setup) -> Integrator:
     heyoka.set_logger_level_critical()
     form, fp_type = setup.formulation, setup.precision.fp_type
     equations = Equations.of(form, setup.record)
-    terminal = terminal_functions(form, equations.motion, equations.variables[0])
-    if form.regularised_time:
-        terminal |= _ends_in_regularised_time(setup, equations, heyoka.par[len(form.parameters)])
+    eps, parameters = float(setup.precision.eps), len(form.parameters)
+    terminal = setup.phase.ends(equations, heyoka.par[parameters], setup.precision)
     losses: list[Scalar] = []
     noted = []
     if setup.contact == "bilateral":
         noted = [_loss(heyoka, terminal.pop("contact_lost"), fp_type, losses)]
+    conditions: dict[str, dict[str, Any]] = {}
+    for name in terminal:
+        condition = setup.phase.condition(form, name, eps, setup.tolerance)
+        conditions[name] = {"callback": condition} if condition else {}
     number = setup.precision.number
     zero = setup.precision.context.mpf(0)
     made = heyoka.taylor_adaptive(
         equations.system,
         [number(zero) for _ in equations.variables],
-        pars=[number(zero + 1) for _ in range(len(form.parameters) + form.regularised_time)],
+        pars=[number(zero + 1) for _ in range(parameters + setup.phase.has_clock)],
         fp_type=fp_type,
         t_events=[
-            heyoka.t_event(
-                ex, fp_type=fp_type, direction=heyoka_direction(-1), **_condition(setup, name)
-            )
+            heyoka.t_event(ex, fp_type=fp_type, direction=heyoka_direction(-1), **conditions[name])
             for name, ex in terminal.items()
         ],
         nt_events=noted,
@@ -352,55 +332,12 @@ def build(setup: Setup) -> Integrator:
     return Integrator(made, tuple(terminal), losses)
 
 
-def _condition(setup: Setup, name: str) -> dict[str, Any]:
-    """Return the condition of the end of a flight: a callback that ignores other zeros.
-
-    A landing at any speed ends a flight, unless the error of the acceleration since the start of
-    the flight explains that speed.
-    """
-    form = setup.formulation
-    if form.model != "flight" or name not in ("landing", "sinking"):
-        return {}
-    height, rise = form.columns.index("height"), form.columns.index("rise")
-    error = max(ACCELERATION_ROUNDINGS * float(setup.precision.eps), setup.tolerance)
-
-    def goes_on(adaptive: Any, sign: int) -> bool:
-        if name == "sinking":
-            return bool(adaptive.state[height] >= 0)
-        row = [float(adaptive.state[i]) for i in range(len(form.columns))]
-        body = form.body([float(adaptive.pars[i]) for i in range(len(form.parameters))])
-        L = form.motion(body, form.State(*row), math).state.L
-        largest = 1 + body.alpha * dot(L, L) / body.I1**2  # acceleration in units of g
-        return row[rise] >= -error * largest * float(adaptive.time)
-
-    return {"callback": goes_on}
-
-
-def _ends_in_regularised_time(setup: Setup, equations: Equations, horizon: Any) -> dict[str, Any]:
-    state = dict(zip(setup.formulation.columns, equations.variables, strict=False))
-    if "zeta" in state:
-        pressing = 1 - equations.motion.body.damping * state["rise"]
-        return {
-            "separation": state["zeta"], "release": pressing, "complete": horizon - state["t"],
-        }  # fmt: skip
-    number, context = setup.precision.number, setup.precision.context
-    rest = context.log(REST_SPEED * setup.precision.eps)
-    return {
-        "stick": state["log_v"] - number(rest),
-        "fast": number(context.log(2 * SLOW_SPEED)) - state["log_v"],
-        "complete": horizon - state["t"],
-    }
-
-
 def numeric_options(setup: Setup) -> dict[str, Any]:
     """Keyword arguments of ``heyoka.taylor_adaptive`` that fix tolerance and compilation."""
     number = setup.precision.number
     # compact_mode compiles wide types in half a second instead of 26 s, and runs as fast; double
     # then takes twice as long, which does not matter for brief segments
-    form = setup.formulation
-    sticks = form.model == "rolling" and not form.friction.smooth_at_rest
-    brief = form.regularised_time or form.spring or form.model == "flight" or sticks
-    compact = bool(brief) or not setup.precision.is_float
+    compact = setup.phase.brief or not setup.precision.is_float
     options: dict[str, Any] = {"compact_mode": compact}
     kind = "wide" if not setup.precision.is_float else "compact" if compact else "loop"
     options["opt_level"] = OPTIMISATION[kind]

@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from tt_precise.integration.equations import Layout
+from tt_precise.integration.equations import RIGID_CONTACT, Layout, Phase
 from tt_precise.integration.events import EXTREMUM, Asked, Event, catalogue, event_named
 from tt_precise.integration.precision import Precision, precision_named
+from tt_precise.integration.registry import asked_by
 from tt_precise.mechanics.formulations import (
     Formulation,
     contact_terms,
-    elastic,
     integrated,
 )
 from tt_precise.mechanics.quantities import Motion, Quantity, UserFunction
@@ -35,11 +35,13 @@ class Setup:
     ``events`` and ``record`` are names of the catalogue and of quadratures. ``tolerance`` is
     relative, 0 for the full accuracy of the precision. ``options`` are further keyword arguments of
     ``heyoka.taylor_adaptive``, sorted. ``contact`` is "unilateral" or "bilateral". ``lifts``: the
-    lowest point may be off the table's height.
+    lowest point may be off the table's height. ``formulation`` and ``phase`` are those at the
+    start.
     """
 
     formulation: Formulation
     precision: Precision
+    phase: Phase = RIGID_CONTACT
     events: tuple[Asked, ...] = ()
     record: tuple[str, ...] = ()
     tolerance: float = 0.0
@@ -66,8 +68,10 @@ class Setup:
         Raises ``InputError``: an argument cannot be used, or cannot be used with this scene.
         """
         working, coordinates = precision_named(precision or "double", bits), formulation or "newton"
-        law, spring = scene.body.friction, scene.body.spring
-        form = elastic(spring, law) if spring else integrated(scene.model, coordinates, law)
+        law = scene.body.friction
+        form, phase = integrated(scene.model, coordinates, law), RIGID_CONTACT
+        for further in asked_by(scene):
+            form, phase = further.first(scene, form)
         if coordinates == "euler":
             _require_euler_angles(scene, working)
             why = refused_in_angles(scene)
@@ -97,6 +101,7 @@ class Setup:
             )
         return cls(
             formulation=form,
+            phase=phase,
             precision=working,
             events=names,
             record=_checked_record(scene, record, coordinates, True in marks or scene.in_pieces),

@@ -12,12 +12,29 @@ from typing import Any
 
 from tt_precise.mechanics import flight, friction
 from tt_precise.mechanics.flight import LiftedState
+from tt_precise.mechanics.friction import InOwnTime
+from tt_precise.mechanics.newton import Described
 from tt_precise.mechanics.vectors import Vector
 from tt_precise.runtime.values import Functions, Scalar
 
 
-class DeepState(namedtuple("DeepState", "kx ky kz Lx Ly Lz vx vy zeta rise t")):
+class DeepState(InOwnTime, namedtuple("DeepState", "kx ky kz Lx Ly Lz vx vy zeta rise t")):
     """As ``LiftedState`` with the root zeta of the depth for the height, and the time."""
+
+    @classmethod
+    def of(cls, q: Described) -> DeepState:
+        """The state of a motion at time 0."""
+        *turning, height, rise = LiftedState.of(q)
+        zero = q.fn.mpf(0)
+        return cls(*(*turning, q.fn.sqrt(-height) if height < 0 else zero, rise, zero))
+
+    def vectors(self, body: Any, fn: Functions, phi: Scalar = 0) -> LiftedState:
+        """The state with the height."""
+        return LiftedState(*(*self[:8], height(self.zeta), self.rise))
+
+    def clock(self, fn: Functions) -> Scalar:
+        """zeta, the rate of t along sigma."""
+        return self.zeta
 
 
 def linear_force(body: Any, height: Scalar, rise: Scalar) -> Scalar:
@@ -59,11 +76,6 @@ def rates(body: Any, state: LiftedState, fn: Functions) -> LiftedState:
 def height(zeta: Scalar) -> Scalar:
     """Height of the lowest point at the depth zeta^2."""
     return -(zeta * zeta)
-
-
-def root_of_depth(state: DeepState, fn: Functions) -> Scalar:
-    """zeta, the rate of t along sigma."""
-    return state.zeta
 
 
 def hunt_crossley_rates(body: Any, state: DeepState, fn: Functions) -> DeepState:

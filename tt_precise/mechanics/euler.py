@@ -13,18 +13,38 @@ from __future__ import annotations
 
 from collections import namedtuple
 
-from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.newton import Described, Integrated, NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import added, dot, horizontal_length, scaled
 from tt_precise.runtime.values import Functions, Scalar
 
 
-class EulerState(namedtuple("EulerState", "theta theta_dot phi_dot omega_3 nu_x nu_y")):
+class InAngles(Integrated):
+    """The common part of states in Euler angles."""
+
+    coordinates = "euler"
+
+    def vectors(self, body: Parameters, fn: Functions, phi: Scalar = 0) -> NewtonState:
+        """The vector state at azimuth ``phi``."""
+        return vectors_from_euler(body, self.angles, fn, phi)
+
+
+class EulerState(InAngles, namedtuple("EulerState", "theta theta_dot phi_dot omega_3 nu_x nu_y")):
     """Inclination, its rate, precession rate, spin about the axis, gliding velocity.
 
     rad, rad/s, rad/s, rad/s, m/s, m/s; nu_x along x-hat (the horizontal direction towards which
     the axis is tilted), nu_y along y-hat = z x x-hat.
     """
+
+    @classmethod
+    def of(cls, q: Described) -> EulerState:
+        """The state of a motion."""
+        return cls(*q.euler)
+
+    @property
+    def angles(self) -> EulerState:
+        """The state itself."""
+        return self
 
 
 def vectors_from_euler(

@@ -17,7 +17,7 @@ from collections import namedtuple
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.newton import NewtonState, OfAxis
+from tt_precise.mechanics.newton import Described, Integrated, NewtonState, OfAxis
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import (
     Quaternion,
@@ -30,8 +30,19 @@ from tt_precise.mechanics.vectors import (
 from tt_precise.runtime.values import Functions, Scalar
 
 
-class LiftedState(OfAxis, namedtuple("LiftedState", "kx ky kz Lx Ly Lz vx vy height rise")):
+class LiftedState(
+    OfAxis, Integrated, namedtuple("LiftedState", "kx ky kz Lx Ly Lz vx vy height rise")
+):
     """As ``NewtonState``, and the height of the lowest point above the table, and its rate."""
+
+    @classmethod
+    def of(cls, q: Described) -> LiftedState:
+        """The state of a motion, whose lowest point is on the table unless it has a height."""
+        return q.state if isinstance(q.state, cls) else cls(*(*q.state, q.fn.mpf(0), q.fn.mpf(0)))
+
+    def vectors(self, body: Parameters, fn: Functions, phi: Scalar = 0) -> LiftedState:
+        """The state itself."""
+        return self
 
     @property
     def v(self) -> Vector:

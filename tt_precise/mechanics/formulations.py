@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
-from tt_precise.mechanics import compliant, euler, flight, friction, newton, rolling
-from tt_precise.mechanics.compliant import DeepState
-from tt_precise.mechanics.euler import EulerState, vectors_from_euler
-from tt_precise.mechanics.flight import LiftedState
-from tt_precise.mechanics.friction import PolarState
-from tt_precise.mechanics.laws import COULOMB, VISCOUS, Law
+from tt_precise.mechanics import euler, flight, friction, newton, rolling
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.laws import VISCOUS, Law
 from tt_precise.mechanics.newton import CentreState, NewtonState
 from tt_precise.mechanics.parameters import Dimension, Parameters, of_numbers
 from tt_precise.mechanics.quantities import ANGLE, ANGULAR_MOMENTUM, RATE, SPEED, Motion
@@ -33,39 +29,32 @@ STATE_DIMENSIONS: dict[str, Dimension] = {
 
 @dataclass(frozen=True)
 class Formulation:
-    """State, equations of motion, and conversion to vectors, of a model in a set of coordinates.
+    """The equations of motion of a model for one kind of state.
 
-    ``equations(body, state, fn)`` is the time derivative of a ``State``; ``friction`` is the law
-    and ``spring`` the force of an elastic table, "" for a rigid table. If the equations are those
-    of viscous friction, ``velocity(body, state)`` is the gliding velocity at which ``rates``
-    substitutes the law's coefficient for mu. In a regularised time, which the equations then refer
-    to, the time t is an entry of the state and ``clock(state, fn)`` the rate of t.
+    ``derivatives(body, state, fn)`` are those of a ``State``, an ``Integrated`` named tuple, by its
+    variable of integration. ``friction`` is the law and ``spring`` the force of an elastic table,
+    "" for a rigid table.
     """
 
     model: str
-    coordinates: str
     State: Any
-    equations: Callable[..., StateOfAny]
-    velocity: Callable[[Parameters, Any], tuple[Scalar, Scalar]] | None = None
+    derivatives: Callable[..., StateOfAny]
     friction: Law = VISCOUS
     spring: str = ""
-    clock: Callable[[Any, Functions], Scalar] | None = None
 
     def rates(self, body: Parameters, state: StateOfAny, fn: Functions) -> StateOfAny:
-        """Time derivative of a state under the law of friction."""
-        if self.velocity and not self.friction.constant:
-            body = friction.viscous_at(body, *self.velocity(body, state), fn)
-        return self.equations(body, state, fn)
+        """The derivatives of a state."""
+        return self.derivatives(body, state, fn)
+
+    @property
+    def coordinates(self) -> str:
+        """The coordinates of the state: "newton" or "euler"."""
+        return str(self.State.coordinates)
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the state's entries, in order."""
         return tuple(self.State._fields)
-
-    @property
-    def regularised_time(self) -> bool:
-        """Whether it uses a regularised time."""
-        return self.clock is not None
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -85,112 +74,54 @@ class Formulation:
 
     def motion(self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar = 0) -> Motion:
         """The ``Motion`` of a state; an Euler state needs the azimuth ``phi``."""
-        if self.State is CentreState:
-            there = CentreState(*state)
-            velocity = partial(newton.centre_velocity, body, there)
-            return Motion(
-                body, newton.centre_to_vectors(body, there), fn, self.model, s_dot=velocity
-            )
-        if "rise" in self.columns:
-            return self._lifted_motion(body, state, fn)
-        if self.regularised_time:
-            polar_state = self.State(*state)
-            length = self.columns.index("log_v")
-            state = (*state[:length], *friction.gliding_velocity(polar_state, fn))
-        if self.coordinates == "newton":
-            vectors = NewtonState(*state, *(0,) * (8 - len(state)))
-            return Motion(body, vectors, fn, self.model)
-        full = EulerState(*state, *(0,) * (6 - len(state)))
-        vectors = vectors_from_euler(body, full, fn, phi)
-        return Motion(body, vectors, fn, self.model, euler=full)
-
-    def _lifted_motion(self, body: Parameters, state: StateOfAny, fn: Functions) -> Motion:
-        inner = dict(zip(self.columns, state, strict=False))
-        height = compliant.height(inner["zeta"]) if self.regularised_time else inner["height"]
-        lifted_state = LiftedState(*(*state[:8], height, inner["rise"]))
-        return Motion(body, lifted_state, fn, self.model)
-
-    def start(self, body: Parameters, vectors: NewtonState, euler: EulerState) -> StateOfAny:
-        """The state that both ``vectors`` and ``euler`` describe."""
-        if self.State is CentreState:
-            return newton.centre_from_vectors(body, vectors)
-        source: tuple[Scalar, ...] = vectors if self.coordinates == "newton" else euler
-        return self.State(*source[: len(self.columns)])
+        here = self.State(*state)
+        vectors = here.vectors(body, fn, phi)
+        return Motion(body, vectors, fn, self.model, euler=here.angles, s_dot=here.centre(body))
 
 
-def _of_contact(body: Parameters, state: NewtonState) -> tuple[Scalar, Scalar]:
-    return state.vx, state.vy
+# The equations are those of viscous friction with the coefficient of the law in the place of mu.
 
 
-def _of_euler(body: Parameters, state: EulerState) -> tuple[Scalar, Scalar]:
-    return state.nu_x, state.nu_y
+def newton_rates(body: Parameters, state: NewtonState, fn: Functions) -> NewtonState:
+    """Time derivative of gliding in vectors under the body's law of friction."""
+    return newton.rates(friction.viscous_at(body, state.vx, state.vy, fn), state)
 
 
-def _of_centre(body: Parameters, state: CentreState) -> tuple[Scalar, Scalar]:
-    vectors = newton.centre_to_vectors(body, state)
-    return vectors.vx, vectors.vy
+def centre_rates(body: Parameters, state: CentreState, fn: Functions) -> CentreState:
+    """Time derivative of gliding with the velocity of the centre of mass."""
+    if not body.friction.constant:
+        vectors = state.vectors(body)
+        body = friction.viscous_at(body, vectors.vx, vectors.vy, fn)
+    return newton.centre_rates(body, state)
+
+
+def euler_rates(body: Parameters, state: EulerState, fn: Functions) -> EulerState:
+    """Time derivative of gliding in Euler angles."""
+    return euler.rates(friction.viscous_at(body, state.nu_x, state.nu_y, fn), state, fn)
 
 
 MODELS = ("gliding", "rolling", "flight")
-CENTRE, SLOW, STICKING, RAISED = "centre of mass", "slow", "sticking", "raised"
-# by motion and coordinates: the formulation of a scene's model, and the integrated one
+# by model and coordinates
 FORMULATIONS = {
-    ("gliding", "newton"): Formulation("gliding", "newton", NewtonState, newton.rates, _of_contact),
-    ("gliding", "euler"): Formulation("gliding", "euler", EulerState, euler.rates, _of_euler),
-    ("rolling", "newton"): Formulation("rolling", "newton", RollingState, rolling.rates),
-    ("rolling", "euler"): Formulation("rolling", "euler", RollingEulerState, rolling.euler_rates),
-    ("flight", "newton"): Formulation("flight", "newton", NewtonState, flight.free_rates),
-    ("flight", "euler"): Formulation("flight", "euler", EulerState, flight.free_euler_rates),
-    # gliding, in a state that is cheaper to integrate than the published state
-    (CENTRE, "newton"): Formulation(
-        "gliding", "newton", CentreState, newton.centre_rates, _of_centre
-    ),
-    # Coulomb's law near v_A = 0, and while the top rolls because the force stays within the cone
-    (SLOW, "newton"): Formulation(
-        "gliding", "newton", PolarState, friction.polar_rates,
-        friction=COULOMB, clock=friction.polar_speed,
-    ),
-    (STICKING, "newton"): Formulation(
-        "rolling", "newton", RollingState, rolling.rates, friction=COULOMB
-    ),
-    # in the air, with the height, and on an elastic table
-    (RAISED, "newton"): Formulation("flight", "newton", LiftedState, flight.rates),
-    ("linear", "newton"): Formulation(
-        "linear", "newton", LiftedState, compliant.rates, spring="linear"
-    ),
-    ("hunt-crossley", "newton"): Formulation(
-        "hunt-crossley", "newton", DeepState, compliant.hunt_crossley_rates,
-        spring="hunt-crossley", clock=compliant.root_of_depth,
-    ),
-}  # fmt: skip
-
-
-def raised(spring: str = "") -> Formulation:
-    """Flight with the height: above a table, or beyond the force of an elastic table."""
-    return replace(FORMULATIONS[RAISED, "newton"], spring=spring)
-
-
-def elastic(spring: str, law: Law) -> Formulation:
-    """The formulation of contact with an elastic table, under that law of friction."""
-    return replace(FORMULATIONS[spring, "newton"], friction=law)
-
-
-def elastic_in_time(spring: str, law: Law) -> Formulation:
-    """As ``elastic`` in vectors and in t, where it may be non-smooth at height 0."""
-    return replace(FORMULATIONS["linear", "newton"], model=spring, spring=spring, friction=law)
+    ("gliding", "newton"): Formulation("gliding", NewtonState, newton_rates),
+    ("gliding", "euler"): Formulation("gliding", EulerState, euler_rates),
+    ("rolling", "newton"): Formulation("rolling", RollingState, rolling.rates),
+    ("rolling", "euler"): Formulation("rolling", RollingEulerState, rolling.euler_rates),
+    ("flight", "newton"): Formulation("flight", NewtonState, flight.free_rates),
+    ("flight", "euler"): Formulation("flight", EulerState, flight.free_euler_rates),
+}
+# the same motions in states that are cheaper to integrate than the published ones
+CHEAPER = {("gliding", "newton"): Formulation("gliding", CentreState, centre_rates)}
 
 
 def integrated(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation:
     """The integrated formulation for ``formulation(model, coordinates, law)``: the same motion.
 
-    Its ``State`` may differ; ``start`` computes it from the published state, ``motion`` converts it
-    back.
+    Its ``State`` may differ.
     """
-    if model == "flight" and coordinates == "newton":
-        return raised()
-    if model == "gliding" and (CENTRE, coordinates) in FORMULATIONS:
-        return replace(FORMULATIONS[CENTRE, coordinates], friction=law)
-    return formulation(model, coordinates, law)
+    published = formulation(model, coordinates, law)
+    known = CHEAPER.get((model, coordinates), published)
+    return replace(known, friction=published.friction)
 
 
 def formulation(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation:

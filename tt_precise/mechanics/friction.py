@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections import namedtuple
 
 from tt_precise.mechanics import newton, rolling
-from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.newton import Described, Integrated, NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import horizontal_length
 from tt_precise.runtime.values import Functions, Scalar
@@ -58,8 +58,45 @@ def largest_coefficient(body: Parameters, speed: Scalar) -> Scalar:
     return body.friction.largest(speed, body.mu, *body.further)
 
 
-class PolarState(namedtuple("PolarState", "kx ky kz Lx Ly Lz log_v ex ey t")):
+class InOwnTime(Integrated):
+    """The common part of states that contain the time t, integrated along another variable."""
+
+    t: Scalar
+
+    def clock(self, fn: Functions) -> Scalar:
+        """The rate of t along that variable."""
+        raise NotImplementedError
+
+    def along(self, rates: list[Scalar], fn: Functions) -> list[Scalar]:
+        """Derivatives by that variable from those by time."""
+        clock = self.clock(fn)
+        return [clock * rate for rate in rates]
+
+    @staticmethod
+    def elapsed(step: Scalar, before: InOwnTime, after: InOwnTime) -> Scalar:
+        """The time between two states."""
+        return after.t - before.t
+
+
+class PolarState(InOwnTime, namedtuple("PolarState", "kx ky kz Lx Ly Lz log_v ex ey t")):
     """Axis k, angular momentum L about CM, ln v, the unit direction e of gliding, and the time."""
+
+    @classmethod
+    def of(cls, q: Described) -> PolarState:
+        """The state at time 0 of a motion whose contact point glides."""
+        vectors = q.state
+        v = horizontal_length(q.fn, vectors.vx, vectors.vy)
+        direction = q.fn.log(v), vectors.vx / v, vectors.vy / v
+        return cls._make([*vectors[:6], *direction, vectors.kx * 0])
+
+    def vectors(self, body: Parameters, fn: Functions, phi: Scalar = 0) -> NewtonState:
+        """The state with v_A = v e."""
+        v = self.clock(fn)
+        return NewtonState(*self[:6], v * self.ex, v * self.ey)
+
+    def clock(self, fn: Functions) -> Scalar:
+        """v, the rate of t along tau."""
+        return fn.exp(self.log_v)
 
 
 def along_direction(body: Parameters, state: NewtonState) -> NewtonState:
@@ -75,32 +112,10 @@ def polar_rates(body: Parameters, state: PolarState, fn: Functions) -> PolarStat
 
     v_A_dot = v_dot e + v e_dot gives (ln v)' = e.v_A_dot and e' = (n.v_A_dot) n, n = z x e.
     """
-    v = polar_speed(state, fn)
+    v = state.clock(fn)
     ex, ey = state.ex, state.ey
     rate = along_direction(body, NewtonState(*state[:6], ex, ey))
     along = ex * rate.vx + ey * rate.vy
     across = ex * rate.vy - ey * rate.vx
     direction_rate = (along, -(across * ey), across * ex)
     return PolarState(*(*(v * entry for entry in rate[:6]), *direction_rate, v))
-
-
-def polar_speed(state: PolarState, fn: Functions) -> Scalar:
-    """v, the rate of t along tau."""
-    return fn.exp(state.log_v)
-
-
-def gliding_velocity(state: PolarState, fn: Functions) -> tuple[Scalar, Scalar]:
-    """v e."""
-    v = polar_speed(state, fn)
-    return v * state.ex, v * state.ey
-
-
-def direction(vx: Scalar, vy: Scalar, fn: Functions) -> tuple[Scalar, Scalar, Scalar]:
-    """ln v and e of a velocity that is not zero."""
-    v = horizontal_length(fn, vx, vy)
-    return fn.log(v), vx / v, vy / v
-
-
-def polar_from_vectors(vectors: NewtonState, fn: Functions) -> PolarState:
-    """The state at time 0 that glides as ``vectors`` do."""
-    return PolarState(*vectors[:6], *direction(vectors.vx, vectors.vy, fn), vectors.kx * 0)

@@ -17,11 +17,61 @@ variable of its own, and a product with it costs as much as one of two coordinat
 from __future__ import annotations
 
 from collections import namedtuple
-from typing import Any
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Protocol
 
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 from tt_precise.runtime.values import Functions, Scalar
+
+
+class Described(Protocol):
+    """The part of a ``Motion`` from which states are computed."""
+
+    @property
+    def body(self) -> Parameters:
+        """The top."""
+
+    @property
+    def state(self) -> Any:
+        """The vectors, perhaps with a height."""
+
+    @property
+    def euler(self) -> Any:
+        """The Euler state."""
+
+    @property
+    def fn(self) -> Functions:
+        """The functions of the arithmetic."""
+
+
+class Integrated:
+    """Defaults of a state of a formulation, beside ``of`` and ``vectors``.
+
+    ``of(q)`` is the state of a motion; ``vectors(body, fn, phi)`` has the velocity of the contact
+    point, and the azimuth ``phi`` where the state leaves it open.
+    """
+
+    coordinates = "newton"
+
+    @property
+    def angles(self) -> Any:
+        """The Euler state, if this state has Euler angles."""
+        return None
+
+    def centre(self, body: Parameters) -> Callable[[], Vector] | None:
+        """The velocity of CM, if the state has it more precisely than its vectors."""
+        return None
+
+    def along(self, rates: list[Scalar], fn: Functions) -> list[Scalar]:
+        """Derivatives by the variable of integration from those by time, which it usually is."""
+        return rates
+
+    @staticmethod
+    def elapsed(step: Scalar, before: Any, after: Any) -> Scalar:
+        """The time between two states that are ``step`` apart in the variable of integration."""
+        return step
 
 
 class OfAxis:
@@ -38,8 +88,17 @@ class OfAxis:
         return self[3:6]
 
 
-class NewtonState(OfAxis, namedtuple("NewtonState", "kx ky kz Lx Ly Lz vx vy")):
+class NewtonState(OfAxis, Integrated, namedtuple("NewtonState", "kx ky kz Lx Ly Lz vx vy")):
     """Axis k (unit vector), angular momentum L about CM, velocity (vx, vy) of the contact."""
+
+    @classmethod
+    def of(cls, q: Described) -> NewtonState:
+        """The state of a motion."""
+        return cls(*q.state[:8])
+
+    def vectors(self, body: Parameters, fn: Functions, phi: Scalar = 0) -> NewtonState:
+        """The state itself."""
+        return self
 
     @property
     def v(self) -> Vector:
@@ -156,32 +215,34 @@ def rates(body: Parameters, state: NewtonState, fn: Functions = None) -> NewtonS
     return NewtonState(*axis_rate(body, state), *torque, v_dot[0], v_dot[1])
 
 
-class CentreState(namedtuple("CentreState", "kx ky kz Lx Ly Lz s_dot_x s_dot_y")):
+class CentreState(Integrated, namedtuple("CentreState", "kx ky kz Lx Ly Lz s_dot_x s_dot_y")):
     """Axis k (unit vector), angular momentum L about CM, horizontal velocity s_dot of CM."""
 
+    @classmethod
+    def of(cls, q: Described) -> CentreState:
+        """The state of a motion: s_dot = v_A - omega x a."""
+        x, y, _ = contact_velocity_rel_cm(q.body, q.state)
+        return cls._make([*q.state[:6], q.state.vx - x, q.state.vy - y])
 
-def centre_from_vectors(body: Parameters, vectors: NewtonState) -> CentreState:
-    """The state whose contact point has the velocity of ``vectors``."""
-    x, y, _ = contact_velocity_rel_cm(body, vectors)
-    return CentreState(*vectors[:6], vectors.vx - x, vectors.vy - y)
+    def vectors(self, body: Parameters, fn: Functions = None, phi: Scalar = 0) -> NewtonState:
+        """The state with v_A = s_dot + omega x a."""
+        still = NewtonState(*self[:6], 0, 0)
+        x, y, _ = contact_velocity_rel_cm(body, still)
+        return still._replace(vx=self.s_dot_x + x, vy=self.s_dot_y + y)
+
+    def centre(self, body: Parameters) -> Callable[[], Vector]:
+        """The velocity of CM, whose height is R (1 - alpha k.z)."""
+        return partial(_centre_velocity, body, self)
 
 
-def centre_to_vectors(body: Parameters, state: CentreState) -> NewtonState:
-    """The state with the velocity of the contact point, v_A = s_dot + omega x a."""
-    still = NewtonState(*state[:6], 0, 0)
-    x, y, _ = contact_velocity_rel_cm(body, still)
-    return still._replace(vx=state.s_dot_x + x, vy=state.s_dot_y + y)
-
-
-def centre_velocity(body: Parameters, state: CentreState) -> Vector:
-    """Velocity s_dot of the centre of mass, whose height is R (1 - alpha k.z)."""
+def _centre_velocity(body: Parameters, state: CentreState) -> Vector:
     sinking = axis_rate(body, NewtonState(*state[:6], 0, 0))[2]
     return (state.s_dot_x, state.s_dot_y, -body.R * body.alpha * sinking)
 
 
 def centre_rates(body: Parameters, state: CentreState, fn: Functions = None) -> CentreState:
     """Time derivative of the state; eq (1). Polynomial except for the division in g_n."""
-    vectors = centre_to_vectors(body, state)
+    vectors = state.vectors(body)
     g_n = normal_force(body, vectors)
     push = force_per_normal(body, vectors)
     torque = scaled(g_n, torque_per_normal(body, vectors))

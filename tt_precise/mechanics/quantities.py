@@ -43,9 +43,7 @@ class Motion:
     ):
         self.body, self.state, self.fn, self.model = body, state, fn, model
         # what is known already is not derived from the vectors
-        if euler is not None:
-            self.__dict__["euler"] = euler
-        self._s_dot = s_dot
+        self._euler, self._s_dot = euler, s_dot
 
     @cached_property
     def k(self) -> Vector:
@@ -138,6 +136,8 @@ class Motion:
     @cached_property
     def euler(self) -> EulerState:
         """The Euler state."""
+        if self._euler is not None:
+            return self._euler
         return euler_from_vectors(self.body, self.state, self.fn)
 
 

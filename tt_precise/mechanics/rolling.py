@@ -10,18 +10,46 @@ from __future__ import annotations
 
 from collections import namedtuple
 
-from tt_precise.mechanics.newton import NewtonState, axis_rate, contact_arm
+from tt_precise.mechanics.euler import EulerState, InAngles
+from tt_precise.mechanics.newton import (
+    Described,
+    Integrated,
+    NewtonState,
+    axis_rate,
+    contact_arm,
+)
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
-from tt_precise.runtime.values import Functions
+from tt_precise.runtime.values import Functions, Scalar
 
 
-class RollingState(namedtuple("RollingState", "kx ky kz Lx Ly Lz")):
+class RollingState(Integrated, namedtuple("RollingState", "kx ky kz Lx Ly Lz")):
     """Axis k (unit vector) and angular momentum L about CM, inertial frame; v_A = 0."""
 
+    @classmethod
+    def of(cls, q: Described) -> RollingState:
+        """The state of a motion that rolls."""
+        return cls(*q.state[:6])
 
-class RollingEulerState(namedtuple("RollingEulerState", "theta theta_dot phi_dot omega_3")):
+    def vectors(self, body: Parameters, fn: Functions, phi: Scalar = 0) -> NewtonState:
+        """The state with v_A = 0."""
+        return NewtonState(*self, 0, 0)
+
+
+class RollingEulerState(
+    InAngles, namedtuple("RollingEulerState", "theta theta_dot phi_dot omega_3")
+):
     """Inclination, its rate, precession rate, spin about the axis: rad, rad/s; v_A = 0."""
+
+    @classmethod
+    def of(cls, q: Described) -> RollingEulerState:
+        """The state of a motion that rolls."""
+        return cls(*q.euler[:4])
+
+    @property
+    def angles(self) -> EulerState:
+        """The state with v_A = 0."""
+        return EulerState(*self, 0, 0)
 
 
 def constraint_force(body: Parameters, state: NewtonState) -> Vector:

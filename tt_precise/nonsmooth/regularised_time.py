@@ -96,8 +96,7 @@ class RegularisedTimeOutput(RowwiseOutput):
 
     def _clock(self, row: Row) -> Scalar:
         form = self.setup.formulation
-        assert form.clock is not None
-        return form.clock(form.State(*row[: len(form.columns)]), self.precision.context)
+        return form.State(*row[: len(form.columns)]).clock(self.precision.context)
 
     def _moved(self, row: Row, delay: Scalar) -> Row:
         # the delay is one of t, and rates are those along the own time

@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
-from tt_precise.mechanics import compliant
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.flight import LiftedState
-from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation, contact_terms
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters, Units
 from tt_precise.mechanics.quantities import Motion
@@ -28,8 +27,8 @@ class InitialState:
     ``vectors`` and ``euler`` are the same state, each computed from the exact numbers: near the
     inverted pole the vectors do not use theta = pi - offset. They are a ``LiftedState`` if the
     scene gives the height of the lowest point. ``until`` is the scene's horizon. All values are in
-    the units ``units``, which are given in SI. ``row`` is present if a run continues from an
-    earlier piece: the state of its formulation, followed by quadratures (scaled).
+    the units ``units``, which are given in SI. ``row`` is present where a run continues from an
+    earlier segment: its first row, a state of its formulation, followed by quadratures (scaled).
     """
 
     model: str
@@ -65,24 +64,12 @@ class InitialState:
         vectors, euler = _state(start, arithmetic, self.body, self.units, given)
         return replace(self, vectors=vectors, euler=euler)
 
-    def pressed_in(self, fn: Functions) -> InitialState:
-        """The start on an elastic table, with a height.
-
-        By default a table at rest exerts the normal force of a rigid table at this height.
-        """
-        vectors: Any = self.vectors
-        if isinstance(vectors, LiftedState):
-            return self
-        numerator, denominator = contact_terms("gliding", self.body, vectors, fn)
-        height = compliant.resting_height(self.body, numerator / denominator, fn)
-        vectors = LiftedState(*(*vectors, height, self.until * 0))
-        return replace(self, vectors=vectors)
-
     def state(self, form: Formulation) -> tuple[Scalar, ...]:
         """The state of ``form``, in the order of its columns."""
         if self.row:
             return self.row[: len(form.columns)]
-        return self.once(form.State, lambda: tuple(form.start(self.body, self.vectors, self.euler)))
+        q = Motion(self.body, self.vectors, None, self.model, euler=self.euler)
+        return self.once(form.State, lambda: tuple(form.State.of(q)))
 
     def once(self, key: Hashable, compute: Callable[[], Known]) -> Known:
         """The result of ``compute``, which depends only on this start and ``key``; cached."""

@@ -201,7 +201,7 @@ def _peer_row(scene: Scene, method: Any, tolerance: float, truth: Truth, deadlin
     form = integrated(scene.model, "newton", scene.body.friction)
     start = InitialState.in_si(scene, Arithmetic(math, float))
     body = start.body
-    first = form.start(body, start.vectors, start.euler)
+    first = form.State(*start.state(form))
 
     def rates(t: float, y: Array) -> Any:
         if time.perf_counter() > deadline:

@@ -1,0 +1,111 @@
+"""Coulomb's friction, which sticks and slips.
+
+The top glides; below a small speed in polar form, in a regularised time in which it approaches rest
+asymptotically and reaches v = 0 to the last bit. It then rolls if the force required for rolling
+lies within the cone |F_f| <= mu g_n ("stick"), until that force reaches the cone ("slip"). Gliding
+then begins again with a power series, as it does from rest where rolling is impossible. In Euler
+form a top glides fast in Euler angles; everything else is integrated in vectors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from tt_precise.integration.dense_output import DenseOutput, Segment
+from tt_precise.integration.setup import Setup
+from tt_precise.mechanics import friction, rolling
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.nonsmooth.onset import (
+    OnsetOutput,
+    direction_on_the_cone,
+    directions_from_rest,
+    onset,
+    terms_for,
+)
+from tt_precise.nonsmooth.phases import REST_SPEED, SLOW_SPEED, slow, sticking
+from tt_precise.nonsmooth.segments import MOST_SEGMENTS, Joint
+from tt_precise.runtime.terminal import Progress
+from tt_precise.runtime.values import InputError
+from tt_precise.scene.initial_state import InitialState
+
+GOES_ON = ("slow", "fast", "stick", "slip")
+
+
+def sticking_and_slipping(
+    name: str, setup: Setup, start: InitialState, progress: Progress | None = None
+) -> list[Segment]:
+    """Return the segments of the motion of scene ``name`` from ``start`` to its end.
+
+    Raises ``InputError``: more segments than ``MOST_SEGMENTS``, or gliding can begin in no
+    direction, or in several.
+    """
+    segments: list[Segment] = []
+    begin = start.until * 0
+    for output in _outputs(name, setup, start, progress):
+        if len(segments) == MOST_SEGMENTS:
+            raise InputError(
+                f"{name}: got more than {MOST_SEGMENTS} changes between gliding and rolling, "
+                "expected fewer: ask for a shorter time"
+            )
+        status = output.propagation.status
+        segments.append(Segment(begin, output, status if status in ("stick", "slip") else ""))
+        begin = begin + output.end_time
+    return segments
+
+
+def _outputs(
+    name: str, setup: Setup, start: InitialState, progress: Progress | None
+) -> Iterator[DenseOutput]:
+    here, status = Joint.at_start(setup, start), "rest"
+    if any(start.vectors.v):
+        speed = here.q.fn.hypot(*start.vectors.v[:2])
+        status = "slow" if speed < SLOW_SPEED else "fast"
+        if speed <= REST_SPEED * setup.precision.eps and _sticks(here.q):
+            here, status = here.at_rest(), "stick"
+    while True:
+        if status in ("rest", "stick", "slip"):
+            output = _from_rest(name, setup, here, status)
+        else:
+            output = here.propagated(slow(setup) if status == "slow" else setup)
+        yield output
+        status = output.propagation.status
+        if isinstance(output, OnsetOutput) and status != "complete":
+            status = "slow"
+        if progress and start.until:
+            progress(float(1 - (here.until - output.end_time) / start.until))
+        if status not in GOES_ON:
+            return
+        here = here.after(output)
+        if status == "stick":
+            here = here.at_rest()
+
+
+def _sticks(q: Motion) -> bool:
+    """Return whether the force that keeps the top rolling lies within the cone of friction."""
+    pressed = rolling.constraint_force(q.body, q.state)[2] > 0
+    return bool(pressed and friction.cone_margin(q.body, q.state) >= 0)
+
+
+def _from_rest(name: str, setup: Setup, here: Joint, status: str) -> DenseOutput:
+    """Rolling if the cone allows it, otherwise the begin of gliding."""
+    body, vectors, fn = here.q.body, here.q.state, here.q.fn
+    if status != "slip" and _sticks(here.q):
+        return here.propagated(sticking(setup))
+    on_the_cone = status == "slip"
+    directions = (
+        [direction_on_the_cone(body, vectors, fn)]
+        if on_the_cone
+        else directions_from_rest(body, vectors, fn)
+    )
+    if len(directions) != 1:
+        raise InputError(
+            f"{name}: got {len(directions)} directions in which gliding could begin from rest, "
+            "expected one: Coulomb's law does not determine how this motion continues"
+        )
+    precision = setup.precision
+    # plane motion stays plane
+    e = tuple(fn.chop(entry, tol=precision.eps) for entry in directions[0])
+    series = onset(body, vectors, e, terms_for(precision.bits), precision.eps, fn, on_the_cone)
+    begun = replace(here.start, model="gliding", vectors=vectors, until=here.until)
+    return OnsetOutput(slow(setup), begun, series, here.recorded)
