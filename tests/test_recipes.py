@@ -19,7 +19,7 @@ import tt_precise as tt
 from tests.conftest import Printed, Said
 from tt_precise import cli
 from tt_precise.check import formats
-from tt_precise.integration import events, heyoka_backend, run
+from tt_precise.integration import events, heyoka_backend, solution
 from tt_precise.integration.events import Event
 from tt_precise.mechanics import conserved, laws, quantities
 from tt_precise.mechanics.laws import DIMENSIONLESS_MU, EPSILON, Law
@@ -150,7 +150,7 @@ def test_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
         return heyoka_backend.run(top, *rest)
 
     ours: Any = types.SimpleNamespace(refuses=refuses, run=runs)
-    monkeypatch.setattr(run, "backends", lambda top: iter((ours, heyoka_backend)))
+    monkeypatch.setattr(solution, "backends", lambda top: iter((ours, heyoka_backend)))
     for name in ("reference", "track"):
         assert tt.integrate(name, until="0.0625").status == "complete"
     assert seen

@@ -30,8 +30,8 @@ from tt_precise.integration.dense_output import ARRIVED, Segment, Times, long_do
 from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.precision import finer
-from tt_precise.integration.run import Run
 from tt_precise.integration.setup import Setup, full_tolerance
+from tt_precise.integration.solution import Solution
 from tt_precise.mechanics.quantities import Quantity, UserFunction
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.taylor.series import Series
@@ -187,7 +187,7 @@ class Errors:
 
     def _distances(
         self,
-        reference: Run,
+        reference: Solution,
         names: Sequence[Name],
         times: Sequence[Fraction],
         own: States | None,
@@ -212,8 +212,8 @@ class Errors:
 
 
 def compared(
-    run: Run,
-    reference: Run,
+    run: Solution,
+    reference: Solution,
     names: Sequence[Name],
     times: Sequence[Fraction],
     states: States | None = None,
@@ -329,7 +329,7 @@ class Part(NamedTuple):
     before: tuple[str, ...]
 
 
-def _parts(run: Run) -> list[Part]:
+def _parts(run: Solution) -> list[Part]:
     ends = [segment.ended for segment in run.segments]
     return [
         Part(segment, tuple(filter(None, ends[:place])))
@@ -337,7 +337,7 @@ def _parts(run: Run) -> list[Part]:
     ]
 
 
-def event_errors(run: Run, references: Sequence[Run]) -> dict[str, Array]:
+def event_errors(run: Solution, references: Sequence[Solution]) -> dict[str, Array]:
     """Columns of the events in order of time: name, t, error (s), and "digits".
 
     "digits" are the fewest correct digits of the state there and of the time. An error is the

@@ -16,8 +16,8 @@ from tt_precise.integration.errors import Errors
 from tt_precise.integration.events import not_alternating
 from tt_precise.integration.ladder import Rung, integrate_to_digits
 from tt_precise.integration.precision import Precision
-from tt_precise.integration.run import DIGITS, ERROR, Numbers, Run, Stretch, integrated
 from tt_precise.integration.setup import Events, Setup, asked_for, full_tolerance
+from tt_precise.integration.solution import DIGITS, ERROR, Numbers, Solution, Stretch, integrated
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.parameters import Dimension
 from tt_precise.mechanics.quantities import Motion
@@ -78,7 +78,7 @@ class Trajectory:
 
     sensitivity: Derivatives | None = None
 
-    def __init__(self, scene: Scene, run: Run, *, opposite_rounding: bool = False):
+    def __init__(self, scene: Scene, run: Solution, *, opposite_rounding: bool = False):
         self.scene, self.run, self.setup, self.start = scene, run, run.setup, run.start
         self.status: Status = run.status
         self.steps, self.order = run.steps, run.order

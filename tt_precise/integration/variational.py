@@ -18,8 +18,8 @@ import numpy
 
 from tt_precise.integration.equations import Equations
 from tt_precise.integration.precision import precision_named
-from tt_precise.integration.run import integrated
 from tt_precise.integration.setup import Setup
+from tt_precise.integration.solution import integrated
 from tt_precise.mechanics.formulations import Formulation, formulation
 from tt_precise.runtime.values import Adaptive, Array, InputError, Scalar
 from tt_precise.scene.initial_state import InitialState

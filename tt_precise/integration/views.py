@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy
 
 from tt_precise.integration.columns import Name
-from tt_precise.integration.run import DIGITS, ERROR
+from tt_precise.integration.solution import DIGITS, ERROR
 from tt_precise.mechanics.quantities import QUANTITIES, described
 from tt_precise.runtime import player, plotting
 from tt_precise.runtime.files import atomic_write, replacing

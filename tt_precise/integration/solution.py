@@ -1,6 +1,6 @@
-"""``integrated``: a scene integrated once, by the first backend that can, into a ``Run``.
+"""``integrated``: a scene integrated once, by the first backend that can, into a ``Solution``.
 
-A ``Run`` is the solution from a start as a list of segments, usually one. Where friction sticks and
+A ``Solution`` is the solution from a start as a list of segments, usually one. Where friction sticks and
 slips, the top flies and lands, or gliding begins from rest, another segment begins under its own
 equations. Each time belongs to one segment, at a bound to the earlier one. All rows of a segment
 are read at once. Where doubles are not precise enough, a run in double uses NumPy's long double;
@@ -62,7 +62,7 @@ class Stretch(NamedTuple):
     status: str
 
 
-class Run(Span):
+class Solution(Span):
     """The solution from a start, as segments."""
 
     def __init__(self, setup: Setup, start: InitialState, segments: Sequence[Segment]):
@@ -394,7 +394,7 @@ def integrated(
     progress: Progress | None = None,
     *,
     opposite_rounding: bool = False,
-) -> Run:
+) -> Solution:
     """The run of ``scene``, integrated once with ``setup``.
 
     With ``opposite_rounding`` every number of body and start is rounded to the other side of the
@@ -412,7 +412,7 @@ def integrated(
             few = 0 < scene.until <= MOST_SAMPLES * scene.sample_every
             made = partial(SampleTimes.of, scene, start)
             samples = start.once(SampleTimes, made) if few else None
-            return Run(setup, start, backend.run(scene, setup, start, samples, progress))
+            return Solution(setup, start, backend.run(scene, setup, start, samples, progress))
     raise InputError(reason or f"{scene.name}: got no backend")
 
 
