@@ -158,7 +158,7 @@ def test_motions_in_segments_have_derivatives(
 def test_errors_beside_a_pole_and_at_little_friction_are_those_of_rounding() -> None:
     """At a tilt of 1e-12 phi_dot hardly depends on it; rounding left 0.9 in double."""
     tilted = load_scene("reference").varied(theta="1e-12", until=1, sample_every="0.5")
-    steep = Derivatives(integrate(tilted), ("theta",)).frame("phi_dot").iloc[-1]
+    steep = Derivatives(integrate(tilted).run, ("theta",)).frame("phi_dot").iloc[-1]
     wide = [
         integrate(tilted.varied(theta=theta), "quad").frame("phi_dot", numbers="exact")["phi_dot"]
         for theta in ("1e-8", "2e-8")
@@ -167,7 +167,7 @@ def test_errors_beside_a_pole_and_at_little_friction_are_those_of_rounding() -> 
     error = steep["error:d phi_dot/d theta"]
     assert abs(steep["d phi_dot/d theta"] - curvature * 1e-12) < error < 1e-12
     slow = load_scene("reference").varied(mu="1e-7", until=1, sample_every="0.5")
-    found = Derivatives(integrate(slow), ("omega_3",)).frame("tau_x", "omega_3_dot").iloc[-1]
+    found = Derivatives(integrate(slow).run, ("omega_3",)).frame("tau_x", "omega_3_dot").iloc[-1]
     for name in ("tau_x", "omega_3_dot"):
         slope, error = (found[f"{kind}d {name}/d omega_3"] for kind in ("", "error:"))
         assert 2.0**-54 * abs(slope) < error < 1e-9 * abs(slope)

@@ -133,7 +133,7 @@ def test_the_peg_does_not_sink_through_the_table(kz: float) -> None:
 def test_words_and_panels_stand_inside_the_picture(short: Trajectory) -> None:
     drawn = plotting.new_figure(6.0, 3.9)
     drawn.set_layout_engine("none")
-    _Picture(drawn, sampled(short, 0.0, 0.1, 2), "a title").show(0)
+    _Picture(drawn, sampled(short.run, 0.0, 0.1, 2), "a title").show(0)
     for thing in (*drawn.axes, *drawn.texts):
         box = thing.get_window_extent()
         assert 0 <= box.x0 < box.x1 <= drawn.bbox.x1
@@ -149,7 +149,7 @@ def test_what_is_nearer_to_the_eye_hides_what_is_behind() -> None:
 
 def test_the_track_is_below_the_centre_of_the_sphere(short: Trajectory) -> None:
     """Where the contact point is, by integrating v_A - omega x a, the velocity of the place."""
-    frames = sampled(short, 0.0, 0.5, 5)
+    frames = sampled(short.run, 0.0, 0.5, 5)
     assert frames.track[0, :2] == pytest.approx([0.3 * np.sin(0.1), 0.0], abs=1e-12)
     assert frames.theta == pytest.approx(np.arccos(frames.turn[:, 2, 2]), abs=1e-9)
 

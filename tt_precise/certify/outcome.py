@@ -24,6 +24,7 @@ from tt_precise.certify.problem import BALLS
 from tt_precise.certify.well import BITS, trapping_region
 from tt_precise.exact.thresholds import Theorem, theorem
 from tt_precise.integration import Trajectory
+from tt_precise.integration.reading import motions
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.mechanics.thresholds import energy_excludes
@@ -113,7 +114,7 @@ def _last_state(trajectory: Trajectory) -> NewtonState:
 
     The digits are relative to the size of the vector k, L or v; v counts as at least sqrt(g R).
     """
-    (motion,) = trajectory.run.motions([trajectory.run.end_time])
+    (motion,) = motions(trajectory.run, [trajectory.run.end_time])
     numbers = [as_fraction(value) for value in NewtonState(*motion.state[:8])]
     share = MARGIN * Fraction(10) ** -int(trajectory.digits)
     components = []

@@ -554,7 +554,7 @@ def with_error(time: str, error: float) -> str:
 def _require_columns(names: tuple[str, ...], *, drifts: bool) -> bool:
     """Refuse unknown columns; return whether the pose is among them."""
     from tt_precise.integration.columns import POSE_COLUMNS
-    from tt_precise.integration.solution import DIGITS, ERROR
+    from tt_precise.integration.errors import DIGITS, ERROR
 
     known = dict.fromkeys([*STATE_DIMENSIONS, *QUANTITIES, *POSE_COLUMNS])
     for name in names:

@@ -173,9 +173,14 @@ class StoredPieces:
 class Span:
     """The time span of a solution: from 0 to ``end_time``."""
 
+    setup: Setup
     start: InitialState
-    precision: Precision
     end_time: Scalar
+
+    @property
+    def precision(self) -> Precision:
+        """The working precision."""
+        return self.setup.precision
 
     @property
     def status(self) -> Status:
@@ -230,7 +235,6 @@ class DenseOutput(Span):
         samples: SampleTimes | None = None,
     ):
         self.setup, self.start, self.propagation = setup, start, propagation
-        self.precision = setup.precision
         self._pieces, self._too_long = pieces, False
         self.samples = samples
         self._lock = threading.RLock()

@@ -13,17 +13,19 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy
 
 from tt_precise.integration.columns import VECTOR_COLUMNS
-from tt_precise.integration.dense_output import ARRIVED, Status
-from tt_precise.integration.inversion import NEEDED, InversionTimes
-from tt_precise.integration.precision import Precision
+from tt_precise.integration.dense_output import ARRIVED
+from tt_precise.integration.inversion import NEEDED, times_of
+from tt_precise.integration.reading import event_columns
+from tt_precise.integration.reading import table as columns_of
 from tt_precise.integration.setup import Setup, refused_in_doubles
+from tt_precise.integration.solution import Solution, integrated
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.values import Array, InputError, Scalar
+from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import Inclination
 
@@ -41,48 +43,10 @@ RATES = ("theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
 Values = dict[str, Any]
 
 
-class Integrated(Protocol):
-    """The members of a ``Trajectory``, whose module imports this module, that are compared."""
-
-    scene: Scene
-    setup: Setup
-    status: Status
-
-    @classmethod
-    def of(cls, scene: Scene, setup: Setup) -> Integrated:
-        """Integrate a scene."""
-
-    @property
-    def precision(self) -> Precision:
-        """The arithmetic."""
-
-    @property
-    def tolerance(self) -> Scalar:
-        """The relative tolerance."""
-
-    @property
-    def t_end(self) -> Scalar:
-        """The end in s."""
-
-    @property
-    def sample_times(self) -> tuple[Fraction, ...]:
-        """The exact sample times up to the end, in s."""
-
-    @property
-    def inversion(self) -> InversionTimes:
-        """The times of the climb."""
-
-    def table(self, *names: Any, times: Any, numbers: Any = "float") -> dict[str, Array]:
-        """Columns at some times."""
-
-    def event_table(self, names: Sequence[str]) -> dict[str, Array]:
-        """The recorded events."""
-
-
 class Side(NamedTuple):
     """A run with a changed entry, and by how much it is changed."""
 
-    run: Integrated
+    run: Solution
     change: Fraction
 
 
@@ -96,7 +60,7 @@ class Derivatives:
     Raises ``InputError``: the scene has no such entry.
     """
 
-    def __init__(self, run: Integrated, names: Sequence[str]):
+    def __init__(self, run: Solution, names: Sequence[str]):
         self.run, self.names = run, tuple(names)
         for name in self.names:
             _value(run.scene, name)
@@ -115,7 +79,7 @@ class Derivatives:
         times = [t for t in self.run.sample_times if t <= end]
         table: dict[str, Any] = {"t": [float(t) for t in times]}
 
-        def values(run: Integrated) -> Values:
+        def values(run: Solution) -> Values:
             return _table(run, columns, times)
 
         for name in self.names:
@@ -162,12 +126,12 @@ class Derivatives:
 
         end = self._end(sigmas)
 
-        def values(run: Integrated) -> Values:
+        def values(run: Solution) -> Values:
             last = _table(run, columns, [min(end, run.sample_times[-1])])
             return {name: last[name][0] for name in columns} | _times(run)
 
         centre = {name: float(value) for name, value in values(self._centre).items()}
-        centre |= {name: float(self.run.table(name, times=[end])[name][0]) for name in columns}
+        centre |= {name: float(columns_of(self.run, [name], [end])[name][0]) for name in columns}
         effects = [
             _Effect.of(name, Fraction(sigma), self, values)
             for name, sigma in sigmas.items()
@@ -218,13 +182,13 @@ class Derivatives:
         return self._setup("double", 0.0)
 
     @cached_property
-    def _centre(self) -> Integrated:
-        return self.run.of(self.run.scene, self._fine)
+    def _centre(self) -> Solution:
+        return integrated(self.run.scene, self._fine)
 
-    def _changed(self, name: str, change: Fraction, setup: Setup) -> Integrated | None:
+    def _changed(self, name: str, change: Fraction, setup: Setup) -> Solution | None:
         """The run with a changed entry; None if the scene refuses it."""
         try:
-            return self.run.of(_scene_with(self.run.scene, name, change), setup)
+            return integrated(_scene_with(self.run.scene, name, change), setup)
         except InputError:
             return None
 
@@ -245,7 +209,7 @@ class Derivatives:
             self._pairs[name] = pairs
         return self._pairs[name]
 
-    def _slopes(self, name: str, values: Callable[[Integrated], Values]) -> dict[str, Any]:
+    def _slopes(self, name: str, values: Callable[[Solution], Values]) -> dict[str, Any]:
         """(derivative, error) of each of the ``values`` of a run, by the entry ``name``.
 
         Of two neighbouring changes of the entry the quotients differ by their error; the pair that
@@ -279,7 +243,7 @@ class _Effect(NamedTuple):
 
     @classmethod
     def of(
-        cls, name: str, sigma: Fraction, of: Derivatives, values: Callable[[Integrated], Values]
+        cls, name: str, sigma: Fraction, of: Derivatives, values: Callable[[Solution], Values]
     ) -> _Effect:
         slopes = of._slopes(name, values)
         linear = {key: float(slope) * float(sigma) for key, (slope, _) in slopes.items()}
@@ -322,18 +286,18 @@ def _note(key: str, effects: Sequence[_Effect], size: float) -> str:
     return "; ".join(f"{text} {', '.join(names)}" for text, names in notes if names)
 
 
-def _nutations(run: Integrated | None) -> Mapping[str, int]:
+def _nutations(run: Solution | None) -> Mapping[str, int]:
     """The minima of theta before each time of the climb."""
     if run is None:
         return {}
-    events = run.event_table(())
+    events = event_columns(run, ())
     minima = [t for name, t in zip(events["name"], events["t"], strict=True) if name == "theta_min"]
     return {key: sum(t < time for t in minima) for key, time in _times(run).items()}
 
 
-def _times(run: Integrated) -> Values:
+def _times(run: Solution) -> Values:
     """The times of the climb that exist, in s, and the end of a motion that ends early."""
-    climb = run.inversion
+    climb = times_of(run)
     ends = {f"{name[-1]}.{name[:-2]}": t for name, t in climb.times.items()}
     every = {"equator": climb.equator, **ends}
     if run.status not in ARRIVED:
@@ -393,14 +357,14 @@ def _scene_with(scene: Scene, name: str, change: Fraction) -> Scene:
     return scene.varied(**{name: _value(scene, name) + change})
 
 
-def _number(run: Integrated, value: Scalar) -> Scalar:
+def _number(run: Solution, value: Scalar) -> Scalar:
     """A number of the arithmetic of a run."""
     return run.precision.arithmetic.exact(value) if isinstance(value, Fraction) else value
 
 
-def _table(run: Integrated, columns: Sequence[str], times: Sequence[Fraction]) -> Values:
+def _table(run: Solution, columns: Sequence[str], times: Sequence[Fraction]) -> Values:
     """Columns at some times as arrays of the run's numbers, NaN where a value is undefined."""
-    found, nan = run.table(*columns, times=times, numbers="exact"), run.precision.context.nan
+    found, nan = columns_of(run, columns, times, "exact"), run.precision.context.nan
     return {
         name: numpy.array([nan if x is None else x for x in found[name]], dtype=object)
         for name in columns

@@ -30,12 +30,16 @@ from tt_precise.integration.dense_output import ARRIVED, Segment, Times, long_do
 from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.precision import finer
+from tt_precise.integration.reading import Numbers, end_state, own_table, table, values_at_end
 from tt_precise.integration.setup import Setup, full_tolerance
 from tt_precise.integration.solution import Solution
 from tt_precise.mechanics.quantities import Quantity, UserFunction
-from tt_precise.runtime.values import Array, Functions, Scalar
+from tt_precise.runtime.terminal import Progress
+from tt_precise.runtime.values import Array, Functions, InputError, Scalar
+from tt_precise.scene.numerals import shortest_texts
 from tt_precise.taylor.series import Series
 
+ERROR, DIGITS = "error:", "digits"  # names of columns of errors, the first before another's
 RATIO = 30  # of the tolerances of a run and of its reference run in the same arithmetic
 GLIDING = ("vx", "vy", "nu_x", "nu_y")
 # Time, in units of sqrt(R/g), from an event to the two values that give the slope of a user's
@@ -45,7 +49,7 @@ SMALL = 2.0**-600  # scale of deviations, so small that their squares vanish
 
 
 def reference_runs(setup: Setup) -> list[dict[str, Any]]:
-    """The reference runs for a run with ``setup``: the changes for ``Trajectory.again``.
+    """The reference runs for a run with ``setup``: the changes for ``Solution.again``.
 
     A coarse run is compared in its own arithmetic, which costs less. Both round the start and the
     body, so the reference run rounds each number oppositely. In Euler form, and below
@@ -64,6 +68,41 @@ def reference_runs(setup: Setup) -> list[dict[str, Any]]:
             return [again | {"tolerance": 0.0 if fine else setup.tolerance / RATIO}]
         return [again | {"tolerance": tolerance} for tolerance in (0.0, setup.tolerance)]
     return [{"events": (), "tolerance": 0.0, "precision": finer(precision)}]
+
+
+def errors_of(run: Solution) -> Errors:
+    """The errors of a run by reference runs, which are integrated once."""
+    return run.once(Errors, lambda: Errors(run))
+
+
+def is_estimate(name: Name) -> bool:
+    """Return whether a column is one of estimated errors."""
+    return isinstance(name, str) and (name == DIGITS or name.startswith(ERROR))
+
+
+def table_with_errors(
+    run: Solution,
+    wanted: Sequence[Name],
+    times: Sequence[Fraction] | None,
+    numbers: Numbers,
+    progress: Progress | None = None,
+) -> dict[Any, Array]:
+    """As ``reading.table``, also with columns of estimated errors, at the samples.
+
+    Raises ``InputError``: there are times and columns of errors.
+    """
+    estimates = {name: str(name).removeprefix(ERROR) for name in wanted if is_estimate(name)}
+    if not estimates:
+        return table(run, wanted, times, numbers, progress)
+    if times is not None:
+        raise InputError("times: got times with estimated errors, expected no times")
+    plain = [name for name in wanted if name not in estimates]
+    columns = table(run, plain or ["theta"], None, numbers, progress)
+    errors = errors_of(run).over_time([name for name in estimates.values() if name != DIGITS])
+    for name, column in estimates.items():
+        values = errors[column]
+        columns[name] = shortest_texts(values) if numbers == "text" else values
+    return {name: columns[name] for name in ("t", *wanted)}
 
 
 def floats(values: Array | Sequence[Scalar]) -> Array:
@@ -95,17 +134,14 @@ def _missing(value: Scalar) -> bool:
 
 
 class Errors:
-    """The errors of a ``run``, by other trajectories of its scene, or by ``reference_runs``.
+    """The errors of a ``run``, by other solutions of its scene, or by ``reference_runs``."""
 
-    ``run`` is a ``Trajectory``, whose module imports this module.
-    """
-
-    def __init__(self, run: Any, beside: Sequence[Any] = ()):
+    def __init__(self, run: Solution, beside: Sequence[Solution] = ()):
         self._run, self._beside = run, tuple(beside)
 
     @cached_property
-    def references(self) -> tuple[Any, ...]:
-        """The reference trajectories, integrated when first needed."""
+    def references(self) -> tuple[Solution, ...]:
+        """The reference runs, integrated when first needed."""
         if self._beside:
             return self._beside
         return tuple(self._run.again(**changes) for changes in reference_runs(self._run.setup))
@@ -116,10 +152,10 @@ class Errors:
 
         Infinite if a reference run ends in another way: then neither can be trusted.
         """
-        fn, own = self._run.precision.context, self._run.values_at_end
+        fn, own = self._run.precision.context, values_at_end(self._run)
         estimate: dict[str, Scalar] = {}
         for reference in self.references:
-            same, better = reference.status == self._run.status, reference.values_at_end
+            same, better = reference.status == self._run.status, values_at_end(reference)
             for name, value in own.items():
                 if value is not None and better[name] is not None:
                     apart = abs(fn.mpf(value) - fn.mpf(better[name])) if same else fn.inf
@@ -142,7 +178,7 @@ class Errors:
     @property
     def digits_at_end(self) -> float:
         """Significant digits of the worst entry of the state at the end."""
-        return worst_digits(self._run.state, self.at_end, self._run.start)
+        return worst_digits(end_state(self._run), self.at_end, self._run.start)
 
     def over_time(self, names: Sequence[Name] = ()) -> dict[Any, Array]:
         """Float64 columns at the samples: t, the errors of ``names`` (SI), and "digits".
@@ -150,19 +186,19 @@ class Errors:
         "digits" are those of the state's worst entry. An error is the largest distance from a
         reference run, infinite if one of them has ended in another way.
         """
-        run, state = self._run, self._run.run.columns.names
+        run, state = self._run, self._run.columns.names
         every = tuple(dict.fromkeys([*state, *names]))
         times = run.sample_times
-        alone = run.run.alone
+        alone = run.alone
         own = States(alone, times) if alone else None
         if own:
-            columns = run.run.columns.of_arrays(state, tuple(own.floats), float)
+            columns = run.columns.of_arrays(state, tuple(own.floats), float)
         else:
-            columns = run.run.table(state, times, "float")
+            columns = own_table(run, state, times, "float")
         values = {name: floats(column) for name, column in columns.items() if name != "t"}
         errors = {name: numpy.zeros(len(times)) for name in every}
         for reference in self.references:
-            for name, apart in self._distances(reference.run, every, times, own).items():
+            for name, apart in self._distances(reference, every, times, own).items():
                 errors[name] = numpy.fmax(errors[name], apart)
         known = {name: errors[name] for name in state}
         digits = digits_over_rows(values, known, run.start, run.precision.bits)
@@ -171,7 +207,7 @@ class Errors:
 
     def events(self) -> dict[str, Array]:
         """Columns of the recorded events in order of time: name, t, error (s), and "digits"."""
-        return event_errors(self._run.run, [trajectory.run for trajectory in self.references])
+        return event_errors(self._run, self.references)
 
     @cached_property
     def digits_throughout(self) -> float:
@@ -200,7 +236,7 @@ class Errors:
         while inner and inner[-1] > end:
             inner.pop()
         same = own if len(inner) == len(times) else None
-        distances = compared(self._run.run, reference, names, inner, same)
+        distances = compared(self._run, reference, names, inner, same)
         for name in names:
             apart = numpy.full(len(times), math.inf)
             apart[: len(inner)] = distances[name]
@@ -227,7 +263,7 @@ def compared(
     kinds = [(r.setup.formulation, r.setup.record) for r in (run, reference)]
     differentiable = not any(isinstance(n, Quantity) or n in POSE_NAMES for n in names)
     if not (segment and other and kinds[0] == kinds[1] and differentiable):
-        own, others = (r.table(names, times, "exact") for r in (run, reference))
+        own, others = (own_table(r, names, times, "exact") for r in (run, reference))
         context = reference.precision.context
         return {name: distance(own[name], others[name], context) for name in names}
     if not len(times):

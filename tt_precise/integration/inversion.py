@@ -23,8 +23,11 @@ import bisect
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tt_precise.integration.errors import errors_of
+from tt_precise.integration.reading import event_columns
+from tt_precise.integration.solution import Solution
 from tt_precise.mechanics.quantities import jellett
 from tt_precise.runtime.values import Array, Scalar
 
@@ -121,25 +124,31 @@ def _full(time: Scalar) -> str:
     return "none" if time is None else str(time)
 
 
-def times_of(run: Any) -> InversionTimes:
-    """The times of a ``Trajectory``, whose module imports this one."""
+def with_climb(run: Solution) -> Solution:
+    """The run with the events of the climb; integrated again if necessary."""
+    complete = set(NEEDED) <= set(run.setup.watched)
+    return run if complete else run.once(with_climb, lambda: run.again(events=NEEDED, record=()))
+
+
+def times_of(run: Solution) -> InversionTimes:
+    """The times of a solution."""
     return from_events(*_events(run), mirrored=_mirrored(run))
 
 
-def errors_of(run: Any) -> dict[str, float]:
+def errors_of_times(run: Solution) -> dict[str, float]:
     """Their estimated errors (s), see ``time_errors``."""
-    known = run.with_climb.errors.events()
+    known = errors_of(with_climb(run)).events()
     return time_errors(*_events(run), known["error"], known["digits"], mirrored=_mirrored(run))
 
 
-def _events(run: Any) -> tuple[dict[str, Array], Scalar]:
+def _events(run: Solution) -> tuple[dict[str, Array], Scalar]:
     """The events of the climb, and pi."""
     at = ("theta_min", "theta_max", "equator")
     pi = math.pi if run.precision.is_float else +run.precision.context.pi
-    return run.with_climb.event_table(("theta", "phi_dot"), at=at), pi
+    return event_columns(with_climb(run), ("theta", "phi_dot"), at), pi
 
 
-def _mirrored(run: Any) -> bool:
+def _mirrored(run: Solution) -> bool:
     return bool(jellett(run.start.motion(run.precision.context)) < 0)
 
 

@@ -1,53 +1,34 @@
-"""``integrated``: a scene integrated once, by the first backend that can, into a ``Solution``.
+"""``Solution``: a scene integrated once, by the first backend that can.
 
-A ``Solution`` is the solution from a start as a list of segments, usually one. Where friction sticks and
-slips, the top flies and lands, or gliding begins from rest, another segment begins under its own
-equations. Each time belongs to one segment, at a bound to the earlier one. All rows of a segment
-are read at once. Where doubles are not precise enough, a run in double uses NumPy's long double;
-the other precisions use arrays of numbers with guard bits (``mpfr``).
+It is a list of segments, usually one. Where the equations change, another segment begins. Each time
+belongs to one segment, at a bound to the earlier one.
 """
 
 from __future__ import annotations
 
 import bisect
-import itertools
 import threading
 from collections import Counter
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeVar
 
-import numpy
-
-from tt_precise.integration.columns import Columns, Name, Row, State
-from tt_precise.integration.dense_output import (
-    ARRIVED,
-    SampleTimes,
-    Segment,
-    Span,
-    Status,
-    long_double,
-)
+from tt_precise.integration.columns import Columns
+from tt_precise.integration.dense_output import ARRIVED, SampleTimes, Segment, Span, Status
 from tt_precise.integration.events import Found
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.registry import asked_by
-from tt_precise.integration.setup import Setup, require_contact
-from tt_precise.mechanics.conserved import Integral, drift
-from tt_precise.mechanics.quantities import Motion
+from tt_precise.integration.setup import Setup, full_tolerance, require_contact
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import Array, InputError, Scalar
+from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.numerals import as_fraction, shortest_texts
+from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LiftedStart
 
-if TYPE_CHECKING:
-    import pandas
-
-Numbers = Literal["float", "exact", "text"]
-ERROR, DIGITS = "error:", "digits"  # names of columns of errors, the first before another's
-FALLING = -1  # the speed where the top sticks, the margin to the cone where it slips
+Known = TypeVar("Known")
 
 
 class Stretch(NamedTuple):
@@ -62,12 +43,44 @@ class Stretch(NamedTuple):
     status: str
 
 
+@dataclass(frozen=True, eq=False)
 class Solution(Span):
-    """The solution from a start, as segments."""
+    """A scene, its start in the arithmetic of a set-up, and the segments from there.
 
-    def __init__(self, setup: Setup, start: InitialState, segments: Sequence[Segment]):
-        self.setup, self.start, self.segments = setup, start, tuple(segments)
-        self.precision, self.columns = setup.precision, Columns(setup, start)
+    With ``opposite_rounding`` every number of body and start lies on the other side of the exact
+    one. ``reading`` has its columns and events, ``errors`` its errors.
+    """
+
+    scene: Scene
+    setup: Setup
+    start: InitialState
+    segments: tuple[Segment, ...]
+    opposite_rounding: bool = False
+
+    def again(self, *, opposite_rounding: bool = False, **changes: Any) -> Solution:
+        """The same scene integrated again, with some fields of the ``Setup`` replaced."""
+        setup = self.setup.but(**changes)
+        return integrated(self.scene, setup, opposite_rounding=opposite_rounding)
+
+    def once(self, key: Hashable, compute: Callable[[], Known]) -> Known:
+        """The result of ``compute``, which depends only on this solution and ``key``; cached."""
+        if key not in self._known:
+            self._known[key] = compute()
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[Hashable, Any]:
+        return {}
+
+    @property
+    def tolerance(self) -> Scalar:
+        """The relative tolerance of the integration, an mpmath number."""
+        return self.precision.context.mpf(self.setup.tolerance) or full_tolerance(self.precision)
+
+    @cached_property
+    def columns(self) -> Columns:
+        """The columns of the set-up's rows."""
+        return Columns(self.setup, self.start)
 
     @property
     def alone(self) -> Segment | None:
@@ -125,38 +138,23 @@ class Solution(Span):
             return last.output.end_time
         return self.start.until if self.status == "complete" else last.begin + last.output.end_time
 
+    @cached_property
+    def t_end(self) -> Scalar:
+        """The end in s: a float in double, else an mpmath number."""
+        return self.columns.to_user(self.end)
+
+    @cached_property
+    def sample_times(self) -> tuple[Fraction, ...]:
+        """The scene's exact sample times up to the end; an early end is added."""
+        if self.status in ARRIVED:
+            return self.scene.sample_times
+        end = as_fraction(self.end)
+        return (*(t for t in self.scene.sample_times if t < end), end)
+
     def place(self, time: Scalar) -> int:
         """The number of the segment that a dimensionless time belongs to."""
         begins = [segment.begin for segment in self.segments]
         return max(bisect.bisect_left(begins, time) - 1, 0)
-
-    def rows(self, times: Sequence[Scalar]) -> list[tuple[Segment, Row]]:
-        """Rows at dimensionless ``times`` (with guard bits), and their segments."""
-        if self.alone:
-            return [(self.alone, row) for row in self.alone.output.rows(times)]
-        rows = []
-        for time in times:
-            segment = self.segments[self.place(time)]
-            output = segment.output
-            if segment is self.segments[-1] and time == self.end_time:
-                rows.append((segment, output.end_row))
-            else:
-                rows.append((segment, output.rows([min(time - segment.begin, output.end_time)])[0]))
-        return rows
-
-    def states(self, times: Sequence[Scalar]) -> list[State]:
-        """The states (SI) at dimensionless ``times`` (with guard bits)."""
-        rows = self.rows(times)
-        if self.alone:
-            return self.columns.states(times, [row for _, row in rows])
-        return [
-            segment.columns.states([time], [row])[0]
-            for time, (segment, row) in zip(times, rows, strict=True)
-        ]
-
-    def motions(self, times: Sequence[Scalar]) -> list[Motion]:
-        """The motions at dimensionless ``times`` (with guard bits)."""
-        return [segment.columns.motion(row) for segment, row in self.rows(times)]
 
     @property
     def stretches(self) -> tuple[Stretch, ...]:
@@ -173,188 +171,6 @@ class Solution(Span):
     def in_arrays(self) -> bool:
         """Whether all rows are read at once in arrays of doubles."""
         return self.precision.is_float and self.precision.in_long_double
-
-    def table(
-        self,
-        names: Sequence[Name],
-        times: Sequence[Fraction],
-        numbers: Numbers,
-        progress: Progress | None = None,
-    ) -> dict[Any, Array]:
-        """``t`` and the named columns at exact ``times`` in s.
-
-        Numbers of double are a float64 array with NaN where a value is undefined; wider ones, and
-        text, are a list or an array of objects with None there.
-        """
-        if self.alone:
-            return self._of_segment(self.alone, names, times, numbers, progress)
-
-        parts, order = [], []
-        for segment, places in self._groups(times):
-            local = [_local(segment, times[i]) for i in places]
-            parts.append(self._of_segment(segment, names, local, numbers))
-            order += places
-        back = numpy.argsort(order).tolist()
-        columns: dict[Any, Any] = {}
-        for name in ("t", *names):
-            values = [x for part in parts for x in part[name]] if parts else []
-            columns[name] = [values[i] for i in back]
-        columns["t"] = self._seconds(times, numbers)
-        if numbers == "text":
-            return columns
-        double = numbers == "float" or self.precision.is_float
-        return {n: numpy.array(c, dtype=float if double else object) for n, c in columns.items()}
-
-    def _of_segment(
-        self,
-        segment: Segment,
-        names: Sequence[Name],
-        times: Sequence[Fraction],
-        numbers: Numbers,
-        progress: Progress | None = None,
-    ) -> dict[Any, Array]:
-        """The columns of one segment, over its own time."""
-        if self.in_arrays:
-            return _array_columns(segment, names, times, numbers, progress)
-        mpfr = self.precision.mpfr
-        with mpfr.precision():
-            seconds = mpfr.of_fractions(times)
-            entries = segment.output.mpfr_arrays(seconds, progress)
-            columns = segment.columns.of_arrays(names, entries, mpfr.number, mpfr)
-            table = {"t": seconds, **columns}
-            return {name: self._converted(values, numbers) for name, values in table.items()}
-
-    def _groups(self, times: Sequence[Fraction]) -> Iterable[tuple[Segment, list[int]]]:
-        groups: dict[int, list[int]] = {}
-        for i, time in enumerate(times):
-            groups.setdefault(self.place(self.dimensionless_time(time)), []).append(i)
-        return [(self.segments[place], groups[place]) for place in sorted(groups)]
-
-    def _seconds(self, times: Sequence[Fraction], numbers: Numbers) -> Array:
-        if self.precision.is_float:
-            plain = list(map(float, times))
-            return shortest_texts(plain) if numbers == "text" else plain
-        return self._converted(self.precision.mpfr.of_fractions(times), numbers)
-
-    def _converted(self, values: Array, numbers: Numbers) -> Array:
-        precision = self.precision
-        if numbers == "text":
-            return precision.mpfr.texts(values, precision.decimals)
-        if numbers == "float" or precision.is_float:
-            floats = values.astype(float)
-            return (
-                numpy.where(numpy.isfinite(floats), floats, numpy.nan) + 0.0
-            )  # no minus before zero
-        return numpy.array(list(map(precision.mpfr.back, values)), dtype=object)
-
-    def events(self) -> pandas.DataFrame:
-        """The recorded events in order of time: name, t, direction and the state there."""
-        import pandas
-
-        columns = self.event_columns(self.columns.names)
-        return pandas.DataFrame(columns if columns["name"] else [], columns=list(columns))
-
-    def event_columns(
-        self, names: Sequence[str], at: Container[str] | None = None
-    ) -> dict[str, Array]:
-        """The same as columns, without pandas, with the named quantities.
-
-        In wide arithmetics, where quantities are slow, only ``at`` the events of these names, if
-        given; elsewhere they are missing.
-        """
-        if self.alone:
-            return self._events_of_segment(self.alone, names, at)
-        context, to_user = self.precision.context, self.columns.to_user
-        columns: dict[str, Array] = {name: [] for name in ("name", "t", "direction", *names)}
-        for segment in self.segments:
-            happened = self._events_of_segment(segment, names, at)
-            happened["t"] = [to_user(context.mpf(t) + segment.begin_s) for t in happened["t"]]
-            for name, column in columns.items():
-                column += list(happened[name])
-            if segment.ended:
-                output = segment.output
-                (state,) = segment.columns.states([output.end_time], [output.end_row])
-                row = {"name": segment.ended, "t": to_user(segment.end_s), "direction": FALLING}
-                row |= state.values
-                for name, column in columns.items():
-                    column.append(row.get(name))
-        return columns
-
-    def _events_of_segment(
-        self, segment: Segment, names: Sequence[str], at: Container[str] | None
-    ) -> dict[str, Array]:
-        of, unit = segment.columns, segment.output.start.units.time
-        hits = sorted(segment.output.propagation.found.hits, key=lambda hit: hit.time)
-        directions = numpy.array([hit.direction for hit in hits])
-        columns: dict[str, Array] = {"name": [hit.name for hit in hits]}
-        if self.in_arrays and hits:
-            entries = tuple(numpy.array([hit.state for hit in hits], numpy.longdouble).T)
-            times = numpy.array([hit.time for hit in hits], numpy.longdouble)
-            times *= long_double(unit)
-            columns |= {"t": times.astype(float), "direction": directions}
-            values = of.of_arrays(names, entries, long_double)
-            return columns | {name: column.astype(float) for name, column in values.items()}
-        mpf, to_user = self.precision.context.mpf, of.to_user
-        columns["t"] = [to_user(mpf(hit.time) * unit) for hit in hits]
-        columns["direction"] = directions
-        asked = [names and (at is None or hit.name in at) for hit in hits]
-        rows = [tuple(map(mpf, hit.state)) for hit in itertools.compress(hits, asked)]
-        for name, column in of.of_rows(names, rows).items():
-            shown = map(to_user, column)
-            columns[name] = [next(shown) if wanted else None for wanted in asked]
-        return columns
-
-    def drift(
-        self, integrals: Iterable[Integral], times: Sequence[Fraction]
-    ) -> dict[str, Sequence[Scalar]]:
-        """Relative change of each integral since the start, at ``times``, the last being the end.
-
-        In double a float64 array for each, otherwise a list of mpmath numbers.
-        """
-        if not (self.in_arrays and self.alone):
-            zero = self.start.until * 0
-            inner = [zero, *map(self.dimensionless_time, times[:-1]), self.end_time]
-            motions = self.motions(inner)
-            return {integral.name: drift(integral, motions)[1:] for integral in integrals}
-
-        of, output = self.alone.columns, self.alone.output
-        entries = output.arrays(output.times(times), long_double)
-        if self.status not in ARRIVED:
-            for entry, value in zip(entries, output.end_row, strict=True):
-                entry[-1] = long_double(value)
-        start = tuple(map(long_double, output.start_row))
-        motions = [of.array_motion(rows, long_double) for rows in (start, entries)]
-        ones = numpy.ones(len(times))  # an integral may be one number for all rows
-        return {
-            integral.name: (drift(integral, motions)[1] * ones).astype(float)
-            for integral in integrals
-        }
-
-
-def _local(segment: Segment, time: Fraction) -> Fraction:
-    """A time since the segment's begin; rounding never puts it after the segment's end."""
-    since = max(time - as_fraction(segment.begin_s), Fraction(0))
-    return min(since, as_fraction(segment.output.end))
-
-
-def _array_columns(
-    segment: Segment,
-    names: Sequence[Name],
-    exact: Sequence[Fraction],
-    numbers: Numbers,
-    progress: Progress | None,
-) -> dict[Any, Array]:
-    """Columns of a run in double: text is the shortest that recovers the number."""
-    number = long_double if numbers == "text" else float
-    times = segment.output.times(exact)
-    entries = segment.output.arrays(times, number, progress)
-    table = {"t": times.seconds, **segment.columns.of_arrays(names, entries, number)}
-    stacked = numpy.array(list(table.values()), dtype=float)
-    stacked[~numpy.isfinite(stacked)] = numpy.nan
-    table = dict(zip(table, stacked, strict=True))
-    if numbers != "text":
-        return table
-    return {name: shortest_texts(values) for name, values in table.items()}
 
 
 MOST_SAMPLES = 20_000  # states that are kept of a run at its sample times
@@ -395,7 +211,7 @@ def integrated(
     *,
     opposite_rounding: bool = False,
 ) -> Solution:
-    """The run of ``scene``, integrated once with ``setup``.
+    """The solution of ``scene``, integrated once with ``setup``.
 
     With ``opposite_rounding`` every number of body and start is rounded to the other side of the
     exact value: the difference between both runs contains the effect of this rounding.
@@ -412,7 +228,8 @@ def integrated(
             few = 0 < scene.until <= MOST_SAMPLES * scene.sample_every
             made = partial(SampleTimes.of, scene, start)
             samples = start.once(SampleTimes, made) if few else None
-            return Solution(setup, start, backend.run(scene, setup, start, samples, progress))
+            segments = tuple(backend.run(scene, setup, start, samples, progress))
+            return Solution(scene, setup, start, segments, opposite_rounding)
     raise InputError(reason or f"{scene.name}: got no backend")
 
 

@@ -10,21 +10,30 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, get_args
 
-from tt_precise.integration.columns import POSE, POSE_NAMES, Name, State, expanded
-from tt_precise.integration.dense_output import ARRIVED, Status
-from tt_precise.integration.errors import Errors
+from tt_precise.integration.columns import POSE, State, expanded
+from tt_precise.integration.dense_output import Status
+from tt_precise.integration.errors import Errors, errors_of, table_with_errors
 from tt_precise.integration.events import not_alternating
 from tt_precise.integration.ladder import Rung, integrate_to_digits
 from tt_precise.integration.precision import Precision
-from tt_precise.integration.setup import Events, Setup, asked_for, full_tolerance
-from tt_precise.integration.solution import DIGITS, ERROR, Numbers, Solution, Stretch, integrated
-from tt_precise.mechanics.conserved import conserved
+from tt_precise.integration.reading import (
+    Numbers,
+    drift_over_time,
+    end_state,
+    event_columns,
+    rows,
+    states,
+    values_at_end,
+    with_quadratures,
+)
+from tt_precise.integration.setup import Events, Setup, asked_for
+from tt_precise.integration.solution import Solution, Stretch, integrated
 from tt_precise.mechanics.parameters import Dimension
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar, listed
-from tt_precise.scene.numerals import as_fraction, shortest_texts, written
-from tt_precise.scene.scene import RECORDABLE, Scene, load_scene
+from tt_precise.scene.numerals import as_fraction, written
+from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -34,11 +43,6 @@ if TYPE_CHECKING:
 
     from tt_precise.integration.derivatives import Derivatives
     from tt_precise.integration.inversion import InversionTimes
-
-
-def is_estimate(name: Name) -> bool:
-    """Whether a column of ``frame`` is one of estimated errors."""
-    return isinstance(name, str) and (name == DIGITS or name.startswith(ERROR))
 
 
 def is_one(t: Any) -> bool:
@@ -78,11 +82,10 @@ class Trajectory:
 
     sensitivity: Derivatives | None = None
 
-    def __init__(self, scene: Scene, run: Solution, *, opposite_rounding: bool = False):
-        self.scene, self.run, self.setup, self.start = scene, run, run.setup, run.start
+    def __init__(self, run: Solution):
+        self.run, self.scene, self.setup, self.start = run, run.scene, run.setup, run.start
         self.status: Status = run.status
         self.steps, self.order = run.steps, run.order
-        self._opposite_rounding = opposite_rounding
 
     @classmethod
     def of(
@@ -94,8 +97,7 @@ class Trajectory:
         opposite_rounding: bool = False,
     ) -> Trajectory:
         """The scene integrated once, as the set-up says."""
-        run = integrated(scene, setup, progress, opposite_rounding=opposite_rounding)
-        return cls(scene, run, opposite_rounding=opposite_rounding)
+        return cls(integrated(scene, setup, progress, opposite_rounding=opposite_rounding))
 
     def again(self, *, opposite_rounding: bool = False, **changes: Any) -> Trajectory:
         """The same scene integrated again, with some fields of the ``Setup`` replaced.
@@ -103,13 +105,12 @@ class Trajectory:
         With ``opposite_rounding`` every number of body and start lies on the other side of the
         exact one: what such a run differs by contains what their rounding does to a run.
         """
-        setup = self.setup.but(**changes)
-        return Trajectory.of(self.scene, setup, opposite_rounding=opposite_rounding)
+        return Trajectory(self.run.again(opposite_rounding=opposite_rounding, **changes))
 
     def __reduce__(self) -> tuple[Any, ...]:
         # integrated again where it is unpickled: heyoka's own pickles are machine code
         names = self.sensitivity.names if self.sensitivity else ()
-        return _unpickled, (self.scene, self.setup, self._opposite_rounding, names)
+        return _unpickled, (self.scene, self.setup, self.run.opposite_rounding, names)
 
     def __repr__(self) -> str:
         return (
@@ -130,22 +131,22 @@ class Trajectory:
     @property
     def tolerance(self) -> Scalar:
         """The relative tolerance of the integration, an mpmath number."""
-        return self.precision.context.mpf(self.setup.tolerance) or full_tolerance(self.precision)
+        return self.run.tolerance
 
     @property
     def pieces(self) -> tuple[Stretch, ...]:
         """The stretches of gliding, rolling, flight and contact; at least one."""
         return self.run.stretches
 
-    @cached_property
+    @property
     def t_end(self) -> Scalar:
         """Where the solution ends, in s: a float in double, else an mpmath number."""
-        return self.run.columns.to_user(self.run.end)
+        return self.run.t_end
 
     @property
     def state(self) -> State:
         """The state at ``t_end``; numbers wider than double print with their error, if known."""
-        state, errors = self._end_state, self.errors.known_at_end
+        state, errors = end_state(self.run), self.errors.known_at_end
         carrying = self.precision.carrying
         values = {name: carrying(value, errors.get(name)) for name, value in state.values.items()}
         return State(state.t, values, state.precision, errors)
@@ -157,14 +158,10 @@ class Trajectory:
         end = self.t_end
         return repr(float(end)) if error is None else self.precision.with_error(end, error)
 
-    @cached_property
-    def _end_state(self) -> State:
-        return self.run.states([self.run.end_time])[0]
-
     @property
     def values_at_end(self) -> dict[str, Scalar]:
         """``t_end`` (s) and the entries of the state there (SI)."""
-        return {"t_end": self.t_end, **self._end_state.values}
+        return values_at_end(self.run)
 
     def at(self, t: Scalar) -> State:
         """The state at time ``t`` (s) from the Taylor series of the step around it.
@@ -176,26 +173,23 @@ class Trajectory:
         InputError
             ``t`` lies outside [0, t_end]: a solution is never extrapolated.
         """
-        states = self.run.states(list(map(self.run.dimensionless_time, each(t))))
-        return states[0] if is_one(t) else State.joined(states, self.precision)
+        found = states(self.run, list(map(self.run.dimensionless_time, each(t))))
+        return found[0] if is_one(t) else State.joined(found, self.precision)
 
     def motion(self, t: Scalar) -> Motion:
         """The dimensionless ``Motion`` at ``t`` (s); raises as ``at`` does.
 
         Its numbers are floats in double, else mpmath numbers.
         """
-        ((segment, row),) = self.run.rows([self.run.dimensionless_time(t)])
+        ((segment, row),) = rows(self.run, [self.run.dimensionless_time(t)])
         if self.precision.is_float:
             return segment.columns.array_motion(tuple(map(float, row)), float, math)
         return segment.columns.motion(row)
 
-    @cached_property
+    @property
     def sample_times(self) -> tuple[Fraction, ...]:
         """The scene's exact sample times up to ``t_end``; an early ``t_end`` is added."""
-        if self.status in ARRIVED:
-            return self.scene.sample_times
-        end = as_fraction(self.run.end)
-        return (*(t for t in self.scene.sample_times if t < end), end)
+        return self.run.sample_times
 
     def frame(
         self,
@@ -255,50 +249,14 @@ class Trajectory:
                 f"numbers: got {numbers!r}, expected one of: {', '.join(get_args(Numbers))}"
             )
         wanted = expanded(names or self.run.columns.names)
-        columns = self._columns(wanted, times, numbers, progress)
+        exact = None if times is None else tuple(map(as_fraction, each(times)))
+        columns = table_with_errors(self.run, wanted, exact, numbers, progress)
         return {getattr(name, "name", name): column for name, column in columns.items()}
 
-    def _columns(
-        self,
-        wanted: Sequence[Name],
-        times: Scalar | Iterable[Scalar] | None,
-        numbers: Numbers,
-        progress: Progress | None,
-    ) -> dict[Any, Array]:
-        exact = self.sample_times if times is None else tuple(map(as_fraction, each(times)))
-        if any(map(is_estimate, wanted)):
-            if times is not None:
-                raise InputError("times: got times with estimated errors, expected no times")
-            plain = [name for name in wanted if not is_estimate(name)]
-            columns = self._columns(plain or ["theta"], None, numbers, progress)
-            return self._with_errors(columns, wanted, numbers)
-        missing = [name for name in wanted if name in POSE_NAMES and name not in self.setup.record]
-        if not missing:
-            return self.run.table(wanted, exact, numbers, progress)
-        run = self.with_quadratures
-        plain = [name for name in wanted if name not in missing]
-        columns = self.run.table(plain, exact, numbers)
-        columns = run.run.table(missing, self._alike(exact, run), numbers) | columns
-        return {name: columns[name] for name in ("t", *wanted)}
-
-    def _with_errors(
-        self, table: dict[Any, Array], wanted: Sequence[Name], numbers: Numbers
-    ) -> dict[Any, Array]:
-        estimates = {name: str(name).removeprefix(ERROR) for name in wanted if is_estimate(name)}
-        errors = self.errors.over_time([name for name in estimates.values() if name != DIGITS])
-        columns: dict[Any, Array] = {"t": table["t"]}
-        for name in wanted:
-            if name in estimates:
-                values = errors[estimates[name]]
-                columns[name] = shortest_texts(values) if numbers == "text" else values
-            else:
-                columns[name] = table[name]
-        return columns
-
-    @cached_property
+    @property
     def errors(self) -> Errors:
         """The errors of the run, estimated by reference runs."""
-        return Errors(self)
+        return errors_of(self.run)
 
     @property
     def error_estimate(self) -> dict[str, Scalar]:
@@ -324,7 +282,7 @@ class Trajectory:
         """
         import pandas
 
-        errors = Errors(self, beside) if beside else self.errors
+        errors = self._beside(beside)
         columns = errors.over_time(expanded(names) or self.run.columns.names)
         named = {getattr(name, "name", name): column for name, column in columns.items()}
         return pandas.DataFrame(named)
@@ -337,31 +295,18 @@ class Trajectory:
         """
         import pandas
 
-        return pandas.DataFrame((Errors(self, beside) if beside else self.errors).events())
+        return pandas.DataFrame(self._beside(beside).events())
 
-    def _alike(self, times: Sequence[Fraction], run: Trajectory) -> tuple[Fraction, ...]:
-        """``times`` in another run of the scene; the end of this run becomes that run's end."""
-        if self.status in ARRIVED:
-            return tuple(times)
-        end, other = (as_fraction(trajectory.run.end) for trajectory in (self, run))
-        return tuple(other if t >= end else t for t in times)
+    def _beside(self, others: Sequence[Trajectory]) -> Errors:
+        return Errors(self.run, [other.run for other in others]) if others else self.errors
 
-    @cached_property
+    @property
     def with_quadratures(self) -> Trajectory:
         """The same run with phi, psi, x and y recorded; integrated again if necessary.
 
         Refused if the axis is exactly vertical at some time.
         """
-        if set(RECORDABLE) <= set(self.setup.record):
-            return self
-        if not self.scene.start.theta.at_pole:
-            run = self.again(record=RECORDABLE, events=())
-            if run.status == self.status:
-                return run
-        raise InputError(
-            "pose: got an axis that is exactly vertical at some time, where phi and psi are "
-            "undefined; expected another scene"
-        )
+        return Trajectory(with_quadratures(self.run))
 
     @cached_property
     def events(self) -> pandas.DataFrame:
@@ -370,7 +315,10 @@ class Trajectory:
         ``direction`` is +1 where the event's function rises through zero, -1 where it falls. A time
         wider than double prints with its error, if known.
         """
-        events = self.run.events()
+        import pandas
+
+        columns = event_columns(self.run, self.run.columns.names)
+        events = pandas.DataFrame(columns if columns["name"] else [], columns=list(columns))
         if self.errors.known and not self.precision.is_float and len(events):
             carrying, errors = self.precision.carrying, self.errors.events()["error"]
             times = zip(events["t"], errors.tolist(), strict=True)
@@ -384,7 +332,7 @@ class Trajectory:
 
         With ``at``, only the events of these names need the entries of the state.
         """
-        return self.run.event_columns(self.run.columns.names if names is None else names, at)
+        return event_columns(self.run, self.run.columns.names if names is None else names, at)
 
     @property
     def event_counts(self) -> Counter[str]:
@@ -433,13 +381,7 @@ class Trajectory:
 
         In double a float64 array for each integral, otherwise a list of mpmath numbers.
         """
-        integrals = [
-            integral
-            for integral in conserved(self.scene.model, self.scene.body)
-            if self.run.columns.has_azimuth or not integral.azimuth
-            if self.formulation == "newton" or integral.name != "axis_norm"
-        ]
-        return self.run.drift(integrals, self.sample_times)
+        return drift_over_time(self.run)
 
     def plot(self, *names: Any) -> Figure:
         """A matplotlib ``Figure`` over time with a panel for each of ``names`` (as in ``frame``).
@@ -450,7 +392,7 @@ class Trajectory:
         """
         from tt_precise.integration.views import figure
 
-        return figure(self, expanded(names))
+        return figure(self.run, expanded(names))
 
     def animate(
         self,
@@ -471,13 +413,23 @@ class Trajectory:
         from tt_precise.integration.views import animate
 
         return animate(
-            self, path, seconds=seconds, fps=fps, begin=begin, end=end, progress=progress
+            self.run, path, seconds=seconds, fps=fps, begin=begin, end=end, progress=progress
         )
 
     def _repr_html_(self) -> str:
-        from tt_precise.integration.views import notebook_table
+        from tt_precise.runtime.tables import as_html
 
-        return notebook_table(self)
+        state, shown = self.state, self.precision.with_error
+        rows: list[tuple[str, Any]] = [
+            ("status", self.status),
+            ("t_end", f"{self.shown_end} s"),
+            ("precision", f"{self.precision.name}, {self.precision.bits} bits"),
+            ("formulation", self.formulation),
+            ("steps", self.steps),
+            *((name, shown(value, state.errors.get(name))) for name, value in state.values.items()),
+            *((f"event {name}", f"{n} times") for name, n in self.event_counts.most_common()),
+        ]
+        return as_html(f"Trajectory of {self.scene.name}", rows)
 
     def dimension(self, name: str) -> Dimension:
         """The dimension of a column; raises for names that ``frame`` does not know."""
@@ -492,7 +444,7 @@ class Trajectory:
         """
         from tt_precise.integration.inversion import times_of
 
-        times = times_of(self)
+        times = times_of(self.run)
         if self.precision.is_float:
             return times
         errors, carrying = self.inversion_errors, self.precision.carrying
@@ -505,17 +457,16 @@ class Trajectory:
         From reference runs, as ``event_errors``. A time may be off by more where a small error
         makes another nutation the one that counts, as in definitions B and C.
         """
-        from tt_precise.integration.inversion import errors_of
+        from tt_precise.integration.inversion import errors_of_times
 
-        return errors_of(self)
+        return errors_of_times(self.run)
 
-    @cached_property
+    @property
     def with_climb(self) -> Trajectory:
         """The run with the events of the climb; integrated again if necessary."""
-        from tt_precise.integration.inversion import NEEDED
+        from tt_precise.integration.inversion import with_climb
 
-        complete = set(NEEDED) <= set(self.setup.watched)
-        return self if complete else self.again(events=NEEDED, record=())
+        return Trajectory(with_climb(self.run))
 
 
 def _unpickled(
@@ -529,7 +480,7 @@ def _differentiated(trajectory: Trajectory, names: Iterable[str]) -> Trajectory:
     if names:
         from tt_precise.integration.derivatives import Derivatives
 
-        trajectory.sensitivity = Derivatives(trajectory, listed(names))
+        trajectory.sensitivity = Derivatives(trajectory.run, listed(names))
     return trajectory
 
 

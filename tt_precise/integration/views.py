@@ -1,31 +1,30 @@
-"""A trajectory as pictures: columns over time, a moving top with its track, and in a notebook."""
+"""A solution as pictures: columns over time, and a moving top with its track."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy
 
-from tt_precise.integration.columns import Name
-from tt_precise.integration.solution import DIGITS, ERROR
+from tt_precise.integration.columns import Name, expanded
+from tt_precise.integration.errors import DIGITS, ERROR, table_with_errors
+from tt_precise.integration.reading import drift_over_time, event_columns, with_quadratures
+from tt_precise.integration.solution import Solution
 from tt_precise.mechanics.quantities import QUANTITIES, described
 from tt_precise.runtime import player, plotting
 from tt_precise.runtime.files import atomic_write, replacing
-from tt_precise.runtime.tables import as_html
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, InputError, Json, Scalar
+from tt_precise.scene.numerals import as_fraction
 
 if TYPE_CHECKING:
-    import pandas
     from matplotlib.animation import AbstractMovieWriter
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
-Trajectory: TypeAlias = Any  # its module imports this module
 
 WIDTH, PANEL = 7.0, 1.55  # inches
 # drawn for an exact zero on a logarithmic axis: a part of eps
@@ -40,31 +39,23 @@ LABELS = {
 }  # fmt: skip
 
 
-def notebook_table(trajectory: Trajectory) -> str:
-    """The end of the trajectory in HTML, without another integration."""
-    state, shown = trajectory.state, trajectory.precision.with_error
-    return as_html(
-        f"Trajectory of {trajectory.scene.name}",
-        [
-            ("status", trajectory.status),
-            ("t_end", f"{trajectory.shown_end} s"),
-            ("precision", f"{trajectory.precision.name}, {trajectory.precision.bits} bits"),
-            ("formulation", trajectory.formulation),
-            ("steps", trajectory.steps),
-            *((name, shown(value, state.errors.get(name))) for name, value in state.values.items()),
-            *((f"event {name}", f"{n} times") for name, n in trajectory.event_counts.most_common()),
-        ],
-    )
+def read(
+    run: Solution, names: Sequence[Name], times: Sequence[float] | None = None
+) -> dict[str, Array]:
+    """Columns in double by their shown names, also of estimated errors; ``times`` in s."""
+    exact = None if times is None else list(map(as_fraction, times))
+    columns = table_with_errors(run, names, exact, "float")
+    return {getattr(name, "name", name): column for name, column in columns.items()}
 
 
-def figure(trajectory: Trajectory, names: tuple[Name, ...] = ()) -> Figure:
+def figure(run: Solution, names: tuple[Name, ...] = ()) -> Figure:
     """A matplotlib ``Figure`` with a panel for each column, or the overview if none is named."""
     panels: tuple[tuple[Name, ...], ...] = tuple((name,) for name in names)
     if not names:
         panels = (("theta",), ENERGIES, ("g_n",))
     wanted = [name for panel in panels for name in panel if not is_drift(name)]
-    drifts = {str(name): drift_of(trajectory, str(name)) for name in names if is_drift(name)}
-    samples = trajectory.frame(*(dict.fromkeys(wanted) or ["theta"]), numbers="float")
+    drifts = {str(name): drift_of(run, str(name)) for name in names if is_drift(name)}
+    samples = read(run, [*dict.fromkeys(wanted)] or ["theta"])
     count = len(panels) + (not names)
     with plotting.styled():
         drawn = plotting.new_figure(WIDTH, PANEL * count + 0.5)
@@ -72,26 +63,24 @@ def figure(trajectory: Trajectory, names: tuple[Name, ...] = ()) -> Figure:
         for panel, place in zip(panels, axes, strict=False):
             if is_drift(panel[0]):
                 name = str(panel[0])
-                _drifts(place, trajectory, {name.removeprefix(DRIFT): drifts[name]})
+                _drifts(place, run, {name.removeprefix(DRIFT): drifts[name]})
             else:
-                _panel(place, trajectory, samples, panel)
+                _panel(place, samples, panel)
         if not names:
-            _drifts(axes[-1], trajectory, trajectory.drift_over_time())
-        _events(axes[0], trajectory)
+            _drifts(axes[-1], run, drift_over_time(run))
+        _events(axes[0], run)
         axes[-1].set_xlabel("t / s")
-        note = "" if trajectory.status == "complete" else f" ({trajectory.status})"
-        axes[0].set_title(f"{trajectory.scene.name}{note}")
+        note = "" if run.status == "complete" else f" ({run.status})"
+        axes[0].set_title(f"{run.scene.name}{note}")
         drawn.align_ylabels(axes)
     return drawn
 
 
-def _panel(
-    axes: Axes, trajectory: Trajectory, samples: pandas.DataFrame, columns: tuple[Name, ...]
-) -> None:
+def _panel(axes: Axes, samples: Mapping[str, Array], columns: tuple[Name, ...]) -> None:
     names = [str(getattr(column, "name", column)) for column in columns]
     for name in names:
-        at = plotting.thinned(samples["t"].to_numpy(), samples[name].to_numpy())
-        axes.plot(samples["t"].to_numpy()[at], samples[name].to_numpy()[at], label=_label(name))
+        at = plotting.thinned(samples["t"], samples[name])
+        axes.plot(samples["t"][at], samples[name][at], label=_label(name))
     first = names[0].removeprefix(ERROR)
     unit = "1"
     if first != DIGITS:
@@ -110,7 +99,7 @@ def is_drift(name: Name) -> bool:
     return isinstance(name, str) and name.startswith(DRIFT)
 
 
-def drift_of(trajectory: Trajectory, name: str) -> Sequence[Scalar]:
+def drift_of(run: Solution, name: str) -> Sequence[Scalar]:
     """The relative drift of "drift:NAME" at the samples.
 
     NAME is a conserved quantity of the scene, whose drift is computed in finer arithmetic, or any
@@ -119,7 +108,7 @@ def drift_of(trajectory: Trajectory, name: str) -> Sequence[Scalar]:
 
     Raises ``InputError``: there is no such quantity.
     """
-    wanted, known = name.removeprefix(DRIFT), trajectory.drift_over_time()
+    wanted, known = name.removeprefix(DRIFT), drift_over_time(run)
     if wanted in known:
         return known[wanted]
     if wanted not in QUANTITIES:
@@ -127,14 +116,14 @@ def drift_of(trajectory: Trajectory, name: str) -> Sequence[Scalar]:
             f"plot: got {name[:60]!r}, expected {DRIFT} and one of: {', '.join(known)}, or a "
             "quantity such as E or D"
         )
-    values = trajectory.frame(wanted, numbers="float")[wanted].to_numpy()
+    values = read(run, [wanted])[wanted]
     scale = abs(values[0]) or numpy.nanmax(abs(values)) or 1.0
     return abs(values - values[0]) / scale
 
 
-def _drifts(axes: Axes, trajectory: Trajectory, drifts: Mapping[str, Sequence[Scalar]]) -> None:
-    times = [float(t) for t in trajectory.sample_times]
-    floor = max(float(trajectory.precision.eps) * EXACT, TINIEST)
+def _drifts(axes: Axes, run: Solution, drifts: Mapping[str, Sequence[Scalar]]) -> None:
+    times = [float(t) for t in run.sample_times]
+    floor = max(float(run.precision.eps) * EXACT, TINIEST)
     for name, values in drifts.items():
         floats = numpy.maximum([float(value) for value in values], floor)
         axes.semilogy(times, floats, label=name.replace("_", " "))
@@ -144,18 +133,19 @@ def _drifts(axes: Axes, trajectory: Trajectory, drifts: Mapping[str, Sequence[Sc
         axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
 
 
-def _events(axes: Axes, trajectory: Trajectory) -> None:
+def _events(axes: Axes, run: Solution) -> None:
     """A tick for each recorded event, one row for each name, below the first panel's curve."""
-    events = trajectory.events
-    names = list(events["name"].unique())
-    for row, name in enumerate(names):
-        rows = events[events["name"] == name]
+    times: dict[str, list[float]] = {}
+    events = event_columns(run, ())
+    for name, t in zip(events["name"], events["t"], strict=True):
+        times.setdefault(name, []).append(float(t))
+    for row, (name, there) in enumerate(times.items()):
         axes.plot(
-            rows["t"].astype(float), [0.02 + 0.05 * row] * len(rows), "|", markersize=5,
-            color=plotting.CYCLE[(row + 1) % len(plotting.CYCLE)], label=f"{len(rows)} x {name}",
+            there, [0.02 + 0.05 * row] * len(there), "|", markersize=5,
+            color=plotting.CYCLE[(row + 1) % len(plotting.CYCLE)], label=f"{len(there)} x {name}",
             transform=axes.get_xaxis_transform(),
         )  # fmt: skip
-    if names:
+    if times:
         axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
 
 
@@ -190,7 +180,7 @@ class Frames(NamedTuple):
 
 
 def animate(
-    trajectory: Trajectory,
+    run: Solution,
     path: str | Path,
     *,
     seconds: float = 12.0,
@@ -216,12 +206,12 @@ def animate(
         )
     require_animation(target)
     if target.suffix.lower() == ".html":
-        atomic_write(target, player.page(playable(trajectory, begin, end, seconds)))
+        atomic_write(target, player.page(playable(run, begin, end, seconds)))
         return target
     writer = movie_writer(target, fps)
     count = max(2, round(seconds * fps))
-    frames = sampled(trajectory, begin, end, count)
-    scene = trajectory.scene
+    frames = sampled(run, begin, end, count)
+    scene = run.scene
     with plotting.styled():
         drawn = plotting.new_figure(6.0, 3.9)
         drawn.set_layout_engine("none")
@@ -236,22 +226,20 @@ def animate(
     return target
 
 
-def playable(
-    trajectory: Trajectory, begin: float, end: float | None, seconds: float
-) -> dict[str, Json]:
+def playable(run: Solution, begin: float, end: float | None, seconds: float) -> dict[str, Json]:
     """The data of the page that plays, see ``runtime.player``."""
-    last = _require_span(trajectory, begin, end)
+    last = _require_span(run, begin, end)
     count = min(MOST_PLAYED, max(LEAST_PLAYED, round((last - begin) / PLAYED_EVERY_S)))
     times = numpy.linspace(begin, last, count + 1)
     names = ("theta", "phi", "psi", "x", "y", "z", "kx", "ky", "kz")
-    table = trajectory.with_quadratures.frame(*names, times=times.tolist(), numbers="float")
-    scene = trajectory.scene
+    table = read(with_quadratures(run), names, times.tolist())
+    scene = run.scene
     R, alpha = float(scene.body.R), float(scene.body.alpha)
-    course = {name: table[name].to_numpy() for name in ("theta", "phi", "psi")}
+    course = {name: table[name] for name in ("theta", "phi", "psi")}
     # the point below the sphere's centre, which lies alpha R along the axis from the centre of mass
     for name in ("x", "y"):
-        course[name] = table[name].to_numpy() / R + alpha * table[f"k{name}"].to_numpy()
-    lift = table["z"].to_numpy() / R + alpha * table["kz"].to_numpy() - 1
+        course[name] = table[name] / R + alpha * table[f"k{name}"]
+    lift = table["z"] / R + alpha * table["kz"] - 1
     if scene.lifts:
         course["lift"] = numpy.maximum(lift, 0)
     words = (
@@ -262,42 +250,42 @@ def playable(
     return player.drawing(
         (last - begin) / count,
         {name: values.tolist() for name, values in course.items()},
-        title=f"{scene.name}: {trajectory.status}",
+        title=f"{scene.name}: {run.status}",
         words=words,
         begin=begin,
         seconds=seconds,
     )
 
 
-def _require_span(trajectory: Trajectory, begin: float, end: float | None) -> float:
-    """The end of the animation in s; refuse a span that is empty or not in the trajectory."""
-    last = float(trajectory.t_end) if end is None else end
-    if not 0 <= begin < last <= float(trajectory.t_end):
+def _require_span(run: Solution, begin: float, end: float | None) -> float:
+    """The end of the animation in s; refuse a span that is empty or not in the run."""
+    last = float(run.t_end) if end is None else end
+    if not 0 <= begin < last <= float(run.t_end):
         raise InputError(
             f"animate: got {begin:g} to {last:g} s, expected a span within 0 to "
-            f"{float(trajectory.t_end):g} s"
+            f"{float(run.t_end):g} s"
         )
     return last
 
 
-def sampled(trajectory: Trajectory, begin: float, end: float | None, count: int) -> Frames:
+def sampled(run: Solution, begin: float, end: float | None, count: int) -> Frames:
     """``count`` poses, equally spaced in time.
 
-    Raises ``InputError``: the span is empty or reaches beyond the trajectory.
+    Raises ``InputError``: the span is empty or reaches beyond the run.
     """
     from scipy.spatial.transform import Rotation
 
-    last = _require_span(trajectory, begin, end)
+    last = _require_span(run, begin, end)
     times = numpy.linspace(begin, last, FINER * (count - 1) + 1).tolist()
-    table = trajectory.frame("theta", "pose", times=times, numbers="float")
-    body = trajectory.scene.body
+    table = read(run, expanded(["theta", "pose"]), times)
+    body = run.scene.body
     R, alpha = float(body.R), float(body.alpha)
-    turn = Rotation.from_quat(table[["qw", "qx", "qy", "qz"]], scalar_first=True).as_matrix()
+    quaternions = numpy.column_stack([table[name] for name in ("qw", "qx", "qy", "qz")])
+    turn = Rotation.from_quat(quaternions, scalar_first=True).as_matrix()
     # below the sphere's centre, which lies alpha R along the axis from the centre of mass
-    track = table[["x", "y", "z"]].to_numpy() / R + alpha * turn[:, :, 2]
+    track = numpy.column_stack([table[name] for name in "xyz"]) / R + alpha * turn[:, :, 2]
     track[:, 2] = 0
-    shown = table.iloc[::FINER]
-    return Frames(shown["t"].to_numpy(), turn[::FINER], shown["theta"].to_numpy(), track)
+    return Frames(table["t"][::FINER], turn[::FINER], table["theta"][::FINER], track)
 
 
 def require_animation(path: Path) -> None:
