@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 from tt_precise.integration.events import Event
 from tt_precise.integration.precision import Precision
@@ -21,7 +21,6 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Adaptive, Functions, InputError, Scalar
-from tt_precise.scene.initial_state import InitialState
 from tt_precise.taylor.series import Series, SeriesFunctions, rate, solution
 
 QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
@@ -127,54 +126,47 @@ class Equations:
         return list(zip(self.variables, self.rates, strict=True))
 
 
-Condition = Callable[[Adaptive, int], bool]
 Ends = dict[str, Scalar]
+Condition = Callable[[Adaptive, int], bool]
+
+
+def fastest_tilt(body: Parameters, speed: Scalar, frequency: Scalar, decay: Scalar) -> Scalar:
+    """The largest rate of a small tilt.
+
+    ``frequency`` is that of its oscillations, ``decay`` that of gliding for a coefficient of
+    friction 1, and ``speed`` that of the contact point.
+    """
+    if body.friction.smooth_at_rest or speed:
+        frequency += largest_coefficient(body, speed) * decay
+    return frequency
 
 
 @dataclass(frozen=True)
 class Phase:
     """A motion under one set of equations as heyoka integrates it: its ends and its steps.
 
-    This one is that of a top in contact with a rigid table. ``brief`` motions have few steps, for
-    which code that compiles fast is better. Where time is an entry of the state (``has_clock``),
-    the horizon is a parameter of the equations.
+    ``ends(equations, horizon, precision)`` are functions that are positive while it lasts; it ends
+    where one falls to zero, unless ``condition(formulation, end, eps, tolerance)``, a callback of
+    heyoka's event, says that it goes on. Code for ``brief`` motions compiles fast. Where time is an
+    entry of the state (``has_clock``), the horizon is a parameter of the equations.
+    ``first_step``, if not 0, is that of the variable of integration.
     """
 
-    brief: ClassVar[bool] = False
-    has_clock: ClassVar[bool] = False
-
-    def ends(
-        self, equations: Equations, horizon: Scalar, precision: Precision
-    ) -> dict[str, Scalar]:
-        """Functions that are positive while the phase lasts; it ends where one falls to zero."""
-        form = equations.layout.form
-        return terminal_functions(form, equations.motion, equations.variables[0])
-
-    def condition(
-        self, form: Formulation, end: str, eps: float, tolerance: float
-    ) -> Condition | None:
-        """Return a callback of heyoka's event: whether the phase goes on at a zero of that end."""
-        return None
-
-    def goals(self, start: InitialState, until: Scalar, precision: Precision) -> list[Scalar]:
-        """Values of the variable of integration up to which it is integrated in turn.
-
-        The last is ``until``, in heyoka's numbers, if that is not None.
-        """
-        return [precision.number(start.until) if until is None else until]
-
-    def fastest(self, body: Parameters, speed: Scalar, frequency: Scalar, decay: Scalar) -> Scalar:
-        """The largest rate of a small tilt.
-
-        ``frequency`` is that of its oscillations, ``decay`` that of gliding for a coefficient of
-        friction 1, and ``speed`` that of the contact point.
-        """
-        if body.friction.smooth_at_rest or speed:
-            frequency += largest_coefficient(body, speed) * decay
-        return frequency
+    ends: Callable[[Equations, Scalar, Precision], Ends]
+    condition: Callable[[Formulation, str, float, float], Condition] | None = None
+    brief: bool = False
+    has_clock: bool = False
+    first_step: float = 0.0
+    fastest: Callable[[Parameters, Scalar, Scalar, Scalar], Scalar] = fastest_tilt
 
 
-RIGID_CONTACT = Phase()
+def rigid_ends(equations: Equations, horizon: Scalar, precision: Precision) -> Ends:
+    """The ends of a motion on a rigid table."""
+    form = equations.layout.form
+    return terminal_functions(form, equations.motion, equations.variables[0])
+
+
+RIGID_CONTACT = Phase(rigid_ends)
 
 
 def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str, Scalar]:

@@ -33,6 +33,7 @@ from tt_precise.runtime.values import Adaptive, Array, ContinuousOutput, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
+LONGEST = 2.0**40  # where the state, which has the time, ends the propagation before
 MOST_CUTS = 4  # of a failed propagation, back to its last good step
 # How far LLVM optimises. Compact code in double has the bits of level 3 at level 1, in 0.6 of the
 # time. Wider types have them at level 0, in a seventh of it: a library does their operations.
@@ -100,8 +101,13 @@ def propagate(
     """
     form = setup.formulation
     number, zero = setup.precision.number, setup.precision.context.mpf(0)
-    goals = setup.phase.goals(start, until, setup.precision)
-    horizon = goals[-1]
+    exact = setup.precision.context.mpf
+    if until is None:
+        horizon = number(exact(LONGEST) if setup.phase.has_clock else start.until)
+    else:
+        horizon = until
+    first = number(exact(setup.phase.first_step))
+    goals = [first, horizon] if setup.phase.first_step and first < horizon else [horizon]
     watched = Watched(setup, start, dense) if setup.events else None
     dense = watched or dense
     with integrator(setup.but(events=())) as made:
@@ -313,8 +319,10 @@ def build(setup: Setup) -> Integrator:
         noted = [_loss(heyoka, terminal.pop("contact_lost"), fp_type, losses)]
     conditions: dict[str, dict[str, Any]] = {}
     for name in terminal:
-        condition = setup.phase.condition(form, name, eps, setup.tolerance)
-        conditions[name] = {"callback": condition} if condition else {}
+        condition = setup.phase.condition
+        conditions[name] = (
+            {"callback": condition(form, name, eps, setup.tolerance)} if condition else {}
+        )
     number = setup.precision.number
     zero = setup.precision.context.mpf(0)
     made = heyoka.taylor_adaptive(

@@ -8,7 +8,7 @@ from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.nonsmooth.formulations import elastic, raised
 from tt_precise.nonsmooth.lifting import bouncing, flying, flying_on
-from tt_precise.nonsmooth.phases import Contact, DeepContact, FastGliding, Flight
+from tt_precise.nonsmooth.phases import DEEP_CONTACT, FAST_GLIDING, FLIGHT_PHASE, LINEAR_CONTACT
 from tt_precise.nonsmooth.segments import Joint, propagated
 from tt_precise.nonsmooth.sticking import sticking_and_slipping
 from tt_precise.runtime.terminal import Progress
@@ -30,11 +30,11 @@ def first(scene: Scene, form: Formulation) -> tuple[Formulation, Phase]:
     """Return the equations at the start of a scene; ``form`` are those of its model."""
     spring = scene.body.spring
     if scene.model == "flight":
-        return raised(), Flight()
+        return raised(), FLIGHT_PHASE
     if spring:
         on_table = elastic(spring, scene.body.friction)
-        return on_table, DeepContact() if hasattr(on_table.State, "clock") else Contact()
-    return form, FastGliding() if scene.may_stick else RIGID_CONTACT
+        return on_table, LINEAR_CONTACT if spring == "linear" else DEEP_CONTACT
+    return form, FAST_GLIDING if scene.may_stick else RIGID_CONTACT
 
 
 def run(
