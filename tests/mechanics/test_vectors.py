@@ -3,9 +3,19 @@
 import random
 from fractions import Fraction
 
+import mpmath
+import numpy
 import pytest
 
-from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled, subtracted
+from tt_precise.mechanics.vectors import (
+    Vector,
+    added,
+    cross,
+    dot,
+    horizontal_length,
+    scaled,
+    subtracted,
+)
 
 X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
 
@@ -29,3 +39,11 @@ def test_lagrange_and_jacobi(seed: int) -> None:
     assert dot(a, cross(a, b)) == dot(b, cross(a, b)) == 0
     assert not any(added(cross(a, cross(b, c)), cross(b, cross(c, a)), cross(c, cross(a, b))))
     assert any(added(cross(a, cross(b, c)), cross(b, cross(c, a)), cross(c, cross(b, a))))
+
+
+def test_without_hypot_a_square_root_serves() -> None:
+    class Plain:
+        sqrt = staticmethod(mpmath.sqrt)
+
+    assert horizontal_length(Plain, 3, 4) == 5
+    assert horizontal_length(numpy, 3e-200, 4e-200) == pytest.approx(5e-200, rel=2**-51, abs=0)
