@@ -11,8 +11,7 @@ import numpy
 import pytest
 
 from tests.integration.conftest import optimised
-from tt_precise.integration import Trajectory, dense_output, integrate
-from tt_precise.integration import run as run_of_scenes
+from tt_precise.integration import Trajectory, dense_output, integrate, solution
 from tt_precise.integration.columns import EULER_COLUMNS, VECTOR_COLUMNS
 from tt_precise.integration.dense_output import Times
 from tt_precise.integration.precision import KINDS
@@ -228,12 +227,12 @@ def test_samples_taken_on_the_way_are_those_of_the_series(half: Scene, events: A
 
 def test_many_samples_are_not_kept(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = integrate(half).frame("kx")
-    monkeypatch.setattr(run_of_scenes, "MOST_SAMPLES", 10)
-    run_of_scenes.beginning.cache_clear()
+    monkeypatch.setattr(solution, "MOST_SAMPLES", 10)
+    solution.beginning.cache_clear()
     run = integrate(half)
     assert run.run.segments[0].output.propagation.samples is None
     assert run.frame("kx").equals(expected)
-    run_of_scenes.beginning.cache_clear()
+    solution.beginning.cache_clear()
 
 
 @pytest.mark.parametrize("bits", [10, 52, 53, 54, 60, 80, 200])

@@ -57,6 +57,10 @@ class Solution(Span):
     segments: tuple[Segment, ...]
     opposite_rounding: bool = False
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # integrated again where it is unpickled: heyoka's own pickles are machine code
+        return _unpickled, (self.scene, self.setup, self.opposite_rounding)
+
     def again(self, *, opposite_rounding: bool = False, **changes: Any) -> Solution:
         """The same scene integrated again, with some fields of the ``Setup`` replaced."""
         setup = self.setup.but(**changes)
@@ -231,6 +235,10 @@ def integrated(
             segments = tuple(backend.run(scene, setup, start, samples, progress))
             return Solution(scene, setup, start, segments, opposite_rounding)
     raise InputError(reason or f"{scene.name}: got no backend")
+
+
+def _unpickled(scene: Scene, setup: Setup, opposite_rounding: bool) -> Solution:
+    return integrated(scene, setup, opposite_rounding=opposite_rounding)
 
 
 @lru_cache(maxsize=64)

@@ -108,9 +108,8 @@ class Trajectory:
         return Trajectory(self.run.again(opposite_rounding=opposite_rounding, **changes))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # integrated again where it is unpickled: heyoka's own pickles are machine code
         names = self.sensitivity.names if self.sensitivity else ()
-        return _unpickled, (self.scene, self.setup, self.run.opposite_rounding, names)
+        return _unpickled, (self.run, names)
 
     def __repr__(self) -> str:
         return (
@@ -300,13 +299,16 @@ class Trajectory:
     def _beside(self, others: Sequence[Trajectory]) -> Errors:
         return Errors(self.run, [other.run for other in others]) if others else self.errors
 
-    @property
+    @cached_property
     def with_quadratures(self) -> Trajectory:
         """The same run with phi, psi, x and y recorded; integrated again if necessary.
 
         Refused if the axis is exactly vertical at some time.
         """
-        return Trajectory(with_quadratures(self.run))
+        return self._of(with_quadratures(self.run))
+
+    def _of(self, run: Solution) -> Trajectory:
+        return self if run is self.run else Trajectory(run)
 
     @cached_property
     def events(self) -> pandas.DataFrame:
@@ -461,18 +463,16 @@ class Trajectory:
 
         return errors_of_times(self.run)
 
-    @property
+    @cached_property
     def with_climb(self) -> Trajectory:
         """The run with the events of the climb; integrated again if necessary."""
         from tt_precise.integration.inversion import with_climb
 
-        return Trajectory(with_climb(self.run))
+        return self._of(with_climb(self.run))
 
 
-def _unpickled(
-    scene: Scene, setup: Setup, opposite_rounding: bool, names: Sequence[str]
-) -> Trajectory:
-    return _differentiated(Trajectory.of(scene, setup, opposite_rounding=opposite_rounding), names)
+def _unpickled(run: Solution, names: Sequence[str]) -> Trajectory:
+    return _differentiated(Trajectory(run), names)
 
 
 def _differentiated(trajectory: Trajectory, names: Iterable[str]) -> Trajectory:
