@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from tt_precise.integration.precision import Precision, is_available
-from tt_precise.integration.run import integrated
 from tt_precise.integration.setup import Setup, refused_in_doubles
+from tt_precise.integration.solution import integrated
 from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import Scene
 
