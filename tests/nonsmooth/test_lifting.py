@@ -1,42 +1,29 @@
-"""Motions in several segments: stick and slip, flight, elastic tables."""
+"""Flight and elastic tables."""
 
 import math
 import pickle
 import tomllib
 from fractions import Fraction
-from typing import Any
 
 import mpmath
 import numpy
 import pytest
 
 import tt_precise as tt
+from tests.nonsmooth.conftest import edited, final
 from tt_precise import golden
 from tt_precise.integration import Trajectory
-from tt_precise.mechanics import flight, friction
+from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
-from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import rotation, turned
-from tt_precise.runtime.values import InputError, Scalar
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.numerals import to_mpmath
-from tt_precise.scene.scene import Scene, load_scene, parse_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 AXIS = ("kx", "ky", "kz")
 ELASTIC = ("elastic-linear", "elastic-hunt-crossley")
 RECORDED = ("phi", "psi", "x", "y")
 POSE = ("qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz")
-
-
-def edited(name: str, before: str, after: str) -> Scene:
-    """A shipped scene with one place of its file changed."""
-    text = load_scene(name).text
-    assert before in text
-    return parse_scene(text.replace(before, after, 1), name, f"{name}.toml")
-
-
-def final(scene: Scene, *names: str) -> Any:
-    state = tt.integrate(scene, events=()).state
-    return numpy.array([float(getattr(state, name)) for name in names])
 
 
 @pytest.fixture(scope="module")
@@ -176,11 +163,12 @@ def test_what_cannot_take_these_scenes_says_so(flies: Scene) -> None:
     for lifting in (flies, load_scene("flight")):
         with pytest.raises(InputError, match=f"{lifting.name}: got a scene"):
             sensitivity(lifting)
-    for pulled, said in ((flies, "for a scene with flight"), (scene(), "with Coulomb's friction")):
+    sticks = load_scene("coulomb-stick-slip")
+    for pulled, said in ((flies, "for a scene with flight"), (sticks, "with Coulomb's friction")):
         with pytest.raises(InputError, match=f"got contact bilateral {said}"):
             tt.integrate(pulled, contact="bilateral")
     with pytest.raises(InputError, match="event: got stick, expected no such name"):
-        tt.integrate(scene(), events=("stick",))
+        tt.integrate(sticks, events=("stick",))
     glides, flown = tt.integrate(flies).pieces
     assert (glides.begin, flown.begin, flown.model) == (0, glides.end, "flight")
 
@@ -286,201 +274,3 @@ def test_a_hop_of_half_a_millisecond_lands() -> None:
         assert float(run.t_end) == pytest.approx(0.236818547372, abs=1e-10)
         # the landing is as slow as the take-off was soft
         assert float(run.state.rise) == pytest.approx(-3.52527e-7, rel=1e-4)
-
-
-NAME = "coulomb-stick-slip"
-JOINTS = [("stick", "gliding"), ("slip", "rolling")]
-
-
-def scene(**changes: Any) -> Scene:
-    return load_scene(NAME).varied(**{"until": "0.06", **changes})
-
-
-@pytest.fixture(scope="module")
-def trajectory() -> Trajectory:
-    return tt.integrate(scene(), events=("theta_min", "theta_max"))
-
-
-@pytest.fixture(scope="module")
-def quad() -> Trajectory:
-    return tt.integrate(scene(), "quad", events=("theta_min", "theta_max"))
-
-
-def joints(run: Any) -> list[Any]:
-    events = run.events
-    with mpmath.workprec(200):
-        return [mpmath.mpf(t) for t in events["t"][events["name"].isin(("stick", "slip"))]]
-
-
-def test_the_pieces(trajectory: Trajectory) -> None:
-    assert trajectory.status == "complete"
-    pieces = trajectory.pieces
-    assert [(one.status, one.model) for one in pieces] == [*JOINTS, ("complete", "gliding")]
-    assert [one.begin for one in pieces[1:]] == [one.end for one in pieces[:-1]]
-    assert [float(t) for t in joints(trajectory)] == [one.end for one in pieces[:-1]]
-    counts = trajectory.event_counts
-    assert (counts["stick"], counts["slip"]) == (1, 1)
-    assert trajectory.suspect_events == ()
-
-
-# found 15.8 and 14.5 digits, in quad 32.4 and 32.2: slipping multiplies what sticking leaves
-@pytest.mark.parametrize(
-    ("run", "digits"), [("trajectory", 14), pytest.param("quad", 32, marks=pytest.mark.slow)]
-)
-def test_digits_of_the_instants(run: str, digits: int, request: pytest.FixtureRequest) -> None:
-    times, true = joints(request.getfixturevalue(run)), joints(golden.load(NAME, "text"))
-    with mpmath.workprec(200):
-        errors = [abs(a / b - 1) for a, b in zip(times, true, strict=False)]
-    assert len(errors) == 2
-    assert max(errors) < 10**-digits
-
-
-@pytest.mark.slow
-def test_the_speed_is_zero_while_it_sticks_and_continuous(quad: Trajectory) -> None:
-    stick, slip = (Fraction(float(t)) for t in joints(quad))
-    aside = Fraction(1, 10**9)
-    times = [stick - aside, stick + aside, slip - aside, slip + aside]
-    frame = quad.frame("gliding_speed", "g_n", times=times, numbers="exact")
-    before, *sticking, after = frame["gliding_speed"]
-    assert sticking == [0, 0]
-    # at the joints force and state are one: v within 1 ns times the acceleration, some 10 m/s^2
-    assert 0 < before < 1e-7
-    assert 0 < after < 1e-15  # v begins with t^2
-    assert abs(frame["g_n"][3] / frame["g_n"][2] - 1) < 1e-6
-
-
-@pytest.mark.slow
-def test_slipping_begins_on_the_cone(quad: Trajectory) -> None:
-    _, slip = joints(quad)
-    before = quad.motion(Fraction(float(slip)) - Fraction(1, 10**12))
-    assert before.rolls
-    margin = friction.cone_margin(before.body, before.state)
-    # 1 ps before: the margin's rate is some 1e3 (m g)^2/s
-    assert 0 < margin < 1e-8
-    fx, fy, _ = before.force
-    vx, vy = quad.motion(Fraction(float(slip)) + Fraction(1, 10**6)).state[-2:]
-    along = -(fx * vx + fy * vy) / (mpmath.hypot(fx, fy) * mpmath.hypot(vx, vy))
-    assert along == pytest.approx(1, abs=1e-4)
-
-
-def test_sticking_in_the_other_form(trajectory: Trajectory) -> None:
-    newton, euler = (
-        tt.integrate(scene(), record=RECORDED, events=(), formulation=form)
-        for form in ("newton", "euler")
-    )
-    slip = float(joints(newton)[1])
-    near = newton.frame("phi", "phi_dot", times=[slip, slip + 1e-6])
-    assert numpy.ptp(near["phi"]) == pytest.approx(1e-6 * abs(near["phi_dot"][0]), rel=1e-3)
-    one, other = newton.frame(), euler.frame()
-    for name in one.columns:
-        size = max(abs(one[name]).max(), 1e-300)
-        # 0.06 s from theta = 0.15; phi_dot is a quotient by sin theta
-        assert abs(one[name] - other[name]).max() < 1e-11 * size, name
-    poses = [run.frame("qw", "wx").to_numpy() for run in (newton, euler)]
-    assert poses[0] == pytest.approx(poses[1], abs=1e-10)
-
-
-def test_what_is_conserved_and_lost(trajectory: Trajectory) -> None:
-    assert float(trajectory.drift["jellett"]) < 1e-14
-    frame = trajectory.frame("E", "E_dot")
-    energy = frame["E"].to_numpy()
-    assert (numpy.diff(energy) <= 1e-13 * energy[0]).all()
-    rolling = frame["t"].between(trajectory.pieces[1].begin, trajectory.pieces[1].end, "neither")
-    assert rolling.sum() >= 3
-    assert numpy.ptp(energy[rolling]) < 1e-13 * energy[0]
-    assert (frame["E_dot"][rolling] == 0).all()
-
-
-def test_whatever_a_trajectory_does(trajectory: Trajectory) -> None:
-    again = pickle.loads(pickle.dumps(trajectory))
-    assert again.state == trajectory.state
-    several = trajectory.at(["0.01", "0.045", "0.06"])
-    assert several.theta.shape == (3,)
-    assert several.vx[1] == 0
-    assert trajectory.digits > 11
-    assert trajectory.digits_throughout > 10
-    assert tt.integrate(scene(until="0.05"), digits=9, events=()).digits_throughout > 9
-
-
-def test_at_rest_it_rolls_or_begins_to_glide() -> None:
-    rolls = tt.integrate(scene(nu_y="0", mu="0.3"), events=())
-    assert [one.model for one in rolls.pieces] == ["rolling"]
-    text = rolls.scene.text.replace('"gliding"', '"rolling"').replace('nu_y = "0.02"', "")
-    plain = parse_scene(text, "r", "r")
-    for name, value in tt.integrate(plain, until="0.06", events=()).state.values.items():
-        assert rolls.state.values[name] == pytest.approx(value, rel=1e-11, abs=1e-15)
-    glides = tt.integrate(scene(nu_y="0", mu="0.001", until="0.01"), events=())
-    assert glides.pieces[0].model == "gliding"
-    assert glides.frame("vx", numbers="text")["vx"][0] in ("0.0", "-0.0")
-    assert float(glides.drift["jellett"]) < 1e-14
-
-
-def test_plane_motion_stays_plane_after_a_rest() -> None:
-    plane = {"omega_3": "0", "nu_x": "-0.09", "nu_y": "0", "mu": "0.001", "until": "0.2"}
-    run = tt.integrate(scene(theta="0.63", **plane), events="all")
-    assert not run.frame("vy", "omega_3", "phi_dot")[["vy", "omega_3", "phi_dot"]].any(axis=None)
-    # where the top passes the vertical theta is least and its azimuth turns round
-    assert [*run.events["name"]].count("stick") == 2
-    assert {*run.events["name"]} == {"stick", "theta_min", "theta_max", "nu_x_zero", "nu_crossing"}
-
-
-@pytest.mark.parametrize("formulation", ["newton", "euler"])
-def test_events_just_after_slipping_begins(formulation: str) -> None:
-    """What is constant, or falls from there on, has no extremum; the azimuth goes on from there."""
-    slip, azimuth = 0.0479825367245346, -0.019887
-
-    def aside(q: Motion) -> Scalar:
-        return q.k[1] * math.cos(azimuth) - q.k[0] * math.sin(azimuth)
-
-    names = ("extremum:lambda", "extremum:E", "extremum:E_tilde_main", aside)
-    events = tt.integrate(scene(), formulation=formulation, events=names).events
-    late = events[events["t"] >= slip - 1e-12]
-    assert list(late["name"]) == ["slip", "aside", "extremum:E_tilde_main"]
-
-
-@pytest.mark.parametrize("formulation", ["newton", "euler"])
-def test_a_start_that_glides_by_less_than_rest_sticks_at_once(formulation: str) -> None:
-    still, *tiny = (
-        tt.integrate(
-            scene(theta="0.3", omega_3="20", mu="0.3", nu_y=nu_y, until="0.01"),
-            formulation=formulation, events=(),
-        )
-        for nu_y in ("0", "1e-20", "1e-300", "1e-15")
-    )  # fmt: skip
-    assert [one.model for one in still.pieces] == ["rolling"]
-    for run in tiny:
-        assert run.pieces[-1].model == "rolling"
-        assert run.state.theta == pytest.approx(still.state.theta, rel=1e-13)
-
-
-def test_events_just_after_rest() -> None:
-    """Even before the first place at which changes of sign are looked for, and with direction."""
-
-    def gliding(q: Motion) -> Scalar:
-        return q.state.vx**2 + q.state.vy**2 - 1e-12
-
-    def resting(q: Motion) -> Scalar:
-        return -gliding(q)
-
-    run = tt.integrate(scene(nu_y="0", mu="0.001", until="0.01"), events=(gliding, resting))
-    assert list(run.events["direction"]) == [1, -1]
-    unit = math.sqrt(run.scene.body.R * run.scene.body.g)
-    speed = numpy.hypot(run.events["vx"], run.events["vy"])
-    assert list(speed) == pytest.approx([1e-6 * unit] * 2)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("until", "order", "widths"),
-    [("0.046", 1.0, (1e-6, 2.5e-7, 6.25e-8)), ("0.055", 0.8, (1e-5, 1e-6, 1e-7))],
-    ids=["sticking", "slipping"],
-)
-def test_epsilon_to_zero(until: str, order: float, widths: tuple[float, ...]) -> None:
-    # through sticking the error is the creeping, some epsilon; slipping has v' = t - (epsilon/v)^2,
-    # which balances at v ~ epsilon^(4/5), and what is missed then stays
-    laws = (f'law = "regularised"\nepsilon = "{width!r}"' for width in widths)
-    softened = [edited(NAME, 'law = "coulomb"', law).varied(until=until) for law in laws]
-    runs = [final(one, "nu_x", "nu_y") for one in (scene(until=until), *softened)]
-    errors = numpy.array([numpy.abs(run - runs[0]).max() for run in runs[1:]])
-    orders = numpy.log(errors[:-1] / errors[1:]) / numpy.log(widths[0] / widths[1])
-    assert orders == pytest.approx([order, order], abs=0.1)
