@@ -11,7 +11,7 @@ One small program is trusted, and everything that it needs is verified at run ti
 
 Not trusted are the lengths of steps (``propose``): a bad one fails to verify, or is wide. The
 arithmetics are in ``balls`` and ``models``. ``statements`` derives what is said of a scene from its
-enclosure; ``files`` writes that beside golden tables, or proves it again.
+enclosure; ``files`` writes it to the folder of the golden tables, or proves it again.
 
     >>> import dataclasses
     >>> import tt_precise as tt

@@ -25,7 +25,7 @@ from tt_precise.integration.events import JOINING, TERMINAL, catalogue
 
 CONTACT_LOST = "contact_lost"
 LABELS = ("name", "direction")
-MOST_EXPONENT = 4  # digits of an exponent, its sign included
+MOST_EXPONENT = 4  # Most digits of an exponent, its sign included.
 
 State = Mapping[str, arb | None]  # of one row or event, by column, SI; None where undefined
 

@@ -1,6 +1,6 @@
 """Arithmetics in which the kernel evaluates a problem: power series, Taylor models, dual numbers.
 
-A ``TaylorModel`` contains a function on the interval of a piece. A ``Series`` is a power series; in
+A ``TaylorModel`` contains a function on the interval of a step. A ``Series`` is a power series; in
 whole numbers it needs no trust, since any polynomial is good enough for the theorem. A ``Dual``
 has derivatives by components of a state. ``Rates`` is a right-hand side as a list of operations.
 
@@ -233,7 +233,7 @@ def fixed(x: arb, bits: int) -> mpz:
 
 
 class Frame:
-    """The interval [0, ``end``] of a piece, and the degree of the polynomials on it."""
+    """The interval [0, ``end``] of a step, and the degree of the polynomials on it."""
 
     def __init__(self, end: arb, degree: int):
         self.end, self.degree, self.interval = end, degree, arb(0).union(end)

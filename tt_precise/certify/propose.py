@@ -22,8 +22,8 @@ MOST_FAILURES = 12  # Steps in a row that are made again, most half as long as t
 # The fastest passage of a pole in a golden scene takes steps that are a thousand times as long.
 SHORTEST = 2.0**-24
 DEFECT_BITS = 8  # The defect may exceed a rounding error of the polynomials by so many bits.
-FLOW_ERROR = 1e-5  # q G: how much an error may grow in a step by the error of its flow, relatively.
-GROWTH = 1e5  # exp(a S): how much the bound within the step exceeds that at its end.
+FLOW_ERROR = 1e-5  # Largest q G: growth of an error in a step by the error of its flow, relative.
+GROWTH = 1e5  # Largest exp(a S): the bound within a step over the bound at its end.
 
 
 class Proposer:

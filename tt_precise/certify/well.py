@@ -72,8 +72,9 @@ from tt_precise.scene.scene import Scene
 FORM = integrated("gliding", "newton")
 BITS = 128
 SLICES, MOST_SLICES = 64, 1000  # from z0 to where the solution is, and to z1
-WIDER = arb("1.04").mid()  # each slice than the one before, where the solution never comes
-SPEEDS = (None, 0.05, 0.1, 0.2, 0.4)  # v1 in units of sqrt(g R), tried in turn
+# Width of a slice over that of the slice before, outside the solution's range.
+WIDER = arb("1.04").mid()
+SPEEDS = (None, 0.05, 0.1, 0.2, 0.4)  # Bounds v1 in units of sqrt(g R), tried in this order.
 DIRECTIONS = 32  # Directions of v at which W5 is verified; each stands for an arc.
 LIMITS = ("D", "E", "E_tilde", "omega_3")
 

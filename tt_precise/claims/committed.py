@@ -20,7 +20,7 @@ from tt_precise.runtime.records import UNSET, Record, Unset, means, read, record
 
 PACKAGE = Path(__file__).parents[1]
 FILE = "results.json"  # The report writes it into reports/.
-# everything on which a verdict may depend; the rows of section 2.2 have their own fingerprint
+# All code on which a verdict may depend; the rows of section 2.2 have their own fingerprint.
 CODE = (
     *SOURCES, "runtime/records.py", "claims", "exact", "golden", "sweeps",
 )  # fmt: skip

@@ -14,7 +14,7 @@ from tt_precise.runtime.values import InputError
 
 T = TypeVar("T")
 
-# kinds of claims by the letters of their ids
+# Kinds of claims by the letters of their ids.
 KINDS = {
     "EQ": "equation", "TH": "theorem", "NUM": "number", "QUAL": "quality", "FIG": "figure",
     "SWP": "sweep", "SUM": "summary", "NT": "setting",

@@ -32,8 +32,8 @@ from tt_precise.scene.numerals import as_fraction
 
 # ---- measured values -----------------------------------------------------------------------------
 
-MOST_DIGITS = 20  # printed at most; the fine runs have more
-DEFAULT_DIGITS = 12  # printed of a number without a stated error
+MOST_DIGITS = 20  # Most digits that are printed; the fine runs have more.
+DEFAULT_DIGITS = 12  # Digits of a number without a stated error.
 ABOUT_UNITS = 1  # Units of the last significant digit that "about N" tolerates, for every N.
 Enclosure = tuple[Fraction, Fraction]
 
@@ -178,7 +178,7 @@ class Part(Record, frozen=True, kw_only=True):
 
     @property
     def outcome(self) -> str:
-        """The word for this part beside others: its verdict, or "open"."""
+        """The word for this part in a list of parts: its verdict, or "open"."""
         return "open" if self.holds is None else self.verdict
 
 

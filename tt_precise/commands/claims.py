@@ -26,7 +26,7 @@ COLOURS = dict(
         strict=True,
     )
 )
-SHOWN_IN_FULL = 3  # so few claims are shown with their quotes and notes
+SHOWN_IN_FULL = 3  # Most claims that are printed with their quotes and notes.
 
 
 @click.command("claims")

@@ -146,6 +146,6 @@ def _catalogue(as_json: bool) -> int:
     ):
         lines += [heading] if heading else []
         lines += [f"{name:<20} {meaning}" for name, meaning in group.items()]
-    told = {"schema": SCHEMA, "events": listed, "joining": JOINING, "terminal": TERMINAL}
-    options.emit(as_json, told, lines)
+    document = {"schema": SCHEMA, "events": listed, "joining": JOINING, "terminal": TERMINAL}
+    options.emit(as_json, document, lines)
     return 0

@@ -143,8 +143,8 @@ def certify_command(
 ) -> int:
     """Prove the printed digits of SCENES, by default of all golden data, in ball arithmetic.
 
-    Writes what is proved into proof.json beside the golden tables. With --check it writes nothing:
-    it proves again, and compares. Exit status 1 if a printed digit is not proved, or proof.json
+    Writes the proved statements into proof.json in the folder of the golden tables. With --check it
+    writes nothing: it proves again, and compares. Exit status 1 if a printed digit is not proved, or proof.json
     states something else.
     """
     from tt_precise.certify.files import attempted

@@ -23,15 +23,16 @@ if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
 
 UNFINISHED = 1
-LONG_S = 60.0  # a run with --digits that takes longer says so first
-LEAVES = ("contact_lost", "lift_off", "separation")  # how a stretch on the table ends in the air
+LONG_S = 60.0  # Duration in s from which a run with --digits says first how long it takes.
+# Ends of a phase on the table after which the top is in the air.
+LEAVES = ("contact_lost", "lift_off", "separation")
 FORCE = "extremum:g_n"
 ENDS = ("t_init", "t_end")
 APPROACHES = {
     "inverted": "approaches the inverted spin", "upright": "approaches the upright spin",
     "not_inverted": "not the inverted spin", "undecided": "undecided",
 }  # fmt: skip
-MOST_STRETCHES = 8  # that are told in a line
+MOST_STRETCHES = 8  # Most phases that one line names.
 TOUCHES = "touches zero, stays there, or crosses it by less than the accuracy of the run"
 DOES = {"gliding": "glides", "rolling": "rolls", "flight": "flies", "contact": "in contact"}
 

@@ -221,7 +221,7 @@ def find_command(
     The entry is a spin, a friction coefficient, a tilt or any other number that a sweep can vary:
     sweep find reference omega_3=20:260. Values across the range are tried first, then the first
     change of the answer from no to yes is bisected; both ends of the last bracket are integrated
-    again in a finer arithmetic. The verdict of Theorem 1.1 over the range stands beside it.
+    again in a finer arithmetic. The verdict of Theorem 1.1 over the range is printed too.
 
     Exit status 1 if no value of the range reaches the goal, or a finer arithmetic contradicts.
     """

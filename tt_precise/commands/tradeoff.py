@@ -1,4 +1,4 @@
-"""``tt-precise tradeoff``: measures what a digit costs on a scene, with SciPy beside it."""
+"""``tt-precise tradeoff``: the cost of a digit on a scene, compared with SciPy."""
 
 from __future__ import annotations
 

@@ -33,15 +33,15 @@ from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Scalar
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
-# heyoka.real arrays leak memory, so a worker is replaced after some tasks
+# Tasks after which a worker is replaced, because heyoka.real arrays leak memory.
 CASES_OF_A_WORKER = 200
-# the module of each topic
+# The module of each topic.
 TOPICS = {
     "geometry": "geometry", "parameters": "parameters", "contact": "contact", "time": "horizons",
     "sensitivity": "sensitivity", "machine": "machine",
 }  # fmt: skip
 _topic_of = {module: topic for topic, module in TOPICS.items()}
-LIMIT_S = 60.0  # a longer case counts as hanging
+LIMIT_S = 60.0  # Longest duration of a case in s; a longer one counts as hanging.
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from tt_precise.scene.scene import Scene, load_scene
 NARROW_S = Fraction("1e-13")
 PLANE = {"theta": "1", "theta_dot": "50", "omega_3": "0", "mu": "0", "until": "1"}
 LOSING = ("contact-lost", "mu = 2", "mu = 3", "mu = 4")
-# two tops: the paper's, and one with a greater eccentricity and three times the mass
+# Two tops: the paper's, and one with a greater eccentricity and three times the mass.
 MOTIONS: dict[str, dict[str, str]] = {
     f"{top} top, mu = {mu}": {**changes, "mu": mu, "until": "2"}
     for top, changes, frictions in (
@@ -34,7 +34,7 @@ MOTIONS: dict[str, dict[str, str]] = {
     for mu in frictions
 }
 NAMES = tuple(MOTIONS)
-THETA = "2"  # rad, start at both zeros; cos theta < 0 lets the numerator vanish
+THETA = "2"  # Start at both zeros in rad; cos theta < 0 lets the numerator vanish.
 
 
 def losing(name: str) -> Scene:

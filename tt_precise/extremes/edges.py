@@ -18,10 +18,10 @@ from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
 
-TILTS = ("1e-1", "1e-3", "1e-6", "1e-10", "1e-16", "1e-30", "1e-100", "1e-300")  # rad
+TILTS = ("1e-1", "1e-3", "1e-6", "1e-10", "1e-16", "1e-30", "1e-100", "1e-300")  # Tilts in rad.
 POWERS_OF_SPIN = (-6, -3, -2, -1, 1, 2, 3)
 POWERS_OF_FRICTION = (-12, -6, -3, -1, 1, 2, 3, 4)
-LONGEST_S = Fraction(10)  # longest horizon of a run; a shorter one of the scene stays
+LONGEST_S = Fraction(10)  # Longest horizon of a run in s; a shorter one of the scene stays.
 # A horizon is shortened where the fastest rate, of spin or friction, exceeds this many times that
 # of the scene itself: so a run takes at most about ten times the steps.
 MORE_STEPS = 10
@@ -65,8 +65,8 @@ def edges(scene: Scene) -> Iterator[Edge]:
         spin = scene.start.omega_3 * Fraction(10) ** power
         yield Edge(f"omega_3 times 1e{power}", shortened(short, short.varied(omega_3=spin)))
     for power in POWERS_OF_FRICTION if scene.body.mu and scene.model == "gliding" else ():
-        rough = short.varied(mu=scene.body.mu * Fraction(10) ** power)
-        yield Edge(f"mu times 1e{power}", shortened(short, rough))
+        changed = short.varied(mu=scene.body.mu * Fraction(10) ** power)
+        yield Edge(f"mu times 1e{power}", shortened(short, changed))
 
 
 def shortened(scene: Scene, changed: Scene) -> Scene:

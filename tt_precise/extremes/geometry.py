@@ -36,11 +36,11 @@ DECADES = tuple(f"{first} to {first + 9}" for first in range(1, 300, 10))
 LINEAR = "the equations linearised at the pole, whose exponential is taken with 80 digits"
 PROBE_S = "0.1"
 THETA, THETA_DOT, OMEGA_3 = "0.5", "-10", "20"  # rad, rad/s, rad/s
-AFTER_S = "0.1"  # well behind the passage, which is at 0.04 s
-QUADRATURE_DIGITS = 30  # for a comparison in double
-LARGEST_DOUBLE = math.log10(2) * 1024  # its decimal exponent
+AFTER_S = "0.1"  # Horizon in s, well after the passage at 0.04 s.
+QUADRATURE_DIGITS = 30  # Digits of a quadrature that is compared with double.
+LARGEST_DOUBLE = math.log10(2) * 1024  # Decimal exponent of the largest double.
 RATES = {"theta_dot": "0.7", "phi_dot": "-1.9", "omega_3": "12.3", "nu_x": "0.11", "nu_y": "-0.23"}
-FN = own_context(700)  # pi - 1e-300, and some digits more
+FN = own_context(700)  # Arithmetic in which pi - 1e-300 has some digits to spare.
 Convert = Callable[..., Scalar]
 
 

@@ -26,10 +26,10 @@ from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
-STEP = "1e-3"  # rad; the potentials of the scenes have one valley, far wider
-# of the start's size: rounding errors that grow beyond it leave nothing of the start
+STEP = "1e-3"  # Step of the search in rad; the potentials of the scenes have one valley, far wider.
+# Growth over the start's size beyond which rounding errors leave nothing of the start.
 HOPELESS = 1e3
-STEPS_EACH_S = 170  # about; the theory is about their order of magnitude
+STEPS_EACH_S = 170  # Approximate Taylor steps in 1 s; the theory needs their order of magnitude.
 LONG = {"frictionless": ("lambda", "E", "L_z", "omega_3"), "rolling": ("lambda", "D", "E_tilde")}
 PRECISIONS = ("double", "extended", "quad", "mp")
 TURN = 6.283185307179586

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 HORIZON_S = "2"
 SHORT_S = "0.1"
-# by name, because a case's arguments appear in its name
+# Compiler options by name, because a case's arguments appear in its name.
 FLAGS: dict[str, dict[str, float]] = {
     "opt_level 0": {"opt_level": 0},
     "force_avx512": {"force_avx512": True},

@@ -18,7 +18,7 @@ from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
-DIGITS = 80  # digits of the theory; mp has 60
+DIGITS = 80  # Digits of the theory; mp has 60.
 ONE = Fraction(1)
 EPS = 2.0**-52
 Integrate: TypeAlias = Callable[..., Trajectory]

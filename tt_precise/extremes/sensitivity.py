@@ -38,7 +38,7 @@ def _sensitivity(scene: str) -> Sensitivity:
     "double on the golden scene {scene}, at every sample",
     expected="error at most sqrt(sum over the steps of (condition x eps)^2)",
     source="golden data; variational equations, with one rounding error of eps a step",
-    # derivatives jump where pieces join
+    # derivatives jump at mode switches
     over={"scene": tuple(name for name in scenes() if not load_scene(name).in_pieces)},
     quick=lambda scene: scene in QUICK,
     control={"integrate": lambda scene: integrate(scene, tolerance=1e-12)},
@@ -104,15 +104,15 @@ def lambda_propagated(scene: str, spoil: float = 0.0) -> Findings:
     for now, state in enumerate(how.states):
         alpha = body.alpha
         gradient = [(value(state + e, alpha) - value(state - e, alpha)) / 2 for e in units]
-        carried = numpy.array(gradient) @ how.by_start[now] * (1 + spoil * (now > 0))
+        propagated = numpy.array(gradient) @ how.by_start[now] * (1 + spoil * (now > 0))
         by_alpha = value(state, alpha + 0.5) - value(state, alpha - 0.5)
         by_alpha += float(numpy.array(gradient) @ how.by_parameters[now][:, where])
         if first is None:
-            first = (carried, by_alpha)
+            first = (propagated, by_alpha)
         # an error of a matrix, made in proportion to it when it was largest, stays in lambda
         sums = [numpy.abs(gradient) @ numpy.abs(m[now]) for m in (how.by_start, how.by_parameters)]
         largest = numpy.maximum(largest, [sums[0].max(), sums[1][where]])
-        here = numpy.abs(carried - first[0]).max(), abs(by_alpha - first[1])
+        here = numpy.abs(propagated - first[0]).max(), abs(by_alpha - first[1])
         worst = max(worst, *finite(here / largest))
     # a random walk over the samples, of the few eps of a product of 8 x 8 matrices
     limit = 10 * float(len(how.times)) ** 0.5

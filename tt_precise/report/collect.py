@@ -22,7 +22,7 @@ from tt_precise.runtime.workers import Call, Failure, local_pool
 WORKERS = 2
 PRECISIONS = "precisions"  # This group shares the reference scene in every precision.
 REFERENCE, CONSERVATION, THRESHOLDS = "The reference solution", "Conservation", "Thresholds"
-# sections that share the runs of the same name, in one process
+# Sections that share runs, and so a process, by the name of the group.
 SHARING = {REFERENCE: "runs", THRESHOLDS: "runs", CONSERVATION: PRECISIONS}
 
 
@@ -93,5 +93,5 @@ def sections_in(folder: Path) -> dict[str, Callable[[], Section]]:
 
 
 def _timed(work: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:
-    begun = time.monotonic()
-    return work(*arguments), time.monotonic() - begun
+    begin = time.monotonic()
+    return work(*arguments), time.monotonic() - begin

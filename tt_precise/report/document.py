@@ -13,7 +13,7 @@ from tt_precise.claims import paper
 from tt_precise.claims.verdicts import JudgedClaim
 from tt_precise.runtime.values import Json
 
-# a mark for each verdict, next to its colour
+# The mark of each verdict, shown with its colour.
 MARKS = {
     "reproduced": "✓", "rounded": "≈", "partly": "◑", "ambiguous": "?", "misprint": "M",
     "refuted": "✗", "untestable": "–",

@@ -26,7 +26,7 @@ _ACCENTS = ("dot", "ddot", "dddot", "tilde", "hat")
 _UPRIGHT = ("sin", "cos", "tan")
 _RELATIONS = {ast.Eq: "=", ast.Lt: "<", ast.Gt: ">", ast.LtE: r"\le", ast.GtE: r"\ge"}
 _SIGNS = {ast.Add: "+", ast.Sub: "-", ast.RShift: r"\to"}
-# Precedence, as in Python; a product of vectors binds less than one of numbers beside it.
+# Precedence, as in Python; a product of vectors binds less than a product of numbers.
 _RELATION, _SUM, _VECTORS, _PRODUCT, _ATOM = range(5)
 _LEAF = "\0"  # begins a token that can be marked: a symbol, a number, a sign
 

@@ -110,7 +110,7 @@ FOREVER = (
     "the theorem and its proof. A scene without a line has no proof, or `forever` in its "
     "`proof.json` says which hypothesis of the theorem fails."
 )
-SHOWN = 25  # digits of a time; those of the proof itself are more
+SHOWN = 25  # Digits of a time on the page; the proof has more.
 
 
 def proof_section() -> Section:

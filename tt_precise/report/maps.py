@@ -25,7 +25,7 @@ from tt_precise.sweeps.specification import SweepSpec
 if TYPE_CHECKING:
     import pandas
 
-UNTIL = "20"  # s
+UNTIL = "20"  # Horizon in s.
 COUNT = 41  # Values along each side.
 RECORD = ("climb_A", "lambda_ratio", "end_theta")
 FILE = "sweeps-maps.csv.gz"

@@ -225,7 +225,7 @@ def _engine_row(row: dict[str, Json]) -> tuple[str, ...]:
 FAULTS = "faults.csv"
 FAULTS_COMMAND = "python -m benchmarks.planted_faults"
 FAULTS_TITLE = "What the checks catch"
-LIMIT = 1e-6  # the paper's precision of lambda
+LIMIT = 1e-6  # The paper's precision of lambda.
 
 
 def faults(folder: Path) -> Section:

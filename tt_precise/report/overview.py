@@ -35,7 +35,7 @@ from tt_precise.runtime.values import Json
 
 PAPER_DRIFT = 1e-6
 DIGITS = 8
-PRINTED = RAUCH_RUTSTAM.headlines  # the paper's numbers, to compare
+PRINTED = RAUCH_RUTSTAM.headlines  # The paper's numbers on the first screen, by claim.
 END, RATIO = "NUM-05", "NUM-22"
 TRIED = {
     False: "of the {} definitions tried, none gives the paper's time",
@@ -244,11 +244,11 @@ def motion(climb: tuple[float, float]) -> dict[str, Json] | None:
         pairs = zip(numbers(name), numbers(axis), strict=True)
         course[name] = [mass / radius + alpha * k for mass, k in pairs]
     times = numbers("t")
-    begun, ended = (round(moment, 1) for moment in climb)
+    begin, end = (round(moment, 1) for moment in climb)
     words = Markup(
         f"The reference solution, drawn from <code>reference_data/{TRACK}</code>, golden data with "
         "34 digits: the top starts upright, its contact point glides along the loop, and between "
-        f"{begun} s and {ended} s it turns over. The model is a sphere: the drawn stem ends where "
+        f"{begin} s and {end} s it turns over. The model is a sphere: the drawn stem ends where "
         "the table is."
     )
     return player.drawing(

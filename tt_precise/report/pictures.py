@@ -185,7 +185,7 @@ PRECISIONS = {
     "double": style.RED, "extended": style.ORANGE, "quad": style.GREEN, "mp": style.BLUE,
 }  # fmt: skip
 NAMES = {"mp": "200 bits"}
-LEAST_MU = 1e-3  # s/m, in the picture
+LEAST_MU = 1e-3  # Smallest mu in the picture in s/m.
 
 
 def all_pictures(points: Sequence[Numbers]) -> list[Figure]:
@@ -242,12 +242,12 @@ def friction(axes: list[Axes], work: Sequence[Numbers], limit: Sequence[Numbers]
     clock.set_ylabel("time (ms)", color=style.ORANGE)
     clock.spines["right"].set_visible(True)
     clock.grid(visible=False)
-    rough = [p["mu"] for p in limit]
-    bottom.plot(rough, [p["distance"] for p in limit], "o", color=style.BLUE, markersize=4)
+    mus = [p["mu"] for p in limit]
+    bottom.plot(mus, [p["distance"] for p in limit], "o", color=style.BLUE, markersize=4)
     last = limit[-1]["distance"] * limit[-1]["mu"]
-    bottom.plot(rough, [last / x for x in rough], "--", color=style.GREY, linewidth=0.9)
+    bottom.plot(mus, [last / x for x in mus], "--", color=style.GREY, linewidth=0.9)
     bottom.annotate(
-        r"$\propto 1/\mu$", (rough[len(rough) // 2], last / rough[len(rough) // 2]),
+        r"$\propto 1/\mu$", (mus[len(mus) // 2], last / mus[len(mus) // 2]),
         xytext=(12, 0), textcoords="offset points", color=style.GREY,
     )  # fmt: skip
     bottom.set_yscale("log")
@@ -345,7 +345,7 @@ def _label(row: dict[str, Json] | None) -> str:
     return f"$\\mathbf{{{shown}}}$" if row["verdict"] in ("converges", "rounding") else f"({shown})"
 
 
-LIMIT = 1e-6  # the paper's precision of lambda
+LIMIT = 1e-6  # The paper's precision of lambda.
 SMALLEST = 1e-16
 FAULTS = {
     "healthy": (style.GREEN, "o"), "parameter": (style.BLUE, "^"), "dropped term": (style.RED, "x"),

@@ -1,4 +1,4 @@
-"""What the report's own sections rest on: the reference scene in every precision."""
+"""The reference scene in every precision, on which sections of the report depend."""
 
 from __future__ import annotations
 

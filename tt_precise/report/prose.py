@@ -20,11 +20,11 @@ from tt_precise.report import formula
 from tt_precise.report.formula import GREEK, split_symbol
 from tt_precise.runtime.values import Scalar
 
-DIGITS = 8  # significant, that a number shows where the digits are not the point
+DIGITS = 8  # Significant digits of a number where the digits are not the point.
 
 _ACCENT = {"dot": "\u0307", "ddot": "\u0308", "dddot": "\u20db", "tilde": "\u0303", "hat": "\u0302"}
 _GREEK = "|".join(sorted((name for name in GREEK if name != "pi"), key=len, reverse=True))
-# letters that are quantities where they carry an index, a dot or a tilde
+# Letters that are quantities where they have an index, a dot or a tilde.
 _SYMBOL = (
     rf"(?:(?:{_GREEK})(?:~?\d?(?:_[A-Za-z0-9]+)*)|pi"
     r"|E~\d?|[A-Zagkrsv](?:_(?:dot|ddot|hat|tilde|[xyzns3A]|pot|rot|trans|upp|inv|min|up|f|tilde))+"
@@ -88,11 +88,11 @@ def shortened(number: str, digits: int) -> str:
 
 
 def _replaced(text: str, token: Callable[[re.Match[str]], str], other: Callable[[str], str]) -> str:
-    pieces, position = [], 0
+    texts, position = [], 0
     for match in _TOKEN.finditer(text):
-        pieces += [other(text[position : match.start()]), token(match)]
+        texts += [other(text[position : match.start()]), token(match)]
         position = match.end()
-    return "".join([*pieces, other(text[position:])])
+    return "".join([*texts, other(text[position:])])
 
 
 def _as_html(match: re.Match[str], digits: int | None) -> str:

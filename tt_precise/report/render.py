@@ -36,10 +36,10 @@ if TYPE_CHECKING:
 GOOD = {"reproduced", "rounded", "pass", "ok", "right", "verified", "unchanged", "whole"}
 MIXED = {"partly", "ambiguous", "open", "untestable", "skipped", "misprint"}
 LONGEST_ROWS = 14  # A longer table is folded.
-LONGEST_TEXT = 480  # characters of a paragraph, likewise
+LONGEST_TEXT = 480  # Longest shown paragraph in characters; the rest is folded.
 BESIDE_ROWS, BESIDE_COLUMNS = 12, 4
 _SENTENCE = re.compile(r"(?<![ (]eq)(?<!Figs)(?<!Fig)(?<!Sec)\. (?=[A-Z])")
-# characters that an address between double quotes may hold as they are
+# Characters that an address between double quotes may contain unquoted.
 _AS_THEY_ARE = "<>/=:;,'() +-_.!~*@?{}|"
 
 Choices = list[tuple[str, list[tuple[str, str]]]]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-EVERY = 0.004  # s, between the extrema; a nutation lasts 0.037 s
+EVERY = 0.004  # Spacing in s between the extrema; a nutation lasts 0.037 s.
 TIME = "$t$ (s)"
 
 
@@ -116,7 +116,7 @@ def figure_3(axes: list[Axes]) -> Words:
     )
 
 
-MAGNIFIED = (5.2, 5.6)  # s
+MAGNIFIED = (5.2, 5.6)  # Magnified interval in s.
 MILLI = 1e3
 
 
@@ -183,7 +183,8 @@ def figure_5(axes: list[Axes]) -> Words:
     )
 
 
-INSTANTS = (3.2, 4.7, 5.3, 5.75, 6.1, 7.7)  # s; the next maximum of theta is shown
+# Instants in s; the next maximum of theta after each is shown.
+INSTANTS = (3.2, 4.7, 5.3, 5.75, 6.1, 7.7)
 COLOURS = (style.BLACK, style.BLUE, style.GREEN, style.PURPLE, style.RED, style.ORANGE)
 ABOVE = 6e-3  # J of a well's walls drawn above the level of E~
 
@@ -272,7 +273,8 @@ def figure_6(axes: list[Axes]) -> Words:
     )
 
 
-PRINTED = ((9.381e-4, 4.912e-2), (-6.667e-4, 1.734e-2))  # section 2.3
+# Boundary values (D, E~) of section 2.3 in SI.
+PRINTED = ((9.381e-4, 4.912e-2), (-6.667e-4, 1.734e-2))
 
 
 @style.figure("figure-7", [2.2, 1.2, 1.8], shared_time=False)
@@ -351,8 +353,8 @@ def figure_8(axes: list[Axes]) -> Words:
 
 
 BEFORE, AFTER = 0.17, 0.17  # s around the passage: four and a half nutations each way
-PASSAGE_EVERY = 2e-4  # s
-MICRO = 1e-3  # rad, half the width of the magnification
+PASSAGE_EVERY = 2e-4  # Spacing in s near the passage of the pole.
+MICRO = 1e-3  # Half the width of the magnification in rad.
 
 
 @style.figure("axis-at-the-pole", [5.0], shared_time=False)

@@ -26,7 +26,7 @@ __all__ = [
     "figure", "legend", "moments", "panels", "svg_text", "thinned",
 ]  # fmt: skip
 P = ParamSpec("P")
-WIDTH = 5.6  # inches
+WIDTH = 5.6  # Width of a figure in inches.
 DECIMALS = 1  # Decimals of a point (1/72 inch): a seventh of a pixel.
 LETTERS = "'DejaVu Sans', Verdana, sans-serif"  # Verdana's are as wide
 

@@ -24,28 +24,29 @@ SCENE = "reference"
 WORKLOAD = "reference workload"
 EVENTS = ("contact watched", "one event", "all events")
 RECORDS = ("records phi", "records x", "records phi, psi, x, y")
-SHORT = "0.1"  # s; the ladder of digits to 1,000 bits, of which 8 s would take an hour
-LADDER = (113, 167, 200, 333, 500, 665, 1000)  # bits: 34 to 301 digits
+SHORT = "0.1"  # Horizon in s of the ladder to 1,000 bits, of which 8 s would take an hour.
+LADDER = (113, 167, 200, 333, 500, 665, 1000)  # Bits of the ladder, which are 34 to 301 digits.
 TABLE, GROWTH, ESTIMATES = "tradeoff.csv", "tradeoff-growth.csv", "estimates.csv"
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
-WHOLE_S = 8.0  # the horizon of the reference scene
+WHOLE_S = 8.0  # Horizon of the reference scene in s.
 FORMULATIONS = ("newton", "euler")
 BARE = "heyoka"
 WATCHED = "contact watched"
-# what is measured on top of what
+# Each variant, and the variant to whose time its own is compared.
 VARIANTS = {
     WATCHED: "",
     **dict.fromkeys((*EVENTS[1:], *RECORDS), WATCHED),
     **dict.fromkeys(("high_accuracy", "fast_math", "compact_mode"), ""),
 }
-WIDE = (("quad", 30), ("mp", 50))  # arithmetic, digits
-SPANS = ((16, 300), (34, 300), (34, 100), (100, 300))  # digits; above 34 all is software
+WIDE = (("quad", 30), ("mp", 50))  # Wide arithmetics with their digits.
+# Pairs of digits to compare; above 34 digits all arithmetic is software.
+SPANS = ((16, 300), (34, 300), (34, 100), (100, 300))
 GROWING = {"jellett": "lambda", "energy": "E"}
-PRINTED = 1e-6  # the paper's "precision of order 1e-6" of lambda; section 2.1
+PRINTED = 1e-6  # The paper's "precision of order 1e-6" of lambda, section 2.1.
 PAPER_METHOD = "SciPy odeint, Python"
 BROUWER = 0.5
 DIGITS_PER_BIT = 0.30103
-OPTIMISM = 0.3  # digits by which an estimate may exceed the truth
+OPTIMISM = 0.3  # Digits by which an estimate may exceed the truth.
 
 
 class TradeoffTables(NamedTuple):

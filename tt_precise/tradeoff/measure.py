@@ -1,4 +1,4 @@
-"""Costs of a digit on one scene: this integrator digit by digit, SciPy's beside it.
+"""Costs of a digit on one scene: this integrator digit by digit, and SciPy's.
 
 Every row integrates the scene up to the same time and is compared at the same samples with the run
 of the most digits, whose own estimated error is added. An error is relative, by the rule of digits
@@ -29,16 +29,17 @@ from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import Scene
 
-ASKED = (3, 6, 9, 12, 15, 20, 30)  # digits
-DOUBLE_DIGITS = 15  # a scene that several doubles refuse needs quad beyond: a hundred times slower
+ASKED = (3, 6, 9, 12, 15, 20, 30)  # Requested digits.
+# Digits beyond which a scene without several doubles needs quad, a hundred times slower.
+DOUBLE_DIGITS = 15
 TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
-SMALLEST_RTOL = 2.3e-14  # smallest relative tolerance that solve_ivp accepts
-MOST_SAMPLES = 40  # at which rows are compared
-BUDGET_S = 3.0  # for this integrator, and for each of SciPy's
-SHARE = 1 / 3  # largest share of the budget for a row; a slower one is the last
+SMALLEST_RTOL = 2.3e-14  # Smallest relative tolerance that solve_ivp accepts.
+MOST_SAMPLES = 40  # Most samples at which rows are compared.
+BUDGET_S = 3.0  # Time in s for this integrator, and for each of SciPy's.
+SHARE = 1 / 3  # Largest share of the budget for a row; a slower row is the last.
 OWN = "tt_precise"
 PEERS = ("DOP853", "LSODA")
-STAGES = 11  # evaluations in a step of DOP853
+STAGES = 11  # Evaluations of the equations in a step of DOP853.
 
 
 class Row(Record, frozen=True):

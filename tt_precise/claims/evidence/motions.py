@@ -25,7 +25,7 @@ from tt_precise.mechanics.thresholds import lambda_thres, lambda_up, tumbling_la
 from tt_precise.runtime.values import Array, Functions, Scalar
 
 REACH = 40  # Largest u: 1 - |z| falls to 1e-34, so the context needs some 60 digits.
-COARSE = 4  # eighths
+COARSE = 4  # Width of the coarse grid in eighths.
 NODES = 200  # Nodes of the period's quadrature, which converges geometrically.
 SEED = 1871
 DIGITS = 50  # Central differences with a step of 1e-25 leave half of these digits.
@@ -241,11 +241,11 @@ def paper_odeint(scene: SceneLike = "reference") -> tuple[EulerState, float]:
     begin = [loaded.start.theta.radians(math, float)]
     begin += [float(getattr(loaded.start, name)) for name in EulerState._fields[1:]]
     times = numpy.array([float(t) for t in loaded.sample_times])
-    rows, told = odeint(
+    rows, info = odeint(
         lambda y, _: euler.rates(body, EulerState(*y), math), begin, times, full_output=True
     )
-    if told["message"] != "Integration successful.":
-        raise ArithmeticError(f"odeint gave {scene} up: {told['message']}")
+    if info["message"] != "Integration successful.":
+        raise ArithmeticError(f"odeint gave {scene} up: {info['message']}")
     state = EulerState(*rows.T)
     jellett = euler.jellett(body, state, numpy)
     return state, float(abs(jellett / jellett[0] - 1).max())

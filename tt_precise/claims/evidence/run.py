@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from tt_precise.golden.proofs import Established
 
 FINE, WHERE_MISSING = "double-double", "quad"
-CLOSER = 16  # points that each closing-in compares
-GAUSS = 6  # nodes in each piece; a nutation of 37 ms has 16 pieces
-PAUSE_S = 0.2  # twice the longest nutation; a longer gap between turning points is not a nutation
+CLOSER = 16  # Points that each refinement of an interval compares.
+GAUSS = 6  # Nodes of Gauss's rule in an interval; a nutation of 37 ms has 16 intervals.
+PAUSE_S = 0.2  # Twice the longest nutation in s; a longer gap between turning points is none.
 MANY = 10  # "many times"
 DEFINITIONS = {"A": "A, signed perigee", "B": "B, algebraic", "C": "C, literal"}
 
@@ -246,11 +246,11 @@ class Run:
         span = span or self.whole
         edges = [span.begin, *self.zeros(name, span), span.end]
         signs = self.columns([name], [(a + b) / 2 for a, b in pairwise(edges)])[name]
-        pieces = zip(pairwise(edges), signs, strict=True)
-        return sum(b - a for (a, b), sign in pieces if sign < 0) / span.length
+        intervals = zip(pairwise(edges), signs, strict=True)
+        return sum(b - a for (a, b), sign in intervals if sign < 0) / span.length
 
     def mean(self, name: str, span: Span | None = None) -> float:
-        """The time average of a quantity, by Gauss's rule in monotonic pieces of 5 ms at most."""
+        """The time average of a quantity, by Gauss's rule on monotonic intervals of at most 5 ms."""
         import numpy
 
         times = self.extrema(name, span)[0]

@@ -31,9 +31,10 @@ from tt_precise.sweeps.specification import STARTS, SweepSpec, blocks
 if TYPE_CHECKING:
     import pandas
 
-UNTIL = "12"  # s; the paper's figures end at 8, which some starts need longer than
-CONTINUED = "60"  # s; the horizon of starts whose climb has not ended by ``UNTIL``
-RANGES = {"theta_dot": "-15:15", "nu_x": "-0.3:0.3", "nu_y": "-0.8:0.8"}  # rad/s, m/s; section 2.2
+UNTIL = "12"  # Horizon in s; the paper's figures end at 8 s, before some climbs do.
+CONTINUED = "60"  # Horizon in s of starts whose climb has not ended by ``UNTIL``.
+# Ranges of section 2.2 in rad/s and m/s.
+RANGES = {"theta_dot": "-15:15", "nu_x": "-0.3:0.3", "nu_y": "-0.8:0.8"}
 TENTH = {"theta_dot": "-1.5:1.5", "nu_x": "-0.03:0.03", "nu_y": "-0.08:0.08"}
 RECORD = (
     "climb_A", "climb_B", "climb_C", "t_equator", "nu_crossing_init", "nu_crossing_end",
@@ -41,14 +42,14 @@ RECORD = (
     "end_theta", "start_E", "lambda_ratio",
 )  # fmt: skip
 FILE = "sweeps-section-2.2.csv.gz"
-VERSION = 4  # version of everything above that the fingerprint does not contain
+VERSION = 4  # Version of everything above that the fingerprint does not contain.
 CONTACTS = {
     "held": "without the starts that lose contact",
     "through": "with them, integrated on with g_n < 0 as in the paper",
 }
 AMPLITUDES = ("nu_x", "nu_y", "theta_dot")
 ALONE = ("theta_dot", "nu_x", "nu_y")
-COUNTED = ("phi_dot", *ALONE, "box")  # series whose outcomes are counted
+COUNTED = ("phi_dot", *ALONE, "box")  # Series whose outcomes are counted.
 # Columns of a continued start that its longer run replaces; ranges stay those up to ``UNTIL``.
 LATER = (
     "outcome", "t_stop", "t_init_A", "t_init_B", "t_init_C", "t_end_A", "t_end_B", "t_end_C",

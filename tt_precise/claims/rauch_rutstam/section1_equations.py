@@ -39,7 +39,7 @@ NU_Y = (
     " + m*R**2*I1*sin(theta)**2)"
     " + omega_3*theta_dot*R/I1*(I3*(alpha - cos(theta)) + I1*cos(theta)) - phi_dot*nu_x"
 )
-# eqs (2) to (6): id, what is differentiated, the printed rate, and one that is wrong
+# Eqs (2) to (6): id, differentiated variable, printed derivative, and a wrong one.
 RATES = (
     ("EQ-08", "theta_dot", THETA, THETA[:-1] + "/R)"),
     ("EQ-09", "phi_dot", PHI, PHI.replace("2*I1*theta_dot", "I1*theta_dot")),

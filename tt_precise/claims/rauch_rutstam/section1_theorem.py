@@ -29,11 +29,11 @@ from tt_precise.scene.scene import Scene
 claim = claims_of(RAUCH_RUTSTAM, "1")
 COUNT = 40
 BODIES = f"{COUNT} random bodies with 1 - alpha < gamma < 1 + alpha and random mu, seeded; "
-LEAVES = "contact-lost"  # a golden scene of the toy above both thresholds, too
+LEAVES = "contact-lost"  # A golden scene of the toy above both thresholds that loses contact.
 ABOVE, BELOW = ("1.001", "3"), ("0.3", "0.999")
 _NAMES = {INVERTED: "the inverted spin", UPRIGHT: "the upright spin"}
-TIMES = ("8", "16", "32")  # s
-PRECESSIONS = ("-50", "0", "83", "150")  # rad/s
+TIMES = ("8", "16", "32")  # Times in s at which the distance from the limit is measured.
+PRECESSIONS = ("-50", "0", "83", "150")  # Starts phi_dot(0) in rad/s.
 SIMPLIFIED = "mu*g_n*R**2*(1 - alpha*cos(theta))**2*nu_y/lambda_"
 THRESHOLD = "sqrt(m*g*R**3*alpha*I3)*(1 + alpha)**2/sqrt(1 + alpha - gamma)"
 UPPER = "sqrt(m*g*R**3*alpha*I3)*(1 - alpha)**2/sqrt(alpha + gamma - 1)"

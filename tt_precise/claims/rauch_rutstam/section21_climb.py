@@ -34,7 +34,7 @@ DEFINITION = (
 )
 START, END = "3.2", "7.87"
 TOP = "the maximum of theta nearest to pi"
-LARGE = 100  # rad/s
+LARGE = 100  # Size of phi_dot in rad/s that counts as large.
 ENDS = ("t_init", "t_end")
 BAND = (
     "the band at a turning point of theta: the distance from it to the straight line between the "
@@ -42,12 +42,13 @@ BAND = (
 )
 EARLY = 20
 SIGNS = {"-": "negative", "+": "positive"}
-SINGULAR = 200  # rad/s, above omega_3(0)
+SINGULAR = 200  # Size of phi_dot in rad/s that counts as singular: above omega_3(0).
 SCALES = {
     "theta": "0.1", "omega_3": "155", "phi_dot": "200", "theta_dot": "15", "nu_x": "0.3",
     "nu_y": "0.8",
 }  # fmt: skip
-PERTURBED_UNTIL = "10"  # s; 1 % of the range of phi_dot downwards puts the end off to 9.2 s
+# Horizon in s; 1 % of the range of phi_dot downwards delays the end to 9.2 s.
+PERTURBED_UNTIL = "10"
 
 
 @claim(

@@ -17,7 +17,7 @@ from tt_precise.scene.scene import load_scene
 
 claim = claims_of(RAUCH_RUTSTAM, "2.1")
 LAST_FALLING = "name == 'nu_crossing' and direction < 0"
-LATER = "10"  # s, to see enough nutations behind the climb
+LATER = "10"  # Horizon in s, with enough nutations after the climb.
 ORDERS = (
     "decimal logarithm of the ratio of nu_y in the climb (initiation to ending time, definition A) "
     "to nu_y before it: of the largest values of |nu_y|, of the means, and of the largest value in "

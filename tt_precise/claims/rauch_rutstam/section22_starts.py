@@ -26,10 +26,11 @@ if TYPE_CHECKING:
 claim = claims_of(RAUCH_RUTSTAM, "2.2")
 STEPS = tuple(str(195 + half / 2) for half in range(11))
 SMOOTH_STARTS = "phi_dot(0) from 195 to 200 rad/s in steps of 0.5"
-TO_THE_POLE = 0.2  # rad; nearer to pi the oscillation at the end of the climb sets in
-SECANTS = 6  # steps; each multiplies the digits by 1.6, and the function is nearly a straight line
-AT_ONCE = 0.05  # rad
-VISIBLE = 1e-3  # rad; a third of a promille of a graph's height
+# Distance from pi in rad, within which the oscillation at the end of the climb sets in.
+TO_THE_POLE = 0.2
+SECANTS = 6  # Secant steps; each multiplies the digits by 1.6 on a nearly straight function.
+AT_ONCE = 0.05  # Tolerance in rad of where monotony begins.
+VISIBLE = 1e-3  # Smallest visible fall in rad, a third of a promille of a graph's height.
 
 
 def _range(name: str, unit: str, printed: str, run: Run = REFERENCE) -> JudgedClaim:

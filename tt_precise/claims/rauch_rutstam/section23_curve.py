@@ -22,7 +22,8 @@ from tt_precise.runtime.values import Array, Functions, Scalar
 
 claim = claims_of(RAUCH_RUTSTAM, "2.3")
 COMPONENTS = ("tau_x", "tau_y", "tau_z")
-FINDING = "NUM-26"  # the printed boundary values belong to another lambda
+# Claim of the finding that the printed boundary values belong to another lambda.
+FINDING = "NUM-26"
 PRINTED = {"D0": "9.381e-4", "D1": "-6.667e-4", "E0": "4.912e-2", "E1": "1.734e-2"}
 VECTORS = NewtonState._fields
 TORQUE_SHARE = (
@@ -35,7 +36,7 @@ TREND = (
     "values at the ends of the climb (definition A); at every instant: no step the other way, "
     "every 0.5 ms and between the turning points of theta"
 )
-# what each panel shows, after the captions; the text refers to it by figure number and letter
+# Quantities in each panel, from the captions; the text names figure number and letter.
 PANELS = {
     "2a": {"theta", "theta_dot"}, "2b": {"phi_dot", "psi_dot"}, "3a": {"nu_x", "nu_y"},
     "3b": {"omega_3", "omega_3_dot"}, "3c": {"g_n"}, "4": {"E", "E_rot", "E_pot", "E_trans"},
