@@ -144,8 +144,8 @@ def certify_command(
     """Prove the printed digits of SCENES, by default of all golden data, in ball arithmetic.
 
     Writes the proved statements into proof.json in the folder of the golden tables. With --check it
-    writes nothing: it proves again, and compares. Exit status 1 if a printed digit is not proved, or proof.json
-    states something else.
+    writes nothing: it proves again, and compares. Exit status 1 if a printed digit is not proved,
+    or proof.json states something else.
     """
     from tt_precise.certify.files import attempted
     from tt_precise.golden.proofs import PROOF

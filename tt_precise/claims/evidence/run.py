@@ -250,7 +250,7 @@ class Run:
         return sum(b - a for (a, b), sign in intervals if sign < 0) / span.length
 
     def mean(self, name: str, span: Span | None = None) -> float:
-        """The time average of a quantity, by Gauss's rule on monotonic intervals of at most 5 ms."""
+        """The time average of a quantity, by Gauss's rule on monotonic intervals up to 5 ms."""
         import numpy
 
         times = self.extrema(name, span)[0]
