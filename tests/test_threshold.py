@@ -68,6 +68,11 @@ def test_no_and_yes_everywhere_are_said(said: Said, printed: Printed) -> None:
     assert json.loads(json.dumps(low.as_dict()))["value"] == "100"
 
 
+def test_a_range_that_is_missing_is_asked_for(said: Said) -> None:
+    text = said("sweep find reference omega_3", status=2)
+    assert "got 'omega_3', expected NAME=LOW:HIGH" in text
+
+
 def test_every_change_of_the_answer_is_named() -> None:
     """A top that spins too fast loses contact before the equator."""
     found = find("reference", "omega_3", "40:240", until=8, digits=2, points=11)

@@ -46,6 +46,7 @@ def test_derivatives_are_difference_quotients(name: str, value: str) -> None:
 def test_the_derivative_at_the_start_is_that_of_the_start() -> None:
     run = integrate("reference", until="0.02", sensitivity="theta, omega_3")
     assert run.sensitivity is not None
+    assert repr(run.sensitivity) == "<Derivatives by theta, omega_3: frame(), climb, spread()>"
     first = run.sensitivity.frame("theta", "omega_3", "kx").iloc[0]
     names = ("theta/d theta", "omega_3/d omega_3", "theta/d omega_3", "kx/d theta")
     expected = [1, 1, 0, numpy.cos(0.1)]

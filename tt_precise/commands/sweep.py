@@ -134,8 +134,8 @@ def run(
     else:
         spec = SweepSpec.of(
             scene,
-            vary=pairs(vary, "--vary"),
-            box=pairs(box, "--box"),
+            vary=pairs(vary, "--vary", "NAME=LOW:HIGH:COUNT or NAME=A,B"),
+            box=pairs(box, "--box", "NAME=LOW:HIGH"),
             until=until,
             samples=samples,
             seed=seed,
@@ -227,7 +227,7 @@ def find_command(
     """
     from tt_precise import threshold
 
-    ((name, between),) = pairs((ends,), "sweep find").items()
+    ((name, between),) = pairs((ends,), "sweep find", "NAME=LOW:HIGH").items()
     with progress_bar(f"{points} values of {name}") as progress:
         found = threshold.find(
             scene,
@@ -294,13 +294,13 @@ def _targets(out: str | None, as_csv: bool) -> tuple[str | None, Path | None]:
     return out if has_parquet() else None, Path(out) / "rows.csv"
 
 
-def pairs(given: tuple[str, ...], option: str) -> dict[str, str]:
-    """NAME=TEXT pairs by name."""
+def pairs(given: tuple[str, ...], option: str, form: str) -> dict[str, str]:
+    """NAME=TEXT pairs by name, of a ``form`` that errors show."""
     texts: dict[str, str] = {}
     for pair in given:
         name, equals, text = pair.partition("=")
         if not equals or name in texts:
-            raise InputError(f"{option}: got {pair[:60]!r}, expected NAME=... , each name once")
+            raise InputError(f"{option}: got {pair[:60]!r}, expected {form}, each name once")
         texts[name] = text
     return texts
 

@@ -66,6 +66,9 @@ class Derivatives:
             _value(run.scene, name)
         self._pairs: dict[str, list[tuple[Side, Side]]] = {}
 
+    def __repr__(self) -> str:
+        return f"<Derivatives by {', '.join(self.names)}: frame(), climb, spread()>"
+
     def frame(self, *columns: str) -> Any:
         """At the scene's samples: ``t``, and for each column and name "d COLUMN/d NAME" (SI).
 
