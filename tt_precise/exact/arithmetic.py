@@ -10,7 +10,7 @@ from mpmath import MPContext
 from tt_precise.runtime.values import Arithmetic, Functions, InputError, Scalar
 from tt_precise.scene.numerals import to_mpmath, whole
 
-MOST_DIGITS = 2000  # more digits take hours; this limit catches typing errors
+MOST_DIGITS = 2000  # Largest number of digits: more take hours, and are mostly typing errors.
 
 
 def own_context(digits: int) -> Functions:

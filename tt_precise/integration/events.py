@@ -19,7 +19,7 @@ from tt_precise.runtime.values import InputError, Scalar
 
 EXTREMUM, ZERO = "extremum:", "zero:"
 
-MOST_EVENTS = 1_000_000  # each takes half a kB
+MOST_EVENTS = 1_000_000  # Largest number of events; bounds memory to 500 MB.
 
 
 class EventRecord(NamedTuple):
@@ -142,7 +142,8 @@ _ALL = (
 )  # fmt: skip
 EVENTS = {event.name: event for event in _ALL}
 
-# with the same changes of sign, and smooth at the poles or at rest
+# Functions with the same changes of sign as a quantity, or the same extrema, that are smooth at the
+# poles or at rest.
 SMOOTH: dict[str, Callable[[Motion], Scalar]] = {
     "zero:theta_dot": lambda q: -axis_fall(q), "zero:phi_dot": precession,
     "zero:psi_dot": own_rotation, "zero:xi": balance,
@@ -193,7 +194,7 @@ def change(name: str, direction: int) -> str:
 
 
 def existing(names: Iterable[Asked], model: str) -> tuple[Asked, ...]:
-    """Those events of ``names`` that ``model`` can have."""
+    """Return the events of ``names`` that ``model`` can have."""
     gliding = {name for name, event in EVENTS.items() if event.gliding}
     return tuple(name for name in names if model == "gliding" or name not in gliding)
 

@@ -34,14 +34,16 @@ class Judged(Protocol):
 
 Solution = TypeVar("Solution", bound=Judged)
 
-SPARE = 0.1  # digits; a reference that errs by a tenth of the run's error is off by half of this
-LOST = 2.0  # digits of the tolerance that most scenes lose
-WORTH = 0.25  # of a digit more for each digit of the tolerance; where a retry wins less, none helps
+# Digits by which an estimate must exceed the wanted ones: a reference run that errs by a tenth of
+# the run's error is off by half of that.
+SPARE = 0.1
+LOST = 2.0  # Digits of the tolerance that most scenes lose.
+WORTH = 0.25  # Digits that a digit of the tolerance must win, or a finer arithmetic is tried.
 # A step in mp with 200 bits costs about this many seconds of a core, with its share of the reading:
 # 6 to 11 ms were measured on gliding, rolling, elastic and Coulomb scenes. The cost grows with the
 # square of the order and with the product of long numbers.
 SECONDS_A_STEP, BITS, GROWTH = 0.01, 200, 2.5
-RUNS = 2  # the run and its reference
+RUNS = 2  # Propagations: the run and its reference.
 MOST_SECONDS = 3600.0
 DIGITS_PER_BIT = math.log10(2)
 
@@ -55,7 +57,7 @@ class Rung(NamedTuple):
 
     @property
     def digits(self) -> float:
-        """Those of the tolerance."""
+        """Digits of the tolerance, or of the bits in mp."""
         return -math.log10(self.tolerance) if self.tolerance else DIGITS_PER_BIT * (self.bits or 0)
 
 

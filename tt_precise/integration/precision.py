@@ -22,7 +22,7 @@ from tt_precise.runtime.mpfr import Mpfr, mpfr_of
 from tt_precise.runtime.values import Arithmetic, Functions, InputError, Scalar
 from tt_precise.scene.numerals import to_mpmath, whole
 
-GUARD_BITS = 64  # additional bits of mpmath, so that its rounding never shows
+GUARD_BITS = 64  # Additional bits of mpmath, so that its rounding never shows.
 FEWEST_BITS, MOST_BITS = 54, 20_000
 
 
@@ -91,17 +91,17 @@ class Precision:
 
     @property
     def in_software(self) -> bool:
-        """Whether its numbers are computed in software."""
+        """True if its numbers are computed in software."""
         return self.kind.in_software
 
     @property
     def is_float(self) -> bool:
-        """Whether its numbers are Python's floats."""
+        """True if its numbers are Python's floats."""
         return self.bits == 53 and not self.doubles
 
     @property
     def in_long_double(self) -> bool:
-        """Whether NumPy's long double holds its numbers exactly."""
+        """True if NumPy's long double holds its numbers exactly."""
         return self.bits <= 64 and not self.in_software and has_long_double()
 
     @property
@@ -204,13 +204,13 @@ class Precision:
         """An mpmath number that prints as ``with_error``; results of operations on it do not."""
         if not hasattr(value, "_mpf_"):
             return value
-        carried: Any = object.__new__(_printed(self, self.context))
+        carried: Any = object.__new__(_printing_type(self, self.context))
         carried._mpf_, carried.error = value._mpf_, error
         return carried
 
 
 @lru_cache(maxsize=64)
-def _printed(precision: Precision, context: Functions) -> type:
+def _printing_type(precision: Precision, context: Functions) -> type:
     def text(number: Any) -> str:
         return precision.with_error(number, number.error)
 
@@ -236,7 +236,7 @@ def precision_named(name: str, bits: int | None = None) -> Precision:
 
 
 def is_available(name: str) -> bool:
-    """Whether this machine has the precision called ``name``."""
+    """Return whether this machine has the precision called ``name``."""
     if KINDS[name].doubles:
         return _has_llvmlite()
     return name != "extended" or _has_80_bit_floats()
@@ -267,7 +267,7 @@ def _has_llvmlite() -> bool:
 
 @cache
 def has_long_double() -> bool:
-    """Whether NumPy's long double has at least the 64 bits of an extended number here."""
+    """Return whether NumPy's long double has the 64 bits of an extended number here."""
     import numpy
 
     return bool(numpy.finfo(numpy.longdouble).nmant >= 63)

@@ -1,7 +1,8 @@
-"""Zeros of many functions at once, each in its bracket, to the last bits of an arithmetic."""
+"""Zeros and extrema of many functions at once, to the last bits of an arithmetic."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
@@ -9,6 +10,13 @@ from typing import NamedTuple
 import numpy
 
 from tt_precise.runtime.values import Array
+
+RIGHT_BITS = 10  # Bits of a zero, relative to its bracket, that are right before the first secant.
+# Length of the last secant, in 2^-bits of the position: the zero is nearer than that.
+SETTLED = 2.0**8
+# Distance of the three points of the first parabola through an extremum, in units of its interval;
+# each further distance is the square of the one before, as the error of a vertex is.
+FLATTEST = 2.0**-16
 
 
 class Bracket(NamedTuple):
@@ -25,18 +33,25 @@ class Bracket(NamedTuple):
         return Bracket(*(x[rows] for x in self))
 
 
-def refined(
-    function: Callable[..., Array], bracket: Bracket, most: int, settled: float
-) -> tuple[Array, Array]:
+def secants(bits: int) -> int:
+    """Return the number of secants after which all ``bits`` of a zero are right.
+
+    Each has 1.6 times as many right bits as the one before; two more end in noise.
+    """
+    return math.ceil(math.log(bits / RIGHT_BITS, 1.6)) + 2
+
+
+def refine(function: Callable[..., Array], bracket: Bracket, bits: int) -> tuple[Array, Array]:
     """Return the zeros of a function, and its values there.
 
-    By at most ``most`` secants, which end when a move is shorter than ``settled`` times the place,
-    or longer than the one before. That is noise if the place has half its digits. Where it has
-    not, as at a multiple zero, a kink or a jump, the bracket is halved.
+    By secants, which end when a move is shorter than ``SETTLED`` or longer than the one before.
+    That is noise if the place has half its digits. Where it has not, as at a multiple zero, a bend
+    or a jump, the bracket is halved.
     """
+    settled = SETTLED * 2.0**-bits
     place, slope, reach = bracket.place, bracket.slope, bracket.high - bracket.low
     value, rows, last = function(place), numpy.arange(len(place)), reach.copy()
-    for _ in range(most):
+    for _ in range(secants(bits)):
         move = value[rows] / slope
         size = abs(move)
         near = (size <= reach).astype(bool)
@@ -50,11 +65,11 @@ def refined(
         slope, reach = (before - value[rows]) / move, size[going]
     rows = numpy.flatnonzero((abs(last) > settled**0.5 * abs(place)).astype(bool))
     if len(rows):
-        place[rows], value[rows] = halved(partial(function, rows=rows), bracket.of(rows))
+        place[rows], value[rows] = bisect(partial(function, rows=rows), bracket.of(rows))
     return place, value
 
 
-def halved(function: Callable[..., Array], bracket: Bracket) -> tuple[Array, Array]:
+def bisect(function: Callable[..., Array], bracket: Bracket) -> tuple[Array, Array]:
     """Return the zeros of a function by halving brackets until rounding ends it."""
     low, high = bracket.low, bracket.high
     while True:
@@ -65,3 +80,32 @@ def halved(function: Callable[..., Array], bracket: Bracket) -> tuple[Array, Arr
         if not inside.any():
             return middle, value
         low, high = numpy.where(behind, low, middle), numpy.where(behind, middle, high)
+
+
+def vertex(
+    function: Callable[[Array], Array],
+    place: Array,
+    reach: Array,
+    low: Array,
+    high: Array,
+    bits: int,
+) -> tuple[Array, Array]:
+    """Return the extrema of a function near places, between low and high, and its values there.
+
+    A parabola through three points gives the next place, if that is within ``reach``.
+    """
+    far = FLATTEST
+    while True:
+        aside = 0 * place + far * reach
+        left, middle, right = function(place - aside), function(place), function(place + aside)
+        slope, bend = (right - left) / 2, left - 2 * middle + right
+        move = -aside * slope / bend
+        move = numpy.where((abs(move) <= reach).astype(bool), move, 0.0)
+        move = numpy.minimum(numpy.maximum(place + move, low), high) - place
+        place = place + move
+        if far**4 < 2.0**-bits:
+            break
+        far *= far
+    # The move of a vertex is the square of the last one, so the parabola gives the value there.
+    move = move / aside
+    return place, middle + move * (slope + move * bend / 2)

@@ -28,7 +28,7 @@ import numpy
 
 from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import EVENTS, MOST_EVENTS, EventRecord, Found, too_many_events
-from tt_precise.integration.roots import Bracket, refined
+from tt_precise.integration.roots import RIGHT_BITS, Bracket, refine, vertex
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.steps import Steps, Wide, horner
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
@@ -43,24 +43,26 @@ from tt_precise.taylor.interpolation import (
 )
 from tt_precise.taylor.series import Series, Sized, SizedFunctions
 
-DOUBLE = 2.0**-53  # relative error of a rounding
-ROUNDINGS = 10  # relative errors of 2^-bits in a component at the start, and in an evaluation
+DOUBLE = 2.0**-53  # Relative error of a rounding in double.
+# Relative errors of 2^-bits that a component has at the start, and that an evaluation adds.
+ROUNDINGS = 10
 # Ratio of successive terms of a series at the end of a step: steps are 0.13 of the radius of
 # convergence.
 OMITTED = 2.0**-3
-# Steps are read together up to this many products in a product of matrices: for larger ones
-# OpenBLAS starts threads, which cost more than they win.
+# Largest number of products in a product of matrices, which limits the steps of a block: for more
+# OpenBLAS starts threads, which cost more than they save.
 MOST_PRODUCTS = 2**18
-COARSE, FINE = 8, 14  # nodes of a step at first; of the parts of a step with several zeros
-# A polynomial this near to its function, relative to the largest value, has the same single zero;
-# the next, the same extrema.
-SINGLE, SHAPE = 2.0**-10, 2.0**-20
-MOST_PARTS = 10_000  # parts of steps on which functions are no polynomials; some 100 are usual
-HALVINGS = 30  # of a step, until its polynomials have the shape of the function
-POLISHED = 6  # secants from a polynomial's zero to that of the function, in double
-FLATTEST = 2.0**-16  # first distance of three points of a parabola, in units of the interval
-SETTLED = 2.0**8  # in 2^-bits of a place: a secant as short leaves less than that behind
-JUMP = 2.0**-3  # of the values beside a zero: a function that is as large at the zero jumps there
+# Nodes of a whole step, and of each interval of a step that has several zeros.
+COARSE, FINE = 8, 14
+# Largest distances of a polynomial from its function, relative to the largest value: from SINGLE on
+# secants start at its zero, from SHAPE on its extrema are those of the function.
+SINGLE, SHAPE = 2.0**-RIGHT_BITS, 2.0**-20
+# Limits of the division of steps: the intervals of a block, which bound memory to some MB, and the
+# halvings of a step, which leave 2^-30 of the step to a bend.
+MOST_INTERVALS, HALVINGS = 10_000, 30
+# Smallest value at a zero, relative to the values beside it, that shows a jump: halving ends at a
+# value of rounding where a function is continuous.
+JUMP = 2.0**-3
 # Weight of undecided points between two signs that count: an extremum has 2, the end of a step 1.
 # A tangency has an extremum, and perhaps the end of a step; more is noise.
 TANGENCY = 3
@@ -105,7 +107,7 @@ class Zeros:
     def __init__(self, setup: Setup, start: InitialState):
         self.setup, self.start = setup, start
         self.events = tuple(setup.watched.values())
-        # those of the catalogue are smooth, also at the poles; others may bend or jump
+        # Functions of the catalogue are smooth, also at the poles; others may bend or jump.
         self._smooth = numpy.array([event.name in EVENTS for event in self.events], dtype=bool)
         self._mpfr = setup.precision.mpfr
         self._body = self._body_of(float)
@@ -230,8 +232,8 @@ class Zeros:
         begin = numpy.append(low, low[:, :1] * 0, axis=1)[ends]
         columns = value[ends], error[ends], doubt[ends], 0 * begin
         self._settle(
-            steps, _joined(Points(functions, position + begin, *columns), inner),
-            _joined(whole, parts),
+            steps, _concatenate(Points(functions, position + begin, *columns), inner),
+            _concatenate(whole, parts),
         )  # fmt: skip
 
     def _read_start(self, steps: Steps, near: Array) -> None:
@@ -278,7 +280,7 @@ class Zeros:
         )  # fmt: skip
         at, last = numpy.full(count, FIRST_PART), errors[-1]
         end = self._values(first, near, 0 * near, at, last)
-        found._settle(first, _joined(Points(near, at, end, last, last, 0 * at), inner), parts)
+        found._settle(first, _concatenate(Points(near, at, end, last, last, 0 * at), inner), parts)
         return found
 
     # ---- values and errors ----------------------------------------------------------------------
@@ -419,7 +421,7 @@ class Zeros:
             f = self._values(steps, which, step, places, doubt).T
             polynomials, largest = through(f, ~self._smooth[which]), abs(f).max(axis=0, initial=0)
             shaped = polynomials.tail <= numpy.maximum(SHAPE * largest, doubt)
-            last = halving == HALVINGS or len(which) > MOST_PARTS
+            last = halving == HALVINGS or len(which) > MOST_INTERVALS
             self._require_defined_inside(steps, which, step, low, width, f, last)
             shaped |= last & numpy.isfinite(polynomials.tail)
             columns = which, step, low, width, error, doubt, f[0], largest, polynomials.tail
@@ -444,7 +446,7 @@ class Zeros:
         turning = Points(which[of], step[of] + place, value, error[of], flat[of], width[of])
         bounds = Points(which, step + low, first, error, flat, 0 * low)
         inner = Points(*(x[low > 0] for x in bounds))
-        return Intervals(which, step + low, width, monomials), _joined(turning, inner)
+        return Intervals(which, step + low, width, monomials), _concatenate(turning, inner)
 
     def _require_defined_inside(
         self, steps: Steps, which: Array, step: Array, low: Array, width: Array, f: Array,
@@ -545,24 +547,10 @@ class Zeros:
             step = numpy.minimum(points.position[here].astype(int), len(steps) - 1)
             value = partial(self._in_wide, wide, i, step)
             place, reach = wide.array(points.position[here] - step), points.reach[here]
-            # beyond the steps the function may be another one
-            lowest, highest = -step.astype(float), (len(steps) - step).astype(float)
-            far, bits = FLATTEST, self.setup.precision.bits
-            while True:
-                aside = wide.array(far * reach)
-                left, middle, right = value(place - aside), value(place), value(place + aside)
-                slope, bend = (right - left) / 2, left - 2 * middle + right
-                move = -aside * slope / bend
-                move = numpy.where((abs(move) <= reach).astype(bool), move, 0.0)
-                move = numpy.minimum(numpy.maximum(place + move, lowest), highest) - place
-                place = place + move
-                if far**4 < 2.0**-bits:
-                    break
-                far *= far
-            # the move of a vertex is the last one's square, so the parabola gives the value there
-            move = move / aside
-            middle = middle + move * (slope + move * bend / 2)
-            points.value[here] = middle
+            # Beyond the steps the function may be another one.
+            low, high = -step.astype(float), (len(steps) - step).astype(float)
+            place, extreme = vertex(value, place, reach, low, high, self.setup.precision.bits)
+            points.value[here] = extreme
             points.position[here] = step + place.astype(float)
 
     def _record(
@@ -608,7 +596,7 @@ class Zeros:
         if not wide:
             terms = steps.of(step)
             function = partial(self._in_double, which, terms)
-            place, left = refined(function, bracket, POLISHED, SETTLED * DOUBLE)
+            place, left = refine(function, bracket, 53)
             times = (steps.begin[step] + place * steps.length[step]).tolist()
             states = horner(terms.swapaxes(0, 1), place).T.tolist()
             return _Zero(times, list(map(tuple, states)), left)
@@ -618,9 +606,7 @@ class Zeros:
         for i in set(which.tolist()):
             here = which == i
             function, part = partial(self._in_wide, wide, i, step[here]), bracket.of(here)
-            place[here], left[here] = refined(
-                function, part, POLISHED + bits // 50, SETTLED * 2.0**-bits
-            )
+            place[here], left[here] = refine(function, part, bits)
         when, row = wide.rows(step, place)
         states = [tuple(map(wide.back, state)) for state in zip(*row, strict=True)]
         return _Zero(list(map(wide.back, when)), states, left)
@@ -662,7 +648,7 @@ def _last_before(intervals: Intervals, which: Array, position: Array) -> Array:
     return last
 
 
-def _joined(first: Any, second: Any) -> Any:
+def _concatenate(first: Any, second: Any) -> Any:
     return type(first)(
         *(numpy.concatenate(pair, axis=-1) for pair in zip(first, second, strict=True))
     )

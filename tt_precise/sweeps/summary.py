@@ -74,7 +74,7 @@ class Run(Record, frozen=True, kw_only=True):
 
 
 class Summary(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.sweep/1"):
-    """What `tt-precise sweep SCENE --json` prints; summary.json of a sweep's folder."""
+    """Output of `tt-precise sweep SCENE --json`, and summary.json of a sweep's folder."""
 
     rows: Annotated[int, means("number of rows")]
     expected: Annotated[int, means("expected number of rows")]
