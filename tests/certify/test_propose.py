@@ -49,3 +49,9 @@ def test_steps_that_do_not_verify_are_halved_until_none_helps() -> None:
         assert size(proposer) == pytest.approx(first / 2.0 ** (failures + 1), rel=1e-5)
     with pytest.raises(NotProved, match="the tube is left"):
         proposer.shorten(ArithmeticError("the tube is left"))
+
+
+def test_a_short_rest_is_one_step_in_a_unit_of_its_own() -> None:
+    power, length = Proposer(EQUATIONS).next(1e-12)
+    assert 1 / 16 <= length <= 1 / 2
+    assert 1e-12 < float(length) * 2.0**power < 1e-8

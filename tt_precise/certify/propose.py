@@ -38,13 +38,12 @@ class Proposer:
 
         Raises ``NotProved``: steps have become too short.
         """
+        if self._size * 2.0**self.power < SHORTEST:
+            raise self._why
+        self._size = min(self._size, left / 2.0**self.power * (1 + 1e-9) + 1e-9)
         # a length near 1/4 gives the coefficients of the polynomials about the same size
         shift = math.frexp(self._size)[1] + 1 if not 1 / 16 < self._size < 1 / 2 else 0
         self.power, self._size = self.power + shift, self._size / 2.0**shift
-        if self._size * 2.0**self.power < SHORTEST:
-            raise self._why
-        limit = left / 2.0**self.power * (1 + 1e-9) + 1e-9
-        self._size = min(self._size, limit)
         # a short mantissa, which is exact in any arithmetic
         exponent = math.frexp(self._size)[1] - 24
         whole = max(1, int(self._size * 2.0**-exponent))
