@@ -183,8 +183,6 @@ TESTED_ELSEWHERE = {
     "integration/solution.py": "integration/test_propagate.py",
     "integration/steps.py": "integration/test_dense_output.py",
     "nonsmooth/backend.py": "nonsmooth/test_lifting.py",
-    "nonsmooth/formulations.py": "nonsmooth/test_lifting.py",
-    "nonsmooth/regularised_time.py": "nonsmooth/test_sticking.py",
     "nonsmooth/segments.py": "nonsmooth/test_sticking.py",
     "taylor/emit.py": "taylor/test_system.py",
     "taylor/kernel.py": "taylor/test_system.py",

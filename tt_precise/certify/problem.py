@@ -20,8 +20,8 @@ from tt_precise.integration.events import TERMINAL, catalogue, event_named
 from tt_precise.mechanics import compliant, formulations
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.nonsmooth.formulations import elastic, raised
 from tt_precise.nonsmooth.lifting import pressed
+from tt_precise.nonsmooth.phases import elastic, raised
 from tt_precise.runtime.values import Arithmetic, Functions, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene

@@ -37,7 +37,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.nonsmooth.formulations import elastic_in_time, raised
+from tt_precise.nonsmooth.phases import elastic_in_time, raised
 from tt_precise.runtime.values import Array, InputError, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene

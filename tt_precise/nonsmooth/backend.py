@@ -6,9 +6,15 @@ from tt_precise.integration.dense_output import SampleTimes, Segment
 from tt_precise.integration.equations import RIGID_CONTACT, Phase
 from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.mechanics.formulations import Formulation
-from tt_precise.nonsmooth.formulations import elastic, raised
 from tt_precise.nonsmooth.lifting import bouncing, flying, flying_on
-from tt_precise.nonsmooth.phases import DEEP_CONTACT, FAST_GLIDING, FLIGHT_PHASE, LINEAR_CONTACT
+from tt_precise.nonsmooth.phases import (
+    DEEP_CONTACT,
+    FAST_GLIDING,
+    FLIGHT_PHASE,
+    LINEAR_CONTACT,
+    elastic,
+    raised,
+)
 from tt_precise.nonsmooth.segments import Joint, propagated
 from tt_precise.nonsmooth.sticking import sticking_and_slipping
 from tt_precise.runtime.terminal import Progress

@@ -29,7 +29,7 @@ from tt_precise.mechanics import friction, newton, rolling
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.nonsmooth.regularised_time import RowwiseOutput
+from tt_precise.nonsmooth.segments import RowwiseOutput
 from tt_precise.runtime.mpfr import mpfr_of
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Functions, Scalar

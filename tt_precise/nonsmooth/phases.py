@@ -1,20 +1,24 @@
-"""How motions begin and end within a run: fast and slow gliding, sticking, flight, contact."""
+"""The phases of motions whose equations change: their formulations, ends and steps."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
 
 from tt_precise.integration.equations import Condition, Ends, Equations, Phase, rigid_ends
 from tt_precise.integration.events import existing
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup
-from tt_precise.mechanics.compliant import reach
+from tt_precise.mechanics import compliant, flight, friction, rolling
+from tt_precise.mechanics.compliant import DeepState
+from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import Formulation
-from tt_precise.mechanics.friction import cone_margin
+from tt_precise.mechanics.friction import PolarState
+from tt_precise.mechanics.laws import COULOMB, Law
 from tt_precise.mechanics.parameters import Parameters
+from tt_precise.mechanics.rolling import RollingState
 from tt_precise.mechanics.vectors import dot
-from tt_precise.nonsmooth.formulations import SLOW, STICKING, raised
 from tt_precise.runtime.values import Adaptive, Scalar
 
 # In units of sqrt(g R): Coulomb's law is integrated in polar form from this speed up to twice it.
@@ -28,6 +32,33 @@ FIRST_STEP = 2.0**-20
 ACCELERATION_ROUNDINGS = 16
 
 
+# Coulomb's law near v_A = 0, and while the top rolls because the force stays within the cone
+SLOW = Formulation("gliding", PolarState, friction.polar_rates, friction=COULOMB)
+STICKING = Formulation("rolling", RollingState, rolling.rates, friction=COULOMB)
+# in the air, with the height
+FLIGHT = Formulation("flight", LiftedState, flight.rates)
+LINEAR = Formulation("linear", LiftedState, compliant.rates, spring="linear")
+HUNT_CROSSLEY = Formulation(
+    "hunt-crossley", DeepState, compliant.hunt_crossley_rates, spring="hunt-crossley"
+)
+
+
+def raised(spring: str = "") -> Formulation:
+    """Flight with the height: above a table, or beyond the force of an elastic table."""
+    return replace(FLIGHT, spring=spring)
+
+
+def elastic(spring: str, law: Law) -> Formulation:
+    """The formulation of contact with an elastic table, under that law of friction."""
+    known = {form.spring: form for form in (LINEAR, HUNT_CROSSLEY)}
+    return replace(known[spring], friction=law)
+
+
+def elastic_in_time(spring: str, law: Law) -> Formulation:
+    """As ``elastic`` in t, where it may be non-smooth at height 0."""
+    return replace(LINEAR, model=spring, spring=spring, friction=law)
+
+
 def _fast_ends(equations: Equations, horizon: Scalar, precision: Precision) -> Ends:
     """Loss of contact and a small speed."""
     functions, v = rigid_ends(equations, horizon, precision), equations.motion.state
@@ -38,7 +69,10 @@ def _fast_ends(equations: Equations, horizon: Scalar, precision: Precision) -> E
 def _sticking_ends(equations: Equations, horizon: Scalar, precision: Precision) -> Ends:
     """Loss of contact and slip, where the force reaches the cone."""
     q = equations.motion
-    return {**rigid_ends(equations, horizon, precision), "slip": cone_margin(q.body, q.state)}
+    return {
+        **rigid_ends(equations, horizon, precision),
+        "slip": friction.cone_margin(q.body, q.state),
+    }
 
 
 def _slow_ends(equations: Equations, horizon: Scalar, precision: Precision) -> Ends:
@@ -62,7 +96,7 @@ def _flight_ends(equations: Equations, horizon: Scalar, precision: Precision) ->
     q = equations.motion
     functions = {"landing": q.state.height}
     if equations.layout.form.spring:
-        functions["sinking"] = reach(q.body, q.state.height, q.state.rise)
+        functions["sinking"] = compliant.reach(q.body, q.state.height, q.state.rise)
     return functions
 
 
