@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import Literal, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy
 
@@ -30,12 +30,7 @@ from tt_precise.scene.scene import Scene
 from tt_precise.taylor.machine import MOST_PARTS
 from tt_precise.taylor.system import moments
 
-Status = Literal[
-    "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole", "failed",
-    # ends of pieces after which another piece begins
-    "slow", "fast", "stick", "slip", "landing", "sinking", "separation", "release",
-]  # fmt: skip
-ARRIVED: tuple[Status, ...] = ("complete", "contact_ignored")  # at the scene's horizon
+ARRIVED = ("complete", "contact_ignored")  # at the scene's horizon
 EXACT = 2**53  # integers up to this limit are doubles, so a quotient of two is rounded once
 
 
@@ -128,7 +123,7 @@ class Propagation:
     reached.
     """
 
-    status: Status
+    status: str
     time: Scalar
     time_low: Scalar
     state: tuple[Scalar, ...]
@@ -183,7 +178,7 @@ class Span:
         return self.setup.precision
 
     @property
-    def status(self) -> Status:
+    def status(self) -> str:
         """How the solution ended."""
         raise NotImplementedError
 
@@ -241,7 +236,7 @@ class DenseOutput(Span):
         self._propagate = again
 
     @property
-    def status(self) -> Status:
+    def status(self) -> str:
         """How the propagation ended."""
         return self.propagation.status
 

@@ -20,7 +20,6 @@ from tt_precise.integration.dense_output import (
     Repeat,
     SampleTimes,
     Segment,
-    Status,
     StoredPieces,
 )
 from tt_precise.integration.equations import Equations, longest_step
@@ -200,7 +199,7 @@ def _advance(
     return outcome, steps, taken
 
 
-def _propagation_of(made: Integrator, status: Status, steps: int) -> Propagation:
+def _propagation_of(made: Integrator, status: str, steps: int) -> Propagation:
     time, time_low = made.adaptive.dtime
     return Propagation(
         status=status,
@@ -268,15 +267,14 @@ def outcomes() -> Any:
     return import_heyoka().taylor_outcome
 
 
-def status_of(outcome: Any, terminal: tuple[str, ...]) -> Status:
+def status_of(outcome: Any, terminal: tuple[str, ...]) -> str:
     """The status of a propagation that heyoka ended with ``outcome``."""
     if outcome == outcomes().time_limit:
         return "complete"
     if outcome == outcomes().err_nf_state:
         return "failed"
     index = -1 - int(outcome)
-    ended: Any = terminal[index] if 0 <= index < len(terminal) else "failed"
-    return ended
+    return terminal[index] if 0 <= index < len(terminal) else "failed"
 
 
 @dataclass

@@ -18,7 +18,6 @@ from tt_precise.integration.dense_output import (
     Propagation,
     SampleTimes,
     Segment,
-    Status,
     StoredPieces,
 )
 from tt_precise.integration.equations import longest_step, terminal_functions
@@ -156,7 +155,7 @@ def run(
 class _End(NamedTuple):
     """The end of a piece; with a state if the run ends there."""
 
-    status: Status | None
+    status: str | None
     time: Scalar
     state: tuple[Scalar, ...]
     steps: int
@@ -186,7 +185,7 @@ class _Run:
             if name == "contact_lost" and self.setup.contact == "bilateral":
                 self.left = True
             else:
-                return _End(name, zero.time, state, self._steps(piece, zero))  # type: ignore[arg-type]
+                return _End(name, zero.time, state, self._steps(piece, zero))
         taken = len(piece.lengths)
         if piece.good < taken or self._crawls(piece):
             steps = min(piece.good, taken - 1)

@@ -13,10 +13,10 @@ from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, Literal, NamedTuple, Protocol, TypeVar
 
 from tt_precise.integration.columns import Columns
-from tt_precise.integration.dense_output import ARRIVED, SampleTimes, Segment, Span, Status
+from tt_precise.integration.dense_output import ARRIVED, SampleTimes, Segment, Span
 from tt_precise.integration.events import Found
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.registry import asked_by
@@ -29,6 +29,9 @@ from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LiftedStart
 
 Known = TypeVar("Known")
+Status = Literal[
+    "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole", "failed",
+]  # fmt: skip
 
 
 class Stretch(NamedTuple):
@@ -95,7 +98,8 @@ class Solution(Span):
     @property
     def status(self) -> Status:
         """How it ended."""
-        return self.segments[-1].output.status
+        ended: Any = self.segments[-1].output.status
+        return ended
 
     @property
     def steps(self) -> int:

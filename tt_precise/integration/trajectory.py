@@ -11,7 +11,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, get_args
 
 from tt_precise.integration.columns import POSE, State, expanded
-from tt_precise.integration.dense_output import Status
 from tt_precise.integration.errors import Errors, errors_of, table_with_errors
 from tt_precise.integration.events import not_alternating
 from tt_precise.integration.ladder import Rung, integrate_to_digits
@@ -84,7 +83,7 @@ class Trajectory:
 
     def __init__(self, run: Solution):
         self.run, self.scene, self.setup, self.start = run, run.scene, run.setup, run.start
-        self.status: Status = run.status
+        self.status = run.status
         self.steps, self.order = run.steps, run.order
 
     @classmethod
