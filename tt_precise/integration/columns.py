@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy
@@ -172,14 +173,14 @@ class Columns:
         self.form, self.record = self.layout
         self.start, self.lifts = start, setup.lifts
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Default columns: vectors where the azimuth is known, Euler state, quadratures."""
         lifted = LIFTED_COLUMNS if self.lifts else ()
         vectors = VECTOR_COLUMNS if self.has_azimuth else ()
         return (*vectors, *EULER_COLUMNS, *lifted, *self.record)
 
-    @property
+    @cached_property
     def has_azimuth(self) -> bool:
         """Whether the direction of the tilt is known, not only Euler rates."""
         return self.form.coordinates == "newton" or "phi" in self.record
@@ -188,15 +189,19 @@ class Columns:
         """The dimension of a column; raises for unknown names."""
         if isinstance(name, Quantity):
             return name.dimension
-        known = {n: STATE_DIMENSIONS[n] for n in self.names}
-        known |= {
-            n: q.dimension for n, q in QUANTITIES.items() if self.has_azimuth or not q.azimuth
-        }
-        if name in known:
-            return known[name]
+        if name in self._dimensions:
+            return self._dimensions[name]
         if name in POSE_NAMES:
             return _DIMENSIONS.get(name[0], _LENGTH)
-        raise InputError(f"column: got {name[:60]!r}, expected one of: {', '.join(known)}")
+        raise InputError(
+            f"column: got {name[:60]!r}, expected one of: {', '.join(self._dimensions)}"
+        )
+
+    @cached_property
+    def _dimensions(self) -> dict[str, Dimension]:
+        own = {n: STATE_DIMENSIONS[n] for n in self.names}
+        known = (q for q in QUANTITIES.values() if self.has_azimuth or not q.azimuth)
+        return own | {q.name: q.dimension for q in known}
 
     def motion(self, row: Row) -> Motion:
         """The ``Motion`` of a row."""
