@@ -1,4 +1,4 @@
-"""heyoka's integrators: compiled once, lent, begun with a short step, bounded beside a pole."""
+"""heyoka's integrators: compiled once, pooled, begun with a short step, bounded beside a pole."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 from tt_precise.integration import Trajectory, heyoka_backend, integrate
 from tt_precise.integration.equations import Equations, terminal_functions
-from tt_precise.integration.heyoka_backend import KINDS, lent
+from tt_precise.integration.heyoka_backend import KINDS, pooled
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import integrated
@@ -73,10 +73,10 @@ def test_integrators_are_lent_to_one_at_a_time_and_do_not_pile_up() -> None:
         made.append(key)
         return object()
 
-    with lent(make, "a") as one, lent(make, "a") as another:
+    with pooled(make, "a") as one, pooled(make, "a") as another:
         assert one is not another
     for key in ("a", *map(str, range(KINDS)), "a"):  # of many kinds the oldest goes
-        with lent(make, key):
+        with pooled(make, key):
             pass
     assert made == ["a", "a", *map(str, range(KINDS)), "a"]
 

@@ -24,7 +24,7 @@ from tt_precise.runtime.values import Array, Functions, InputError, Json, Scalar
 from tt_precise.scene.initial_state import InitialState
 
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
-LIFTED_COLUMNS = ("height", "rise")  # of the lowest point, which is otherwise on the table
+LIFTED_COLUMNS = ("height", "rise")  # The lowest point has these columns in flight.
 EULER_COLUMNS = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
 
 # names of the pose among columns: scalar first, or last
@@ -182,7 +182,7 @@ class Columns:
 
     @cached_property
     def has_azimuth(self) -> bool:
-        """Whether the direction of the tilt is known, not only Euler rates."""
+        """True if the direction of the tilt is known, not only Euler rates."""
         return self.form.coordinates == "newton" or "phi" in self.record
 
     def dimension(self, name: Name) -> Dimension:
@@ -385,7 +385,7 @@ def digits_over_rows(
 
 
 def worst_digits(state: State, errors: Mapping[str, Scalar], start: InitialState) -> float:
-    """The same for one state with errors in any arithmetic."""
+    """Return the correct digits of the worst component of one state in any arithmetic."""
     context = state.precision.context
     unit = {n: start.units.of_dimension(STATE_DIMENSIONS[n]) for n in state.values}
     own = {

@@ -100,8 +100,9 @@ def long_double(value: Scalar) -> Scalar:
     return numpy.longdouble(high) + numpy.longdouble(float(value - high))
 
 
-TIME_TOLERANCE = Fraction(1, 10**15)  # of t_end; a t_end printed with 16 digits is still inside
-MOST_BYTES = 400_000_000  # of the series of all steps of one run
+# A time later than t_end by this part of it is t_end: a t_end printed with 16 digits is inside.
+TIME_TOLERANCE = Fraction(1, 10**15)
+MOST_BYTES = 400_000_000  # The series of a run are stored up to this size.
 
 
 class Pieces(Protocol):
@@ -179,7 +180,7 @@ class Span:
 
     @property
     def status(self) -> str:
-        """How the solution ended."""
+        """Status at the end of the solution."""
         raise NotImplementedError
 
     @cached_property
@@ -237,12 +238,12 @@ class DenseOutput(Span):
 
     @property
     def status(self) -> str:
-        """How the propagation ended."""
+        """Status at the end of the propagation."""
         return self.propagation.status
 
     @property
     def stored(self) -> bool:
-        """Whether the series of all steps are stored; a run to t = 0 has none."""
+        """True if the series of all steps are stored; a run to t = 0 has none."""
         return bool(self._pieces)
 
     def to_limbs(self, times: Array) -> Array:

@@ -23,7 +23,7 @@ from tt_precise.integration.inversion import NEEDED, times_of
 from tt_precise.integration.reading import event_columns
 from tt_precise.integration.reading import table as columns_of
 from tt_precise.integration.setup import Setup, refused_in_doubles
-from tt_precise.integration.solution import Solution, integrated
+from tt_precise.integration.solution import Solution, solve
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import Scene
@@ -186,12 +186,12 @@ class Derivatives:
 
     @cached_property
     def _centre(self) -> Solution:
-        return integrated(self.run.scene, self._fine)
+        return solve(self.run.scene, self._fine)
 
     def _changed(self, name: str, change: Fraction, setup: Setup) -> Solution | None:
         """The run with a changed entry; None if the scene refuses it."""
         try:
-            return integrated(_scene_with(self.run.scene, name, change), setup)
+            return solve(_scene_with(self.run.scene, name, change), setup)
         except InputError:
             return None
 

@@ -25,7 +25,8 @@ from tt_precise.taylor.series import Series, SeriesFunctions, rate, solution
 
 QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
 QUADRATURE_SCALE = 1024
-SINGULAR_DENOMINATOR = 1e-6  # of I1; from there the blow-up is about 1e-12 sqrt(R/g) away
+# A motion ends at this denominator of g_n, in units of I1: the blow-up is 1e-12 sqrt(R/g) away.
+SINGULAR_DENOMINATOR = 1e-6
 # a tolerance relative to the largest entry costs a larger tilt at most 2 digits
 LARGE_TILT = 2.0**-7
 
@@ -117,7 +118,7 @@ class Equations:
         return cls(variables, rates, layout.motion(body, variables, fn), layout)
 
     def moving(self) -> Motion:
-        """The same for the power series in time of the solution through the variables."""
+        """The ``Motion`` of the power series in time of the solution through the variables."""
         return self.layout.moving(self.motion.body, self.variables, self.motion.fn)[1]
 
     @property

@@ -32,14 +32,14 @@ from tt_precise.runtime.values import Adaptive, Array, ContinuousOutput, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
-LONGEST = 2.0**40  # where the state, which has the time, ends the propagation before
-MOST_CUTS = 4  # of a failed propagation, back to its last good step
+LONGEST = 2.0**40  # No propagation whose state has the time gets so far: the state ends it.
+MOST_CUTS = 4  # A failed propagation is cut back to its last good step so often.
 # How far LLVM optimises. Compact code in double has the bits of level 3 at level 1, in 0.6 of the
 # time. Wider types have them at level 0, in a seventh of it: a library does their operations.
 OPTIMISATION = {"loop": 3, "compact": 1, "wide": 0}
 Key = TypeVar("Key", bound=Hashable)
 Made = TypeVar("Made")
-KINDS = 6  # of which idle integrators are kept: each takes 3 to 5 MB, most kinds are used once
+KINDS = 6  # Idle integrators of so many kinds are pooled: each takes 3 to 5 MB.
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
@@ -72,7 +72,7 @@ def run(
 
 
 def repeating(setup: Setup, start: InitialState, first: Propagation) -> Repeat:
-    """The same propagation again, for the dense outputs of its pieces."""
+    """Return a function that repeats a propagation, for the dense outputs of its pieces."""
     until = first.time if first.status == "failed" else None
     return partial(propagate, setup, start, until=until)
 
@@ -373,7 +373,7 @@ def _idle(make: Callable[[Hashable], Any], key: Hashable) -> list[Any]:
 
 
 @contextmanager
-def lent(make: Callable[[Key], Made], key: Key) -> Iterator[Made]:
+def pooled(make: Callable[[Key], Made], key: Key) -> Iterator[Made]:
     """``make(key)``, or an idle one of an earlier call; several threads may ask."""
     idle = _idle(make, key)
     try:
@@ -386,4 +386,4 @@ def lent(make: Callable[[Key], Made], key: Key) -> Iterator[Made]:
 
 def integrator(setup: Setup) -> AbstractContextManager[Integrator]:
     """An integrator for ``setup``: an idle one of an earlier run, or a newly compiled one."""
-    return lent(build, setup)
+    return pooled(build, setup)

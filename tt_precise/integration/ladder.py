@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 from tt_precise.integration.precision import Precision, is_available
 from tt_precise.integration.setup import Setup, refused_in_doubles
-from tt_precise.integration.solution import integrated
+from tt_precise.integration.solution import solve
 from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import Scene
 
@@ -146,7 +146,7 @@ def seconds_for(
     form = "euler" if euler else "newton"
     setup = Setup.of(scene, formulation=form, events=(), record=(), contact=contact)
     bits = (digits + LOST) / DIGITS_PER_BIT
-    return RUNS * integrated(scene, setup).steps * SECONDS_A_STEP * (bits / BITS) ** GROWTH
+    return RUNS * solve(scene, setup).steps * SECONDS_A_STEP * (bits / BITS) ** GROWTH
 
 
 def _require_practical(wanted: int, scene: Scene, euler: bool, contact: str) -> None:

@@ -79,7 +79,7 @@ def propagate_in_doubles(
     dense: Pieces | None = None,
     progress: Progress | None = None,
 ) -> Propagation:
-    """As ``propagate``; numbers have guard bits and are rounded when they become doubles.
+    """Propagate once; numbers have guard bits and are rounded when they become doubles.
 
     Raises ``InputError``: there are more than ``MOST_EVENTS`` events, or an event needs a function
     that does not exist here.
@@ -203,7 +203,7 @@ class _Run:
         return int((piece.begins[:, 0] < float(zero.time)).sum())
 
     def _crawls(self, piece: StepBlock) -> bool:
-        """Whether the steps are too short to reach the horizon."""
+        """True if the steps are too short to reach the horizon."""
         advance = number(piece.end_time, self.fn) - number(piece.begins[0], self.fn)
         return len(piece.lengths) > 1 and bool(
             advance < self.setup.precision.eps * self.start.until

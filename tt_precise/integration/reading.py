@@ -75,7 +75,7 @@ def table(
     numbers: Numbers = "float",
     progress: Progress | None = None,
 ) -> dict[Any, Array]:
-    """As ``own_table``, by default at the samples; integrated again for a pose that it lacks."""
+    """Columns by default at the samples; integrate again for a pose that was not recorded."""
     exact = run.sample_times if times is None else times
     missing = [name for name in wanted if name in POSE_NAMES and name not in run.setup.record]
     if not missing:
@@ -96,7 +96,7 @@ def _alike(times: Sequence[Fraction], run: Solution, other: Solution) -> tuple[F
 
 
 def with_quadratures(run: Solution) -> Solution:
-    """The same run with phi, psi, x and y recorded; integrated again if necessary.
+    """The run with phi, psi, x and y recorded; integrated again if necessary.
 
     Raises ``InputError``: the axis is exactly vertical at some time.
     """

@@ -113,7 +113,7 @@ class Setup:
 
     @property
     def layout(self) -> Layout:
-        """What stands where in a row."""
+        """The layout of a state vector with its quadratures."""
         return Layout(self.formulation, self.record)
 
     @property
@@ -124,7 +124,7 @@ class Setup:
         return {event.name: event for event in events}
 
     def but(self, **changes: Any) -> Setup:
-        """The same setup with some fields replaced."""
+        """Return the set-up with some fields replaced."""
         return replace(self, **changes)
 
 
@@ -208,7 +208,7 @@ def _checked_record(
 
 
 def ended_at_start(start: InitialState, contact: str, fn: Functions) -> NoContact | None:
-    """How the model ends at the start: g_n or its denominator is not positive."""
+    """Return the status where g_n or its denominator is not positive at the start."""
     numerator, denominator = contact_terms(start.model, start.body, start.vectors, fn)
     if denominator <= 0:
         return "singular_contact"
@@ -242,6 +242,6 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
 
 
 def left_the_table(model: str, start: InitialState, fn: Functions, later: bool) -> bool:
-    """Whether g_n was negative at the start, or fell through zero ``later``."""
+    """True if g_n was negative at the start, or fell through zero ``later``."""
     numerator, _ = contact_terms(model, start.body, start.vectors, fn)
     return later or bool(numerator <= 0)

@@ -65,9 +65,9 @@ class Solution(Span):
         return _unpickled, (self.scene, self.setup, self.opposite_rounding)
 
     def again(self, *, opposite_rounding: bool = False, **changes: Any) -> Solution:
-        """The same scene integrated again, with some fields of the ``Setup`` replaced."""
+        """Integrate the scene again, with some fields of the ``Setup`` replaced."""
         setup = self.setup.but(**changes)
-        return integrated(self.scene, setup, opposite_rounding=opposite_rounding)
+        return solve(self.scene, setup, opposite_rounding=opposite_rounding)
 
     def once(self, key: Hashable, compute: Callable[[], Known]) -> Known:
         """The result of ``compute``, which depends only on this solution and ``key``; cached."""
@@ -97,7 +97,7 @@ class Solution(Span):
 
     @property
     def status(self) -> Status:
-        """How it ended."""
+        """Status at the end."""
         ended: Any = self.segments[-1].output.status
         return ended
 
@@ -112,15 +112,15 @@ class Solution(Span):
         return self.segments[-1].output.propagation.order
 
     @property
-    def joints(self) -> list[Segment]:
+    def switched(self) -> list[Segment]:
         """The segments after which an event joins another segment."""
         return [segment for segment in self.segments if segment.ended]
 
     @property
     def event_counts(self) -> Counter[str]:
-        """How often each event was recorded, including events that join segments."""
+        """Numbers of recorded events by name, including events that join segments."""
         hits = (hit for found in self._found for hit in found.hits)
-        return Counter([hit.name for hit in hits] + [segment.ended for segment in self.joints])
+        return Counter([hit.name for hit in hits] + [segment.ended for segment in self.switched])
 
     @property
     def touches(self) -> tuple[str, ...]:
@@ -168,7 +168,7 @@ class Solution(Span):
     def stretches(self) -> tuple[Stretch, ...]:
         """The stretches between events that join segments."""
         to_user, begin, stretches = self.columns.to_user, self.start.until * 0, []
-        for segment in self.joints:
+        for segment in self.switched:
             end = segment.end_s
             stretches.append(Stretch(segment.model, to_user(begin), to_user(end), segment.ended))
             begin = end
@@ -177,7 +177,7 @@ class Solution(Span):
 
     @property
     def in_arrays(self) -> bool:
-        """Whether all rows are read at once in arrays of doubles."""
+        """True if all rows are read at once in arrays of doubles."""
         return self.precision.is_float and self.precision.in_long_double
 
 
@@ -212,7 +212,7 @@ def backends(scene: Scene) -> Iterator[Backend]:
     yield multidouble_backend
 
 
-def integrated(
+def solve(
     scene: Scene,
     setup: Setup,
     progress: Progress | None = None,
@@ -242,7 +242,7 @@ def integrated(
 
 
 def _unpickled(scene: Scene, setup: Setup, opposite_rounding: bool) -> Solution:
-    return integrated(scene, setup, opposite_rounding=opposite_rounding)
+    return solve(scene, setup, opposite_rounding=opposite_rounding)
 
 
 @lru_cache(maxsize=64)

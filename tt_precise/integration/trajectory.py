@@ -26,7 +26,7 @@ from tt_precise.integration.reading import (
     with_quadratures,
 )
 from tt_precise.integration.setup import Events, Setup, asked_for
-from tt_precise.integration.solution import Solution, Stretch, integrated
+from tt_precise.integration.solution import Solution, Stretch, solve
 from tt_precise.mechanics.parameters import Dimension
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.terminal import Progress
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 def is_one(t: Any) -> bool:
-    """Whether it is one time, not several."""
+    """True for one time, not several."""
     return isinstance(t, str) or not isinstance(t, Iterable) or getattr(t, "shape", None) == ()
 
 
@@ -96,10 +96,10 @@ class Trajectory:
         opposite_rounding: bool = False,
     ) -> Trajectory:
         """The scene integrated once, as the set-up says."""
-        return cls(integrated(scene, setup, progress, opposite_rounding=opposite_rounding))
+        return cls(solve(scene, setup, progress, opposite_rounding=opposite_rounding))
 
     def again(self, *, opposite_rounding: bool = False, **changes: Any) -> Trajectory:
-        """The same scene integrated again, with some fields of the ``Setup`` replaced.
+        """Integrate the scene again, with some fields of the ``Setup`` replaced.
 
         With ``opposite_rounding`` every number of body and start lies on the other side of the
         exact one: what such a run differs by contains what their rounding does to a run.
@@ -138,7 +138,7 @@ class Trajectory:
 
     @property
     def t_end(self) -> Scalar:
-        """Where the solution ends, in s: a float in double, else an mpmath number."""
+        """The end of the solution in s: a float in double, else an mpmath number."""
         return self.run.t_end
 
     @property
@@ -300,7 +300,7 @@ class Trajectory:
 
     @cached_property
     def with_quadratures(self) -> Trajectory:
-        """The same run with phi, psi, x and y recorded; integrated again if necessary.
+        """The run with phi, psi, x and y recorded; integrated again if necessary.
 
         Refused if the axis is exactly vertical at some time.
         """
@@ -337,7 +337,7 @@ class Trajectory:
 
     @property
     def event_counts(self) -> Counter[str]:
-        """How often each event was recorded."""
+        """Numbers of recorded events by name."""
         return self.run.event_counts
 
     @property

@@ -19,7 +19,7 @@ import numpy
 from tt_precise.integration.equations import Equations
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.solution import integrated
+from tt_precise.integration.solution import solve
 from tt_precise.mechanics.formulations import Formulation, formulation
 from tt_precise.runtime.values import Adaptive, Array, InputError, Scalar
 from tt_precise.scene.initial_state import InitialState
@@ -132,7 +132,7 @@ def sensitivity(
     if moments[:1] != [0.0] or not all(a < b for a, b in pairwise(moments)):
         shown = ", ".join(f"{t:g}" for t in moments[:4])
         raise InputError(f"times: got {shown or 'none'}, expected times in s that rise from 0")
-    end = float(integrated(scene, Setup.of(scene, events=(), record=())).end)
+    end = float(solve(scene, Setup.of(scene, events=(), record=())).end)
     moments = [t for t in moments if t <= end]
     integrator = _integrator(heyoka, form, tolerance)
     size, count = len(form.columns), len(form.parameters)

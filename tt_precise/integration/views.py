@@ -157,8 +157,8 @@ def _label(name: str) -> str:
 
 FORMATS = (".gif", ".html", ".mp4")
 ELEVATION = 0.30  # rad above the table, from where it is seen
-PEG = 0.12  # of R, beyond the sphere: only a mark, as the model has none
-PEG_END = 0.15  # of R, half the width of its line, which stays above the table
+PEG = 0.12  # The drawn stem ends this far beyond the sphere, in R; the model has none.
+PEG_END = 0.15  # Half the width of its line, in R, which stays above the table.
 # Values of each course in a page of 0.1 MB: a nutation is round, and a screen has fewer pixels.
 LEAST_PLAYED, MOST_PLAYED = 1500, 4000
 PLAYED_EVERY_S = 0.01

@@ -19,7 +19,7 @@ from tt_precise.runtime.values import Functions, Scalar
 
 
 class DeepState(InOwnTime, namedtuple("DeepState", "kx ky kz Lx Ly Lz vx vy zeta rise t")):
-    """As ``LiftedState`` with the root zeta of the depth for the height, and the time."""
+    """A ``LiftedState`` with the root zeta of the depth for the height, and the time."""
 
     @classmethod
     def of(cls, q: Described) -> DeepState:

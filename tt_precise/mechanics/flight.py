@@ -33,7 +33,7 @@ from tt_precise.runtime.values import Functions, Scalar
 class LiftedState(
     OfAxis, Integrated, namedtuple("LiftedState", "kx ky kz Lx Ly Lz vx vy height rise")
 ):
-    """As ``NewtonState``, and the height of the lowest point above the table, and its rate."""
+    """A ``NewtonState`` with the height of the lowest point above the table, and its rate."""
 
     @classmethod
     def of(cls, q: Described) -> LiftedState:

@@ -79,7 +79,7 @@ class Motion:
 
     @cached_property
     def rolls(self) -> Any:
-        """Whether v_A stays zero: when rolling, and at rest under Coulomb's law; row by row."""
+        """True where v_A stays zero: when rolling, and at rest under Coulomb's law; row by row."""
         if self.model == "rolling" or self.body.friction.smooth_at_rest:
             return self.model == "rolling"
         return (self.state.vx == 0) & (self.state.vy == 0)

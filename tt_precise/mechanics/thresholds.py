@@ -57,7 +57,7 @@ def least_energy(body: Parameters, z: Scalar, lambda_: Scalar) -> Scalar:
 def energy_excludes(
     body: Parameters, energy: Scalar, lambda_: Scalar, z: Scalar, to: Scalar = 0
 ) -> Scalar:
-    """Whether energy and lambda exclude that a motion at cos theta = ``z`` ever reaches ``to``.
+    """True if energy and lambda exclude that a motion at cos theta = ``z`` ever reaches ``to``.
 
     ``to`` = 0 is the equator: True means that an upright top never crosses it, and that an inverted
     top never returns. On the way cos theta takes every value between the two, where a motion with

@@ -15,7 +15,7 @@ from tt_precise.nonsmooth.phases import (
     elastic,
     raised,
 )
-from tt_precise.nonsmooth.segments import Joint, propagated
+from tt_precise.nonsmooth.segments import SegmentStart, propagated
 from tt_precise.nonsmooth.sticking import sticking_and_slipping
 from tt_precise.runtime.terminal import Progress
 from tt_precise.scene.initial_state import InitialState
@@ -58,5 +58,5 @@ def run(
         return flying_on(segments, setup, start) if scene.flies else segments
     begin = start.until * 0
     if scene.model == "flight":
-        return [flying(setup, Joint.at_start(setup, start), begin)]
+        return [flying(setup, SegmentStart.of_run(setup, start), begin)]
     return flying_on([Segment(begin, propagated(setup, start))], setup, start)

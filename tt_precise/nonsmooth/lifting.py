@@ -13,7 +13,7 @@ from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import contact_terms
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.nonsmooth.phases import in_flight
-from tt_precise.nonsmooth.segments import MOST_SEGMENTS, Joint
+from tt_precise.nonsmooth.segments import MOST_SEGMENTS, SegmentStart
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Functions, InputError, Scalar
 from tt_precise.scene.initial_state import InitialState
@@ -22,7 +22,7 @@ ENDS = {"separation": "separation", "release": "separation",
         "landing": "landing", "sinking": "landing"}  # fmt: skip
 
 
-def flying(setup: Setup, here: Joint, begin: Scalar) -> Segment:
+def flying(setup: Setup, here: SegmentStart, begin: Scalar) -> Segment:
     """Return the flight from ``here`` at the time ``begin`` until the top comes down."""
     output = here.propagated(in_flight(setup))
     if output.propagation.status == "landing":
@@ -35,7 +35,7 @@ def flying_on(segments: Sequence[Segment], setup: Setup, start: InitialState) ->
     *former, last = segments
     if last.output.propagation.status != "contact_lost":
         return list(segments)
-    joint = Joint.at_start(setup, start)._replace(until=start.until - last.begin)
+    joint = SegmentStart.of_run(setup, start)._replace(until=start.until - last.begin)
     begin = last.begin + last.output.end_time
     flown = flying(setup, joint.after(last.output), begin)
     return [*former, replace(last, ended="lift_off"), flown]
@@ -66,7 +66,7 @@ def bouncing(
     Raises ``InputError``: there are too many segments.
     """
     flight_setup = in_flight(setup, setup.formulation.spring)
-    here = Joint.at_start(setup, pressed(start, setup.precision.context))
+    here = SegmentStart.of_run(setup, pressed(start, setup.precision.context))
     segments: list[Segment] = []
     begin, flies, zero = start.until * 0, _flies(here.q), here.q.fn.mpf(0)
     if here.q.state.height == here.q.state.rise == 0 and not flies and setup.phase.has_clock:
@@ -108,7 +108,7 @@ def _flies(q: Motion) -> bool:
     return bool(flight.rates(q.body, q.state, q.fn).rise > 0)
 
 
-def _first_fall(setup: Setup, here: Joint) -> DenseOutput:
+def _first_fall(setup: Setup, here: SegmentStart) -> DenseOutput:
     """The first moment of a top that sinks from rest into a table with a non-smooth force.
 
     In the regularised time it would stay at height 0. In t the force grows with the third power:

@@ -50,7 +50,7 @@ class _Registered(Series):
         super().__init__(step, first)
         self.all = every
 
-    def made(self, step: Callable[[Any, int], Scalar]) -> Series:
+    def new(self, step: Callable[[Any, int], Scalar]) -> Series:
         self.all.append(_Registered(self.all, step))
         return self.all[-1]
 
@@ -140,7 +140,7 @@ def onset(
 def _coefficients(
     body: Parameters, start: Sequence[Scalar], terms: int, on_the_cone: bool
 ) -> list[list[Scalar]]:
-    """Those of k, L, v, e, from k, L, e in ``start``."""
+    """Return the coefficients of k, L, v, e, from k, L, e in ``start``."""
     operations: list[Series] = []
     # the next coefficients are known before they are needed
     entries = [_Registered(operations, lambda c, k: None, [x]) for x in start]
@@ -182,7 +182,7 @@ def _coefficients(
 
 
 def _valid_until(columns: list[list[Scalar]], eps: Scalar, fn: Functions) -> Scalar:
-    """Where the last two terms of each series are eps of it; v is compared with its first term."""
+    """Return the time until which the last two terms of every series stay below eps."""
     bounds = []
     for i, c in enumerate(columns):
         first = next((k for k, x in enumerate(c) if x), 0) if i == 6 else 0
@@ -193,7 +193,9 @@ def _valid_until(columns: list[list[Scalar]], eps: Scalar, fn: Functions) -> Sca
 
 
 PLACES = 16  # at which events look for changes of sign
-SOONEST = 2.0**-40  # of a place, in the place of rest itself, where friction has no direction
+# The first of these times in place of rest itself, where friction has no direction, in units of
+# their distance.
+SOONEST = 2.0**-40
 TERMS_OF_MP = 0.35  # for each bit: fewer series terms cost accuracy, more of them only time
 
 

@@ -23,7 +23,8 @@ from tt_precise.runtime.values import Adaptive, Scalar
 
 # In units of sqrt(g R): Coulomb's law is integrated in polar form from this speed up to twice it.
 SLOW_SPEED = 2.0**-4
-REST_SPEED = 2.0**-8  # of eps; v = 0 is less than an ulp of time away from there
+# Speed at rest in units of eps sqrt(g R): v = 0 is less than an ulp of time away from there.
+REST_SPEED = 2.0**-8
 # In units of time: the first step of a flight. The height may vanish at the start, and a multiple
 # root there hides other roots of its Taylor step from heyoka.
 FIRST_STEP = 2.0**-20
@@ -32,10 +33,10 @@ FIRST_STEP = 2.0**-20
 ACCELERATION_ROUNDINGS = 16
 
 
-# Coulomb's law near v_A = 0, and while the top rolls because the force stays within the cone
+# Coulomb's law near v_A = 0, and while the top rolls because the force stays within the cone.
 SLOW = Formulation("gliding", PolarState, friction.polar_rates, friction=COULOMB)
 STICKING = Formulation("rolling", RollingState, rolling.rates, friction=COULOMB)
-# in the air, with the height
+# A top in the air, with the height of its lowest point.
 FLIGHT = Formulation("flight", LiftedState, flight.rates)
 LINEAR = Formulation("linear", LiftedState, compliant.rates, spring="linear")
 HUNT_CROSSLEY = Formulation(
@@ -55,7 +56,7 @@ def elastic(spring: str, law: Law) -> Formulation:
 
 
 def elastic_in_time(spring: str, law: Law) -> Formulation:
-    """As ``elastic`` in t, where it may be non-smooth at height 0."""
+    """The formulation of ``elastic`` in t, in which it may be non-smooth at height 0."""
     return replace(LINEAR, model=spring, spring=spring, friction=law)
 
 

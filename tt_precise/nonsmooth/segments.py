@@ -1,4 +1,4 @@
-"""One segment of a motion, from a ``Joint`` to the next, and its rows over t."""
+"""One segment of a motion, from a ``SegmentStart`` to the next, and its rows over t."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Scalar
 from tt_precise.scene.initial_state import InitialState
 
-MOST_SEGMENTS = 10_000  # of one run
+MOST_SEGMENTS = 10_000  # A run with more segments is refused.
 
 
-NEWTON_STEPS = 60  # at most; from a knot of the series 3 to 10 are needed
+NEWTON_STEPS = 60  # Newton steps from a knot of the series at most; 3 to 10 are needed.
 
 
 class RowwiseOutput(DenseOutput):
@@ -125,7 +125,7 @@ def propagated(setup: Setup, start: InitialState) -> DenseOutput:
     return RegularisedTimeOutput(setup, start, replace(propagation, found=found), pieces, again)
 
 
-class Joint(NamedTuple):
+class SegmentStart(NamedTuple):
     """A motion at an instant from which a segment begins.
 
     ``recorded`` are the quadratures so far (scaled), ``until`` is the time left, and ``start`` that
@@ -138,24 +138,26 @@ class Joint(NamedTuple):
     until: Scalar
 
     @classmethod
-    def at_start(cls, setup: Setup, start: InitialState) -> Joint:
+    def of_run(cls, setup: Setup, start: InitialState) -> SegmentStart:
         """Return the begin of a run."""
         fn = setup.precision.context
         q = Motion(start.body, start.vectors, fn, start.model, euler=start.euler)
         return cls(start, q, tuple(fn.mpf(0) for _ in setup.record), start.until)
 
-    def after(self, output: DenseOutput) -> Joint:
+    def after(self, output: DenseOutput) -> SegmentStart:
         """Return the end of a segment that begins here."""
         row, layout = output.end_row, output.setup.layout
         q = layout.motion(output.start.body, row, self.q.fn)
-        return Joint(self.start, q, row[len(layout.form.columns) :], self.until - output.end_time)
+        return SegmentStart(
+            self.start, q, row[len(layout.form.columns) :], self.until - output.end_time
+        )
 
-    def at(self, **entries: Scalar) -> Joint:
+    def at(self, **entries: Scalar) -> SegmentStart:
         """Return the same joint with other entries of the state."""
         q = self.q
         return self._replace(q=Motion(q.body, q.state._replace(**entries), q.fn, q.model))
 
-    def at_rest(self) -> Joint:
+    def at_rest(self) -> SegmentStart:
         """Return the same joint with a contact point at rest."""
         zero = self.q.fn.mpf(0)
         return self.at(vx=zero, vy=zero)

@@ -24,7 +24,7 @@ from tt_precise.nonsmooth.onset import (
     terms_for,
 )
 from tt_precise.nonsmooth.phases import REST_SPEED, SLOW_SPEED, slow, sticking
-from tt_precise.nonsmooth.segments import MOST_SEGMENTS, Joint
+from tt_precise.nonsmooth.segments import MOST_SEGMENTS, SegmentStart
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.initial_state import InitialState
@@ -57,7 +57,7 @@ def sticking_and_slipping(
 def _outputs(
     name: str, setup: Setup, start: InitialState, progress: Progress | None
 ) -> Iterator[DenseOutput]:
-    here, status = Joint.at_start(setup, start), "rest"
+    here, status = SegmentStart.of_run(setup, start), "rest"
     if any(start.vectors.v):
         speed = here.q.fn.hypot(*start.vectors.v[:2])
         status = "slow" if speed < SLOW_SPEED else "fast"
@@ -87,7 +87,7 @@ def _sticks(q: Motion) -> bool:
     return bool(pressed and friction.cone_margin(q.body, q.state) >= 0)
 
 
-def _from_rest(name: str, setup: Setup, here: Joint, status: str) -> DenseOutput:
+def _from_rest(name: str, setup: Setup, here: SegmentStart, status: str) -> DenseOutput:
     """Rolling if the cone allows it, otherwise the begin of gliding."""
     body, vectors, fn = here.q.body, here.q.state, here.q.fn
     if status != "slip" and _sticks(here.q):

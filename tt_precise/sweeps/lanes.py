@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.integration.equations import Equations, terminal_functions
-from tt_precise.integration.heyoka_backend import lent, numeric_options
+from tt_precise.integration.heyoka_backend import numeric_options
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import Formulation, integrated
@@ -241,7 +241,7 @@ class Lanes:
 
 
 # compiled lanes for a ``Build``: idle ones of an earlier task of this process, or made now
-lanes = partial(lent, Lanes)
+lanes = partial(pooled, Lanes)
 
 
 def _compiled(form: Formulation, contact: str, width: int) -> tuple[Adaptive, tuple[str, ...]]:

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from tt_precise.taylor.system import StepBlock
 
 HALVINGS = 40  # beyond, two zeros are one touching: no change of sign
-MOST_STEPS = 100  # to one zero
-MOST_NEWTONS = 8  # in parts, each with 15 digits more where the slope has as many
+MOST_STEPS = 100  # Bisections and secants to one zero at most.
+MOST_NEWTONS = 8  # Newton steps in several doubles; each adds up to 15 digits.
 
 
 class Crossings(NamedTuple):
@@ -149,7 +149,7 @@ class Watch:
         self._before: StepBlock | None = None
 
     def zeros(self, piece: StepBlock, until: Scalar) -> list[SignChange]:
-        """Those in the steps of ``piece`` that are numbers, before ``until``, in order of time."""
+        """Zeros in the steps of ``piece`` that are numbers, before ``until``, in order of time."""
         fn, steps = self._fn, piece.suspect
         before, self._before = self._before, piece
         if not len(steps):

@@ -79,7 +79,7 @@ class Emitter:
         return self.b.add(self.b.mul(row, self.i(width)), self.i(column))
 
     def order(self, orders: Value, parts: int) -> Value:
-        """How many orders are computed in so many parts or more."""
+        """Return the number of orders that are computed in so many parts or more."""
         return self.b.load(self.b.gep(orders, [self.i(3 - parts)]))
 
     def behind(self, pointer: Value, place: Value | int) -> Value:
@@ -205,7 +205,7 @@ class SeveralDoubles:
         return p, s, rest
 
     def normal(self, s: Number) -> Number:
-        """The same sum, each part at most half a unit in the last place of the one before."""
+        """Return the sum with parts of at most half a unit in the last place of the part before."""
         e = self.e
         if self.parts == 1:
             return s

@@ -15,7 +15,7 @@ from tt_precise.taylor.series import powered
 
 
 class Operand(Ring):
-    """What is made of numbers, parameters and entries: ``args``, in a ``kind`` of way."""
+    """An operation of a ``kind`` on ``args``: numbers, parameters, entries and other nodes."""
 
     __slots__ = ("args", "graph", "kind")
     __array_ufunc__ = None

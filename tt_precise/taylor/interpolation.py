@@ -15,7 +15,8 @@ import numpy
 from tt_precise.runtime.values import Array
 from tt_precise.taylor.crossings import isolated, values
 
-HALVINGS = 30  # of an interval between two zeros of a derivative; nearer ones are one
+# Halvings of an interval between two zeros of a derivative; nearer zeros count as one.
+HALVINGS = 30
 # Newton's steps square their length: behind one as short nothing is left in double.
 SETTLED = 2.0**-26
 MOST_NEWTONS = 60  # steps to a zero, of which most are halvings where Newton's leave the bracket

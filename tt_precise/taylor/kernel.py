@@ -39,7 +39,7 @@ def padded(count: int) -> int:
 
 
 class Kernel:
-    """What stands where, and the functions that compute it, in so many ``parts``.
+    """The layout of memory, and the functions that compute in it, in so many ``parts``.
 
     ``outputs`` are series to be kept with the entries: pairs of a series and whether its rate is
     wanted in its place. A step is a block of ``order`` + 2 rows of ``columns`` numbers:

@@ -14,8 +14,8 @@ from tt_precise.runtime.values import Array
 
 # arguments of the two functions of a kernel, as ``emit.Emitter`` has them
 RUN, ROWS = "piinpdddpp", "pinpnpip"
-MOST_PARTS = 3  # of a number
-MOST_ORDER = 99  # of a step, for which a kernel has reciprocals
+MOST_PARTS = 3  # Doubles in one number.
+MOST_ORDER = 99  # A kernel has reciprocals for steps up to this order.
 TIMES = 6  # numbers of a step stored with its series, see ``kernel``
 _LETTERS = {
     "p": ctypes.c_void_p, "n": ctypes.c_void_p, "i": ctypes.c_int64, "d": ctypes.c_double,

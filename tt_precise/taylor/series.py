@@ -45,7 +45,7 @@ class Series:
     def __init__(self, step: Callable[[Any, int], Scalar], first: Sequence[Scalar] = ()):
         self.step, self.c = step, list(first)
 
-    def made(self, step: Callable[[Any, int], Scalar]) -> Series:
+    def new(self, step: Callable[[Any, int], Scalar]) -> Series:
         """The series of an operation with this one."""
         return Series(step)
 
@@ -62,31 +62,31 @@ class Series:
 
     def __add__(self, other: Scalar) -> Series:
         if isinstance(other, Series):
-            return self.made(lambda c, k: self[k] + other[k])
-        return self.made(lambda c, k: self[k] if k else self[0] + other)
+            return self.new(lambda c, k: self[k] + other[k])
+        return self.new(lambda c, k: self[k] if k else self[0] + other)
 
     __radd__ = __add__
 
     def __neg__(self) -> Series:
-        return self.made(lambda c, k: -self[k])
+        return self.new(lambda c, k: -self[k])
 
     def __sub__(self, other: Scalar) -> Series:
         if isinstance(other, Series):
-            return self.made(lambda c, k: self[k] - other[k])
-        return self.made(lambda c, k: self[k] if k else self[0] - other)
+            return self.new(lambda c, k: self[k] - other[k])
+        return self.new(lambda c, k: self[k] if k else self[0] - other)
 
     def __rsub__(self, other: Scalar) -> Series:
-        return self.made(lambda c, k: -self[k] if k else other - self[0])
+        return self.new(lambda c, k: -self[k] if k else other - self[0])
 
     def __mul__(self, other: Scalar) -> Series:
         if isinstance(other, Series):
-            return self.made(lambda c, k: _dot(self.upto(k)[: k + 1], other.upto(k)[k::-1]))
-        return self.made(lambda c, k: self[k] * other)
+            return self.new(lambda c, k: _dot(self.upto(k)[: k + 1], other.upto(k)[k::-1]))
+        return self.new(lambda c, k: self[k] * other)
 
     __rmul__ = __mul__
 
     def __abs__(self) -> Series:
-        return self.made(lambda c, k: self[k] * numpy.sign(self[0]) if k else abs(self[0]))
+        return self.new(lambda c, k: self[k] * numpy.sign(self[0]) if k else abs(self[0]))
 
     def __pow__(self, power: Scalar) -> Scalar:
         if isinstance(power, int) and power > 0:
@@ -99,17 +99,17 @@ class Series:
             terms = (((power + 1) * i - k) * self[i] * c[k - i] for i in range(1, k + 1))
             return sum(terms, start=self[0] * 0) / (k * self[0])
 
-        return self.made(step)
+        return self.new(step)
 
     def __truediv__(self, other: Scalar) -> Series:
         if not isinstance(other, Series):
-            return self.made(lambda c, k: self[k] / other)
-        return self.made(
+            return self.new(lambda c, k: self[k] / other)
+        return self.new(
             lambda c, k: (self[k] - _dot(c, other.upto(k)[k:0:-1]) if k else self[0]) / other[0]
         )
 
     def __rtruediv__(self, other: Scalar) -> Series:
-        return self.made(lambda c, k: (-_dot(c, self.upto(k)[k:0:-1]) if k else other) / self[0])
+        return self.new(lambda c, k: (-_dot(c, self.upto(k)[k:0:-1]) if k else other) / self[0])
 
 
 class Truncated(Ring, Series):
@@ -188,7 +188,7 @@ class SeriesFunctions:
             left = value[k] - _dot(c[1:], c[:0:-1]) if k > 1 else value[k]
             return left / (2 * c[0])
 
-        return value.made(step)
+        return value.new(step)
 
     def exp(self, value: Scalar) -> Scalar:
         """The exponential: e' = value' e."""
@@ -200,7 +200,7 @@ class SeriesFunctions:
                 return self.fn.exp(value[0])
             return _dot(_rate(value.upto(k)[: k + 1]), c[::-1]) / k
 
-        return value.made(step)
+        return value.new(step)
 
     def sin(self, angle: Scalar) -> Scalar:
         return self._turned(angle)[0]
@@ -297,7 +297,7 @@ ROWS = 2048  # at a time, so that all series between stay in the cache
 def coefficients(
     rates: Callable[[tuple[Series, ...]], Sequence[Scalar]], start: Sequence[Array], terms: int
 ) -> Array:
-    """Those of the solutions through many rows: shape (entries, ``terms`` + 1, rows).
+    """Coefficients of the solutions through many rows: shape (entries, ``terms`` + 1, rows).
 
     ``start`` holds an array for each entry; ``rates`` hold for every row alike.
     """

@@ -13,7 +13,7 @@ from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.taylor.graph import Graph, numbers
 from tt_precise.taylor.machine import MOST_ORDER, MOST_PARTS, TIMES, Machine, aligned
 
-STEPS = 512  # of a piece
+STEPS = 512  # Taylor steps in one piece.
 # of time; where 57 powers of it are out of range, less by and by
 FIRST_UNIT, LESS, LEAST_UNIT = 2.0**-3, 2.0**-16, 2.0**-200
 SPARE = 4  # orders computed in more parts than they need in theory
@@ -35,7 +35,7 @@ def order_of(tolerance: float) -> int:
 
 
 def orders_of(tolerance: float, most: int) -> tuple[int, int, int]:
-    """How many coefficients are computed in three doubles, in two or more, in one or more.
+    """Numbers of coefficients computed in three doubles, in two or more, in one or more.
 
     As terms fall by the same factor from order to order, down to ``tolerance`` in the last one,
     those of some order on are below 2^-53 of the entries, and need one part less.
@@ -68,7 +68,7 @@ class System:
     def begun(
         self, start: Sequence[Scalar], parameters: Sequence[Scalar], fn: Functions
     ) -> tuple[Array, Array]:
-        """What ``pieces`` begins with, in parts: the first row and the constants.
+        """The initial data of ``pieces``, in parts: the first row and the constants.
 
         Numbers are those of an mpmath context, ``fn``.
         """
@@ -167,7 +167,7 @@ class StepBlock:
         return self.rows(numpy.maximum(steps, 0), times)
 
     def rows(self, steps: Array, times: Array) -> Array:
-        """The same, by the series of given steps."""
+        """Return the rows by the series of given steps."""
         times = numpy.ascontiguousarray(times)
         into = numpy.empty((len(steps), self.system.parts, self.system.kernel.columns))
         self.system.machine.rows(
@@ -205,5 +205,5 @@ def number(parts: Sequence[float], fn: Functions) -> Scalar:
 
 
 def numbers_of(row: Array, fn: Functions) -> tuple[Scalar, ...]:
-    """Those of a row (part, column)."""
+    """Return the numbers of a row (part, column)."""
     return tuple(number(parts, fn) for parts in row.T.tolist())
