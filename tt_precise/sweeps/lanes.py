@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.integration.equations import Equations, terminal_functions
-from tt_precise.integration.heyoka_backend import numeric_options
+from tt_precise.integration.heyoka_backend import numeric_options, pooled
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import Formulation, integrated
