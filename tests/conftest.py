@@ -43,7 +43,6 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
 @pytest.fixture
 def no_cause(monkeypatch: pytest.MonkeyPatch) -> None:
     """No search for the cause of a failed check, which takes most of a check's time."""
-    monkeypatch.setattr("tt_precise.check.causes.cause", lambda *_: "")
     monkeypatch.setattr("tt_precise.check.explain.explain", lambda *_: [])
 
 

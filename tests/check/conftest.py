@@ -30,8 +30,9 @@ def refuses(message: str, source: Any, scene: Any = "reference", **words: Any) -
 
 @pytest.fixture(autouse=True)
 def _no_cause(request: pytest.FixtureRequest) -> None:
-    """``test_kinematics`` and ``test_explain`` test what is found."""
-    if not request.module.__name__.endswith(("test_kinematics", "test_explain")):
+    """These modules test what is found."""
+    tested = ("kinematics", "explain", "engine_states", "golden", "equation_residual")
+    if not request.module.__name__.endswith(tuple(f"test_{name}" for name in tested)):
         request.getfixturevalue("no_cause")
 
 

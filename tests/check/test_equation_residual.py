@@ -96,8 +96,9 @@ def test_a_wrong_row_is_named_and_nothing_else_is_blamed(scene: str, name: str, 
     frame = tt.integrate(scene).frame(*VECTORS[1:], *height)
     frame.loc[row, name] += abs(frame[name]).max()
     result = check(frame, scene)
-    before, behind = frame["t"][row - 1], frame["t"][row + 1]
-    assert f"rows from t = {before:.6g} to {behind:.6g} s leave" in result["equations"].note
+    assert [cause.text for cause in result.causes] == [
+        f"the row at t = {frame['t'][row]:.6g} s (number {row + 1}) alone is wrong"
+    ]
     for finding in result.checks:
         assert "leaves the table" not in finding.note
         assert "--friction other" not in finding.note

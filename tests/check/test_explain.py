@@ -1,37 +1,256 @@
 """Causes of failures: conventions, one number, precision, rows; nothing where none explains."""
 
+from collections.abc import Callable
+
+import numpy
 import pandas
 import pytest
 
-from tests.check.conftest import VECTORS, Engine, Healthy, check
+import tt_precise as tt
+from tests.check.conftest import EULER, VECTORS, Engine, Healthy, check
 from tests.check.test_cases import CASES
+from tests.check.test_force_free import POSE
+from tt_precise.golden import store
+from tt_precise.scene.scene import Scene, parse_scene
+
+RATES = ["theta_dot", "phi_dot", "omega_3"]
+DEGREE = 180 / numpy.pi
 
 
-def causes(frame: pandas.DataFrame, friction: str = "scene") -> str:
+def scaled(frame: pandas.DataFrame, factor: float, *names: str) -> pandas.DataFrame:
+    return frame.assign(**{name: factor * frame[name] for name in names})
+
+
+def causes(
+    frame: pandas.DataFrame, scene: str | Scene = "reference", friction: str = "scene"
+) -> str:
     """The causes of a file that does not pass, in one line."""
-    found = check(frame, "reference", friction=friction)
+    found = check(frame, scene, friction=friction)
     assert found.verdict != "pass"
     return " | ".join(f"{cause.kind}: {cause.text}" for cause in found.causes)
+
+
+@pytest.mark.parametrize("rows", [201, 1001])
+@pytest.mark.parametrize(
+    ("columns", "factor", "names", "convention"),
+    [
+        (VECTORS, 1e3, ["t"], "the time is in ms"),
+        (EULER, 1e3, ["t"], "the time is in ms"),
+        (EULER, DEGREE, RATES, "the angular velocities are in degrees per second"),
+        (EULER, 1 / (2 * numpy.pi), RATES, "the angular velocities are in revolutions per second"),
+        (EULER, DEGREE, ["theta"], "theta is in degrees"),
+        (VECTORS, 1e6, ["Lx", "Ly", "Lz"], "the angular momentum is in kg mm^2/s"),
+        (VECTORS, 1e3, ["vx", "vy"], "the velocities are in mm/s"),
+    ],
+)
+def test_other_units_are_named(
+    healthy: Healthy,
+    rows: int,
+    columns: list[str],
+    factor: float,
+    names: list[str],
+    convention: str,
+) -> None:
+    frame = healthy("reference", rows, 2)[columns]
+    assert causes(scaled(frame, factor, *names)) == f"convention: {convention}"
+
+
+def turn(frame: pandas.DataFrame, vectors: numpy.ndarray, sign: int) -> numpy.ndarray:
+    """Vectors turned by each row's quaternion, or by its inverse (``sign`` -1)."""
+    q = sign * frame[["qx", "qy", "qz"]].to_numpy()
+    half = numpy.cross(q, vectors)
+    return vectors + 2 * frame[["qw"]].to_numpy() * half + 2 * numpy.cross(q, half)
+
+
+def body_frame(frame: pandas.DataFrame) -> pandas.DataFrame:
+    return with_vectors(frame, OMEGA, turn(frame, frame[OMEGA].to_numpy(), -1))
+
+
+def with_vectors(
+    frame: pandas.DataFrame, names: list[str], vectors: numpy.ndarray
+) -> pandas.DataFrame:
+    return frame.assign(**dict(zip(names, vectors.T, strict=True)))
+
+
+def scalar_last(frame: pandas.DataFrame) -> pandas.DataFrame:
+    return frame.assign(qw=frame.qx, qx=frame.qy, qy=frame.qz, qz=frame.qw)
+
+
+def inverse(frame: pandas.DataFrame) -> pandas.DataFrame:
+    return scaled(frame, -1, "qx", "qy", "qz")
+
+
+def centre_of_the_sphere(frame: pandas.DataFrame) -> pandas.DataFrame:
+    lever = numpy.broadcast_to([0, 0, 0.3 * 0.02], (len(frame), 3))
+    moved = numpy.cross(frame[OMEGA].to_numpy(), turn(frame, lever, 1))
+    return with_vectors(frame, CENTRE, frame[CENTRE].to_numpy() + moved)
+
+
+def y_up(frame: pandas.DataFrame) -> pandas.DataFrame:
+    half = numpy.sqrt(0.5)
+    w, x, y, z = (frame[name] for name in ("qw", "qx", "qy", "qz"))
+    return frame.assign(
+        qw=half * (w + x),
+        qx=half * (x - w),
+        qy=half * (y + z),
+        qz=half * (z - y),
+        wy=frame.wz,
+        wz=-frame.wy,
+        vcy=frame.vcz,
+        vcz=-frame.vcy,
+    )
+
+
+OMEGA, CENTRE = ["wx", "wy", "wz"], ["vcx", "vcy", "vcz"]
+CONVENTIONS: dict[str, Callable[[pandas.DataFrame], pandas.DataFrame]] = {
+    "the angular velocity is in the body frame": body_frame,
+    "the quaternion has its scalar last": scalar_last,
+    "the quaternion is the inverse one, from the inertial to the body frame": inverse,
+    "the angular velocity has the other sign": lambda f: scaled(f, -1, *OMEGA),
+    "the angular velocity is in degrees per second": lambda f: scaled(f, DEGREE, *OMEGA),
+    "the angular velocity is in revolutions per minute": (
+        lambda f: scaled(f, 30 / numpy.pi, *OMEGA)
+    ),
+    "the time is in ms": lambda f: scaled(f, 1e3, "t"),
+    "the time is in microseconds": lambda f: scaled(f, 1e6, "t"),
+    "the time is in ns": lambda f: scaled(f, 1e9, "t"),
+    "the time is in minutes": lambda f: scaled(f, 1 / 60, "t"),
+    'the world is y up: add world="y-up"': y_up,
+    "the velocity is that of the sphere's centre": centre_of_the_sphere,
+    "lengths are in mm": lambda f: scaled(f, 1e3, *CENTRE),
+    "lengths are in cm": lambda f: scaled(f, 1e2, *CENTRE),
+    "the quaternion has its scalar last; the angular velocity is in the body frame": (
+        lambda f: scalar_last(body_frame(f))
+    ),
+}
+
+
+@pytest.mark.parametrize("friction", ["scene", "other"])
+@pytest.mark.parametrize("convention", CONVENTIONS)
+def test_other_conventions_are_named(
+    healthy: Healthy, rigid_body: Healthy, convention: str, friction: str
+) -> None:
+    given = CONVENTIONS[convention](rigid_body(healthy("reference", 801)))
+    assert causes(given, friction=friction) == f"convention: {convention}"
+    if "world" not in convention and not convention.startswith(("the velocity", "lengths")):
+        given = given.drop(columns=CENTRE)
+        assert causes(given, friction=friction) == f"convention: {convention}"
+
+
+@pytest.mark.parametrize("friction", ["scene", "other"])
+def test_rows_that_are_counted_instead_of_timed_are_named(
+    healthy: Healthy, rigid_body: Healthy, friction: str
+) -> None:
+    for rows, until, rate in ((401, 0.8, 500), (801, 8, 100)):  # finely resolved, and as sampled
+        frame = healthy("reference", rows, until)
+        for given in (frame[VECTORS], frame[EULER], rigid_body(frame)):
+            counted = given.assign(t=numpy.arange(float(rows)))
+            expected = f"convention: t counts rows at {rate} Hz"
+            assert causes(counted, friction=friction) == expected
+
+
+def test_another_force_does_not_hide_a_convention() -> None:
+    """A top with dry friction, checked as if it were the reference's."""
+    lines = tt.load_scene("reference").text.splitlines()
+    text = "\n".join(line for line in lines if not line.startswith("mu"))
+    dry = '[friction]\nlaw = "regularised"\nmu = "0.3"\nepsilon = "0.01"\n'
+    scene = parse_scene(f"{text}\n{dry}", "dry", "dry.toml")
+    run = tt.integrate(scene, events=(), record=("phi", "psi", "x", "y"))
+    mine = run.frame(*POSE, times=[0.005 * i for i in range(170)], numbers="float")
+    for friction in ("scene", "other"):
+        found = causes(body_frame(mine), friction=friction)
+        assert found == "convention: the angular velocity is in the body frame"
+
+
+def test_another_body_is_named(healthy: Healthy, rigid_body: Healthy) -> None:
+    scene, both = tt.load_scene("reference"), healthy()
+    body = rigid_body(both)
+    slimmer, longer = scene.varied(I3="8/25"), scene.varied(alpha="0.5")
+    assert causes(both, slimmer) == "parameter: I3 is 1.25 times the scene's"
+    assert causes(body, longer) == "parameter: alpha is 0.60 times the scene's"
+    body.loc[3, ["qw", "qx", "qy", "qz"]] = 0
+    found = check(body, "reference")
+    assert "quaternion_norm" in {one.name for one in found.failures}
+    assert [one.text for one in found.causes] == ["the row at t = 0.03 s (number 4) alone is wrong"]
+
+
+@pytest.mark.parametrize("rows", [41, 101, 401, 12001])
+def test_no_sampling_makes_a_healthy_trajectory_suspicious(
+    healthy: Healthy, rigid_body: Healthy, rows: int
+) -> None:
+    frame = healthy("reference", rows)
+    for given in (frame[VECTORS], frame[EULER], rigid_body(frame)):
+        for friction in ("scene", "other"):
+            assert not check(given, "reference", friction=friction).failures
+
+
+@pytest.mark.parametrize(("scene", "step"), [("frictionless", "1/5"), ("rolling", "4/25")])
+def test_rows_near_a_multiple_of_the_nutation_are_right(scene: str, step: str) -> None:
+    """Euler angles look then as if they moved slowly, in other units."""
+    frame = tt.integrate(tt.load_scene(scene).varied(sample_every=step)).frame(*EULER[1:])
+    for friction in ("scene", "other"):
+        found = check(frame, scene, friction=friction)
+        assert (found.failures, found.causes) == ((), ())
+
+
+@pytest.mark.parametrize(
+    ("rows", "every"),
+    [
+        (401, 1),
+        pytest.param(None, 1, marks=pytest.mark.slow),
+        pytest.param(None, 10, marks=pytest.mark.slow),
+    ],
+)
+@pytest.mark.parametrize("scene", store.scenes())
+def test_golden_data_are_above_suspicion(scene: str, rows: int | None, every: int) -> None:
+    golden = pandas.DataFrame(tt.golden.load(scene))[:rows:every]
+    for columns in (VECTORS, EULER):
+        if not golden[columns].isna().any(axis=None):
+            for friction in ("scene", "other"):
+                found = check(golden[columns], scene, friction=friction)
+                assert not found.failures, str(found)
+                assert rows or friction == "other" or found.passed, str(found)
+
+
+def test_a_wrong_simulator_is_checked_not_refused(healthy: Healthy) -> None:
+    frame = healthy("reference", 401)[VECTORS]
+    for name in ("Lz", "vx", "kz"):
+        assert not check(scaled(frame, 1.05, name), "reference").passed
 
 
 NUMBERS = {
     "no gyroscopic term": "no gyroscopic term",
     "I1 a hundredth more": "I1 is 1.0100 times the scene's",
     "I3 a hundredth more": "I3 is 1.010 times the scene's",
+    "centre of mass at the centre": "the centre of mass is at the centre of the sphere",
     "gravity is 9": "g is 0.916 times the scene's",
     "alpha a hundredth more": "alpha is 1.010 times the scene's",
     "mass a tenth more": "m is 1.100 times the scene's",
     "mu a tenth more": "mu is 1.100 times the scene's",
     "torsional friction": "about the vertical, as torsional friction is",
 }
+WIDE = {"I1 a hundredth more": 100, "mu a tenth more": 33}  # Hz
 
 
 @pytest.mark.parametrize("fault", NUMBERS)
 def test_the_number_is_named(engine: Engine, fault: str) -> None:
-    assert NUMBERS[fault] in causes(engine(500, 0.5, fault=fault))
+    for hertz in (500, WIDE.get(fault, 500)):
+        assert NUMBERS[fault] in causes(engine(hertz, 0.5, fault=fault))
 
 
-@pytest.mark.parametrize("fault", ["friction pushes"])
+def test_friction_that_pushes_is_named(engine: Engine) -> None:
+    assert "mu is -1.0 times the scene's" in causes(engine(500, 0.5, fault="friction pushes"))
+
+
+def test_another_friction_is_named_only_where_it_is_seen(engine: Engine) -> None:
+    found = causes(engine(1000, 0.5, law="coulomb", mu=0.02))
+    assert found.startswith("force: the contact force is another one than the scene's (friction")
+    assert found.endswith('as Coulomb\'s): if that is meant, add friction="other"')
+    for fault in ("I1 a hundredth more", "torsional friction", "mu a tenth more"):
+        assert 'friction="other"' not in str(check(engine(fault=fault), "reference"))
+
+
+@pytest.mark.parametrize("fault", ["normal force is the weight", "friction pushes"])
 def test_what_is_no_number_is_not_named(engine: Engine, fault: str) -> None:
     found = check(engine(500, 0.5, fault=fault), "reference", friction="other")
     assert (found.verdict, found.causes) == ("fail", ())

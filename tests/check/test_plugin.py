@@ -18,7 +18,6 @@ TESTS = """
 
     @pytest.fixture(autouse=True)
     def quick(monkeypatch):  # the search for causes takes most of the time
-        monkeypatch.setattr("tt_precise.check.causes.cause", lambda *_: "")
         monkeypatch.setattr("tt_precise.check.explain.explain", lambda *_: [])
 
     @pytest.fixture

@@ -39,6 +39,10 @@ def test_times_that_are_even_but_for_rounding_are_made_even() -> None:
         assert abs(found.t - found.t[0] - exact).max() < 1e-12
         assert "evenly spaced but for that" in found.words
     assert times_of(exact).words == ""
+    # a grid of 2 decimals without one of its rows is no rounded grid of another step
+    for missing in (numpy.delete(exact[:20] * 2.4, 9), numpy.delete(numpy.arange(801) / 100, 401)):
+        found = times_of(missing)
+        assert numpy.array_equal(found.t, missing)
     uneven = numpy.cumsum(abs(NUMBERS) + 0.1).round(5)
     found = times_of(uneven)
     assert (found.words, found.rounding) == ("5 decimals", 5e-6)

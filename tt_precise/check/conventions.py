@@ -14,7 +14,7 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy
 
@@ -129,6 +129,32 @@ class Convention:
 
 
 OURS = Convention()
+# Choices of each group that show in a single row.
+CHOICES: tuple[tuple[dict[str, Any], ...], ...] = (
+    ({"order": "scalar last"},),
+    ({"inverse": True},),
+    ({"in_body": True},),
+    ({"opposite": True},),
+    tuple({"angle": name} for name in ANGLE if name != "rad"),
+    tuple({"length": name} for name in LENGTH if name != "m"),
+    tuple(
+        {"up": up, "hand": hand}
+        for hand, up in itertools.product(("right", "left"), UP)
+        if (hand, up) != ("right", "z")
+    ),
+    tuple({"axis": name} for name in AXIS if name != "z"),
+    ({"point": "centre"}, {"point": "contact"}),
+    ({"velocity_in_body": True},),
+)
+
+
+def alternatives() -> Iterator[Convention]:
+    """Conventions that differ from ours in one group, then those that differ in two."""
+    for first in itertools.chain(*CHOICES):
+        yield Convention(**first)
+    for one, other in itertools.combinations(CHOICES, 2):
+        for first, second in itertools.product(one, other):
+            yield Convention(**first, **second)
 
 
 class Given(NamedTuple):
@@ -322,16 +348,26 @@ def _angle_of(q: Array) -> Array:
     return angle
 
 
+def units_of_time(t: Array) -> dict[str, float]:
+    """Return the units (s) in which times may be: only whole numbers count rows."""
+    dt = numpy.diff(t)
+    counts = bool(numpy.allclose(dt, numpy.rint(dt)) and dt.min() >= 1)
+    units = {name: unit for name, unit in TIME.items() if counts or not name.startswith("rows")}
+    if counts and dt.max() > 1:
+        del units["rows at 1000 Hz"]  # whole ms
+    return units
+
+
 def by_attitude(given: Given, body: Parameters) -> Iterator[tuple[float, Convention]]:
     """Conventions in which the free motion from both rows of an interval meets in its middle."""
     count = len(given.t) - 1
     i = numpy.unique(numpy.linspace(0, count - 1, min(INTERVALS, count)).astype(int))
     dt = given.t[i + 1] - given.t[i]
-    counts = bool(numpy.allclose(dt, numpy.rint(dt)) and dt.min() >= 1)
     units = [
         (time, angle, a * b)
-        for (time, a), (angle, b) in itertools.product(TIME.items(), ANGLE.items())
-        if counts or not time.startswith("rows")
+        for (time, a), (angle, b) in itertools.product(
+            units_of_time(given.t).items(), ANGLE.items()
+        )
     ]
     s = numpy.array([scale for *_, scale in units])[:, None]
     ratio = body.I3 / body.I1
@@ -373,38 +409,43 @@ def by_geometry(given: Given, body: Parameters, partial: Convention) -> Iterator
     """Ways up, ends of the axis, points and units that height and lift do not exclude."""
     count = len(given.t)
     at = numpy.unique(numpy.linspace(0, count - 2, min(40, count - 1)).astype(int))
-    few, next_ = given.part(at), given.part(at + 1)
-    h = TIME[partial.time] * (next_.t - few.t)
+    here, there = slice(0, len(at)), slice(len(at), None)
+    pairs = given.part(numpy.concatenate((at, at + 1)))
+    h = TIME[partial.time] * (pairs.t[there] - pairs.t[here])
+    points = ("cm", "centre", "contact") if given.v is not None else ("cm",)
+    frames = (False, True) if given.v is not None else (False,)
     for up, flip in itertools.product(UP, ("", "-")):
         one = replace(partial, up=up, axis=flip + partial.axis)
-        ours = read(few, one, body)
+        by_frame = [read(pairs, replace(one, velocity_in_body=frame), body) for frame in frames]
+        ours = by_frame[0]
         k = axis_of(ours.q)
-        arm = contact_arm(body, k)
-        swing = cross(_vector(ours.w), arm)[2]
+        arms = {"cm": numpy.zeros_like(ours.w), "contact": numpy.array(contact_arm(body, k))}
+        arms["centre"] = body.R * body.alpha * numpy.array(k)
+        swings = {p: numpy.array(cross(_vector(ours.w), _vector(arms[p]))) for p in arms}
         places = [(length, "cm") for length in LENGTH]
         if ours.x is not None:
-            tall = {"cm": 1 - body.alpha * k[2], "centre": 1.0}
+            tall = {"cm": 1 - body.alpha * k[2], "centre": numpy.ones_like(k[2])}
             places = [
                 (length, place)
                 for (length, unit), place in itertools.product(LENGTH.items(), tall)
-                if _rms(ours.x[2] * unit / body.R - tall[place]) < 0.03
+                if _rms((ours.x[2] * unit / body.R - tall[place])[here]) < 0.03
             ]
-        points = ("cm", "centre", "contact") if given.v is not None else ("cm",)
-        frames = (False, True) if given.v is not None else (False,)
-        for (length, place), point, in_body in itertools.product(places, points, frames):
-            whole = replace(one, length=length, place=place, point=point, velocity_in_body=in_body)
-            if given.v is not None:
-                here, there = read(few, whole, body), read(next_, whole, body)
-                size = float(numpy.sort(norm(here.w))[len(at) // 2])
-                least = max(0.1 * float(_rms(swing)), 0.01 * body.R * size)
-                if here.v is None or there.v is None or _rms(here.v[2] + swing) > least:
+        size = float(numpy.sort(norm(ours.w[:, here]))[len(at) // 2])
+        rise = swings["contact"][2, here]
+        least = max(0.1 * float(_rms(rise)), 0.01 * body.R * size)
+        for (length, place), point, frame in itertools.product(places, points, frames):
+            unit, raw = LENGTH[length], by_frame[frame].v
+            if raw is not None:
+                v = unit * raw - swings[point]
+                if _rms(v[2, here] + rise) > least:
                     continue
-                if here.x is not None and there.x is not None:
-                    moved = there.x - here.x
-                    off = moved - h * (here.v + there.v) / 2
+                if ours.x is not None:
+                    x = unit * ours.x - arms[place]
+                    moved = x[:, there] - x[:, here]
+                    off = moved - h * (v[:, here] + v[:, there]) / 2
                     if _rms(norm(off)) > 0.25 * _rms(norm(moved)):
                         continue
-            yield whole
+            yield replace(one, length=length, place=place, point=point, velocity_in_body=frame)
 
 
 class Found(NamedTuple):

@@ -27,7 +27,6 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.columns import CheckSetup, Samples
-from tt_precise.golden.measuring import ending
 from tt_precise.mechanics import compliant, quantities
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.flight import LiftedState
@@ -316,10 +315,7 @@ HORIZON = 100.0  # in sqrt(R/g), over which RESOLVED is shared out; the referenc
 MARGIN, MOST = 100.0, 10.0
 WIDEST_BOUND = 1e-6  # of one interval through which the solution is followed
 FEWEST_RESOLVED = 0.5  # of the intervals: a few resolved ones do not vouch for all the others
-# the cause is sought in so many intervals on either side of the worst, or the first so far off
-NEAR, ENOUGH = 15, 1e-3
-FITS = 1e-3  # of it may be left: a smaller I3 explains a missing gyroscopic term to 3e-3
-SOUND = 0.1  # of the worst interval's misfit: below it an interval is none of those that are off
+FITS = 1e-3  # part of a series that its last two terms may be where the series is the solution
 CLOSEST = 0.005  # in sqrt(R/g): nearer rows say nothing new about the equations
 ROUNDED_SPEED = 1e-13  # in units of sqrt(g R): of a contact point at rest, from other columns
 NEARBY = 1e-10  # of the size: a start so far off shows how an error grows through joints
@@ -392,21 +388,6 @@ class EquationResidual:
             samples.shared["balance"] = self._followed(rows, self._balance(rows, apart[1:]))
         residuals: Residuals = samples.shared["balance"]
         return residuals
-
-    def misfit(self, samples: Samples) -> Array:
-        """The balance (entries, intervals) of the state by the highest order, for any error.
-
-        It depends smoothly on the parameters; 0 where it is NaN.
-        """
-        mismatch, _ = self._intervals(samples, numpy.arange(len(samples.t) - 1), ORDERS[-1])
-        return numpy.where(numpy.isfinite(mismatch), mismatch, 0.0)[:-1]
-
-    def changes(self, samples: Samples) -> tuple[numpy.ndarray, numpy.ndarray]:
-        """Change of each entry of the state in each interval, and its balance."""
-        with numpy.errstate(all="ignore"):
-            functions, _ = self._functions(samples.state, 1)
-        residuals = self._balance(samples, numpy.arange(1, len(samples.t)))
-        return numpy.diff(functions[:-1]), residuals.state
 
     def _apart(self, t: numpy.ndarray) -> numpy.ndarray:
         last = len(t) - 1
@@ -570,7 +551,6 @@ class SummedResidual:
     def __init__(self, residual: EquationResidual, part: str, limit: float):
         self._residual, self._part, self._limit = residual, part, limit
         self._sum: Array = 0.0
-        self._largest = self._value = 0.0
         self._bound = 4 * EPS  # the first and the last row are rounded, in two numbers each
         self._within = numpy.inf  # s: what was followed of the unresolved interval that is worst
         self.intervals = self.unresolved = 0
@@ -584,44 +564,14 @@ class SummedResidual:
         self.unresolved += int((~resolved).sum())
         self._within = min(self._within, float(residuals.within[~resolved].min(initial=numpy.inf)))
         mismatch = numpy.atleast_2d(getattr(residuals, self._part))
-        self._remember(samples, residuals, numpy.where(resolved, abs(mismatch).max(axis=0), 0.0))
         sums = numpy.cumsum(numpy.where(resolved, mismatch, 0.0), axis=1)
         sums += numpy.reshape(self._sum, (-1, 1))
         bounds = self._bound + numpy.cumsum(numpy.where(resolved, residuals.bound, 0.0))
         self._sum, self._bound = sums[:, -1], float(bounds[-1])
         values = numpy.maximum(abs(sums).max(axis=0) - bounds, 0.0)
-        self._value = max(self._value, float(values.max()))
         # a row that was passed over has the value of the end before it
         before = numpy.searchsorted(residuals.ends, numpy.arange(len(samples.t)), side="right")
         return numpy.concatenate(([0.0], values))[before]
-
-    def _remember(self, samples: Samples, residuals: Residuals, sizes: Array) -> None:
-        sizes = numpy.minimum(sizes, ENOUGH)
-        worst = int(numpy.argmax(sizes))
-        if sizes[worst] > self._largest:
-            self._largest = float(sizes[worst])
-            ends = residuals.ends[max(worst - NEAR, 0) : worst + NEAR + 1]
-            begin = residuals.ends[worst - NEAR - 1] if worst > NEAR else 0
-            self._near = samples, numpy.concatenate(([begin], ends))
-
-    def _cause(self, given: Samples) -> str:
-        """What would explain the balance of these rows: the end of the model, or another scene."""
-        from tt_precise.check.causes import cause  # few need it
-
-        def residual(rows: Samples) -> Array:
-            return EquationResidual(rows.setup, given).misfit(rows)
-
-        sizes = abs(residual(given)).max(axis=0)
-        # behind the first interval that is off, a solution starts at a wrong row
-        begun = given.rows(slice(0, int(numpy.argmax(sizes >= SOUND * sizes.max())) + 2))
-        t = math.inf if given.setup.flies else lift_off(begun)
-        if t < math.inf:
-            return f"the solution {ending('contact_lost', t)}"
-        off = numpy.flatnonzero(sizes >= FITS * sizes.max())
-        if 2 * len(off) <= len(sizes):
-            ends = f"from t = {given.t[off[0]]:.6g} to {given.t[off[-1] + 1]:.6g} s"
-            return f"rows {ends} leave the equations, those next to them do not"
-        return cause(residual, given, FITS)
 
     @property
     def error_bound(self) -> float:
@@ -637,11 +587,6 @@ class SummedResidual:
     def note(self) -> str:
         """The unresolved intervals, and the spacing of rows that would resolve them."""
         said = f"error bound {self.error_bound:.0e}"
-        setup = self._residual.setup
-        whole = self._part == "state" and (setup.flies or not setup.joins)
-        if whole and self._value > self._limit and self._largest > 0:
-            samples, near = self._near
-            said = "; ".join(filter(None, (self._cause(samples.rows(near)), said)))
         looked_at, joints = self._residual.joints.tolist()
         if looked_at < joints:
             said += f"; {looked_at} of {joints} possible changes of the equations looked at"

@@ -11,23 +11,26 @@ import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy
 
 from tt_precise.check import conventions
-from tt_precise.check.columns import Block, Samples
+from tt_precise.check.columns import Block, Reading, Samples
 from tt_precise.check.conventions import (
     ANGLE,
     LENGTH,
     LIMITS,
     OURS,
+    RESOLVED,
     TIME,
     Fit,
     Found,
     Given,
     fit,
     search,
+    units_of_time,
 )
 from tt_precise.check.force_free import differences, norm
 from tt_precise.check.force_free_flow import (
@@ -43,8 +46,6 @@ from tt_precise.check.force_free_flow import (
 )
 from tt_precise.check.kinematics import (
     QUATERNION,
-    kinematic_quantities,
-    look,
     movement_of,
     seen,
     shortest_turn,
@@ -53,12 +54,15 @@ from tt_precise.check.precision import VECTORS, described, precisions, times_of
 from tt_precise.check.result import Cause
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.parameters import Parameters
+from tt_precise.mechanics.vectors import cross
 from tt_precise.runtime.values import Arithmetic, Array, Check
 from tt_precise.scene.initial_state import InitialState
 
 ROWS = 160  # Rows from which a number is fitted.
 NUDGE = 1e-5  # Change of a number for its derivative.
-STEPS, TRIED = 4, 5  # Steps of Gauss and Newton; numbers that are fitted, the best aligned first.
+STEPS, TRIED = 8, 5  # Steps of Gauss and Newton; numbers that are fitted, the best aligned first.
+FALLS = 0.9  # Part of the square of the residual that a step may leave.
+FAR = 1e-3  # Step of a number from which on its derivative is computed again.
 ALIGNED = 0.3  # Cosine between residual and derivative below which a number explains nothing.
 CLOSE = 1.5  # rad of nutation from row to row above which the guided flow is needed.
 WEIGHT = 30.0  # Of lift and height among the residuals that are fitted.
@@ -66,9 +70,11 @@ AHEAD = 1.5  # Times that the next best number has to leave more, in the mean of
 LARGE = 1e-9  # Change of a number that is none.
 UNLIKE = 0.01  # Part by which the strength of friction may vary where it follows a law.
 HELD = 1e-5  # Part by which a number that is held varies.
-OUTSTANDING = 30.0  # Times the usual residual from which a row stands out.
-GOES_ON = 0.2  # Part of the intervals behind the first wrong one from which all are.
-FEW = 60  # Rows of Euler angles that are judged in full in each convention.
+MOST_ROWS = 8  # Rows one behind the other that are left out together.
+NEIGHBOURS = 16  # Rows on either side of a wrong one that are judged alone.
+OF_FILE = ("start", "agreement", "golden", "finite")  # Checks that are not made row by row.
+FEW = 160  # Rows of Euler angles that are judged in full in each convention.
+NEARLY = 2.0  # Factor by which the trapezoidal rule may misjudge how fast the rows turn.
 MOST_CHANGES = 2  # Conventions of vectors that are tried at once.
 SPARE = 100.0  # Roundings that explain a failure.
 
@@ -169,23 +175,33 @@ def _factor(p: float) -> str:
     return f"{1 + p:.{digits}f}"
 
 
+Judge = Callable[[Samples], list[Check]]
+
+
 def explain(
-    rows: Samples, findings: Sequence[Check], judge: Callable[[Samples], list[Check]] | None = None
+    rows: Samples,
+    findings: Sequence[Check],
+    judge: Judge,
+    otherwise: Mapping[str, Reading] = MappingProxyType({}),
 ) -> list[Cause]:
     """Return the causes of the failures among ``findings``; [] if none explains them.
 
-    ``judge`` makes all checks of other rows with the same limits.
+    ``judge`` makes all checks of other rows with the same limits. ``otherwise`` has further
+    readings of the file, by what each supposes.
     """
     failed = {one.name for one in findings if one.verdict == "fail"}
     with numpy.errstate(all="ignore"):
         return _first(
-            lambda: _start(rows, failed),
             lambda: _precision(rows, findings),
+            lambda: _reading(rows, otherwise),
             lambda: _convention(rows, judge),
+            lambda: _start(rows, failed),
             lambda: _clamp(rows),
             lambda: _number(rows),
             lambda: _friction(rows),
-            lambda: _rows(rows),
+            lambda: _end(rows, findings, judge),
+            lambda: _rows(rows, findings, judge),
+            lambda: _force(rows, failed, judge),
         )
 
 
@@ -288,7 +304,18 @@ def _obeys(rows: Samples, given: Given, half: dict[str, float]) -> bool:
 # ---- conventions -------------------------------------------------------------------------------
 
 
-def _convention(rows: Samples, judge: Callable[[Samples], list[Check]] | None) -> list[Cause]:
+def _reading(rows: Samples, otherwise: Mapping[str, Reading]) -> list[Cause]:
+    """The file's own source has another convention."""
+    for supposed, read in otherwise.items():
+        changed = read(rows.given, rows.setup.body)
+        if changed is not None:
+            other = rows.setup.samples(Block({**rows.given, **changed}))
+            if _obeys(other, *given_of(other)):
+                return [Cause("convention", supposed)]
+    return []
+
+
+def _convention(rows: Samples, judge: Judge) -> list[Cause]:
     if len(rows.t) < 8 or rows.setup.scene.lifts:
         return []
     given, half = given_of(rows)
@@ -356,12 +383,20 @@ def _of_vectors(rows: Samples, given: Given, half: dict[str, float]) -> list[Cau
     body, few = rows.setup.body, given.part(slice(0, conventions.LOOKED_AT))
     moving = given.v is not None
     choices = itertools.product(
-        TIME, LINEAR_MOMENTUM, LENGTH if moving else ("m",), (False, True), (False, moving)
+        units_of_time(few.t),
+        LINEAR_MOMENTUM,
+        LENGTH if moving else ("m",),
+        (False, True),
+        (False, moving),
     )
     candidates = sorted({_Vectors(*one) for one in choices}, key=lambda one: (len(one.words), one))
+    k = numpy.array(axis_of(few.q))
+    ahead = pace(few.t, k, numpy.array(cross(tuple(few.w), tuple(k))) / body.I1)
     for one in candidates[1:]:
         if len(one.words) > MOST_CHANGES:
             break
+        if not 1 / NEARLY < ahead * TIME[one.time] * LINEAR_MOMENTUM[one.momentum] < NEARLY:
+            continue
         ours = one.read(few, body)
         turning = float(norm(ours.w)[0]) / body.I3 * float(numpy.diff(ours.t).max())
         if not 1e-6 < turning < conventions.FARTHEST:
@@ -375,26 +410,65 @@ def _of_vectors(rows: Samples, given: Given, half: dict[str, float]) -> list[Cau
     return []
 
 
-def _of_euler(rows: Samples, judge: Callable[[Samples], list[Check]] | None) -> list[Cause]:
-    given = rows.given
-    rates = ("theta_dot", "phi_dot", "omega_3")
-    tilt = numpy.cos(given["theta"])
-    found: dict[str, dict[str, Array]] = {
-        "theta is in degrees": {"theta": given["theta"] * ANGLE["degrees"]},
-        "omega_3 holds psi_dot: omega_3 = psi_dot + phi_dot cos theta": {
-            "omega_3": given["omega_3"] + given["phi_dot"] * tilt
-        },
-    }
+def pace(t: Array, values: Array, rates: Array) -> float:
+    """Return how many times as fast as ``values`` change their ``rates`` say that they do."""
+    by_rate = numpy.diff(t) * (rates[..., 1:] + rates[..., :-1]) / 2
+    change = numpy.diff(values)
+    return float((by_rate * by_rate).sum() / ((by_rate * change).sum() or numpy.nan))
+
+
+def _of_euler(rows: Samples, judge: Judge) -> list[Cause]:
+    """Every force keeps Jellett's integral and the inclination's rate; with phi, the momentum."""
+    given, setup = rows.given, replace(rows.setup, friction="other")
+
+    def left(samples: Samples) -> float:
+        """Return what the inclination leaves where the laws hold; infinite elsewhere."""
+        findings = judge(samples)
+        misfit = seen(samples)[1].get("inclination")
+        if _failing(findings) or misfit is None:
+            return math.inf
+        value, bound = (numpy.sort(x)[len(x) // 2] for x in (misfit.value, misfit.bound))
+        return float(value) if bound < RESOLVED else math.inf
+
+    if left(setup.samples(Block(given))) < math.inf:
+        return []
+    found: list[tuple[bool, float, str]] = []
+    for text, changed in _euler_readings(given).items():
+        read = {**given, **changed}
+        tilt = numpy.cos(read["theta"])
+        ahead = pace(read["t"], tilt, -numpy.sin(read["theta"]) * read["theta_dot"])
+        if not 1 / NEARLY < ahead < NEARLY:
+            continue
+        other = setup.samples(Block(read))
+        integral = quantities.jellett(other.q)
+        if not abs(integral / integral[0] - 1).max() <= LIMITS["jellett"]:
+            continue
+        if left(other) < math.inf:
+            own = replace(other, setup=rows.setup, shared={})
+            unlike = rows.setup.own_force and bool(_failing(judge(own)))
+            found.append((unlike, left(other), text))
+    # The rates of frames are near each other: the scene's force may tell them apart.
+    named = [text for unlike, _, text in sorted(found) if unlike == min(found)[0]]
+    return [Cause("convention", ", or ".join(named))] if named else []
+
+
+def _euler_readings(given: Mapping[str, Array]) -> dict[str, dict[str, Array]]:
+    """Return the columns that each convention of Euler angles changes, as ours."""
+    spin = "omega_3" if "omega_3" in given else "psi_dot"
+    rates = ("theta_dot", "phi_dot", spin)
+    found: dict[str, dict[str, Array]] = {"theta is in degrees": {"theta": _degrees(given)}}
+    if spin == "omega_3":
+        turning = given["omega_3"] + given["phi_dot"] * numpy.cos(given["theta"])
+        found["omega_3 holds psi_dot: omega_3 = psi_dot + phi_dot cos theta"] = {"omega_3": turning}
     for unit, factor in ANGLE.items():
         if factor != 1:
             per = "" if "per" in unit else " per second"
             scaled = {name: factor * given[name] for name in rates}
             found[f"the angular velocities are in {unit}{per}"] = scaled
             if unit == "degrees":
-                found["angles and angular velocities are in degrees"] = {
-                    **scaled, "theta": factor * given["theta"],
-                }  # fmt: skip
-    for unit, factor in TIME.items():
+                both = {**scaled, "theta": _degrees(given)}
+                found["angles and angular velocities are in degrees"] = both
+    for unit, factor in units_of_time(given["t"]).items():
         if factor != 1:
             text = f"t counts {unit}" if unit.startswith("rows") else f"the time is in {unit}"
             found[text] = {"t": factor * given["t"]}
@@ -404,28 +478,16 @@ def _of_euler(rows: Samples, judge: Callable[[Samples], list[Check]] | None) -> 
         found["nu_x, nu_y are inertial components: turn them by -phi"] = {
             "nu_x": c * x + s * y, "nu_y": c * y - s * x,
         }  # fmt: skip
-    as_given = judge is None and _follows(rows)
-    for text, changed in found.items():
-        if as_given and "nu_x" not in changed:
-            continue
-        other = rows.setup.samples(Block({**given, **changed}))
-        integral = quantities.jellett(other.q)
-        if not abs(integral / integral[0] - 1).max() <= LIMITS["jellett"]:
-            continue
-        if judge is not None:
-            if all(one.verdict != "fail" for one in judge(other)):
-                return [Cause("convention", text)]
-        elif not as_given and _follows(other):
-            return [Cause("convention", text)]
-    return []
+    return found
 
 
-def _follows(rows: Samples) -> bool:
-    names = kinematic_quantities(rows)
-    sight = look(rows, names, LIMITS["axis"])
-    integral = quantities.jellett(rows.q)
-    drift = abs(integral / integral[0] - 1).max()
-    return not sight.open and sight.values.max() <= LIMITS["axis"] and drift <= LIMITS["jellett"]
+def _degrees(given: Mapping[str, Array]) -> Array:
+    theta: Array = ANGLE["degrees"] * given["theta"]
+    return theta
+
+
+def _failing(findings: Sequence[Check]) -> set[str]:
+    return {one.name for one in findings if one.verdict == "fail"}
 
 
 # ---- one number --------------------------------------------------------------------------------
@@ -478,12 +540,15 @@ def fitted(
             motion = motion._replace(given=again(motion.body))
         return motion
 
+    def slope_at(name: str, p: float, here: Array) -> Array:
+        return (residuals_of(at(name, p + NUDGE)) - here) / NUDGE
+
     here = residuals_of(start)
     size = float(numpy.sqrt(here @ here)) or 1.0
     along = []
     numbers = [n for n in NUMBERS if not (given.vectors and n == FROM_CENTRE)]
     for name in numbers:
-        slope = (residuals_of(at(name, NUDGE)) - here) / NUDGE
+        slope = slope_at(name, 0.0, here)
         steep = float(numpy.sqrt(slope @ slope)) or 1.0
         along.append((abs(float(here @ slope)) / steep / size, name, slope))
     found = []
@@ -491,15 +556,19 @@ def fitted(
         if not cosine > ALIGNED:
             continue
         p, left = 0.0, here
+        if name == "alpha" and given.v is not None and not given.vectors:
+            p = alpha_by_lift(body, given)
+            left = residuals_of(at(name, p))
+            slope = slope_at(name, p, left)
         for _ in range(STEPS):
             step = float(left @ slope) / (float(slope @ slope) or 1.0)
             p -= step
             if not abs(p) < 1.5:
                 break
-            left = residuals_of(at(name, p))
-            if abs(step) < LARGE:
+            before, left = left, residuals_of(at(name, p))
+            if not float(left @ left) < FALLS * float(before @ before) or abs(step) < LARGE:
                 break
-            slope = (residuals_of(at(name, p + NUDGE)) - left) / NUDGE
+            slope = slope_at(name, p, left) if abs(step) > FAR else slope
         if abs(p) < 1.5:
             motion = at(name, p)
             found.append(
@@ -509,6 +578,13 @@ def fitted(
                 )
             )  # fmt: skip
     return found
+
+
+def alpha_by_lift(body: Parameters, given: Given) -> float:
+    """Return the relative change of alpha with which the contact point stays on the table."""
+    rows = given.rows(body)
+    swing = numpy.array(cross(tuple(rows.L), axis_of(rows.q)))[2] * body.R * body.alpha / body.I1
+    return float(-(rows.v[2] @ swing) / ((swing @ swing) or numpy.nan)) - 1
 
 
 # A term that is not a force at the lowest point changes Jellett's integral; its fit says nothing.
@@ -575,7 +651,7 @@ def _friction(rows: Samples) -> list[Cause]:
         return []
     strength = numpy.sort(found.strength[fits])
     low, middle, high = (float(strength[int(part * len(strength))]) for part in (0.25, 0.5, 0.75))
-    if not high - low < UNLIKE * middle or abs(middle / mu - 1) < UNLIKE * UNLIKE:
+    if not high - low < UNLIKE * abs(middle) or abs(middle / mu - 1) < UNLIKE * UNLIKE:
         return []
     return [Cause("parameter", f"mu is {_factor(middle / mu - 1)} times the scene's")]
 
@@ -601,31 +677,66 @@ def _clamp(rows: Samples) -> list[Cause]:
 # ---- some rows ---------------------------------------------------------------------------------
 
 
-def _rows(rows: Samples) -> list[Cause]:
-    """The rows that leave what the rows next to them keep."""
-    names = kinematic_quantities(rows)
-    if rows.setup.velocity_known and rows.setup.columns.azimuth and names:
-        names = [*names, "torque"]
-    if not names:
+def _rows(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
+    """One wrong row, a stretch, or a jump, behind rows that pass: what is left passes as well."""
+    since = [one.since for one in findings if one.since is not None and one.name not in OF_FILE]
+    if not since:
         return []
-    movement, found = seen(rows)
-    over = numpy.zeros(len(movement.visited) - 1, bool)
-    for name in names:
-        limit = LIMITS.get(name, LIMITS["axis"])
-        excess = found[name].value - found[name].bound
-        over |= excess > max(limit, OUTSTANDING * float(numpy.sort(excess)[len(excess) // 2]))
-    bad = numpy.flatnonzero(over)
-    if not len(bad) or 2 * len(bad) > len(over):
+    count, first = len(rows.t), int(numpy.searchsorted(rows.t, min(since)))
+    if not 1 < first < count - 1:
         return []
-    t = rows.t[movement.visited]
-    first, last = int(bad[0]), int(bad[-1])
-    if first == last:
+    t = rows.t[first]
+    everything = numpy.arange(count)
+
+    def passes(wrong: int, begin: int = 0, end: int = count) -> bool:
+        """Leave out ``wrong`` rows."""
+        kept = everything[begin:end]
+        kept = kept[(kept < first) | (kept >= first + wrong)]
+        part = rows.rows(kept)
+        part = replace(part, setup=replace(rows.setup, start="other"))
+        return not _failing(judge(part))
+
+    near = max(first - NEIGHBOURS, 0), first + NEIGHBOURS
+    if passes(0, *near):  # an error that grows is at no row
+        return []
+    if passes(1, *near) and passes(1):
+        return [Cause("rows", f"the row at t = {t:.6g} s (number {first + 1}) alone is wrong")]
+    if first < NEIGHBOURS or not passes(0, near[0], first):
+        return []  # what is before it is wrong as well
+    if passes(0, first, near[1]) and passes(0, first):
         return [
-            Cause("rows", f"the motion jumps between t = {t[first]:.6g} and {t[first + 1]:.6g} s")
+            Cause("rows", f"the motion jumps between t = {rows.t[first - 1]:.6g} and {t:.6g} s")
         ]
-    if last == first + 1:
-        row = int(movement.visited[last])
-        return [Cause("rows", f"the row at t = {t[last]:.6g} s (number {row + 1}) alone is wrong")]
-    if len(bad) > GOES_ON * (len(over) - first):
-        return [Cause("rows", f"from t = {t[first + 1]:.6g} s on the rows do not follow")]
-    return [Cause("rows", f"rows from t = {t[first + 1]:.6g} to {t[last]:.6g} s are wrong")]
+    for wrong in range(2, min(MOST_ROWS, count - first - 2)):
+        if passes(wrong, near[0], near[1] + wrong):
+            last = rows.t[first + wrong - 1]
+            return [Cause("rows", f"rows from t = {t:.6g} to {last:.6g} s are wrong")]
+    return [Cause("rows", f"from t = {t:.6g} s on the rows do not follow")]
+
+
+def _end(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
+    """The solution leaves the table, and the rows go on."""
+    for one in findings:
+        if one.name == "contact" and one.note.startswith("leaves") and one.since is not None:
+            before = rows.rows(rows.t < one.since)
+            if len(before.t) > 1 and not _failing(judge(before)):
+                return [Cause("end", f"the solution {one.note}")]
+    return []
+
+
+def _force(rows: Samples, failed: set[str], judge: Judge) -> list[Cause]:
+    """What holds for every force is seen to hold, and the friction that is seen is another."""
+    if rows.setup.friction != "scene" or not failed & {"equations", "energy_balance", "golden"}:
+        return []
+    other = rows.setup.samples(Block(rows.given))
+    other = replace(other, setup=replace(rows.setup, friction="other"))
+    found = judge(other)
+    by_name = {one.name: one for one in found}
+    holds = ("kinematics", "contact_momentum", "jellett", "friction_power")
+    if _failing(found) or any(by_name[name].verdict != "pass" for name in holds):
+        return []
+    seen = next((s for s in by_name["friction_power"].note.split("; ") if "friction seen" in s), "")
+    if not seen:
+        return []
+    text = f"the contact force is another one than the scene's ({seen}): if that is meant, add "
+    return [Cause("force", f"{text}--friction other")]

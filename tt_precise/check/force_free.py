@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy
 
 from tt_precise.check.force_free_flow import (
+    FARTHEST,
     NO_TERMS,
     Ends,
     Rows,
@@ -43,9 +44,8 @@ WAYS = (Way(6, True), Way(4, True), Way(6, False), Way(4, False))
 # kept apart for a test: 1 of these runs exceeds its bound.
 LOCAL, SUMMED = 30.0, 10.0
 GUIDED_LOCAL, GUIDED_SUMMED = 20.0, 10.0
-# Nutation (rad from row to row) above which polynomials see little, and nothing; and above which
-# guidance sees nothing.
-DIM, BLIND, GUIDED_BLIND = 2.2, 2.9, 6.0
+# Nutation (rad from row to row) above which polynomials see little, and nothing.
+DIM, BLIND = 2.2, 2.9
 # Intervals at either end whose interpolation has most of its rows on one side.
 ONE_SIDED = 2
 # The part of the change of v_h that friction of unknown strength may leave over where it guides.
@@ -286,7 +286,7 @@ def _guided(parts: list[tuple[_Chunk, slice]], nutated: Array, bend: dict[str, A
     """Values and bounds by guidance: multiples of what a further pass and the law change."""
     values, others = _joined(parts, "guided"), _joined(parts, "guided_others")
     left, against = _joined(parts, "left"), _joined(parts, "against")
-    trusted = (nutated < GUIDED_BLIND) & (spread(left) < EXPLAINED)
+    trusted = (nutated < FARTHEST) & (spread(left) < EXPLAINED)
     local, summed = {}, {}
     for name, part in PARTS.items():
         less, plain, other = (norm(one) for one in others[:, part])

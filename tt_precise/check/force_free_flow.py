@@ -41,6 +41,7 @@ SETTLED, MOST_SWEEPS = 1e-12, 60
 # Nutation (rad from row to row) below which polynomials are as good; and the sine of it below which
 # its cosine and sine have nearly the same values in all rows.
 LEAST_NUTATION, BLIND = 0.3, 0.15
+FARTHEST = 6.0  # rad of nutation from row to row above which nothing is seen in any way.
 NEIGHBOURS = 3  # Intervals on either side of one from which its coefficient of friction is fitted.
 
 
@@ -106,11 +107,10 @@ def gauss(count: int) -> tuple[Array, Array, Array]:
     return (x + 1) / 2, matrix, w / 2
 
 
-def nodes_for(turn: float) -> int:
-    """Return the number of nodes for intervals in which the top turns by ``turn`` (rad)."""
-    if not turn * NODES_PER_RADIAN < MOST_NODES:
-        return MOST_NODES
-    return min(FEWEST_NODES + math.ceil(NODES_PER_RADIAN * turn), MOST_NODES)
+def nodes_for(body: Parameters, rows: Rows) -> int:
+    """Return the number of nodes for the intervals in which anything is seen."""
+    turned = numpy.nanmax(turns(body, rows)[nutation(body, rows) < FARTHEST], initial=0.0)
+    return min(FEWEST_NODES + math.ceil(NODES_PER_RADIAN * float(turned)), MOST_NODES)
 
 
 def axis_of(q: Array) -> Vector:
@@ -314,7 +314,7 @@ def by_interpolation(
     """Return the ends of each interval's motion, for each way to interpolate v_h and the lift."""
     Q, lift = momentum_at_contact(body, rows), lift_of(body, rows)
     known = numpy.stack((rows.v[0], rows.v[1], lift))
-    h, count = numpy.diff(rows.t), nodes_for(float(turns(body, rows).max()))
+    h, count = numpy.diff(rows.t), nodes_for(body, rows)
     at, turn = gauss(count)[0], nutation(body, rows)
     start = numpy.concatenate((rows.q, Q, 0 * rows.v))[:, :-1]
     ends = []
@@ -333,7 +333,7 @@ def by_interpolation(
 
 def by_momentum(body: Parameters, rows: Rows, ways: Sequence[Way]) -> list[Ends]:
     """Return the ends of each interval's turning alone, for each way to interpolate L."""
-    h, count = numpy.diff(rows.t), nodes_for(float(turns(body, rows).max()))
+    h, count = numpy.diff(rows.t), nodes_for(body, rows)
     at, turn = gauss(count)[0], nutation(body, rows)
     start, still = rows.q[:, :-1], numpy.zeros((3, len(h)))
     ends = []
@@ -376,7 +376,7 @@ class _Guidance:
 
     def __init__(self, body: Parameters, rows: Rows, terms: Terms):
         self.body, self.terms, self.h = body, terms, numpy.diff(rows.t)
-        self.count = nodes_for(float(turns(body, rows).max()))
+        self.count = nodes_for(body, rows)
         nodes = gauss(self.count)[0]
         lift = lift_of(body, rows)
         self.rise = numpy.diff(lift) / self.h

@@ -20,6 +20,7 @@ MOST_DECIMALS, MOST_DIGITS = 11, 10  # More of them are as good as a double here
 FEWEST = 8  # Values that differ from 0, and
 DIFFERENT = 4  # values that differ from each other, from which a precision is recognised.
 LOOKED_AT = 4096  # Rows from which the precision is taken.
+GAP = 1.5  # Times the usual step that no rounding makes.
 FIRST = 24  # Values of which one usually shows that the numbers are full doubles.
 
 VECTORS = (
@@ -122,6 +123,9 @@ def times_of(t: Array) -> Times:
     found = precision_of(t[:: max(1, count // LOOKED_AT)])
     if not found.words:
         return Times(t, noise, "")
+    steps = numpy.diff(t)
+    if float(steps.max()) > GAP * float(numpy.sort(steps)[len(steps) // 2]):
+        return Times(t, found.half_unit, found.words)  # an even grid with a row missing
     # A file has a whole number of rows in a second, or of tenths of ms from row to row.
     for rate in (1.0, 1e-4, 1e-3):
         whole = numpy.rint(1 / step) if rate == 1.0 else numpy.rint(step / rate)

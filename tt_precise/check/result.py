@@ -27,7 +27,7 @@ class Cause(Record, frozen=True):
     """An explanation of a failure."""
 
     kind: Annotated[
-        Literal["convention", "parameter", "precision", "start", "clock", "rows"],
+        Literal["convention", "parameter", "precision", "start", "clock", "rows", "end", "force"],
         means("the kind of the cause"),
     ]
     text: Annotated[str, means("the cause in one line")]

@@ -37,7 +37,6 @@ from tt_precise.check.precision import described, precisions, times_of
 from tt_precise.check.result import Cause, Result, shortened
 from tt_precise.check.sources import NotFinite, RowSource, UsableRows, open_source, usable_rows
 from tt_precise.check.start import Begin, look_for_start, rounding
-from tt_precise.check.units import refuse_other_units
 from tt_precise.check.worlds import World
 from tt_precise.golden.solution import Solution
 from tt_precise.golden.store import Folder
@@ -297,15 +296,14 @@ class _Examination:
             findings += [Check(name, "skipped", note=reason) for name in missed]
         else:
             rows = setup.samples(block)
-            self._refuse_other_units(rows)
             found = self.judge(rows)
-            findings += found if setup.flies else _with_advice(found)
+            findings += found
             findings += self._against_solution(rows, found, solution)
             unseen = self._unseen(findings)
             if unseen or any(one.verdict == "fail" for one in findings):
                 from tt_precise.check.explain import explain  # a file that passes needs none
 
-                causes = tuple(explain(rows, findings, self.judge))
+                causes = tuple(explain(rows, findings, self.judge, self._file.otherwise))
         t_first = self._file.usable.t_first
         return Result(
             trajectory=self._file.where,
@@ -319,18 +317,6 @@ class _Examination:
             causes=causes,
             written=_written(self._file.whole.values),
         )
-
-    def _refuse_other_units(self, rows: Samples) -> None:
-        """Refuse rows that only units explain, unless ``explain`` can name the convention."""
-        try:
-            refuse_other_units(
-                self._setup, rows, self._block, self._file.names, self._file.otherwise
-            )
-        except InputError as error:
-            from tt_precise.check.explain import explain
-
-            if not any(cause.kind == "convention" for cause in explain(rows, (), self.judge)):
-                raise InputError(f"{self._file.where}: {error}") from None
 
     def judge(self, rows: Samples) -> list[Check]:
         """Return what the checks find that are made row by row."""
@@ -407,24 +393,6 @@ def _written(columns: Mapping[str, Array]) -> str:
     found = precisions({name: values for name, values in columns.items() if name != "t"})
     texts = [f"t: {clock.words}" if clock.words else "", described(found)]
     return "; ".join(filter(None, texts))
-
-
-def _with_advice(findings: list[Check]) -> list[Check]:
-    """Add advice to the result of ``equations`` if only the contact force can differ.
-
-    What holds for every force must pass where the rows resolve it.
-    """
-    by_name = {finding.name: finding for finding in findings}
-    equations = by_name["equations"]
-    holds = all(
-        by_name[name].verdict == "pass" for name in ("kinematics", "contact_momentum", "jellett")
-    )
-    # a cause that is named stands before the error bound
-    if equations.verdict != "fail" or not holds or not equations.note.startswith("error bound"):
-        return findings
-    advice = "if the contact force is another one than the scene's, --friction other"
-    advised = f"{equations.note}; {advice}"
-    return [replace(check, note=advised) if check is equations else check for check in findings]
 
 
 def _setup(table: RowSource, scene: Scene, friction: str, start: str) -> CheckSetup:

@@ -23,7 +23,7 @@ import msgspec
 import numpy
 from msgspec import Meta
 
-from tt_precise.check.units import readings
+from tt_precise.check.conventions import Given, alternatives, read
 from tt_precise.mechanics.conversion import axis_of
 from tt_precise.mechanics.laws import LAWS
 from tt_precise.mechanics.parameters import Parameters
@@ -303,7 +303,7 @@ def _parse(text: str, job: dict[str, Json]) -> ProgramRun:
 
 def _require_start(row: Array, job: dict[str, Json]) -> None:
     """Refuse a first row that is the job's start in a wrong convention."""
-    given = dict(zip(COLUMNS, row[:, None], strict=False))
+    given = Given(row[:1], row[1:5, None], row[5:8, None], row[8:11, None])
     if _off_start(given, job) < SAME_START:
         return
     body = job["body"]
@@ -311,23 +311,21 @@ def _require_start(row: Array, job: dict[str, Json]) -> None:
     known = Parameters(
         body["mass"], body["radius"], alpha, body["I1"], body["I3"], job["gravity"], 0.0
     )
-    for meaning, read in readings():
-        changed = read(given, known)
-        if changed is not None and _off_start({**given, **changed}, job) < SAME_START:
-            raise ValueError(f"row 1 is the job's start if {meaning}; expected {EXPECTED}")
+    for convention in alternatives():
+        if _off_start(read(given, convention, known), job) < SAME_START:
+            raise ValueError(
+                f"row 1 is the job's start if {convention.words()}; expected {EXPECTED}"
+            )
 
 
-def _off_start(row: dict[str, Array], job: dict[str, Json]) -> float:
+def _off_start(row: Given, job: dict[str, Json]) -> float:
     """Distance of a row from the job's start: 1 is the size of the motion."""
     start = job["start"]
     spin = float(numpy.linalg.norm(start["angular_velocity"])) or 1.0
-    q, w, v = (
-        numpy.array([row[name][0] for name in names])
-        for names in (COLUMNS[1:5], COLUMNS[5:8], COLUMNS[8:11])
-    )
-    turned = 1 - abs(float(q @ start["quaternion_wxyz"]))
-    away = numpy.abs(w - start["angular_velocity"]).max() / spin
-    drift = numpy.abs(v - start["velocity"]).max() / (spin * job["body"]["radius"])
+    turned = 1 - abs(float(row.q[:, 0] @ start["quaternion_wxyz"]))
+    away = numpy.abs(row.w[:, 0] - start["angular_velocity"]).max() / spin
+    velocity = numpy.zeros(3) if row.v is None else row.v[:, 0]
+    drift = numpy.abs(velocity - start["velocity"]).max() / (spin * job["body"]["radius"])
     return float(max(turned, away, drift))
 
 
