@@ -15,17 +15,11 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.columns import Block, CheckSetup, Samples
-from tt_precise.check.equations import (
-    EquationResidual,
-    SummedResidual,
-    least_margin,
-    lift_off,
-    to_one_digit,
-)
+from tt_precise.check.contact import LIFT_OFF, contact
+from tt_precise.check.equations import energy_balance, equations
 from tt_precise.check.friction_power import FrictionPower, normal_force
 from tt_precise.check.kinematics import ContactMomentum, Kinematics
-from tt_precise.check.result import Residual, judged
-from tt_precise.golden.measuring import ending
+from tt_precise.check.result import Residual, judged, to_one_digit
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
@@ -92,10 +86,6 @@ class ContactVelocity:
 
 
 PAPER_LIMIT = 1e-6  # "constant with precision of order 10^-6 lambda", section 2.1
-
-# The last row of a motion that leaves the table has g_n = 0, which rounding makes +- some eps.
-LIFT_OFF = -1e-12
-LOW = 0.2  # of the weight: beside such a contact force it may vanish between two rows
 
 Run = Callable[[Samples, float], Residual]
 
@@ -281,34 +271,6 @@ def _energy(rows: Samples, limit: float) -> Residual:
     return _beyond((energy - numpy.minimum.accumulate(energy)) / scale, 2 * written.max(), limit)
 
 
-class Contact:
-    """Look at g_n over the weight, and at when it vanishes."""
-
-    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
-        self._weight, self._limit = setup.body.m * setup.body.g, limit
-        self._left = math.inf
-
-    def __call__(self, samples: Samples) -> Array:
-        values: Array = quantities.g_n(samples.q) / self._weight + 0 * samples.t
-        least = numpy.minimum(values[1:], values[:-1])
-        low = numpy.flatnonzero((least < LOW) & (least >= self._limit))
-        # half of the way, from either end
-        for ends, sign in ((low, 0.5), (low + 1, -0.5)) if len(low) else ():
-            steps = sign * numpy.diff(samples.t)[low]
-            between = least_margin(samples.rows(ends), steps) / self._weight
-            values[low + 1] = numpy.minimum(values[low + 1], between)
-        pulls = numpy.flatnonzero(values < self._limit)
-        if len(pulls) and self._left == math.inf:
-            row = int(pulls[0])  # it may be wrong, and only the solution to it leave the table
-            self._left = lift_off(samples.rows(slice(max(row - 1, 0), row + 1)))
-        return values
-
-    @property
-    def note(self) -> str:
-        """When the top leaves the table, and the remedy."""
-        return ending("contact_lost", self._left) if self._left < math.inf else ""
-
-
 def _axis(rows: Samples, limit: float) -> Residual:
     return Residual(abs(numpy.sqrt(dot(rows.state.k, rows.state.k)) - 1))
 
@@ -318,14 +280,11 @@ def _quaternion(rows: Samples, limit: float) -> Residual:
     return Residual(abs(numpy.sqrt(square) - 1))
 
 
-def _residual(part: str) -> Run:
-    def watch(setup: CheckSetup, first: Samples, limit: float) -> SummedResidual:
-        if "residual" not in first.shared:
-            first.shared["residual"] = EquationResidual(setup, first)
-        return SummedResidual(first.shared["residual"], part, limit)
+def _from_row_to_row(run: Run) -> Run:
+    """Return ``run`` with what the digits make of it in which the rows are written."""
 
-    def run(rows: Samples, limit: float) -> Residual:
-        seen = watched(watch)(rows, limit)
+    def beyond(rows: Samples, limit: float) -> Residual:
+        seen = run(rows, limit)
         if not any(rows.resolution.values()):
             return seen
         state = [_written(rows, _component(name)).max() for name in NewtonState._fields]
@@ -336,7 +295,7 @@ def _residual(part: str) -> Run:
         # at both ends, and in the rates, which turn the state at the rate of the spin
         return _beyond(seen.values, written * (2 + turning * rows.t), limit, seen)
 
-    return run
+    return beyond
 
 
 def _normal_force(rows: Samples, limit: float) -> Residual:
@@ -374,11 +333,11 @@ CHECKS = (
     ),
     RowCheck(
         "energy_balance", "E falls by the integral of mu g_n v_A^2; section 1",
-        _residual("energy"), ("dissipation", "force", "velocity"),
+        _from_row_to_row(energy_balance), ("dissipation", "force", "velocity"),
     ),
     RowCheck(
         "equations", "the state changes by the integral of its rates; eq (1)",
-        _residual("state"), ("force", "velocity"),
+        _from_row_to_row(equations), ("force", "velocity"),
     ),
     RowCheck(
         "kinematics",
@@ -404,7 +363,7 @@ CHECKS = (
     ),
     RowCheck(
         "contact", "g_n/(m g): the table pushes, it does not pull; eq (7)",
-        watched(Contact), ("contact", "no flight", "force", "velocity"), LIFT_OFF, "at least",
+        contact, ("contact", "no flight", "force", "velocity"), LIFT_OFF, "at least",
     ),
     RowCheck(
         "contact_velocity", "v_A.z = 0 (rolling: v_A = 0), in units of R omega at the start",

@@ -15,7 +15,7 @@ from collections.abc import Callable
 import numpy
 
 from tt_precise.check.columns import CheckSetup, Samples
-from tt_precise.check.equations import to_one_digit
+from tt_precise.check.result import to_one_digit
 from tt_precise.mechanics import conserved
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import dot

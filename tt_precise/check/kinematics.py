@@ -11,12 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy
 
 from tt_precise.check.columns import CheckSetup, Samples
+from tt_precise.check.equations import differences, sizes_of
 from tt_precise.check.force_free import DENSE, LOCAL, Misfit, Rounding, misfits, norm, spread
 from tt_precise.check.force_free_flow import (
     BLIND,
@@ -33,6 +34,7 @@ from tt_precise.check.force_free_flow import (
 )
 from tt_precise.check.friction_power import motion_as_given
 from tt_precise.check.precision import precisions, times_of
+from tt_precise.check.result import to_one_digit
 from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import cross
@@ -62,6 +64,7 @@ DERIVATIVE = 6.0
 ABOUT_VERTICAL = 0.1
 SINKS = 0.1  # Part of R by which a soft contact may give way.
 QUATERNION = ("qw", "qx", "qy", "qz")
+OBEYED = 1e-6  # Sum of the differences from the equations, in the sizes of the state's entries.
 
 
 @dataclass(frozen=True)
@@ -237,12 +240,48 @@ def seen(samples: Samples) -> tuple[Movement, dict[str, Misfit]]:
     if "misfits" not in samples.shared:
         movement = movement_of(samples)
         rows, rounding = taken(movement)
-        found: dict[str, Misfit] = {}
-        if len(rows.t) >= FEWEST_ROWS:
+        found = {} if movement.spin or movement.rows.x is not None else by_own_force(samples)
+        if found:
+            movement = replace(movement, visited=numpy.arange(len(samples.t)))
+        elif len(rows.t) >= FEWEST_ROWS:
             found = misfits(movement.body, rows, rounding, movement.moving)
         samples.shared["misfits"] = movement, found
     both: tuple[Movement, dict[str, Misfit]] = samples.shared["misfits"]
     return both
+
+
+def by_own_force(samples: Samples) -> dict[str, Misfit]:
+    """Return the misfits of rows that obey the scene's own force, none of other rows.
+
+    Along the flow of the equations the axis follows the momentum, and the momentum about the lowest
+    point the weight, exactly: its distances from the rows are the misfits.
+    """
+    setup, body = samples.setup, samples.setup.body
+    rounded = any(samples.resolution.get(name) for name in setup.columns.names)
+    if rounded or not (setup.own_force and setup.velocity_known):
+        return {}
+    apart = differences(samples)
+    sums, bounds = apart.sums
+    if not (abs(sums).max(axis=0) <= bounds + OBEYED).all():
+        return {}
+    t, unit = samples.t[1:], body.m * body.g * body.R * body.alpha
+    if not setup.columns.azimuth:
+        tilt = numpy.sqrt(numpy.maximum(1 - samples.state.kz[1:] ** 2, EPS))
+        one, whole = apart.state[:1] / tilt, sums[:1] / tilt
+        found = Misfit(t, abs(one[0]), apart.bound / tilt, abs(whole[0]), bounds / tilt, whole)
+        return {"inclination": found}
+    k, all_k = apart.state[:3], sums[:3]
+    spin, speed = sizes_of(samples)[[5, 7]]
+    # an error of the momentum is that of L, and those of the arm and of the velocity
+    whole, slack = numpy.cumsum(apart.momentum, axis=1), 1 + 4 * body.m * body.R * speed / spin
+    h, span = numpy.diff(samples.t) * unit / spin, t * unit / spin
+    return {
+        "axis": Misfit(t, norm(k), apart.bound, norm(all_k), bounds, all_k),
+        "torque": Misfit(
+            t, norm(apart.momentum) / h, slack * apart.bound / h, norm(whole) / span,
+            slack * bounds / span, whole,
+        ),
+    }  # fmt: skip
 
 
 def look(samples: Samples, names: Sequence[str], limit: float) -> Sight:
@@ -295,7 +334,7 @@ def _open(movement: Movement, steps: Array, share: Array) -> str:
     nutated = nutation(movement.body, rows)
     with numpy.errstate(all="ignore"):
         enough = steps * numpy.minimum(share ** (-1 / FALLS_AS), CLEAR / nutated)
-    spacing = to_one_digit_below(float(enough[unseen].min()))
+    spacing = to_one_digit(float(enough[unseen].min()), math.floor)
     return f"{part:.0%} of the motion is not resolved; rows {spacing:g} s apart would do"
 
 
@@ -482,11 +521,3 @@ def _bound_of(sights: Sequence[Sight], limit: float) -> float:
     if not sights or _open_of(sights):
         return math.inf
     return min(max(one.bound for one in sights), limit)
-
-
-def to_one_digit_below(value: float) -> float:
-    """Round down to one digit."""
-    if not 0 < value < math.inf:
-        return value
-    exponent = math.floor(math.log10(value))
-    return float(f"{math.floor(value / 10.0**exponent)}e{exponent}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -133,6 +133,14 @@ MARKS = {
     "pass": "✅ pass", "fail": "❌ **fail**", "open": "❓ **open**", "skipped": "➖ not applicable",
 }  # fmt: skip
 HEADINGS = ("check", "verdict", "worst", "limit", "at t/s", "note")
+
+
+def to_one_digit(value: float, rounded: Callable[[float], int]) -> float:
+    """Return ``value`` with its first digit only, ``rounded`` up or down."""
+    if not 0 < value < math.inf:
+        return value
+    exponent = math.floor(math.log10(value))
+    return float(f"{rounded(value / 10.0**exponent)}e{exponent}")
 
 
 def _number(value: float | None, digits: int = 3) -> str:

@@ -1,0 +1,132 @@
+"""Rows carried to the next ones: error bounds hold, and the smallest errors are seen."""
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy
+import pandas
+import pytest
+
+import tt_precise as tt
+from tests.check.conftest import EULER, VECTORS, Engine, Healthy, check
+from tt_precise.check.columns import COLUMN_SETS, CheckSetup
+from tt_precise.check.equations import Differences, differences
+from tt_precise.check.sources import open_source
+
+
+def apart(frame: pandas.DataFrame, columns: str, scene: str = "reference") -> Differences:
+    setup = CheckSetup(tt.load_scene(scene), COLUMN_SETS[columns], True)
+    block = open_source(frame).read(("t", *setup.columns.names))
+    return differences(setup.samples(block))
+
+
+@pytest.mark.parametrize("columns", ["vectors", "Euler"])
+@pytest.mark.parametrize("rows", [41, 161, 801, 1601])
+def test_the_error_bound_holds(healthy: Healthy, columns: str, rows: int) -> None:
+    found = apart(healthy("reference", rows), columns)
+    resolved = found.bound < 1e-6
+    error = numpy.abs(numpy.vstack((found.state, found.energy)))[:, resolved].max(axis=0)
+    assert (error <= found.bound[resolved] + 1e-12).all()
+    assert resolved.all()
+
+
+def test_dense_rows_are_all_looked_at(healthy: Healthy) -> None:
+    """A cell of one of 20,001 rows 25 us apart; a drift of one column that is as small in each."""
+    frame = healthy("reference", 20001, 0.5)[VECTORS]
+    found = apart(frame, "vectors")
+    assert len(found.bound) == 20000
+    assert abs(found.state).max() < 1e-13
+    assert found.bound.sum() < 1e-10
+    size = abs(frame["Lz"]).max()
+    frame.loc[7001, "Lz"] += 2e-6 * size
+    cell = check(frame, "reference", limits={"jellett": 1.0, "energy": 1.0})["equations"]
+    assert (cell.verdict, cell.at) == ("fail", frame["t"][7001])
+    drift = healthy("reference", 20001, 0.5)[VECTORS]
+    drift["Lz"] += 2e-6 * size * drift["t"] / 0.5
+    assert check(drift, "reference")["equations"].value == pytest.approx(2e-6, rel=0.1)
+
+
+def test_coarse_rows_are_reported_with_the_spacing_that_would_do(healthy: Healthy) -> None:
+    result = check(healthy("reference", 9), "reference")
+    equations = result["equations"]
+    assert (equations.verdict, result.passed) == ("open", True)
+    assert equations.note.startswith("rows too far apart; ")
+    assert "7 of 8 intervals too wide; rows 0.5 s apart would do" in equations.note
+    closer = check(healthy("reference", 17), "reference")["equations"]
+    assert (closer.verdict, "too wide" in closer.note) == ("pass", False)
+
+
+def test_a_few_resolved_intervals_do_not_vouch_for_the_others(healthy: Healthy) -> None:
+    """The last four rows are of a top that has stopped gliding, at once."""
+    few = healthy().iloc[[0, 1, 2, *range(200, 801, 200)]].copy()
+    few.loc[200:, ["vx", "vy"]] = 0.0
+    result = check(few[VECTORS], "reference")
+    for name in ("equations", "energy_balance"):
+        assert result[name].verdict == "open"
+        assert "; 4 of 6 intervals too wide" in result[name].note
+
+
+@pytest.mark.parametrize(("name", "columns"), [("Ly", VECTORS), ("theta_dot", EULER)])
+@pytest.mark.parametrize("size", [1e-3, 1e6, 1e30])
+def test_a_wrong_first_row_fails_however_wrong_it_is(
+    healthy: Healthy, name: str, columns: list[str], size: float
+) -> None:
+    """Nothing can be followed from it, and it says what the others are measured in."""
+    frame = healthy("reference", 801)[columns]
+    frame.loc[0, name] += size * abs(frame[name]).max()
+    found = check(frame, "reference")["equations"]
+    assert (found.verdict, "too wide" in found.note) == ("fail", False)
+
+
+@pytest.mark.parametrize(
+    ("scene", "name", "row"),
+    [("contact-lost", "ky", 104), ("kicked", "Ly", 401), ("flight", "height", 7)],
+)
+def test_a_wrong_row_is_named_and_nothing_else_is_blamed(scene: str, name: str, row: int) -> None:
+    """A solution through it would leave the table, and its balance returns to 0 behind it."""
+    height = ("height", "rise") if scene == "flight" else ()
+    frame = tt.integrate(scene).frame(*VECTORS[1:], *height)
+    frame.loc[row, name] += abs(frame[name]).max()
+    result = check(frame, scene)
+    assert result["equations"].since == frame["t"][row]
+    assert [cause.text for cause in result.causes] == [
+        f"the row at t = {frame['t'][row]:.6g} s (number {row + 1}) alone is wrong"
+    ]
+    for finding in result.checks:
+        assert "leaves the table" not in finding.note
+        assert "--friction other" not in finding.note
+
+
+def test_the_series_of_a_far_row_leaves_no_table(healthy: Healthy) -> None:
+    frame = healthy("reference", 161)[VECTORS]
+    note = check(frame.assign(t=1.5 * frame["t"]), "reference")["equations"].note
+    assert note.startswith("error bound")
+    assert "leaves the table" not in note
+
+
+@pytest.mark.parametrize("every_ms", [1, 2, 5, 10, 20])
+def test_a_wrong_term_is_found_at_every_spacing(engine: Engine, every_ms: int) -> None:
+    def found(**words: Any) -> Any:
+        return check(engine(1000, 0.2, **words)[::every_ms], "reference", until=0.2)["equations"]
+
+    # the engine is off by 1e-8; the terms by what the 1 ms rows say, within a factor
+    healthy = found()
+    assert healthy.verdict == "pass"
+    assert healthy.value < 1e-6 / 5
+    for words, size in (({"fault": "no gyroscopic term"}, 1e-3), ({"mu": 0.3003}, 2e-5)):
+        wrong = found(**words)
+        assert wrong.verdict == "fail"
+        assert size / 4 < wrong.value < 4 * size, words
+
+
+def test_between_sticking_and_slipping_other_equations_are_found() -> None:
+    scene = tt.load_scene("coulomb-stick-slip")
+    frame = pandas.DataFrame(tt.golden.load(scene.name))[VECTORS]
+    healthy = check(frame, scene)["equations"]
+    assert (healthy.verdict, "interval" in healthy.note) == ("pass", False)
+    assert "apart would do" not in healthy.note
+    for name in ("mu", "I3"):
+        more = {name: getattr(scene.body, name) * Fraction("1.001")}
+        other = replace(scene, body=replace(scene.body, **more))
+        assert check(frame, other)["equations"].verdict == "fail", name

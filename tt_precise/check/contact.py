@@ -1,0 +1,95 @@
+"""The table pushes, it does not pull: the contact force in the rows and between them.
+
+Where it is small, each row is carried to eight points before the next one, and to the lowest point
+of the parabola through the least three values: a pull may last a tenth of the rows' spacing.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy
+
+from tt_precise.check.columns import Samples
+from tt_precise.check.equations import differences
+from tt_precise.check.flow import EPS, flow
+from tt_precise.check.result import Residual
+from tt_precise.golden.measuring import ending
+from tt_precise.mechanics import quantities
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.runtime.values import Array
+
+# The last row of a motion that leaves the table has g_n = 0, which rounding makes +- some eps.
+LIFT_OFF = -1e-12
+LOW = 0.2  # Of the weight: above it the eight midpoint steps of the flow see that it stays.
+POINTS = 8
+WANTED = 4 * EPS  # Error of the states between the rows.
+BRACKETS = 64  # Into which the interval with a loss of contact is divided, three times.
+AT_ONCE = 2048  # Rows that are carried to ``POINTS`` points at once.
+
+
+def contact(rows: Samples, limit: float) -> Residual:
+    """Look at g_n over the weight, and at when it vanishes."""
+    body = rows.setup.body
+    weight = body.m * body.g
+    values: Array = quantities.g_n(rows.q) / weight + numpy.zeros(len(rows.t))
+    usual = numpy.minimum(values[1:], values[:-1])
+    low = numpy.flatnonzero((differences(rows).least < LOW * weight) & (usual >= limit))
+    for first in range(0, len(low), AT_ONCE):
+        at = low[first : first + AT_ONCE]
+        values[at + 1] = numpy.minimum(values[at + 1], _least_between(rows, at) / weight)
+    pulls = numpy.flatnonzero(values < limit)
+    if not len(pulls):
+        return Residual(values)
+    left = _loss_of_contact(rows, int(pulls[0]))
+    return Residual(values, note=ending("contact_lost", left) if left < math.inf else "")
+
+
+def _force_after(rows: Samples, at: Array, spans: Array) -> Array:
+    """The contact force ``spans`` (s) after the rows ``at``; NaN where they do not reach."""
+    setup = rows.setup
+    here = type(rows.state)(*(entry[at] for entry in rows.state))
+    sizes = numpy.array([float(abs(entry).max()) or 1.0 for entry in rows.state])
+    there = flow(setup.scene, setup.body, here, spans, sizes, numpy.full(len(at), WANTED))
+    q = Motion(setup.body, type(here)(*there.state), numpy, setup.scene.model)
+    force: Array = quantities.g_n(q) + numpy.zeros(len(at))
+    return numpy.where(numpy.isfinite(there.error), force, numpy.nan)
+
+
+def _least_between(rows: Samples, at: Array) -> Array:
+    """The least contact force between each of the rows ``at`` and the next one."""
+    steps = numpy.diff(rows.t)[at]
+    parts = numpy.arange(1, POINTS)[:, None] / POINTS
+    force = _force_after(rows, numpy.tile(at, POINTS - 1), (parts * steps).ravel())
+    ends = quantities.g_n(rows.q) + numpy.zeros(len(rows.t))
+    force = numpy.vstack((ends[at], force.reshape(POINTS - 1, -1), ends[at + 1]))
+    force = numpy.where(numpy.isnan(force), numpy.inf, force)
+    place = numpy.clip(force.argmin(axis=0), 1, POINTS - 1)
+    before, here, after = (force[place + shift, numpy.arange(len(at))] for shift in (-1, 0, 1))
+    with numpy.errstate(all="ignore"):
+        lowest = (before - after) / (before - 2 * here + after) / 2
+        lowest = numpy.clip(numpy.nan_to_num(lowest), -1, 1)
+    there = _force_after(rows, at, (place + lowest) / POINTS * steps)
+    return numpy.fmin(force.min(axis=0), there)
+
+
+def _loss_of_contact(rows: Samples, pulled: int) -> float:
+    """The time (s) at which the solution through a row leaves the table, or infinity.
+
+    Row ``pulled`` may be wrong, and only the solution to it leave the table: the solutions
+    through the row before and through it are asked.
+    """
+    for row in (pulled - 1, pulled):
+        if not 0 <= row < len(rows.t) - 1:
+            continue
+        begin, end = 0.0, float(rows.t[row + 1] - rows.t[row])
+        for _ in range(3):
+            spans = numpy.linspace(begin, end, BRACKETS + 1)
+            force = _force_after(rows, numpy.full(len(spans), row), spans)
+            below = numpy.flatnonzero(force <= 0)
+            if not len(below) or below[0] == 0:
+                break
+            begin, end = spans[below[0] - 1], spans[below[0]]
+        else:
+            return float(rows.t[row] + (begin + end) / 2)
+    return math.inf
