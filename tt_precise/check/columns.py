@@ -324,6 +324,11 @@ class Samples:
         """The rows as a motion whose entries are arrays."""
         return Motion(self.setup.body, self.state, numpy, self.setup.scene.model)
 
+    def forget(self) -> None:
+        """Release what was computed for several checks: some 500 bytes a row."""
+        self.shared.clear()
+        self.__dict__.pop("q", None)
+
     @cached_property
     def resolution(self) -> dict[str, float]:
         """Half a unit of the last place in which each column is written; 0 for full doubles."""

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.columns import CheckSetup, Samples
+from tt_precise.check.columns import Samples
 from tt_precise.check.flow import EPS, ON_TABLE, State, flow, margin, rows_under
 from tt_precise.check.result import Residual, to_one_digit
 from tt_precise.mechanics import quantities
@@ -126,7 +126,7 @@ def _carried(samples: Samples, sizes: Array) -> Differences:
         )
         apart = _functions(samples, after, sizes)
         apart -= _functions(samples, type(before)(*there.state), sizes)
-        if not first and not there.reached[0] == 1:
+        if not first and there.reached[0] != 1:
             # no row before the first one would say whether it is wrong
             begin, end = _at(before, slice(0, 1)), _at(after, slice(0, 1))
             back = flow(setup.scene, setup.body, end, -spans[:1], sizes, share * spans[:1])

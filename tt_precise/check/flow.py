@@ -43,10 +43,11 @@ Watch = Callable[[Array], Array]
 class Carried(NamedTuple):
     """Rows after their spans.
 
-    ``state`` (entries, rows) is where they are; ``error`` (rows,) bounds what the
-    method leaves, relative to the sizes, infinite where the end was not reached. ``growth`` (rows,)
-    is how many times a small difference of two states has become, to a quarter, and 1 where it
-    shrinks. ``reached`` is the part of the span that was reached, ``least`` a lower bound of what was watched on the way.
+    ``state`` (entries, rows) is where they are. ``error`` (rows,) bounds what the method leaves,
+    relative to the sizes, infinite where the end was not reached. ``growth`` (rows,) is the number
+    of times, to a quarter, that a small difference of two states has become, 1 where it shrinks.
+    ``reached`` is the part of the span to which the error stayed below ``WIDEST``, ``least`` a
+    lower bound of what was watched on the way.
     """
 
     state: Array

@@ -52,7 +52,7 @@ def look_for_start(rows: Samples, t_first: float, solution: Solution) -> Begin:
     if setup.start == "other":
         note = "another start is meant"
         return Begin(Check(NAME, "skipped", note=note, meaning=MEANING))
-    first = _components(rows)[:, 0]
+    first = _first(rows)
     units, bound = _units(rows), rounding(rows)
     start = InitialState.in_si(setup.scene, DOUBLE).vectors
     apart, turn = _apart(rows, first, numpy.array(start, float)[: len(first)], units)
@@ -82,7 +82,7 @@ def _compared(rows: Samples, time: float, solution: Solution, limit: float) -> B
     true = solution(numpy.array([time]))
     if true is None or _jellett_apart(rows) > limit:
         return None
-    first = _components(rows)[:, 0]
+    first = _first(rows)
     apart, turn = _apart(rows, first, true[:, 0], _units(rows))
     if not apart <= limit:
         return None
@@ -97,15 +97,15 @@ def _found(verdict: str, value: float, bound: float, note: str, limit: float = L
     )  # fmt: skip
 
 
-def _components(rows: Samples) -> Array:
-    """The known vectors of all rows; NaN where the velocity is unknown."""
-    return numpy.array([numpy.broadcast_to(x, rows.t.shape) for x in rows.state[:8]], float)
+def _first(rows: Samples) -> Array:
+    """The vectors of the first row; NaN where the velocity is unknown."""
+    return numpy.array(rows.first.state[:8], float)
 
 
 def _units(rows: Samples) -> Array:
     """The size of each component in the first row, by the rule of digits."""
     names = NewtonState._fields
-    first = {name: float(x) for name, x in zip(names, _components(rows)[:, 0], strict=True)}
+    first = {name: float(x) for name, x in zip(names, _first(rows), strict=True)}
     # without a velocity its size is that of the other parts
     still = {name: 0.0 if math.isnan(value) else value for name, value in first.items()}
     found = sizes(rows.setup.body, still, numpy)
@@ -146,7 +146,7 @@ def _spin(state: NewtonState | LiftedState) -> float:
 
 def _nearest_time(rows: Samples, solution: Solution) -> float | None:
     """The time at which the solution comes nearest to the first row, by halving its spacing."""
-    first, units = _components(rows)[:, 0], _units(rows)
+    first, units = _first(rows), _units(rows)
     begin, end, count = 0.0, float(rows.setup.scene.until), 20_001
     for _ in range(8):
         times = numpy.linspace(begin, end, count)

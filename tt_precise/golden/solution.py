@@ -195,31 +195,28 @@ class Solution:
         beyond = within & (rows.t > float(last))
         at = numpy.flatnonzero(within)
         lifted = LIFTED if self.scene.lifts else ()
-        names = (*NewtonState._fields, *EulerState._fields, *lifted, *record)
-        times = [rows.exact_time(row) for row in at.tolist()] if exact else rows.t[at].tolist()
-        inner = [min(time, last if exact else float(last)) for time in times]
+        euler = EulerState._fields if {*EulerState._fields} & {*rows.values} else ()
+        names = (*NewtonState._fields, *euler, *lifted, *record)
         ended = "" if complete else f"the solution {ending(run.status, float(run.t_end))}"
-        if not inner:
-            nothing = Measured.nothing(rows.t, [*rows.values], within)
-            return Distance(nothing, "", horizon, ended)
-        if exact:
-            frame = run.frame(*names, times=inner, numbers="text")
-            cells = {n: ["" if x is None or x != x else str(x) for x in frame[n]] for n in names}
-            table: Table | Doubles = Table.of_columns(
-                {"t": list(map(str, rows.t[at].tolist())), **cells}
-            )
-        else:
-            columns = {name: numpy.empty(len(at)) for name in names}
-            for first in range(0, len(at), AT_ONCE):
-                part = slice(first, first + AT_ONCE)
-                frame = run.frame(*names, times=inner[part], numbers="float")
-                for name in names:
-                    columns[name][part] = frame[name].to_numpy(float)
-            table = Doubles({"t": rows.t[at], **columns})
-        true = TrueRows(run.scene, table)
-        # decimals say no more than doubles of which the last digits are not known
-        exactly = rows.exactly if exact else None
-        measured = true.measure(rows.t, rows.values, exactly, agreeing, largest_only=True)
+        measured = Measured.nothing(
+            rows.t, [n for n in rows.values if n in names], numpy.zeros(len(rows.t), bool)
+        )
+        if not len(at):
+            return Distance(measured, "", horizon, ended)
+        for first in range(0, len(at), AT_ONCE):
+            part = at[first : first + AT_ONCE]
+            own_times = map(rows.exact_time, part.tolist()) if exact else rows.t[part].tolist()
+            times = [min(time, last if exact else float(last)) for time in own_times]
+            frame = run.frame(*names, times=times, numbers="text" if exact else "float")
+            table: Table | Doubles
+            if exact:
+                cells = {
+                    n: ["" if x is None or x != x else str(x) for x in frame[n]] for n in names
+                }
+                table = Table.of_columns({"t": [*map(str, rows.t[part].tolist())], **cells})
+            else:
+                table = Doubles({"t": rows.t[part], **{n: frame[n].to_numpy(float) for n in names}})
+            _measure(measured, part, TrueRows(run.scene, table), rows, exact, agreeing)
         own = 10.0**-run.digits_throughout
         for bound in measured.bounds.values():
             bound[~numpy.isnan(bound)] = own
@@ -230,6 +227,22 @@ class Solution:
         measured.compared[away] = False
         missed = ended if (~measured.compared).any() else ""
         return Distance(measured, f"integrated in {run.precision.name}", horizon, missed)
+
+
+def _measure(
+    measured: Measured, part: Array, true: TrueRows, rows: Rows, exact: bool, agreeing: float
+) -> None:
+    """Fill in the rows ``part``; decimals say no more than doubles of which some are not known."""
+    found = true.measure(
+        rows.t[part],
+        {name: values[part] for name, values in rows.values.items()},
+        (lambda row, names: rows.exactly(int(part[row]), names)) if exact else None,
+        agreeing,
+        largest_only=True,
+    )
+    measured.compared[part] = found.compared
+    for name, errors in found.errors.items():
+        measured.errors[name][part], measured.bounds[name][part] = errors, found.bounds[name]
 
 
 def _usual_digits(count: int) -> float:
