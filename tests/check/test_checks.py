@@ -97,7 +97,7 @@ def test_a_pulling_table_and_a_gliding_point_of_a_rolling_top_fail(healthy: Heal
 
 
 @pytest.mark.parametrize(
-    ("every", "phase"), [(0.005, 0.0), (0.008, 0.0), (0.01, 0.0), (0.01, 0.003), (0.01, 0.005)]
+    ("every", "phase"), [(0.005, 0.0), (0.008, 0.0), (0.01, 0.0), (0.01, 0.003), (0.01, 0.004)]
 )
 def test_a_table_that_pulls_between_two_rows_fails(every: float, phase: float) -> None:
     """It would have to for 2.8 ms, where each of these rows is pressed to it."""
