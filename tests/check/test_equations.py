@@ -44,7 +44,7 @@ def test_dense_rows_are_all_looked_at(healthy: Healthy) -> None:
     assert (cell.verdict, cell.at) == ("fail", frame["t"][7001])
     drift = healthy("reference", 20001, 0.5)[VECTORS]
     drift["Lz"] += 2e-6 * size * drift["t"] / 0.5
-    seen = check(drift, "reference")["equations"].value
+    seen = check(drift, "reference")["equations"].value or 0.0
     assert 2e-6 < seen < 1e-5  # what glides wrongly by it counts as well
     # the same at every spacing
     coarse = drift.iloc[::400].reset_index(drop=True)

@@ -138,7 +138,10 @@ def _carried(samples: Samples, sizes: Array) -> Differences:
         parts.append(
             (apart[:-4], apart[-4:-1], apart[-1], bound, spans * there.reached, there.least)
         )
-    return Differences(*(numpy.concatenate(one, axis=-1) for one in zip(*parts, strict=True)))
+    state, momentum, energy, bound, reached, least = (
+        numpy.concatenate(one, axis=-1) for one in zip(*parts, strict=True)
+    )
+    return Differences(state, momentum, energy, bound, reached, least)
 
 
 def _at(state: State, rows: Array | slice) -> State:

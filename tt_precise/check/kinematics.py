@@ -47,10 +47,10 @@ RESOLUTION = {"inclination": 0.1, "spin": 0.1, "axis": 0.1, "position": 0.1, "to
 UNRESOLVED = 0.25
 # An interval that is so many times as long as most is a gap, and has to be resolved.
 GAP = 5.0
-# How many times the limit an interval and the sum since the start count. Measured at 1 kHz on the
-# reference scene over 1.5 s, one interval and sum: attitude by RK4 with 1 ms steps 6e-8 and 8e-5 rad,
-# by the midpoint rule with 0.25 ms 8e-6 and 1e-2, by semi-implicit Euler with 1 ms 3e-4 and 0.5;
-# torque 5e-8 and 5e-8, 1e-5 and 1e-5, 3e-3 and 6e-4. Errors of a step add up in the attitude; in
+# How many times an interval and the sum since the start count. Measured at 1 kHz on the reference
+# scene over 1.5 s, one interval and sum: attitude by RK4 with 1 ms steps 6e-8 and 8e-5 rad, by the
+# midpoint rule with 0.25 ms 8e-6 and 1e-2, by semi-implicit Euler with 1 ms 3e-4 and 0.5; torque
+# 5e-8 and 5e-8, 1e-5 and 1e-5, 3e-3 and 6e-4. Errors of a step add up in the attitude; in
 # the mean torque they do not, and those of either sign cancel.
 INTERVAL_COUNTS, SUM_COUNTS = 10.0, 1.0
 TORQUE_COUNTS, MEAN_COUNTS = 1.0, 2.0
