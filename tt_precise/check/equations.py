@@ -25,7 +25,7 @@ from tt_precise.check.result import Residual, to_one_digit
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.flight import LiftedState
-from tt_precise.mechanics.formulations import STATE_DIMENSIONS, formulation, raised
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS, formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import cross, dot, scaled, subtracted
@@ -247,7 +247,9 @@ def through_joints(scene: Scene, row: Array, span: float) -> tuple[Array, float,
     The state after ``span`` (s) or where the motion ends, the time until then, and the steps taken.
     """
     from tt_precise.integration.setup import Setup, ended_at_start
-    from tt_precise.nonsmooth import backend as hybrid
+    from tt_precise.nonsmooth import backend
+    from tt_precise.nonsmooth.lifting import flying
+    from tt_precise.nonsmooth.segments import Joint
 
     setup = Setup.of(scene, events=(), record=())
     start = InitialState.of(scene, setup.precision.arithmetic)
@@ -262,14 +264,14 @@ def through_joints(scene: Scene, row: Array, span: float) -> tuple[Array, float,
     try:
         pulled = ended_at_start(start, setup.contact, fn)
         if not scene.body.spring and (pulled or state.height > ON_TABLE):
-            flight = setup.but(formulation=raised())
-            segments = hybrid.flying(flight, replace(start, vectors=state))
+            above = Joint.at_start(setup, replace(start, vectors=state))
+            segments = [flying(setup, above, start.until * 0)]
         else:
-            segments = hybrid.run(scene, setup, start, None, None)
+            segments = backend.run(scene, setup, start, None, None)
     except InputError:  # the law does not say how the motion goes on
         return row, 0.0, 0
     last = segments[-1]
-    there = (*hybrid.after(last.output, last.output.start).vectors, 0, 0)
+    there = (*last.columns.motion(last.output.end_row).state, 0, 0)
     end = [float(x * unit) for x, unit in zip(there, units, strict=False)]
     steps = sum(segment.output.propagation.steps for segment in segments)
     return numpy.array(end), float((last.begin + last.output.end_time) * start.units.time), steps
