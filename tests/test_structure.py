@@ -169,7 +169,6 @@ TESTED_ELSEWHERE = {
     # to be split by module
     "check/agreement.py": "check/test_law_of_green.py",
     "check/causes.py": "check/test_unit_guard.py",
-    "check/equations.py": "check/test_equation_residual.py",
     "check/force_free_flow.py": "check/test_force_free.py",
     "check/friction_power.py": "check/test_force_free.py",
     "check/result.py": "check/test_outputs.py",

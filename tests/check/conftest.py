@@ -31,7 +31,7 @@ def refuses(message: str, source: Any, scene: Any = "reference", **words: Any) -
 @pytest.fixture(autouse=True)
 def _no_cause(request: pytest.FixtureRequest) -> None:
     """These modules test what is found."""
-    tested = ("kinematics", "explain", "engine_states", "golden", "equation_residual")
+    tested = ("kinematics", "explain", "engine_states", "golden", "equations")
     if not request.module.__name__.endswith(tuple(f"test_{name}" for name in tested)):
         request.getfixturevalue("no_cause")
 

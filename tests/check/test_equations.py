@@ -48,7 +48,7 @@ def test_dense_rows_are_all_looked_at(healthy: Healthy) -> None:
     assert 2e-6 < seen < 1e-5  # what glides wrongly by it counts as well
     # the same at every spacing
     coarse = drift.iloc[::400].reset_index(drop=True)
-    assert check(coarse, "reference")["equations"].value == pytest.approx(seen, rel=0.05)
+    assert check(coarse, "reference")["equations"].value == pytest.approx(seen, rel=0.15)
 
 
 def test_coarse_rows_are_reported_with_the_spacing_that_would_do(healthy: Healthy) -> None:

@@ -137,7 +137,8 @@ class _Extrapolation:
                 moved = self._midpoint(beside, self._slope(beside), spans, column, None)
                 self.moved[:, left] = moved - row[0]
             error = (abs(row[-1] - last[-1]) / size).max(axis=0)
-            rounding = EPS * weights[-1] * (abs(row[-1]) / size).max(axis=0)
+            # two roundings: those of the slopes, and of the sums
+            rounding = 2 * EPS * weights[-1] * (abs(row[-1]) / size).max(axis=0)
             enough = error <= numpy.maximum(wanted[left], rounding)
             done = enough & (column >= WATCHED)
             at = left[done]

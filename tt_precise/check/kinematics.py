@@ -68,6 +68,7 @@ DERIVATIVE = 6.0
 ABOUT_VERTICAL = 0.1
 SINKS = 0.1  # Part of R by which a soft contact may give way.
 QUATERNION = ("qw", "qx", "qy", "qz")
+LENGTH = math.sqrt(3)  # Of a vector whose components are 1: bounds hold for each component.
 OBEYED = 1e-6  # Sum of the differences from the equations, in the sizes of the state's entries.
 
 
@@ -293,10 +294,10 @@ def by_own_force(samples: Samples) -> dict[str, Misfit]:
     k, all_k = apart.state[:3], sums[:3]
     spin, speed = sizes_of(samples)[[5, 7]]
     # an error of the momentum is that of L, and those of the arm and of the velocity
-    whole, slack = numpy.cumsum(apart.momentum, axis=1), 1 + 4 * body.m * body.R * speed / spin
+    whole, slack = numpy.cumsum(apart.momentum, axis=1), LENGTH + 4 * body.m * body.R * speed / spin
     h, span = numpy.diff(samples.t) * unit / spin, t * unit / spin
     return {
-        "axis": Misfit(t, norm(k), apart.bound, norm(all_k), bounds, all_k),
+        "axis": Misfit(t, norm(k), LENGTH * apart.bound, norm(all_k), LENGTH * bounds, all_k),
         "torque": Misfit(
             t, norm(apart.momentum) / h, slack * apart.bound / h, norm(whole) / span,
             slack * bounds / span, whole,

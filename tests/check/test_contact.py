@@ -1,0 +1,22 @@
+"""A table that pulls, between rows too, and the time from which it would have to."""
+
+import numpy
+import pytest
+
+import tt_precise as tt
+from tests.check.conftest import VECTORS, check
+
+
+@pytest.mark.parametrize(
+    ("every", "phase"), [(0.005, 0.0), (0.008, 0.0), (0.01, 0.0), (0.01, 0.003), (0.01, 0.004)]
+)
+def test_a_table_that_pulls_between_two_rows_fails(every: float, phase: float) -> None:
+    """It would have to for 2.8 ms, where each of these rows is pressed to it."""
+    run = tt.integrate("contact-lost", contact="bilateral", until="1.345", events=())
+    times = [0.0, *numpy.arange(phase or every, 1.345, every).tolist()]
+    frame = run.frame(*VECTORS[1:], times=times)
+    pressed = run.frame("g_n", times=frame.t.tolist())["g_n"] > 0
+    found = check(frame, "contact-lost")["contact"]
+    assert pressed.all()
+    assert found.verdict == "fail"
+    assert "leaves the table at 1.33692 s" in found.note
