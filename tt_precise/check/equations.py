@@ -249,7 +249,7 @@ def through_joints(scene: Scene, row: Array, span: float) -> tuple[Array, float,
     from tt_precise.integration.setup import Setup, ended_at_start
     from tt_precise.nonsmooth import backend
     from tt_precise.nonsmooth.lifting import flying
-    from tt_precise.nonsmooth.segments import Joint
+    from tt_precise.nonsmooth.segments import SegmentStart
 
     setup = Setup.of(scene, events=(), record=())
     start = InitialState.of(scene, setup.precision.arithmetic)
@@ -264,7 +264,7 @@ def through_joints(scene: Scene, row: Array, span: float) -> tuple[Array, float,
     try:
         pulled = ended_at_start(start, setup.contact, fn)
         if not scene.body.spring and (pulled or state.height > ON_TABLE):
-            above = Joint.at_start(setup, replace(start, vectors=state))
+            above = SegmentStart.of_run(setup, replace(start, vectors=state))
             segments = [flying(setup, above, start.until * 0)]
         else:
             segments = backend.run(scene, setup, start, None, None)

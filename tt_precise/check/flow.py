@@ -22,7 +22,7 @@ from tt_precise.mechanics.friction import cone_margin
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.nonsmooth.formulations import elastic_in_time, raised
+from tt_precise.nonsmooth.phases import elastic_in_time, raised
 from tt_precise.runtime.values import Array
 from tt_precise.scene.scene import Scene
 
