@@ -22,7 +22,6 @@ from tt_precise.mechanics.friction import cone_margin
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.nonsmooth.phases import elastic_in_time, raised
 from tt_precise.runtime.values import Array
 from tt_precise.scene.scene import Scene
 
@@ -193,24 +192,24 @@ class RowsUnder(NamedTuple):
 
 def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
     """The rows of ``state`` grouped by their equations, without empty groups."""
-    lifted = isinstance(state, LiftedState)
-    if scene.model == "flight" and lifted:
-        return [RowsUnder(slice(None), raised())]
     gliding = formulation(scene.model, "newton", scene.body.friction)
     on_table = numpy.ones(len(state.kx), bool)
-    if isinstance(state, LiftedState) and not body.spring:
-        on_table = state.height <= ON_TABLE * body.R
-    elif isinstance(state, LiftedState):
-        on_table = (state.height < 0) & (compliant.reach(body, state.height, state.rise) < 0)
-        gliding = elastic_in_time(body.spring, body.friction)
+    candidates: list[tuple[Array, Formulation]] = []
+    if isinstance(state, LiftedState):
+        from tt_precise.nonsmooth.phases import elastic_in_time, raised  # with mpmath
+
+        if scene.model == "flight":
+            return [RowsUnder(slice(None), raised())]
+        if body.spring:
+            on_table = (state.height < 0) & (compliant.reach(body, state.height, state.rise) < 0)
+            gliding = elastic_in_time(body.spring, body.friction)
+        else:
+            on_table = state.height <= ON_TABLE * body.R
+        candidates = [(~on_table, raised())]
     rests = numpy.zeros(len(on_table), bool)
     if scene.may_stick:
         rests = on_table & (state.vx == 0) & (state.vy == 0)
-    candidates = (
-        (on_table & ~rests, gliding),
-        (rests, formulation("rolling", "newton")),
-        (~on_table, raised()),
-    )
+    candidates += [(on_table & ~rests, gliding), (rests, formulation("rolling", "newton"))]
     there = [(rows, form) for rows, form in candidates if rows.any()]
     if len(there) == 1:  # all rows
         return [RowsUnder(slice(None), there[0][1])]
