@@ -12,8 +12,8 @@ def with_zeros(zeros: list[float]) -> numpy.ndarray:
 
 def found(*polynomials: numpy.ndarray) -> list[tuple[int, float, int]]:
     table = numpy.array(polynomials)
-    which, place, direction = crossings(table, table[:, 0])
-    return list(zip(which.tolist(), place.tolist(), direction.tolist(), strict=True))
+    which, position, direction = crossings(table, table[:, 0])
+    return list(zip(which.tolist(), position.tolist(), direction.tolist(), strict=True))
 
 
 def test_every_zero_of_a_chebyshev_polynomial_is_found() -> None:
@@ -21,9 +21,9 @@ def test_every_zero_of_a_chebyshev_polynomial_is_found() -> None:
     shifted = numpy.polynomial.Chebyshev.basis(n, domain=[0, 1])
     power = shifted.convert(kind=numpy.polynomial.Polynomial, domain=[-1, 1], window=[-1, 1])
     known = sorted((1 - numpy.cos((numpy.arange(n) + 0.5) * numpy.pi / n)) / 2)
-    places = [place for _, place, _ in found(power.coef)]
+    positions = [position for _, position, _ in found(power.coef)]
     # its coefficients of powers of x go up to 3e5
-    assert numpy.allclose(places, known, rtol=0, atol=1e-9)
+    assert numpy.allclose(positions, known, rtol=0, atol=1e-9)
     assert [sign for *_, sign in found(power.coef)] == [-1, 1] * 4
 
 
@@ -39,14 +39,14 @@ def test_every_zero_of_a_chebyshev_polynomial_is_found() -> None:
     ],
 )
 def test_crossings_of_few_zeros(zeros: list[float], expected: list[float]) -> None:
-    places = [place for _, place, _ in found(with_zeros(zeros))]
+    positions = [position for _, position, _ in found(with_zeros(zeros))]
     # a zero of order k is off by the k-th root of what rounding does
-    assert places == pytest.approx(expected, rel=1e-9, abs=1e-4 if len(set(zeros)) < 2 else 1e-9)
+    assert positions == pytest.approx(expected, rel=1e-9, abs=1e-4 if len(set(zeros)) < 2 else 1e-9)
 
 
 def test_several_polynomials_at_once_keep_apart() -> None:
     rows = [with_zeros([0.2, 0.7, 2.0]), with_zeros([3.0, 4.0, 5.0]), -with_zeros([0.5, 2.0, 3.0])]
-    assert [(k, round(place, 9), sign) for k, place, sign in found(*rows)] == [
+    assert [(k, round(position, 9), sign) for k, position, sign in found(*rows)] == [
         (0, 0.2, 1), (0, 0.7, -1), (2, 0.5, -1),
     ]  # fmt: skip
 
@@ -56,7 +56,7 @@ def test_a_zero_between_two_pieces_is_found_once(shift: float) -> None:
     """The function x - 1 in two pieces, whose roundings may disagree about its sign at 1."""
     pieces = numpy.array([[-1.0, 1.0 + shift], [shift, 1.0]])
     first = numpy.array([-1.0, pieces[0].sum()])
-    which, place, direction = crossings(pieces, first)
+    which, position, direction = crossings(pieces, first)
     assert len(which) == 1
     assert direction.tolist() == [1]
-    assert which[0] + place[0] == pytest.approx(1)
+    assert which[0] + position[0] == pytest.approx(1)

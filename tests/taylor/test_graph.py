@@ -17,7 +17,7 @@ from tt_precise.taylor.graph import Graph, Traced, constants_of, in_order, numbe
 def kinds(model: str, coordinates: str, law: str = "viscous") -> Counter[str]:
     form = integrated(model, coordinates, law_named(law))
     graph = Graph(len(form.columns), len(form.parameters))
-    state = form.State(*graph.entries)
+    state = form.State(*graph.components)
     rates = graph.with_turning(form.rates(form.body(graph.parameters), state, graph))
     return Counter(one.kind for one in in_order(graph, rates))
 
@@ -27,11 +27,11 @@ def test_the_gliding_top_takes_its_products_once() -> None:
     found = kinds("gliding", "newton")
     assert found["product"] == 24
     assert found["quotient"] == 1
-    assert found["entry"] == 8
+    assert found["component"] == 8
 
 
 def test_sines_and_roots_are_taken_where_the_equations_have_them() -> None:
-    assert kinds("gliding", "euler")["entry"] == 6 + 1  # sin and cos, but the rates lack theta
+    assert kinds("gliding", "euler")["component"] == 6 + 1  # sin and cos, but the rates lack theta
     assert kinds("gliding", "newton", "regularised")["root"] == 1
     assert kinds("gliding", "newton")["root"] == 0
     stribeck = kinds("gliding", "newton", "stribeck")
@@ -40,7 +40,7 @@ def test_sines_and_roots_are_taken_where_the_equations_have_them() -> None:
 
 def test_equal_expressions_are_one() -> None:
     graph = Graph(2, 1)
-    x, y = graph.entries
+    x, y = graph.components
     (a,) = graph.parameters
     assert x * y is y * x
     assert a * x + y is y + a * x or in_order(graph, [a * x + y])
@@ -53,7 +53,7 @@ def test_equal_expressions_are_one() -> None:
 
 def test_constants_are_computed_in_the_numbers_given() -> None:
     graph = Graph(1, 2)
-    (x,) = graph.entries
+    (x,) = graph.components
     a, b = graph.parameters
     rate = (1 / a - 1 / b) * x + graph.sqrt(a) / 3 - 2
     with mpmath.workdps(60):
@@ -77,14 +77,14 @@ def test_a_sum_is_what_its_terms_are() -> None:
     def value(one: Any) -> Fraction:
         if not isinstance(one, Traced):
             return Fraction(one if isinstance(one, int) else constant[one])
-        if one.kind == "entry":
+        if one.kind == "component":
             return point[one.args[0]]
         if one.kind == "product":
             return value(one.args[0]) * value(one.args[1])
         offset, terms = one.args
         return value(offset) + sum(value(factor) * value(series) for factor, series in terms)
 
-    traced = polynomial(*graph.entries, *graph.parameters)
+    traced = polynomial(*graph.components, *graph.parameters)
     fractions = SimpleNamespace(mpf=Fraction)
     constant = numbers(constants_of(in_order(graph, [traced])), [parameter], fractions)
     assert value(traced) == polynomial(*point, parameter)
@@ -92,7 +92,7 @@ def test_a_sum_is_what_its_terms_are() -> None:
 
 def test_what_needs_an_arc_tangent_is_refused() -> None:
     graph = Graph(2, 0)
-    angle = graph.atan2(*graph.entries)
-    assert in_order(graph, graph.entries) == graph.entries  # it is there, and not needed
+    angle = graph.atan2(*graph.components)
+    assert in_order(graph, graph.components) == graph.components  # it is there, and not needed
     with pytest.raises(InputError, match="theta_min"):
         in_order(graph, [angle + 1])

@@ -74,23 +74,23 @@ PROBLEMS = {
 
 
 @cache
-def system(name: str, parts: int) -> System:
+def system(name: str, limbs: int) -> System:
     problem = PROBLEMS[name]
     return System(
-        parts,
+        limbs,
         len(problem.start),
         len(problem.parameters),
         lambda y, p, fn: (problem.rates(y, p, fn), [(y[0] - 2, False), (y[0], True)]),
     )
 
 
-def pieces(name: str, parts: int, tolerance: float | None = None) -> list[StepBlock]:
-    return run(system(name, parts), PROBLEMS[name], tolerance or FULL[parts])
+def pieces(name: str, limbs: int, tolerance: float | None = None) -> list[StepBlock]:
+    return run(system(name, limbs), PROBLEMS[name], tolerance or FULL[limbs])
 
 
 def run(made: System, one: Problem, tolerance: float) -> list[StepBlock]:
-    begun = made.begun(one.start, one.parameters, FN)
-    return list(made.pieces(begun, float(one.until), tolerance))
+    initial = made.initial_data(one.start, one.parameters, FN)
+    return list(made.pieces(initial, float(one.until), tolerance))
 
 
 def at(piece: StepBlock, time: Any) -> tuple[Any, ...]:
@@ -103,15 +103,15 @@ def error(name: str, found: tuple[Any, ...], time: Any) -> Any:
     return max(abs(a - b) for a, b in zip(found, exact, strict=False)) / scale
 
 
-@pytest.mark.parametrize("parts", [2, 3])
+@pytest.mark.parametrize("limbs", [2, 3])
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_closed_forms_at_the_end_and_between(name: str, parts: int) -> None:
+def test_closed_forms_at_the_end_and_between(name: str, limbs: int) -> None:
     until = PROBLEMS[name].until
-    first, *_, last = 2 * pieces(name, parts)
+    first, *_, last = 2 * pieces(name, limbs)
     growth = FN.mpf(2) ** 6 if "Kepler" in name else 1  # errors in phase grow with t^2
-    assert error(name, at(last, until), until) < EPS[parts] * growth
+    assert error(name, at(last, until), until) < EPS[limbs] * growth
     middle = FN.mpf(first.begins[len(first.lengths) // 2, 0]) + FN.mpf(1) / 97
-    assert error(name, at(first, middle), middle) < EPS[parts] * growth
+    assert error(name, at(first, middle), middle) < EPS[limbs] * growth
 
 
 @pytest.mark.parametrize("tolerance", [1e-16, 1e-20, 1e-26])
@@ -125,29 +125,29 @@ def test_a_tolerance_is_what_is_lost(tolerance: float) -> None:
 def test_the_last_part_of_a_start_counts() -> None:
     name = "product and quotient"
     one = PROBLEMS[name]
-    for parts in (2, 3):
-        moved = one.start[0] * (1 + 4 * EPS[parts]), one.start[1]
-        last = run(system(name, parts), one._replace(start=moved), FULL[parts])[-1]
-        assert error(name, at(last, 3), 3) > 3 * EPS[parts]
+    for limbs in (2, 3):
+        moved = one.start[0] * (1 + 4 * EPS[limbs]), one.start[1]
+        last = run(system(name, limbs), one._replace(start=moved), FULL[limbs])[-1]
+        assert error(name, at(last, 3), 3) > 3 * EPS[limbs]
 
 
 def bits(piece: StepBlock) -> list[bytes]:
-    """Of the steps, of their series, and of what is read in their middle, all parts of it."""
+    """Of the steps, of their series, and of what is read in their middle, all limbs of it."""
     middle = moments(FN.mpf(t) for t in piece.begins[:, 0] + piece.lengths * piece.units / 3)
     found = (piece.lengths, piece.coefficients, piece.end_row, piece.suspect, piece.at(middle))
     return [one.tobytes() for one in found]
 
 
-@pytest.mark.parametrize("parts", [2, 3])
-def test_the_same_bits_again_and_on_a_plainer_processor(parts: int) -> None:
+@pytest.mark.parametrize("limbs", [2, 3])
+def test_the_same_bits_again_and_on_a_plainer_processor(limbs: int) -> None:
     name = "root"
-    made = system(name, parts)
+    made = system(name, limbs)
     quick = made.machine
-    first, again = pieces(name, parts), pieces(name, parts)
+    first, again = pieces(name, limbs), pieces(name, limbs)
     others = [again]
     for features in (None, ""):  # "": no AVX2, no FMA
         made.machine = Machine(made.kernel.text(), features)
-        others.append(pieces(name, parts))
+        others.append(pieces(name, limbs))
     made.machine = quick
     for other in others:
         assert len(other) == len(first)
@@ -157,34 +157,34 @@ def test_the_same_bits_again_and_on_a_plainer_processor(parts: int) -> None:
 
 def test_threads_share_one_machine() -> None:
     made, one = system.__wrapped__("root", 2), PROBLEMS["root"]
-    begun = made.begun(one.start, one.parameters, FN)
+    initial = made.initial_data(one.start, one.parameters, FN)
     barrier = threading.Barrier(8)
 
     def run() -> Any:
         barrier.wait()
-        return [part for block in made.pieces(begun, 3.0, FULL[2]) for part in bits(block)]
+        return [limb for block in made.pieces(initial, 3.0, FULL[2]) for limb in bits(block)]
 
     with ThreadPoolExecutor(8) as pool:
         found = [future.result() for future in [pool.submit(run) for _ in range(8)]]
     assert all(other == found[0] for other in found)
 
 
-@pytest.mark.parametrize("parts", [2, 3])
-def test_zeros_of_outputs_and_of_their_rates(parts: int) -> None:
+@pytest.mark.parametrize("limbs", [2, 3])
+def test_zeros_of_outputs_and_of_their_rates(limbs: int) -> None:
     """x - 2 in x = exp(t^2/2), and the rate of x = cos t."""
-    watch = Watch(len(system("product and quotient", parts).graph.entries), (0, 0), FN)
-    found = pieces("product and quotient", parts)
+    watch = Watch(len(system("product and quotient", limbs).graph.components), (0, 0), FN)
+    found = pieces("product and quotient", limbs)
     (zero,) = [z for piece in found for z in watch.zeros(piece, FN.mpf(3)) if z.function == 0]
-    assert abs(zero.time - FN.sqrt(2 * FN.log(2))) < EPS[parts]
+    assert abs(zero.time - FN.sqrt(2 * FN.log(2))) < EPS[limbs]
     assert zero.direction == 1
     name = "Kepler's circle, twelve times"
-    watch = Watch(len(system(name, parts).graph.entries), (0, 0), FN)
-    zeros = [z for piece in pieces(name, parts) for z in watch.zeros(piece, FN.mpf(75))]
+    watch = Watch(len(system(name, limbs).graph.components), (0, 0), FN)
+    zeros = [z for piece in pieces(name, limbs) for z in watch.zeros(piece, FN.mpf(75))]
     inner = [zero for zero in zeros if zero.time > 1]
     assert {zero.function for zero in inner} == {1}
     assert len(inner) == int(75 / FN.pi)
     assert all(
-        abs(zero.time - k * FN.pi) < 2**8 * EPS[parts] and zero.direction == (1 if k % 2 else -1)
+        abs(zero.time - k * FN.pi) < 2**8 * EPS[limbs] and zero.direction == (1 if k % 2 else -1)
         for k, zero in enumerate(inner, 1)
     )
 
@@ -193,7 +193,7 @@ def test_a_solution_that_ends_gives_no_more_than_numbers() -> None:
     """x' = x^2 blows up at t = 1."""
     made = System(2, 1, 0, lambda y, p, fn: ([y[0] * y[0]], []))
     good = []
-    for piece in made.pieces(made.begun((FN.mpf(1),), (), FN), 2.0, FULL[2]):
+    for piece in made.pieces(made.initial_data((FN.mpf(1),), (), FN), 2.0, FULL[2]):
         good.append(piece.begins[: piece.good, 0])
         if len(good) > 50:
             break
@@ -202,18 +202,18 @@ def test_a_solution_that_ends_gives_no_more_than_numbers() -> None:
     assert len(times) > 100
 
 
-@pytest.mark.parametrize("parts", [2, 3])
-def test_a_solution_may_be_as_fast_as_it_likes(parts: int) -> None:
+@pytest.mark.parametrize("limbs", [2, 3])
+def test_a_solution_may_be_as_fast_as_it_likes(limbs: int) -> None:
     """x = exp(-1e14 t): in the first unit of time its terms have no doubles."""
     fast = FN.mpf(10) ** 14
-    made = System(parts, 1, 1, lambda y, p, fn: ([-p[0] * y[0]], []))
-    begun = made.begun((FN.mpf(1),), (fast,), FN)
-    (block,) = made.pieces(begun, 1e-13, FULL[parts])
+    made = System(limbs, 1, 1, lambda y, p, fn: ([-p[0] * y[0]], []))
+    initial = made.initial_data((FN.mpf(1),), (fast,), FN)
+    (block,) = made.pieces(initial, 1e-13, FULL[limbs])
     assert block.good == len(block.lengths)
     end = sum(map(FN.mpf, block.end_time))
     (found,) = numbers_of(block.end_row, FN)
     assert end >= 1e-13
-    assert abs(found - FN.exp(-end * fast)) < EPS[parts]
+    assert abs(found - FN.exp(-end * fast)) < EPS[limbs]
 
 
 def test_orders_fall_with_the_parts_and_rise_with_accuracy() -> None:

@@ -27,7 +27,7 @@ from tt_precise.runtime.values import Array, ContinuousOutput, InputError, Scala
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction, to_mpmath
 from tt_precise.scene.scene import Scene
-from tt_precise.taylor.machine import MOST_PARTS
+from tt_precise.taylor.machine import MOST_LIMBS
 from tt_precise.taylor.system import moments
 
 ARRIVED = ("complete", "contact_ignored")  # at the scene's horizon
@@ -89,7 +89,7 @@ class SampleTimes:
 def to_limbs(times: Sequence[Fraction], unit: Scalar, mpfr: Mpfr) -> Array:
     """Exact times in s as dimensionless times, each as three doubles: axes (time, part)."""
     with mpfr.precision():
-        return mpfr.to_limbs(mpfr.of_fractions(times) / mpfr.number(unit), MOST_PARTS)
+        return mpfr.to_limbs(mpfr.of_fractions(times) / mpfr.number(unit), MOST_LIMBS)
 
 
 def long_double(value: Scalar) -> Scalar:
@@ -319,7 +319,7 @@ class DenseOutput(Span):
             return tuple(map(mpfr.array, zip(*rows, strict=True)))
         for time in {min(seconds), max(seconds)}:
             self.dimensionless_time(mpfr.back(time))
-        times = mpfr.to_limbs(seconds / mpfr.number(self.start.units.time), MOST_PARTS)
+        times = mpfr.to_limbs(seconds / mpfr.number(self.start.units.time), MOST_LIMBS)
         at_start, at_end = seconds == 0, seconds >= mpfr.number(self.end)
         order = numpy.argsort(times[:, 0], kind="stable")
         states = numpy.empty((len(times), parts, size))

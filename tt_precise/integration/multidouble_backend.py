@@ -89,10 +89,10 @@ def propagate_in_doubles(
     tolerance = float(setup.tolerance or full_tolerance(setup.precision))
     order = order_of(tolerance)
     row = start.first_row(setup.formulation, setup.record)
-    begun = run.system.begun(row, start.parameters(setup.formulation), fn)
+    initial = run.system.initial_data(row, start.parameters(setup.formulation), fn)
     longest = longest_step(start.body, start.vectors, order, setup.precision)
     pieces = run.system.pieces(
-        begun,
+        initial,
         float(until),
         tolerance,
         math.inf if longest is None else float(longest),
@@ -171,7 +171,7 @@ class _Run:
         )
         self.size = len(setup.layout.columns)
         directions = [-1 for _ in self.terminal]
-        self.watch = Watch(len(self.system.graph.entries), directions, self.fn)
+        self.watch = Watch(len(self.system.graph.components), directions, self.fn)
         self.left = False  # the table, in a run that continues
 
     def take(self, piece: StepBlock) -> _End:

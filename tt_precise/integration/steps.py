@@ -17,7 +17,7 @@ from tt_precise.integration.dense_output import long_double
 from tt_precise.integration.setup import Setup
 from tt_precise.runtime.values import Array, ContinuousOutput, Functions, Scalar
 from tt_precise.scene.initial_state import InitialState
-from tt_precise.taylor.machine import MOST_PARTS
+from tt_precise.taylor.machine import MOST_LIMBS
 from tt_precise.taylor.system import StepBlock
 
 Rows = Callable[[Array, Array], tuple[Array, Sequence[Array]]]
@@ -156,7 +156,7 @@ def of_block(piece: StepBlock, end: float, setup: Setup) -> Steps:
 
     def rows(step: Array, place: Array) -> tuple[Array, Sequence[Array]]:
         times = begins[step] + place * (lengths * unit)[step]
-        parts = piece.rows(step, mpfr.to_limbs(times, MOST_PARTS))
+        parts = piece.rows(step, mpfr.to_limbs(times, MOST_LIMBS))
         return times, [mpfr.from_limbs(parts[:, :, i]) for i in range(size)]
 
     wide = Wide(mpfr.number, mpfr, mpfr.back, rows)

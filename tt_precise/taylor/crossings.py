@@ -15,7 +15,7 @@ import numpy
 
 from tt_precise.runtime.mpfr import mpfr_of
 from tt_precise.runtime.values import Array, Functions, Scalar
-from tt_precise.taylor.machine import MOST_PARTS
+from tt_precise.taylor.machine import MOST_LIMBS
 
 if TYPE_CHECKING:
     from tt_precise.taylor.system import StepBlock
@@ -29,7 +29,7 @@ class Crossings(NamedTuple):
     """Arrays: which polynomial, where (0 to 1), and whether it rises (+1) or falls (-1) there."""
 
     which: Array
-    place: Array
+    position: Array
     direction: Array
 
 
@@ -43,41 +43,41 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
     bernstein[:, 0] = first
     which, low, high, rising = isolated(bernstein, HALVINGS)
     direction = numpy.where(rising, 1, -1)
-    place = _refined(polynomials[which], low, high, direction)
-    order = numpy.lexsort((place, which))
-    return Crossings(which[order], place[order], direction[order])
+    position = _refined(polynomials[which], low, high, direction)
+    order = numpy.lexsort((position, which))
+    return Crossings(which[order], position[order], direction[order])
 
 
 def _refined(polynomials: Array, low: Array, high: Array, direction: Array) -> Array:
     """The zero between ``low`` and ``high``: by Newton's steps, by halving where they leave it."""
     slopes = polynomials[:, 1:] * numpy.arange(1, polynomials.shape[1])
-    place = (low + high) / 2
+    position = (low + high) / 2
     with numpy.errstate(all="ignore"):
         for _ in range(MOST_STEPS):
-            value = values(polynomials, place)
+            value = values(polynomials, position)
             behind = value * direction >= 0
-            low, high = numpy.where(behind, low, place), numpy.where(behind, place, high)
-            nearer = place - value / values(slopes, place)
+            low, high = numpy.where(behind, low, position), numpy.where(behind, position, high)
+            nearer = position - value / values(slopes, position)
             nearer = numpy.where((nearer >= low) & (nearer <= high), nearer, (low + high) / 2)
-            near = abs(nearer - place) <= 4e-16 * place
-            place = nearer
+            near = abs(nearer - position) <= 4e-16 * position
+            position = nearer
             if near.all():
                 break
-    return place
+    return position
 
 
-def values(polynomials: Array, places: Array) -> Array:
-    """Each polynomial at its place; Horner."""
+def values(polynomials: Array, positions: Array) -> Array:
+    """Each polynomial at its position; Horner."""
     value = polynomials[:, -1]
     for k in range(polynomials.shape[1] - 2, -1, -1):
-        value = value * places + polynomials[:, k]
+        value = value * positions + polynomials[:, k]
     return value
 
 
 def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Array]:
     """Intervals with one zero each, of polynomials given by Bernstein's coefficients on [0, 1].
 
-    Returns which polynomial, the two ends, and whether it rises there, in the order of places.
+    Returns which polynomial, the two ends, and whether it rises there, in the order of positions.
     After the last halving two zeros count as none, and three as one.
     """
     which, low = numpy.arange(len(bernstein)), numpy.zeros(len(bernstein))
@@ -94,7 +94,7 @@ def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Arra
         width /= 2
         which, low = numpy.tile(which, 2), numpy.concatenate((low, low + width))
         bernstein = numpy.concatenate((lower, upper))
-    which, low, high, rising = (numpy.concatenate(part) for part in zip(*intervals, strict=True))
+    which, low, high, rising = (numpy.concatenate(limb) for limb in zip(*intervals, strict=True))
     order = numpy.lexsort((low, which))
     return which[order], low[order], high[order], rising[order]
 
@@ -131,7 +131,7 @@ def halves(bernstein: Array) -> tuple[Array, Array]:
 class SignChange(NamedTuple):
     """A sign change of the function with this index: time, direction (+1 rising, -1), state.
 
-    ``row`` holds all columns in parts, (part, column).
+    ``row`` holds all columns in limbs, (limb, column).
     """
 
     function: int
@@ -168,20 +168,20 @@ class Watch:
         changes = crossings(polynomials, first.reshape(-1))
         allowed = numpy.array(self._directions)[function[changes.which]]
         wanted = (allowed == 0) | (allowed == changes.direction)
-        which, place, direction = (part[wanted] for part in changes)
+        which, position, direction = (limb[wanted] for limb in changes)
         function, step = function[which], step[which]
         if not len(step):
             return []
         rates = polynomials[which][:, 1:] * numpy.arange(1, polynomials.shape[1])
         steps, lengths = steps[step], lengths[step]
         units = piece.units[steps]
-        slopes = values(rates, place) / (lengths * units)
+        slopes = values(rates, position) / (lengths * units)
         wide = mpfr_of(fn)
-        near = 2.0 ** (8 - 52 * piece.system.parts)
+        near = 2.0 ** (8 - 52 * piece.system.limbs)
         with wide.precision():
-            times = wide.from_limbs(piece.begins[steps]) + place * lengths * units
+            times = wide.from_limbs(piece.begins[steps]) + position * lengths * units
             for _ in range(MOST_NEWTONS):
-                there = piece.rows(steps, wide.to_limbs(times, MOST_PARTS))
+                there = piece.rows(steps, wide.to_limbs(times, MOST_LIMBS))
                 here = there[numpy.arange(len(steps)), :, self._columns.start + function]
                 off = wide.from_limbs(here) / numpy.where(slopes, slopes, numpy.inf)
                 # out of the step leads only what rounding alone makes a zero
@@ -189,7 +189,7 @@ class Watch:
                 times = times - off
                 if (abs(off) <= near * times).all():
                     break
-            rows = piece.rows(steps, wide.to_limbs(times, MOST_PARTS))
+            rows = piece.rows(steps, wide.to_limbs(times, MOST_LIMBS))
         exact = [wide.back(time) for time in times]
         zeros = map(SignChange, function.tolist(), exact, direction.tolist(), rows)
         return sorted(zeros, key=lambda zero: zero.time)

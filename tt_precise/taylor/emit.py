@@ -20,7 +20,7 @@ Value: TypeAlias = Any
 """A double, four of them or an integer, as LLVM's value."""
 
 Number: TypeAlias = tuple[Value, ...]
-"""One to three parts, the largest first."""
+"""One to three limbs, the largest first."""
 
 DOUBLE, INTEGER = ir.DoubleType(), ir.IntType(64)
 LANES = 4
@@ -38,10 +38,10 @@ SHIFT = 1.5 * 2.0**52  # a double plus this one ends in its nearest integer
 EXPONENT_BIAS, MANTISSA_BITS = 1023, 52
 
 
-def nearest(value: Fraction, parts: int) -> list[float]:
+def nearest(value: Fraction, limbs: int) -> list[float]:
     """An exact number as a sum of doubles, each nearest to the remainder."""
     doubles: list[float] = []
-    for _ in range(parts):
+    for _ in range(limbs):
         doubles.append(float(value))
         value -= Fraction(doubles[-1])
     return doubles
@@ -75,27 +75,27 @@ class Emitter:
         return self.b.bitcast(made, DOUBLE.as_pointer())
 
     def index(self, row: Value, width: int, column: int = 0) -> Value:
-        """The position of an entry among rows of this width."""
+        """The position of an component among rows of this width."""
         return self.b.add(self.b.mul(row, self.i(width)), self.i(column))
 
-    def order(self, orders: Value, parts: int) -> Value:
-        """Return the number of orders that are computed in so many parts or more."""
-        return self.b.load(self.b.gep(orders, [self.i(3 - parts)]))
+    def order(self, orders: Value, limbs: int) -> Value:
+        """Return the number of orders that are computed in so many limbs or more."""
+        return self.b.load(self.b.gep(orders, [self.i(3 - limbs)]))
 
-    def behind(self, pointer: Value, place: Value | int) -> Value:
-        """The pointer moved by ``place`` entries."""
-        return self.b.gep(pointer, [self.i(place) if isinstance(place, int) else place])
+    def behind(self, pointer: Value, position: Value | int) -> Value:
+        """The pointer moved by ``position`` components."""
+        return self.b.gep(pointer, [self.i(position) if isinstance(position, int) else position])
 
-    def load(self, pointer: Value, place: Value | int, kind: ir.Type = DOUBLE) -> Value:
+    def load(self, pointer: Value, position: Value | int, kind: ir.Type = DOUBLE) -> Value:
         """Load a double, or a vector of four."""
-        there = self.behind(pointer, place)
+        there = self.behind(pointer, position)
         if kind == VECTOR:
             there = self.b.bitcast(there, VECTOR.as_pointer())
         return self.b.load(there, align=8)
 
-    def store(self, value: Value, pointer: Value, place: Value | int) -> None:
+    def store(self, value: Value, pointer: Value, position: Value | int) -> None:
         """Store a double or a vector."""
-        there = self.behind(pointer, place)
+        there = self.behind(pointer, position)
         if value.type == VECTOR:
             there = self.b.bitcast(there, VECTOR.as_pointer())
         self.b.store(value, there, align=8)
@@ -159,29 +159,29 @@ class Emitter:
 
 
 class SeveralDoubles:
-    """Numbers of so many ``parts``: 1 a double, 2 a double-double, 3 a triple-double.
+    """Numbers of so many ``limbs``: 1 a double, 2 a double-double, 3 a triple-double.
 
-    The last part gathers in plain doubles what the others leave, so errors are a few units in the
-    last place of the last part, 2^-53, 2^-104 and 2^-156 of the largest term. What is added up is
+    The last limb gathers in plain doubles what the others leave, so errors are a few units in the
+    last place of the last limb, 2^-53, 2^-104 and 2^-156 of the largest term. What is added up is
     put in order at the end (``normal``).
     """
 
-    def __init__(self, emitter: Emitter, parts: int):
-        self.e, self.parts = emitter, parts
+    def __init__(self, emitter: Emitter, limbs: int):
+        self.e, self.limbs = emitter, limbs
         self.one = self.widened((emitter.d(1.0),))
 
     def widened(self, a: Number) -> Number:
-        """A number of fewer parts with zeros behind."""
+        """A number of fewer limbs with zeros behind."""
         return (*a, *(ir.Constant(a[0].type, 0.0 if a[0].type == DOUBLE else None)
-                      for _ in range(self.parts - len(a))))  # fmt: skip
+                      for _ in range(self.limbs - len(a))))  # fmt: skip
 
     def plus(self, s: Number, a: Number) -> Number:
         """A running sum and one more number, not in order."""
         f, two_sum = self.e.b, self.e.two_sum
-        if self.parts == 1:
+        if self.limbs == 1:
             return (f.fadd(s[0], a[0]),)
         s0, left = two_sum(s[0], a[0])
-        if self.parts == 2:
+        if self.limbs == 2:
             return s0, f.fadd(s[1], f.fadd(left, a[1]))
         s1, rest = two_sum(s[1], a[1])
         s1, more = two_sum(s1, left)
@@ -190,10 +190,10 @@ class SeveralDoubles:
     def times(self, a: Number, b: Number) -> Number:
         """A product, not in order."""
         e, f = self.e, self.e.b
-        if self.parts == 1:
+        if self.limbs == 1:
             return (f.fmul(a[0], b[0]),)
         p, left = e.two_product(a[0], b[0])
-        if self.parts == 2:
+        if self.limbs == 2:
             return p, e.call("fma", a[1], b[0], e.call("fma", a[0], b[1], left))
         q, q_left = e.two_product(a[0], b[1])
         r, r_left = e.two_product(a[1], b[0])
@@ -205,12 +205,12 @@ class SeveralDoubles:
         return p, s, rest
 
     def normal(self, s: Number) -> Number:
-        """Return the sum with parts of at most half a unit in the last place of the part before."""
+        """Return the sum with limbs of at most half a unit in the last place of the limb before."""
         e = self.e
-        if self.parts == 1:
+        if self.limbs == 1:
             return s
-        if self.parts == 2:
-            # Dekker's sum: the second part is the smaller one, or both are rounding errors
+        if self.limbs == 2:
+            # Dekker's sum: the second limb is the smaller one, or both are rounding errors
             hi = e.b.fadd(s[0], s[1])
             return hi, e.b.fsub(s[1], e.b.fsub(hi, s[0]))
         s0, s1 = e.two_sum(s[0], s[1])
@@ -224,7 +224,7 @@ class SeveralDoubles:
     def products(self, start: Number, *pairs: tuple[Number, Number]) -> Number:
         """``start`` and the products of the pairs, added up."""
         for a, b in pairs:
-            if self.parts == 1:
+            if self.limbs == 1:
                 start = (self.e.call("fma", a[0], b[0], start[0]),)
             else:
                 start = self.plus(start, self.times(a, b))
@@ -240,9 +240,9 @@ class SeveralDoubles:
         return tuple(map(self.e.b.fneg, a))
 
     def quotient(self, a: Number, b: Number) -> Number:
-        """a/b: that of the first parts, corrected as often as there are parts."""
+        """a/b: that of the first limbs, corrected as often as there are limbs."""
         quotient = self.widened((self.e.b.fdiv(a[0], b[0]),))
-        for _ in range(self.parts):
+        for _ in range(self.limbs):
             left = self.total(a, self.negative(self.product(quotient, b)))
             quotient = self.total(quotient, self.widened((self.e.b.fdiv(left[0], b[0]),)))
         return quotient
@@ -250,26 +250,26 @@ class SeveralDoubles:
     def root(self, a: Number) -> Number:
         """The positive root, likewise."""
         root = self.widened((self.e.call("sqrt", a[0]),))
-        for _ in range(self.parts):
+        for _ in range(self.limbs):
             left = self.total(a, self.negative(self.product(root, root)))
             more = self.e.b.fdiv(left[0], self.e.b.fadd(root[0], root[0]))
             root = self.total(root, self.widened((more,)))
         return root
 
     def constant(self, value: Fraction) -> Number:
-        return tuple(map(self.e.d, nearest(value, self.parts)))
+        return tuple(map(self.e.d, nearest(value, self.limbs)))
 
     def exponential(self, a: Number) -> Number:
         """e^a = 2^k e^r with the integer k next to a/ln 2; e^r - 1 by its series and doubling."""
         f, d = self.e.b, self.e.d
         for sign, limit in (("<", LEAST_EXPONENT), (">", MOST_EXPONENT)):
             beyond = f.fcmp_ordered(sign, a[0], d(limit))
-            parts = zip(self.widened((d(limit),)), a, strict=True)
-            a = tuple(f.select(beyond, part, own) for part, own in parts)
+            limbs = zip(self.widened((d(limit),)), a, strict=True)
+            a = tuple(f.select(beyond, limb, own) for limb, own in limbs)
         shifted = f.fadd(f.fmul(a[0], d(float(1 / LN_2))), d(SHIFT))
         k = self.widened((f.fsub(shifted, d(SHIFT)),))
         rest = self.total(a, self.negative(self.product(k, self.constant(LN_2))))
-        small = tuple(f.fmul(part, d(2.0**-HALVINGS)) for part in rest)
+        small = tuple(f.fmul(limb, d(2.0**-HALVINGS)) for limb in rest)
         series = self.constant(Fraction(1, factorial(TERMS)))
         for n in range(TERMS - 1, 0, -1):
             series = self.products(self.constant(Fraction(1, factorial(n))), (series, small))
@@ -278,4 +278,4 @@ class SeveralDoubles:
             series = self.products(self.total(series, series), (series, series))
         biased = f.add(f.bitcast(shifted, INTEGER), self.e.i(EXPONENT_BIAS))
         power = f.bitcast(f.shl(biased, self.e.i(MANTISSA_BITS)), DOUBLE)
-        return tuple(f.fmul(part, power) for part in self.total(self.one, series))
+        return tuple(f.fmul(limb, power) for limb in self.total(self.one, series))

@@ -1,8 +1,8 @@
 """A right-hand side as a graph of its operations, traced by one run with ``Traced`` scalars.
 
-An expression without entries of the state is a constant, computed once per run in mpmath. The rest
-are sums with constant factors, products, quotients, roots and exponentials of series, each kept
-once.
+An expression without components of the state is a constant, computed once per run in mpmath. The
+rest are sums with constant factors, products, quotients, roots and exponentials of series, each
+kept once.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from tt_precise.taylor.series import powered
 
 
 class Operand(Ring):
-    """An operation of a ``kind`` on ``args``: numbers, parameters, entries and other nodes."""
+    """An operation of a ``kind`` on ``args``: numbers, parameters, components and other nodes."""
 
     __slots__ = ("args", "graph", "kind")
     __array_ufunc__ = None
@@ -68,8 +68,8 @@ class Constant(Operand):
 class Traced(Operand):
     """A function of time, given by the rule for its Taylor coefficients.
 
-    ``kind`` is "entry" (of the state, with its index), "sum" (with a constant offset and pairs of
-    a factor, which is 1, -1 or a ``Constant``, and a series), "product", "quotient", "root",
+    ``kind`` is "component" (of the state, with its index), "sum" (with a constant offset and pairs
+    of a factor, which is 1, -1 or a ``Constant``, and a series), "product", "quotient", "root",
     "slope" (each coefficient times its order) or "exponential" (of a series, given with its slope).
     """
 
@@ -94,20 +94,20 @@ def linear(value: Scalar, sign: int = 1) -> tuple[Any, tuple[tuple[Any, Traced],
 
 
 class Graph:
-    """The operations of a system of ``entries`` equations with ``parameters``; also their ``fn``.
+    """The operations of ``components`` equations with ``parameters``; also their ``fn``.
 
-    ``turning`` holds, for each angle, the two entries that were added for its sine and cosine.
-    Their rates are made of its rate, so an angle is a sum of entries with factors.
+    ``turning`` holds, for each angle, the two components that were added for its sine and cosine.
+    Their rates are made of its rate, so an angle is a sum of components with factors.
     """
 
-    def __init__(self, entries: int, parameters: int):
+    def __init__(self, components: int, parameters: int):
         self._known: dict[Any, Any] = {}
         self._places: dict[Any, int] = {}
-        self.entries = [self.series("entry", i) for i in range(entries)]
+        self.components = [self.series("component", i) for i in range(components)]
         self.parameters = [self._once(Constant, "parameter", (i,)) for i in range(parameters)]
         self.turning: dict[Traced, tuple[Traced, Traced]] = {}
 
-    def place(self, node: Any) -> int:
+    def position(self, node: Any) -> int:
         """A number that orders the graph: operands come before their results."""
         return self._places[node]
 
@@ -153,7 +153,7 @@ class Graph:
     def times(self, a: Scalar, b: Scalar) -> Scalar:
         if isinstance(a, Traced):
             if isinstance(b, Traced):
-                return self.series("product", *sorted((a, b), key=self.place))
+                return self.series("product", *sorted((a, b), key=self.position))
             a, b = b, a
         return self.scaled(a, b) if isinstance(b, Traced) else self.constant("*", a, b)
 
@@ -207,7 +207,7 @@ class Graph:
         return self._once(Constant, "exponential", (self.number(value),))
 
     def sin(self, angle: Traced) -> Traced:
-        """The sine of an angle, as one more entry of the state."""
+        """The sine of an angle, as one more component of the state."""
         return self._turned(angle)[0]
 
     def cos(self, angle: Traced) -> Traced:
@@ -220,32 +220,32 @@ class Graph:
 
     def _turned(self, angle: Traced) -> tuple[Traced, Traced]:
         if angle not in self.turning:
-            first = len(self.entries)
-            made = self.series("entry", first), self.series("entry", first + 1)
-            self.entries += made
+            first = len(self.components)
+            made = self.series("component", first), self.series("component", first + 1)
+            self.components += made
             self.turning[angle] = made
         return self.turning[angle]
 
     def with_turning(self, rates: Sequence[Scalar]) -> list[Scalar]:
-        """``rates`` of the first entries, followed by those of sines and cosines."""
-        of_entry = dict(zip(self.entries, rates, strict=False))
+        """``rates`` of the first components, followed by those of sines and cosines."""
+        of_component = dict(zip(self.components, rates, strict=False))
         extended = list(rates)
         for angle, (sine, cosine) in self.turning.items():
             _, terms = linear(angle)
-            rate = sum(factor * of_entry[entry] for factor, entry in terms)
+            rate = sum(factor * of_component[component] for factor, component in terms)
             extended += [cosine * rate, -(sine * rate)]
         return extended
 
     def with_turned(
         self, start: Sequence[Scalar], parameters: Sequence[Scalar], fn: Functions
     ) -> list[Scalar]:
-        """A ``start`` of the first entries, followed by sines and cosines."""
+        """A ``start`` of the first components, followed by sines and cosines."""
         extended, known = list(start), dict[Any, Any]()
         for angle in self.turning:
             value, terms = linear(angle)
             value = self.number(value).value(parameters, fn, known)
-            for factor, entry in terms:
-                value += self.number(factor).value(parameters, fn, known) * start[entry.args[0]]
+            for factor, component in terms:
+                value += self.number(factor).value(parameters, fn, known) * start[component.args[0]]
             extended += [fn.sin(value), fn.cos(value)]
         return extended
 
@@ -271,7 +271,7 @@ def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Traced]:
         if node not in reached:
             reached.add(node)
             left += node.operands
-    return sorted(reached, key=graph.place)
+    return sorted(reached, key=graph.position)
 
 
 def constants_of(series: Sequence[Traced]) -> list[Constant]:

@@ -49,14 +49,14 @@ def _matrices(count: int) -> tuple[Array, Array, Array]:
 
     n = count - 1
     with mp.workdps(60):
-        places = [-cos(pi * j / n) for j in range(count)]
+        positions = [-cos(pi * j / n) for j in range(count)]
         bases = (
             lambda u, k: math.comb(n, k) * (1 + u) ** k * (1 - u) ** (n - k) / 2**n,
             lambda u, k: chebyt(k, u),
             lambda u, k: u**k,
         )
         found = [
-            matrix([[base(u, k) for k in range(count)] for u in places]) ** -1 for base in bases
+            matrix([[base(u, k) for k in range(count)] for u in positions]) ** -1 for base in bases
         ]
         bernstein, chebyshev, monomials = (
             numpy.array(inverse.tolist(), dtype=float) for inverse in found
@@ -92,13 +92,13 @@ def sign_changes(bernstein: Array, error: Array) -> tuple[Array, Array]:
 
 
 def extrema(polynomials: Polynomials) -> tuple[Array, Array]:
-    """Return the polynomials' local extrema: the index of a polynomial, and a place in [0, 1]."""
+    """Return the polynomials' local extrema: index of the polynomial, position in [0, 1]."""
     slopes = numpy.diff(polynomials.bernstein, axis=0).T
     which, low, high, rising = isolated(slopes, HALVINGS)
     degrees = numpy.arange(1, len(polynomials.monomials))[:, None]
     rates = (polynomials.monomials[1:] * degrees)[:, which]
-    place, _ = zero_between(rates, low, high, numpy.where(rising, 1, -1))
-    return which, place
+    position, _ = zero_between(rates, low, high, numpy.where(rising, 1, -1))
+    return which, position
 
 
 def zero_between(

@@ -14,7 +14,7 @@ from tt_precise.runtime.values import Array
 
 # arguments of the two functions of a kernel, as ``emit.Emitter`` has them
 RUN, ROWS = "piinpdddpp", "pinpnpip"
-MOST_PARTS = 3  # Doubles in one number.
+MOST_LIMBS = 3  # Doubles in one number.
 MOST_ORDER = 99  # A kernel has reciprocals for steps up to this order.
 TIMES = 6  # numbers of a step stored with its series, see ``kernel``
 _LETTERS = {

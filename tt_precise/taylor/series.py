@@ -277,7 +277,7 @@ def solution(
     """The series of the solution through ``start`` of y' = ``rates``(y), which is autonomous."""
     slopes: list[Scalar] = []
 
-    def entry(i: int, first: Scalar) -> Series:
+    def component(i: int, first: Scalar) -> Series:
         def step(c: list[Scalar], k: int) -> Scalar:
             slope = slopes[i]
             if isinstance(slope, Series):
@@ -286,9 +286,9 @@ def solution(
 
         return Series(step, [first])
 
-    entries = tuple(entry(i, first) for i, first in enumerate(start))
-    slopes += rates(entries)
-    return entries
+    components = tuple(component(i, first) for i, first in enumerate(start))
+    slopes += rates(components)
+    return components
 
 
 ROWS = 2048  # at a time, so that all series between stay in the cache
@@ -297,9 +297,9 @@ ROWS = 2048  # at a time, so that all series between stay in the cache
 def coefficients(
     rates: Callable[[tuple[Series, ...]], Sequence[Scalar]], start: Sequence[Array], terms: int
 ) -> Array:
-    """Coefficients of the solutions through many rows: shape (entries, ``terms`` + 1, rows).
+    """Coefficients of the solutions through many rows: shape (components, ``terms`` + 1, rows).
 
-    ``start`` holds an array for each entry; ``rates`` hold for every row alike.
+    ``start`` holds an array for each component; ``rates`` hold for every row alike.
     """
     table = numpy.empty((len(start), terms + 1, len(start[0])))
     for first in range(0, table.shape[2], ROWS):

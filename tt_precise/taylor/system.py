@@ -11,12 +11,12 @@ from mpmath.libmp import from_float, fzero, mpf_add, mpf_sub, to_float
 
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.taylor.graph import Graph, numbers
-from tt_precise.taylor.machine import MOST_ORDER, MOST_PARTS, TIMES, Machine, aligned
+from tt_precise.taylor.machine import MOST_LIMBS, MOST_ORDER, TIMES, Machine, aligned
 
 STEPS = 512  # Taylor steps in one piece.
 # of time; where 57 powers of it are out of range, less by and by
 FIRST_UNIT, LESS, LEAST_UNIT = 2.0**-3, 2.0**-16, 2.0**-200
-SPARE = 4  # orders computed in more parts than they need in theory
+SPARE = 4  # orders computed in more limbs than they need in theory
 
 
 def order_of(tolerance: float) -> int:
@@ -38,49 +38,49 @@ def orders_of(tolerance: float, most: int) -> tuple[int, int, int]:
     """Numbers of coefficients computed in three doubles, in two or more, in one or more.
 
     As terms fall by the same factor from order to order, down to ``tolerance`` in the last one,
-    those of some order on are below 2^-53 of the entries, and need one part less.
+    those of some order on are below 2^-53 of the components, and need one limb less.
     """
     order = order_of(tolerance)
 
-    def at_least(parts: int) -> int:
-        if parts > most:
+    def at_least(limbs: int) -> int:
+        if limbs > most:
             return 0
-        share = 1 + 53 * (parts - 1) * math.log(2) / math.log(tolerance)
+        share = 1 + 53 * (limbs - 1) * math.log(2) / math.log(tolerance)
         return min(max(math.ceil(order * share), 0) + SPARE, order + 1)
 
     return at_least(3), at_least(2), order + 1
 
 
 class System:
-    """y' = f(y) with parameters, for numbers of two or three ``parts``.
+    """y' = f(y) with parameters, for numbers of two or three ``limbs``.
 
-    ``define(entries, parameters, fn)`` gives the rates, and outputs as ``Kernel`` takes them.
+    ``define(components, parameters, fn)`` gives the rates, and outputs as ``Kernel`` takes them.
     """
 
-    def __init__(self, parts: int, entries: int, parameters: int, define: Callable[..., Any]):
+    def __init__(self, limbs: int, components: int, parameters: int, define: Callable[..., Any]):
         from tt_precise.taylor.kernel import Kernel
 
-        self.parts, self.graph = parts, Graph(entries, parameters)
-        rates, outputs = define(tuple(self.graph.entries), self.graph.parameters, self.graph)
-        self.kernel = Kernel(parts, self.graph, self.graph.with_turning(rates), outputs)
+        self.limbs, self.graph = limbs, Graph(components, parameters)
+        rates, outputs = define(tuple(self.graph.components), self.graph.parameters, self.graph)
+        self.kernel = Kernel(limbs, self.graph, self.graph.with_turning(rates), outputs)
         self.machine = Machine(self.kernel.text())
 
-    def begun(
+    def initial_data(
         self, start: Sequence[Scalar], parameters: Sequence[Scalar], fn: Functions
     ) -> tuple[Array, Array]:
-        """The initial data of ``pieces``, in parts: the first row and the constants.
+        """The initial data of ``pieces``, in limbs: the first row and the constants.
 
         Numbers are those of an mpmath context, ``fn``.
         """
         constants = numbers(self.kernel.constants, parameters, fn)
         row = self.graph.with_turned(start, parameters, fn)
-        return numpy.array([split(x, self.parts) for x in row]).T, numpy.array(
-            [split(constants[constant], self.parts) for constant in self.kernel.constants]
+        return numpy.array([split(x, self.limbs) for x in row]).T, numpy.array(
+            [split(constants[constant], self.limbs) for constant in self.kernel.constants]
         )
 
     def pieces(
         self,
-        begun: tuple[Array, Array],
+        initial: tuple[Array, Array],
         until: float,
         tolerance: float,
         longest: float = math.inf,
@@ -91,18 +91,18 @@ class System:
         No step is longer than ``longest``; the ``first`` one has a bound of its own if it is
         given, and is a piece of its own then. The last one may end later than ``until``.
         """
-        kernel, order, parts = self.kernel, order_of(tolerance), self.parts
-        row, constants = begun
-        orders = numpy.array(orders_of(tolerance, parts), dtype=numpy.int64)
+        kernel, order, limbs = self.kernel, order_of(tolerance), self.limbs
+        row, constants = initial
+        orders = numpy.array(orders_of(tolerance, limbs), dtype=numpy.int64)
         work = numpy.zeros(kernel.work(order))
         time = numpy.array([FIRST_UNIT, 0.0, 0.0, 0.0])
         longest = min(longest, until)
         while True:
             steps = STEPS if first is None else 1
             plane = (steps + 1) * (order + 2) * kernel.columns
-            data = aligned(parts * plane)
-            for part in range(parts):
-                data[part * plane :][: row.shape[1]] = row[part]
+            data = aligned(limbs * plane)
+            for limb in range(limbs):
+                data[limb * plane :][: row.shape[1]] = row[limb]
             times = numpy.zeros((steps + 1, TIMES))
             times[0, :4] = time
             taken = self.machine.run(
@@ -111,7 +111,7 @@ class System:
                 work.ctypes.data,
             )  # fmt: skip
             piece = StepBlock(
-                self, orders, data.reshape(parts, steps + 1, order + 2, -1), times, taken
+                self, orders, data.reshape(limbs, steps + 1, order + 2, -1), times, taken
             )
             if piece.good < taken and times[piece.good, 0] > LEAST_UNIT:
                 # its terms may only be too large for this unit of time
@@ -132,8 +132,8 @@ class System:
 class StepBlock:
     """The series of some steps, one behind the other, each in powers of time over its unit.
 
-    ``coefficients`` are the first parts, axes (step, order, column). ``begins`` are the times of
-    the steps' beginnings (step, part), ``units`` powers of two, and ``lengths`` the steps' in
+    ``coefficients`` are the first limbs, axes (step, order, column). ``begins`` are the times of
+    the steps' beginnings (step, limb), ``units`` powers of two, and ``lengths`` the steps' in
     these. Only the first ``good`` steps are finite numbers; outputs vanish in none but the
     ``suspect`` ones.
     """
@@ -141,35 +141,36 @@ class StepBlock:
     def __init__(self, system: System, orders: Array, data: Array, times: Array, taken: int):
         self.system, self.order = system, int(orders[-1]) - 1
         self._orders, self.data, self._times = orders, data, times
-        entries = len(system.graph.entries)
-        self._used = entries + len(system.kernel.outputs)
+        components = len(system.graph.components)
+        self._used = components + len(system.kernel.outputs)
         self.coefficients = data[0, :taken, : self.order + 1, : self._used]
         self.units, self.lengths = times[:taken, 0], times[:taken, 4]
         self.begins = times[:taken, 1:4]
         self.end_time = tuple(times[taken, 1:4].tolist())
         self.end_row = self.row(taken)
         suspect = times[:taken, 5].nonzero()[0]
-        # a NaN in the series of an entry makes the state at the end of the step NaN
+        # a NaN in the series of an component makes the state at the end of the step NaN
         finite = numpy.isfinite(self.lengths) & (self.lengths > 0)
-        finite &= numpy.isfinite(data[0, 1 : taken + 1, 0, :entries]).all(axis=1)
-        finite[suspect] &= numpy.isfinite(self.coefficients[suspect, :, entries:]).all(axis=(1, 2))
+        finite &= numpy.isfinite(data[0, 1 : taken + 1, 0, :components]).all(axis=1)
+        outputs = self.coefficients[suspect, :, components:]
+        finite[suspect] &= numpy.isfinite(outputs).all(axis=(1, 2))
         self.good = taken if finite.all() else int(finite.argmin())
         self.suspect = suspect[suspect < self.good]
 
     def row(self, step: int) -> Array:
-        """The entries where a step begins: axes (part, entry)."""
-        entries: Array = self.data[:, step, 0, : len(self.system.graph.entries)].copy()
-        return entries
+        """The components where a step begins: axes (limb, component)."""
+        components: Array = self.data[:, step, 0, : len(self.system.graph.components)].copy()
+        return components
 
     def at(self, times: Array) -> Array:
-        """All columns at these times, given in three parts: axes (time, part, column)."""
+        """All columns at these times, given in three limbs: axes (time, limb, column)."""
         steps = numpy.searchsorted(self.begins[:, 0], times[:, 0], side="right") - 1
         return self.rows(numpy.maximum(steps, 0), times)
 
     def rows(self, steps: Array, times: Array) -> Array:
         """Return the rows by the series of given steps."""
         times = numpy.ascontiguousarray(times)
-        into = numpy.empty((len(steps), self.system.parts, self.system.kernel.columns))
+        into = numpy.empty((len(steps), self.system.limbs, self.system.kernel.columns))
         self.system.machine.rows(
             self.data.ctypes.data, self.data[0].size, self._orders.ctypes.data,
             self._times.ctypes.data, steps.ctypes.data, times.ctypes.data, len(steps),
@@ -181,29 +182,29 @@ class StepBlock:
 # ---- numbers of several doubles, in and out of mpmath ------------------------------------------
 
 
-def split(value: Scalar, parts: int) -> tuple[float, ...]:
+def split(value: Scalar, limbs: int) -> tuple[float, ...]:
     """An mpmath number as so many doubles, each the nearest to what those before leave."""
     left, doubles = value._mpf_, []
-    for _ in range(parts):
-        part = to_float(left, rnd="n")
-        doubles.append(part)
-        left = mpf_sub(left, from_float(part)) if math.isfinite(part) else fzero
+    for _ in range(limbs):
+        limb = to_float(left, rnd="n")
+        doubles.append(limb)
+        left = mpf_sub(left, from_float(limb)) if math.isfinite(limb) else fzero
     return tuple(doubles)
 
 
 def moments(times: Iterable[Scalar]) -> Array:
-    """Times as ``StepBlock`` takes them: axes (time, part), whatever has fewer parts."""
-    return numpy.array([split(time, MOST_PARTS) for time in times])
+    """Times as ``StepBlock`` takes them: axes (time, limb), whatever has fewer limbs."""
+    return numpy.array([split(time, MOST_LIMBS) for time in times])
 
 
-def number(parts: Sequence[float], fn: Functions) -> Scalar:
-    """The mpmath number of its parts."""
-    total = from_float(parts[0])
-    for part in parts[1:]:
-        total = mpf_add(total, from_float(part))
+def number(limbs: Sequence[float], fn: Functions) -> Scalar:
+    """The mpmath number of its limbs."""
+    total = from_float(limbs[0])
+    for limb in limbs[1:]:
+        total = mpf_add(total, from_float(limb))
     return fn.make_mpf(total)
 
 
 def numbers_of(row: Array, fn: Functions) -> tuple[Scalar, ...]:
-    """Return the numbers of a row (part, column)."""
-    return tuple(number(parts, fn) for parts in row.T.tolist())
+    """Return the numbers of a row (limb, column)."""
+    return tuple(number(limbs, fn) for limbs in row.T.tolist())
