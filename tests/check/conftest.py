@@ -28,14 +28,6 @@ def refuses(message: str, source: Any, scene: Any = "reference", **words: Any) -
     return str(refused.value)
 
 
-@pytest.fixture(autouse=True)
-def _no_cause(request: pytest.FixtureRequest) -> None:
-    """These modules test what is found."""
-    tested = ("kinematics", "explain", "engine_states", "golden", "equations")
-    if not request.module.__name__.endswith(tuple(f"test_{name}" for name in tested)):
-        request.getfixturevalue("no_cause")
-
-
 @pytest.fixture(scope="session")
 def healthy() -> Healthy:
     """A trajectory in double: ``healthy(scene, rows, until)``, all vector and Euler columns."""

@@ -14,6 +14,9 @@ from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 
+# Hundreds of wrong files: what explains them is tested elsewhere.
+pytestmark = pytest.mark.usefixtures("no_cause")
+
 DIGITS = 8
 NOTICEABLE = 1e-6  # of its size: an error that eight digits must notice
 TRACK = ("phi", "psi", "x", "y")

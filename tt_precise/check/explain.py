@@ -25,24 +25,17 @@ from tt_precise.check.conventions import (
     OURS,
     RESOLVED,
     TIME,
-    Fit,
     Found,
     Given,
     fit,
     search,
     units_of_time,
 )
-from tt_precise.check.force_free import differences, norm
+from tt_precise.check.fitting import ROWS, factor, number
+from tt_precise.check.force_free import norm
 from tt_precise.check.force_free_flow import (
-    NO_TERMS,
-    Terms,
-    Way,
     axis_of,
     by_guidance,
-    by_interpolation,
-    lift_of,
-    momentum_at_contact,
-    nutation,
 )
 from tt_precise.check.kinematics import (
     QUATERNION,
@@ -58,16 +51,6 @@ from tt_precise.mechanics.vectors import cross
 from tt_precise.runtime.values import Arithmetic, Array, Check
 from tt_precise.scene.initial_state import InitialState
 
-ROWS = 160  # Rows from which a number is fitted.
-NUDGE = 1e-5  # Change of a number for its derivative.
-STEPS, TRIED = 8, 5  # Steps of Gauss and Newton; numbers that are fitted, the best aligned first.
-FALLS = 0.9  # Part of the square of the residual that a step may leave.
-FAR = 1e-3  # Step of a number from which on its derivative is computed again.
-ALIGNED = 0.3  # Cosine between residual and derivative below which a number explains nothing.
-CLOSE = 1.5  # rad of nutation from row to row above which the guided flow is needed.
-WEIGHT = 30.0  # Of lift and height among the residuals that are fitted.
-AHEAD = 1.5  # Times that the next best number has to leave more, in the mean of residuals.
-LARGE = 1e-9  # Change of a number that is none.
 UNLIKE = 0.01  # Part by which the strength of friction may vary where it follows a law.
 HELD = 1e-5  # Part by which a number that is held varies.
 MOST_ROWS = 8  # Rows one behind the other that are left out together.
@@ -77,102 +60,6 @@ FEW = 160  # Rows of Euler angles that are judged in full in each convention.
 NEARLY = 2.0  # Factor by which the trapezoidal rule may misjudge how fast the rows turn.
 MOST_CHANGES = 2  # Conventions of vectors that are tried at once.
 SPARE = 100.0  # Roundings that explain a failure.
-
-
-class Motion(NamedTuple):
-    """What a number changes: the body, the rows, the terms of the equations."""
-
-    body: Parameters
-    given: Given
-    terms: Terms = NO_TERMS
-
-
-FROM_CENTRE = "alpha, of states of the sphere's centre"
-Change = Callable[[Motion, float], Motion]
-
-
-def _body(name: str) -> Change:
-    def change(motion: Motion, p: float) -> Motion:
-        body = motion.body
-        return motion._replace(body=replace(body, **{name: (1 + p) * getattr(body, name)}))
-
-    return change
-
-
-def _term(name: str) -> Change:
-    return lambda motion, p: motion._replace(terms=motion.terms._replace(**{name: p}))
-
-
-def _clock(motion: Motion, p: float) -> Motion:
-    return motion._replace(given=motion.given._replace(t=(1 + p) * motion.given.t))
-
-
-def _late(motion: Motion, p: float) -> Motion:
-    given = motion.given
-    v = None if given.v is None else _shifted(given.v, p)
-    return motion._replace(given=given._replace(w=_shifted(given.w, p), v=v))
-
-
-def _shifted(values: Array, p: float) -> Array:
-    """Return rows as they are ``p`` rows later, by six of them."""
-    count = values.shape[1]
-    first = numpy.clip(numpy.arange(count) - 2, 0, count - 6)
-    rows = first[:, None] + numpy.arange(6)
-    x = (rows - numpy.arange(count)[:, None]).astype(float)
-    weights = numpy.ones_like(x)
-    for j in range(6):
-        for other in range(6):
-            if other != j:
-                weights[:, j] *= (p - x[:, other]) / (x[:, j] - x[:, other])
-    return numpy.einsum("np,cnp->cn", weights, values[:, rows])
-
-
-def _alpha(motion: Motion, p: float) -> Motion:
-    """Another alpha, where v and x were taken from the sphere's centre with the scene's."""
-    body, given = motion.body, motion.given
-    k = numpy.array(axis_of(given.q))
-    apart = -p * body.R * body.alpha * k
-    swing = numpy.cross(given.w, apart, axis=0)
-    v = None if given.v is None else given.v + swing
-    x = None if given.x is None else given.x + apart
-    return Motion(replace(body, alpha=(1 + p) * body.alpha), given._replace(v=v, x=x), motion.terms)
-
-
-NUMBERS: dict[str, Change] = {
-    **{name: _body(name) for name in ("m", "R", "alpha", "I1", "I3", "g")},
-    FROM_CENTRE: _alpha,
-    "clock": _clock,
-    **{name: _term(name) for name in Terms._fields},
-    "late": _late,
-}
-
-
-def in_words(name: str, p: float) -> Cause:
-    """Return the cause that a number has changed by ``p``."""
-    if name == "clock":
-        return Cause("clock", f"t runs {_factor(1 / (1 + p) - 1)} times as fast as the motion")
-    if name == "late":
-        late = "late" if p > 0 else "early"
-        return Cause("clock", f"the velocities are {abs(p):.2g} rows {late}")
-    texts = {
-        "damping": f"the angular momentum is damped at {p:.3g} 1/s",
-        "drag": f"the velocity is damped at {p:.3g} 1/s",
-        "torsion": f"a torque of {p:.3g} m g R alpha about the vertical, as torsional friction is",
-        "gyroscopic": "no gyroscopic term"
-        if abs(p - 1) < 0.02
-        else f"the gyroscopic term is {_factor(-p)} times what it should be",
-    }
-    if name in texts:
-        return Cause("parameter", texts[name])
-    if name.startswith("alpha") and abs(p + 1) < 0.02:
-        return Cause("parameter", "the centre of mass is at the centre of the sphere")
-    return Cause("parameter", f"{name.split(',')[0]} is {_factor(p)} times the scene's")
-
-
-def _factor(p: float) -> str:
-    """Return 1 + p with two digits of p."""
-    digits = max(1, 1 - math.floor(math.log10(abs(p)))) if p else 1
-    return f"{1 + p:.{digits}f}"
 
 
 Judge = Callable[[Samples], list[Check]]
@@ -266,7 +153,7 @@ def _start(rows: Samples, failed: set[str]) -> list[Cause]:
     scenes = numpy.array([float(x) for x in start.L])
     ratio = float(own @ scenes) / float(scenes @ scenes)
     if norm(own - ratio * scenes) < 1e-3 * abs(ratio - 1) * norm(scenes):
-        return [Cause("start", f"omega starts at {_factor(ratio - 1)} times the scene's")]
+        return [Cause("start", f"omega starts at {factor(ratio - 1)} times the scene's")]
     return []
 
 
@@ -460,18 +347,18 @@ def _euler_readings(given: Mapping[str, Array]) -> dict[str, dict[str, Array]]:
     if spin == "omega_3":
         turning = given["omega_3"] + given["phi_dot"] * numpy.cos(given["theta"])
         found["omega_3 holds psi_dot: omega_3 = psi_dot + phi_dot cos theta"] = {"omega_3": turning}
-    for unit, factor in ANGLE.items():
-        if factor != 1:
+    for unit, size in ANGLE.items():
+        if size != 1:
             per = "" if "per" in unit else " per second"
-            scaled = {name: factor * given[name] for name in rates}
+            scaled = {name: size * given[name] for name in rates}
             found[f"the angular velocities are in {unit}{per}"] = scaled
             if unit == "degrees":
                 both = {**scaled, "theta": _degrees(given)}
                 found["angles and angular velocities are in degrees"] = both
-    for unit, factor in units_of_time(given["t"]).items():
-        if factor != 1:
+    for unit, size in units_of_time(given["t"]).items():
+        if size != 1:
             text = f"t counts {unit}" if unit.startswith("rows") else f"the time is in {unit}"
-            found[text] = {"t": factor * given["t"]}
+            found[text] = {"t": size * given["t"]}
     if "phi" in given and "nu_x" in given:
         c, s = numpy.cos(given["phi"]), numpy.sin(given["phi"])
         x, y = given["nu_x"], given["nu_y"]
@@ -491,135 +378,6 @@ def _failing(findings: Sequence[Check]) -> set[str]:
 
 
 # ---- one number --------------------------------------------------------------------------------
-
-
-def residuals_of(motion: Motion) -> Array:
-    """Return residuals of rows, without the ends, as one vector; smooth in every number."""
-    rows = motion.given.rows(motion.body)
-    Q, h = momentum_at_contact(motion.body, rows), numpy.diff(rows.t)
-    if float(nutation(motion.body, rows).max()) > CLOSE:
-        ends = by_guidance(motion.body, rows, motion.terms).best
-    else:
-        (ends,) = by_interpolation(motion.body, rows, (Way(6, True),), motion.terms)
-    off = differences(motion.body, rows, Q, ends)
-    off[4:7] /= h
-    if motion.given.vectors:
-        off = off[1:]
-    scale = motion.body.R * float(norm(rows.L)[0]) / motion.body.I1
-    parts = [off[:, 3:-3].ravel(), WEIGHT * lift_of(motion.body, rows)[3:-3] / scale]
-    if rows.x is not None:
-        k = axis_of(rows.q)
-        tall = 1 - motion.body.alpha * k[2]
-        parts.append(WEIGHT * (rows.x[2] / motion.body.R - tall)[3:-3])
-    return numpy.nan_to_num(numpy.concatenate(parts))
-
-
-class Fitted(NamedTuple):
-    """A number, its change, and how the rows then fit."""
-
-    name: str
-    p: float
-    fit: Fit
-
-
-def fitted(
-    body: Parameters,
-    given: Given,
-    half: Mapping[str, float],
-    again: Callable[[Parameters], Given] | None = None,
-) -> list[Fitted]:
-    """Return the numbers that explain some of the residual.
-
-    ``again`` reads the columns for another body where their convention needs one.
-    """
-    start = Motion(body, given)
-
-    def at(name: str, p: float) -> Motion:
-        motion = NUMBERS[name](start, p)
-        if again and motion.body != body:
-            motion = motion._replace(given=again(motion.body))
-        return motion
-
-    def slope_at(name: str, p: float, here: Array) -> Array:
-        return (residuals_of(at(name, p + NUDGE)) - here) / NUDGE
-
-    here = residuals_of(start)
-    size = float(numpy.sqrt(here @ here)) or 1.0
-    along = []
-    numbers = [n for n in NUMBERS if not (given.vectors and n == FROM_CENTRE)]
-    for name in numbers:
-        slope = slope_at(name, 0.0, here)
-        steep = float(numpy.sqrt(slope @ slope)) or 1.0
-        along.append((abs(float(here @ slope)) / steep / size, name, slope))
-    found = []
-    for cosine, name, slope in sorted(along, key=lambda one: -one[0])[:TRIED]:
-        if not cosine > ALIGNED:
-            continue
-        p, left = 0.0, here
-        if name == "alpha" and given.v is not None and not given.vectors:
-            p = alpha_by_lift(body, given)
-            left = residuals_of(at(name, p))
-            slope = slope_at(name, p, left)
-        for _ in range(STEPS):
-            step = float(left @ slope) / (float(slope @ slope) or 1.0)
-            p -= step
-            if not abs(p) < 1.5:
-                break
-            before, left = left, residuals_of(at(name, p))
-            if not float(left @ left) < FALLS * float(before @ before) or abs(step) < LARGE:
-                break
-            slope = slope_at(name, p, left) if abs(step) > FAR else slope
-        if abs(p) < 1.5:
-            motion = at(name, p)
-            found.append(
-                Fitted(
-                    name, p,
-                    fit(motion.body, motion.given, half, motion.terms),
-                )
-            )  # fmt: skip
-    return found
-
-
-def alpha_by_lift(body: Parameters, given: Given) -> float:
-    """Return the relative change of alpha with which the contact point stays on the table."""
-    rows = given.rows(body)
-    swing = numpy.array(cross(tuple(rows.L), axis_of(rows.q)))[2] * body.R * body.alpha / body.I1
-    return float(-(rows.v[2] @ swing) / ((swing @ swing) or numpy.nan)) - 1
-
-
-# A term that is not a force at the lowest point changes Jellett's integral; its fit says nothing.
-# Lift and height up to which a number explains the rest: a soft contact leaves them.
-SOFT = {"lift": 1e-4, "height": 1e-4}
-UNHELD = {"damping": ("jellett",), "torsion": ("jellett",), "gyroscopic": ("jellett",)}
-
-
-def number(
-    body: Parameters,
-    given: Given,
-    half: Mapping[str, float],
-    again: Callable[[Parameters], Given] | None = None,
-) -> list[Cause]:
-    """Return the one number that explains the residuals, and others that do it as well."""
-    found = fitted(body, given, half, again)
-    as_given = fit(body, given, half).failing(LIMITS)
-    soft = SOFT if as_given.keys() - SOFT.keys() else {}
-    named = []
-    for one in found:
-        unheld = UNHELD.get(one.name, ())
-        failing = {
-            name: value
-            for name, value in one.fit.failing(LIMITS).items()
-            if name not in unheld and not value < soft.get(name, 0.0)
-        }
-        if abs(one.p) > LARGE and not one.fit.open and not failing:
-            named.append(one)
-    if not named:
-        return []
-    best, *others = sorted(named, key=lambda one: one.fit.remainder)
-    tied = [one for one in others if one.fit.remainder < AHEAD * best.fit.remainder]
-    cause = in_words(best.name, best.p)
-    words = [cause.text, *(in_words(one.name, one.p).text for one in tied)]
-    return [Cause(cause.kind, ", or ".join(dict.fromkeys(words)))]
 
 
 def _number(rows: Samples) -> list[Cause]:
@@ -653,7 +411,7 @@ def _friction(rows: Samples) -> list[Cause]:
     low, middle, high = (float(strength[int(part * len(strength))]) for part in (0.25, 0.5, 0.75))
     if not high - low < UNLIKE * abs(middle) or abs(middle / mu - 1) < UNLIKE * UNLIKE:
         return []
-    return [Cause("parameter", f"mu is {_factor(middle / mu - 1)} times the scene's")]
+    return [Cause("parameter", f"mu is {factor(middle / mu - 1)} times the scene's")]
 
 
 def _clamp(rows: Samples) -> list[Cause]:

@@ -1,0 +1,281 @@
+"""One number of the body, the clock or the equations, fitted until the rows' residuals vanish.
+
+Residuals are smooth in every number, so that Gauss and Newton's steps find it; only the few numbers
+whose derivative has the direction of the residual are fitted. A number is named only if with it
+every residual passes within its own bound.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy
+
+from tt_precise.check.conventions import LIMITS, Fit, Given, fit
+from tt_precise.check.force_free import differences, norm
+from tt_precise.check.force_free_flow import (
+    NO_TERMS,
+    Terms,
+    Way,
+    axis_of,
+    by_guidance,
+    by_interpolation,
+    lift_of,
+    momentum_at_contact,
+    nutation,
+)
+from tt_precise.check.result import Cause
+from tt_precise.mechanics.parameters import Parameters
+from tt_precise.mechanics.vectors import cross
+from tt_precise.runtime.values import Array
+
+ROWS = 160  # Rows from which a number is fitted.
+NUDGE = 1e-5  # Change of a number for its derivative.
+STEPS, TRIED = 8, 5  # Steps of Gauss and Newton; numbers that are fitted, the best aligned first.
+FALLS = 0.9  # Part of the square of the residual that a step may leave.
+FAR = 1e-3  # Step of a number from which on its derivative is computed again.
+ALIGNED = 0.3  # Cosine between residual and derivative below which a number explains nothing.
+CLOSE = 1.5  # rad of nutation from row to row above which the guided flow is needed.
+WEIGHT = 30.0  # Of lift and height among the residuals that are fitted.
+AHEAD = 1.5  # Times that the next best number has to leave more, in the mean of residuals.
+NONE = 0.02  # Part of a number that counts as none of it.
+LARGE = 1e-9  # Change of a number that is none.
+
+
+class Motion(NamedTuple):
+    """What a number changes: the body, the rows, the terms of the equations."""
+
+    body: Parameters
+    given: Given
+    terms: Terms = NO_TERMS
+
+
+FROM_CENTRE = "alpha, of states of the sphere's centre"
+Change = Callable[[Motion, float], Motion]
+
+
+def _body(name: str) -> Change:
+    def change(motion: Motion, p: float) -> Motion:
+        body = motion.body
+        return motion._replace(body=replace(body, **{name: (1 + p) * getattr(body, name)}))
+
+    return change
+
+
+def _term(name: str) -> Change:
+    return lambda motion, p: motion._replace(terms=motion.terms._replace(**{name: p}))
+
+
+def _clock(motion: Motion, p: float) -> Motion:
+    return motion._replace(given=motion.given._replace(t=(1 + p) * motion.given.t))
+
+
+def _late(motion: Motion, p: float) -> Motion:
+    given = motion.given
+    v = None if given.v is None else _shifted(given.v, p)
+    return motion._replace(given=given._replace(w=_shifted(given.w, p), v=v))
+
+
+def _shifted(values: Array, p: float) -> Array:
+    """Return rows as they are ``p`` rows later, by six of them."""
+    count = values.shape[1]
+    first = numpy.clip(numpy.arange(count) - 2, 0, count - 6)
+    rows = first[:, None] + numpy.arange(6)
+    x = (rows - numpy.arange(count)[:, None]).astype(float)
+    weights = numpy.ones_like(x)
+    for j in range(6):
+        for other in range(6):
+            if other != j:
+                weights[:, j] *= (p - x[:, other]) / (x[:, j] - x[:, other])
+    return numpy.einsum("np,cnp->cn", weights, values[:, rows])
+
+
+def _alpha(motion: Motion, p: float) -> Motion:
+    """Another alpha, where v and x were taken from the sphere's centre with the scene's."""
+    body, given = motion.body, motion.given
+    k = numpy.array(axis_of(given.q))
+    apart = -p * body.R * body.alpha * k
+    swing = numpy.cross(given.w, apart, axis=0)
+    v = None if given.v is None else given.v + swing
+    x = None if given.x is None else given.x + apart
+    return Motion(replace(body, alpha=(1 + p) * body.alpha), given._replace(v=v, x=x), motion.terms)
+
+
+NUMBERS: dict[str, Change] = {
+    **{name: _body(name) for name in ("m", "R", "alpha", "I1", "I3", "g")},
+    FROM_CENTRE: _alpha,
+    "clock": _clock,
+    **{name: _term(name) for name in Terms._fields},
+    "late": _late,
+}
+
+
+def in_words(name: str, p: float) -> Cause:
+    """Return the cause that a number has changed by ``p``."""
+    if name == "clock":
+        return Cause("clock", f"t runs {factor(1 / (1 + p) - 1)} times as fast as the motion")
+    if name == "late":
+        late = "late" if p > 0 else "early"
+        return Cause("clock", f"the velocities are {abs(p):.2g} rows {late}")
+    texts = {
+        "damping": f"the angular momentum is damped at {p:.3g} 1/s",
+        "drag": f"the velocity is damped at {p:.3g} 1/s",
+        "torsion": f"a torque of {p:.3g} m g R alpha about the vertical, as torsional friction is",
+        "gyroscopic": "no gyroscopic term"
+        if abs(p - 1) < 0.02
+        else f"the gyroscopic term is {factor(-p)} times what it should be",
+    }
+    if name in texts:
+        return Cause("parameter", texts[name])
+    if name.startswith("alpha") and abs(p + 1) < NONE:
+        return Cause("parameter", "the centre of mass is at the centre of the sphere")
+    return Cause("parameter", f"{name.split(',')[0]} is {factor(p)} times the scene's")
+
+
+def factor(p: float) -> str:
+    """Return 1 + p with two digits of p."""
+    digits = max(1, 1 - math.floor(math.log10(abs(p)))) if p else 1
+    return f"{1 + p:.{digits}f}"
+
+
+def torque_of(body: Parameters) -> float:
+    """Return m g R alpha (N m), the unit of torques."""
+    return float(body.m * body.g * body.R * body.alpha)
+
+
+def residuals_of(motion: Motion, unit: float) -> Array:
+    """Return residuals of rows, without the ends, as one vector; smooth in every number.
+
+    Torques are in the ``unit`` (N m), which no number changes.
+    """
+    rows = motion.given.rows(motion.body)
+    Q, h = momentum_at_contact(motion.body, rows), numpy.diff(rows.t)
+    if float(nutation(motion.body, rows).max()) > CLOSE:
+        ends = by_guidance(motion.body, rows, motion.terms).best
+    else:
+        (ends,) = by_interpolation(motion.body, rows, (Way(6, True),), motion.terms)
+    off = differences(motion.body, rows, Q, ends)
+    off[4:7] *= torque_of(motion.body) / unit / h
+    if motion.given.vectors:
+        off = off[1:]
+    scale = motion.body.R * float(norm(rows.L)[0]) / motion.body.I1
+    parts = [off[:, 3:-3].ravel(), WEIGHT * lift_of(motion.body, rows)[3:-3] / scale]
+    if rows.x is not None:
+        k = axis_of(rows.q)
+        tall = 1 - motion.body.alpha * k[2]
+        parts.append(WEIGHT * (rows.x[2] / motion.body.R - tall)[3:-3])
+    return numpy.nan_to_num(numpy.concatenate(parts))
+
+
+class Fitted(NamedTuple):
+    """A number, its change, and how the rows then fit."""
+
+    name: str
+    p: float
+    fit: Fit
+
+
+def fitted(
+    body: Parameters,
+    given: Given,
+    half: Mapping[str, float],
+    again: Callable[[Parameters], Given] | None = None,
+) -> list[Fitted]:
+    """Return the numbers that explain some of the residual.
+
+    ``again`` reads the columns for another body where their convention needs one.
+    """
+    start, unit = Motion(body, given), torque_of(body)
+
+    def at(name: str, p: float) -> Motion:
+        motion = NUMBERS[name](start, p)
+        if again and motion.body != body:
+            motion = motion._replace(given=again(motion.body))
+        return motion
+
+    def slope_at(name: str, p: float, here: Array) -> Array:
+        return (residuals_of(at(name, p + NUDGE), unit) - here) / NUDGE
+
+    here = residuals_of(start, unit)
+    size = float(numpy.sqrt(here @ here)) or 1.0
+    along = []
+    numbers = [n for n in NUMBERS if not (given.vectors and n == FROM_CENTRE)]
+    for name in numbers:
+        slope = slope_at(name, 0.0, here)
+        steep = float(numpy.sqrt(slope @ slope)) or 1.0
+        along.append((abs(float(here @ slope)) / steep / size, name, slope))
+    found = []
+    for cosine, name, slope in sorted(along, key=lambda one: -one[0])[:TRIED]:
+        if not cosine > ALIGNED:
+            continue
+        p, left = 0.0, here
+        lifted = alpha_by_lift(body, given) if name == "alpha" and given.v is not None else 0.0
+        if lifted and not given.vectors:
+            p, left = lifted, residuals_of(at(name, lifted), unit)
+            slope = slope_at(name, p, left)
+        for _ in range(STEPS):
+            step = float(left @ slope) / (float(slope @ slope) or 1.0)
+            p -= step
+            if not abs(p) < 1.5:
+                break
+            before, left = left, residuals_of(at(name, p), unit)
+            if not float(left @ left) < FALLS * float(before @ before) or abs(step) < LARGE:
+                break
+            slope = slope_at(name, p, left) if abs(step) > FAR else slope
+        if abs(p) < 1.5:
+            motion = at(name, p)
+            fits = fit(motion.body, motion.given, half, motion.terms)
+            if "torque" in fits.parts:
+                fits.parts["torque"] *= torque_of(motion.body) / unit
+            found.append(Fitted(name, p, fits))
+    return found
+
+
+def alpha_by_lift(body: Parameters, given: Given) -> float:
+    """Return the relative change of alpha with which the contact point stays on the table."""
+    rows = given.rows(body)
+    swing = numpy.array(cross(tuple(rows.L), axis_of(rows.q)))[2] * body.R * body.alpha / body.I1
+    return float(-(rows.v[2] @ swing) / ((swing @ swing) or numpy.nan)) - 1
+
+
+# A term that is not a force at the lowest point changes Jellett's integral; its fit says nothing.
+# Lift and height up to which a number explains the rest: a soft contact leaves them.
+SOFT = {"lift": 1e-4, "height": 1e-4}
+UNHELD = {"damping": ("jellett",), "torsion": ("jellett",), "gyroscopic": ("jellett",)}
+
+
+def number(
+    body: Parameters,
+    given: Given,
+    half: Mapping[str, float],
+    again: Callable[[Parameters], Given] | None = None,
+) -> list[Cause]:
+    """Return the one number that explains the residuals, and others that do it as well."""
+    found = fitted(body, given, half, again)
+    as_given = fit(body, given, half).failing(LIMITS)
+    soft = SOFT if as_given.keys() - SOFT.keys() else {}
+    named = []
+    for one in found:
+        unheld = UNHELD.get(one.name, ())
+        failing = {
+            name: value
+            for name, value in one.fit.failing(LIMITS).items()
+            if name not in unheld and not value < soft.get(name, 0.0)
+        }
+        vanishes = abs(one.p + 1) < NONE
+        if vanishes and one.name in ("m", "R", "I1", "I3", "g"):
+            continue
+        # where alpha vanishes, so does the unit of the bounds
+        resolved = not one.fit.open or (vanishes and one.name.startswith("alpha"))
+        if abs(one.p) > LARGE and resolved and not failing:
+            named.append(one)
+    if not named:
+        return []
+    best, *others = sorted(named, key=lambda one: one.fit.remainder)
+    tied = [one for one in others if one.fit.remainder < AHEAD * best.fit.remainder]
+    cause = in_words(best.name, best.p)
+    words = [cause.text, *(in_words(one.name, one.p).text for one in tied)]
+    return [Cause(cause.kind, ", or ".join(dict.fromkeys(words)))]
