@@ -142,7 +142,7 @@ class Truth:
         for i, (row, exact, right) in enumerate(zip(rows, exact_times, right_states, strict=True)):
             if times is not None:
                 clock = self.precision.exact(exact) / self.start.units.time
-                right = self._moved(right, self._number(times[i], precision) - clock)
+                right = self._shift(right, self._number(times[i], precision) - clock)
             mine = form.State(*(self._number(x, precision) for x in row))
             phi = context.atan2(right.ky, right.kx) if form.coordinates == "euler" else 0
             q = form.motion(body, mine, context, phi)
@@ -156,7 +156,7 @@ class Truth:
         number = value if hasattr(value, "_mpf_") else precision.with_guard_bits(value)
         return self.precision.context.mpf(number)
 
-    def _moved(self, state: NewtonState, delay: Scalar) -> NewtonState:
+    def _shift(self, state: NewtonState, delay: Scalar) -> NewtonState:
         form = formulation(self.problem.scene.model, "newton", self.problem.scene.body.friction)
         rates = form.rates(self.start.body, form.State(*state[: len(form.columns)]), None)
         moved = [x + rate * delay for x, rate in zip(state, rates, strict=False)]

@@ -1,4 +1,4 @@
-"""Digits asked for: by which rung, delivered at every golden row, or refused."""
+"""Digits asked for: by which level, delivered at every golden row, or refused."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from tt_precise.scene.scene import Scene, load_scene, shipped
 def climb(tried: list[Any], wanted: int, lost: float = 1.0, most: float = 1e9) -> None:
     """By runs that lose ``lost`` digits, and have ``most`` at most."""
 
-    def run(rung: ladder.Rung) -> Any:
-        tried.append(rung)
+    def run(level: ladder.Level) -> Any:
+        tried.append(level)
         return SimpleNamespace(
             status="complete",
-            digits_throughout=min(rung.digits - lost, most),
+            digits_throughout=min(level.digits - lost, most),
             scene=load_scene("reference"),
             precision=SimpleNamespace(name="double", bits=53),
         )
@@ -58,14 +58,14 @@ def test_a_finer_arithmetic_is_tried_where_a_finer_tolerance_wins_little() -> No
     """Rounding of 1e-28 loses 12 digits: three doubles deliver what two do not."""
     tried: list[Any] = []
 
-    def run(rung: ladder.Rung) -> Any:
-        tried.append(rung)
-        bits = {"double": 15, "double-double": 31, "triple-double": 46}.get(rung.precision, 99)
+    def run(level: ladder.Level) -> Any:
+        tried.append(level)
+        bits = {"double": 15, "double-double": 31, "triple-double": 46}.get(level.precision, 99)
         return SimpleNamespace(
             status="complete",
-            digits_throughout=max(0.5, min(rung.digits, bits) - 12),
+            digits_throughout=max(0.5, min(level.digits, bits) - 12),
             scene=load_scene("reference"),
-            precision=SimpleNamespace(name=rung.precision, bits=53),
+            precision=SimpleNamespace(name=level.precision, bits=53),
         )
 
     ladder.integrate_to_digits(18, load_scene("reference"), run)
@@ -78,18 +78,18 @@ def test_an_estimate_that_is_off_by_half_a_digit_ends_no_ladder() -> None:
     """Coulomb-gliding to 1.2 s had 39.8 digits with 140 bits and with 141, and was refused."""
     tried: list[Any] = []
 
-    def run(rung: ladder.Rung) -> Any:
+    def run(level: ladder.Level) -> Any:
         off = 0.3 if len(tried) % 2 else -0.3
-        tried.append(rung)
+        tried.append(level)
         return SimpleNamespace(
             status="complete",
-            digits_throughout=rung.digits - 2.5 - off,
+            digits_throughout=level.digits - 2.5 - off,
             scene=load_scene("coulomb-gliding"),
-            precision=SimpleNamespace(name="mp", bits=rung.bits),
+            precision=SimpleNamespace(name="mp", bits=level.bits),
         )
 
     ladder.integrate_to_digits(40, load_scene("coulomb-gliding"), run)
-    assert [rung.precision for rung in tried] == ["mp", "mp"]
+    assert [level.precision for level in tried] == ["mp", "mp"]
 
 
 def test_the_cost_is_that_of_the_ladder_in_use() -> None:
@@ -158,7 +158,7 @@ def test_quad_without_80_bits_and_llvmlite(short: Scene, monkeypatch: pytest.Mon
     for name in ("_has_80_bit_floats", "_has_llvmlite"):
         monkeypatch.setattr(f"tt_precise.integration.precision.{name}", lambda: False)
     assert integrate(short, digits=15).precision.name == "quad"
-    assert not any(KINDS[rung.precision].doubles for rung in ladder.HEYOKAS)
+    assert not any(KINDS[level.precision].doubles for level in ladder.HEYOKAS)
 
 
 def test_a_hopeless_start_is_refused(reference: Scene, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ from tt_precise.extremes.case import Finding, Findings, case, equal, finite, wit
 from tt_precise.extremes.runs import EPS, Integrate, distance, integrating, quad, varied
 from tt_precise.integration import integrate
 from tt_precise.integration.columns import Columns
-from tt_precise.integration.dense_output import SampleTimes, moved_arrays
+from tt_precise.integration.dense_output import SampleTimes, shift_arrays
 from tt_precise.integration.heyoka_backend import integrator, status_of
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
@@ -79,7 +79,7 @@ def _sampled(scene: Scene, names: tuple[str, ...]) -> tuple[str, Array, dict[str
         made.begin(setup, start)
         outcome, *_, rows = made.adaptive.propagate_grid(times.rounded)
         status = status_of(outcome, made.terminal)
-    entries = moved_arrays(setup, start.body.numbers(float), tuple(rows.T), times.delay)
+    entries = shift_arrays(setup, start.body.numbers(float), tuple(rows.T), times.delay)
     return status, times.seconds, Columns(setup, start).of_arrays(names, entries)
 
 

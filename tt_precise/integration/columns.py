@@ -61,7 +61,7 @@ class State:
     errors: Mapping[str, Scalar] = field(default_factory=dict, compare=False)
 
     @classmethod
-    def joined(cls, states: Sequence[State], precision: Precision) -> State:
+    def stack(cls, states: Sequence[State], precision: Precision) -> State:
         """Several states as one: float64 arrays in double, with NaN where undefined."""
         kind, none = (float, numpy.nan) if precision.is_float else (object, None)
 

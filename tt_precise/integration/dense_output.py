@@ -242,7 +242,7 @@ class DenseOutput(Span):
         return self.propagation.status
 
     @property
-    def stored(self) -> bool:
+    def has_series(self) -> bool:
         """True if the series of all steps are stored; a run to t = 0 has none."""
         return bool(self._pieces)
 
@@ -262,7 +262,7 @@ class DenseOutput(Span):
         """Dimensionless end of the solution: the exact horizon if it was reached."""
         if self.propagation.status in ARRIVED:
             return self.start.until
-        return self._reached
+        return self._last_time
 
     @cached_property
     def start_row(self) -> Row:
@@ -275,10 +275,10 @@ class DenseOutput(Span):
         if not self.end_time:
             return self.start_row
         row = tuple(map(self.precision.with_guard_bits, self.propagation.state))
-        return self._moved(row, self.end_time - self._reached)
+        return self._shift(row, self.end_time - self._last_time)
 
     @cached_property
-    def _reached(self) -> Scalar:
+    def _last_time(self) -> Scalar:
         return sum(
             map(self.precision.with_guard_bits, (self.propagation.time, self.propagation.time_low))
         )
@@ -298,7 +298,7 @@ class DenseOutput(Span):
             for place, rounded in inner.items():
                 if (low is None or low < rounded) and (high is None or rounded <= high):
                     row = tuple(map(with_guard_bits, output(rounded)))
-                    rows[place] = self._moved(row, times[place] - with_guard_bits(rounded))
+                    rows[place] = self._shift(row, times[place] - with_guard_bits(rounded))
 
         if inner:
             self._read(read, progress)
@@ -313,7 +313,7 @@ class DenseOutput(Span):
         size = len(self.setup.layout.columns)
         if not len(seconds):
             return tuple(seconds for _ in range(size))
-        if not (parts and self.stored):
+        if not (parts and self.has_series):
             inner = [self.dimensionless_time(mpfr.back(t)) for t in seconds]
             rows = self.rows(inner, progress)
             return tuple(map(mpfr.array, zip(*rows, strict=True)))
@@ -381,7 +381,7 @@ class DenseOutput(Span):
         row = start.first_row(self.setup.formulation, self.setup.record)
         for entry, value in zip(entries, row, strict=True):
             entry[rounded == 0] = value
-        return moved_arrays(self.setup, self.start.body.numbers(float), tuple(entries), times.delay)
+        return shift_arrays(self.setup, self.start.body.numbers(float), tuple(entries), times.delay)
 
     def _read(
         self, read: Callable[[ContinuousOutput, Scalar, Scalar], None], progress: Progress | None
@@ -410,7 +410,7 @@ class DenseOutput(Span):
         if again.state != self.propagation.state:
             raise RuntimeError("the same integration gave another result when it was repeated")
 
-    def _moved(self, row: Row, delay: Scalar) -> Row:
+    def _shift(self, row: Row, delay: Scalar) -> Row:
         # heyoka's times are rounded to its precision, which costs up to t eps of state at late
         # times; one Euler step over the rounding (about 1e-14) corrects that
         if not delay:
@@ -433,7 +433,7 @@ class _Reader:
         self._low = high
 
 
-def moved_arrays(
+def shift_arrays(
     setup: Setup, body: Parameters, entries: tuple[Array, ...], delay: Array
 ) -> tuple[Array, ...]:
     """Entries at rounded times, moved by a ``delay`` of less than an ulp of time.

@@ -2,7 +2,7 @@
 
 The exact solution is unknown, so the scene is integrated again: with ``RATIO`` times smaller
 truncation errors, or in a finer arithmetic, and with body and start rounded oppositely. Both are
-compared at the samples. Their states differ so little that the difference is exact, and the
+compare at the samples. Their states differ so little that the difference is exact, and the
 difference of a column follows to first order. A reference run need not detect events: one step of
 Newton's method gives the zero of an event's function in it.
 """
@@ -40,7 +40,7 @@ from tt_precise.scene.numerals import shortest_texts
 from tt_precise.taylor.series import Series
 
 ERROR, DIGITS = "error:", "digits"  # names of columns of errors, the first before another's
-RATIO = 30  # of the tolerances of a run and of its reference run in the same arithmetic
+RATIO = 30  # Tolerance of a run over that of its reference run in the same arithmetic.
 GLIDING = ("vx", "vy", "nu_x", "nu_y")
 # Time, in units of sqrt(R/g), from an event to the two values that give the slope of a user's
 # function, and terms of the state's series there: four digits of the slope suffice.
@@ -51,7 +51,7 @@ SMALL = 2.0**-600  # scale of deviations, so small that their squares vanish
 def reference_runs(setup: Setup) -> list[dict[str, Any]]:
     """The reference runs for a run with ``setup``: the changes for ``Solution.again``.
 
-    A coarse run is compared in its own arithmetic, which costs less. Both round the start and the
+    A coarse run is compare in its own arithmetic, which costs less. Both round the start and the
     body, so the reference run rounds each number oppositely. In Euler form, and below
     ``Kind.rough``, rounding may dominate the error: the reference run is no better, and may agree
     by chance. Then a second reference run repeats the run with opposite rounding.
@@ -87,7 +87,7 @@ def table_with_errors(
     numbers: Numbers,
     progress: Progress | None = None,
 ) -> dict[Any, Array]:
-    """As ``reading.table``, also with columns of estimated errors, at the samples.
+    """Return ``reading.table`` with columns of estimated errors, at the samples.
 
     Raises ``InputError``: there are times and columns of errors.
     """
@@ -136,14 +136,14 @@ def _missing(value: Scalar) -> bool:
 class Errors:
     """The errors of a ``run``, by other solutions of its scene, or by ``reference_runs``."""
 
-    def __init__(self, run: Solution, beside: Sequence[Solution] = ()):
-        self._run, self._beside = run, tuple(beside)
+    def __init__(self, run: Solution, others: Sequence[Solution] = ()):
+        self._run, self._others = run, tuple(others)
 
     @cached_property
     def references(self) -> tuple[Solution, ...]:
         """The reference runs, integrated when first needed."""
-        if self._beside:
-            return self._beside
+        if self._others:
+            return self._others
         return tuple(self._run.again(**changes) for changes in reference_runs(self._run.setup))
 
     @cached_property
@@ -163,14 +163,14 @@ class Errors:
         return estimate
 
     @property
-    def known(self) -> bool:
-        """Whether the reference trajectories are integrated already."""
+    def available(self) -> bool:
+        """True if the reference trajectories are integrated already."""
         return "references" in self.__dict__
 
     @property
-    def known_at_end(self) -> Mapping[str, Scalar]:
+    def available_at_end(self) -> Mapping[str, Scalar]:
         """Errors of the state, and of "t" if the end was computed; empty without references."""
-        if not self.known:
+        if not self.available:
             return {}
         of_its_own = self._run.status not in ARRIVED
         return self.at_end | ({"t": self.at_end["t_end"]} if of_its_own else {})
@@ -236,7 +236,7 @@ class Errors:
         while inner and inner[-1] > end:
             inner.pop()
         same = own if len(inner) == len(times) else None
-        distances = compared(self._run, reference, names, inner, same)
+        distances = compare(self._run, reference, names, inner, same)
         for name in names:
             apart = numpy.full(len(times), math.inf)
             apart[: len(inner)] = distances[name]
@@ -247,7 +247,7 @@ class Errors:
         return distances
 
 
-def compared(
+def compare(
     run: Solution,
     reference: Solution,
     names: Sequence[Name],
@@ -268,7 +268,7 @@ def compared(
         return {name: distance(own[name], others[name], context) for name in names}
     if not len(times):
         return {name: numpy.zeros(0) for name in names}
-    values, apart = (states or States(segment, times)).beside(States(other, times))
+    values, apart = (states or States(segment, times)).differences(States(other, times))
     entries = numpy.empty(values.shape, dtype=complex)
     entries.real, entries.imag = values, SMALL * apart
     with numpy.errstate(all="ignore"):
@@ -306,12 +306,12 @@ class States:
         self.precision = segment.output.precision
         self.in_long_double = self.precision.in_long_double
 
-    def beside(self, other: States) -> tuple[Array, Array]:
+    def differences(self, other: States) -> tuple[Array, Array]:
         """The states, and their exact differences from others at the same times: float64."""
         both = self, other
         if all(states.in_long_double for states in both):
             apart = self.long_doubles - other.long_doubles
-        elif all(states.kept_in_parts for states in both):
+        elif all(states.in_limbs for states in both):
             parts = min(len(self.parts), len(other.parts))
             # the first parts are close to each other, so their differences are exact
             apart = sum(self.parts[:parts] - other.parts[:parts])
@@ -329,12 +329,12 @@ class States:
         """In float64."""
         if self.in_long_double:
             return self.long_doubles.astype(float)
-        return self.parts[0] if self.kept_in_parts else self.mpfr.astype(float)
+        return self.parts[0] if self.in_limbs else self.mpfr.astype(float)
 
     @property
-    def kept_in_parts(self) -> bool:
-        """Whether all series are stored, in several doubles."""
-        return bool(self.precision.doubles) and self._output.stored
+    def in_limbs(self) -> bool:
+        """True if all series are stored, in several doubles."""
+        return bool(self.precision.doubles) and self._output.has_series
 
     @cached_property
     def long_doubles(self) -> Array:
@@ -358,17 +358,17 @@ class States:
         return numpy.array(self._output.mpfr_arrays(self.precision.mpfr.of_fractions(self._times)))
 
 
-class Part(NamedTuple):
+class Stage(NamedTuple):
     """A segment, and the events that joined those before it."""
 
     segment: Segment
     before: tuple[str, ...]
 
 
-def _parts(run: Solution) -> list[Part]:
+def _stages(run: Solution) -> list[Stage]:
     ends = [segment.ended for segment in run.segments]
     return [
-        Part(segment, tuple(filter(None, ends[:place])))
+        Stage(segment, tuple(filter(None, ends[:place])))
         for place, segment in enumerate(run.segments)
     ]
 
@@ -381,16 +381,16 @@ def event_errors(run: Solution, references: Sequence[Solution]) -> dict[str, Arr
     another part of its motion.
     """
     unit = float(run.start.units.time)
-    others = [(float(reference.end) / unit, _parts(reference)) for reference in references]
+    others = [(float(reference.end) / unit, _stages(reference)) for reference in references]
     names: list[str] = []
     columns: list[tuple[Array, Array, Array]] = []
-    for part in _parts(run):
+    for part in _stages(run):
         hits = sorted(part.segment.output.propagation.found.hits, key=lambda hit: hit.time)
         names += [hit.name for hit in hits]
         columns.append(_errors_within(part, hits, others))
         if part.segment.ended:
             names.append(part.segment.ended)
-            columns.append(_errors_of_joint(part, [parts for _, parts in others]))
+            columns.append(_errors_of_switch(part, [parts for _, parts in others]))
     times, errors, digits = (numpy.concatenate(column) for column in zip(*columns, strict=True))
     most = run.precision.bits * math.log10(2)
     digits = numpy.minimum(numpy.minimum(digits, digits_of_time(errors, times, unit)), most)
@@ -399,9 +399,9 @@ def event_errors(run: Solution, references: Sequence[Solution]) -> dict[str, Arr
 
 
 def _errors_within(
-    part: Part,
+    part: Stage,
     hits: Sequence[EventRecord],
-    others: Sequence[tuple[float, Sequence[Part]]],
+    others: Sequence[tuple[float, Sequence[Stage]]],
 ) -> tuple[Array, Array, Array]:
     """Times and errors (s) of the events inside a part, and digits of the states there.
 
@@ -420,13 +420,13 @@ def _errors_within(
         for (name, at), places in alike.items():
             event = part.segment.output.setup.watched[name]
             there = [hits[place] for place in places]
-            late, right = _beside(part, there, event, parts[at], last)
+            late, right = _distances_of(part, there, event, parts[at], last)
             errors[places] = numpy.maximum(errors[places], late)
             digits[places] = numpy.minimum(digits[places], right)
     return times, errors, digits
 
 
-def _errors_of_joint(part: Part, others: Sequence[Sequence[Part]]) -> tuple[Array, Array, Array]:
+def _errors_of_switch(part: Stage, others: Sequence[Sequence[Stage]]) -> tuple[Array, Array, Array]:
     """Time and error (s) of the event that ends a part, and digits of the state there."""
     of = part.segment.columns
     time, state = _end(part)
@@ -448,7 +448,7 @@ def _errors_of_joint(part: Part, others: Sequence[Sequence[Part]]) -> tuple[Arra
     return numpy.array([float(time)]), numpy.array([error]), numpy.array([digits])
 
 
-def _end(part: Part) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
+def _end(part: Stage) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
     """The time (s) at which a part ends, and the columns of the state there."""
     of, output = part.segment.columns, part.segment.output
     time = (part.segment.begin + output.end_time) * of.start.units.time
@@ -458,8 +458,8 @@ def _end(part: Part) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
     return time, state
 
 
-def _beside(
-    part: Part, hits: Sequence[EventRecord], event: Event, other_part: Part, last: float
+def _distances_of(
+    part: Stage, hits: Sequence[EventRecord], event: Event, other_part: Stage, last: float
 ) -> tuple[Array, Array]:
     """Distances in time (s), and digits of the states, of an event's times from a reference.
 

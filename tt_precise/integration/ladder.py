@@ -48,7 +48,7 @@ MOST_SECONDS = 3600.0
 DIGITS_PER_BIT = math.log10(2)
 
 
-class Rung(NamedTuple):
+class Level(NamedTuple):
     """An arithmetic and a tolerance; ``bits`` only for mp, which has its full accuracy."""
 
     precision: str
@@ -63,19 +63,19 @@ class Rung(NamedTuple):
 
 # heyoka's error follows its order, which rises by one at exp(-30) = 9.36e-14
 LADDER = (
-    Rung("double", 1e-10), Rung("double", 9.3e-14),
-    Rung("double-double", 1e-18), Rung("double-double", 1e-23), Rung("double-double", 1e-28),
-    Rung("triple-double", 1e-34), Rung("triple-double", 1e-40), Rung("triple-double", 3e-45),
+    Level("double", 1e-10), Level("double", 9.3e-14),
+    Level("double-double", 1e-18), Level("double-double", 1e-23), Level("double-double", 1e-28),
+    Level("triple-double", 1e-34), Level("triple-double", 1e-40), Level("triple-double", 3e-45),
 )  # fmt: skip
 # Levels of heyoka's arithmetics alone: for motions in segments, Euler angles, and without llvmlite.
 HEYOKAS = (
-    Rung("double", 1e-10), Rung("double", 9.3e-14), Rung("extended", 1e-17), Rung("quad", 1e-23),
-    Rung("quad", 1e-30),
+    Level("double", 1e-10), Level("double", 9.3e-14), Level("extended", 1e-17),
+    Level("quad", 1e-23), Level("quad", 1e-30),
 )  # fmt: skip
 
 
 def integrate_to_digits(
-    wanted: Any, scene: Scene, run: Callable[[Rung], Solution], *, euler: bool = False,
+    wanted: Any, scene: Scene, run: Callable[[Level], Solution], *, euler: bool = False,
     contact: str = "unilateral",
 ) -> Solution:  # fmt: skip
     """Return the solution from the first level that delivers ``wanted`` digits throughout.
@@ -91,27 +91,27 @@ def integrate_to_digits(
         raise InputError(f"digits: got {wanted!r}, expected a whole number from 1")
     _require_practical(wanted, scene, euler, contact)
     levels = [level for level in ladder_of(scene, euler) if is_available(level.precision)]
-    needed, before, best = wanted + LOST, Rung("", 1.0), -math.inf
+    needed, before, best = wanted + LOST, Level("", 1.0), -math.inf
     while True:
         bits = max(128, math.ceil(needed / DIGITS_PER_BIT))
-        rung = next((r for r in levels if r.digits >= needed), Rung("mp", 0.0, bits))
-        trajectory = run(rung)
+        level = next((r for r in levels if r.digits >= needed), Level("mp", 0.0, bits))
+        trajectory = run(level)
         reached = 0.0 if trajectory.status == "failed" else trajectory.digits_throughout
         if reached >= wanted + SPARE:
             return trajectory
-        finer = rung.precision != before.precision
-        worth = WORTH * (rung.digits - before.digits)
-        if reached < best + (SPARE if finer and rung.precision != "mp" else worth):
-            if finer or rung.precision == "mp":
+        finer = level.precision != before.precision
+        worth = WORTH * (level.digits - before.digits)
+        if reached < best + (SPARE if finer and level.precision != "mp" else worth):
+            if finer or level.precision == "mp":
                 raise InputError(_missed(wanted, trajectory, reached))
             # a finer tolerance wins little here, but a finer arithmetic may
-            levels = [level for level in levels if level.precision != rung.precision]
-        before, best = rung, max(reached, best)
+            levels = [level for level in levels if level.precision != level.precision]
+        before, best = level, max(reached, best)
         # in mp at least as many as the estimate may be off by
-        needed = rung.digits + max(wanted + SPARE - reached, LOST if rung.bits else SPARE)
+        needed = level.digits + max(wanted + SPARE - reached, LOST if level.bits else SPARE)
 
 
-def ladder_of(scene: Scene, euler: bool = False) -> tuple[Rung, ...]:
+def ladder_of(scene: Scene, euler: bool = False) -> tuple[Level, ...]:
     """Return the levels below mp for a scene, in vectors or in Euler angles."""
     ours = is_available("double-double") and not (euler or refused_in_doubles(scene))
     return LADDER if ours else HEYOKAS

@@ -33,7 +33,7 @@ def rows(run: Solution, times: Sequence[Scalar]) -> list[tuple[Segment, Row]]:
         return [(run.alone, row) for row in run.alone.output.rows(times)]
     found = []
     for time in times:
-        segment = run.segments[run.place(time)]
+        segment = run.segments[run.segment_at(time)]
         output = segment.output
         if segment is run.segments[-1] and time == run.end_time:
             found.append((segment, output.end_row))
@@ -171,7 +171,7 @@ def _of_segment(
 def _groups(run: Solution, times: Sequence[Fraction]) -> Iterable[tuple[Segment, list[int]]]:
     groups: dict[int, list[int]] = {}
     for i, time in enumerate(times):
-        groups.setdefault(run.place(run.dimensionless_time(time)), []).append(i)
+        groups.setdefault(run.segment_at(run.dimensionless_time(time)), []).append(i)
     return [(run.segments[place], groups[place]) for place in sorted(groups)]
 
 

@@ -20,9 +20,9 @@ FLATTEST = 2.0**-16
 
 
 class Bracket(NamedTuple):
-    """A place near a zero of a function, places before and behind it, and its slope."""
+    """A position near a zero of a function, positions before and behind it, and its slope."""
 
-    place: Array
+    position: Array
     low: Array
     high: Array
     slope: Array
@@ -45,28 +45,28 @@ def refine(function: Callable[..., Array], bracket: Bracket, bits: int) -> tuple
     """Return the zeros of a function, and its values there.
 
     By secants, which end when a move is shorter than ``SETTLED`` or longer than the one before.
-    That is noise if the place has half its digits. Where it has not, as at a multiple zero, a bend
-    or a jump, the bracket is halved.
+    That is noise if the position has half its digits. Where it has not, as at a multiple zero, a
+    bend or a jump, the bracket is halved.
     """
     settled = SETTLED * 2.0**-bits
-    place, slope, reach = bracket.place, bracket.slope, bracket.high - bracket.low
-    value, rows, last = function(place), numpy.arange(len(place)), reach.copy()
+    position, slope, reach = bracket.position, bracket.slope, bracket.high - bracket.low
+    value, rows, last = function(position), numpy.arange(len(position)), reach.copy()
     for _ in range(secants(bits)):
         move = value[rows] / slope
         size = abs(move)
         near = (size <= reach).astype(bool)
         last[rows[near]] = move[near]
-        going = near & (size > settled * abs(place[rows])).astype(bool)
+        going = near & (size > settled * abs(position[rows])).astype(bool)
         rows, move = rows[going], move[going]
         if not len(rows):
             break
-        before, place[rows] = value[rows], place[rows] - move
-        value[rows] = function(place[rows], rows)
+        before, position[rows] = value[rows], position[rows] - move
+        value[rows] = function(position[rows], rows)
         slope, reach = (before - value[rows]) / move, size[going]
-    rows = numpy.flatnonzero((abs(last) > settled**0.5 * abs(place)).astype(bool))
+    rows = numpy.flatnonzero((abs(last) > settled**0.5 * abs(position)).astype(bool))
     if len(rows):
-        place[rows], value[rows] = bisect(partial(function, rows=rows), bracket.of(rows))
-    return place, value
+        position[rows], value[rows] = bisect(partial(function, rows=rows), bracket.of(rows))
+    return position, value
 
 
 def bisect(function: Callable[..., Array], bracket: Bracket) -> tuple[Array, Array]:
@@ -84,28 +84,28 @@ def bisect(function: Callable[..., Array], bracket: Bracket) -> tuple[Array, Arr
 
 def vertex(
     function: Callable[[Array], Array],
-    place: Array,
+    position: Array,
     reach: Array,
     low: Array,
     high: Array,
     bits: int,
 ) -> tuple[Array, Array]:
-    """Return the extrema of a function near places, between low and high, and its values there.
+    """Return the extrema of a function near positions, between low and high, and its values there.
 
-    A parabola through three points gives the next place, if that is within ``reach``.
+    A parabola through three points gives the next position, if that is within ``reach``.
     """
     far = FLATTEST
     while True:
-        aside = 0 * place + far * reach
-        left, middle, right = function(place - aside), function(place), function(place + aside)
+        aside = 0 * position + far * reach
+        left, middle, right = map(function, (position - aside, position, position + aside))
         slope, bend = (right - left) / 2, left - 2 * middle + right
         move = -aside * slope / bend
         move = numpy.where((abs(move) <= reach).astype(bool), move, 0.0)
-        move = numpy.minimum(numpy.maximum(place + move, low), high) - place
-        place = place + move
+        move = numpy.minimum(numpy.maximum(position + move, low), high) - position
+        position = position + move
         if far**4 < 2.0**-bits:
             break
         far *= far
     # The move of a vertex is the square of the last one, so the parabola gives the value there.
     move = move / aside
-    return place, middle + move * (slope + move * bend / 2)
+    return position, middle + move * (slope + move * bend / 2)

@@ -71,12 +71,12 @@ class Solution(Span):
 
     def once(self, key: Hashable, compute: Callable[[], Known]) -> Known:
         """The result of ``compute``, which depends only on this solution and ``key``; cached."""
-        if key not in self._known:
-            self._known[key] = compute()
-        return self._known[key]
+        if key not in self._cache:
+            self._cache[key] = compute()
+        return self._cache[key]
 
     @cached_property
-    def _known(self) -> dict[Hashable, Any]:
+    def _cache(self) -> dict[Hashable, Any]:
         return {}
 
     @property
@@ -159,7 +159,7 @@ class Solution(Span):
         end = as_fraction(self.end)
         return (*(t for t in self.scene.sample_times if t < end), end)
 
-    def place(self, time: Scalar) -> int:
+    def segment_at(self, time: Scalar) -> int:
         """The number of the segment that a dimensionless time belongs to."""
         begins = [segment.begin for segment in self.segments]
         return max(bisect.bisect_left(begins, time) - 1, 0)

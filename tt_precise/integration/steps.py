@@ -1,7 +1,7 @@
 """The Taylor steps of a run as ``zeros`` reads them, from either integrator.
 
 Series are kept in double; in a wider arithmetic the integrator's own dense output gives the
-components at single places.
+components at single positions.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from tt_precise.taylor.machine import MOST_LIMBS
 from tt_precise.taylor.system import StepBlock
 
 Rows = Callable[[Array, Array], tuple[Array, Sequence[Array]]]
-"""Function of steps and places in them that gives times and components."""
+"""Function of steps and positions in them that gives times and components."""
 
 
 class Wide(NamedTuple):
     """The series of steps in an arithmetic with more bits than a double.
 
     ``number`` converts mpmath numbers and floats to it, ``fn`` has its functions, ``back`` gives
-    mpmath numbers with guard bits; ``rows(step, place)`` gives times and components, arrays of
-    numbers, at places in steps. With ``only``, doubles have no value here.
+    mpmath numbers with guard bits; ``rows(step, position)`` gives times and components, arrays of
+    numbers, at positions in steps. With ``only``, doubles have no value here.
     """
 
     number: Callable[[Scalar], Scalar]
@@ -49,8 +49,8 @@ class Wide(NamedTuple):
 class Steps:
     """Consecutive Taylor steps: ``begin`` and ``length`` in double, and their series ``terms``.
 
-    ``terms`` has the axes (component, term, step), in powers of the place, which is time over the
-    length of the step. ``wide`` is None in double.
+    ``terms`` has the axes (component, term, step), in powers of the position, which is time over
+    the length of the step. ``wide`` is None in double.
     """
 
     begin: Array
@@ -68,23 +68,25 @@ class Steps:
             wide = wide._replace(rows=partial(_rows_from, wide.rows, first))
         return Steps(self.begin[here], self.length[here], self.terms[:, :, here], wide)
 
-    def at(self, places: Array) -> list[Array]:
-        """Return the components at places in every step: axes (place, step)."""
-        powers = numpy.vander(places, self.terms.shape[1], increasing=True)
+    def at(self, positions: Array) -> list[Array]:
+        """Return the components at positions in every step: axes (position, step)."""
+        powers = numpy.vander(positions, self.terms.shape[1], increasing=True)
         return list(powers @ self.terms)
 
     def of(self, step: Array) -> Array:
         """Return the series of given steps: axes as of ``terms``."""
         return numpy.take(self.terms, step, axis=2)
 
-    def inside(self, step: Array, place: Array) -> list[Array]:
-        """Return the components at a place, or a row of places, in each given step."""
+    def inside(self, step: Array, position: Array) -> list[Array]:
+        """Return the components at a position, or a row of positions, in each given step."""
         terms = self.of(step).swapaxes(0, 1)
-        return list(horner(terms.reshape(*terms.shape, *(1,) * (place.ndim - 1)), place))
+        return list(horner(terms.reshape(*terms.shape, *(1,) * (position.ndim - 1)), position))
 
 
-def _rows_from(rows: Rows, first: int, step: Array, place: Array) -> tuple[Array, Sequence[Array]]:
-    return rows(first + step, place)
+def _rows_from(
+    rows: Rows, first: int, step: Array, position: Array
+) -> tuple[Array, Sequence[Array]]:
+    return rows(first + step, position)
 
 
 def of_dense_output(output: ContinuousOutput, setup: Setup, start: InitialState) -> Steps:
@@ -115,8 +117,8 @@ def _wide(output: ContinuousOutput, setup: Setup, start: InitialState) -> Wide:
         begin, length = output.times[:-1], numpy.diff(output.times)
         series = output.tcs.transpose(2, 1, 0)
 
-        def in_long_double(step: Array, place: Array) -> tuple[Array, Sequence[Array]]:
-            delay = place * length[step]
+        def in_long_double(step: Array, position: Array) -> tuple[Array, Sequence[Array]]:
+            delay = position * length[step]
             return begin[step] + delay, list(horner(series[:, :, step], delay))
 
         def exact(value: Scalar) -> Scalar:
@@ -129,8 +131,8 @@ def _wide(output: ContinuousOutput, setup: Setup, start: InitialState) -> Wide:
     times = mpfr.array(map(with_guard_bits, output.times))
     body = start.body.numbers(mpfr.number)
 
-    def rows(step: Array, place: Array) -> tuple[Array, Sequence[Array]]:
-        when = times[step] + place * (times[step + 1] - times[step])
+    def rows(step: Array, position: Array) -> tuple[Array, Sequence[Array]]:
+        when = times[step] + position * (times[step + 1] - times[step])
         rounded = [number(mpfr.back(time)) for time in when]
         # the next evaluation overwrites the numbers of the one before
         read = [tuple(map(with_guard_bits, output(time))) for time in rounded]
@@ -154,8 +156,8 @@ def of_block(piece: StepBlock, end: float, setup: Setup) -> Steps:
     with mpfr.precision():
         begins = mpfr.from_limbs(piece.begins[:count])
 
-    def rows(step: Array, place: Array) -> tuple[Array, Sequence[Array]]:
-        times = begins[step] + place * (lengths * unit)[step]
+    def rows(step: Array, position: Array) -> tuple[Array, Sequence[Array]]:
+        times = begins[step] + position * (lengths * unit)[step]
         parts = piece.rows(step, mpfr.to_limbs(times, MOST_LIMBS))
         return times, [mpfr.from_limbs(parts[:, :, i]) for i in range(size)]
 
@@ -163,9 +165,9 @@ def of_block(piece: StepBlock, end: float, setup: Setup) -> Steps:
     return Steps(begin, lengths * unit, series * powers.T, wide)
 
 
-def horner(terms: Sequence[Scalar], place: Array) -> Array:
-    """Return the sum of terms times powers of a place."""
-    value = terms[-1] + 0 * place
+def horner(terms: Sequence[Scalar], position: Array) -> Array:
+    """Return the sum of terms times powers of a position."""
+    value = terms[-1] + 0 * position
     for term in terms[-2::-1]:
-        value = value * place + term
+        value = value * position + term
     return value

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, get_args
 from tt_precise.integration.columns import POSE, State, expanded
 from tt_precise.integration.errors import Errors, errors_of, table_with_errors
 from tt_precise.integration.events import not_alternating
-from tt_precise.integration.ladder import Rung, integrate_to_digits
+from tt_precise.integration.ladder import Level, integrate_to_digits
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.reading import (
     Numbers,
@@ -144,7 +144,7 @@ class Trajectory:
     @property
     def state(self) -> State:
         """The state at ``t_end``; numbers wider than double print with their error, if known."""
-        state, errors = end_state(self.run), self.errors.known_at_end
+        state, errors = end_state(self.run), self.errors.available_at_end
         carrying = self.precision.carrying
         values = {name: carrying(value, errors.get(name)) for name, value in state.values.items()}
         return State(state.t, values, state.precision, errors)
@@ -152,7 +152,7 @@ class Trajectory:
     @property
     def shown_end(self) -> str:
         """``t_end`` in decimals, with its error if known."""
-        error = self.errors.known_at_end.get("t")
+        error = self.errors.available_at_end.get("t")
         end = self.t_end
         return repr(float(end)) if error is None else self.precision.with_error(end, error)
 
@@ -172,7 +172,7 @@ class Trajectory:
             ``t`` lies outside [0, t_end]: a solution is never extrapolated.
         """
         found = states(self.run, list(map(self.run.dimensionless_time, each(t))))
-        return found[0] if is_one(t) else State.joined(found, self.precision)
+        return found[0] if is_one(t) else State.stack(found, self.precision)
 
     def motion(self, t: Scalar) -> Motion:
         """The dimensionless ``Motion`` at ``t`` (s); raises as ``at`` does.
@@ -320,7 +320,7 @@ class Trajectory:
 
         columns = event_columns(self.run, self.run.columns.names)
         events = pandas.DataFrame(columns if columns["name"] else [], columns=list(columns))
-        if self.errors.known and not self.precision.is_float and len(events):
+        if self.errors.available and not self.precision.is_float and len(events):
             carrying, errors = self.precision.carrying, self.errors.events()["error"]
             times = zip(events["t"], errors.tolist(), strict=True)
             events["t"] = [carrying(t, error) for t, error in times]
@@ -553,15 +553,15 @@ def integrate(
     record = None if record is None else listed(record)
     watched = None if events is None else asked_for(events, loaded.model)
 
-    def run(rung: Rung) -> Trajectory:
+    def run(level: Level) -> Trajectory:
         setup = Setup.of(
-            loaded, rung.precision, bits=rung.bits, tolerance=rung.tolerance,
+            loaded, level.precision, bits=level.bits, tolerance=level.tolerance,
             formulation=formulation, events=watched, record=record, contact=contact,
         )  # fmt: skip
         return Trajectory.of(loaded, setup, progress)
 
     if digits is None:
-        return _differentiated(run(Rung(precision or "double", tolerance, bits)), sensitivity)
+        return _differentiated(run(Level(precision or "double", tolerance, bits)), sensitivity)
     for name, given in (("precision", precision), ("bits", bits), ("tolerance", tolerance)):
         if given:
             raise InputError(

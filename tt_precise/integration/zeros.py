@@ -12,9 +12,9 @@ bound: it does not know how the motion amplifies errors.
 Values at Chebyshev's nodes give a polynomial on each step, so that a function is only ever
 evaluated, in whatever way it is written. Most polynomials show that they have no zero, or one. The
 others are divided until their extrema are known, and the function itself decides there. In an
-arithmetic with more bits than a double, doubles find the places, and the arithmetic of the run
+arithmetic with more bits than a double, doubles find the positions, and the arithmetic of the run
 decides where they cannot. Near an exact start, where functions may vanish, the series of the start
-with guard bits takes their place on intervals that shrink towards t = 0.
+with guard bits takes their position on intervals that shrink towards t = 0.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def shrinking(bits: int) -> Array:
 
 
 class Points(NamedTuple):
-    """Values of functions at positions (step + place), in order of position.
+    """Values of functions at positions (step + position), in order of position.
 
     ``error`` is that of the run, ``doubt`` that of a value in double; an extremum may be off by
     ``reach``.
@@ -257,8 +257,8 @@ class Zeros:
         series = [entry.upto(order) for entry in layout.moving(body, row, self._mpfr)[0]]
         terms = [[x * length**k for k, x in enumerate(c[: order + 1])] for c in series]
 
-        def rows(step: Array, place: Array) -> tuple[Array, Sequence[Array]]:
-            return place * length, [horner(c, place) for c in terms]
+        def rows(step: Array, position: Array) -> tuple[Array, Sequence[Array]]:
+            return position * length, [horner(c, position) for c in terms]
 
         wide = Wide(number, self._mpfr, self._mpfr.back, rows, only=True)
         first = Steps(steps.begin[:1], steps.length[:1], steps.terms[:, :, :1], wide)
@@ -312,24 +312,26 @@ class Zeros:
             table[i] = value
         return table
 
-    def _values(self, steps: Steps, which: Array, step: Array, place: Array, doubt: Array) -> Array:
-        """Return functions at places in steps; those that doubles have lost, from the run's."""
+    def _values(
+        self, steps: Steps, which: Array, step: Array, position: Array, doubt: Array
+    ) -> Array:
+        """Return functions at positions in steps; those that doubles have lost, from the run's."""
         if steps.wide and steps.wide.only:
-            return self._wide_values(steps.wide, which, step, place)
-        table = self._table(steps.inside(step, place))
+            return self._wide_values(steps.wide, which, step, position)
+        table = self._table(steps.inside(step, position))
         f: Array = table[which, numpy.arange(len(which))]
         if steps.wide:
             largest = abs(f).max(axis=tuple(range(1, f.ndim)), initial=0)
             lost = numpy.flatnonzero(~(largest > doubt / SHAPE))
             if len(lost):
-                f[lost] = self._wide_values(steps.wide, which[lost], step[lost], place[lost])
+                f[lost] = self._wide_values(steps.wide, which[lost], step[lost], position[lost])
         return f
 
-    def _wide_values(self, wide: Wide, which: Array, step: Array, place: Array) -> Array:
-        """Return functions at places, evaluated in the wide arithmetic, as doubles."""
-        shape = (-1, *(1,) * (place.ndim - 1))
-        mine, at = (x.reshape(shape) + 0 * place for x in (which, step))
-        there, index = numpy.unique(at + 1j * place, return_inverse=True)
+    def _wide_values(self, wide: Wide, which: Array, step: Array, position: Array) -> Array:
+        """Return functions at positions, evaluated in the wide arithmetic, as doubles."""
+        shape = (-1, *(1,) * (position.ndim - 1))
+        mine, at = (x.reshape(shape) + 0 * position for x in (which, step))
+        there, index = numpy.unique(at + 1j * position, return_inverse=True)
         _, row = wide.rows(there.real.astype(int), wide.array(there.imag))
         functions = sorted(set(which.tolist()))
         table = self._along(functions, self._body_of(wide.number), row, wide.fn)
@@ -417,8 +419,8 @@ class Zeros:
         """
         done = []
         for halving in range(HALVINGS + 1):
-            places = low[:, None] + width[:, None] * nodes(FINE)
-            f = self._values(steps, which, step, places, doubt).T
+            positions = low[:, None] + width[:, None] * nodes(FINE)
+            f = self._values(steps, which, step, positions, doubt).T
             polynomials, largest = through(f, ~self._smooth[which]), abs(f).max(axis=0, initial=0)
             shaped = polynomials.tail <= numpy.maximum(SHAPE * largest, doubt)
             last = halving == HALVINGS or len(which) > MOST_INTERVALS
@@ -440,10 +442,10 @@ class Zeros:
         open_ = numpy.flatnonzero(~certain & (abs(bernstein).max(axis=0, initial=0) > error))
         of, inside = extrema(Polynomials(bernstein[:, open_], tail[open_], monomials[:, open_]))
         of = open_[of]
-        place = low[of] + width[of] * inside
-        value = self._values(steps, which[of], step[of], place, doubt[of])
+        position = low[of] + width[of] * inside
+        value = self._values(steps, which[of], step[of], position, doubt[of])
         flat = numpy.maximum(doubt, largest * DOUBLE / SHAPE)
-        turning = Points(which[of], step[of] + place, value, error[of], flat[of], width[of])
+        turning = Points(which[of], step[of] + position, value, error[of], flat[of], width[of])
         bounds = Points(which, step + low, first, error, flat, 0 * low)
         inner = Points(*(x[low > 0] for x in bounds))
         return Intervals(which, step + low, width, monomials), _concatenate(turning, inner)
@@ -459,8 +461,8 @@ class Zeros:
         finite = numpy.isfinite(f)
         undefined = ~(finite.all(axis=0) if last else finite.any(axis=0))
         undefined &= (step + low > 0) & (step + low + width < len(steps))
-        for i, place in zip(which[undefined], (step + low)[undefined], strict=True):
-            raise self._broken(int(i), steps, float(place))
+        for i, position in zip(which[undefined], (step + low)[undefined], strict=True):
+            raise self._broken(int(i), steps, float(position))
 
     def _broken(self, i: int, steps: Steps, position: float) -> InputError:
         step = min(int(position), len(steps) - 1)
@@ -538,20 +540,20 @@ class Zeros:
         """Take values from the wide arithmetic, at extrema those of the vertex nearby."""
         still = unsure[points.reach[unsure] == 0]
         step = numpy.minimum(points.position[still].astype(int), len(steps) - 1)
-        place = points.position[still] - step
+        position = points.position[still] - step
         if len(still):
-            points.value[still] = self._wide_values(wide, points.which[still], step, place)
+            points.value[still] = self._wide_values(wide, points.which[still], step, position)
         turning = unsure[points.reach[unsure] > 0]
         for i in set(points.which[turning].tolist()):
             here = turning[points.which[turning] == i]
             step = numpy.minimum(points.position[here].astype(int), len(steps) - 1)
             value = partial(self._in_wide, wide, i, step)
-            place, reach = wide.array(points.position[here] - step), points.reach[here]
+            position, reach = wide.array(points.position[here] - step), points.reach[here]
             # Beyond the steps the function may be another one.
             low, high = -step.astype(float), (len(steps) - step).astype(float)
-            place, extreme = vertex(value, place, reach, low, high, self.setup.precision.bits)
+            position, extreme = vertex(value, position, reach, low, high, self.setup.precision.bits)
             points.value[here] = extreme
-            points.position[here] = step + place.astype(float)
+            points.position[here] = step + position.astype(float)
 
     def _record(
         self, steps: Steps, points: Points, low: Array, high: Array, direction: Array,
@@ -564,17 +566,17 @@ class Zeros:
         which, begin, end = points.which[high], points.position[low], points.position[high]
         error = numpy.maximum(points.error[low], points.error[high])
         step = numpy.minimum(begin, len(steps) - 1).astype(int)
-        place, slope, reach = begin - step, 0 * begin + numpy.inf, end - begin
+        position, slope, reach = begin - step, 0 * begin + numpy.inf, end - begin
         if len(intervals.which):
             mine = _last_before(intervals, which, begin)
             origin, width = intervals.position[mine], intervals.width[mine]
             inside = (intervals.which[mine] == which) & (begin >= origin) & (begin < origin + width)
             left, right = (numpy.clip((x - origin) / width, 0, 1) for x in (begin, end))
             root, rate = zero_between(intervals.monomials[:, mine], left, right, direction)
-            place = numpy.where(inside, origin - step + width * root, place)
+            position = numpy.where(inside, origin - step + width * root, position)
             slope = numpy.where(inside, rate / width, slope)
         zeros = self._zeros(
-            steps, which, step, Bracket(place, begin - step, end - step, slope, direction)
+            steps, which, step, Bracket(position, begin - step, end - step, slope, direction)
         )
         # against the value on the same side of the zero
         before = zeros.value * direction < 0
@@ -596,34 +598,34 @@ class Zeros:
         if not wide:
             terms = steps.of(step)
             function = partial(self._in_double, which, terms)
-            place, left = refine(function, bracket, 53)
-            times = (steps.begin[step] + place * steps.length[step]).tolist()
-            states = horner(terms.swapaxes(0, 1), place).T.tolist()
+            position, left = refine(function, bracket, 53)
+            times = (steps.begin[step] + position * steps.length[step]).tolist()
+            states = horner(terms.swapaxes(0, 1), position).T.tolist()
             return _Zero(times, list(map(tuple, states)), left)
-        place, low, high = map(wide.array, bracket[:3])
-        bracket = bracket._replace(place=place, low=low, high=high)
+        position, low, high = map(wide.array, bracket[:3])
+        bracket = bracket._replace(position=position, low=low, high=high)
         left, bits = numpy.zeros(len(which)), self.setup.precision.bits
         for i in set(which.tolist()):
             here = which == i
             function, part = partial(self._in_wide, wide, i, step[here]), bracket.of(here)
-            place[here], left[here] = refine(function, part, bits)
-        when, row = wide.rows(step, place)
+            position[here], left[here] = refine(function, part, bits)
+        when, row = wide.rows(step, position)
         states = [tuple(map(wide.back, state)) for state in zip(*row, strict=True)]
         return _Zero(list(map(wide.back, when)), states, left)
 
     def _in_double(
-        self, which: Array, terms: Array, place: Array, rows: Any = slice(None)
+        self, which: Array, terms: Array, position: Array, rows: Any = slice(None)
     ) -> Array:
         if not isinstance(rows, slice):
             terms = numpy.take(terms, rows, axis=2)
-        row = list(horner(terms.swapaxes(0, 1), place))
-        f: Array = self._table(row)[which[rows], numpy.arange(len(place))]
+        row = list(horner(terms.swapaxes(0, 1), position))
+        f: Array = self._table(row)[which[rows], numpy.arange(len(position))]
         return f
 
     def _in_wide(
-        self, wide: Wide, i: int, step: Array, place: Array, rows: Any = slice(None)
+        self, wide: Wide, i: int, step: Array, position: Array, rows: Any = slice(None)
     ) -> Array:
-        return self._of_wide(wide, i, wide.rows(step[rows], place)[1])
+        return self._of_wide(wide, i, wide.rows(step[rows], position)[1])
 
 
 class _Zero(NamedTuple):

@@ -57,14 +57,14 @@ class RegularisedTimeOutput(RowwiseOutput):
         return self.setup.formulation.columns.index("t")
 
     @cached_property
-    def _reached(self) -> Scalar:
+    def _last_time(self) -> Scalar:
         return self.precision.with_guard_bits(self.propagation.state[self._t])
 
     def rows(self, times: Sequence[Scalar], progress: Progress | None = None) -> list[Row]:
         """Rows at guarded dimensionless ``times``, in guarded numbers."""
         rows = []
         for time in times:
-            if not time or time >= self._reached:
+            if not time or time >= self._last_time:
                 rows.append(self.end_row if time else self.start_row)
             else:
                 rows.append(self._row_at(time))
@@ -100,15 +100,15 @@ class RegularisedTimeOutput(RowwiseOutput):
             best = rest, row
             inner += rest / self._clock(row)
         assert best is not None
-        return self._moved(best[1], best[0])
+        return self._shift(best[1], best[0])
 
     def _clock(self, row: Row) -> Scalar:
         form = self.setup.formulation
         return form.State(*row[: len(form.columns)]).clock(self.precision.context)
 
-    def _moved(self, row: Row, delay: Scalar) -> Row:
+    def _shift(self, row: Row, delay: Scalar) -> Row:
         # the delay is one of t, and rates are those along the own time
-        return super()._moved(row, delay / self._clock(row) if delay and row[self._t] else 0)
+        return super()._shift(row, delay / self._clock(row) if delay and row[self._t] else 0)
 
 
 def propagated(setup: Setup, start: InitialState) -> DenseOutput:
