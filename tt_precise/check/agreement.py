@@ -23,7 +23,7 @@ NAME = "agreement"
 MEANING = "columns beside those of the state agree with it, each relative to its size"
 # Two sets in one file come from one state: only rounding, and printing, can separate them.
 LIMIT = 1e-6
-PRINTED = 4.0  # times the rounding of the state: both sets are printed, and one is computed
+PRINTED = 4.0  # Roundings of the state: both sets are printed, and one is computed.
 
 
 def agreement(rows: Samples, followed: frozenset[str]) -> Check:

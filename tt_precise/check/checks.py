@@ -28,7 +28,7 @@ from tt_precise.mechanics.vectors import cross, dot
 from tt_precise.runtime.values import Array, Check, InputError, Sense, Verdict
 from tt_precise.scene.scene import Scene
 
-SHALLOW = 0.1  # of R: with a larger distance from the table there is no contact
+SHALLOW = 0.1  # In R; with a larger distance from the table there is no contact.
 PROPORTIONAL = 0.99  # correlation of the height with k.z above which the contact arm is wrong
 
 
@@ -205,7 +205,7 @@ def watched(
 
 
 def _written(rows: Samples, of: Callable[[Samples], Array]) -> Array:
-    """How far half a unit of the last place in which the rows are written moves a quantity."""
+    """Return the change of a quantity by half a unit of the last written place of the rows."""
     moved, here = numpy.zeros(len(rows.t)), None
     for name in rows.setup.columns.names:
         step = rows.resolution.get(name, 0.0)

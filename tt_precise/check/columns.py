@@ -257,28 +257,28 @@ class CheckSetup:
 
     @property
     def rolling(self) -> bool:
-        """Whether the contact point rests on the table."""
+        """True if the contact point rests on the table."""
         return self.scene.model == "rolling"
 
     @property
     def flies(self) -> bool:
-        """Whether nothing touches the top."""
+        """True if nothing touches the top."""
         return self.scene.model == "flight"
 
     @property
     def joins(self) -> bool:
-        """Whether the motion may change its equations."""
+        """True if the motion may change its equations."""
         return self.height_given if self.flies else self.scene.in_pieces
 
     @property
     def own_force(self) -> bool:
-        """Whether the contact force follows from the state."""
+        """True if the contact force follows from the state."""
         known = self.flies or self.height_given or not self.scene.lifts
         return self.friction == "scene" and known
 
     @property
     def velocity_known(self) -> bool:
-        """Whether the velocity of the contact point is given, or zero in rolling."""
+        """True if the velocity of the contact point is given, or zero in rolling."""
         return self.velocity_given or self.rolling
 
     def samples(self, block: Block) -> Samples:

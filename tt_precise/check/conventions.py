@@ -84,7 +84,7 @@ class Convention:
 
     @property
     def changes(self) -> int:
-        """How many groups differ from ours."""
+        """The number of groups of columns that differ from ours."""
         differ = sum(getattr(self, one.name) != one.default for one in fields(self))
         # Unity's left-handed y-up world is one change, y and z exchanged.
         return differ - (self.hand == "left" and self.up == "y") + self.opposite
@@ -245,7 +245,7 @@ def momentum(body: Parameters, k: Vector, w: Array) -> Array:
 
 
 class Fit(NamedTuple):
-    """How rows obey the laws that need no force: what is beyond the bounds, by residual.
+    """Residuals of rows under the laws that need no force: the excess over the bounds of each.
 
     ``open`` says that too little is resolved; ``jellett`` is the integral at the start.
     """
@@ -260,7 +260,7 @@ class Fit(NamedTuple):
 
     @property
     def passes(self) -> bool:
-        """Whether every residual is resolved and within its limit."""
+        """True if every residual is resolved and within its limit."""
         return not self.open and not self.failing(LIMITS)
 
     @property

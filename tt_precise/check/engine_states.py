@@ -30,7 +30,7 @@ CENTRE_OF_SPHERE, CENTRE_OF_MASS = "centre", "cm"
 
 
 class Convention(NamedTuple):
-    """How an engine writes a body's state.
+    """The columns and conventions of an engine's file of body states.
 
     ``scalar_first``: the order of its quaternion; ``in_body_frame``: the angular velocity's frame;
     ``origin``: the point whose velocity it gives, unless the user says otherwise.

@@ -223,7 +223,7 @@ def _convention(rows: Samples, judge: Judge) -> list[Cause]:
 
 
 def _beyond(rows: Samples, given: Given, half: dict[str, float], best: Found) -> list[Cause]:
-    """What is left in a convention that an engine's file has only nearly."""
+    """Return what is left in a convention that an engine's file has only nearly."""
     read = conventions.read(given.part(slice(0, ROWS)), best.convention, rows.setup.body)
 
     def again(body: Parameters) -> Given:
@@ -246,7 +246,7 @@ class _Vectors(NamedTuple):
 
     @property
     def words(self) -> list[str]:
-        """What differs from ours."""
+        """The differences from our convention."""
         counts = "t counts" if self.time.startswith("rows") else "the time is in"
         said = [f"{counts} {self.time}"] * (self.time != "s")
         said += [f"the angular momentum is in {self.momentum}"] * bool(self.momentum)
@@ -483,7 +483,7 @@ def _end(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
 
 
 def _force(rows: Samples, failed: set[str], judge: Judge) -> list[Cause]:
-    """What holds for every force is seen to hold, and the friction that is seen is another."""
+    """Test that laws of every force are seen to hold, and that the friction seen is another."""
     if rows.setup.friction != "scene" or not failed & {"equations", "energy_balance", "golden"}:
         return []
     other = rows.setup.samples(Block(rows.given))

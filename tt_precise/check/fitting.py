@@ -46,7 +46,7 @@ LARGE = 1e-9  # Change of a number that is none.
 
 
 class Motion(NamedTuple):
-    """What a number changes: the body, the rows, the terms of the equations."""
+    """The effect of a number: the body, the rows, the terms of the equations."""
 
     body: Parameters
     given: Given

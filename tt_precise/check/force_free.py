@@ -222,7 +222,7 @@ def misfits(
 
 
 def _sharper(candidates: list[Misfit]) -> Misfit:
-    """Of two ways to look the sharper one, for each interval and each sum."""
+    """Return the sharper of two ways to look, for each interval and each sum."""
     first, *rest = candidates
     for other in rest:
         one, all_ = other.bound < first.bound, other.summed_bound < first.summed_bound
@@ -299,7 +299,7 @@ def _guided(parts: list[tuple[_Chunk, slice]], nutated: Array, bend: dict[str, A
 
 
 def _bend(body: Parameters, rows: Rows) -> dict[str, Array]:
-    """What the guided flow misses where the lift is not linear from row to row."""
+    """The error of the guided flow where the lift is not linear from row to row."""
     lift, h = lift_of(body, rows), numpy.diff(rows.t)
     second = abs(numpy.diff(numpy.pad(lift, 1, mode="edge"), n=2)) / 8
     bent = numpy.maximum(second[1:], second[:-1])

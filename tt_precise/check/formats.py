@@ -20,8 +20,8 @@ import numpy
 from tt_precise.runtime.values import Array, InputError, Json
 
 Columns = Mapping[str, Any]
-MOST_BYTES = 2_000_000_000  # of text, or of numbers: a table of ten million rows
-MOST_COLUMNS = 1000  # of an HDF5 file
+MOST_BYTES = 2_000_000_000  # Bytes of text, or of numbers: a table of ten million rows.
+MOST_COLUMNS = 1000  # Columns that are read of an HDF5 file; a trajectory has some twenty.
 DEEPEST = 4  # groups of an HDF5 file within each other
 
 

@@ -21,15 +21,15 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.values import Array
 
-ROWS = 5  # of a window
+ROWS = 5  # Rows in a window, through which a polynomial gives the rate in the middle.
 MARGIN = 20.0
 FARTHEST = 2.0  # rad by which the angular momentum lets the axis turn from row to row
-EVEN = 1e-9  # of a window, by which evenly spaced rows differ
+EVEN = 1e-9  # In widths of a window; evenly spaced rows differ by less.
 CLOSEST = 0.01  # sqrt(R/g) between rows: what is closer adds roundings only
 # friction is seen where at least so many windows show it, and is as a law where what that keeps
 # deviates by less than this part; gliding below this part of the fastest says nothing
 FEWEST, ALIKE, STILL = 8, 0.05, 0.05
-NONE = 1e-9  # of F_z: rounding
+NONE = 1e-9  # In F_z; a smaller force is rounding.
 Bounded = tuple[Array, Array]
 """By how much each window is off, and the bound of the error of that."""
 
@@ -60,9 +60,9 @@ class Windows:
         self._inner_slope = numpy.pad(_slopes(x[:, 1:4]), ((0, 0), (1, 1)))
 
     def middle_rate(self, value: Array) -> Bounded:
-        """Of an entry, in the middle row of each window, by the polynomial through all five rows.
+        """Return the rate in the middle row of each window, by the polynomial through its five rows.
 
-        And how far the polynomial through the inner three is from that.
+        Also its distance from the rate by the polynomial through the inner three.
         """
         entries = self._entries(value)
         rate, apart = (

@@ -29,7 +29,7 @@ MEANING = "correct digits of every column"
 DECIDING = 3.0  # digits with which the solution sees clock, attitude and force together
 
 HOLE = 1.5  # intervals without a row, where rows are evenly spaced
-PART = 0.1  # of the span without a row, where they are not
+PART = 0.1  # Share of the span without a row, from which rows count as missing.
 EVEN = 1e-3  # relative, by which most intervals of evenly spaced rows differ
 
 
@@ -123,7 +123,7 @@ def no_solution(reason: str) -> Compared:
 
 
 class Place(NamedTuple):
-    """Where the rows lie on the solution: its time at the first row (s), and the turn of the axes.
+    """The rows' position on the solution: its time at the first row (s), the turn of the axes.
 
     ``whole`` says that the file counts from the scene's start, and should reach its end.
     """
@@ -207,7 +207,7 @@ def distance_from_solution(
 
 
 def decides(finding: Check) -> bool:
-    """Whether the solution agrees with all rows to as many digits as decide."""
+    """True if the solution agrees with all rows to as many digits as decide."""
     return finding.value is not None and finding.verdict == "pass" and finding.value >= DECIDING
 
 

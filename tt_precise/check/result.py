@@ -58,7 +58,7 @@ class CheckRecord(Record, frozen=True, kw_only=True):
 
 
 class Checked(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.check/1"):
-    """What `tt-precise check FILE --scene SCENE --json` prints."""
+    """JSON document of `tt-precise check FILE --scene SCENE --json`."""
 
     trajectory: Annotated[str, means("the checked file or table")]
     scene: Annotated[str, means("name of the scene")]
@@ -82,7 +82,7 @@ class Checked(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_pre
 
 SIGNS = {"at most": "<=", "above": ">", "at least": ">="}
 HOLDS = {"at most": operator.le, "above": operator.gt, "at least": operator.ge}
-MOST_POINTS = 4096  # of a curve in a plot
+MOST_POINTS = 4096  # Points of a curve in a plot; more are thinned out.
 
 
 class Residual(NamedTuple):
@@ -170,7 +170,7 @@ def _printable(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
-SMALLEST = 1e-18  # of the limit; drawn for an exact zero
+SMALLEST = 1e-18  # In units of the limit; drawn for an exact zero.
 FEW_DIGITS = 3  # fewer digits than these are shown over time
 
 
@@ -242,7 +242,7 @@ class Result:
 
     @property
     def passed(self) -> bool:
-        """Whether nothing failed and everything that decides was looked at."""
+        """True if nothing failed and everything that decides was looked at."""
         return self.verdict == "pass"
 
     @property

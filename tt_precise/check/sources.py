@@ -250,7 +250,7 @@ def _line(error: Exception) -> str:
 
 
 BLOCK_BYTES = 2_000_000  # some 10,000 rows of text: what numpy makes of them stays in the cache
-MOST_BYTES = 2_000_000_000  # of text, or of numbers, as in ``formats``
+MOST_BYTES = 2_000_000_000  # Bytes of text, or of numbers, as in ``formats``.
 GZIPPED = b"\x1f\x8b"
 LONGEST_LINE = 1_000_000  # bytes; a row of numbers is a few hundred
 MOST_PREAMBLE = 50  # lines of metadata before the header in which the header is sought
@@ -408,7 +408,7 @@ class TextSource(RowSource):
         return numpy.ascontiguousarray(parsed.T)
 
     def _even(self, text: str, rows: int) -> bool:
-        """Whether each of so many lines of ``text`` has as many cells as the header."""
+        """Test that each of so many lines of ``text`` has as many cells as the header."""
         lines = [line for line in text.split("\n") if line.strip()]
         if self._separator is None:
             counts = [len(line.split()) - 1 for line in lines]

@@ -36,7 +36,7 @@ Solution = Callable[[Array], "Array | None"]
 
 
 class Begin(NamedTuple):
-    """Where the rows begin: the solution's time at the first row (s), None if it is not one.
+    """The start of the rows: the solution's time at the first row (s), None if it is not one.
 
     ``turn`` is the angle (rad) by which their horizontal axes are turned from the scene's.
     """
@@ -185,7 +185,7 @@ def _differing(rows: Samples, start: NewtonState | LiftedState) -> str:
 
 
 def rounding(rows: Samples) -> float:
-    """How far half a unit of the last place of a file moves the first row, relative to its size."""
+    """Return the change of the first row by half a unit of the last place, relative to its size."""
     setup, half = rows.setup, rows.resolution
     begin = {name: float(values[0]) for name, values in rows.given.items()}
     if not setup.velocity_given:

@@ -57,7 +57,7 @@ class World(NamedTuple):
 
     @property
     def is_ours(self) -> bool:
-        """Whether its columns need no conversion."""
+        """True if the columns need no conversion."""
         return self == World()
 
     def standard(self, columns: Mapping[str, Array]) -> dict[str, Array]:
