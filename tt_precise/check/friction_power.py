@@ -60,7 +60,7 @@ class Windows:
         self._inner_slope = numpy.pad(_slopes(x[:, 1:4]), ((0, 0), (1, 1)))
 
     def middle_rate(self, value: Array) -> Bounded:
-        """Return the rate in the middle row of each window, by the polynomial through its five rows.
+        """Return the rate in the middle row of each window: the polynomial's through its five rows.
 
         Also its distance from the rate by the polynomial through the inner three.
         """

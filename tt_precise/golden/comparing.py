@@ -80,7 +80,7 @@ class Comparison:
         save(self.figure(), path)
 
 
-BEYOND = 1 + 1e-12  # times the end of golden data: a row there may be a rounding later
+BEYOND = 1 + 1e-12  # Factor of the end of golden data: a row there may be a rounding later.
 
 
 def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None) -> Comparison:

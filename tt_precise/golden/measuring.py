@@ -120,7 +120,7 @@ class TrueRows:
         return numpy.array([self._numbers[name][nearest] for name in NewtonState._fields])
 
     def at_their_times(self, t: numpy.ndarray) -> numpy.ndarray:
-        """Whether each of the times (s) is one of the rows', but for a rounding."""
+        """Test that each of the times (s) is one of the rows', but for a rounding."""
         _, delays = self._nearest(t)
         here: numpy.ndarray = abs(delays) <= SAME_TIME * abs(t)
         return here

@@ -29,7 +29,7 @@ from tt_precise.scene.start import LIFTED
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
 
-USUAL_DIGITS = 12.0  # of an integrated solution if no digits are requested
+USUAL_DIGITS = 12.0  # Digits of an integrated solution if none are requested.
 # A solution in double, with fewer digits, is read a hundred times faster at many times.
 DIGITS_OF_MANY = 8.0
 MANY = 5000
@@ -139,7 +139,7 @@ class Solution:
         return self._integrated(rows, digits, agreeing)
 
     def _golden_answer(self, rows: Rows, agreeing: float) -> bool:
-        """Whether each row has a golden time, or lies at or beyond an early end of the solution."""
+        """Test that each row has a golden time, or lies at or beyond an early end."""
         true, _, ended = self._golden
         assert true is not None
         here = true.at_their_times(rows.t)

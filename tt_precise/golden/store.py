@@ -30,7 +30,7 @@ FILES = (SCENE, TRAJECTORY, EVENTS, MANIFEST)
 DOCUMENT = "the manifest of golden data"
 
 PACKAGE = Path(__file__).resolve().parents[1]
-OWN = Path("golden")  # in the working directory, unless a folder is named
+OWN = Path("golden")  # The folder in the working directory, unless another is named.
 VECTORS = "vectors"  # a folder next to the scenes: test vectors, which another command verifies
 LONGEST_NAME = 100
 WORK = "golden build"  # the work that locks a folder
@@ -55,7 +55,7 @@ def home() -> Path:
 
 
 def in_checkout() -> bool:
-    """Whether the package's golden data may be built: only in a checkout."""
+    """True in a checkout, where the package's golden data may be built."""
     return (PACKAGE.parent / "pyproject.toml").is_file() and home().parent == PACKAGE.parent
 
 
