@@ -128,3 +128,24 @@ def test_a_digit_that_is_asked_for_names_its_argument() -> None:
     assert "--" not in message
     words: Any = {"columns": {"clock": "t"}}
     assert tt.check.assert_conserves(frame, "reference", **words).passed
+
+
+@pytest.mark.parametrize(
+    ("name", "engine", "cause"),
+    [
+        (
+            "mujoco_default_contact_rk4_2ms.csv",
+            "mujoco",
+            "a soft contact, 0.37 mm deep at most, whose force acts 0.50 of the depth above the "
+            "lowest point",
+        ),
+        ("mujoco_cm_offset_1pct_low.csv", "mujoco", "alpha is 0.9900 times the scene's"),
+        # the spin is cut from 155 to 101 rad/s, and the engine's own errors are left
+        ("bullet_clamped_spin.csv", "bullet", ""),
+    ],
+)
+def test_the_cause_in_an_engines_file_is_named(name: str, engine: str, cause: str) -> None:
+    found = check(CASES / name, "reference", friction="other", engine=engine)
+    assert found.verdict == "fail"
+    assert found["start"].verdict == "pass"
+    assert [one.text for one in found.causes] == ([cause] if cause else [])

@@ -42,6 +42,7 @@ from tt_precise.check.kinematics import (
     movement_of,
     seen,
     shortest_turn,
+    taken,
 )
 from tt_precise.check.precision import VECTORS, described, precisions, times_of
 from tt_precise.check.result import Cause
@@ -53,6 +54,10 @@ from tt_precise.scene.initial_state import InitialState
 
 UNLIKE = 0.01  # Part by which the strength of friction may vary where it follows a law.
 HELD = 1e-5  # Part by which a number that is held varies.
+OUTSTANDING = 30.0  # Times what is left from which on a wrong row stands out.
+SINKS = 0.1  # Part of R by which a soft contact may give way.
+# Checks that a table which gives way may fail.
+YIELDING = {"contact_momentum", "contact_velocity", "kinematics", "agreement"}
 MOST_ROWS = 8  # Rows one behind the other that are left out together.
 NEIGHBOURS = 16  # Rows on either side of a wrong one that are judged alone.
 OF_FILE = ("start", "agreement", "golden", "finite")  # Checks that are not made row by row.
@@ -86,6 +91,7 @@ def explain(
             lambda: _clamp(rows),
             lambda: _number(rows),
             lambda: _friction(rows),
+            lambda: _soft(rows, failed),
             lambda: _end(rows, findings, judge),
             lambda: _rows(rows, findings, judge),
             lambda: _force(rows, failed, judge),
@@ -435,8 +441,41 @@ def _clamp(rows: Samples) -> list[Cause]:
 # ---- some rows ---------------------------------------------------------------------------------
 
 
+def _soft(rows: Samples, failed: set[str]) -> list[Cause]:
+    """A table that gives way: the contact force acts within its depth, above the lowest point."""
+    body = rows.setup.body
+    if "contact_momentum" not in failed or failed - YIELDING or rows.setup.scene.lifts:
+        return []
+    movement, found = seen(rows)
+    part, _ = taken(movement)
+    if part.x is None or not movement.moving:
+        return []
+    depth = body.R * (1 - body.alpha * rows.state.kz[movement.visited]) - part.x[2]
+    if not 0 < float(depth.max()) < SINKS * body.R:
+        return []
+    steps, torque = numpy.diff(part.t), found["torque"]
+    change = numpy.diff(torque.drift, axis=1, prepend=0.0)
+    # a force m dv/dt, so much above the point about which the momentum is taken
+    gained = (depth[1:] + depth[:-1]) / 2 * numpy.diff(part.v)
+    lever = numpy.array([-gained[1], gained[0], 0 * gained[0]]) / (body.g * body.R * body.alpha)
+    share = float((change * lever).sum() / ((lever * lever).sum() or numpy.nan))
+    left = change - share * lever
+    local = norm(left) / steps - torque.bound
+    summed = norm(numpy.cumsum(left, axis=1)) / numpy.cumsum(steps) - torque.summed_bound
+    if not 0 < share <= 1 or not max(local.max(), summed.max()) <= LIMITS["torque"]:
+        return []
+    deep = f"{1000 * float(depth.max()):.2g} mm deep at most"
+    text = (
+        f"a soft contact, {deep}, whose force acts {share:.2f} of the depth above the lowest point"
+    )
+    return [Cause("parameter", text)]
+
+
 def _rows(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
-    """One wrong row, a stretch, or a jump, behind rows that pass: what is left passes as well."""
+    """One wrong row, a stretch, or a jump, behind rows that pass: what is left passes as well.
+
+    A wrong row stands out: what is left without it is far below it, not only below the limit.
+    """
     since = [one.since for one in findings if one.since is not None and one.name not in OF_FILE]
     if not since:
         return []
@@ -445,6 +484,9 @@ def _rows(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]
         return []
     t = rows.t[first]
     everything = numpy.arange(count)
+    worst = {
+        one.name: (one.value or 0.0) / OUTSTANDING for one in findings if one.verdict == "fail"
+    }
 
     def passes(wrong: int, begin: int = 0, end: int = count) -> bool:
         """Leave out ``wrong`` rows."""
@@ -452,7 +494,11 @@ def _rows(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]
         kept = kept[(kept < first) | (kept >= first + wrong)]
         part = rows.rows(kept)
         part = replace(part, setup=replace(rows.setup, start="other"))
-        return not _failing(judge(part))
+        found = judge(part)
+        return not _failing(found) and all(
+            one.sense != "at most" or not (one.value or 0.0) > worst.get(one.name, math.inf)
+            for one in found
+        )
 
     near = max(first - NEIGHBOURS, 0), first + NEIGHBOURS
     if passes(0, *near):  # an error that grows is at no row
