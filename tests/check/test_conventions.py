@@ -1,5 +1,6 @@
 """The staged search: random conventions are found, wrong physics is explained by none."""
 
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
@@ -147,8 +148,6 @@ def _alike(one: Found, tried: Tried) -> bool:
 
 
 def _tied(one: Convention) -> list[Convention]:
-    from dataclasses import replace
-
     pairs = {"rows at 1000 Hz": "ms", "ms": "rows at 1000 Hz"}
     return [replace(one, time=pairs[one.time])] if one.time in pairs else []
 
@@ -156,6 +155,35 @@ def _tied(one: Convention) -> list[Convention]:
 @pytest.mark.parametrize(("seed", "count"), [(1, 8), pytest.param(7, 180, marks=pytest.mark.slow)])
 def test_random_conventions_are_found(seed: int, count: int) -> None:
     assert [text for text in map(wrong, tries(seed, count)) if text] == []
+
+
+def wrong_physics(seed: int, count: int) -> list[str]:
+    """Right rows against another body, or by another clock, that some convention explains."""
+    rng, explained = numpy.random.default_rng(seed), []
+    for _ in range(count):
+        hertz, begin = int(rng.choice([60, 1000])), float(rng.choice([0.0, 3.0]))
+        given, body = right(hertz, begin), BODY
+        name = str(rng.choice(["m", "R", "alpha", "I1", "I3", "g", "t", "wx", "vcx"]))
+        factor = 1 + float(rng.choice([-1, 1])) * 10 ** rng.uniform(-3, -0.5)
+        if name == "t":
+            given = given._replace(t=factor * given.t)
+        elif name in ("wx", "vcx"):  # a component of the file
+            changed = numpy.array([[factor], [1.0], [1.0]])
+            part = given.w if name == "wx" else given.v
+            assert part is not None
+            given = given._replace(**{"w" if name == "wx" else "v": changed * part})
+        else:
+            body = replace(body, **{name: factor * getattr(body, name)})
+        _, found = search(given, body, {}, jellett())
+        if found:
+            text = f"{name} {factor:.4f} at {hertz} Hz from {begin} s: "
+            explained.append(text + found[0].convention.words())
+    return explained
+
+
+@pytest.mark.parametrize(("seed", "count"), [(2, 3), pytest.param(5, 50, marks=pytest.mark.slow)])
+def test_wrong_physics_is_explained_by_no_convention(seed: int, count: int) -> None:
+    assert wrong_physics(seed, count) == []
 
 
 def test_what_is_right_is_not_searched() -> None:
@@ -167,8 +195,6 @@ def test_what_is_right_is_not_searched() -> None:
 
 def test_another_place_of_the_mass_is_no_convention() -> None:
     """The hundredth of alpha shows in lift, height and momentum."""
-    from dataclasses import replace
-
     body = replace(BODY, alpha=1.01 * BODY.alpha)
     assert not fit(body, right(60, 0.0), {}).passes
     assert search(right(60, 0.0), body, {}, jellett())[1] == []

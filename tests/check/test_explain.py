@@ -1,6 +1,7 @@
 """Causes of failures: conventions, one number, precision, rows; nothing where none explains."""
 
 from collections.abc import Callable
+from fractions import Fraction
 
 import numpy
 import pandas
@@ -213,6 +214,29 @@ def test_golden_data_are_above_suspicion(scene: str, rows: int | None, every: in
                 found = check(golden[columns], scene, friction=friction)
                 assert not found.failures, str(found)
                 assert rows or friction == "other" or found.passed, str(found)
+
+
+def healthy_files(seed: int, count: int) -> list[str]:
+    """Those of so many right files of every scene on the table, 20 to 960 Hz, that fail."""
+    rng, failing = numpy.random.default_rng(seed), []
+    scenes = [name for name in store.scenes() if not tt.load_scene(name).lifts]
+    for number in range(count):
+        name = scenes[number % len(scenes)]
+        scene = tt.load_scene(name)
+        hertz = round(10 ** rng.uniform(numpy.log10(20), numpy.log10(960)))
+        until = min(Fraction(600, hertz), scene.until)
+        times = [Fraction(i, hertz) for i in range(int(until * hertz) + 1)]
+        run = tt.integrate(scene, events=())
+        frame = run.frame(*VECTORS[1:], times=[t for t in times if t <= run.t_end])
+        for friction in ("scene", "other"):
+            found = check(frame, scene, friction=friction)
+            failing += [f"{name} {hertz} Hz {friction}: {one}" for one in found.failures]
+    return failing
+
+
+@pytest.mark.parametrize(("seed", "count"), [(3, 2), pytest.param(4, 200, marks=pytest.mark.slow)])
+def test_no_healthy_file_fails(seed: int, count: int) -> None:
+    assert healthy_files(seed, count) == []
 
 
 def test_a_wrong_simulator_is_checked_not_refused(healthy: Healthy) -> None:
