@@ -263,6 +263,22 @@ def test_what_is_no_number_is_not_named(engine: Engine, fault: str) -> None:
     assert (found.verdict, found.causes) == ("fail", ())
 
 
+@pytest.mark.parametrize("friction", ["scene", "other"])
+@pytest.mark.parametrize("first", [0, 301])
+def test_rows_that_stand_still_are_named(healthy: Healthy, first: int, friction: str) -> None:
+    frame = healthy()
+    for name in frame.columns[1:]:
+        frame.loc[first:, name] = frame[name][first]
+    result = check(frame, "reference", friction=friction)
+    assert [cause.text for cause in result.causes] == [
+        f"from t = {first / 100:.6g} s on the rows repeat each other"
+    ]
+    # a top that rests upright in truth does not move, whatever else is wrong
+    still = healthy("upright")
+    still["Lz"] *= 1.001
+    assert "repeat" not in str(check(still, "upright", friction=friction).causes)
+
+
 def test_a_row_and_a_jump_are_named(healthy: Healthy) -> None:
     frame = healthy("reference", 801)[VECTORS]
     alone = frame.copy()

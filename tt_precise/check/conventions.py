@@ -247,11 +247,13 @@ def momentum(body: Parameters, k: Vector, w: Array) -> Array:
 class Fit(NamedTuple):
     """Residuals of rows under the laws that need no force: the excess over the bounds of each.
 
-    ``open`` says that too little is resolved; ``jellett`` is the integral at the start.
+    ``open`` says that too little is resolved, ``axis_open`` that of the motion of the axis;
+    ``jellett`` is the integral at the start.
     """
 
     parts: dict[str, float]
     open: bool
+    axis_open: bool
     jellett: float
 
     def failing(self, limits: Mapping[str, float]) -> dict[str, float]:
@@ -320,7 +322,8 @@ def fit(
             parts["height"] = _largest(off - u["x"] / body.R - 2 * u["q"])
         names = ("axis", "torque") if moving else ("axis",)
         usual = [float(numpy.sort(found[name].bound)[(count - 1) // 2]) for name in names]
-        return Fit(parts, not max(usual) < RESOLVED, float(jellett[0]))
+        resolved = [bound < RESOLVED for bound in usual]
+        return Fit(parts, not all(resolved), not resolved[0], float(jellett[0]))
 
 
 def _largest(values: Array) -> float:
@@ -461,7 +464,7 @@ def search(
 ) -> tuple[Fit, list[Found]]:
     """Return how the rows fit as given, and conventions in which they do, fewest changes first."""
     given = given.part(slice(0, LOOKED_AT))
-    as_given = Fit({}, True, scenes_jellett)
+    as_given = Fit({}, True, True, scenes_jellett)
     turning = float(numpy.sort(norm(given.w))[len(given.t) // 2]) * float(numpy.diff(given.t).max())
     if turning < 20:
         as_given = fit(body, read(given, OURS, body), rounding)

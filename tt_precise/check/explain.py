@@ -64,6 +64,7 @@ OF_FILE = ("start", "agreement", "golden", "finite")  # Checks that are not made
 FEW = 160  # Rows of Euler angles that are judged in full in each convention.
 NEARLY = 2.0  # Factor by which the trapezoidal rule may misjudge how fast the rows turn.
 MOST_CHANGES = 2  # Conventions of vectors that are tried at once.
+FEWEST_STILL = 4  # Equal rows at the end of a file that are no chance.
 SPARE = 100.0  # Roundings that explain a failure.
 
 
@@ -86,6 +87,7 @@ def explain(
         return _first(
             lambda: _precision(rows, findings),
             lambda: _reading(rows, otherwise),
+            lambda: _still(rows, failed, judge),
             lambda: _convention(rows, judge),
             lambda: _start(rows, failed),
             lambda: _clamp(rows),
@@ -195,6 +197,18 @@ def _obeys(rows: Samples, given: Given, half: dict[str, float]) -> bool:
 
 
 # ---- conventions -------------------------------------------------------------------------------
+
+
+def _still(rows: Samples, failed: set[str], judge: Judge) -> list[Cause]:
+    """The rows repeat each other to the end, where the scene moves; those before them pass."""
+    columns = [values for name, values in rows.given.items() if name != "t"]
+    changes = [numpy.flatnonzero(numpy.diff(values)) for values in columns]
+    last = max((int(change[-1]) + 1 for change in changes if len(change)), default=0)
+    if len(rows.t) - last < FEWEST_STILL or not failed & {"equations", "kinematics"}:
+        return []
+    if last and _failing(judge(rows.rows(numpy.arange(last + 1)))):
+        return []
+    return [Cause("rows", f"from t = {rows.t[last]:.6g} s on the rows repeat each other")]
 
 
 def _reading(rows: Samples, otherwise: Mapping[str, Reading]) -> list[Cause]:

@@ -268,8 +268,9 @@ def number(
         vanishes = abs(one.p + 1) < NONE
         if vanishes and one.name in ("m", "R", "I1", "I3", "g"):
             continue
-        # where alpha vanishes, so does the unit of the bounds
-        resolved = not one.fit.open or (vanishes and one.name.startswith("alpha"))
+        # where alpha vanishes, so does the unit of the torque's bounds, not that of the axis
+        no_torque = vanishes and one.name.startswith("alpha")
+        resolved = not (one.fit.axis_open if no_torque else one.fit.open)
         if abs(one.p) > LARGE and resolved and not failing:
             named.append(one)
     if not named:
