@@ -1,0 +1,178 @@
+"""The smallest amount of each fault that a check fails: ``python -m benchmarks.fault_amounts``.
+
+Rows of the reference scene as an engine writes them, 2 s at 60, 240 and 960 Hz, with one thing
+wrong: a number of the body that the simulator has, or a column of the file. Each fault is planted
+in amounts of a tenth, a hundredth ... of what is right, and the file is checked with the scene's
+friction and with another. Writes ``reports/measured/fault-amounts.csv`` and prints the table of the
+documentation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+from unittest import mock
+
+import numpy
+
+from tt_precise.runtime.terminal import Progress, silent
+
+if TYPE_CHECKING:
+    import pandas
+
+SCENE = "reference"
+OUT = Path("reports/measured/fault-amounts.csv")
+HERTZ = (60, 240, 960)
+MODES = ("scene", "other")
+UNTIL = 2  # s
+AMOUNTS = tuple(10.0**-n for n in range(1, 8))
+POSE = (
+    "qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz", "x", "y", "z",
+)  # fmt: skip
+COLUMNS = {
+    "the angular velocity": ("wx", "wy", "wz"),
+    "its vertical component": ("wz",),
+    "the velocity": ("vcx", "vcy", "vcz"),
+    "the path (x, y)": ("x", "y"),
+}
+PARAMETERS = ("m", "R", "alpha", "I1", "I3", "g", "mu")
+START = {"theta": "0.1", "omega_3": "155"}  # of the scene, as its file has them
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What is wrong in the file, and the rows with it: ``rows(hertz, amount)``."""
+
+    name: str
+    rows: Callable[[int, float], pandas.DataFrame]
+
+
+@cache
+def right(hertz: int, amount: float = 0.0, name: str = "") -> pandas.DataFrame:
+    """Return the rows of the scene, whose number ``name`` is ``amount`` of it larger."""
+    from tt_precise.integration import integrate
+    from tt_precise.scene.scene import load_scene
+
+    scene = load_scene(SCENE).varied(sample_every=str(Fraction(1, hertz)), until=str(UNTIL))
+    if name in START:
+        scene = scene.varied(**{name: str(Fraction(START[name]) * (1 + Fraction(amount)))})
+    elif name:
+        scene = scene.perturbed(**{name: repr(amount)})
+    run = integrate(scene, events=(), record=("phi", "psi", "x", "y"))
+    return run.frame(*POSE, numbers="float")
+
+
+def faults() -> Iterator[Fault]:
+    """Return what is planted."""
+    for name in PARAMETERS:
+        yield Fault(f"{name} of the simulator", partial(_simulated, name))
+    yield Fault("spin at the start", lambda hz, a: right(hz, a, "omega_3"))
+    yield Fault("inclination at the start", lambda hz, a: right(hz, a, "theta"))
+    yield Fault("the clock", _changed(lambda f, a: f.assign(t=(1 + a) * f["t"])))
+    for said, columns in COLUMNS.items():
+        yield Fault(said, _changed(partial(_scaled, columns, 0.0)))
+    yield Fault("one row of wz", _changed(_row))
+    yield Fault(
+        "the angular velocity from 1 s on",
+        _changed(partial(_scaled, ("wx", "wy", "wz"), UNTIL / 2)),
+    )
+    yield Fault("the attitude turns too fast", _changed(_turning))
+    yield Fault("velocities late, in rows", _changed(_late))
+
+
+Change = Callable[["pandas.DataFrame", float], "pandas.DataFrame"]
+
+
+def _changed(change: Change) -> Callable[[int, float], pandas.DataFrame]:
+    return lambda hertz, amount: change(right(hertz), amount)
+
+
+def _simulated(name: str, hertz: int, amount: float) -> pandas.DataFrame:
+    return right(hertz, amount, name)
+
+
+def _scaled(
+    columns: tuple[str, ...], since: float, frame: pandas.DataFrame, amount: float
+) -> pandas.DataFrame:
+    factor = numpy.where(frame["t"] >= since, 1 + amount, 1.0)
+    return frame.assign(**{name: factor * frame[name] for name in columns})
+
+
+def _row(frame: pandas.DataFrame, amount: float) -> pandas.DataFrame:
+    wrong = numpy.arange(len(frame)) == len(frame) // 2
+    return frame.assign(wz=numpy.where(wrong, (1 + amount) * frame["wz"], frame["wz"]))
+
+
+def _turning(frame: pandas.DataFrame, amount: float) -> pandas.DataFrame:
+    """The body turns about its axis by the ``amount`` of 155 rad/s too fast."""
+    half = amount * 155 * frame["t"].to_numpy() / 2
+    c, s = numpy.cos(half), numpy.sin(half)
+    w, x, y, z = (frame[name].to_numpy() for name in POSE[:4])
+    return frame.assign(qw=w * c - z * s, qx=x * c + y * s, qy=y * c - x * s, qz=z * c + w * s)
+
+
+def _late(frame: pandas.DataFrame, amount: float) -> pandas.DataFrame:
+    t = frame["t"].to_numpy()
+    changed = {}
+    for name in POSE[4:10]:
+        values = frame[name].to_numpy()
+        changed[name] = values - amount * numpy.gradient(values, t) * (t[1] - t[0])
+    return frame.assign(**changed)
+
+
+def smallest(fault: Fault, hertz: int, friction: str) -> float | None:
+    """Return the smallest amount that fails; larger ones fail as well. None if none does."""
+    from tt_precise.check import conservation
+
+    found = None
+    for amount in AMOUNTS:
+        # what explains a failure is not asked
+        with mock.patch("tt_precise.check.explain.explain", return_value=[]):
+            result = conservation(fault.rows(hertz, amount), SCENE, friction=friction)
+        if result.verdict != "fail":
+            break
+        found = amount
+    return found
+
+
+def table(progress: Progress = silent) -> pandas.DataFrame:
+    """Return a line for each fault, and a column for each spacing and friction."""
+    import pandas
+
+    every, rows = list(faults()), []
+    for number, fault in enumerate(every):
+        row: dict[str, object] = {"fault": fault.name}
+        for hertz in HERTZ:
+            for friction in MODES:
+                row[f"{hertz} Hz, {friction}"] = smallest(fault, hertz, friction)
+        rows.append(row)
+        progress((number + 1) / len(every))
+    return pandas.DataFrame(rows)
+
+
+def markdown(found: pandas.DataFrame) -> str:
+    """Return the table of the documentation."""
+    lines = ["| " + " | ".join(found.columns) + " |", "|" + " --- |" * len(found.columns)]
+    for row in found.itertuples(index=False):
+        cells = ["-" if cell != cell or cell is None else f"{cell:.0e}" for cell in row[1:]]
+        lines.append(f"| {row[0]} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Measure, write the table, and print it."""
+    from tt_precise.runtime.files import atomic_write
+    from tt_precise.runtime.terminal import progress_bar
+
+    with progress_bar("planting faults") as progress:
+        found = table(progress)
+    atomic_write(OUT, found.to_csv(index=False, float_format="%.0e", lineterminator="\n"))
+    print(markdown(found))
+
+
+if __name__ == "__main__":
+    main()
