@@ -85,7 +85,7 @@ def engine_source(
         changed = {name: values[: len(given["t"])] for name, values in columns.items()}
         return {**changed, "t": given["t"]}
 
-    converted.otherwise = {
+    converted.alternatives = {
         f"it is read with --from {other}": partial(read, other)
         for other in reversed(others.values())
     }

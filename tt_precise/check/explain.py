@@ -75,18 +75,18 @@ def explain(
     rows: Samples,
     findings: Sequence[Check],
     judge: Judge,
-    otherwise: Mapping[str, Reading] = MappingProxyType({}),
+    alternatives: Mapping[str, Reading] = MappingProxyType({}),
 ) -> list[Cause]:
     """Return the causes of the failures among ``findings``; [] if none explains them.
 
-    ``judge`` makes all checks of other rows with the same limits. ``otherwise`` has further
-    readings of the file, by what each supposes.
+    ``judge`` makes all checks of other rows with the same limits. ``alternatives`` has further
+    conventions of the file, by what each supposes.
     """
     failed = {one.name for one in findings if one.verdict == "fail"}
     with numpy.errstate(all="ignore"):
         return _first(
             lambda: _precision(rows, findings),
-            lambda: _reading(rows, otherwise),
+            lambda: _of_source(rows, alternatives),
             lambda: _still(rows, failed, judge),
             lambda: _convention(rows, judge),
             lambda: _start(rows, failed),
@@ -211,9 +211,9 @@ def _still(rows: Samples, failed: set[str], judge: Judge) -> list[Cause]:
     return [Cause("rows", f"from t = {rows.t[last]:.6g} s on the rows repeat each other")]
 
 
-def _reading(rows: Samples, otherwise: Mapping[str, Reading]) -> list[Cause]:
+def _of_source(rows: Samples, alternatives: Mapping[str, Reading]) -> list[Cause]:
     """The file's own source has another convention."""
-    for supposed, read in otherwise.items():
+    for supposed, read in alternatives.items():
         changed = read(rows.given, rows.setup.body)
         if changed is not None:
             other = rows.setup.samples(Block({**rows.given, **changed}))
@@ -340,7 +340,7 @@ def _of_euler(rows: Samples, judge: Judge) -> list[Cause]:
     if left(setup.samples(Block(given))) < math.inf:
         return []
     found: list[tuple[bool, float, str]] = []
-    for text, changed in _euler_readings(given).items():
+    for text, changed in _euler_conventions(given).items():
         read = {**given, **changed}
         tilt = numpy.cos(read["theta"])
         ahead = pace(read["t"], tilt, -numpy.sin(read["theta"]) * read["theta_dot"])
@@ -359,7 +359,7 @@ def _of_euler(rows: Samples, judge: Judge) -> list[Cause]:
     return [Cause("convention", ", or ".join(named))] if named else []
 
 
-def _euler_readings(given: Mapping[str, Array]) -> dict[str, dict[str, Array]]:
+def _euler_conventions(given: Mapping[str, Array]) -> dict[str, dict[str, Array]]:
     """Return the columns that each convention of Euler angles changes, as ours."""
     spin = "omega_3" if "omega_3" in given else "psi_dot"
     rates = ("theta_dot", "phi_dot", spin)

@@ -203,7 +203,7 @@ class _File(NamedTuple):
 
     where: str
     names: Sequence[str]
-    otherwise: Mapping[str, Reading]
+    alternatives: Mapping[str, Reading]
     whole: Block
     usable: UsableRows
 
@@ -230,7 +230,7 @@ def _read(
             + (f" up to t = {cutoff:g} s" if cutoff < math.inf else "")
             + ", expected a trajectory of at least two"
         )
-    return _File(table.where, table.names, table.otherwise, whole, usable)
+    return _File(table.where, table.names, table.alternatives, whole, usable)
 
 
 def _no_texts(whole: Block, world: World) -> Callable[[int, Sequence[str]], list[Any]]:
@@ -303,7 +303,7 @@ class _Examination:
             if unseen or any(one.verdict == "fail" for one in findings):
                 from tt_precise.check.explain import explain  # a file that passes needs none
 
-                causes = tuple(explain(rows, findings, self.judge, self._file.otherwise))
+                causes = tuple(explain(rows, findings, self.judge, self._file.alternatives))
         t_first = self._file.usable.t_first
         return Result(
             trajectory=self._file.where,

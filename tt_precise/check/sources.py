@@ -33,10 +33,10 @@ from tt_precise.runtime.values import Array, InputError
 class RowSource:
     """A source of rows: its column names after renaming, and its origin.
 
-    ``otherwise`` has further readings of its first rows, by what each supposes.
+    ``alternatives`` has its rows in further conventions, by what each supposes.
     """
 
-    otherwise: Mapping[str, Reading] = MappingProxyType({})
+    alternatives: Mapping[str, Reading] = MappingProxyType({})
 
     def __init__(self, where: str, names: Sequence[str], rename: Mapping[str, str]):
         self.where = where
