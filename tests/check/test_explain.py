@@ -263,6 +263,24 @@ def test_what_is_no_number_is_not_named(engine: Engine, fault: str) -> None:
     assert (found.verdict, found.causes) == ("fail", ())
 
 
+@pytest.mark.parametrize(
+    ("names", "factor", "cause"),
+    [
+        (["t"], 1.001, "t runs 1.00100 times as fast as the motion"),
+        (["Lx", "Ly", "Lz"], 1.0001, ""),
+        (["vx", "vy"], 1.001, ""),
+    ],
+)
+def test_a_number_is_named_only_if_with_it_all_that_failed_passes(
+    names: list[str], factor: float, cause: str
+) -> None:
+    times = [Fraction(i, 1000) for i in range(2001)]
+    frame = tt.integrate("reference").frame(*VECTORS[1:], times=times)
+    frame[names] *= factor
+    causes = check(frame, "reference").causes
+    assert "; ".join(c.text for c in causes if c.kind in ("parameter", "clock")) == cause
+
+
 @pytest.mark.parametrize("friction", ["scene", "other"])
 @pytest.mark.parametrize("first", [0, 301])
 def test_rows_that_stand_still_are_named(healthy: Healthy, first: int, friction: str) -> None:

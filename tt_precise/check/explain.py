@@ -31,7 +31,7 @@ from tt_precise.check.conventions import (
     search,
     units_of_time,
 )
-from tt_precise.check.fitting import ROWS, factor, number
+from tt_precise.check.fitting import BODY, ROWS, Fitted, factor, number
 from tt_precise.check.force_free import norm
 from tt_precise.check.force_free_flow import (
     axis_of,
@@ -64,6 +64,7 @@ OF_FILE = ("start", "agreement", "golden", "finite")  # Checks that are not made
 FEW = 160  # Rows of Euler angles that are judged in full in each convention.
 NEARLY = 2.0  # Factor by which the trapezoidal rule may misjudge how fast the rows turn.
 MOST_CHANGES = 2  # Conventions of vectors that are tried at once.
+NEARER = 0.1  # Part of a failure that may be left with a cause: engines have errors of their own.
 FEWEST_STILL = 4  # Equal rows at the end of a file that are no chance.
 SPARE = 100.0  # Roundings that explain a failure.
 
@@ -91,8 +92,8 @@ def explain(
             lambda: _convention(rows, judge),
             lambda: _start(rows, failed),
             lambda: _clamp(rows),
-            lambda: _number(rows),
-            lambda: _friction(rows),
+            lambda: _number(rows, findings, judge),
+            lambda: _friction(rows, findings, judge),
             lambda: _soft(rows, failed),
             lambda: _end(rows, findings, judge),
             lambda: _rows(rows, findings, judge),
@@ -400,7 +401,22 @@ def _failing(findings: Sequence[Check]) -> set[str]:
 # ---- one number --------------------------------------------------------------------------------
 
 
-def _number(rows: Samples) -> list[Cause]:
+def _nearer(rows: Samples, findings: Sequence[Check], judge: Judge) -> bool:
+    """Test that other rows, or rows of another body, pass what failed, or come ten times nearer."""
+    found = {one.name: one for one in judge(rows)}
+
+    def nearer(one: Check) -> bool:
+        new = found.get(one.name)
+        if new is None or new.verdict != "fail":
+            return True
+        if new.value is None or one.value is None:
+            return False
+        return new.value < NEARER * one.value
+
+    return all(nearer(one) for one in findings if one.verdict == "fail" and one.name not in OF_FILE)
+
+
+def _number(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
     if len(rows.t) < 16 or rows.setup.scene.lifts or not rows.setup.columns.azimuth:
         return []
     given, half = given_of(rows)
@@ -409,10 +425,23 @@ def _number(rows: Samples) -> list[Cause]:
         few = conventions.read(few, OURS, rows.setup.body)
     if not fit(rows.setup.body, few, half).failing(LIMITS):
         return []
-    return number(rows.setup.body, few, half)
+    body, setup = rows.setup.body, rows.setup
+
+    def verified(one: Fitted) -> bool:
+        values = rows.given
+        if one.name == "clock":
+            values = {**values, "t": values["t"] * (1 + one.p)}
+        elif one.name in BODY and one.p > -1:
+            numbers = replace(body, **{one.name: (1 + one.p) * getattr(body, one.name)})
+            return _nearer(replace(setup, assumed=numbers).samples(Block(values)), findings, judge)
+        else:
+            return True
+        return _nearer(setup.samples(Block(values)), findings, judge)
+
+    return number(body, few, half, verified=verified)
 
 
-def _friction(rows: Samples) -> list[Cause]:
+def _friction(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
     """Friction follows the scene's law with another mu."""
     setup = rows.setup
     law = setup.scene.body.friction
@@ -430,6 +459,12 @@ def _friction(rows: Samples) -> list[Cause]:
     strength = numpy.sort(found.strength[fits])
     low, middle, high = (float(strength[int(part * len(strength))]) for part in (0.25, 0.5, 0.75))
     if not high - low < UNLIKE * abs(middle) or abs(middle / mu - 1) < UNLIKE * UNLIKE:
+        return []
+    numbers = replace(setup.body, mu=middle)
+    # friction that pushes fails the signs of its power, with any mu
+    signs = ("friction_power", "energy") if middle < 0 else ()
+    failures = [one for one in findings if one.name not in signs]
+    if not _nearer(replace(setup, assumed=numbers).samples(Block(rows.given)), failures, judge):
         return []
     return [Cause("parameter", f"mu is {factor(middle / mu - 1)} times the scene's")]
 

@@ -104,8 +104,9 @@ def _alpha(motion: Motion, p: float) -> Motion:
     return Motion(replace(body, alpha=(1 + p) * body.alpha), given._replace(v=v, x=x), motion.terms)
 
 
+BODY = ("m", "R", "alpha", "I1", "I3", "g")
 NUMBERS: dict[str, Change] = {
-    **{name: _body(name) for name in ("m", "R", "alpha", "I1", "I3", "g")},
+    **{name: _body(name) for name in BODY},
     FROM_CENTRE: _alpha,
     "clock": _clock,
     **{name: _term(name) for name in Terms._fields},
@@ -252,8 +253,12 @@ def number(
     given: Given,
     half: Mapping[str, float],
     again: Callable[[Parameters], Given] | None = None,
+    verified: Callable[[Fitted], bool] = lambda one: True,
 ) -> list[Cause]:
-    """Return the one number that explains the residuals, and others that do it as well."""
+    """Return the one number that explains the residuals, and others that do it as well.
+
+    ``verified`` tests a number by all checks.
+    """
     found = fitted(body, given, half, again)
     as_given = fit(body, given, half).failing(LIMITS)
     soft = SOFT if as_given.keys() - SOFT.keys() else {}
@@ -271,7 +276,7 @@ def number(
         # where alpha vanishes, so does the unit of the torque's bounds, not that of the axis
         no_torque = vanishes and one.name.startswith("alpha")
         resolved = not (one.fit.axis_open if no_torque else one.fit.open)
-        if abs(one.p) > LARGE and resolved and not failing:
+        if abs(one.p) > LARGE and resolved and not failing and verified(one):
             named.append(one)
     if not named:
         return []
