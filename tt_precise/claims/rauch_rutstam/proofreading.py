@@ -42,7 +42,7 @@ ANSWERS = (
     Answer(
         ("NUM-05",),
         "The climb ends when the paper says.",
-        "The climb ends earlier than printed.",
+        "The climb does not end when the paper says.",
     ),
     Answer(
         ("SWP-12",),
