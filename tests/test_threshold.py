@@ -40,7 +40,7 @@ def test_the_least_spin_that_passes_the_equator() -> None:
     assert rows["t_equator"][1] == pytest.approx(found.above.t, rel=1e-4)
     assert found.confirmed
     assert "just before the horizon" in "\n".join(threshold.lines(found))
-    assert found.verdicts == ("does_not_invert", "inverts")
+    assert (found.verdicts[0], found.verdicts[-1]) == ("does_not_invert", "inverts")
     # lambda is proportional to the spin of this start
     ratio = tt.sweep(
         "reference", vary={"omega_3": [77.0]}, until="0.01", record=["lambda_ratio"], recheck=0
@@ -59,9 +59,15 @@ def test_no_and_yes_everywhere_are_said(said: Said, printed: Printed) -> None:
     none = "sweep find reference omega_3=1:5 --until 0.1 --points 2"
     text = said(none, status=1)
     assert "none: the answer is no at all of 2 values" in text
-    assert "theorem: does not invert in the whole range" in text
+    assert "theorem: does not invert at all 2 values tried" in text
     document = printed(none, status=1)
     assert (document["value"], document["changes"]) == (None, [])
+    # both ends have a lambda above the threshold, the middle has none
+    both = find("reference", "omega_3", "-200:200", until="0.01", points=5)
+    assert threshold.lines(both)[-1].endswith(
+        "from the low end: inverts at 2, then does not invert at 1, then inverts at 2"
+    )
+    assert both.by_theorem is None
     low = find("reference", "omega_3", "100:120", until=8, points=2)
     assert (low.below, low.changes) == (None, ())
     assert "already at the low end of the range, omega_3 = 100" in "\n".join(threshold.lines(low))

@@ -60,8 +60,8 @@ class Found:
     ends of the bracket. Without ``below`` the answer is yes from the low end of the range on;
     without ``above`` it is no at every value of the scan. ``changes`` are all neighbours in the
     scan whose answers differ. ``confirmed``: a finer arithmetic gives the same answers at both
-    ends. ``by_theorem`` is the value from which Theorem 1.1 says "inverts", if it begins to do so
-    in the range; ``verdicts`` are its words at both ends of the range.
+    ends. ``verdicts`` are the words of Theorem 1.1 at every value of the scan; ``by_theorem`` is
+    the value from which it says "inverts", if that is their only change.
     """
 
     scene: Scene
@@ -74,7 +74,7 @@ class Found:
     changes: tuple[tuple[Answer, Answer], ...]
     confirmed: bool
     by_theorem: Fraction | None
-    verdicts: tuple[str, str]
+    verdicts: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Json]:
         """For JSON; numbers are strings of ``digits`` digits."""
@@ -99,7 +99,7 @@ class Found:
             "theorem": {
                 "value": None if exact is None else decimal(exact, self.digits),
                 "at_low": self.verdicts[0],
-                "at_high": self.verdicts[1],
+                "at_high": self.verdicts[-1],
             },
         }
 
@@ -154,11 +154,15 @@ def find(
         below, above, confirmed = _again(below, above, fine)
         if confirmed:
             below, above = bisected(below, above, Fraction(1, 10**digits), fine)
-    verdicts = [theorem(search.scene_at(value)).verdict for value in (low, high)]
+    verdicts = [theorem(search.scene_at(one.value)).verdict for one in scan]
+    turns = [i for i, (one, other) in enumerate(itertools.pairwise(verdicts)) if one != other]
+    by_theorem = None
+    if len(turns) == 1:
+        one, other = scan[turns[0] : turns[0] + 2]
+        by_theorem = search.by_theorem(one.value, other.value, digits)
     return Found(
-        loaded, name, goal, digits, points, below, above, tuple(changes), confirmed,
-        search.by_theorem(low, high, digits) if verdicts[0] != verdicts[1] else None,
-        (verdicts[0], verdicts[1]),
+        loaded, name, goal, digits, points, below, above, tuple(changes), confirmed, by_theorem,
+        tuple(verdicts),
     )  # fmt: skip
 
 
@@ -291,14 +295,16 @@ def lines(found: Found) -> list[str]:
 
 def _theorem(found: Found) -> list[str]:
     words = [verdict.replace("_", " ") for verdict in found.verdicts]
+    runs = [(word, len(list(same))) for word, same in itertools.groupby(words)]
     if found.by_theorem is not None:
         value = decimal(found.by_theorem, found.digits)
-        said = f"{words[0]} below {found.name} = {value}, {words[1]} from there on"
+        said = f"{words[0]} below {found.name} = {value}, {words[-1]} from there on"
         if found.above is not None and found.below is not None:
             ratio = float(found.above.value / found.by_theorem)
             said += f"; the value found is {ratio:.4g} of it"
-    elif words[0] == words[1]:
-        said = f"{words[0]} in the whole range"
+    elif len(runs) == 1:
+        said = f"{words[0]} at all {found.points} values tried"
     else:
-        said = f"{words[0]} at the low end, {words[1]} at the high end"
+        tried = ", then ".join(f"{word} at {count}" for word, count in runs)
+        said = f"of the {found.points} values tried, from the low end: {tried}"
     return [f"  theorem: {said}"]
