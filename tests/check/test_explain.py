@@ -31,7 +31,11 @@ def causes(
     return " | ".join(f"{cause.kind}: {cause.text}" for cause in found.causes)
 
 
-@pytest.mark.parametrize("rows", [201, 1001])
+# With the scene's friction each convention is also judged under its equations, which takes longer.
+SLOW_IN_SCENE = [pytest.param("scene", marks=pytest.mark.slow), "other"]
+
+
+@pytest.mark.parametrize("rows", [201, pytest.param(1001, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("columns", "factor", "names", "convention"),
     [
@@ -126,7 +130,7 @@ CONVENTIONS: dict[str, Callable[[pandas.DataFrame], pandas.DataFrame]] = {
 }
 
 
-@pytest.mark.parametrize("friction", ["scene", "other"])
+@pytest.mark.parametrize("friction", SLOW_IN_SCENE)
 @pytest.mark.parametrize("convention", CONVENTIONS)
 def test_other_conventions_are_named(
     healthy: Healthy, rigid_body: Healthy, convention: str, friction: str
@@ -138,7 +142,7 @@ def test_other_conventions_are_named(
         assert causes(given, friction=friction) == f"convention: {convention}"
 
 
-@pytest.mark.parametrize("friction", ["scene", "other"])
+@pytest.mark.parametrize("friction", SLOW_IN_SCENE)
 def test_rows_that_are_counted_instead_of_timed_are_named(
     healthy: Healthy, rigid_body: Healthy, friction: str
 ) -> None:
