@@ -5,11 +5,15 @@ wrong: a number of the body that the simulator has, or a column of the file. Eac
 in amounts of a tenth, a hundredth ... of what is right, and the file is checked with the scene's
 friction and with another. Writes ``reports/measured/fault-amounts.csv`` and prints the table of the
 documentation.
+
+Each term of the paper's Euler equations is also dropped by itself, and the rows of the equations
+without it are checked: ``reports/measured/dropped-terms.csv`` has the drift of lambda and the
+checks that fail.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, partial
@@ -26,6 +30,8 @@ if TYPE_CHECKING:
 
 SCENE = "reference"
 OUT = Path("reports/measured/fault-amounts.csv")
+DROPPED = Path("reports/measured/dropped-terms.csv")
+MOST_STEPS = 100_000  # The right equations take 5,000 steps; wrong ones may blow up.
 HERTZ = (60, 240, 960)
 MODES = ("scene", "other")
 UNTIL = 2  # s
@@ -139,6 +145,60 @@ def smallest(fault: Fault, hertz: int, friction: str) -> float | None:
     return found
 
 
+def dropped(numbers: Iterable[int] | None = None, progress: Progress = silent) -> pandas.DataFrame:
+    """Return a line for each term of the equations: the drift of lambda without it, what fails."""
+    import pandas
+
+    from benchmarks.dropped_terms import term_names
+    from tt_precise.check import conservation
+    from tt_precise.runtime.values import InputError
+
+    names, rows = term_names(), []
+    wanted = range(len(names)) if numbers is None else list(numbers)
+    for done, number in enumerate(wanted, start=1):
+        try:
+            with mock.patch("tt_precise.check.explain.explain", return_value=[]):
+                result = conservation(without_term(number), SCENE)
+        except InputError:  # no two rows are finite
+            drift, fails = None, "input"
+        else:
+            drift, fails = result["jellett"].value, " ".join(one.name for one in result.failures)
+        rows.append({"term": names[number], "jellett": drift, "fails": fails})
+        progress(done / len(wanted))
+    return pandas.DataFrame(rows)
+
+
+def without_term(number: int | None) -> pandas.DataFrame:
+    """Return rows of the paper's Euler equations without a term, to double's full accuracy."""
+    import heyoka
+    import pandas
+
+    from benchmarks.dropped_terms import rates_without
+    from tt_precise.integration.precision import precision_named
+    from tt_precise.mechanics import euler
+    from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+    from tt_precise.mechanics.parameters import Units
+    from tt_precise.scene.initial_state import InitialState
+    from tt_precise.scene.scene import load_scene
+
+    scene = load_scene(SCENE)
+    start = InitialState.of(scene, precision_named("double").arithmetic)
+    body, units = start.body.numbers(float), Units(*map(float, start.units))
+    names = euler.EulerState._fields
+    variables = euler.EulerState(*heyoka.make_vars(*names))
+    rates, _ = rates_without(number, euler.rates, body, variables, heyoka)
+    equations = [(variable, rate + 0.0) for variable, rate in zip(variables, rates, strict=True)]
+    adaptive = heyoka.taylor_adaptive(equations, [float(x) for x in start.euler])
+    times = numpy.array([float(t) for t in scene.sample_times])
+    states = adaptive.propagate_grid(times / units.time, max_steps=MOST_STEPS)[-1].T
+    frame = pandas.DataFrame({"t": times[: states.shape[1]]})
+    for name, values in zip(names, states, strict=True):
+        frame[name] = values * units.of_dimension(STATE_DIMENSIONS[name])
+    # where wrong equations blow up, the rows end, as a simulator's file would
+    finite = numpy.isfinite(frame.to_numpy()).all(axis=1)
+    return frame[numpy.logical_and.accumulate(finite)]
+
+
 def table(progress: Progress = silent) -> pandas.DataFrame:
     """Return a line for each fault, and a column for each spacing and friction."""
     import pandas
@@ -171,6 +231,9 @@ def main() -> None:
     with progress_bar("planting faults") as progress:
         found = table(progress)
     atomic_write(OUT, found.to_csv(index=False, float_format="%.0e", lineterminator="\n"))
+    with progress_bar("dropping terms") as progress:
+        terms = dropped(progress=progress)
+    atomic_write(DROPPED, terms.to_csv(index=False, float_format="%.1e", lineterminator="\n"))
     print(markdown(found))
 
 

@@ -5,8 +5,10 @@ from pathlib import Path
 import pandas
 import pytest
 
+import tt_precise as tt
 from benchmarks import fault_amounts
-from benchmarks.fault_amounts import Fault, faults, markdown, right, smallest
+from benchmarks.dropped_terms import term_names
+from benchmarks.fault_amounts import Fault, dropped, faults, markdown, right, smallest, without_term
 
 
 @pytest.mark.parametrize("friction", ["scene", "other"])
@@ -19,6 +21,40 @@ def test_a_clock_is_seen_in_small_amounts() -> None:
     found = smallest(clock, 240, "other")
     assert found is not None
     assert found <= 1e-3
+
+
+@pytest.mark.parametrize("pair", [("wx", "wy"), ("vcx", "vcy"), ("x", "y"), ("qx", "qy")])
+def test_swapped_columns_and_another_sign_fail(pair: tuple[str, str], no_cause: None) -> None:
+    frame = right(240)
+    swapped = frame.rename(columns=dict(zip(pair, reversed(pair), strict=True)))
+    turned = frame.assign(**{pair[0]: -frame[pair[0]]})
+    for wrong in (swapped, turned):
+        assert tt.check.conservation(wrong, "reference").verdict == "fail"
+
+
+def test_a_friction_coefficient_is_seen_to_a_thousandth() -> None:
+    (mu,) = (one for one in faults() if one.name == "mu of the simulator")
+    assert (smallest(mu, 60, "scene") or 1) <= 1e-3
+
+
+def test_dropped_terms_fail_whether_lambda_shows_them_or_not(no_cause: None) -> None:
+    names = term_names()
+    numbers = [
+        names.index(f"eq ({name}") for name in ("3) without alpha", "2) without -R*alpha*g_n")
+    ]
+    seen, hidden = dropped(numbers).to_dict("records")
+    assert seen["jellett"] > 1e-6 > hidden["jellett"]
+    assert seen["fails"].split()[0] == "jellett"
+    assert {"energy", "equations"} <= set(hidden["fails"].split())
+    # with all terms nothing fails
+    assert not tt.check.conservation(without_term(None), "reference").failures
+
+
+@pytest.mark.slow
+def test_every_dropped_term_fails() -> None:
+    found = dropped()
+    assert len(found) == len(term_names())
+    assert (found["fails"] != "").all()
 
 
 def test_the_table_of_the_documentation_is_the_measured_one() -> None:

@@ -18,8 +18,9 @@ from tests.report.conftest import drawn, tables
 from tt_precise.engines.ladder import STEPS, ladder_tests
 from tt_precise.engines.results import LadderResult, document
 from tt_precise.report import measured, render
+from tt_precise.report.collect import MEASURED
 from tt_precise.report.document import Figure, Report, Section, Text
-from tt_precise.report.measured import jellett_alone
+from tt_precise.report.measured import DROPPED, FAULTS, jellett_alone
 from tt_precise.runtime.values import InputError
 from tt_precise.tradeoff.findings import GROWTH, TABLE
 
@@ -71,7 +72,7 @@ def measure(folder: Path) -> None:
         (measured.tradeoff, "benchmarks.work_precision"),
         (measured.extremes, "tt-precise extremes"),
         (measured.engines, "benchmarks.engines"),
-        (measured.faults, "benchmarks.planted_faults"),
+        (measured.faults, "benchmarks.fault_amounts"),
     ],
 )
 def test_without_a_table_it_says_how_to_make_one(
@@ -82,7 +83,7 @@ def test_without_a_table_it_says_how_to_make_one(
     assert command in block.text
 
 
-@pytest.mark.parametrize("name", [TABLE, GROWTH, "faults.csv"])
+@pytest.mark.parametrize("name", [TABLE, GROWTH, DROPPED, FAULTS])
 @pytest.mark.parametrize("content", ["", "a,b\n1,2\n"])
 def test_a_table_of_something_else_is_refused_by_name(
     tmp_path: Path, name: str, content: str
@@ -91,6 +92,8 @@ def test_a_table_of_something_else_is_refused_by_name(
     assert all(make(tmp_path).blocks for make in sections)
     if name == GROWTH:  # which is read beside the other one
         measure(tmp_path)
+    for other in {DROPPED, FAULTS} - {name} if name in (DROPPED, FAULTS) else ():
+        (tmp_path / other).write_text((MEASURED / other).read_text())
     (tmp_path / name).write_text(content)
     with pytest.raises(InputError, match=r"\.csv: not of its form .*; expected what"):
         [make(tmp_path) for make in sections]
@@ -218,10 +221,7 @@ def test_the_section_of_engines_shows_the_scoreboard(
 
 
 def test_faults_that_conserve_lambda_are_counted() -> None:
-    rows = [("1e-3", "True"), ("2e-7", "True"), ("", "False")]
-    table = pandas.DataFrame(
-        [*(("dropped term", *row) for row in rows), ("healthy", "1e-3", "True")],
-        columns=["kind", "jellett", "at_1e-06"],
-    )
+    rows = [("1e-3", "jellett energy"), ("2e-7", "equations"), ("", "")]
+    table = pandas.DataFrame(rows, columns=["jellett", "fails"])
     numbers = re.findall(r"(?<![\de-])\d+(?!e)", jellett_alone(table))
     assert [one for one in numbers if one in "123"] == ["3", "1", "2"]

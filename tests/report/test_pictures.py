@@ -29,7 +29,7 @@ def test_a_picture_is_drawn_where_its_numbers_are_there(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("make", [measured.tradeoff, measured.extremes, measured.faults])
+@pytest.mark.parametrize("make", [measured.tradeoff, measured.extremes])
 def test_the_pictures_of_the_committed_tables_are_complete(make: object) -> None:
     assert callable(make)
     figures = [block for block in make(MEASURED).blocks if isinstance(block, Figure)]

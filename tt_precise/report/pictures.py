@@ -1,4 +1,4 @@
-"""Figures of the measured tables: speed, extremes, engines, faults."""
+"""Figures of the measured tables: speed, extremes, engines."""
 
 from __future__ import annotations
 
@@ -343,43 +343,3 @@ def _label(row: dict[str, Json] | None) -> str:
         return MARKS[row["verdict"]]
     shown = f"{row['digits'][-1]:.1f}"
     return f"$\\mathbf{{{shown}}}$" if row["verdict"] in ("converges", "rounding") else f"({shown})"
-
-
-LIMIT = 1e-6  # The paper's precision of lambda.
-SMALLEST = 1e-16
-FAULTS = {
-    "healthy": (style.GREEN, "o"), "parameter": (style.BLUE, "^"), "dropped term": (style.RED, "x"),
-    "simulator": (style.RED, "+"), "RK4": (style.PURPLE, "s"), "float32": (style.BLACK, "*"),
-    "column": (style.ORANGE, "D"),
-}  # fmt: skip
-
-
-@style.figure("planted-faults", [3.6])
-def faults(axes: list[Axes], table: pandas.DataFrame) -> Words:
-    """The drift of lambda for each fault, against the largest deviation in all checks."""
-    import pandas
-
-    (panel,) = axes
-    for kind, (colour, marker) in FAULTS.items():
-        mine = table[table["kind"] == kind]
-        alone, largest = (
-            numpy.clip(pandas.to_numeric(mine[name], errors="coerce"), SMALLEST, 1e3)
-            for name in ("jellett", "largest")
-        )
-        panel.loglog(alone, largest, marker, color=colour, label=kind, markersize=4)
-    ends = numpy.array([SMALLEST, 10])
-    panel.loglog(ends, ends, color=style.GREY, linewidth=0.8, linestyle="--")
-    for line in (panel.axvline, panel.axhline):
-        line(LIMIT, color=style.BLACK, linewidth=0.8, linestyle=(0, (4, 3)))
-    panel.set_xlabel(r"drift of $\lambda$")
-    panel.set_ylabel("largest deviation in all checks")
-    panel.legend(loc="lower right")
-    return Words(
-        caption="Most wrong equations conserve lambda to the last digit. Each mark is a fault "
-        "planted into the equations, the integration or the file of the reference scene. "
-        "Horizontal: the drift of lambda. Vertical: the largest deviation in all checks. Dashed: "
-        "1e-6, the precision that the paper reports. Related claim: NUM-03.",
-        alt="A scatter plot on logarithmic axes: most crosses, the dropped terms, are at the left "
-        "edge, at a drift of 1e-15, but near 1 on the vertical axis; healthy runs are in the lower "
-        "left corner.",
-    )
