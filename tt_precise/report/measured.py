@@ -245,7 +245,7 @@ def faults(folder: Path) -> Section:
         Text(
             "Rows of the reference scene, as a physics engine writes them, have one thing wrong. "
             "The table has the smallest amount that fails, relative to what is right and in powers "
-            "of ten; empty where a tenth passes. The rows are checked with the scene's friction and "
+            "of ten; empty where a tenth passes. They are checked with the scene's friction and "
             "with another friction law, which says nothing about mu. Measured by "
             f"`{FAULTS_COMMAND}`, not by the run that wrote this report."
         ),
