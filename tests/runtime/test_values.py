@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
 
-from tt_precise.runtime.values import Check, InputError, Ring, Scalar, distinct, listed
+from tt_precise.runtime.values import Check, InputError, Memory, Ring, Scalar, distinct, listed
 
 
 @pytest.mark.parametrize("names", ["a, b,,c ", ["a", "b", "c"], ("a", "b", "c")])
@@ -64,3 +65,16 @@ def test_the_other_operations_follow() -> None:
     assert (1 - one).x == -4
     assert (one - 1).x == 4
     assert (2 * one).x == 10
+
+
+def test_a_result_is_computed_once_for_each_key_and_object() -> None:
+    asked: list[str] = []
+
+    def compute(key: str) -> str:
+        asked.append(key)
+        return key
+
+    one, other = Memory(), Memory()
+    for memory, key in ((one, "a"), (one, "a"), (one, "b"), (other, "a")):
+        assert memory.once(key, partial(compute, key)) == key
+    assert asked == ["a", "b", "a"]

@@ -9,11 +9,11 @@ from __future__ import annotations
 import bisect
 import threading
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial
-from typing import Any, Literal, NamedTuple, Protocol, TypeVar
+from typing import Any, Literal, NamedTuple, Protocol
 
 from tt_precise.integration.columns import Columns
 from tt_precise.integration.dense_output import ARRIVED, SampleTimes, Segment, Span
@@ -22,13 +22,12 @@ from tt_precise.integration.precision import Precision
 from tt_precise.integration.registry import asked_by
 from tt_precise.integration.setup import Setup, full_tolerance, require_contact
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import InputError, Scalar
+from tt_precise.runtime.values import InputError, Memory, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LiftedStart
 
-Known = TypeVar("Known")
 Status = Literal[
     "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole", "failed",
 ]  # fmt: skip
@@ -47,7 +46,7 @@ class Stretch(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Solution(Span):
+class Solution(Span, Memory):
     """A scene, its start in the arithmetic of a set-up, and the segments from there.
 
     With ``opposite_rounding`` every number of body and start lies on the other side of the exact
@@ -68,16 +67,6 @@ class Solution(Span):
         """Integrate the scene again, with some fields of the ``Setup`` replaced."""
         setup = self.setup.but(**changes)
         return solve(self.scene, setup, opposite_rounding=opposite_rounding)
-
-    def once(self, key: Hashable, compute: Callable[[], Known]) -> Known:
-        """The result of ``compute``, which depends only on this solution and ``key``; cached."""
-        if key not in self._cache:
-            self._cache[key] = compute()
-        return self._cache[key]
-
-    @cached_property
-    def _cache(self) -> dict[Hashable, Any]:
-        return {}
 
     @property
     def tolerance(self) -> Scalar:

@@ -8,10 +8,11 @@ these names document the intended type.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any, Literal, TypeAlias
+from functools import cached_property
+from typing import Any, Literal, TypeAlias, TypeVar
 
 
 class InputError(ValueError):
@@ -135,6 +136,23 @@ class Check:
         where = f" at t = {self.at:.6g} s" if self.at is not None else ""
         why = f" ({self.note})" if self.note else ""
         return f"{self.name}: {self.value:.3g}{where}, expected {self.sense} {self.limit:.3g}{why}"
+
+
+Result = TypeVar("Result")
+
+
+class Memory:
+    """An object that keeps results which depend on nothing but itself and a key."""
+
+    def once(self, key: Hashable, compute: Callable[[], Result]) -> Result:
+        """Return the result of ``compute``, from the cache where ``key`` was asked before."""
+        if key not in self._results:
+            self._results[key] = compute()
+        return self._results[key]
+
+    @cached_property
+    def _results(self) -> dict[Hashable, Any]:
+        return {}
 
 
 class Ring:

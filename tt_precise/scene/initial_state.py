@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.flight import LiftedState
@@ -13,15 +12,13 @@ from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters, Units
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.values import Arithmetic, Functions, Scalar
+from tt_precise.runtime.values import Arithmetic, Functions, Memory, Scalar
 from tt_precise.scene.scene import Scene, Start
 from tt_precise.scene.start import LIFTED, LiftedStart
 
-Known = TypeVar("Known")
-
 
 @dataclass(frozen=True)
-class InitialState:
+class InitialState(Memory):
     """Body and state of a scene at t = 0 in one arithmetic, the axis at azimuth 0.
 
     ``vectors`` and ``euler`` are the same state, each computed from the exact numbers: near the
@@ -70,16 +67,6 @@ class InitialState:
             return self.row[: len(form.columns)]
         q = Motion(self.body, self.vectors, None, self.model, euler=self.euler)
         return self.once(form.State, lambda: tuple(form.State.of(q)))
-
-    def once(self, key: Hashable, compute: Callable[[], Known]) -> Known:
-        """The result of ``compute``, which depends only on this start and ``key``; cached."""
-        if key not in self._cache:
-            self._cache[key] = compute()
-        return self._cache[key]
-
-    @cached_property
-    def _cache(self) -> dict[Hashable, Any]:
-        return {}
 
     def first_row(self, form: Formulation, record: tuple[str, ...]) -> tuple[Scalar, ...]:
         """The state, followed by the quadratures ``record``, which begin at zero."""
