@@ -14,7 +14,7 @@ from benchmarks.work_precision.heyoka_methods import bare_batch
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.conserved import INTEGRALS
-from tt_precise.mechanics.formulations import Formulation, integrated
+from tt_precise.mechanics.formulations import Formulation, integration_form
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, Json
 from tt_precise.scene.initial_state import InitialState
@@ -77,7 +77,7 @@ def seeded(scene: Scene, seed: int) -> Scene:
 
 def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Json]]:
     precision = precision_named("double")
-    form = integrated(scene.model, "newton", scene.body.friction)
+    form = integration_form(scene.model, "newton", scene.body.friction)
     starts = [InitialState.of(seeded(scene, seed), precision.arithmetic) for seed in seeds]
     state = numpy.array([list(map(float, start.state(form))) for start in starts]).T
     values = {name: float(getattr(starts[0].body, name)) for name in form.parameters}

@@ -18,7 +18,7 @@ from tt_precise.mechanics.formulations import (
     STATE_DIMENSIONS,
     Formulation,
     formulation,
-    integrated,
+    integration_form,
 )
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
@@ -46,7 +46,7 @@ class GoldenProblem:
     @property
     def form(self) -> Formulation:
         """State and equations that everybody integrates."""
-        return integrated(self.scene.model, self.coordinates, self.scene.body.friction)
+        return integration_form(self.scene.model, self.coordinates, self.scene.body.friction)
 
     @property
     def published(self) -> Formulation:

@@ -174,7 +174,7 @@ def rates_in_double(case: states.StateCase, body: Any) -> tuple[Callable[..., An
 
     def on_a_table(t: float, y: Any) -> Any:
         here = LiftedState(*y)
-        pressed = here.height < 0 and compliant.reach(body, here.height, here.rise) < 0
+        pressed = here.height < 0 and compliant.pull(body, here.height, here.rise) < 0
         g_n = compliant.normal_force(body, here, numpy) if pressed else 0.0
         return flight.rates(body, here, numpy, compliant.contact_force(body, here, g_n, numpy))
 

@@ -285,7 +285,7 @@ def _precession(trusted: Any, dice: random.Random) -> tuple[Any, Callable[[arb],
     rate = ball(Fraction(dice.choice((-1, 1)) * dice.randint(50, 300), 100))
     scene = tt.load_scene("frictionless")
     scene = replace(scene, body=replace(scene.body, alpha=alpha))
-    form = formulations.integrated("gliding", "newton", scene.body.friction)
+    form = formulations.integration_form("gliding", "newton", scene.body.friction)
     body = scene.body.dimensionless(Balls, ball)
     sine_cosine = ball(theta).sin(), ball(theta).cos()
     spin = (body.I1 * rate * sine_cosine[1] - body.alpha / rate) / body.I3

@@ -8,7 +8,7 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tt_precise.check.flow import EPS, MOST_STEPS, WIDEST, carry, flow
+from tt_precise.check.flow import EPS, MOST_STEPS, WIDEST, flow, propagate
 from tt_precise.mechanics.newton import NewtonState
 
 ONE = numpy.ones(1)
@@ -25,7 +25,7 @@ def growing(y: Any) -> list[Any]:
 def test_every_row_ends_after_its_own_span_of_either_sign() -> None:
     spans = numpy.array([1e-4, 0.1, -1.0, 1.0, 15.0, 0.0])
     start = numpy.array([[1.0, 1.0, 2.0, 2.0, 2.0, 3.0], 6 * [0.0]])
-    found = carry(oscillator, start, spans, numpy.ones(2), numpy.full(6, 1e-13))
+    found = propagate(oscillator, start, spans, numpy.ones(2), numpy.full(6, 1e-13))
     wanted = numpy.array([start[0] * numpy.cos(spans), -start[0] * numpy.sin(spans)])
     rounding = 4 * EPS * found.growth
     assert (abs(found.state - wanted) <= found.error + rounding).all()
@@ -37,7 +37,7 @@ def test_every_row_ends_after_its_own_span_of_either_sign() -> None:
 def test_the_bound_is_what_is_wanted_and_holds(wanted: float) -> None:
     spans = numpy.linspace(0.01, 3, 100)
     start = numpy.ones((1, 100))
-    found = carry(growing, start, spans, ONE, numpy.full(100, wanted))
+    found = propagate(growing, start, spans, ONE, numpy.full(100, wanted))
     error = abs(found.state[0] - numpy.exp(spans))
     assert (found.error <= min(30 * wanted, WIDEST)).all()
     assert (error <= found.error + 4 * EPS * found.growth).all()
@@ -46,7 +46,7 @@ def test_the_bound_is_what_is_wanted_and_holds(wanted: float) -> None:
 @pytest.mark.parametrize("span", [1.0, 5.0, 10.0])
 def test_the_growth_is_that_of_the_solution(span: float) -> None:
     """To a quarter: a neighbour is carried by eight midpoint steps."""
-    found = carry(growing, ONE[None], span * ONE, ONE, 1e-12 * ONE)
+    found = propagate(growing, ONE[None], span * ONE, ONE, 1e-12 * ONE)
     assert found.growth[0] == pytest.approx(math.exp(span), rel=0.25)
     assert abs(found.state[0, 0] - math.exp(span)) <= found.error[0] + 4 * EPS * found.growth[0]
 
@@ -66,7 +66,7 @@ def test_what_cannot_be_carried_is_given_up_where_it_cannot(
     rates: Callable[..., Any], start: list[float], span: float, least: float, most: float
 ) -> None:
     y = numpy.array(start)[:, None]
-    found = carry(rates, y, span * ONE, numpy.ones(len(y)), 1e-12 * ONE)
+    found = propagate(rates, y, span * ONE, numpy.ones(len(y)), 1e-12 * ONE)
     assert found.error[0] == numpy.inf
     assert least <= found.reached[0] <= most
 
@@ -76,7 +76,7 @@ def test_what_is_watched_is_never_below_its_bound(span: float) -> None:
     """The parabola (t - t0)^2 and a cosine, beside points of the steps and between them."""
     middles = numpy.linspace(0, span, 50)
     start = numpy.array([-middles, numpy.cos(middles), numpy.sin(middles)])
-    found = carry(
+    found = propagate(
         lambda y: [numpy.ones_like(y[0]), -y[2], y[1]], start, numpy.full(50, span),
         numpy.ones(3), numpy.full(50, 1e-10), lambda y: y[0] ** 2,
     )  # fmt: skip

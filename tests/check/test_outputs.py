@@ -15,7 +15,7 @@ from tests.check.conftest import Healthy, check, matches
 from tests.conftest import Patch
 from tt_precise.check import run
 from tt_precise.check.checks import checks_of
-from tt_precise.check.result import MOST_POINTS, Residual, judged
+from tt_precise.check.result import MOST_POINTS, Residual, check_of_rows
 from tt_precise.cli import main
 from tt_precise.golden import store
 
@@ -110,7 +110,7 @@ def test_the_plot_is_written(
 def test_a_curve_keeps_the_worst_of_a_long_trajectory() -> None:
     t, values = numpy.arange(200_000.0), numpy.random.default_rng(7).random(200_000)
     values[77_123] = 5
-    found = judged("x", "", "at most", 4.0, t, Residual(values))
+    found = check_of_rows("x", "", "at most", 4.0, t, Residual(values))
     assert found.curve is not None
     times, curve = found.curve
     assert len(times) <= MOST_POINTS
@@ -120,7 +120,7 @@ def test_a_curve_keeps_the_worst_of_a_long_trajectory() -> None:
     assert curve.max() == 5
     assert times[curve.argmax()] <= 77_123 < times[curve.argmax() + 1]
     rising = numpy.array([1.0, numpy.nan])
-    nothing = judged("x", "", "above", 0.0, t[:2], Residual(rising))
+    nothing = check_of_rows("x", "", "above", 0.0, t[:2], Residual(rising))
     assert (nothing.verdict, nothing.value, nothing.at) == ("fail", -numpy.inf, 1)
 
 
@@ -132,7 +132,7 @@ def test_what_a_limit_cannot_be_tested_to_is_open() -> None:
         (Residual(3 + t, bound=2.0), "fail"),
         (Residual(0 * t, bound=0.5), "pass"),
     ):
-        found = judged("x", "", "at most", 1.0, t, seen)
+        found = check_of_rows("x", "", "at most", 1.0, t, seen)
         assert (found.verdict, found.bound) == (verdict, seen.bound)
 
 

@@ -48,7 +48,7 @@ def test_a_world_is_read_back(healthy: Healthy, rigid_body: Healthy, world: str,
     found = check(theirs, "reference", world=world, axis=axis)
     assert found.passed, str(found)
     assert (found["golden"].value or 0) > 11
-    back = World.named(world, axis).standard({str(n): theirs[n].to_numpy() for n in theirs})
+    back = World.of_names(world, axis).standard({str(n): theirs[n].to_numpy() for n in theirs})
     for name in ("wx", "wy", "wz", "vcx", "vcy", "vcz"):
         assert back[name] == pytest.approx(frame[name].to_numpy(), abs=1e-12)
 

@@ -68,7 +68,7 @@ def spoiled_rates(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, Spoil], Non
     """Replace the gliding equations in "newton" or "euler" form by wrongly computed ones."""
 
     def spoil(coordinates: str, change: Spoil) -> None:
-        original = formulations.integrated("gliding", coordinates)
+        original = formulations.integration_form("gliding", coordinates)
 
         def rates(body: Any, state: Any, fn: Any) -> Any:
             return change(state, original.rates(body, state, fn))

@@ -13,7 +13,7 @@ from tt_precise.integration.equations import Equations, terminal_functions
 from tt_precise.integration.heyoka_backend import KINDS, pooled
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
-from tt_precise.mechanics.formulations import integrated
+from tt_precise.mechanics.formulations import integration_form
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -59,7 +59,7 @@ def test_a_coarser_tolerance_lowers_the_order_and_loosens_conservation(half: Sce
 @pytest.mark.parametrize("coordinates", ["newton", "euler"])
 @pytest.mark.parametrize("model", ["gliding", "rolling"])
 def test_terminal_functions(model: str, coordinates: str) -> None:
-    form = integrated(model, coordinates)
+    form = integration_form(model, coordinates)
     equations = Equations.of(form)
     found = terminal_functions(form, equations.motion, equations.variables[0])
     singular, pole = model == "gliding", coordinates == "euler"

@@ -31,12 +31,12 @@ def test_contact_ends_before_a_pull(spring: str, body: TippeTop, mp: Any, rounde
     here = table(body, spring, rounded)
     height = -mp.mpf(1) / 100
     end = -STIFFNESS * height / here.damping if spring == "linear" else 1 / here.damping
-    assert abs(compliant.reach(here, height, end)) < mp.mpf(10) ** -50
+    assert abs(compliant.pull(here, height, end)) < mp.mpf(10) ** -50
     for rise in (end * mp.mpf("0.9"), end * mp.mpf("1.1")):
         state = LiftedState(0, 0, 1, 0, 0, 0, 0, 0, height, rise)
         pushes = compliant.normal_force(here, state, mp) > 0
         assert pushes == (rise < end)
-        assert (compliant.reach(here, height, rise) < 0) == pushes
+        assert (compliant.pull(here, height, rise) < 0) == pushes
 
 
 @pytest.mark.parametrize("spring", SPRINGS)

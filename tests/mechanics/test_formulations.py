@@ -14,7 +14,7 @@ from tt_precise.mechanics.formulations import (
     MODELS,
     STATE_DIMENSIONS,
     formulation,
-    integrated,
+    integration_form,
 )
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -61,7 +61,7 @@ def test_every_quantity_is_that_of_every_formulation(
 ) -> None:
     newton, *others = (
         form.motion(numbers, beginning(form, body, mp, rounded), mp)
-        for kind in (formulation, integrated)
+        for kind in (formulation, integration_form)
         for form in (kind(model, "newton"), kind(model, "euler"))
     )
     assert isinstance(newton, Motion)

@@ -8,14 +8,14 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.mechanics.formulations import integrated
+from tt_precise.mechanics.formulations import integration_form
 from tt_precise.mechanics.laws import law_named
 from tt_precise.runtime.values import InputError
 from tt_precise.taylor.graph import Graph, Traced, constants_of, in_order, numbers
 
 
 def kinds(model: str, coordinates: str, law: str = "viscous") -> Counter[str]:
-    form = integrated(model, coordinates, law_named(law))
+    form = integration_form(model, coordinates, law_named(law))
     graph = Graph(len(form.columns), len(form.parameters))
     state = form.State(*graph.components)
     rates = graph.with_turning(form.rates(form.body(graph.parameters), state, graph))

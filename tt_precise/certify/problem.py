@@ -128,7 +128,7 @@ def _forms(scene: Scene) -> list[tuple[str, Formulation, Function]]:
     if scene.model == "flight":
         return [("landed", raised(), _height)]
     if not spring:
-        form = formulations.integrated(scene.model, "newton", law)
+        form = formulations.integration_form(scene.model, "newton", law)
         return [("contact_lost", form, contact_force)]
     return [
         ("separation", elastic(spring, law), contact_force),
@@ -211,4 +211,4 @@ def _height(q: Motion) -> Scalar:
 
 def _pull(q: Motion) -> Scalar:
     """The pull of an elastic table by the formula of its force, without the cut at zero."""
-    return compliant.reach(q.body, q.state.height, q.state.rise)
+    return compliant.pull(q.body, q.state.height, q.state.rise)

@@ -59,7 +59,7 @@ from tt_precise.certify.balls import (
 )
 from tt_precise.certify.problem import BALLS
 from tt_precise.mechanics import friction, newton
-from tt_precise.mechanics.formulations import integrated
+from tt_precise.mechanics.formulations import integration_form
 from tt_precise.mechanics.newton import CentreState, NewtonState, contact_arm
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
@@ -69,7 +69,7 @@ from tt_precise.runtime.values import Json
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
-FORM = integrated("gliding", "newton")
+FORM = integration_form("gliding", "newton")
 BITS = 128
 SLICES, MOST_SLICES = 64, 1000  # from z0 to where the solution is, and to z1
 # Width of a slice over that of the slice before, outside the solution's range.

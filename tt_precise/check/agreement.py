@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 import numpy
 
 from tt_precise.check.columns import Samples
-from tt_precise.check.result import Residual, judged
+from tt_precise.check.result import Residual, check_of_rows
 from tt_precise.check.start import rounding
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState, euler_from_vectors
@@ -49,7 +49,7 @@ def agreement(rows: Samples, followed: frozenset[str]) -> Check:
     seen = Residual(worst, bound, note or f"checked {', '.join(further)}", lacking)
     if worst.max() <= LIMIT and not lacking:
         seen = seen._replace(bound=min(bound, LIMIT))
-    return judged(NAME, MEANING, "at most", LIMIT, rows.t, seen)
+    return check_of_rows(NAME, MEANING, "at most", LIMIT, rows.t, seen)
 
 
 def _euler(name: str) -> Callable[[Samples], Array]:

@@ -19,7 +19,7 @@ from tt_precise.check.contact import LIFT_OFF, contact
 from tt_precise.check.equations import energy_balance, equations
 from tt_precise.check.friction_power import FrictionPower, normal_force
 from tt_precise.check.kinematics import ContactMomentum, Kinematics
-from tt_precise.check.result import Residual, judged, to_one_digit
+from tt_precise.check.result import Residual, check_of_rows, to_one_digit
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
@@ -119,7 +119,7 @@ class RowCheck(NamedTuple):
                 if one.verdict == verdict:
                     return Check(self.name, one.verdict, note=one.reason, meaning=self.meaning)
         seen = self.run(rows, limit)
-        return judged(self.name, self.meaning, self.sense, limit, rows.t, seen)
+        return check_of_rows(self.name, self.meaning, self.sense, limit, rows.t, seen)
 
 
 class Missing(NamedTuple):
@@ -152,7 +152,7 @@ def _lacking(setup: CheckSetup) -> dict[str, Missing]:
             "open" if own else "skipped",
         ),
         "force": (setup.own_force, height if own else other, "open" if own else "skipped"),
-        "velocity": (setup.velocity_known, velocity, "open"),
+        "velocity": (setup.has_velocity, velocity, "open"),
         "velocity columns": (
             setup.velocity_given, velocity, "open" if applicable else "skipped",
         ),
@@ -193,7 +193,7 @@ def watched(
 
     def run(rows: Samples, limit: float) -> Residual:
         looking, values = watch(rows.setup, rows, limit), []
-        for number, part in enumerate(rows.parts(size or len(rows.t))):
+        for number, part in enumerate(rows.chunks(size or len(rows.t))):
             found = looking(part)
             values.append(found[1:] if number else found)
         note = looking.note if hasattr(type(looking), "note") else ""
@@ -391,13 +391,13 @@ def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
 
     Raises ``InputError``: a check of that name does not exist, or its limit is not a number.
     """
-    require_known("limit", given, DEFAULT_LIMITS)
+    require_names("limit", given, DEFAULT_LIMITS)
     return DEFAULT_LIMITS | {
         name: finite(f"limit of {name}", value) for name, value in given.items()
     }
 
 
-def require_known(what: str, names: Iterable[str], known: Iterable[str]) -> None:
+def require_names(what: str, names: Iterable[str], known: Iterable[str]) -> None:
     """Raise ``InputError`` if one of ``names`` is none of the ``known`` checks."""
     for name in names:
         if name not in known:

@@ -101,12 +101,12 @@ ENGINES_OWN = re.compile("(qpos|quaternion)_?0")
 OURS = {"t", *TRACK, *(name for entry in _ALL for name in (*entry.names, *entry.height))}
 
 
-def known_sets(present: Sequence[str]) -> list[ColumnSet]:
+def complete_sets(present: Sequence[str]) -> list[ColumnSet]:
     """The sets that are complete among the columns ``present``, the most informative first."""
     return [entry for entry in _ALL if not entry.missing(present)]
 
 
-def known_columns(present: Iterable[str]) -> list[str]:
+def recognised_columns(present: Iterable[str]) -> list[str]:
     """Columns among ``present`` that some set has; others are ignored."""
     return [name for name in present if name in OURS]
 
@@ -123,7 +123,7 @@ def choose_set(present: Sequence[str], where: str) -> ColumnSet:
             "rename yours with --columns theirs=t"
         )
     engines = [name for name in present if ENGINES_OWN.fullmatch(name)]
-    complete = known_sets(present)
+    complete = complete_sets(present)
     if complete:
         return complete[0]
     if engines:
@@ -277,7 +277,7 @@ class CheckSetup:
         return self.friction == "scene" and known
 
     @property
-    def velocity_known(self) -> bool:
+    def has_velocity(self) -> bool:
         """True if the velocity of the contact point is given, or zero in rolling."""
         return self.velocity_given or self.rolling
 
@@ -354,7 +354,7 @@ class Samples:
             c * numpy.cos(both), -s * numpy.sin(apart), s * numpy.cos(apart), c * numpy.sin(both)
         )  # fmt: skip
 
-    def parts(self, size: int) -> list[Samples]:
+    def chunks(self, size: int) -> list[Samples]:
         """Parts of ``size`` rows; each but the first begins with the last row of the one before."""
         if len(self.t) <= size:
             return [self]

@@ -106,15 +106,15 @@ def _added_up(mismatch: Array, found: Differences, limit: float) -> Residual:
 def differences(samples: Samples) -> Differences:
     """Return the differences of all rows, computed once for all checks."""
     if "differences" not in samples.shared:
-        found = _carried(samples, sizes_of(samples))
+        found = _row_differences(samples, sizes_of(samples))
         if samples.setup.joins:
-            found = _integrated(samples, found)
+            found = _integrate_switches(samples, found)
         samples.shared["differences"] = found
     there: Differences = samples.shared["differences"]
     return there
 
 
-def _carried(samples: Samples, sizes: Array) -> Differences:
+def _row_differences(samples: Samples, sizes: Array) -> Differences:
     setup, parts = samples.setup, []
     share = RESOLVED / (HORIZON * setup.time)
     for first in range(0, len(samples.t) - 1, AT_ONCE):
@@ -188,20 +188,20 @@ def _functions(samples: Samples, state: State, sizes: Array) -> Array:
     return numpy.array([entry / unit for entry, unit in zip(entries, units, strict=True)])
 
 
-def _integrated(samples: Samples, found: Differences) -> Differences:
+def _integrate_switches(samples: Samples, found: Differences) -> Differences:
     """Integrate the scene through the intervals in which the equations may change."""
     setup, sizes = samples.setup, sizes_of(samples)
     steps = numpy.diff(samples.t)
-    joined = _joined(samples, found) | ~numpy.isfinite(found.bound)
+    joined = _switch_intervals(samples, found) | ~numpy.isfinite(found.bound)
     joints = numpy.flatnonzero(joined)
     found.bound[joined], found.reached[joined] = numpy.inf, 0.0
     looked_at = joints[:: math.ceil(len(joints) / MOST_JOINTS) or 1]
     aside = NEARBY * numpy.resize([1.0, -1.0], len(sizes)) * sizes
     for i in looked_at.tolist():
         row, span = numpy.array([entry[i] for entry in samples.state]), float(steps[i])
-        end, reached, count = through_joints(setup.scene, row, span)
+        end, reached, count = through_switches(setup.scene, row, span)
         beside = row + aside * (row != 0)  # an exact 0: the contact point rests
-        apart = through_joints(setup.scene, beside, span)[0] - end
+        apart = through_switches(setup.scene, beside, span)[0] - end
         growth = max(float((abs(apart) / sizes).max()) / NEARBY, 1.0)
         there, given = type(samples.state)(*end[:, None]), _at(samples.state, slice(i + 1, i + 2))
         mismatch = _functions(samples, given, sizes) - _functions(samples, there, sizes)
@@ -212,7 +212,7 @@ def _integrated(samples: Samples, found: Differences) -> Differences:
     return found._replace(joints=(len(looked_at), len(joints)))
 
 
-def _joined(samples: Samples, found: Differences) -> Array:
+def _switch_intervals(samples: Samples, found: Differences) -> Array:
     """Intervals in which the equations may have changed.
 
     The contact point has not come to rest or left it where it rests at both ends, and cannot have
@@ -241,7 +241,7 @@ def _joined(samples: Samples, found: Differences) -> Array:
     return joined
 
 
-def through_joints(scene: Scene, row: Array, span: float) -> tuple[Array, float, int]:
+def through_switches(scene: Scene, row: Array, span: float) -> tuple[Array, float, int]:
     """The motion from the state ``row`` on, whatever changes of its equations it meets.
 
     The state after ``span`` (s) or where the motion ends, the time until then, and the steps taken.

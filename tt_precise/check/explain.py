@@ -42,7 +42,7 @@ from tt_precise.check.kinematics import (
     movement_of,
     seen,
     shortest_turn,
-    taken,
+    visited_rows,
 )
 from tt_precise.check.precision import VECTORS, described, precisions, times_of
 from tt_precise.check.result import Cause
@@ -133,7 +133,7 @@ def given_of(rows: Samples) -> tuple[Given, dict[str, float]]:
         k = numpy.array(numpy.broadcast_arrays(*state.k), dtype=float)
         L = numpy.array(numpy.broadcast_arrays(*state.L), dtype=float)
         v_A = None
-        if rows.setup.velocity_known:
+        if rows.setup.has_velocity:
             v_A = numpy.array([state.vx, state.vy, 0 * state.vx], dtype=float)
         given = Given(clock.t, shortest_turn(k / norm(k)), L, v_A, x, vectors=True)
         names = OF_VECTORS
@@ -496,7 +496,7 @@ def _soft(rows: Samples, failed: set[str]) -> list[Cause]:
     if "contact_momentum" not in failed or failed - YIELDING or rows.setup.scene.lifts:
         return []
     movement, found = seen(rows)
-    part, _ = taken(movement)
+    part, _ = visited_rows(movement)
     if part.x is None or not movement.moving:
         return []
     depth = body.R * (1 - body.alpha * rows.state.kz[movement.visited]) - part.x[2]

@@ -40,7 +40,7 @@ Rates = Callable[[Array], Sequence[Array]]
 Watch = Callable[[Array], Array]
 
 
-class Carried(NamedTuple):
+class FlowEnd(NamedTuple):
     """Rows after their spans.
 
     ``state`` (entries, rows) is where they are. ``error`` (rows,) bounds what the method leaves,
@@ -57,14 +57,14 @@ class Carried(NamedTuple):
     least: Array
 
 
-def carry(
+def propagate(
     rates: Rates,
     start: Array,
     spans: Array,
     sizes: Array,
     wanted: Array,
     watch: Watch | None = None,
-) -> Carried:
+) -> FlowEnd:
     """Carry the columns of ``start`` over their ``spans`` (s, of either sign) under ``rates``.
 
     ``sizes`` (entries,) is what a difference of each entry is measured in, ``wanted`` (rows,) the
@@ -96,7 +96,7 @@ def carry(
             going = (reached[left] < 1) & (part[left] >= SMALLEST) & (steps[left] < MOST_STEPS)
             left = left[going]
     error[reached < 1] = numpy.inf
-    return Carried(start + change, error, growth, reached, least)
+    return FlowEnd(start + change, error, growth, reached, least)
 
 
 class _Extrapolation:
@@ -201,7 +201,7 @@ def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
         if scene.model == "flight":
             return [RowsUnder(slice(None), raised())]
         if body.spring:
-            on_table = (state.height < 0) & (compliant.reach(body, state.height, state.rise) < 0)
+            on_table = (state.height < 0) & (compliant.pull(body, state.height, state.rise) < 0)
             gliding = elastic_in_time(body.spring, body.friction)
         else:
             on_table = state.height <= ON_TABLE * body.R
@@ -239,14 +239,14 @@ def flow(
     wanted: Array,
     *,
     watched: bool = False,
-) -> Carried:
-    """Carry rows over ``spans`` (s) under the equations that each obeys; see ``carry``.
+) -> FlowEnd:
+    """Carry rows over ``spans`` (s) under the equations that each obeys; see ``propagate``.
 
     ``sizes`` belong to the entries of ``state``. With ``watched``, ``least`` bounds the ``margin``
     of each row on the way.
     """
     entries = numpy.array(numpy.broadcast_arrays(*state), float)
-    found = Carried(entries.copy(), *numpy.full((4, len(spans)), numpy.inf))
+    found = FlowEnd(entries.copy(), *numpy.full((4, len(spans)), numpy.inf))
     for rows, form in rows_under(scene, body, state):
         width = len(form.columns)
         still = (len(entries) - width) * (0.0,)
@@ -261,7 +261,7 @@ def flow(
         every = numpy.arange(len(spans))[rows]
         for first in range(0, len(every), AT_ONCE):
             at = every[first : first + AT_ONCE]
-            one = carry(
+            one = propagate(
                 rates, entries[:width, at], spans[at], sizes[:width], wanted[at],
                 watch if watched else None,
             )  # fmt: skip

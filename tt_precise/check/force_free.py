@@ -173,7 +173,7 @@ def _solve(
     return _Chunk(best, others, first, distances, guided.unexplained, guided.against)
 
 
-def _joined(parts: list[tuple[_Chunk, slice]], name: str) -> Array:
+def _concatenate(parts: list[tuple[_Chunk, slice]], name: str) -> Array:
     pieces = [getattr(chunk, name)[..., kept] for chunk, kept in parts]
     return numpy.concatenate(pieces, axis=-1)
 
@@ -259,7 +259,7 @@ Family = tuple[Array, dict[str, Array], dict[str, Array]]
 
 def _polynomial(parts: list[tuple[_Chunk, slice]], nutated: Array) -> Family:
     """Values and bounds by interpolation: multiples of the spread of its ways."""
-    values, others = _joined(parts, "best"), _joined(parts, "others")
+    values, others = _concatenate(parts, "best"), _concatenate(parts, "others")
     blind = numpy.where(nutated > BLIND, numpy.inf, 0.0)
     dim = numpy.where(nutated > DIM, 3.0, 1.0)
     one_sided = _one_sided(len(nutated))
@@ -285,8 +285,8 @@ def _one_sided(count: int) -> Array:
 
 def _guided(parts: list[tuple[_Chunk, slice]], nutated: Array, bend: dict[str, Array]) -> Family:
     """Values and bounds by guidance: multiples of what a further pass and the law change."""
-    values, others = _joined(parts, "guided"), _joined(parts, "guided_others")
-    left, against = _joined(parts, "left"), _joined(parts, "against")
+    values, others = _concatenate(parts, "guided"), _concatenate(parts, "guided_others")
+    left, against = _concatenate(parts, "left"), _concatenate(parts, "against")
     trusted = (nutated < FARTHEST) & (spread(left) < EXPLAINED)
     local, summed = {}, {}
     for name, part in PARTS.items():

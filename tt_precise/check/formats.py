@@ -74,14 +74,14 @@ class Hdf5(Columns):
         self._h5py = _needed("h5py", "hdf5")
         self._path = path
         with self._h5py.File(path, "r") as file:
-            places = self._places(file, "", DEEPEST)
+            places = self._data_sets(file, "", DEEPEST)
         found = {group: names for group, names in places.items() if names}
         group = "" if "" in found else next(iter(found), "")
         if group and len(found) > 1:
             raise ValueError(f"columns in the groups {', '.join(list(found)[:8])}, and not at root")
         self._group, self._names = group, found.get(group, [])
 
-    def _places(self, group: Any, place: str, depth: int) -> dict[str, list[str]]:
+    def _data_sets(self, group: Any, path: str, depth: int) -> dict[str, list[str]]:
         """Return the names of data sets by the path of their group, the nearest groups first."""
         names: list[str] = []
         below: dict[str, list[str]] = {}
@@ -90,15 +90,15 @@ class Hdf5(Columns):
         for name in group:
             link = group.get(name, getlink=True)
             if isinstance(link, self._h5py.ExternalLink):
-                raise ValueError(f"{place}/{name} lies in another file")
+                raise ValueError(f"{path}/{name} lies in another file")
             if not isinstance(link, self._h5py.HardLink):
                 continue
             item = group[name]
             if isinstance(item, self._h5py.Dataset):
                 names.append(name)
             elif isinstance(item, self._h5py.Group) and depth and name != "#refs#":
-                below |= self._places(item, f"{place}/{name}", depth - 1)
-        return {place: names, **below}
+                below |= self._data_sets(item, f"{path}/{name}", depth - 1)
+        return {path: names, **below}
 
     def __getitem__(self, name: str) -> Array:
         with self._h5py.File(self._path, "r") as file:

@@ -64,14 +64,14 @@ class Windows:
 
         Also its distance from the rate by the polynomial through the inner three.
         """
-        entries = self._entries(value)
+        entries = self._components(value)
         rate, apart = (
             (entries * weights).sum(axis=1) / self.spans
             for weights in (self._slope, self._slope - self._inner_slope)
         )
         return rate, apart
 
-    def _entries(self, value: Array) -> Array:
+    def _components(self, value: Array) -> Array:
         return numpy.broadcast_to(value, self.rows.max(initial=-1) + 1)[self.rows]
 
 

@@ -67,8 +67,8 @@ class Evidence:
         rest = usual * (1 - EVEN) if even else widest
         if end - t[-1] > rest:
             return float(t[-1]), end, rest
-        place = int(numpy.argmax(steps)) if len(steps) else 0
-        return float(t[place]), float(t[min(place + 1, len(t) - 1)]), widest
+        position = int(numpy.argmax(steps)) if len(steps) else 0
+        return float(t[position]), float(t[min(position + 1, len(t) - 1)]), widest
 
 
 class DigitsOverTime:
@@ -122,7 +122,7 @@ def no_solution(reason: str) -> Compared:
     return Compared(Check(NAME, "skipped", note=reason, meaning=MEANING))
 
 
-class Place(NamedTuple):
+class Position(NamedTuple):
     """The rows' position on the solution: its time at the first row (s), the turn of the axes.
 
     ``whole`` says that the file counts from the scene's start, and should reach its end.
@@ -147,14 +147,14 @@ class Wanted(NamedTuple):
 
 
 def distance_from_solution(
-    samples: Samples, block: Block, place: Place, solution: Solution, wanted: Wanted
+    samples: Samples, block: Block, position: Position, solution: Solution, wanted: Wanted
 ) -> Compared:
-    """Compare rows with the solution from the time ``place.begin`` on.
+    """Compare rows with the solution from the time ``position.begin`` on.
 
     Raises ``InputError``: digits were requested, but too few rows can be compared.
     """
-    begin, asked, broken = place.begin, wanted.digits, wanted.broken
-    rows = _rows(samples, block, place)
+    begin, asked, broken = position.begin, wanted.digits, wanted.broken
+    rows = _rows(samples, block, position)
     fewest, evidence = FewestDigits(), Evidence()
     solution.require_golden()
     try:
@@ -176,7 +176,7 @@ def distance_from_solution(
         raise InputError(f"digits: {reason}")
     few = fewest.worst < (asked or 0.0)
     # a log that begins elsewhere is a part of a longer one, and ends where it does
-    last = min(begin + wanted.until, distance.last) if place.whole else float(rows.t[-1])
+    last = min(begin + wanted.until, distance.last) if position.whole else float(rows.t[-1])
     since, to, allowed = evidence.gap(last, float(samples.setup.scene.sample_every))
     if asked is not None and not (few or broken):
         if evidence.compared < evidence.rows:
@@ -237,16 +237,16 @@ FROM_ANYWHERE = ("psi", "x", "y")
 SAME_ORIGIN = 1e-5  # rad, or of R: the first row of a file that counts from the solution's origin
 
 
-def _rows(samples: Samples, block: Block, place: Place) -> Rows:
+def _rows(samples: Samples, block: Block, position: Position) -> Rows:
     """The columns to compare: those of the file, and the vectors of a rigid body."""
-    setup, begin = samples.setup, place.begin
+    setup, begin = samples.setup, position.begin
     known = {*NewtonState._fields, *EulerState._fields, *TRACK}
     known |= {*LIFTED} if setup.height_given else set()
     known -= {"vx", "vy", "nu_x", "nu_y"} if setup.rolling else set()
     written = [name for name in block.values if name in known]
     values = {name: block.values[name] for name in written}
     if setup.columns.name == "rigid body":
-        derived = NewtonState._fields if setup.velocity_known else NewtonState._fields[:6]
+        derived = NewtonState._fields if setup.has_velocity else NewtonState._fields[:6]
         names = (*derived, *(LIFTED if setup.height_given else ()))
         values |= {
             n: getattr(samples.state, n) for n in names if n in known and n not in written
@@ -257,8 +257,8 @@ def _rows(samples: Samples, block: Block, place: Place) -> Rows:
         if begin == 0 and name in values and abs(values[name][0]) > SAME_ORIGIN * unit:
             values[name] = values[name] - values[name][0]
             exact -= {name}
-    if place.turn:
-        values, exact = _turned_back(values, place.turn), set()
+    if position.turn:
+        values, exact = _turned_back(values, position.turn), set()
 
     def exactly(row: int, names: Sequence[str]) -> list[Any]:
         texts = [name for name in names if name in exact]

@@ -117,21 +117,21 @@ def movement_of(samples: Samples) -> Movement:
     half = {name: one.half_unit for name, one in precisions(given).items()}
     clock = times_of(samples.t)
 
-    def rounded(*names: str) -> float:
+    def half_unit(*names: str) -> float:
         return 2 * max((half.get(name, 0.0) for name in names), default=0.0)
 
     omega = norm(L) / min(body.I1, body.I3)
-    u_q = rounded("kx", "ky", "kz", *QUATERNION, "theta", "phi", "psi") + numpy.zeros(count)
-    u_L = rounded("Lx", "Ly", "Lz") + max(body.I1, body.I3) * rounded(
+    u_q = half_unit("kx", "ky", "kz", *QUATERNION, "theta", "phi", "psi") + numpy.zeros(count)
+    u_L = half_unit("Lx", "Ly", "Lz") + max(body.I1, body.I3) * half_unit(
         "wx", "wy", "wz", "theta_dot", "phi_dot", "omega_3"
     )
     u_L = u_L + (2 * abs(body.I3 - body.I1) * omega * u_q if spin else 0 * u_q)
-    u_v = rounded("vcx", "vcy", "vcz", "vx", "vy", "nu_x", "nu_y") + numpy.zeros(count)
+    u_v = half_unit("vcx", "vcy", "vcz", "vx", "vy", "nu_x", "nu_y") + numpy.zeros(count)
     if not spin:
         u_v = u_v + 2 * body.R * u_L / min(body.I1, body.I3)
     x = numpy.array([given.get(name, numpy.full(count, numpy.nan)) for name in "xyz"])
     known = numpy.isfinite(x[:, :1]).any()
-    moving = setup.velocity_known and (setup.height_given or not setup.scene.lifts or spin)
+    moving = setup.has_velocity and (setup.height_given or not setup.scene.lifts or spin)
     if moving:
         v = numpy.array(numpy.broadcast_arrays(*motion_as_given(samples).s_dot), dtype=float)
     elif numpy.isfinite(x[:2]).all() and count >= FEWEST_ROWS and not setup.scene.lifts:
@@ -154,7 +154,7 @@ def movement_of(samples: Samples) -> Movement:
     rows = Rows(clock.t, q, L, v, x if known else None)
     rounding = Rounding(
         numpy.full(count, 2 * clock.rounding), u_q, u_L, u_v,
-        numpy.full(count, rounded("x", "y", "z")),
+        numpy.full(count, half_unit("x", "y", "z")),
     )  # fmt: skip
     return Movement(body, rows, rounding, spin, moving, visited(body, rows))
 
@@ -246,7 +246,7 @@ def visited(body: Parameters, rows: Rows) -> Array:
     return found if found[-1] == count - 1 else numpy.append(found, count - 1)
 
 
-def taken(movement: Movement) -> tuple[Rows, Rounding]:
+def visited_rows(movement: Movement) -> tuple[Rows, Rounding]:
     """Return the rows to visit, and their roundings."""
     at, rows = movement.visited, movement.rows
     if len(at) == len(rows.t):
@@ -260,7 +260,7 @@ def seen(samples: Samples) -> tuple[Movement, dict[str, Misfit]]:
     """Return the motion and its misfits, computed once for both checks."""
     if "misfits" not in samples.shared:
         movement = movement_of(samples)
-        rows, rounding = taken(movement)
+        rows, rounding = visited_rows(movement)
         found = {} if movement.spin or movement.rows.x is not None else by_own_force(samples)
         if found:
             movement = replace(movement, visited=numpy.arange(len(samples.t)))
@@ -279,7 +279,7 @@ def by_own_force(samples: Samples) -> dict[str, Misfit]:
     """
     setup, body = samples.setup, samples.setup.body
     rounded = any(samples.resolution.get(name) for name in setup.columns.names)
-    if rounded or not (setup.own_force and setup.velocity_known):
+    if rounded or not (setup.own_force and setup.has_velocity):
         return {}
     apart = differences(samples)
     sums, bounds = apart.sums
@@ -308,7 +308,7 @@ def by_own_force(samples: Samples) -> dict[str, Misfit]:
 def look(samples: Samples, names: Sequence[str], limit: float) -> Sight:
     """Return the residuals of the quantities ``names``."""
     movement, found = seen(samples)
-    rows, _ = taken(movement)
+    rows, _ = visited_rows(movement)
     if not found:
         few = f"{len(rows.t)} rows, expected at least {FEWEST_ROWS}"
         return Sight(rows.t, numpy.zeros(len(rows.t)), math.inf, few, "", numpy.zeros(3))
@@ -343,7 +343,7 @@ def _excess(one: Misfit, torque: bool) -> Array:
 
 def _open(movement: Movement, steps: Array, share: Array) -> str:
     """Why too little is resolved: ``share`` is the bound over the resolution that is wanted."""
-    rows, _ = taken(movement)
+    rows, _ = visited_rows(movement)
     unseen = ~(share <= 1)
     usual = float(numpy.sort(steps)[len(steps) // 2])
     gaps = numpy.flatnonzero(unseen & (steps > GAP * usual))
@@ -377,7 +377,7 @@ def _between(
     begin, end = at[left], at[left + 1]
     h = rows.t[end] - rows.t[begin]
     s = (rows.t[here] - rows.t[begin]) / h
-    kept, _ = taken(movement)
+    kept, _ = visited_rows(movement)
     state = rates_of(body, kept)
 
     def off(values: Array, rates: Array) -> Array:

@@ -37,7 +37,7 @@ def _in_one_line(check: Callable[..., Result]) -> Callable[..., Result]:
     from tt_precise.runtime.values import InputError
 
     @wraps(check)
-    def checked(*trajectory_and_scene: Any, **options: Any) -> Result:
+    def check_and_assert(*trajectory_and_scene: Any, **options: Any) -> Result:
         __tracebackhide__ = True
         try:
             return check(*trajectory_and_scene, **options)
@@ -45,4 +45,4 @@ def _in_one_line(check: Callable[..., Result]) -> Callable[..., Result]:
             refusal = str(error)
         pytest.fail(refusal, pytrace=False)
 
-    return checked
+    return check_and_assert

@@ -100,7 +100,9 @@ class Residual(NamedTuple):
     t: Array | None = None
 
 
-def judged(name: str, meaning: str, sense: Sense, limit: float, t: Array, seen: Residual) -> Check:
+def check_of_rows(
+    name: str, meaning: str, sense: Sense, limit: float, t: Array, seen: Residual
+) -> Check:
     """Return the check of rows at the times ``t`` (s); a value that is NaN fails."""
     t = t if seen.t is None else seen.t
     values = numpy.broadcast_to(seen.values, t.shape)
@@ -418,12 +420,12 @@ class Result:
         if path is not None:
             require_format(path)
         with styled():
-            drawn = self._drawn()
+            drawn = self._draw()
         if path is not None:
             save(drawn, path)
         return drawn
 
-    def _drawn(self) -> Figure:
+    def _draw(self) -> Figure:
         from tt_precise.runtime.plotting import new_figure
 
         drawn = new_figure(8, 4.5)

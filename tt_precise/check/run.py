@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.agreement import agreement
-from tt_precise.check.checks import checks_of, chosen_limits, finite, require_known
+from tt_precise.check.checks import checks_of, chosen_limits, finite, require_names
 from tt_precise.check.columns import (
     TRACK,
     Block,
@@ -22,11 +22,11 @@ from tt_precise.check.columns import (
     Reading,
     Samples,
     choose_set,
-    known_columns,
+    recognised_columns,
 )
 from tt_precise.check.golden import (
     Compared,
-    Place,
+    Position,
     Wanted,
     decide_alone,
     decides,
@@ -166,7 +166,7 @@ def examine(
 ) -> Result:
     """``conservation`` whose messages name the options of the command line."""
     wanted = chosen_limits(limits or {})
-    require_known("allow", allow, (*wanted, *FURTHER))
+    require_names("allow", allow, (*wanted, *FURTHER))
     cutoff = math.inf if until is None else finite("until", until)
     if digits is not None and not 0 < finite("digits", digits) <= MOST_GOLDEN:
         raise InputError(
@@ -179,7 +179,7 @@ def examine(
                 f"digits: the solution has the scene's {option}; expected {option} scene"
             )
     scene = load_scene(scene)
-    their_world = World.named(world, axis)
+    their_world = World.of_names(world, axis)
     if engine is not None:
         from tt_precise.check.engine_states import engine_source
 
@@ -213,7 +213,7 @@ def _read(
 ) -> _File:
     height = setup.columns.height if setup.height_given else ()
     names = ("t", *(n for n in (*setup.columns.names, *height) if n in table.names))
-    also = [name for name in known_columns(table.names) if name not in names]
+    also = [name for name in recognised_columns(table.names) if name not in names]
     whole = table.read(names, also, progress)
     if not world.is_ours:
         if setup.columns.name != "rigid body":
@@ -336,13 +336,13 @@ class _Examination:
             rows.forget()  # what remains to be done needs the memory
         begin = look_for_start(rows, t_first, solution.vectors)
         further = {*TRACK} & {*rows.given} - {*setup.columns.names}
-        compared = self._compared(rows, begin, solution, frozenset(further - followed))
+        compared = self._compare(rows, begin, solution, frozenset(further - followed))
         golden = compared.finding
         if by_name["equations"].verdict in ("open", "skipped") and setup.friction == "scene":
             golden = decide_alone(golden, rounding(rows))
         return [begin.finding, agreement(rows, followed | compared.columns), golden]
 
-    def _compared(
+    def _compare(
         self, rows: Samples, begin: Begin, solution: Solution, further: frozenset[str]
     ) -> Compared:
         setup, t_first = self._setup, self._file.usable.t_first
@@ -356,9 +356,9 @@ class _Examination:
                 return no_solution("the first row is no state of the solution")
             time = t_first
         ended = f"the rows end at {self._broken}" if self._broken else ""
-        place = Place(time, begin.turn, whole=t_first == time == 0)
+        position = Position(time, begin.turn, whole=t_first == time == 0)
         wanted = Wanted(self._digits, self._cutoff - t_first, ended, further)
-        return distance_from_solution(rows, self._block, place, solution, wanted)
+        return distance_from_solution(rows, self._block, position, solution, wanted)
 
     def _unseen(self, findings: Sequence[Check]) -> tuple[str, ...]:
         """Return in words what decides and was not looked at."""

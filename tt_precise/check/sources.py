@@ -240,9 +240,9 @@ def numbers_of(array: Array, name: str, where: str, *, strict: bool = True) -> n
     return numbers
 
 
-def bad_cell(place: str, name: str, value: object, error: ValueError) -> str:
+def bad_cell(where: str, name: str, value: object, error: ValueError) -> str:
     """The error message for a cell."""
-    return f"{place}, column {name}: got {str(value)[:SHOWN]!r}, expected {error}"
+    return f"{where}, column {name}: got {str(value)[:SHOWN]!r}, expected {error}"
 
 
 def _line(error: Exception) -> str:
@@ -433,8 +433,8 @@ class TextSource(RowSource):
                 try:
                     table[row, column] = number(cells[name], strict=name in wanted)
                 except ValueError as error:
-                    place = f"{self.where}: line {at}"
-                    raise InputError(bad_cell(place, name, cells[name], error)) from None
+                    where = f"{self.where}: line {at}"
+                    raise InputError(bad_cell(where, name, cells[name], error)) from None
         return table
 
     def _split(self, row: str, number: int) -> list[str]:

@@ -58,26 +58,26 @@ def look_for_start(rows: Samples, t_first: float, solution: Solution) -> Begin:
     apart, turn = _apart(rows, first, numpy.array(start, float)[: len(first)], units)
     own = None
     if setup.friction == "scene" and 0 < t_first <= float(setup.scene.until):
-        own = _compared(rows, t_first, solution, LATER + bound)
+        own = _compare(rows, t_first, solution, LATER + bound)
     if apart <= LIMIT + bound and (own is None or apart <= (own.finding.value or 0.0)):
         note = "" if not t_first else f"the scene's start, at t = {t_first:.12g} s in the file"
         if turn:
             note = f"the scene's start in axes turned by {turn:.6g} rad about the vertical"
-        return Begin(_found("pass", apart, bound, note), 0.0, turn)
+        return Begin(_finding("pass", apart, bound, note), 0.0, turn)
     if setup.friction == "other":
         if t_first == 0:
-            return Begin(_found("fail", apart, bound, _differing(rows, start)))
+            return Begin(_finding("fail", apart, bound, _differing(rows, start)))
         note = f"the file begins at t = {t_first:.6g} s: add the row at 0, or --start other"
         return Begin(Check(NAME, "open", note=note, meaning=MEANING))
     if own is None and _jellett_apart(rows) <= LIMIT + bound:
         time = _nearest_time(rows, solution)
-        own = None if time is None else _compared(rows, time, solution, LIMIT + bound)
+        own = None if time is None else _compare(rows, time, solution, LIMIT + bound)
     if own is not None:
         return own
-    return Begin(_found("fail", apart, bound, _differing(rows, start)))
+    return Begin(_finding("fail", apart, bound, _differing(rows, start)))
 
 
-def _compared(rows: Samples, time: float, solution: Solution, limit: float) -> Begin | None:
+def _compare(rows: Samples, time: float, solution: Solution, limit: float) -> Begin | None:
     """Compare the first row with the solution at a time; None if they differ."""
     true = solution(numpy.array([time]))
     if true is None or _jellett_apart(rows) > limit:
@@ -86,11 +86,11 @@ def _compared(rows: Samples, time: float, solution: Solution, limit: float) -> B
     apart, turn = _apart(rows, first, true[:, 0], _units(rows))
     if not apart <= limit:
         return None
-    found = _found("pass", apart, 0.0, f"the solution at t = {time:.6g} s", limit)
+    found = _finding("pass", apart, 0.0, f"the solution at t = {time:.6g} s", limit)
     return Begin(found, time, turn)
 
 
-def _found(verdict: str, value: float, bound: float, note: str, limit: float = LIMIT) -> Check:
+def _finding(verdict: str, value: float, bound: float, note: str, limit: float = LIMIT) -> Check:
     return Check(
         NAME, "pass" if verdict == "pass" else "fail", value, limit, 0.0, note, MEANING,
         bound=bound, since=None if verdict == "pass" else 0.0,

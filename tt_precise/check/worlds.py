@@ -45,7 +45,7 @@ class World(NamedTuple):
     axis: str = "z"
 
     @classmethod
-    def named(cls, world: str, axis: str) -> World:
+    def of_names(cls, world: str, axis: str) -> World:
         """Return the world with this name, and the body's axis.
 
         Raises ``InputError``: there is none.

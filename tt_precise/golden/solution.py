@@ -136,7 +136,7 @@ class Solution:
             )  # fmt: skip
             beyond = ended if (rows.t > true.times[-1]).any() else ""
             return Distance(measured, "at golden times", float(true.times[-1]), beyond)
-        return self._integrated(rows, digits, agreeing)
+        return self._integrate(rows, digits, agreeing)
 
     def _golden_answer(self, rows: Rows, agreeing: float) -> bool:
         """Test that each row has a golden time, or lies at or beyond an early end."""
@@ -180,7 +180,7 @@ class Solution:
         self._runs[float(until), digits, record] = run
         return run
 
-    def _integrated(self, rows: Rows, digits: float | None, agreeing: float) -> Distance:
+    def _integrate(self, rows: Rows, digits: float | None, agreeing: float) -> Distance:
         wanted = _usual_digits(len(rows.t)) if digits is None else digits
         exact = digits is not None and digits + SPARE_DIGITS > IN_DOUBLE
         record = tuple(name for name in ("phi", "psi", "x", "y") if name in rows.values)

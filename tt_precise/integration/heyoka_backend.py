@@ -129,7 +129,7 @@ def propagate(
             propagation = _propagation_of(made, status, steps)
             if watched:
                 end = None if status in ARRIVED else propagation.state
-                propagation = replace(propagation, found=watched.found(end))
+                propagation = replace(propagation, found=watched.collect(end))
             return replace(propagation, samples=taken)
         last_good = made.adaptive.time
         if outcome == outcomes().err_nf_state:
@@ -225,10 +225,10 @@ class Watched:
         if self.to is not None:
             self.to.clear()
 
-    def found(self, end: Sequence[Scalar] | None) -> Found:
+    def collect(self, end: Sequence[Scalar] | None) -> Found:
         """Return the events; ``end`` is the state where the model ended before the horizon."""
         with_guard_bits = self.setup.precision.with_guard_bits
-        return self.zeros.found(None if end is None else [*map(with_guard_bits, end)])
+        return self.zeros.collect(None if end is None else [*map(with_guard_bits, end)])
 
     def append(self, output: ContinuousOutput) -> None:
         """Find the events in the next dense output."""

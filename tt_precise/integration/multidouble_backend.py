@@ -118,7 +118,7 @@ def propagate_in_doubles(
     assert end.status, "a run goes on until it ends"
     found = NOTHING_FOUND
     if zeros:
-        found = zeros.found(None if end.status in ARRIVED else end.state)
+        found = zeros.collect(None if end.status in ARRIVED else end.state)
     return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order, found)
 
 

@@ -14,7 +14,7 @@ from tt_precise.integration.registry import asked_by
 from tt_precise.mechanics.formulations import (
     Formulation,
     contact_terms,
-    integrated,
+    integration_form,
 )
 from tt_precise.mechanics.quantities import Motion, Quantity, UserFunction
 from tt_precise.runtime.values import Functions, InputError, Scalar, distinct, listed
@@ -69,7 +69,7 @@ class Setup:
         """
         working, coordinates = precision_named(precision or "double", bits), formulation or "newton"
         law = scene.body.friction
-        form, phase = integrated(scene.model, coordinates, law), RIGID_CONTACT
+        form, phase = integration_form(scene.model, coordinates, law), RIGID_CONTACT
         for further in asked_by(scene):
             form, phase = further.first(scene, form)
         if coordinates == "euler":

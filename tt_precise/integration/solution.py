@@ -108,23 +108,23 @@ class Solution(Span, Memory):
     @property
     def event_counts(self) -> Counter[str]:
         """Numbers of recorded events by name, including events that join segments."""
-        hits = (hit for found in self._found for hit in found.hits)
+        hits = (hit for found in self._findings for hit in found.hits)
         return Counter([hit.name for hit in hits] + [segment.ended for segment in self.switched])
 
     @property
     def touches(self) -> tuple[str, ...]:
         """Requested events whose functions touch zero, stay there, or are ``unresolved``."""
-        touched = {name for found in self._found for name in found.touches}
+        touched = {name for found in self._findings for name in found.touches}
         return tuple(name for name in self.setup.watched if name in touched)
 
     @property
     def unresolved(self) -> tuple[str, ...]:
         """Requested events whose functions are below their error over several extrema."""
-        lost = {name for found in self._found for name in found.unresolved}
+        lost = {name for found in self._findings for name in found.unresolved}
         return tuple(name for name in self.setup.watched if name in lost)
 
     @property
-    def _found(self) -> list[Found]:
+    def _findings(self) -> list[Found]:
         return [segment.output.propagation.found for segment in self.segments]
 
     @cached_property

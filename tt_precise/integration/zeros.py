@@ -134,7 +134,7 @@ class Zeros:
             for first in range(0, len(steps), count):
                 self._read(steps.part(first, min(first + count, len(steps))))
 
-    def found(self, end: Sequence[Scalar] | None = None) -> Found:
+    def collect(self, end: Sequence[Scalar] | None = None) -> Found:
         """Return the events so far.
 
         ``end`` is the state, in mpmath numbers, where the model ended before the horizon. What

@@ -47,7 +47,7 @@ def hunt_crossley_force(body: Any, zeta: Scalar, rise: Scalar) -> Scalar:
     return body.stiffness * zeta * zeta * zeta * (1 - body.damping * rise)
 
 
-def reach(body: Any, height: Scalar, rise: Scalar) -> Scalar:
+def pull(body: Any, height: Scalar, rise: Scalar) -> Scalar:
     """Positive where the table's force would pull; negative where it pushes if height < 0."""
     if body.spring == "linear":
         return -linear_force(body, height, rise)

@@ -114,7 +114,7 @@ FORMULATIONS = {
 CHEAPER = {("gliding", "newton"): Formulation("gliding", CentreState, centre_rates)}
 
 
-def integrated(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation:
+def integration_form(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation:
     """The integrated formulation for ``formulation(model, coordinates, law)``: the same motion.
 
     Its ``State`` may differ.

@@ -101,7 +101,7 @@ def _flies(q: Motion) -> bool:
     A top that touches the table at rest flies if it rises in free flight.
     """
     height, rise = q.state.height, q.state.rise
-    if compliant.reach(q.body, height, rise) > 0 or height > 0:
+    if compliant.pull(q.body, height, rise) > 0 or height > 0:
         return True
     if height < 0 or rise:
         return bool(height == 0 < rise)

@@ -97,7 +97,7 @@ def _flight_ends(equations: Equations, horizon: Scalar, precision: Precision) ->
     q = equations.motion
     functions = {"landing": q.state.height}
     if equations.layout.form.spring:
-        functions["sinking"] = compliant.reach(q.body, q.state.height, q.state.rise)
+        functions["sinking"] = compliant.pull(q.body, q.state.height, q.state.rise)
     return functions
 
 

@@ -25,7 +25,7 @@ from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import ended_at_start
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.conserved import INTEGRALS
-from tt_precise.mechanics.formulations import Formulation, integrated
+from tt_precise.mechanics.formulations import Formulation, integration_form
 from tt_precise.mechanics.parameters import NAMES, Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.runtime.values import Arithmetic, Array
@@ -69,7 +69,7 @@ def compute(spec: SweepSpec, values: Array, batch: int) -> dict[str, Array]:
 
 
 def _computed(spec: SweepSpec, values: Array, batch: int) -> _Integrated:
-    form = integrated(spec.scene.model, "newton")
+    form = integration_form(spec.scene.model, "newton")
     starts = _starts(spec, values)
     model, wanted = spec.scene.model, extremes(spec.record)
     build = Build(model, spec.contact, batch, detectors(spec.record, model), wanted)

@@ -18,7 +18,7 @@ from tt_precise.integration.equations import Equations, terminal_functions
 from tt_precise.integration.heyoka_backend import numeric_options, pooled
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
-from tt_precise.mechanics.formulations import Formulation, integrated
+from tt_precise.mechanics.formulations import Formulation, integration_form
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Adaptive, Array
 from tt_precise.sweeps.columns import Detector, Statistic
@@ -86,7 +86,7 @@ class Lanes:
         # a single lane would compute step sizes with other functions, which differ in the last bit;
         # with two lanes the numbers are those of any other lane
         width = max(2, build.batch)
-        form = integrated(build.model, "newton")
+        form = integration_form(build.model, "newton")
         self._batch, self._terminal = _compiled(form, build.contact, width)
         # in an empty lane a top at rest has no time left: it takes steps of length 0
         upright = tuple(float(column == "kz") for column in form.columns)

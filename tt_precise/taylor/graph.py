@@ -130,7 +130,7 @@ class Graph:
         )
         return constant
 
-    def named(self, value: Scalar) -> Traced | Constant:
+    def as_series(self, value: Scalar) -> Traced | Constant:
         """A series as it is, anything else as a constant."""
         return value if isinstance(value, Traced) else self.number(value)
 
@@ -159,7 +159,7 @@ class Graph:
 
     def divided(self, a: Scalar, b: Scalar) -> Scalar:
         if isinstance(b, Traced):
-            return self.series("quotient", self.named(a), b)
+            return self.series("quotient", self.as_series(a), b)
         if isinstance(a, Traced):
             return self.scaled(self.constant("/", 1, b), a)
         return self.constant("/", a, b)
@@ -208,17 +208,17 @@ class Graph:
 
     def sin(self, angle: Traced) -> Traced:
         """The sine of an angle, as one more component of the state."""
-        return self._turned(angle)[0]
+        return self._sine_cosine(angle)[0]
 
     def cos(self, angle: Traced) -> Traced:
         """The cosine, likewise."""
-        return self._turned(angle)[1]
+        return self._sine_cosine(angle)[1]
 
     def atan2(self, y: Scalar, x: Scalar) -> Traced:
         """An angle that cannot be used further: ``in_order`` refuses it if it is needed."""
         return self.series("angle", y, x)
 
-    def _turned(self, angle: Traced) -> tuple[Traced, Traced]:
+    def _sine_cosine(self, angle: Traced) -> tuple[Traced, Traced]:
         if angle not in self.turning:
             first = len(self.components)
             made = self.series("component", first), self.series("component", first + 1)

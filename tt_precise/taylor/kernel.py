@@ -57,8 +57,8 @@ class Kernel:
         outputs: Sequence[tuple[Scalar, bool]],
     ):
         self.limbs, self.components = limbs, graph.components
-        self.rates = list(map(graph.named, rates))
-        self.outputs = [(graph.named(value), slope) for value, slope in outputs]
+        self.rates = list(map(graph.as_series, rates))
+        self.outputs = [(graph.as_series(value), slope) for value, slope in outputs]
         kept = [*self.rates, *(value for value, _ in self.outputs)]
         self.nodes = in_order(graph, [*graph.components, *kept])
         alone = [output for output in kept if isinstance(output, Constant)]

@@ -203,12 +203,12 @@ class SeriesFunctions:
         return value.new(step)
 
     def sin(self, angle: Scalar) -> Scalar:
-        return self._turned(angle)[0]
+        return self._sine_cosine(angle)[0]
 
     def cos(self, angle: Scalar) -> Scalar:
-        return self._turned(angle)[1]
+        return self._sine_cosine(angle)[1]
 
-    def _turned(self, angle: Scalar) -> tuple[Scalar, Scalar]:
+    def _sine_cosine(self, angle: Scalar) -> tuple[Scalar, Scalar]:
         if not isinstance(angle, Series):
             return self.fn.sin(angle), self.fn.cos(angle)
 
@@ -389,16 +389,16 @@ class SizedFunctions:
 
     def sqrt(self, value: Scalar) -> Scalar:
         """The positive root."""
-        return _moved(value, numpy.sqrt, lambda x: 0.5 / numpy.sqrt(x))
+        return _shift(value, numpy.sqrt, lambda x: 0.5 / numpy.sqrt(x))
 
     def exp(self, value: Scalar) -> Scalar:
-        return _moved(value, numpy.exp, numpy.exp)
+        return _shift(value, numpy.exp, numpy.exp)
 
     def sin(self, value: Scalar) -> Scalar:
-        return _moved(value, numpy.sin, numpy.cos)
+        return _shift(value, numpy.sin, numpy.cos)
 
     def cos(self, value: Scalar) -> Scalar:
-        return _moved(value, numpy.cos, numpy.sin)
+        return _shift(value, numpy.cos, numpy.sin)
 
     def hypot(self, x: Scalar, y: Scalar) -> Scalar:
         """The length of a plane vector, without underflow of squares."""
@@ -417,7 +417,7 @@ class SizedFunctions:
         return Sized(numpy.arctan2(y.value, x.value), spread / square)
 
 
-def _moved(
+def _shift(
     value: Scalar, function: Callable[[Scalar], Scalar], slope: Callable[[Scalar], Scalar]
 ) -> Scalar:
     if not isinstance(value, Sized):

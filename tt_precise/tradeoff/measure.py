@@ -21,7 +21,7 @@ from tt_precise.integration.columns import VECTOR_COLUMNS
 from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.mechanics.conserved import INTEGRALS, drift
 from tt_precise.mechanics.digits import sizes
-from tt_precise.mechanics.formulations import integrated
+from tt_precise.mechanics.formulations import integration_form
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Arithmetic, Array, InputError
@@ -68,7 +68,7 @@ class Tradeoff(NamedTuple):
 def measure(scene: Scene, progress: Progress = silent) -> Tradeoff:
     """Measure all methods on ``scene`` within some ten seconds.
 
-    Raises ``InputError``: the scene cannot be integrated, or has no sample before its end.
+    Raises ``InputError``: the scene cannot be integration_form, or has no sample before its end.
     """
     left_out: list[str] = []
     runs = list(_own_runs(scene, left_out.append, lambda part: progress(part / 2)))
@@ -199,7 +199,7 @@ def _peer_rows(
 def _peer_row(scene: Scene, method: Any, tolerance: float, truth: Truth, deadline: float) -> Row:
     import scipy.integrate
 
-    form = integrated(scene.model, "newton", scene.body.friction)
+    form = integration_form(scene.model, "newton", scene.body.friction)
     start = InitialState.in_si(scene, Arithmetic(math, float))
     body = start.body
     first = form.State(*start.state(form))
