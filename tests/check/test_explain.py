@@ -281,8 +281,13 @@ def test_a_number_is_named_only_if_with_it_all_that_failed_passes(
     times = [Fraction(i, 1000) for i in range(2001)]
     frame = tt.integrate("reference").frame(*VECTORS[1:], times=times)
     frame[names] *= factor
-    causes = check(frame, "reference").causes
-    assert "; ".join(c.text for c in causes if c.kind in ("parameter", "clock")) == cause
+    for friction in ("scene", "other"):
+        causes = check(frame, "reference", friction=friction).causes
+        # rows that are wrong from some time on are no cause
+        kinds = ("parameter", "clock", "force")
+        assert "; ".join(c.text for c in causes if c.kind in kinds) == cause
+        assert "alone" not in str(causes)
+        assert "jumps" not in str(causes)
 
 
 @pytest.mark.parametrize("friction", ["scene", "other"])
@@ -306,6 +311,11 @@ def test_a_row_and_a_jump_are_named(healthy: Healthy) -> None:
     alone = frame.copy()
     alone["Lz"] = alone.Lz.where(alone.index != 400, 1.001 * alone.Lz)
     assert causes(alone) == "rows: the row at t = 4 s (number 401) alone is wrong"
+    gap = frame.drop(index=range(200, 500))
+    gap.loc[500:, "t"] -= 3
+    for friction in ("scene", "other"):
+        cause = "rows: the motion jumps between t = 1.99 and 2 s"
+        assert causes(gap, friction=friction) == cause
     jump = frame.copy()
     jump.loc[401:, "Lz"] *= 1.001
     assert causes(jump) == "rows: from t = 4.01 s on the rows do not follow"

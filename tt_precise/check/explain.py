@@ -441,32 +441,37 @@ def _number(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Caus
     return number(body, few, half, verified=verified)
 
 
-def _friction(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
-    """Friction follows the scene's law with another mu."""
+def _strength(rows: Samples) -> float | None:
+    """Return mu of the friction that is seen; None where it does not follow the scene's law."""
     setup = rows.setup
     law = setup.scene.body.friction
-    proportional = law.constant or not law.smooth_at_rest
-    if setup.friction != "scene" or not proportional or len(rows.t) < 16:
-        return []
+    if not (law.constant or not law.smooth_at_rest) or len(rows.t) < 16:
+        return None
     movement = movement_of(rows.rows(slice(0, ROWS)))
-    mu = float(setup.scene.body.numbers(float).mu)
-    if not movement.moving or setup.rolling or not mu:
-        return []
+    if not movement.moving or setup.rolling or not setup.body.mu:
+        return None
     found = by_guidance(movement.body, movement.rows)
     fits = (found.unexplained < UNLIKE) & (found.viscous == law.constant)
     if 2 * int(fits.sum()) < len(fits):
-        return []
+        return None
     strength = numpy.sort(found.strength[fits])
     low, middle, high = (float(strength[int(part * len(strength))]) for part in (0.25, 0.5, 0.75))
-    if not high - low < UNLIKE * abs(middle) or abs(middle / mu - 1) < UNLIKE * UNLIKE:
+    return middle if high - low < UNLIKE * abs(middle) else None
+
+
+def _friction(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
+    """Friction follows the scene's law with another mu."""
+    setup = rows.setup
+    strength = _strength(rows) if setup.friction == "scene" else None
+    if strength is None or abs(strength / setup.body.mu - 1) < UNLIKE * UNLIKE:
         return []
-    numbers = replace(setup.body, mu=middle)
+    numbers = replace(setup.body, mu=strength)
     # friction that pushes fails the signs of its power, with any mu
-    signs = ("friction_power", "energy") if middle < 0 else ()
+    signs = ("friction_power", "energy") if strength < 0 else ()
     failures = [one for one in findings if one.name not in signs]
     if not _nearer(replace(setup, assumed=numbers).samples(Block(rows.given)), failures, judge):
         return []
-    return [Cause("parameter", f"mu is {factor(middle / mu - 1)} times the scene's")]
+    return [Cause("parameter", f"mu is {factor(strength / setup.body.mu - 1)} times the scene's")]
 
 
 def _clamp(rows: Samples) -> list[Cause]:
@@ -552,14 +557,24 @@ def _rows(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]
     near = max(first - NEIGHBOURS, 0), first + NEIGHBOURS
     if passes(0, *near):  # an error that grows is at no row
         return []
-    if passes(1, *near) and passes(1):
-        return [Cause("rows", f"the row at t = {t:.6g} s (number {first + 1}) alone is wrong")]
-    if first < NEIGHBOURS or not passes(0, near[0], first):
-        return []  # what is before it is wrong as well
-    if passes(0, first, near[1]) and passes(0, first):
+    before = first >= NEIGHBOURS and passes(0, near[0], first)
+    # what is barely seen may be an error of all rows
+    seen = any(
+        (one.value or 0.0) > OUTSTANDING * max(one.limit or 0.0, one.bound or 0.0)
+        for one in findings
+        if one.verdict == "fail" and one.sense == "at most"
+    )
+    if not seen:
+        text = f"from t = {t:.6g} s on the rows do not follow"
+        return [Cause("rows", text)] if before else []
+    if before and passes(0, first, near[1]) and passes(0, first):
         return [
             Cause("rows", f"the motion jumps between t = {rows.t[first - 1]:.6g} and {t:.6g} s")
         ]
+    if passes(1, *near) and passes(1):
+        return [Cause("rows", f"the row at t = {t:.6g} s (number {first + 1}) alone is wrong")]
+    if not before:
+        return []
     for wrong in range(2, min(MOST_ROWS, count - first - 2)):
         if passes(wrong, near[0], near[1] + wrong):
             last = rows.t[first + wrong - 1]
@@ -589,7 +604,8 @@ def _force(rows: Samples, failed: set[str], judge: Judge) -> list[Cause]:
     if _failing(found) or any(by_name[name].verdict != "pass" for name in holds):
         return []
     seen = next((s for s in by_name["friction_power"].note.split("; ") if "friction seen" in s), "")
-    if not seen:
+    strength = _strength(rows)
+    if not seen or (strength and abs(strength / rows.setup.body.mu - 1) < UNLIKE):
         return []
     text = f"the contact force is another one than the scene's ({seen}): if that is meant, add "
     return [Cause("force", f"{text}--friction other")]
