@@ -84,7 +84,11 @@ def test_every_change_of_the_answer_is_named() -> None:
     found = find("reference", "omega_3", "40:240", until=8, digits=2, points=11)
     assert len(found.changes) == 2
     assert any("contact_lost" in answer.text for pair in found.changes for answer in pair)
-    assert "the answer changes 2 times" in "\n".join(threshold.lines(found))
+    text = "\n".join(threshold.lines(found))
+    assert "between 160 and 180 the answer changes to no: " in text
+    assert text.count("the answer changes") == 1  # the other change is what is found
+    low = find("reference", "omega_3", "150:180", until=8, digits=2, points=2)
+    assert "contact_lost" in "\n".join(threshold.lines(low))
 
 
 def test_a_finer_arithmetic_that_contradicts_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

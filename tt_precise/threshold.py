@@ -272,7 +272,7 @@ def lines(found: Found) -> list[str]:
     if found.below is None:
         low = decimal(found.above.value, digits)
         shown.append(f"  already at the low end of the range, {name} = {low}: {found.above.text}")
-        return [*shown, *_theorem(found)]
+        return [*shown, *_changes(found), *_theorem(found)]
     shown.append(f"  {name} = {decimal(found.above.value, digits)}")
     shown += [
         f"    at {decimal(answer.value, digits + 1)}: {answer.text}"
@@ -285,12 +285,18 @@ def lines(found: Found) -> list[str]:
         shown.append(
             "  NOT CONFIRMED: a finer arithmetic answers otherwise at an end; ask for fewer digits"
         )
-    if len(found.changes) > 1:
-        places = ", ".join(
-            f"{decimal(one.value, 4)} to {decimal(other.value, 4)}" for one, other in found.changes
-        )
-        shown.append(f"  the answer changes {len(found.changes)} times in the range: {places}")
-    return [*shown, *_theorem(found)]
+    return [*shown, *_changes(found), *_theorem(found)]
+
+
+def _changes(found: Found) -> list[str]:
+    """A line for each change of the answer in the scan, but for the one that is found."""
+    first = next((i for i, (_, other) in enumerate(found.changes) if other.yes), None)
+    return [
+        f"  between {decimal(one.value, 4)} and {decimal(other.value, 4)} the answer changes to "
+        f"{'yes' if other.yes else 'no'}: {other.text}"
+        for i, (one, other) in enumerate(found.changes)
+        if found.below is None or i != first
+    ]
 
 
 def _theorem(found: Found) -> list[str]:
