@@ -250,7 +250,12 @@ def test_a_wrong_simulator_is_checked_not_refused(healthy: Healthy) -> None:
 
 
 def test_friction_that_pushes_is_named(engine: Engine) -> None:
-    assert "mu is -1.0 times the scene's" in causes(engine(500, 0.5, fault="friction pushes"))
+    rows = engine(500, 0.5, fault="friction pushes")
+    assert "mu is -1.0 times the scene's" in causes(rows)
+    found = check(rows, "reference", friction="other")["friction_power"]
+    assert found.verdict == "fail"
+    assert "friction seen: -0.3" in found.note
+    assert "as viscous, but along the motion" in found.note
 
 
 def test_another_friction_is_named_only_where_it_is_seen(engine: Engine) -> None:

@@ -189,7 +189,8 @@ class FrictionPower(_OverWindows):
         speed = numpy.hypot(vx, vy)
         bound = spread(MARGIN * q.body.m * within * speed) / self._unit
         power = (force[0] * vx + force[1] * vy) / self._unit
-        ratio = numpy.hypot(force[0], force[1]) / force[2]
+        # negative where the force pushes
+        ratio = numpy.copysign(numpy.hypot(force[0], force[1]) / force[2], -power)
         kept = seen & (bound <= self._limit) & (force[2] > 0.1 * q.body.m * q.body.g)
         kept &= speed > STILL * speed.max()
         self._force.append(numpy.array([ratio[kept], speed[kept]]))
@@ -205,11 +206,12 @@ class FrictionPower(_OverWindows):
         ratio, speed = numpy.concatenate([numpy.empty((2, 0)), *self._force], axis=1)
         if len(ratio) < FEWEST:
             return ""
-        if ratio.max() < NONE:
+        if abs(ratio).max() < NONE:
             return "no friction seen"
         for law, values, unit in (("Coulomb's", ratio, ""), ("viscous", ratio / speed, " s/m v_A")):
             mean, deviation = float(values.mean()), float(values.std())
-            if deviation < ALIKE * mean:
+            if deviation < ALIKE * abs(mean):
+                law += ", but along the motion" if mean < 0 else ""
                 return f"friction seen: {mean:.3g} +- {deviation:.1g}{unit} of F_z, as {law}"
         return f"friction seen: {ratio.min():.2g} to {ratio.max():.2g} of F_z"
 
