@@ -497,9 +497,9 @@ def lines(trajectory: Trajectory, outcome: dict[str, Any]) -> list[str]:
 def _outcome_lines(outcome: dict[str, Any]) -> list[str]:
     from tt_precise.exact.thresholds import IN_WORDS
 
-    def seconds(time: str | None, error: str | None = None) -> str:
+    def seconds(time: str | None, error: str | None = None, *, missing: str = "none") -> str:
         if time is None:
-            return "none"
+            return missing
         if error is None:
             return f"{float(time):.9g} s"
         return f"{with_error(time, float(error))} s"
@@ -520,9 +520,10 @@ def _outcome_lines(outcome: dict[str, Any]) -> list[str]:
         f"  end: {APPROACHES[end.verdict]}: {end.reason}",
     ]
     if climb is not None:
+        late = f"after {seconds(stretches[-1].end)}"
         shown += [
-            f"  climb {name}: {seconds(times.t_init, times.t_init_error)} to "
-            f"{seconds(times.t_end, times.t_end_error)}"
+            f"  climb {name}: {seconds(times.t_init, times.t_init_error, missing='not begun')} to "
+            f"{seconds(times.t_end, times.t_end_error, missing=late)}"
             for name, times in (("A", climb.A), ("B", climb.B), ("C", climb.C))
         ]
     if smallest is not None:
