@@ -142,7 +142,7 @@ def write(block: Block) -> bool:
     name = file[1]
     Path(name).write_text(file[2], "utf-8")
     if name.endswith(".toml"):
-        (SweepSpec.read if is_sweep_file(name) else tt_precise.load_scene)(name)
+        (SweepSpec.load if is_sweep_file(name) else tt_precise.load_scene)(name)
     return True
 
 

@@ -193,9 +193,9 @@ MISTAKES: dict[str, Callable[[StateCase], Motion]] = {
         case, alpha=case.number(Fraction(0))
     ),
     "omega in the body frame": lambda case: _seen(
-        case, omega=flight.turned(_inverse_of(case), case.motion.omega)
+        case, omega=flight.rotate(_inverse_of(case), case.motion.omega)
     ),
-    "quaternion inverse": lambda case: _seen(case, k=flight.turned(_inverse_of(case), (0, 0, 1))),
+    "quaternion inverse": lambda case: _seen(case, k=flight.rotate(_inverse_of(case), (0, 0, 1))),
 }
 
 

@@ -14,7 +14,7 @@ from tt_precise.integration.setup import refused_in_angles
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import multiplied, turned
+from tt_precise.mechanics.vectors import multiplied, rotate
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Json, Scalar
 from tt_precise.scene.numerals import as_fraction
@@ -68,7 +68,7 @@ def _flown(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str, Scal
     for step in STEPS:
         there = flight.flown(case.start.body, begun, case.number(step), fn)
         orientation = multiplied((c, 0, 0, s), there[:4])
-        k = turned(there[:4], (0, 0, 1))
+        k = rotate(there[:4], (0, 0, 1))
         yield orientation, {"k": k, "omega": there[4:7], "s_dot": there[7:10]}
 
 

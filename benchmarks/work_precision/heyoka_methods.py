@@ -110,7 +110,7 @@ def _solver(
         if setup and setup.events:
             zeros = Zeros(setup, problem.start(precision))
             outcome, _, _, steps, output, _ = adaptive.propagate_until(times[-1], c_output=True)
-            zeros.read(of_dense_output(output, setup, zeros.start))
+            zeros.search(of_dense_output(output, setup, zeros.start))
             rows = output(numpy.array(times, dtype=precision.fp_type))
             states = [[row[j] for j in range(entries)] for row in rows]
         elif len(times) == 1:

@@ -58,7 +58,7 @@ def stored_of(scene: tt.Scene) -> Stored:
     trajectory["t"] = [exact_decimal(exact) or cell for exact, cell in times]
     tables = Table.of_columns(trajectory), Table.of_columns(printed(run.events))
     # a manifest whose hashes are those of other tables
-    return Stored(NAME, scene.text, *tables, store.read("reference").manifest)
+    return Stored(NAME, scene.text, *tables, store.read_files("reference").manifest)
 
 
 @pytest.fixture(scope="module")
@@ -225,7 +225,7 @@ def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, place: Pat
     record = proofs.read_proof(NAME, folder)
     assert record is not None
     assert (record.content, record.digits) == (content, 34)
-    assert proofs.complaints(store.read(NAME, folder), record) == []
+    assert proofs.complaints(store.read_files(NAME, folder), record) == []
     found = proofs.established(stored.scene, folder)
     assert found.record is not None, found.why
     proof = prove(stored.scene).observations
@@ -267,7 +267,7 @@ def test_statements_that_are_not_proved_again_are_refused(
         check(NAME, folder=place.parent)
     assert _run(NAME, "--folder", str(place.parent), "--check") == 1
     # a hash shows the edit too, unless somebody adapts it
-    stored = store.read(NAME, place.parent)
+    stored = store.read_files(NAME, place.parent)
     assert [line for line in store.changes(stored) if line.startswith(PROOF)]
 
 

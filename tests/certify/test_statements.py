@@ -80,7 +80,7 @@ def test_a_finer_integration_lies_in_the_enclosure(name: str, proof: Proof) -> N
 def test_dry_friction_is_enclosed_as_printed(name: str) -> None:
     until = Fraction(1, 50)
     found = prove(replace(tt.load_scene(name), until=until)).state(until)
-    table = store.read(name).trajectory
+    table = store.read_files(name).trajectory
     row = next(row for row in table.rows if Fraction(row[0]) == until)
     for column, text in zip(table.columns[1:], row[1:], strict=True):
         exact: Any = found[column]

@@ -29,7 +29,10 @@ def precision() -> Iterator[None]:
 
 def states(name: str) -> Callable[[Fraction], NewtonState]:
     """The printed states of a scene, dimensionless, as balls of a unit in their last place."""
-    table, units = store.read(name).trajectory, Units.of(tt.load_scene(name).body, Balls, ball)
+    table, units = (
+        store.read_files(name).trajectory,
+        Units.of(tt.load_scene(name).body, Balls, ball),
+    )
     places = {Fraction(row[0]): row for row in table.rows}
 
     def state(time: Fraction) -> NewtonState:

@@ -67,7 +67,7 @@ def saved(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> Saved:
 
 def rows_of(path: Path, engine: str, scene: Scene) -> Columns:
     source: RowSource = engine_source(path, engine, scene)
-    return source.read(source.names).values
+    return source.load(source.names).values
 
 
 def check(path: Path, engine: str) -> int:

@@ -17,7 +17,7 @@ from tt_precise.check.sources import open_source
 
 def apart(frame: pandas.DataFrame, columns: str, scene: str = "reference") -> Differences:
     setup = CheckSetup(tt.load_scene(scene), COLUMN_SETS[columns], True)
-    block = open_source(frame).read(("t", *setup.columns.names))
+    block = open_source(frame).load(("t", *setup.columns.names))
     return differences(setup.samples(block))
 
 

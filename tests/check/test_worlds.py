@@ -6,7 +6,7 @@ import pytest
 
 from tests.check.conftest import Healthy, check, refuses
 from tt_precise.check.worlds import AXES, TO_Z, WORLDS, World
-from tt_precise.mechanics.vectors import turned
+from tt_precise.mechanics.vectors import rotate
 
 E = numpy.eye(3)
 
@@ -14,7 +14,7 @@ E = numpy.eye(3)
 def matrix(hand: str, axis: str) -> numpy.ndarray:
     """The map from their coordinates to ours."""
     sign = 1 if hand == "right" else -1
-    columns = [turned(TO_Z[hand, axis], tuple(e)) for e in E]
+    columns = [rotate(TO_Z[hand, axis], tuple(e)) for e in E]
     return sign * numpy.array(columns, float).T
 
 

@@ -22,7 +22,7 @@ from tt_precise.cli import main
 from tt_precise.engines.ladder import ladder_tests
 from tt_precise.engines.protocol import COLUMNS, POSITION, Job, ProgramRun, run
 from tt_precise.mechanics.laws import REGULARISED, VISCOUS
-from tt_precise.mechanics.vectors import turned
+from tt_precise.mechanics.vectors import rotate
 from tt_precise.runtime.records import json_schema
 from tt_precise.runtime.values import InputError
 
@@ -166,7 +166,7 @@ def test_a_first_row_in_another_convention_is_named(
 ) -> None:
     start = flight_job["start"]
     q, w, v = (start[name] for name in ("quaternion_wxyz", "angular_velocity", "velocity"))
-    body = list(turned((q[0], -q[1], -q[2], -q[3]), w))
+    body = list(rotate((q[0], -q[1], -q[2], -q[3]), w))
     text = f"q, w, v, body = {q}, {w}, {v}, {body}\n"
     assert ran(text + table("*q, *w, *v")).status == "done"
     found = ran(text + table(CONVENTIONS[convention]))

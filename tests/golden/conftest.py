@@ -31,7 +31,7 @@ def shortened(name: str, until: str) -> Scene:
 
 def rehash(place: Path) -> None:
     """What somebody does who edits golden data and makes the manifest agree with them."""
-    stored = store.read(place.name, place.parent)
+    stored = store.read_files(place.name, place.parent)
     derived = derive(stored.scene, stored.trajectory, stored.events)
     old = stored.manifest
     for file, entry in derived["files"].items():

@@ -23,7 +23,7 @@ from tt_precise.golden.building import (
     derive,
 )
 from tt_precise.golden.runs import LADDER, Run, tasks
-from tt_precise.golden.store import FILES, MANIFEST, PROOF, TRAJECTORY, read, read_whole
+from tt_precise.golden.store import FILES, MANIFEST, PROOF, TRAJECTORY, read_files, read_whole
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.conserved import conserved, drift
 from tt_precise.mechanics.flight import LiftedState
@@ -134,12 +134,12 @@ def test_tables_that_claim_nothing_claim_no_digits(small: Small) -> None:
 
 
 def few(scene: str, rows: int = 12) -> Table:
-    table = read(scene).trajectory
+    table = read_files(scene).trajectory
     return Table(table.columns, table.rows[:rows])
 
 
 def found(scene: str, table: Table) -> dict[str, Constancy]:
-    return {one.name: one for one in constancies(read(scene).scene, table)}
+    return {one.name: one for one in constancies(read_files(scene).scene, table)}
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ def test_what_is_conserved_is_so_to_all_digits(scene: str, names: set[str]) -> N
 def test_drifts_are_those_of_mpmath_row_by_row(scene: str) -> None:
     context = mpmath.MPContext()
     context.dps = WORKING_DIGITS
-    table, known = few(scene, 40), read(scene).scene
+    table, known = few(scene, 40), read_files(scene).scene
     body = known.body.numbers(lambda value: to_mpmath(value, context))
     kind: Any = LiftedState if known.lifts else NewtonState
     columns = [list(map(context.mpf, table.column(name))) for name in kind._fields]

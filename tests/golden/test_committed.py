@@ -69,7 +69,9 @@ def test_readme_example_runs(tmp_path: Path) -> None:
 
 def test_readme_names_every_column_and_file() -> None:
     text = README.read_text("utf-8")
-    columns = {name for scene in store.scenes() for name in store.read(scene).trajectory.columns}
+    columns = {
+        name for scene in store.scenes() for name in store.read_files(scene).trajectory.columns
+    }
     for name in (*columns, *FILES, PROOF):
         assert re.search(rf"`[^`]*\b{name}\b[^`]*`", text), name
 

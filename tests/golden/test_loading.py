@@ -43,7 +43,7 @@ def test_unknown_scenes_and_kinds_are_refused(small: Small) -> None:
 
 def shortened(name: str, rows: int) -> tuple[Scene, Table]:
     """The first rows only: the horizon decides how long it takes."""
-    whole = store.read(name, None)
+    whole = store.read_files(name, None)
     table = Table(whole.trajectory.columns, whole.trajectory.rows[:rows])
     return whole.scene.varied(until=whole.scene.sample_every * (rows - 1)), table
 

@@ -14,7 +14,7 @@ from tt_precise.check.golden import DigitsOverTime
 from tt_precise.golden import measuring
 from tt_precise.golden.digits import EXACT
 from tt_precise.golden.measuring import FewestDigits, Measured, TrueRows
-from tt_precise.golden.store import read
+from tt_precise.golden.store import read_files
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.newton import NewtonState
 
@@ -25,7 +25,7 @@ VECTORS = NewtonState._fields
 
 @pytest.mark.parametrize("name", ["kz", "Lz", "Lx", "vy"])
 def test_a_relative_error_is_found_as_it_was_made(name: str) -> None:
-    stored = read("reference")
+    stored = read_files("reference")
     true = TrueRows(stored.scene, stored.trajectory)
     rows = {one: numpy.array(stored.trajectory.floats(one))[ROWS] for one in VECTORS}
     values: dict[str, Any] = {one: rows[one].copy() for one in VECTORS}
@@ -47,7 +47,7 @@ def test_a_relative_error_is_found_as_it_was_made(name: str) -> None:
 
 @pytest.mark.parametrize(("wrong", "digits"), [("0", 33), ("1e-25", 24)])
 def test_whole_turns_of_an_angle_cost_no_digit(wrong: str, digits: int) -> None:
-    stored = read("track")
+    stored = read_files("track")
     true = TrueRows(stored.scene, stored.trajectory)
     turns = EXACT.multiply(measuring.TURN, 3)
     cells = [
@@ -82,7 +82,7 @@ def found_of(true: TrueRows, cells: dict[str, list[str]], **how: bool) -> tuple[
 
 @pytest.mark.parametrize("scene", ["reference", "upright", "contact-lost", "flight"])
 def test_sparing_decimals_changes_no_figure(scene: str, monkeypatch: Patch) -> None:
-    stored = read(scene)
+    stored = read_files(scene)
     true = TrueRows(stored.scene, stored.trajectory)
     seed = random.Random(scene)
     spared = differing = 0

@@ -56,7 +56,7 @@ def added(folder: Path, file: str, line: int, column: str, count: int) -> None:
 def problems(folder: Path) -> list[str]:
     record = proofs.read_proof(NAME, folder)
     assert record is not None
-    return proofs.complaints(store.read(NAME, folder), record)
+    return proofs.complaints(store.read_files(NAME, folder), record)
 
 
 def refused(scene: Scene, folder: Path) -> str:
@@ -132,7 +132,7 @@ def test_another_table_than_the_proved_one_establishes_nothing(
 def test_a_proof_of_some_numbers_is_none(folder: Path, rounded: int) -> None:
     edit_proof(folder, lambda content: content.update(rounded=rounded), seal=True)
     assert "not every number is proved" in problems(folder)[0]
-    listed = proofs.summary(store.read(NAME, folder), folder)
+    listed = proofs.summary(store.read_files(NAME, folder), folder)
     assert listed == {"problem": problems(folder)[0]}
 
 

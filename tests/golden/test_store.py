@@ -33,7 +33,7 @@ WITHOUT_PROOF = {
 
 def test_manifests_list_the_proofs_that_ship() -> None:
     for name in store.scenes():
-        stored = store.read(name)
+        stored = store.read_files(name)
         assert store.changes(stored) == []
         assert (PROOF in stored.manifest["files"]) == (name not in WITHOUT_PROOF)
 
@@ -113,7 +113,7 @@ def test_a_file_without_end_is_refused(proved: Path, file: str, kind: str) -> No
     else:
         (proved / file).symlink_to("/dev/zero")
     with pytest.raises(InputError, match=f"{file}: no regular file; expected golden data"):
-        store.read(NAME, proved.parent)
+        store.read_files(NAME, proved.parent)
 
 
 def test_a_spoiled_proof_is_not_used(proved: Path) -> None:

@@ -127,7 +127,7 @@ def test_another_scene_text_is_found(small: Small) -> None:
     assert problems(small) == ""
     path_of(small, MANIFEST).unlink()
     with pytest.raises(InputError, match="golden data"):
-        store.read(small.scene.name, small.folder)
+        store.read_files(small.scene.name, small.folder)
 
 
 def wrong(cell: str) -> str:
@@ -246,7 +246,7 @@ def _other_33rd(cell: str) -> str:
 def test_what_quad_is_too_coarse_for_takes_more_bits(small: Small, monkeypatch: Patch) -> None:
     monkeypatch.setattr(verifying, "FRESH_DIGITS", 32.5)
     monkeypatch.setattr(verifying, "FINE", "quad")
-    found: Any = verifying.recompute(store.read("reference", small.folder), [], True)
+    found: Any = verifying.recompute(store.read_files("reference", small.folder), [], True)
     assert found.verdict == "pass"
     assert found.digits_found >= 32.5
     assert found.fresh.startswith("newton 1")
@@ -319,7 +319,7 @@ def test_an_error_is_relative_to_a_size(
 
 
 def test_sizes_are_those_of_the_one_rule() -> None:
-    stored = store.read("upright")
+    stored = store.read_files("upright")
     found = _sizes(stored, stored.trajectory)
     assert set(found) == set(stored.trajectory.columns)
     assert set(found["kx"]) == {1.0}
@@ -397,7 +397,7 @@ def said(stored: Stored) -> tuple[object, ...]:
     "seeds", [range(300), pytest.param(range(1000, 11_000), marks=pytest.mark.fuzz)], ids=len
 )
 def test_damage_is_found(small: Small, fresh: Run, tmp_path: Path, seeds: range) -> None:
-    whole, place = said(store.read("reference", small.folder)), tmp_path / "spoiled"
+    whole, place = said(store.read_files("reference", small.folder)), tmp_path / "spoiled"
     for seed in seeds:
         shutil.rmtree(place, ignore_errors=True)
         shutil.copytree(small.folder, place)

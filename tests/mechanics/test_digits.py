@@ -54,7 +54,7 @@ def test_each_entry_counts_beside_what_it_belongs_to() -> None:
 
 
 def test_vectors_and_angles_agree_in_any_arithmetic() -> None:
-    stored = store.read("reference")
+    stored = store.read_files("reference")
     row = dict(zip(stored.trajectory.columns, stored.trajectory.rows[319], strict=True))
     names = [*NewtonState._fields, *EulerState._fields]
     doubles = {name: numpy.array([float(row[name])]) for name in names}

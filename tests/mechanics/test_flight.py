@@ -9,7 +9,7 @@ from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.newton import angular_momentum
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import cross, rotation, turned
+from tt_precise.mechanics.vectors import cross, rotate, rotation
 
 BODY = (1.7, 0.6, 0.3, 0.37, 0.41, 9.82, 0)
 
@@ -23,7 +23,7 @@ def free(mp: Any) -> tuple[Parameters, RigidBodyState]:
 
 
 def momentum(body: Parameters, state: RigidBodyState) -> Any:
-    k = turned(state[:4], (0, 0, 1))
+    k = rotate(state[:4], (0, 0, 1))
     return angular_momentum(body, k, (state.wx, state.wy, state.wz))
 
 
@@ -44,7 +44,7 @@ def test_the_orientation_turns_with_omega(free: Any, mp: Any) -> None:
     omega = (here.wx, here.wy, here.wz)
     for e in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
         turns = [flight.flown(body, start, time, mp)[:4] for time in (t + h, t, t - h)]
-        ahead, now, behind = (turned(turn, e) for turn in turns)
+        ahead, now, behind = (rotate(turn, e) for turn in turns)
         for one, other, rate in zip(ahead, behind, cross(omega, now), strict=True):
             assert abs((one - other) / (2 * h) - rate) < mp.mpf("1e-35")
 

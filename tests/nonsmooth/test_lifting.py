@@ -15,7 +15,7 @@ from tt_precise import golden
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
-from tt_precise.mechanics.vectors import rotation, turned
+from tt_precise.mechanics.vectors import rotate, rotation
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.numerals import to_mpmath
 from tt_precise.scene.scene import Scene, load_scene
@@ -82,7 +82,7 @@ def test_committed_flight_is_its_closed_form_to_30_digits() -> None:
     assert len(rows) >= 5
     for row in rows:
         turn = rotation((Lx / I1, Ly / I1, Lz / I1), context.mpf(row["t"]) - t, context)
-        for name, value in zip(AXIS, turned(turn, (k[0], k[1], k[2])), strict=True):
+        for name, value in zip(AXIS, rotate(turn, (k[0], k[1], k[2])), strict=True):
             assert abs(context.mpf(row[name]) - value) < context.mpf(10) ** -30
 
 

@@ -9,7 +9,7 @@ import numpy
 import pytest
 
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.numerals import LONGEST, WithPi, as_fraction, exact, read, to_mpmath
+from tt_precise.scene.numerals import LONGEST, WithPi, as_fraction, exact, parse, to_mpmath
 
 
 @pytest.mark.parametrize(
@@ -82,8 +82,8 @@ def test_a_multiple_of_pi_has_100_digits() -> None:
         for text, value in (("-pi/18", -mpmath.pi / 18), ("pi/2 - 0.01", mpmath.pi / 2 - 0.01)):
             found = mpmath.mpf(exact(text).numerator) / exact(text).denominator
             assert 0 < abs(found / value - 1) < mpmath.mpf(10) ** (-99 if "18" in text else -16)
-    assert read("10 deg", unit="deg") == read("pi/18") == WithPi(Fraction(0), Fraction(1, 18))
-    assert read("pi - 1e-9") == WithPi(Fraction(-1, 10**9), Fraction(1))
+    assert parse("10 deg", unit="deg") == parse("pi/18") == WithPi(Fraction(0), Fraction(1, 18))
+    assert parse("pi - 1e-9") == WithPi(Fraction(-1, 10**9), Fraction(1))
     assert exact("pi/18") == exact("10*pi/180") != Fraction(math.pi / 18)
 
 

@@ -166,7 +166,7 @@ def test_fingerprint_knows_every_difference() -> None:
 def test_reads_toml(tmp_path: Path) -> None:
     path = tmp_path / "sweep.toml"
     path.write_text(TOML, "utf-8")
-    spec = SweepSpec.read(path)
+    spec = SweepSpec.load(path)
     assert [spec.rows, *spec.names, spec.scene.until] == [16, "theta", "phi_dot", 2]
     assert (spec.seed, spec.contact) == (5, "bilateral")
     assert spec.record == ("climb_A", "max_nu_y")
@@ -188,7 +188,7 @@ def test_refuses_toml(tmp_path: Path, old: str, new: str, message: str) -> None:
     path = tmp_path / "sweep.toml"
     path.write_text(TOML.replace(old, new), "utf-8")
     with pytest.raises(InputError, match=message) as refused:
-        SweepSpec.read(path)
+        SweepSpec.load(path)
     assert str(path) in str(refused.value)
 
 

@@ -161,10 +161,10 @@ def test_a_url_holds_the_same_rows(tmp_path: Path, rows: pandas.DataFrame) -> No
 @pytest.mark.parametrize("kind", ["", "memory://"])
 def test_a_file_is_whole_or_not_there(tmp_path: Path, kind: str) -> None:
     out = f"{kind}{tmp_path}/a"
-    assert (store.read(out, "none"), store.names(out)) == (None, set())
+    assert (store.content_of(out, "none"), store.names(out)) == (None, set())
     store.write(out, "chunks/1", b"one")
     store.write(out, "chunks/1", b"two")
-    assert store.read(out, "chunks/1") == b"two"
+    assert store.content_of(out, "chunks/1") == b"two"
     assert (store.names(out), store.names(out, "chunks")) == ({"chunks"}, {"1"})
 
 

@@ -133,7 +133,7 @@ def attempted(scene: str, folder: Path | None, again: bool = False) -> Attempted
 
 
 def _readable(scene: str, folder: Path | None) -> Stored:
-    stored = store.read(scene, folder)
+    stored = store.read_files(scene, folder)
     # before the minutes that a proof takes
     for file in (TRAJECTORY, EVENTS):
         for misprint in malformed_cells(file, stored.table(file)):

@@ -197,8 +197,8 @@ def watched(
             found = looking(part)
             values.append(found[1:] if number else found)
         note = looking.note if hasattr(type(looking), "note") else ""
-        if hasattr(type(looking), "followed"):
-            rows.shared["followed"] = looking.followed
+        if hasattr(type(looking), "extra_columns"):
+            rows.shared["extra columns"] = looking.extra_columns
         return Residual(numpy.concatenate(values), getattr(looking, "error_bound", 0.0), note)
 
     return run
@@ -397,11 +397,11 @@ def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
     }
 
 
-def require_names(what: str, names: Iterable[str], known: Iterable[str]) -> None:
-    """Raise ``InputError`` if one of ``names`` is none of the ``known`` checks."""
+def require_names(what: str, names: Iterable[str], checks: Iterable[str]) -> None:
+    """Raise ``InputError`` if one of ``names`` is none of the ``checks``."""
     for name in names:
-        if name not in known:
-            raise InputError(f"{what}: got {name!r}, expected one of: {', '.join(known)}")
+        if name not in checks:
+            raise InputError(f"{what}: got {name!r}, expected one of: {', '.join(checks)}")
 
 
 def finite(what: str, value: object) -> float:

@@ -131,7 +131,7 @@ def choose_set(present: Sequence[str], where: str) -> ColumnSet:
             f"{where}: columns {engines[0]} ... are an engine's own state: read it with "
             f"--from {'mujoco' if engines[0].startswith('q') else 'ENGINE'}"
         )
-    nearest = min(_ALL, key=lambda entry: len(entry.missing(present)) / len(entry.required))
+    nearest = min(_ALL, key=lambda one: len(one.missing(present)) / len(one.required))
     if len(nearest.missing(present)) == len(nearest.required):
         raise InputError(
             f"{where}: no column set among {listed(present)}; expected t and "

@@ -23,7 +23,7 @@ from tt_precise.check.force_free_flow import NO_TERMS, Rows, Terms, axis_of, lif
 from tt_precise.check.worlds import AXES, WORLDS
 from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import Quaternion, Vector, cross, dot, multiplied, turned
+from tt_precise.mechanics.vectors import Quaternion, Vector, cross, dot, multiplied, rotate
 from tt_precise.runtime.values import Array
 
 HALF = math.sqrt(0.5)
@@ -190,7 +190,7 @@ class Given(NamedTuple):
 
 
 def _turn(q: Quaternion | Array, vector: Array) -> Array:
-    return numpy.array(turned(tuple(q), tuple(vector)))
+    return numpy.array(rotate(tuple(q), tuple(vector)))
 
 
 def _times(p: Quaternion | Array, q: Quaternion | Array) -> Array:
@@ -207,7 +207,7 @@ def attitude(q: Array, convention: Convention) -> Array:
     return _conjugate(q) if convention.inverse else q
 
 
-def read(given: Given, convention: Convention, body: Parameters) -> Given:
+def convert(given: Given, convention: Convention, body: Parameters) -> Given:
     """Return the columns as ours where the file has them in ``convention``."""
     up, axis, length = UP[convention.up], AXIS[convention.axis], LENGTH[convention.length]
     q = attitude(given.q, convention)
@@ -419,7 +419,7 @@ def by_geometry(given: Given, body: Parameters, partial: Convention) -> Iterator
     frames = (False, True) if given.v is not None else (False,)
     for up, flip in itertools.product(UP, ("", "-")):
         one = replace(partial, up=up, axis=flip + partial.axis)
-        by_frame = [read(pairs, replace(one, velocity_in_body=frame), body) for frame in frames]
+        by_frame = [convert(pairs, replace(one, velocity_in_body=frame), body) for frame in frames]
         ours = by_frame[0]
         k = axis_of(ours.q)
         arms = {"cm": numpy.zeros_like(ours.w), "contact": numpy.array(contact_arm(body, k))}
@@ -467,7 +467,7 @@ def search(
     as_given = Fit({}, True, True, scenes_jellett)
     turning = float(numpy.sort(norm(given.w))[len(given.t) // 2]) * float(numpy.diff(given.t).max())
     if turning < 20:
-        as_given = fit(body, read(given, OURS, body), rounding)
+        as_given = fit(body, convert(given, OURS, body), rounding)
     mirrored = as_given.jellett * scenes_jellett < 0
     if as_given.passes:
         hand = [Found(replace(OURS, hand="left"), as_given, True)] if mirrored else []
@@ -487,7 +487,7 @@ def search(
             break
         if nearly and changes > min(near.convention.changes for near in nearly) + 1:
             break
-        found = fit(body, read(given, one, body), _scaled(rounding, one))
+        found = fit(body, convert(given, one, body), _scaled(rounding, one))
         if found.passes:
             passing.append(Found(one, found, True))
         elif as_given.size > 1 and found.size < min(1.0, as_given.size / NEARER):

@@ -17,7 +17,7 @@ import numpy
 from tt_precise.check.columns import listed
 from tt_precise.check.sources import ColumnSource, RowSource, open_source
 from tt_precise.mechanics.conversion import RigidBodyState, axis_of
-from tt_precise.mechanics.vectors import cross, turned
+from tt_precise.mechanics.vectors import cross, rotate
 from tt_precise.runtime.values import Array, InputError
 from tt_precise.scene.scene import Scene
 
@@ -80,13 +80,13 @@ def engine_source(
     others = {_convention(name): name for name in reversed((*alike, *marked))}
     others.pop(convention, None)
 
-    def read(other: str, given: Columns, body: Parameters) -> Changed:
+    def convert(other: str, given: Columns, body: Parameters) -> Changed:
         columns = _rigid_body(arrays, _convention(other), scene, world)
         changed = {name: values[: len(given["t"])] for name, values in columns.items()}
         return {**changed, "t": given["t"]}
 
     converted.alternatives = {
-        f"it is read with --from {other}": partial(read, other)
+        f"it is read with --from {other}": partial(convert, other)
         for other in reversed(others.values())
     }
     return converted
@@ -110,7 +110,7 @@ def _rigid_body(
     attitude = numpy.where(good[:, None], quaternion, 1.0).T
     if convention.in_body_frame:
         w, x, y, z = attitude
-        turning = turned((w, x, y, z), (omega[:, 0], omega[:, 1], omega[:, 2]))
+        turning = rotate((w, x, y, z), (omega[:, 0], omega[:, 1], omega[:, 2]))
         omega = numpy.stack(turning, axis=1) / (w * w + x * x + y * y + z * z)[:, None]
     parts = [arrays["t"][:, None], quaternion, omega, velocity]
     parts += [] if position is None else [position]
@@ -153,7 +153,7 @@ def _arrays(source: RowSource, widths: Mapping[str, int]) -> dict[str, Array]:
         raise InputError(f"{source.where}: no array t or time among {listed(source.names)}")
     separate = [one for each in names.values() if None not in each for one in each]
     arrays: dict[str, Array] = {}
-    rows = source.read(["t", *filter(None, separate)]).values
+    rows = source.load(["t", *filter(None, separate)]).values
     arrays["t"] = rows["t"]
     for name, columns in names.items():
         if None not in columns:

@@ -193,7 +193,7 @@ def _precision(rows: Samples, findings: Sequence[Check]) -> list[Cause]:
 
 def _obeys(rows: Samples, given: Given, half: dict[str, float]) -> bool:
     body = rows.setup.body
-    ours = given if given.vectors else conventions.read(given, OURS, body)
+    ours = given if given.vectors else conventions.convert(given, OURS, body)
     return not fit(body, ours, half).failing(LIMITS)
 
 
@@ -214,8 +214,8 @@ def _still(rows: Samples, failed: set[str], judge: Judge) -> list[Cause]:
 
 def _of_source(rows: Samples, alternatives: Mapping[str, Reading]) -> list[Cause]:
     """The file's own source has another convention."""
-    for supposed, read in alternatives.items():
-        changed = read(rows.given, rows.setup.body)
+    for supposed, convert in alternatives.items():
+        changed = convert(rows.given, rows.setup.body)
         if changed is not None:
             other = rows.setup.samples(Block({**rows.given, **changed}))
             if _obeys(other, *given_of(other)):
@@ -245,12 +245,12 @@ def _convention(rows: Samples, judge: Judge) -> list[Cause]:
 
 def _beyond(rows: Samples, given: Given, half: dict[str, float], best: Found) -> list[Cause]:
     """Return what is left in a convention that an engine's file has only nearly."""
-    read = conventions.read(given.part(slice(0, ROWS)), best.convention, rows.setup.body)
+    ours = conventions.convert(given.part(slice(0, ROWS)), best.convention, rows.setup.body)
 
     def again(body: Parameters) -> Given:
-        return conventions.read(given.part(slice(0, ROWS)), best.convention, body)
+        return conventions.convert(given.part(slice(0, ROWS)), best.convention, body)
 
-    return number(rows.setup.body, read, half, again)
+    return number(rows.setup.body, ours, half, again)
 
 
 LINEAR_MOMENTUM = {"": 1.0, "g mm^2/s": 1e-9, "kg mm^2/s": 1e-6, "g cm^2/s": 1e-7}
@@ -275,7 +275,7 @@ class _Vectors(NamedTuple):
         said += ["the axis points from the other end"] * self.flipped
         return said + ["the velocity is that of the centre of mass"] * self.centre
 
-    def read(self, given: Given, body: Parameters) -> Given:
+    def convert(self, given: Given, body: Parameters) -> Given:
         """Return the columns as ours."""
         k = numpy.array(axis_of(given.q)) * (-1 if self.flipped else 1)
         L = LINEAR_MOMENTUM[self.momentum] * given.w
@@ -305,7 +305,7 @@ def _of_vectors(rows: Samples, given: Given, half: dict[str, float]) -> list[Cau
             break
         if not 1 / NEARLY < ahead * TIME[one.time] * LINEAR_MOMENTUM[one.momentum] < NEARLY:
             continue
-        ours = one.read(few, body)
+        ours = one.convert(few, body)
         turning = float(norm(ours.w)[0]) / body.I3 * float(numpy.diff(ours.t).max())
         if not 1e-6 < turning < conventions.FARTHEST:
             continue
@@ -329,7 +329,7 @@ def _of_euler(rows: Samples, judge: Judge) -> list[Cause]:
     """Every force keeps Jellett's integral and the inclination's rate; with phi, the momentum."""
     given, setup = rows.given, replace(rows.setup, friction="other")
 
-    def left(samples: Samples) -> float:
+    def remainder(samples: Samples) -> float:
         """Return what the inclination leaves where the laws hold; infinite elsewhere."""
         findings = judge(samples)
         misfit = seen(samples)[1].get("inclination")
@@ -338,7 +338,7 @@ def _of_euler(rows: Samples, judge: Judge) -> list[Cause]:
         value, bound = (numpy.sort(x)[len(x) // 2] for x in (misfit.value, misfit.bound))
         return float(value) if bound < RESOLVED else math.inf
 
-    if left(setup.samples(Block(given))) < math.inf:
+    if remainder(setup.samples(Block(given))) < math.inf:
         return []
     found: list[tuple[bool, float, str]] = []
     for text, changed in _euler_conventions(given).items():
@@ -351,10 +351,10 @@ def _of_euler(rows: Samples, judge: Judge) -> list[Cause]:
         integral = quantities.jellett(other.q)
         if not abs(integral / integral[0] - 1).max() <= LIMITS["jellett"]:
             continue
-        if left(other) < math.inf:
+        if remainder(other) < math.inf:
             own = replace(other, setup=rows.setup, shared={})
             unlike = rows.setup.own_force and bool(_failing(judge(own)))
-            found.append((unlike, left(other), text))
+            found.append((unlike, remainder(other), text))
     # The rates of frames are near each other: the scene's force may tell them apart.
     named = [text for unlike, _, text in sorted(found) if unlike == min(found)[0]]
     return [Cause("convention", ", or ".join(named))] if named else []
@@ -422,7 +422,7 @@ def _number(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Caus
     given, half = given_of(rows)
     few = given.part(slice(0, ROWS))
     if not given.vectors:
-        few = conventions.read(few, OURS, rows.setup.body)
+        few = conventions.convert(few, OURS, rows.setup.body)
     if not fit(rows.setup.body, few, half).failing(LIMITS):
         return []
     body, setup = rows.setup.body, rows.setup

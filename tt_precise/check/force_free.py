@@ -173,8 +173,8 @@ def _solve(
     return _Chunk(best, others, first, distances, guided.unexplained, guided.against)
 
 
-def _concatenate(parts: list[tuple[_Chunk, slice]], name: str) -> Array:
-    pieces = [getattr(chunk, name)[..., kept] for chunk, kept in parts]
+def _concatenate(chunks: list[tuple[_Chunk, slice]], name: str) -> Array:
+    pieces = [getattr(chunk, name)[..., kept] for chunk, kept in chunks]
     return numpy.concatenate(pieces, axis=-1)
 
 
@@ -257,9 +257,9 @@ def _seen(one: Misfit) -> Misfit:
 Family = tuple[Array, dict[str, Array], dict[str, Array]]
 
 
-def _polynomial(parts: list[tuple[_Chunk, slice]], nutated: Array) -> Family:
+def _polynomial(chunks: list[tuple[_Chunk, slice]], nutated: Array) -> Family:
     """Values and bounds by interpolation: multiples of the spread of its ways."""
-    values, others = _concatenate(parts, "best"), _concatenate(parts, "others")
+    values, others = _concatenate(chunks, "best"), _concatenate(chunks, "others")
     blind = numpy.where(nutated > BLIND, numpy.inf, 0.0)
     dim = numpy.where(nutated > DIM, 3.0, 1.0)
     one_sided = _one_sided(len(nutated))
@@ -283,10 +283,10 @@ def _one_sided(count: int) -> Array:
     return factors
 
 
-def _guided(parts: list[tuple[_Chunk, slice]], nutated: Array, bend: dict[str, Array]) -> Family:
+def _guided(chunks: list[tuple[_Chunk, slice]], nutated: Array, bend: dict[str, Array]) -> Family:
     """Values and bounds by guidance: multiples of what a further pass and the law change."""
-    values, others = _concatenate(parts, "guided"), _concatenate(parts, "guided_others")
-    left, against = _concatenate(parts, "left"), _concatenate(parts, "against")
+    values, others = _concatenate(chunks, "guided"), _concatenate(chunks, "guided_others")
+    left, against = _concatenate(chunks, "left"), _concatenate(chunks, "against")
     trusted = (nutated < FARTHEST) & (spread(left) < EXPLAINED)
     local, summed = {}, {}
     for name, part in PARTS.items():

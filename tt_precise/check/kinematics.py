@@ -478,7 +478,7 @@ class Kinematics:
         return _bound_of(self._sights, self._limit)
 
     @property
-    def followed(self) -> frozenset[str]:
+    def extra_columns(self) -> frozenset[str]:
         """The columns beside the state that were looked at."""
         by_quantity = {"axis": ("phi",), "spin": ("psi",), "position": ("x", "y", "z")}
         return frozenset(name for one in self._quantities for name in by_quantity.get(one, ()))

@@ -188,7 +188,7 @@ def examine(
     # overflow and undefined values fail the check instead of giving a warning
     with closing(open_source(trajectory, columns)) as table, numpy.errstate(all="ignore"):
         setup = _setup(table, scene, friction, start)
-        file = _read(table, setup, their_world, cutoff, progress)
+        file = _load(table, setup, their_world, cutoff, progress)
         examination = _Examination(setup, file, wanted, digits, cutoff, allow)
         return examination.result(Solution(scene, folder, progress))
 
@@ -208,13 +208,13 @@ class _File(NamedTuple):
     usable: UsableRows
 
 
-def _read(
+def _load(
     table: RowSource, setup: CheckSetup, world: World, cutoff: float, progress: Progress
 ) -> _File:
     height = setup.columns.height if setup.height_given else ()
     names = ("t", *(n for n in (*setup.columns.names, *height) if n in table.names))
     also = [name for name in recognised_columns(table.names) if name not in names]
-    whole = table.read(names, also, progress)
+    whole = table.load(names, also, progress)
     if not world.is_ours:
         if setup.columns.name != "rigid body":
             raise InputError(
@@ -331,7 +331,7 @@ class _Examination:
         by_name = {finding.name: finding for finding in found}
         followed: frozenset[str] = frozenset()
         if by_name["kinematics"].verdict == "pass":
-            followed = rows.shared.get("followed", followed)
+            followed = rows.shared.get("extra columns", followed)
         if all(finding.verdict != "fail" for finding in found):
             rows.forget()  # what remains to be done needs the memory
         begin = look_for_start(rows, t_first, solution.vectors)

@@ -42,7 +42,7 @@ class RowSource:
         self.where = where
         self.names = renamed([name.strip() for name in names], rename, where)
 
-    def read(
+    def load(
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
     ) -> Block:
         """Return the columns as arrays; can be called once.
@@ -333,7 +333,7 @@ class TextSource(RowSource):
             if not read:
                 return
 
-    def read(
+    def load(
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
     ) -> Block:
         names = (*wanted, *also)
@@ -367,7 +367,7 @@ class TextSource(RowSource):
         """Whole lines of the file, some 10,000 at a time."""
         rest, count, line = b"", 0, self._rows_begin
         while True:
-            piece = self._read(self._stream.read, BLOCK_BYTES)
+            piece = self._guarded(self._stream.read, BLOCK_BYTES)
             data, count = rest + piece, count + len(piece)
             if piece:
                 cut = data.rfind(b"\n") + 1
@@ -451,12 +451,12 @@ class TextSource(RowSource):
             ) from None
 
     def _line(self) -> str:
-        read = self._read(self._stream.readline, LONGEST_LINE)
+        read = self._guarded(self._stream.readline, LONGEST_LINE)
         if len(read) >= LONGEST_LINE:
             raise InputError(f"{self._file}: no end of its first line, expected a CSV header")
         return self._decoded(read)
 
-    def _read(self, read: Callable[[int], bytes], most: int) -> bytes:
+    def _guarded(self, read: Callable[[int], bytes], most: int) -> bytes:
         try:
             return read(most)
         except (OSError, EOFError, zlib.error) as error:
@@ -506,7 +506,7 @@ class ParquetSource(RowSource):
         self._theirs = list(self._file.schema_arrow.names)
         super().__init__(str(path), self._theirs, rename)
 
-    def read(
+    def load(
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
     ) -> Block:
         every = (*wanted, *also)
@@ -544,7 +544,7 @@ class ColumnSource(RowSource):
         self._theirs, self._column = list(names), column
         super().__init__(where, [str(name) for name in names], rename)
 
-    def read(
+    def load(
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
     ) -> Block:
         given = {name: column_of(self.column(name), name, self.where) for name in (*wanted, *also)}

@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from tt_precise.mechanics.vectors import Quaternion, Vector, multiplied, scaled, turned
+from tt_precise.mechanics.vectors import Quaternion, Vector, multiplied, rotate, scaled
 from tt_precise.runtime.values import Array, InputError
 
 HALF = math.sqrt(0.5)
@@ -71,6 +71,6 @@ class World(NamedTuple):
         for names in (OMEGA, *POLAR):
             if all(name in columns for name in names):
                 vector: Vector = (columns[names[0]], columns[names[1]], columns[names[2]])
-                there = scaled(1 if names == OMEGA else sign, turned(world, vector))
+                there = scaled(1 if names == OMEGA else sign, rotate(world, vector))
                 found |= dict(zip(names, there, strict=True))
         return found

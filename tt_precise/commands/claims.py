@@ -56,11 +56,11 @@ def command(
     from tt_precise.claims import committed
     from tt_precise.runtime.records import UNSET
 
-    known = committed.committed()
-    if again or known is None:
-        rows, run = _computed(ids, kind, workers or min(4, cores()), known), None
+    stored = committed.committed()
+    if again or stored is None:
+        rows, run = _computed(ids, kind, workers or min(4, cores()), stored), None
     else:
-        rows, run = _looked_up(ids, kind, known), known.run
+        rows, run = _looked_up(ids, kind, stored), stored.run
     rows = [claim for claim in rows if not verdict or claim.verdict in verdict]
     stated = run.with_stale if run else UNSET
     record = committed.Claims(claims=tuple(rows), counts=_counts(rows), run=stated)
@@ -107,7 +107,7 @@ def _looked_up(ids: Sequence[str], kinds: Sequence[str], committed: Committed) -
 
 
 def _computed(
-    ids: Sequence[str], kinds: Sequence[str], workers: int, known: Committed | None
+    ids: Sequence[str], kinds: Sequence[str], workers: int, stored: Committed | None
 ) -> list[JudgedClaim]:
     from tt_precise.claims import claim_named, claims, judge_all
 
@@ -115,7 +115,7 @@ def _computed(
     wanted = [claim_named(name) for name in ids] if ids else every
     wanted = [claim for claim in wanted if not kinds or claim.kind in kinds]
     if len(wanted) == len(every):
-        cost = f"took {known.run.cost}" if known else "take minutes"
+        cost = f"took {stored.run.cost}" if stored else "take minutes"
         click.echo(f"computing all {len(every)} claims; they {cost}", err=True)
     with progress_bar(f"judging {len(wanted)} claims") as progress:
         return judge_all([claim.id for claim in wanted], progress, workers)

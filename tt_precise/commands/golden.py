@@ -109,7 +109,7 @@ def list_command(folder: Path | None, as_json: bool) -> int:
     entries, damaged = [], []
     for name in present:
         try:
-            stored = store.read(name, folder)
+            stored = store.read_files(name, folder)
             entries.append({**_listed(stored), "proof": proofs.summary(stored, folder)})
         except InputError as error:
             damaged.append({"scene": name, "problem": str(error)})
@@ -170,7 +170,7 @@ def certify_command(
             entries.append(vars(result))
             if not as_json:  # each when it is done: a proof takes up to minutes
                 click.echo(_attempted_line(call.key, result))
-    entries.sort(key=lambda entry: scenes.index(str(entry["scene"])))
+    entries.sort(key=lambda one: scenes.index(str(one["scene"])))
     options.emit(as_json, {"schema": "tt_precise.golden.certify/2", "scenes": entries}, ())
     return 0 if all(entry["verdict"] == "proved" for entry in entries) else CHECK_FAILED
 

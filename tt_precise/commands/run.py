@@ -477,7 +477,7 @@ def lines(trajectory: Trajectory, outcome: dict[str, Any]) -> list[str]:
 
     digits, state = trajectory.digits, trajectory.state  # in this order: it then knows its errors
     shown = [
-        f"{trajectory.scene.name}: {trajectory.status} at t = {trajectory.shown_end} s "
+        f"{trajectory.scene.name}: {trajectory.status} at t = {trajectory.end_text} s "
         f"({trajectory.precision.name}, tolerance {short(trajectory.tolerance)}, "
         f"{trajectory.formulation}, {trajectory.steps} steps)",
         *_outcome_lines(outcome),

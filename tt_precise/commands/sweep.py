@@ -130,7 +130,7 @@ def run(
 
     if is_sweep_file(scene):
         _refuse_what_the_file_says(scene)
-        spec = SweepSpec.read(scene)
+        spec = SweepSpec.load(scene)
     else:
         spec = SweepSpec.of(
             scene,

@@ -34,7 +34,7 @@ from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.laws import COULOMB, Law
 from tt_precise.mechanics.newton import NewtonState, angular_momentum
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import turned
+from tt_precise.mechanics.vectors import rotate
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, Check, InputError, Json
 from tt_precise.scene.initial_state import InitialState
@@ -104,7 +104,7 @@ def fly_freely(scene: Scene) -> States:
     )
     rows = [flight.flown(body, initial, t, numpy) for t in content["sample_times"]]
     table = numpy.array(rows, dtype=float)
-    axes = [turned(row[:4], (0, 0, 1)) for row in rows]
+    axes = [rotate(row[:4], (0, 0, 1)) for row in rows]
     return States(numpy.array(axes, dtype=float), table[:, 4:7], table[:, 7:10])
 
 

@@ -23,7 +23,7 @@ import msgspec
 import numpy
 from msgspec import Meta
 
-from tt_precise.check.conventions import Given, alternatives, read
+from tt_precise.check.conventions import Given, alternatives, convert
 from tt_precise.mechanics.conversion import axis_of
 from tt_precise.mechanics.laws import LAWS
 from tt_precise.mechanics.parameters import Parameters
@@ -312,7 +312,7 @@ def _require_start(row: Array, job: dict[str, Json]) -> None:
         body["mass"], body["radius"], alpha, body["I1"], body["I3"], job["gravity"], 0.0
     )
     for convention in alternatives():
-        if _off_start(read(given, convention, known), job) < SAME_START:
+        if _off_start(convert(given, convention, known), job) < SAME_START:
             raise ValueError(
                 f"row 1 is the job's start if {convention.words()}; expected {EXPECTED}"
             )

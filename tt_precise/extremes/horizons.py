@@ -15,7 +15,7 @@ from tt_precise.extremes.runs import EPS, Integrate, distance, integrating, quad
 from tt_precise.integration import integrate
 from tt_precise.integration.columns import Columns
 from tt_precise.integration.dense_output import SampleTimes, shift_arrays
-from tt_precise.integration.heyoka_backend import integrator, status_of
+from tt_precise.integration.heyoka_backend import pooled_integrator, status_of
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.variational import sensitivity
@@ -75,7 +75,7 @@ def _sampled(scene: Scene, names: tuple[str, ...]) -> tuple[str, Array, dict[str
     setup = Setup.of(scene, events=(), record=())
     start = InitialState.of(scene, setup.precision.arithmetic)
     times = SampleTimes.of(scene, start).doubles
-    with integrator(setup) as made:
+    with pooled_integrator(setup) as made:
         made.begin(setup, start)
         outcome, *_, rows = made.adaptive.propagate_grid(times.rounded)
         status = status_of(outcome, made.terminal)
@@ -103,7 +103,7 @@ def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Findin
     number, with_guard_bits = working.number, working.with_guard_bits
     first = list(map(number, start.state(form)))
     setup = Setup(formulation=form, precision=working, tolerance=tolerance)
-    with integrator(setup) as made:
+    with pooled_integrator(setup) as made:
         made.begin(setup, start)
         _, _, _, steps, *_ = made.adaptive.propagate_until(number(start.until))
         made.adaptive.propagate_until(number(working.context.mpf(0)))

@@ -230,7 +230,7 @@ def _first_change(name: str, folder: Path, new: Consensus) -> tuple[Stored | Non
     if not (folder / name).exists():
         return None, ""
     try:
-        old = store.read(name, folder)
+        old = store.read_files(name, folder)
     except InputError as error:
         return None, f"the existing files are not golden data ({error})"
     for file, mine, other in (

@@ -141,7 +141,7 @@ def read_proof(name: str, folder: Path | None = None) -> Record | None:
     except (InputError, OSError, ValueError) as error:
         again = f"run `tt-precise golden certify {name}`"
         raise InputError(f"{name}: the proof cannot be used ({error}); {again}") from None
-    return Record(content, store.read(name, place.parent).manifest["digits"])
+    return Record(content, store.read_files(name, place.parent).manifest["digits"])
 
 
 def complaints(stored: Stored, record: Record) -> list[str]:
@@ -313,7 +313,7 @@ def established(scene: Scene, folder: Path | None = None) -> Established:
     """Return the statements of the complete, valid proof for exactly this scene, or why not."""
     if scene.name not in store.scenes(folder):
         return Established(why=f"{scene.name}: no golden data")
-    stored = store.read(scene.name, folder)
+    stored = store.read_files(scene.name, folder)
     if stored.scene != scene:
         why = f"{scene.name}: the golden data are those of another start, body or horizon"
         return Established(why=why)

@@ -149,7 +149,7 @@ class Stored:
         return self.trajectory if file == TRAJECTORY else self.events
 
 
-def read(scene: str | Path, folder: Folder = None) -> Stored:
+def read_files(scene: str | Path, folder: Folder = None) -> Stored:
     """Read the golden data of ``scene`` (see ``locate``), without verifying them.
 
     Raises ``InputError``: there is none, or a file is missing or unreadable.
@@ -159,13 +159,13 @@ def read(scene: str | Path, folder: Folder = None) -> Stored:
 
     place = require(scene, folder).path
     read_as_record(place / MANIFEST, Manifest, DOCUMENT)
-    return _read(place)
+    return _read_files(place)
 
 
-def _read(place: Path) -> Stored:
-    trajectory, events = (_table(place / file) for file in (TRAJECTORY, EVENTS))
-    manifest = read_json(place / MANIFEST, DOCUMENT)
-    return Stored(place.name, _text(place / SCENE), trajectory, events, manifest, place.parent)
+def _read_files(data: Path) -> Stored:
+    trajectory, events = (_table(data / file) for file in (TRAJECTORY, EVENTS))
+    manifest = read_json(data / MANIFEST, DOCUMENT)
+    return Stored(data.name, _text(data / SCENE), trajectory, events, manifest, data.parent)
 
 
 def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
@@ -180,15 +180,15 @@ def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
 
 
 @lru_cache(maxsize=64)
-def _whole(place: Path, manifest: str) -> Stored:
-    stored = _read(place)
+def _whole(data: Path, manifest: str) -> Stored:
+    stored = _read_files(data)
     try:
         problems = changes(stored)
         problems += [] if stored.manifest["schema"] == FORMAT else [MANIFEST]
     except MISSHAPEN:
         problems = [MANIFEST]
     if problems:
-        _ = read(place.name, place.parent).scene  # refuses another form
+        _ = read_files(data.name, data.parent).scene  # refuses another form
         raise InputError(
             f"{stored.name}: {problems[0]}; `tt-precise golden verify {stored.name}` says where"
         )
@@ -281,9 +281,9 @@ def changes(stored: Stored) -> list[str]:
     return lines
 
 
-def proof_sha256(place: Path) -> str | None:
+def proof_sha256(data: Path) -> str | None:
     """Return the hash of the proof in a scene's folder; None without one, "" if it is no JSON."""
-    path = place / PROOF
+    path = data / PROOF
     if not path.is_file():
         return None
     try:
@@ -292,17 +292,17 @@ def proof_sha256(place: Path) -> str | None:
         return ""
 
 
-def record_proof(place: Path) -> None:
+def record_proof(data: Path) -> None:
     """Write the hash of the proof in a scene's folder into its manifest.
 
     Raises ``InputError``: there is no manifest of this form.
     """
-    stored = read(place.name, place.parent)
+    stored = read_files(data.name, data.parent)
     files = {file: entry for file, entry in stored.manifest["files"].items() if file != PROOF}
-    sha256 = proof_sha256(place)
+    sha256 = proof_sha256(data)
     if sha256:
         files[PROOF] = {"sha256": sha256}
-    atomic_write(place / MANIFEST, json_text({**stored.manifest, "files": files}))
+    atomic_write(data / MANIFEST, json_text({**stored.manifest, "files": files}))
 
 
 def _table(path: Path) -> Table:

@@ -291,7 +291,7 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
     The data are None if they cannot be read or contain text that is not a number.
     """
     try:
-        stored = store.read(name, folder)
+        stored = store.read_files(name, folder)
         scene = stored.scene
     except InputError as error:
         return None, [str(error)]

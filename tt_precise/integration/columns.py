@@ -213,14 +213,14 @@ class Columns:
             return {name: [] for name in names}
         mpfr = self.precision.mpfr
         with mpfr.precision():
-            entries = tuple(map(mpfr.array, zip(*rows, strict=True)))
-            columns = self.of_arrays(names, entries, mpfr.number, mpfr)
+            components = tuple(map(mpfr.array, zip(*rows, strict=True)))
+            columns = self.of_arrays(names, components, mpfr.number, mpfr)
             return {name: list(map(mpfr.back, values)) for name, values in columns.items()}
 
     def of_arrays(
         self,
         names: Sequence[Name],
-        entries: tuple[Array, ...],
+        components: tuple[Array, ...],
         number: Callable[[Scalar], Scalar] = float,
         fn: Functions = None,
     ) -> dict[Any, Array]:
@@ -230,13 +230,13 @@ class Columns:
         ``long_double``, or that of ``mpfr``. ``fn`` has the functions of the arrays, by default
         NumPy's.
         """
-        q, columns = self.array_motion(entries, number, fn), {}
+        q, columns = self.array_motion(components, number, fn), {}
         with numpy.errstate(all="ignore"):
             for name in names:
                 factor = self._factor(self.dimension(name), number)
-                values = self._entry(name, entries, q) * factor
+                values = self._column_value(name, components, q) * factor
                 if not hasattr(values, "__len__"):
-                    values = values * numpy.ones(len(entries[0]))  # one number for all rows
+                    values = values * numpy.ones(len(components[0]))  # one number for all rows
                 columns[name] = values
         return columns
 
@@ -246,13 +246,13 @@ class Columns:
 
     def array_motion(
         self,
-        entries: tuple[Scalar, ...],
+        components: tuple[Scalar, ...],
         number: Callable[[Scalar], Scalar],
         fn: Functions = None,
     ) -> Motion:
         """The ``Motion`` of rows, given as an array for each entry, or of one row of numbers."""
         body = self.start.once(("body", number), lambda: self.start.body.numbers(number))
-        return self.layout.motion(body, entries, fn or numpy)
+        return self.layout.motion(body, components, fn or numpy)
 
     def states(self, times: Sequence[Scalar], rows: Sequence[Row]) -> list[State]:
         """The ``State`` (SI) of each row, at dimensionless times with guard bits."""
@@ -271,7 +271,7 @@ class Columns:
         """A number for users: a float in double, else the mpmath number with guard bits."""
         return float(value) if self.precision.is_float and value is not None else value
 
-    def _entry(self, name: Name, row: tuple[Scalar, ...], q: Motion) -> Scalar:
+    def _column_value(self, name: Name, row: tuple[Scalar, ...], q: Motion) -> Scalar:
         if isinstance(name, Quantity):
             return _number(name, q)
         if name in self.record:

@@ -71,7 +71,7 @@ class SampleTimes:
     start: InitialState
 
     @cached_property
-    def parts(self) -> Array:
+    def limbs(self) -> Array:
         """The dimensionless times, each as three doubles: axes (time, part)."""
         until = self.start.until
         inner = to_limbs(self.exact[:-1], self.start.units.time, mpfr_of(until.context))
@@ -294,14 +294,14 @@ class DenseOutput(Span):
             else:
                 inner[place] = number(time)
 
-        def read(output: ContinuousOutput, low: Scalar, high: Scalar) -> None:
+        def evaluate(output: ContinuousOutput, low: Scalar, high: Scalar) -> None:
             for place, rounded in inner.items():
                 if (low is None or low < rounded) and (high is None or rounded <= high):
                     row = tuple(map(with_guard_bits, output(rounded)))
                     rows[place] = self._shift(row, times[place] - with_guard_bits(rounded))
 
         if inner:
-            self._read(read, progress)
+            self._visit(evaluate, progress)
         return [rows[place] for place in range(len(times))]
 
     def mpfr_arrays(self, seconds: Array, progress: Progress | None = None) -> tuple[Array, ...]:
@@ -365,7 +365,7 @@ class DenseOutput(Span):
         entries = [numpy.full(len(rounded), x, dtype=kind) for x in state]
         taken = self.propagation.samples
 
-        def read(output: ContinuousOutput, low: Scalar, high: Scalar) -> None:
+        def evaluate(output: ContinuousOutput, low: Scalar, high: Scalar) -> None:
             chosen = numpy.ones(len(rounded), dtype=bool) if low is None else rounded > low
             if high is not None:
                 chosen &= rounded <= high
@@ -376,17 +376,17 @@ class DenseOutput(Span):
             for entry, values in zip(entries, taken.T, strict=True):
                 entry[1:] = values
         else:
-            self._read(read, progress)
+            self._visit(evaluate, progress)
         start = self.start.once(number, lambda: self.start.map(number))
         row = start.first_row(self.setup.formulation, self.setup.record)
         for entry, value in zip(entries, row, strict=True):
             entry[rounded == 0] = value
         return shift_arrays(self.setup, self.start.body.numbers(float), tuple(entries), times.delay)
 
-    def _read(
-        self, read: Callable[[ContinuousOutput, Scalar, Scalar], None], progress: Progress | None
+    def _visit(
+        self, visit: Callable[[ContinuousOutput, Scalar, Scalar], None], progress: Progress | None
     ) -> None:
-        """Call ``read`` with each piece and the times after which and up to which it is needed.
+        """Call ``visit`` with each piece and the times after which and up to which it is needed.
 
         None stands for all earlier and for all later times.
         """
@@ -397,7 +397,7 @@ class DenseOutput(Span):
                 stored = StoredPieces(self.setup)
                 self._again(stored, progress)
                 self._pieces, self._too_long = stored.pieces, stored.pieces is None
-            reader = _Reader(read, self.propagation.time)
+            reader = _Reader(visit, self.propagation.time)
             if self._pieces is None:
                 self._again(reader, progress)
             else:
@@ -420,8 +420,8 @@ class DenseOutput(Span):
 
 
 class _Reader:
-    def __init__(self, read: Callable[[ContinuousOutput, Scalar, Scalar], None], end: Scalar):
-        self._read, self._end = read, end
+    def __init__(self, visit: Callable[[ContinuousOutput, Scalar, Scalar], None], end: Scalar):
+        self._visit, self._end = visit, end
         self.clear()
 
     def clear(self) -> None:
@@ -429,23 +429,25 @@ class _Reader:
 
     def append(self, output: ContinuousOutput) -> None:
         high = output.bounds[1]
-        self._read(output, self._low, high if high < self._end else None)
+        self._visit(output, self._low, high if high < self._end else None)
         self._low = high
 
 
 def shift_arrays(
-    setup: Setup, body: Parameters, entries: tuple[Array, ...], delay: Array
+    setup: Setup, body: Parameters, components: tuple[Array, ...], delay: Array
 ) -> tuple[Array, ...]:
-    """Entries at rounded times, moved by a ``delay`` of less than an ulp of time.
+    """Components at rounded times, moved by a ``delay`` of less than an ulp of time.
 
     ``body`` is the dimensionless body in double, precise enough for these rates.
     """
-    doubles = tuple(entry.astype(float, copy=False) for entry in entries)
+    doubles = tuple(one.astype(float, copy=False) for one in components)
     with numpy.errstate(all="ignore"):
         rates = setup.layout.rates(body, doubles, numpy)
-        moved = [x + rate * delay for x, rate in zip(entries, rates, strict=True)]
-    # at a pole the rates of phi and psi are undefined; there the entry stands as it is
-    return tuple(numpy.where(numpy.isfinite(m), m, x) for m, x in zip(moved, entries, strict=True))
+        moved = [x + rate * delay for x, rate in zip(components, rates, strict=True)]
+    # at a pole the rates of phi and psi are undefined; there it stands as it is
+    return tuple(
+        numpy.where(numpy.isfinite(m), m, x) for m, x in zip(moved, components, strict=True)
+    )
 
 
 @dataclass(frozen=True)

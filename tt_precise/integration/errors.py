@@ -312,10 +312,10 @@ class States:
         if all(states.in_long_double for states in both):
             apart = self.long_doubles - other.long_doubles
         elif all(states.in_limbs for states in both):
-            parts = min(len(self.parts), len(other.parts))
+            count = min(len(self.limbs), len(other.limbs))
             # the first parts are close to each other, so their differences are exact
-            apart = sum(self.parts[:parts] - other.parts[:parts])
-            apart = apart + sum(self.parts[parts:]) - sum(other.parts[parts:])
+            apart = sum(self.limbs[:count] - other.limbs[:count])
+            apart = apart + sum(self.limbs[count:]) - sum(other.limbs[count:])
         else:
             mpfr = max(
                 (states.precision for states in both), key=lambda precision: precision.bits
@@ -329,7 +329,7 @@ class States:
         """In float64."""
         if self.in_long_double:
             return self.long_doubles.astype(float)
-        return self.parts[0] if self.in_limbs else self.mpfr.astype(float)
+        return self.limbs[0] if self.in_limbs else self.mpfr.astype(float)
 
     @property
     def in_limbs(self) -> bool:
@@ -342,11 +342,11 @@ class States:
         return numpy.array(self._output.arrays(self._output.times(self._times), long_double))
 
     @cached_property
-    def parts(self) -> Array:
+    def limbs(self) -> Array:
         """In several doubles, of which this is the first axis."""
         samples = self._output.samples
         if samples and tuple(self._times) == samples.exact:
-            moments = samples.parts
+            moments = samples.limbs
         else:
             moments = to_limbs(self._times, self._output.start.units.time, self.precision.mpfr)
         states: Array = self._output.to_limbs(moments).transpose(1, 2, 0)

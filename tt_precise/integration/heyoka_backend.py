@@ -109,34 +109,34 @@ def propagate(
     goals = [first, horizon] if setup.phase.first_step and first < horizon else [horizon]
     watched = Watched(setup, start, dense) if setup.events else None
     dense = watched or dense
-    with integrator(setup.but(events=())) as made:
-        made.begin(setup, start)
+    with pooled_integrator(setup.but(events=())) as integrator:
+        integrator.begin(setup, start)
         longest = longest_step(
-            start.body, start.vectors, made.adaptive.order, setup.precision, setup.phase
+            start.body, start.vectors, integrator.adaptive.order, setup.precision, setup.phase
         )
         limits = {} if longest is None else {"max_delta_t": number(longest)}
         outcome, steps, taken = _advance(
-            made, goals, dense, samples, progress, setup.precision, limits
+            integrator, goals, dense, samples, progress, setup.precision, limits
         )
-        status = status_of(outcome, made.terminal)
+        status = status_of(outcome, integrator.terminal)
         if (
             status == "complete"
             and setup.contact == "bilateral"
-            and left_the_table(form.model, start, setup.precision.context, bool(made.losses))
+            and left_the_table(form.model, start, setup.precision.context, bool(integrator.losses))
         ):
             status = "contact_ignored"
         if status != "failed":
-            propagation = _propagation_of(made, status, steps)
+            propagation = _propagation_of(integrator, status, steps)
             if watched:
                 end = None if status in ARRIVED else propagation.state
                 propagation = replace(propagation, found=watched.collect(end))
             return replace(propagation, samples=taken)
-        last_good = made.adaptive.time
+        last_good = integrator.adaptive.time
         if outcome == outcomes().err_nf_state:
-            last_good = _time_before_failure(setup, start, made, horizon)
+            last_good = _time_before_failure(setup, start, integrator, horizon)
         if last_good == number(zero):
-            made.begin(setup, start)
-            return _propagation_of(made, status, 0)
+            integrator.begin(setup, start)
+            return _propagation_of(integrator, status, 0)
     if dense is not None:
         dense.clear()
     if not cuts:  # no time is good
@@ -146,7 +146,7 @@ def propagate(
 
 
 def _advance(
-    made: Integrator,
+    integrator: Integrator,
     goals: list[Scalar],
     dense: Pieces | None,
     samples: Array | None,
@@ -180,34 +180,34 @@ def _advance(
         outcome = kinds.step_limit
         advance, crawl = with_guard_bits(goal), precision.eps * with_guard_bits(goal)
         while outcome == kinds.step_limit and advance >= crawl:
-            before = made.adaptive.time
+            before = integrator.adaptive.time
             if samples is not None and goal == goals[-1]:
-                outcome, _, _, count, _, states = made.adaptive.propagate_grid(
+                outcome, _, _, count, _, states = integrator.adaptive.propagate_grid(
                     [before, *samples], **keywords
                 )
                 taken = states[1:] if len(states) > len(samples) else None
                 samples = None
             else:
-                outcome, _, _, count, output, _ = made.adaptive.propagate_until(
+                outcome, _, _, count, output, _ = integrator.adaptive.propagate_until(
                     goal, c_output=dense is not None, **keywords
                 )
                 if dense is not None and output is not None:
                     dense.append(output)
             steps += count
-            advance = with_guard_bits(made.adaptive.time - before)
-            report(made.adaptive)
+            advance = with_guard_bits(integrator.adaptive.time - before)
+            report(integrator.adaptive)
     return outcome, steps, taken
 
 
-def _propagation_of(made: Integrator, status: str, steps: int) -> Propagation:
-    time, time_low = made.adaptive.dtime
+def _propagation_of(integrator: Integrator, status: str, steps: int) -> Propagation:
+    time, time_low = integrator.adaptive.dtime
     return Propagation(
         status=status,
         time=time,
         time_low=time_low,
-        state=_values(made.adaptive),
+        state=_values(integrator.adaptive),
         steps=steps,
-        order=made.adaptive.order,
+        order=integrator.adaptive.order,
     )
 
 
@@ -234,16 +234,16 @@ class Watched:
         """Find the events in the next dense output."""
         from tt_precise.integration.steps import of_dense_output
 
-        self.zeros.read(of_dense_output(output, self.setup, self.start))
+        self.zeros.search(of_dense_output(output, self.setup, self.start))
         if self.to is not None:
             self.to.append(output)
 
 
 def _time_before_failure(
-    setup: Setup, start: InitialState, made: Integrator, horizon: Scalar
+    setup: Setup, start: InitialState, integrator: Integrator, horizon: Scalar
 ) -> Scalar:
-    made.begin(setup, start)
-    last = made.adaptive.time
+    integrator.begin(setup, start)
+    last = integrator.adaptive.time
 
     def watch(adaptive: Adaptive) -> bool:
         nonlocal last
@@ -252,7 +252,7 @@ def _time_before_failure(
         last = adaptive.time if good and adaptive.time < horizon else last
         return good
 
-    made.adaptive.propagate_until(horizon, callback=watch)
+    integrator.adaptive.propagate_until(horizon, callback=watch)
     return last
 
 
@@ -323,7 +323,7 @@ def build(setup: Setup) -> Integrator:
         )
     number = setup.precision.number
     zero = setup.precision.context.mpf(0)
-    made = heyoka.taylor_adaptive(
+    integrator = heyoka.taylor_adaptive(
         equations.system,
         [number(zero) for _ in equations.variables],
         pars=[number(zero + 1) for _ in range(parameters + setup.phase.has_clock)],
@@ -335,7 +335,7 @@ def build(setup: Setup) -> Integrator:
         nt_events=noted,
         **numeric_options(setup),
     )
-    return Integrator(made, tuple(terminal), losses)
+    return Integrator(integrator, tuple(terminal), losses)
 
 
 def numeric_options(setup: Setup) -> dict[str, Any]:
@@ -377,13 +377,13 @@ def pooled(make: Callable[[Key], Made], key: Key) -> Iterator[Made]:
     """``make(key)``, or an idle one of an earlier call; several threads may ask."""
     idle = _idle(make, key)
     try:
-        made: Made = idle.pop()
+        integrator: Made = idle.pop()
     except IndexError:
-        made = make(key)
-    yield made
-    idle.append(made)  # only after a run without an exception: an interrupted one is not reused
+        integrator = make(key)
+    yield integrator
+    idle.append(integrator)  # only after a run without an exception
 
 
-def integrator(setup: Setup) -> AbstractContextManager[Integrator]:
+def pooled_integrator(setup: Setup) -> AbstractContextManager[Integrator]:
     """An integrator for ``setup``: an idle one of an earlier run, or a newly compiled one."""
     return pooled(build, setup)

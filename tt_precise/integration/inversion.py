@@ -200,14 +200,14 @@ def time_errors(
     """
     import numpy
 
-    def moved(name: str, by: Array) -> InversionTimes:
+    def shifted(name: str, by: Array) -> InversionTimes:
         column = [v if v is None else v + d for v, d in zip(events[name], by, strict=True)]
         return from_events({**events, name: column}, pi, mirrored=mirrored)
 
     tilts = 10.0**-digits
     alternating = tilts * numpy.where(numpy.arange(len(tilts)) % 2, 1, -1)
     plain = from_events(events, pi, mirrored=mirrored)
-    changed = [moved("t", errors), moved("theta", tilts), moved("theta", alternating)]
+    changed = [shifted("t", errors), shifted("theta", tilts), shifted("theta", alternating)]
     found = {}
     for name, t in {"equator": plain.equator, **plain.times}.items():
         if t is None:

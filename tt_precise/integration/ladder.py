@@ -117,7 +117,7 @@ def ladder_of(scene: Scene, euler: bool = False) -> tuple[Level, ...]:
     return LADDER if ours else HEYOKAS
 
 
-def _missed(wanted: int, trajectory: Judged, reached: float) -> str:
+def _missed(wanted: int, trajectory: Judged, digits: float) -> str:
     name, precision = trajectory.scene.name, trajectory.precision
     if trajectory.status == "failed":
         return (
@@ -125,7 +125,7 @@ def _missed(wanted: int, trajectory: Judged, reached: float) -> str:
             f"{float(trajectory.t_end):.3g} s; expected a scene that can be integrated"
         )
     return (
-        f"digits: got {wanted}, but {name} has {reached:.1f} in {precision.name} with "
+        f"digits: got {wanted}, but {name} has {digits:.1f} in {precision.name} with "
         f"{precision.bits} bits, and finer numbers win no more; expected fewer digits, or a "
         "precision in their place"
     )

@@ -44,12 +44,12 @@ def _compiled(setup: Setup) -> _Compiled:
     terminal: dict[str, Scalar] = {}
 
     def define(
-        entries: tuple[Scalar, ...], parameters: Sequence[Scalar], fn: Functions
+        components: tuple[Scalar, ...], parameters: Sequence[Scalar], fn: Functions
     ) -> tuple[list[Scalar], list[tuple[Scalar, bool]]]:
         body = form.body(parameters)
-        q = layout.motion(body, entries, fn)
-        terminal.update(terminal_functions(form, q, entries[0]))
-        return layout.rates(body, entries, fn), [
+        q = layout.motion(body, components, fn)
+        terminal.update(terminal_functions(form, q, components[0]))
+        return layout.rates(body, components, fn), [
             (function, False) for function in terminal.values()
         ]
 
@@ -108,7 +108,7 @@ def propagate_in_doubles(
         end = run.take(piece)
         steps += end.steps
         if zeros:
-            zeros.read(of_block(piece, float(end.time), setup))
+            zeros.search(of_block(piece, float(end.time), setup))
         if dense is not None:
             dense.append(ReadPiece(piece, end.time, run.size, fn))
         if progress:

@@ -49,12 +49,12 @@ def refine(function: Callable[..., Array], bracket: Bracket, bits: int) -> tuple
     bend or a jump, the bracket is halved.
     """
     settled = SETTLED * 2.0**-bits
-    position, slope, reach = bracket.position, bracket.slope, bracket.high - bracket.low
-    value, rows, last = function(position), numpy.arange(len(position)), reach.copy()
+    position, slope, bound = bracket.position, bracket.slope, bracket.high - bracket.low
+    value, rows, last = function(position), numpy.arange(len(position)), bound.copy()
     for _ in range(secants(bits)):
         move = value[rows] / slope
         size = abs(move)
-        near = (size <= reach).astype(bool)
+        near = (size <= bound).astype(bool)
         last[rows[near]] = move[near]
         going = near & (size > settled * abs(position[rows])).astype(bool)
         rows, move = rows[going], move[going]
@@ -62,7 +62,7 @@ def refine(function: Callable[..., Array], bracket: Bracket, bits: int) -> tuple
             break
         before, position[rows] = value[rows], position[rows] - move
         value[rows] = function(position[rows], rows)
-        slope, reach = (before - value[rows]) / move, size[going]
+        slope, bound = (before - value[rows]) / move, size[going]
     rows = numpy.flatnonzero((abs(last) > settled**0.5 * abs(position)).astype(bool))
     if len(rows):
         position[rows], value[rows] = bisect(partial(function, rows=rows), bracket.of(rows))
@@ -85,22 +85,22 @@ def bisect(function: Callable[..., Array], bracket: Bracket) -> tuple[Array, Arr
 def vertex(
     function: Callable[[Array], Array],
     position: Array,
-    reach: Array,
+    bound: Array,
     low: Array,
     high: Array,
     bits: int,
 ) -> tuple[Array, Array]:
     """Return the extrema of a function near positions, between low and high, and its values there.
 
-    A parabola through three points gives the next position, if that is within ``reach``.
+    A parabola through three points gives the next position, if that is within ``bound``.
     """
     far = FLATTEST
     while True:
-        aside = 0 * position + far * reach
+        aside = 0 * position + far * bound
         left, middle, right = map(function, (position - aside, position, position + aside))
         slope, bend = (right - left) / 2, left - 2 * middle + right
         move = -aside * slope / bend
-        move = numpy.where((abs(move) <= reach).astype(bool), move, 0.0)
+        move = numpy.where((abs(move) <= bound).astype(bool), move, 0.0)
         move = numpy.minimum(numpy.maximum(position + move, low), high) - position
         position = position + move
         if far**4 < 2.0**-bits:

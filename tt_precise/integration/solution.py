@@ -33,10 +33,10 @@ Status = Literal[
 ]  # fmt: skip
 
 
-class Stretch(NamedTuple):
-    """A stretch of one model: times in s, and how it ended.
+class PhaseInterval(NamedTuple):
+    """An interval of one model: times in s, and how it ended.
 
-    ``status`` is one of ``events.JOINING`` if another stretch follows, else the trajectory's.
+    ``status`` is one of ``events.JOINING`` if another interval follows, else the trajectory's.
     """
 
     model: str
@@ -154,15 +154,17 @@ class Solution(Span, Memory):
         return max(bisect.bisect_left(begins, time) - 1, 0)
 
     @property
-    def stretches(self) -> tuple[Stretch, ...]:
+    def stretches(self) -> tuple[PhaseInterval, ...]:
         """The stretches between events that join segments."""
         to_user, begin, stretches = self.columns.to_user, self.start.until * 0, []
         for segment in self.switched:
             end = segment.end_s
-            stretches.append(Stretch(segment.model, to_user(begin), to_user(end), segment.ended))
+            stretches.append(
+                PhaseInterval(segment.model, to_user(begin), to_user(end), segment.ended)
+            )
             begin = end
         last = self.segments[-1].model
-        return (*stretches, Stretch(last, to_user(begin), to_user(self.end), self.status))
+        return (*stretches, PhaseInterval(last, to_user(begin), to_user(self.end), self.status))
 
     @property
     def in_arrays(self) -> bool:

@@ -26,7 +26,7 @@ from tt_precise.integration.reading import (
     with_quadratures,
 )
 from tt_precise.integration.setup import Events, Setup, asked_for
-from tt_precise.integration.solution import Solution, Stretch, solve
+from tt_precise.integration.solution import PhaseInterval, Solution, solve
 from tt_precise.mechanics.parameters import Dimension
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.terminal import Progress
@@ -112,7 +112,7 @@ class Trajectory:
 
     def __repr__(self) -> str:
         return (
-            f"<Trajectory of {self.scene.name}: {self.status}, t_end = {self.shown_end} s, "
+            f"<Trajectory of {self.scene.name}: {self.status}, t_end = {self.end_text} s, "
             f"{self.precision.name}, {self.formulation}, {self.steps} steps>"
         )
 
@@ -132,7 +132,7 @@ class Trajectory:
         return self.run.tolerance
 
     @property
-    def pieces(self) -> tuple[Stretch, ...]:
+    def pieces(self) -> tuple[PhaseInterval, ...]:
         """The stretches of gliding, rolling, flight and contact; at least one."""
         return self.run.stretches
 
@@ -150,7 +150,7 @@ class Trajectory:
         return State(state.t, values, state.precision, errors)
 
     @property
-    def shown_end(self) -> str:
+    def end_text(self) -> str:
         """``t_end`` in decimals, with its error if known."""
         error = self.errors.available_at_end.get("t")
         end = self.t_end
@@ -280,7 +280,7 @@ class Trajectory:
         """
         import pandas
 
-        errors = self._beside(beside)
+        errors = self._errors_against(beside)
         columns = errors.over_time(expanded(names) or self.run.columns.names)
         named = {getattr(name, "name", name): column for name, column in columns.items()}
         return pandas.DataFrame(named)
@@ -293,9 +293,9 @@ class Trajectory:
         """
         import pandas
 
-        return pandas.DataFrame(self._beside(beside).events())
+        return pandas.DataFrame(self._errors_against(beside).events())
 
-    def _beside(self, others: Sequence[Trajectory]) -> Errors:
+    def _errors_against(self, others: Sequence[Trajectory]) -> Errors:
         return Errors(self.run, [other.run for other in others]) if others else self.errors
 
     @cached_property
@@ -423,7 +423,7 @@ class Trajectory:
         state, shown = self.state, self.precision.with_error
         rows: list[tuple[str, Any]] = [
             ("status", self.status),
-            ("t_end", f"{self.shown_end} s"),
+            ("t_end", f"{self.end_text} s"),
             ("precision", f"{self.precision.name}, {self.precision.bits} bits"),
             ("formulation", self.formulation),
             ("steps", self.steps),

@@ -39,7 +39,7 @@ LABELS = {
 }  # fmt: skip
 
 
-def read(
+def columns_of(
     run: Solution, names: Sequence[Name], times: Sequence[float] | None = None
 ) -> dict[str, Array]:
     """Columns in double by their shown names, also of estimated errors; ``times`` in s."""
@@ -55,7 +55,7 @@ def figure(run: Solution, names: tuple[Name, ...] = ()) -> Figure:
         panels = (("theta",), ENERGIES, ("g_n",))
     wanted = [name for panel in panels for name in panel if not is_drift(name)]
     drifts = {str(name): drift_of(run, str(name)) for name in names if is_drift(name)}
-    samples = read(run, [*dict.fromkeys(wanted)] or ["theta"])
+    samples = columns_of(run, [*dict.fromkeys(wanted)] or ["theta"])
     count = len(panels) + (not names)
     with plotting.styled():
         drawn = plotting.new_figure(WIDTH, PANEL * count + 0.5)
@@ -116,7 +116,7 @@ def drift_of(run: Solution, name: str) -> Sequence[Scalar]:
             f"plot: got {name[:60]!r}, expected {DRIFT} and one of: {', '.join(known)}, or a "
             "quantity such as E or D"
         )
-    values = read(run, [wanted])[wanted]
+    values = columns_of(run, [wanted])[wanted]
     scale = abs(values[0]) or numpy.nanmax(abs(values)) or 1.0
     return abs(values - values[0]) / scale
 
@@ -232,7 +232,7 @@ def playable(run: Solution, begin: float, end: float | None, seconds: float) -> 
     count = min(MOST_PLAYED, max(LEAST_PLAYED, round((last - begin) / PLAYED_EVERY_S)))
     times = numpy.linspace(begin, last, count + 1)
     names = ("theta", "phi", "psi", "x", "y", "z", "kx", "ky", "kz")
-    table = read(with_quadratures(run), names, times.tolist())
+    table = columns_of(with_quadratures(run), names, times.tolist())
     scene = run.scene
     R, alpha = float(scene.body.R), float(scene.body.alpha)
     course = {name: table[name] for name in ("theta", "phi", "psi")}
@@ -277,7 +277,7 @@ def sampled(run: Solution, begin: float, end: float | None, count: int) -> Frame
 
     last = _require_span(run, begin, end)
     times = numpy.linspace(begin, last, FINER * (count - 1) + 1).tolist()
-    table = read(run, expanded(["theta", "pose"]), times)
+    table = columns_of(run, expanded(["theta", "pose"]), times)
     body = run.scene.body
     R, alpha = float(body.R), float(body.alpha)
     quaternions = numpy.column_stack([table[name] for name in ("qw", "qx", "qy", "qz")])
@@ -379,10 +379,10 @@ class _Picture:
         )
         return []
 
-    def _table(self, place: Array) -> None:
+    def _table(self, position: Array) -> None:
         """Lines on the table, half a radius apart, as seen by an eye that follows the top."""
         reach, half = 3.0, len(self.grid) // 2
-        shift = -(place[:2] % 0.5)
+        shift = -(position[:2] % 0.5)
         for number, line in enumerate(self.grid):
             offset = (number % half - half // 2) * 0.5
             ends = numpy.array([-reach, reach])

@@ -124,7 +124,7 @@ class Zeros:
         # functions and events in the last steps with no other sign behind them than that at the end
         self._last: list[tuple[int, EventRecord]] = []
 
-    def read(self, steps: Steps) -> None:
+    def search(self, steps: Steps) -> None:
         """Find the events in the next steps.
 
         Raises ``InputError``: there are too many, or a function jumps or is undefined.
@@ -132,7 +132,7 @@ class Zeros:
         with numpy.errstate(all="ignore"), self._mpfr.precision():
             count = max(MOST_PRODUCTS // (COARSE * steps.terms.shape[1]), 1)
             for first in range(0, len(steps), count):
-                self._read(steps.part(first, min(first + count, len(steps))))
+                self._search(steps.part(first, min(first + count, len(steps))))
 
     def collect(self, end: Sequence[Scalar] | None = None) -> Found:
         """Return the events so far.
@@ -192,7 +192,7 @@ class Zeros:
 
     # ---- steps ----------------------------------------------------------------------------------
 
-    def _read(self, steps: Steps) -> None:
+    def _search(self, steps: Steps) -> None:
         from_exact = self._lost is None and not self.start.row
         self._last = []
         error, doubt = self._errors(steps)

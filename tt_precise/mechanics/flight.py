@@ -24,8 +24,8 @@ from tt_precise.mechanics.vectors import (
     Vector,
     cross,
     multiplied,
+    rotate,
     rotation,
-    turned,
 )
 from tt_precise.runtime.values import Functions, Scalar
 
@@ -75,8 +75,8 @@ def orientation(
 ) -> Quaternion:
     """The orientation at time ``t`` of a free symmetric body; ``omega`` inertial, at t = 0."""
     back = (q[0], -q[1], -q[2], -q[3])
-    w1, w2, w3 = turned(back, omega)
-    L = turned(q, (body.I1 * w1, body.I1 * w2, body.I3 * w3))
+    w1, w2, w3 = rotate(back, omega)
+    L = rotate(q, (body.I1 * w1, body.I1 * w2, body.I3 * w3))
     about_L = rotation((L[0] / body.I1, L[1] / body.I1, L[2] / body.I1), t, fn)
     about_axis = rotation((0, 0, w3 * (1 - body.I3 / body.I1)), t, fn)
     return multiplied(multiplied(about_L, q), about_axis)
@@ -88,10 +88,10 @@ def flown(body: Parameters, start: RigidBodyState, t: Scalar, fn: Functions) -> 
     omega = (start.wx, start.wy, start.wz)
     q = orientation(body, q0, omega, t, fn)
     back = (q0[0], -q0[1], -q0[2], -q0[3])
-    w1, w2, w3 = turned(back, omega)
+    w1, w2, w3 = rotate(back, omega)
     # in the body's frame omega turns about the axis at -(1 - I3/I1) omega_3
     spin = rotation((0, 0, -w3 * (1 - body.I3 / body.I1)), t, fn)
-    now = turned(q, turned(spin, (w1, w2, w3)))
+    now = rotate(q, rotate(spin, (w1, w2, w3)))
     return RigidBodyState(*q, *now, start.vcx, start.vcy, start.vcz - body.g * t)
 
 

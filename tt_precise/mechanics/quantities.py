@@ -238,9 +238,9 @@ def quantity(
     return register
 
 
-def formulas(*entries: Quantity) -> None:
+def formulas(*quantities: Quantity) -> None:
     """Register quantities whose functions are one expression."""
-    QUANTITIES.update({entry.name: entry for entry in entries})
+    QUANTITIES.update({one.name: one for one in quantities})
 
 
 def d(body: Parameters, z: Scalar) -> Scalar:

@@ -55,7 +55,7 @@ def multiplied(p: Quaternion, q: Quaternion) -> Quaternion:
     )
 
 
-def turned(q: Quaternion, v: Vector) -> Vector:
+def rotate(q: Quaternion, v: Vector) -> Vector:
     """The vector ``v`` rotated by the unit quaternion ``q``."""
     _, x, y, z = multiplied(multiplied(q, (0, *v)), (q[0], -q[1], -q[2], -q[3]))
     return (x, y, z)

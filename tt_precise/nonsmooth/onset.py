@@ -152,11 +152,11 @@ def _coefficients(
     v = [zero]
     turning: list[Scalar] = []  # coefficients of the rate of e's angle
 
-    def turned(k: int, known: tuple[Scalar, Scalar], angle: Scalar) -> Scalar:
+    def across_after(k: int, prescribed: tuple[Scalar, Scalar], angle: Scalar) -> Scalar:
         """across_k where coefficient k of e is the known part turned by an angle."""
         for operation in operations:
             del operation.c[k:]
-        ex.c[k:], ey.c[k:] = [known[0] - angle * e[1]], [known[1] + angle * e[0]]
+        ex.c[k:], ey.c[k:] = [prescribed[0] - angle * e[1]], [prescribed[1] + angle * e[0]]
         return across[k]
 
     slope = None
@@ -167,12 +167,12 @@ def _coefficients(
                 sum((turning[j] * m.c[k - 1 - j] for j in range(k - 1)), zero) / k for m in (ey, ex)
             )
             known = -x, y
-            rest = turned(k, known, 0)
+            rest = across_after(k, known, 0)
             if slope is None:
-                slope = turned(k, known, 1) - rest
+                slope = across_after(k, known, 1) - rest
             former = sum((v[j] * turning[k - j] for j in range(2, k + 1)), zero)
             turning.append((rest - former) / (v[1] - slope / k))
-            turned(k, known, turning[-1] / k)
+            across_after(k, known, turning[-1] / k)
         # on the cone v_A_dot vanishes up to rounding
         v.append(zero if not k and on_the_cone else along[k] / (k + 1))
         for entry, part in zip(entries[:6], rate[:6], strict=True):

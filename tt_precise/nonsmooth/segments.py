@@ -74,7 +74,7 @@ class RegularisedTimeOutput(RowwiseOutput):
     def _knots(self) -> list[tuple[Scalar, Any, Any]]:
         """The time, the regularised time and the series at the begin of each step."""
         outputs: list[Any] = []
-        self._read(lambda output, low, high: outputs.append(output), None)
+        self._visit(lambda output, low, high: outputs.append(output), None)
         with_guard_bits = self.precision.with_guard_bits
         return [
             (with_guard_bits(output(own)[self._t]), own, output)
@@ -152,10 +152,10 @@ class SegmentStart(NamedTuple):
             self.start, q, row[len(layout.form.columns) :], self.until - output.end_time
         )
 
-    def at(self, **entries: Scalar) -> SegmentStart:
+    def at(self, **components: Scalar) -> SegmentStart:
         """Return the same joint with other entries of the state."""
         q = self.q
-        return self._replace(q=Motion(q.body, q.state._replace(**entries), q.fn, q.model))
+        return self._replace(q=Motion(q.body, q.state._replace(**components), q.fn, q.model))
 
     def at_rest(self) -> SegmentStart:
         """Return the same joint with a contact point at rest."""

@@ -127,7 +127,7 @@ def proof_section() -> Section:
             (
                 name,
                 verdict,
-                f"{float(store.read(name).manifest['t_end']):.4g}",
+                f"{float(store.read_files(name).manifest['t_end']):.4g}",
                 str(content["bits"]),
                 str(content["steps"]),
                 str(record.digits),
@@ -136,7 +136,7 @@ def proof_section() -> Section:
                 _contact(content["contact"]),
             )
         )
-        digits.append((name, store.read(name).manifest["digits"], record.digits))
+        digits.append((name, store.read_files(name).manifest["digits"], record.digits))
         times += _times(name, content["inversion"])
         ends += _ends(name, content["forever"])
         results[name] = {
@@ -210,7 +210,7 @@ def _state_of(name: str) -> tuple[str, Record | None]:
         record = proofs.read_proof(name)
         if record is None:
             return "none", None
-        spoiled = proofs.complaints(store.read(name), record)
+        spoiled = proofs.complaints(store.read_files(name), record)
     except InputError as error:
         return str(error), None
     if spoiled:
@@ -289,7 +289,7 @@ def every_scene(names: Sequence[str]) -> Figure:
 def _panel(name: str) -> Panel:
     import numpy
 
-    stored = store.read(name)
+    stored = store.read_files(name)
     times, angles = (
         numpy.array([float(cell) for cell in stored.trajectory.column(column)])
         for column in ("t", "theta")

@@ -232,7 +232,7 @@ def motion(climb: tuple[float, float]) -> dict[str, Json] | None:
     """
     if TRACK not in store.scenes():
         return None
-    stored = store.read(TRACK)
+    stored = store.read_files(TRACK)
 
     def numbers(name: str) -> list[float]:
         return [float(cell) for cell in stored.trajectory.column(name)]

@@ -62,10 +62,10 @@ def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
     Raises ``InputError`` for anything else: a float is already rounded; NaN and infinity are
     refused.
     """
-    return read(value, what).rational
+    return parse(value, what).rational
 
 
-def read(value: str | int | Fraction, what: str = "number", unit: str = "") -> WithPi:
+def parse(value: str | int | Fraction, what: str = "number", unit: str = "") -> WithPi:
     """Read a number as ``exact``, with pi apart; ``unit`` is "deg" or "deg/s" where allowed.
 
     Raises ``InputError``: as ``exact``.
@@ -141,7 +141,7 @@ def written(value: Scalar, what: str = "number", unit: str = "") -> Fraction:
 
     Raises ``InputError``: as ``exact``; NaN and infinity too.
     """
-    return read(decimal_of(value), what, unit).rational
+    return parse(decimal_of(value), what, unit).rational
 
 
 def decimal_of(value: Any) -> Any:

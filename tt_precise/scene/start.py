@@ -15,7 +15,7 @@ from tt_precise.scene.numerals import (
     as_fraction,
     decimal_of,
     exact,
-    read,
+    parse,
     to_mpmath,
     within_doubles,
     written,
@@ -45,7 +45,7 @@ class Inclination(NamedTuple):
 
         A multiple of pi is rounded to 100 digits, but pi itself is exact.
         """
-        number = read(decimal_of(value), "theta", "deg")
+        number = parse(decimal_of(value), "theta", "deg")
         angle = cls(-number.plain, True) if number.of_pi == 1 else cls(number.rational)
         if _NEARLY_PI < angle.offset < PI:
             angle = cls(PI - angle.offset, not angle.from_pi)

@@ -119,7 +119,7 @@ class Zeros:
         self._found = [self._events(0, none, none, numpy.empty(0))]
         self._most = self._room = MOST_EVENTS + EVENTS_OF_A_ROW * rows
 
-    def read(self, steps: Steps) -> None:
+    def search(self, steps: Steps) -> None:
         """Find the zeros in some steps.
 
         Raises ``InputError``: there are more events than fit into memory.

@@ -73,7 +73,7 @@ class Extreme:
         self._states = numpy.full((rows + 1, len(self._form.columns)), numpy.nan)
         self._held: list[_Candidates] = []
 
-    def read(self, steps: Steps) -> None:
+    def search(self, steps: Steps) -> None:
         """Search some steps."""
         row, width = steps.row.ravel(), steps.width.ravel()
         series = steps.all_series(*self._components)

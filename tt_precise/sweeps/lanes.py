@@ -136,9 +136,9 @@ class Lanes:
                 ends[int(self._row_in[lane])] = self._end(lane, status)
                 self._load(lane, next(waiting, -1), starts)
             if self._steps == ROOM:
-                self._read()
+                self._search()
         if self._steps:
-            self._read()
+            self._search()
         return LaneResults(
             [LaneResult(*ends[row], int(self._taken[row])) for row in range(len(starts))],
             self._zeros.events(),
@@ -213,7 +213,7 @@ class Lanes:
             return status, begun, state * numpy.nan
         return status, float(self._time[lane]), state.copy()
 
-    def _read(self) -> None:
+    def _search(self) -> None:
         """Read the events in the recorded steps, and forget the steps."""
         count, lanes = self._steps, numpy.arange(len(self._row_in))
         ends, times = self._times[1 : count + 1].copy(), self._times
@@ -234,7 +234,7 @@ class Lanes:
         )
         self._taken += numpy.bincount(steps.row[steps.belongs], minlength=len(self._taken))
         for reader in self._readers:
-            reader.read(steps)
+            reader.search(steps)
         times[0] = times[count]
         self._closed.clear()
         self._steps = 0

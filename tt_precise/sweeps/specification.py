@@ -126,7 +126,7 @@ class SweepSpec:
         )
 
     @classmethod
-    def read(cls, path: str | Path) -> SweepSpec:
+    def load(cls, path: str | Path) -> SweepSpec:
         """Read a TOML file.
 
             scene = "reference"            # a shipped name, or a path relative to this file

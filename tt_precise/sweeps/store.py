@@ -118,7 +118,7 @@ class Store:
             "tt_precise": __version__,
             "rows": self.spec.rows,
         }
-        content = read(self.out, MANIFEST)
+        content = content_of(self.out, MANIFEST)
         if content is None:
             if names(self.out):
                 raise InputError(f"{self.out}: not empty, expected a new folder or that of a sweep")
@@ -166,7 +166,7 @@ def read_rows(path: str | Path) -> pandas.DataFrame:
 
     out, file = str(path), Path(path)
     if "://" in out or file.is_dir():
-        manifest = _parsed(read(out, MANIFEST)) or {}
+        manifest = _parsed(content_of(out, MANIFEST)) or {}
         if not {"fingerprint", "rows", "chunk"} <= manifest.keys():
             raise InputError(f"{out}: no rows there, {EXPECTED}")
         chunks = range(-(-manifest["rows"] // manifest["chunk"]))
@@ -227,7 +227,7 @@ def read_chunk(out: str, fingerprint: str, number: int) -> pandas.DataFrame:
 
     Raises ``InputError``: they are missing, or have changed since they were written.
     """
-    content = read(out, f"chunks/{name_of(number)}")
+    content = content_of(out, f"chunks/{name_of(number)}")
     if content is None:
         raise InputError(f"{out}: rows are missing, expected a finished sweep; run it again")
     return _unpacked(content, fingerprint, number, f"{out}: chunks/{name_of(number)}")
@@ -277,7 +277,7 @@ def parquet() -> Any:
 # ---- files -----------------------------------------------------------------------------------
 
 
-def read(out: str, name: str) -> bytes | None:
+def content_of(out: str, name: str) -> bytes | None:
     """The content of a file below a folder or URL; None if there is none."""
     files, root = _file_system(out)
     try:

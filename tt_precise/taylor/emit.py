@@ -118,12 +118,12 @@ class Emitter:
 
     @contextmanager
     def loop(
-        self, start: Value, stop: Value, carried: Sequence[Value] = ()
+        self, start: Value, stop: Value, accumulators: Sequence[Value] = ()
     ) -> Iterator[tuple[Value, list[Value]]]:
-        """For each integer from ``start`` below ``stop``: the counter and the carried values.
+        """For each integer from ``start`` below ``stop``: the counter and the accumulated values.
 
-        The body replaces the carried values for its next turn; after the loop the list holds the
-        last ones.
+        The body replaces the accumulated values for its next turn; after the loop the list
+        holds the last ones.
         """
         before = self.b.block
         head, body, after = (self.function.append_basic_block(n) for n in ("head", "body", "after"))
@@ -131,8 +131,8 @@ class Emitter:
         self.b.position_at_end(head)
         counter = self.b.phi(INTEGER)
         counter.add_incoming(start, before)
-        phis = [self.b.phi(value.type) for value in carried]
-        for phi, value in zip(phis, carried, strict=True):
+        phis = [self.b.phi(value.type) for value in accumulators]
+        for phi, value in zip(phis, accumulators, strict=True):
             phi.add_incoming(value, before)
         self.b.cbranch(self.b.icmp_signed("<", counter, stop), body, after)
         self.b.position_at_end(body)

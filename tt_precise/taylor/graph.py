@@ -47,22 +47,22 @@ class Constant(Operand):
 
     __slots__ = ()
 
-    def value(self, parameters: Sequence[Scalar], fn: Functions, known: dict[Any, Any]) -> Scalar:
-        """Its number; ``known`` holds the constants computed before."""
-        if self not in known:
+    def value(self, parameters: Sequence[Scalar], fn: Functions, memo: dict[Any, Any]) -> Scalar:
+        """Its number; ``memo`` holds the constants computed before."""
+        if self not in memo:
             args = [
-                a.value(parameters, fn, known) if isinstance(a, Constant) else a for a in self.args
+                a.value(parameters, fn, memo) if isinstance(a, Constant) else a for a in self.args
             ]
             if self.kind == "number":
-                known[self] = fn.mpf(args[0])
+                memo[self] = fn.mpf(args[0])
             elif self.kind == "parameter":
-                known[self] = parameters[args[0]]
+                memo[self] = parameters[args[0]]
             elif self.kind in ("root", "exponential"):
-                known[self] = (fn.sqrt if self.kind == "root" else fn.exp)(args[0])
+                memo[self] = (fn.sqrt if self.kind == "root" else fn.exp)(args[0])
             else:
                 a, b = args
-                known[self] = a + b if self.kind == "+" else a * b if self.kind == "*" else a / b
-        return known[self]
+                memo[self] = a + b if self.kind == "+" else a * b if self.kind == "*" else a / b
+        return memo[self]
 
 
 class Traced(Operand):
@@ -240,12 +240,12 @@ class Graph:
         self, start: Sequence[Scalar], parameters: Sequence[Scalar], fn: Functions
     ) -> list[Scalar]:
         """A ``start`` of the first components, followed by sines and cosines."""
-        extended, known = list(start), dict[Any, Any]()
+        extended, memo = list(start), dict[Any, Any]()
         for angle in self.turning:
             value, terms = linear(angle)
-            value = self.number(value).value(parameters, fn, known)
+            value = self.number(value).value(parameters, fn, memo)
             for factor, component in terms:
-                value += self.number(factor).value(parameters, fn, known) * start[component.args[0]]
+                value += self.number(factor).value(parameters, fn, memo) * start[component.args[0]]
             extended += [fn.sin(value), fn.cos(value)]
         return extended
 
@@ -291,5 +291,5 @@ def numbers(
     constants: Iterable[Constant], parameters: Sequence[Scalar], fn: Functions
 ) -> Mapping[Constant, Scalar]:
     """Each constant's value for these parameters."""
-    known: dict[Any, Any] = {}
-    return {constant: constant.value(parameters, fn, known) for constant in constants}
+    memo: dict[Any, Any] = {}
+    return {constant: constant.value(parameters, fn, memo) for constant in constants}

@@ -295,7 +295,7 @@ class _RunWriter:
         order = self.order_number = ops.widened((e.b.sitofp(n, DOUBLE),))
         value: dict[Traced, Number] = {}
         for i, component in enumerate(kernel.components):
-            value[component] = self._read(self.block, e.index(n, kernel.columns, i))
+            value[component] = self._load(self.block, e.index(n, kernel.columns, i))
         for node in kernel.nodes:
             if node not in value:
                 value[node] = getattr(self, f"_{node.kind}")(node, value)
@@ -328,7 +328,7 @@ class _RunWriter:
                 rest = ops.product(unit, self._constant(rate)) if first else zero
                 self._write(rest, self.block, position)
 
-    def _read(self, limbs: Sequence[Value], position: Value | int) -> Number:
+    def _load(self, limbs: Sequence[Value], position: Value | int) -> Number:
         return tuple(self.e.load(limb, position) for limb in limbs[: self.ops.limbs])
 
     def _write(self, number: Number, limbs: Sequence[Value], position: Value | int) -> None:
@@ -336,13 +336,13 @@ class _RunWriter:
             self.e.store(value, limb, position)
 
     def _reciprocal(self, n: Value) -> Number:
-        return self._read([self.e.behind(self.reciprocals, limb) for limb in range(MOST_LIMBS)],
+        return self._load([self.e.behind(self.reciprocals, limb) for limb in range(MOST_LIMBS)],
                           self.e.index(n, MOST_LIMBS))  # fmt: skip
 
     def _constant(self, constant: Constant) -> Number:
         position = self.kernel.constants.index(constant) * self.kernel.limbs
         limbs = [self.e.behind(self.constants, limb) for limb in range(self.kernel.limbs)]
-        return self._read(limbs, position)
+        return self._load(limbs, position)
 
     def _sum(self, node: Traced, value: dict[Traced, Number]) -> Number:
         offset, terms = node.args
@@ -364,19 +364,19 @@ class _RunWriter:
         if self.first:
             return self.ops.product(value[a], value[b])
         lane = self.kernel.lane[node]
-        ends = (self._read(self.left, lane), value[b]), (value[a], self._read(self.right, lane))
-        return self.ops.products(self._read(self.sums, lane), *ends)
+        ends = (self._load(self.left, lane), value[b]), (value[a], self._load(self.right, lane))
+        return self.ops.products(self._load(self.sums, lane), *ends)
 
     def _quotient(self, node: Traced, value: dict[Traced, Number]) -> Number:
         (a, b), ops, lane = node.args, self.ops, self.kernel.lane[node]
         if self.first:
             self._write(ops.quotient(ops.one, value[b]), self.inverses, lane)
             return ops.quotient(value[a] if a in value else self._constant(a), value[b])
-        known = self._read(self.left, lane), value[b]
-        rest = ops.negative(ops.products(self._read(self.sums, lane), known))
+        known = self._load(self.left, lane), value[b]
+        rest = ops.negative(ops.products(self._load(self.sums, lane), known))
         if a in value:
             rest = ops.total(value[a], rest)
-        return ops.product(rest, self._read(self.inverses, lane))
+        return ops.product(rest, self._load(self.inverses, lane))
 
     def _root(self, node: Traced, value: dict[Traced, Number]) -> Number:
         ops, a, lane = self.ops, value[node.args[0]], self.kernel.lane[node]
@@ -384,8 +384,8 @@ class _RunWriter:
             root = ops.root(a)
             self._write(ops.quotient(ops.one, ops.total(root, root)), self.inverses, lane)
             return root
-        rest = ops.total(a, ops.negative(self._read(self.sums, lane)))
-        return ops.product(rest, self._read(self.inverses, lane))
+        rest = ops.total(a, ops.negative(self._load(self.sums, lane)))
+        return ops.product(rest, self._load(self.inverses, lane))
 
     def _slope(self, node: Traced, value: dict[Traced, Number]) -> Number:
         return self.ops.product(self.order_number, value[node.args[0]])
@@ -395,6 +395,6 @@ class _RunWriter:
         (a, slope), lane = node.args, self.kernel.lane[node]
         if self.first:
             return self.ops.exponential(value[a])
-        last = value[slope], self._read(self.right, lane)
-        rest = self.ops.products(self._read(self.sums, lane), last)
+        last = value[slope], self._load(self.right, lane)
+        rest = self.ops.products(self._load(self.sums, lane), last)
         return self.ops.product(rest, self._reciprocal(self.e.b.sub(self.n, self.e.i(1))))
