@@ -15,9 +15,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import lazy_loader
+
 from tt_precise._version import __version__
 from tt_precise.integration import registry
-from tt_precise.runtime.process import lazy_names
 
 if TYPE_CHECKING:
     from tt_precise import check, claims, golden
@@ -45,8 +46,9 @@ __all__ = [
 
 registry.register("in_pieces", "tt_precise.nonsmooth.backend")
 
-__getattr__, __dir__ = lazy_names(
+__getattr__, __dir__, _ = lazy_loader.attach(
     __name__,
+    ["check", "claims", "golden"],
     {
         "runtime.values": ["InputError"],
         "integration": ["Trajectory", "integrate"],
@@ -55,5 +57,4 @@ __getattr__, __dir__ = lazy_names(
         "scene.scene": ["Scene", "load_scene"],
         "sweeps.run": ["sweep"],
     },
-    ["check", "claims", "golden"],
 )

@@ -28,7 +28,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tt_precise.runtime.process import lazy_names
+import lazy_loader
 
 if TYPE_CHECKING:
     from tt_precise.certify.balls import NotProved
@@ -38,8 +38,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Enclosure", "NotProved", "Problem", "Proof", "enclose", "problem_of", "prove"]
 
-__getattr__, __dir__ = lazy_names(
+__getattr__, __dir__, _ = lazy_loader.attach(
     __name__,
+    [],
     {
         "balls": ["NotProved"],
         "motion": ["Enclosure", "enclose"],

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tt_precise.runtime.process import lazy_names
+import lazy_loader
 
 if TYPE_CHECKING:
     from tt_precise.check.result import Result
@@ -22,8 +22,9 @@ if TYPE_CHECKING:
 __all__ = ["Result", "assert_conserves", "assert_matches_golden", "conservation"]
 
 # the pytest plugin lives in this package and must cost nothing until it is used
-__getattr__, __dir__ = lazy_names(
+__getattr__, __dir__, _ = lazy_loader.attach(
     __name__,
+    [],
     {
         "result": ["Result"],
         "run": ["assert_conserves", "assert_matches_golden", "conservation"],

@@ -26,7 +26,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tt_precise.runtime.process import lazy_names
+import lazy_loader
 
 if TYPE_CHECKING:
     from tt_precise.claims.claim import (
@@ -45,8 +45,9 @@ __all__ = [
 ]  # fmt: skip
 
 # the claims import what they are judged with, heyoka and SymPy among it
-__getattr__, __dir__ = lazy_names(
+__getattr__, __dir__, _ = lazy_loader.attach(
     __name__,
+    [],
     {
         "claim": ["Claim", "claim_named", "claims", "counts", "judge", "judge_all"],
         "verdicts": ["JudgedClaim", "Part", "Verdict"],

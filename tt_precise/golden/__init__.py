@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tt_precise.runtime.process import lazy_names
+import lazy_loader
 
 if TYPE_CHECKING:
     from tt_precise.golden.building import Built, build
@@ -27,8 +27,9 @@ __all__ = [
     "verify",
 ]  # fmt: skip
 
-__getattr__, __dir__ = lazy_names(
+__getattr__, __dir__, _ = lazy_loader.attach(
     __name__,
+    [],
     {
         "building": ["Built", "build"],
         "comparing": ["Comparison", "compare"],

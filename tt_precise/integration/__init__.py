@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tt_precise.runtime.process import lazy_names
+import lazy_loader
 
 if TYPE_CHECKING:
     from tt_precise.integration.columns import State
@@ -13,8 +13,9 @@ if TYPE_CHECKING:
 
 __all__ = ["EVENTS", "TERMINAL", "State", "Trajectory", "catalogue", "integrate"]
 
-__getattr__, __dir__ = lazy_names(
+__getattr__, __dir__, _ = lazy_loader.attach(
     __name__,
+    [],
     {
         "columns": ["State"],
         "events": ["EVENTS", "TERMINAL", "catalogue"],

@@ -8,16 +8,14 @@ not import them.
 from __future__ import annotations
 
 import contextlib
-import importlib
 import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType, ModuleType
-from typing import Any
 
 THREADS = "OPENBLAS_NUM_THREADS"
 COMPILED, COMPILED_PLACE = "compiled", "HEYOKA_CACHE_DIR"
@@ -78,30 +76,6 @@ def user_folder() -> Path:
     except RuntimeError as error:  # a user without a home
         raise OSError(str(error)) from None
     return Path(home) / "tt-precise"
-
-
-def lazy_names(
-    package: str, homes: Mapping[str, Sequence[str]], modules: Sequence[str] = ()
-) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """``__getattr__`` and ``__dir__`` of a package.
-
-    ``homes`` gives the names that each of its modules has; ``modules`` are used as such. For type
-    checkers the package imports the same under ``TYPE_CHECKING``, and lists it in ``__all__``.
-    """
-    home_of = {name: module for module, names in homes.items() for name in names}
-
-    def find(name: str) -> Any:
-        if name in home_of:
-            value = getattr(importlib.import_module(f"{package}.{home_of[name]}"), name)
-            return vars(sys.modules[package]).setdefault(name, value)  # this is asked once
-        if name in modules:
-            return importlib.import_module(f"{package}.{name}")
-        raise AttributeError(f"module {package!r} has no attribute {name!r}")
-
-    def names() -> list[str]:
-        return sorted(importlib.import_module(package).__all__)
-
-    return find, names
 
 
 # ---- how it ends ----------------------------------------------------------------------------
