@@ -46,7 +46,7 @@ __all__ = [
 
 registry.register("in_pieces", "tt_precise.nonsmooth.backend")
 
-__getattr__, __dir__, _ = lazy_loader.attach(
+__getattr__, _, _ = lazy_loader.attach(
     __name__,
     ["check", "claims", "golden"],
     {
@@ -58,3 +58,7 @@ __getattr__, __dir__, _ = lazy_loader.attach(
         "sweeps.run": ["sweep"],
     },
 )
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
