@@ -170,20 +170,11 @@ TESTED_ELSEWHERE = {
     "check/agreement.py": "check/test_law_of_green.py",
     "check/force_free_flow.py": "check/test_force_free.py",
     "check/friction_power.py": "check/test_force_free.py",
-    "check/result.py": "check/test_outputs.py",
-    "check/run.py": "check/test_gates.py",
-    "check/sources.py": "check/test_reading.py",
     "check/start.py": "check/test_law_of_green.py",
-    "integration/equations.py": "integration/test_propagate.py",
+    "integration/equations.py": "integration/test_solution.py",
     "integration/registry.py": "nonsmooth/test_registration.py",
-    "integration/setup.py": "integration/test_start.py",
-    "integration/solution.py": "integration/test_propagate.py",
     "integration/steps.py": "integration/test_dense_output.py",
-    "nonsmooth/backend.py": "nonsmooth/test_lifting.py",
     "nonsmooth/segments.py": "nonsmooth/test_sticking.py",
-    "taylor/emit.py": "taylor/test_system.py",
-    "taylor/kernel.py": "taylor/test_system.py",
-    "taylor/machine.py": "taylor/test_system.py",
 }  # fmt: skip
 
 

@@ -27,11 +27,6 @@ POSE = ("qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz")
 
 
 @pytest.fixture(scope="module")
-def flies() -> Scene:
-    return edited("contact-lost", "[start]", '[contact]\nlost = "fly"\n[start]')
-
-
-@pytest.fixture(scope="module")
 def flown() -> Trajectory:
     return tt.integrate("coulomb-flight", record=RECORDED, events=("theta_min",))
 
@@ -150,48 +145,6 @@ def test_a_stiff_table_is_the_rigid_one(spring: str, power: float) -> None:
 def test_scene_files_that_are_refused(name: str, before: str, after: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         edited(name, before, after)
-
-
-def test_what_cannot_take_these_scenes_says_so(flies: Scene) -> None:
-    pytest.importorskip("flint", reason="python-flint is not installed")
-    from tt_precise.certify.balls import NotProved
-    from tt_precise.certify.problem import problem_of
-    from tt_precise.integration.variational import sensitivity
-
-    with pytest.raises(NotProved, match="flight after contact changes them"):
-        problem_of(flies)
-    for lifting in (flies, load_scene("flight")):
-        with pytest.raises(InputError, match=f"{lifting.name}: got a scene"):
-            sensitivity(lifting)
-    sticks = load_scene("coulomb-stick-slip")
-    for pulled, said in ((flies, "for a scene with flight"), (sticks, "with Coulomb's friction")):
-        with pytest.raises(InputError, match=f"got contact bilateral {said}"):
-            tt.integrate(pulled, contact="bilateral")
-    with pytest.raises(InputError, match="event: got stick, expected no such name"):
-        tt.integrate(sticks, events=("stick",))
-    glides, flown = tt.integrate(flies).pieces
-    assert (glides.begin, flown.begin, flown.model) == (0, glides.end, "flight")
-
-
-def test_a_scene_may_begin_in_flight() -> None:
-    tossed = tt.integrate("flight")
-    assert (tossed.status, [one.model for one in tossed.pieces]) == ("landed", ["flight"])
-    kept = "energy rotational_energy spin vertical_angular_momentum momentum_x angular_momentum_x"
-    assert {*kept.split(), "momentum_y", "angular_momentum_y"} <= tossed.drift.keys()
-    assert max(float(value) for value in tossed.drift.values()) < 1e-14
-    frame = tossed.frame("height", "rise", "g_n")
-    assert frame.iloc[0].tolist() == pytest.approx([0, 0.01, 1, 0], rel=1e-15)
-    assert tt.integrate(tossed.scene.varied(height="0"), events=()).status == "landed"
-    with pytest.raises(InputError, match="got 0 in a flight scene, expected the height"):
-        tossed.scene.varied(height="0", rise="0")
-
-
-@pytest.mark.parametrize(
-    ("name", "motion"), [("flight", "a flight"), ("elastic-linear", "an elastic table")]
-)
-def test_euler_angles_are_for_tops_that_touch_a_rigid_table(name: str, motion: str) -> None:
-    with pytest.raises(InputError, match=f"got euler for {name}, expected newton for {motion}"):
-        tt.integrate(name, formulation="euler")
 
 
 @pytest.mark.usefixtures("no_cause")

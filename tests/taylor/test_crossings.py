@@ -1,9 +1,10 @@
-"""Changes of sign of polynomials, against polynomials whose zeros are known."""
+"""Changes of sign of polynomials and of solutions, where the zeros are known."""
 
 import numpy
 import pytest
 
-from tt_precise.taylor.crossings import crossings
+from tests.taylor.problems import EPS, FN, pieces, system
+from tt_precise.taylor.crossings import Watch, crossings
 
 
 def with_zeros(zeros: list[float]) -> numpy.ndarray:
@@ -60,3 +61,23 @@ def test_a_zero_between_two_pieces_is_found_once(shift: float) -> None:
     assert len(which) == 1
     assert direction.tolist() == [1]
     assert which[0] + position[0] == pytest.approx(1)
+
+
+@pytest.mark.parametrize("limbs", [2, 3])
+def test_zeros_of_outputs_and_of_their_rates(limbs: int) -> None:
+    """x - 2 in x = exp(t^2/2), and the rate of x = cos t."""
+    watch = Watch(len(system("product and quotient", limbs).graph.components), (0, 0), FN)
+    found = pieces("product and quotient", limbs)
+    (zero,) = [z for piece in found for z in watch.zeros(piece, FN.mpf(3)) if z.function == 0]
+    assert abs(zero.time - FN.sqrt(2 * FN.log(2))) < EPS[limbs]
+    assert zero.direction == 1
+    name = "Kepler's circle, twelve times"
+    watch = Watch(len(system(name, limbs).graph.components), (0, 0), FN)
+    zeros = [z for piece in pieces(name, limbs) for z in watch.zeros(piece, FN.mpf(75))]
+    inner = [zero for zero in zeros if zero.time > 1]
+    assert {zero.function for zero in inner} == {1}
+    assert len(inner) == int(75 / FN.pi)
+    assert all(
+        abs(zero.time - k * FN.pi) < 2**8 * EPS[limbs] and zero.direction == (1 if k % 2 else -1)
+        for k, zero in enumerate(inner, 1)
+    )

@@ -1,0 +1,55 @@
+"""Which scenes the backend takes, in which arithmetic and form, and what it refuses."""
+
+import pytest
+
+import tt_precise as tt
+from tests.nonsmooth.conftest import edited
+from tt_precise.runtime.values import InputError
+from tt_precise.scene.scene import Scene, load_scene
+
+
+@pytest.fixture(scope="module")
+def flies() -> Scene:
+    return edited("contact-lost", "[start]", '[contact]\nlost = "fly"\n[start]')
+
+
+def test_what_cannot_take_these_scenes_says_so(flies: Scene) -> None:
+    pytest.importorskip("flint", reason="python-flint is not installed")
+    from tt_precise.certify.balls import NotProved
+    from tt_precise.certify.problem import problem_of
+    from tt_precise.integration.variational import sensitivity
+
+    with pytest.raises(NotProved, match="flight after contact changes them"):
+        problem_of(flies)
+    for lifting in (flies, load_scene("flight")):
+        with pytest.raises(InputError, match=f"{lifting.name}: got a scene"):
+            sensitivity(lifting)
+    sticks = load_scene("coulomb-stick-slip")
+    for pulled, said in ((flies, "for a scene with flight"), (sticks, "with Coulomb's friction")):
+        with pytest.raises(InputError, match=f"got contact bilateral {said}"):
+            tt.integrate(pulled, contact="bilateral")
+    with pytest.raises(InputError, match="event: got stick, expected no such name"):
+        tt.integrate(sticks, events=("stick",))
+    glides, flown = tt.integrate(flies).pieces
+    assert (glides.begin, flown.begin, flown.model) == (0, glides.end, "flight")
+
+
+def test_a_scene_may_begin_in_flight() -> None:
+    tossed = tt.integrate("flight")
+    assert (tossed.status, [one.model for one in tossed.pieces]) == ("landed", ["flight"])
+    kept = "energy rotational_energy spin vertical_angular_momentum momentum_x angular_momentum_x"
+    assert {*kept.split(), "momentum_y", "angular_momentum_y"} <= tossed.drift.keys()
+    assert max(float(value) for value in tossed.drift.values()) < 1e-14
+    frame = tossed.frame("height", "rise", "g_n")
+    assert frame.iloc[0].tolist() == pytest.approx([0, 0.01, 1, 0], rel=1e-15)
+    assert tt.integrate(tossed.scene.varied(height="0"), events=()).status == "landed"
+    with pytest.raises(InputError, match="got 0 in a flight scene, expected the height"):
+        tossed.scene.varied(height="0", rise="0")
+
+
+@pytest.mark.parametrize(
+    ("name", "motion"), [("flight", "a flight"), ("elastic-linear", "an elastic table")]
+)
+def test_euler_angles_are_for_tops_that_touch_a_rigid_table(name: str, motion: str) -> None:
+    with pytest.raises(InputError, match=f"got euler for {name}, expected newton for {motion}"):
+        tt.integrate(name, formulation="euler")
