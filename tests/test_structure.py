@@ -166,15 +166,11 @@ TESTED_ELSEWHERE = {
         "section21_climb", "section21_gliding", "section21_spin", "section22_starts",
         "section22_sweeps", "section23_curve", "section23_energy", "section3_summary",
     )},
+    "integration/registry.py": "nonsmooth/test_registration.py",  # of what is registered
+    "nonsmooth/segments.py": "nonsmooth/test_sticking.py",  # of a motion that has several
     # to be split by module
-    "check/agreement.py": "check/test_law_of_green.py",
     "check/force_free_flow.py": "check/test_force_free.py",
-    "check/friction_power.py": "check/test_force_free.py",
-    "check/start.py": "check/test_law_of_green.py",
-    "integration/equations.py": "integration/test_solution.py",
-    "integration/registry.py": "nonsmooth/test_registration.py",
-    "integration/steps.py": "integration/test_dense_output.py",
-    "nonsmooth/segments.py": "nonsmooth/test_sticking.py",
+    "check/friction_power.py": "check/test_kinematics.py",
 }  # fmt: skip
 
 

@@ -2,17 +2,14 @@
 
 import json
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
-import numpy
 import pandas
 import pytest
 
 import tt_precise as tt
-from tests.check.conftest import EULER, VECTORS, Healthy, check, refuses
+from tests.check.conftest import VECTORS, Healthy, check
 from tests.conftest import Printed, Said
-from tt_precise.check.start import LIMIT
 from tt_precise.golden import store
 
 
@@ -89,82 +86,3 @@ def test_every_format_says_the_same(
     assert "INCOMPLETE: nobody looked at the attitude" in md.read_text().splitlines()[0]
     assert "INCOMPLETE: nobody looked at" in said(*words[:3], status=1).splitlines()[0]
     json.dumps(found)
-
-
-@pytest.mark.parametrize("friction", ["scene", "other"])
-@pytest.mark.parametrize("column", ["omega_3", "theta", "phi_dot"])
-def test_another_start_fails(healthy: Healthy, column: str, friction: str) -> None:
-    scene = tt.load_scene("reference")
-    start = {"omega_3": "155.155", "theta": "0.1001", "phi_dot": "0.1"}[column]
-    other = tt.integrate(scene.varied(**{column: start, "until": "0.3"}))
-    frame = other.frame(*VECTORS[1:], times=[0.001 * n for n in range(301)])
-    found = check(frame, "reference", friction=friction)
-    assert found["start"].verdict == "fail"
-    assert (found["start"].value or 0) > LIMIT
-    meant = check(frame, "reference", friction=friction, start="other")
-    assert meant.passed, str(meant)
-    assert meant["start"].verdict == "skipped"
-
-
-def test_the_start_may_stand_at_any_time_and_azimuth(healthy: Healthy) -> None:
-    rows = healthy("reference", 301, 0.3)
-    for later in (100.0, 1.7e9, -3.0):
-        shifted = rows.assign(t=[f"{later + n / 1000:.3f}" for n in range(301)])
-        found = check(shifted, "reference")
-        assert found.passed, str(found)
-        assert (found["golden"].value or 0) > 11
-        assert f"t = {later:.12g} s" in found["start"].note
-    angle = 0.3 + 0.4j
-    turned = rows.copy()
-    for x, y in (("kx", "ky"), ("Lx", "Ly"), ("vx", "vy")):
-        z = (rows[x] + 1j * rows[y]) * angle / abs(angle)
-        turned[x], turned[y] = z.to_numpy().real, z.to_numpy().imag
-    found = check(turned[VECTORS], "reference")
-    assert found.passed, str(found)
-    assert (found["golden"].value or 0) > 11
-    assert "turned by 0.927295 rad" in found["start"].note
-
-
-def test_a_restart_with_a_new_clock_is_a_state_of_the_solution(healthy: Healthy) -> None:
-    rows = healthy("reference", 801)[VECTORS].iloc[200:260]
-    found = check(rows.assign(t=rows["t"] - 2), "reference")
-    assert found.passed, str(found)
-    assert found["start"].note == "the solution at t = 2 s"
-    later = check(rows, "reference", friction="other")
-    assert later["start"].verdict == "open"
-    assert "the file begins at t = 2 s" in later["start"].note
-
-
-SPOILT: dict[str, Any] = {
-    "theta": lambda v: v + 1e-4,
-    "omega_3": lambda v: 1.001 * v,
-    "phi_dot": lambda v: numpy.roll(v, 1),
-    "nu_x": lambda v: -v,
-    "phi": lambda v: 2 * v,
-    "psi_dot": lambda v: v + 1,
-}
-
-
-@pytest.mark.parametrize("friction", ["scene", "other"])
-@pytest.mark.parametrize("name", SPOILT)
-def test_columns_beside_the_state_agree_with_it(healthy: Healthy, name: str, friction: str) -> None:
-    frame = tt.integrate("reference", record=("phi",)).frame(
-        *VECTORS[1:], *EULER[1:], "phi", "psi_dot", times=[0.001 * n for n in range(201)]
-    )
-    right = check(frame, "reference", friction=friction)
-    assert right.passed, str(right)
-    assert (right["agreement"].value or 0) < 1e-12
-    wrong = check(frame.assign(**{name: SPOILT[name](frame[name].to_numpy())}), "reference")
-    assert [one.name for one in wrong.failures][:1] == ["agreement"]
-    assert f"{name} does not agree with the vectors columns" in wrong["agreement"].note
-
-
-def test_a_track_that_nobody_followed_is_incomplete(healthy: Healthy) -> None:
-    frame = pandas.DataFrame(tt.golden.load("track"))[:801:8]
-    assert check(frame, "track").passed
-    found = check(frame, "track", friction="other", allow=("kinematics", "contact_momentum"))
-    assert found.verdict == "incomplete"
-    assert "nobody looked at all columns (" in found.heading
-    allowed = ("kinematics", "contact_momentum", "agreement")
-    assert check(frame, "track", friction="other", allow=allowed).passed
-    refuses("allow: got 'psi', expected one of: time, ", frame, "track", allow=("psi",))

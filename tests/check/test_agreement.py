@@ -1,0 +1,44 @@
+"""Columns beside the state follow from it, or somebody followed them."""
+
+from typing import Any
+
+import numpy
+import pandas
+import pytest
+
+import tt_precise as tt
+from tests.check.conftest import EULER, VECTORS, Healthy, check, refuses
+
+SPOILT: dict[str, Any] = {
+    "theta": lambda v: v + 1e-4,
+    "omega_3": lambda v: 1.001 * v,
+    "phi_dot": lambda v: numpy.roll(v, 1),
+    "nu_x": lambda v: -v,
+    "phi": lambda v: 2 * v,
+    "psi_dot": lambda v: v + 1,
+}
+
+
+@pytest.mark.parametrize("friction", ["scene", "other"])
+@pytest.mark.parametrize("name", SPOILT)
+def test_columns_beside_the_state_agree_with_it(healthy: Healthy, name: str, friction: str) -> None:
+    frame = tt.integrate("reference", record=("phi",)).frame(
+        *VECTORS[1:], *EULER[1:], "phi", "psi_dot", times=[0.001 * n for n in range(201)]
+    )
+    right = check(frame, "reference", friction=friction)
+    assert right.passed, str(right)
+    assert (right["agreement"].value or 0) < 1e-12
+    wrong = check(frame.assign(**{name: SPOILT[name](frame[name].to_numpy())}), "reference")
+    assert [one.name for one in wrong.failures][:1] == ["agreement"]
+    assert f"{name} does not agree with the vectors columns" in wrong["agreement"].note
+
+
+def test_a_track_that_nobody_followed_is_incomplete(healthy: Healthy) -> None:
+    frame = pandas.DataFrame(tt.golden.load("track"))[:801:8]
+    assert check(frame, "track").passed
+    found = check(frame, "track", friction="other", allow=("kinematics", "contact_momentum"))
+    assert found.verdict == "incomplete"
+    assert "nobody looked at all columns (" in found.heading
+    allowed = ("kinematics", "contact_momentum", "agreement")
+    assert check(frame, "track", friction="other", allow=allowed).passed
+    refuses("allow: got 'psi', expected one of: time, ", frame, "track", allow=("psi",))

@@ -1,0 +1,51 @@
+"""The first row is the scene's start, or a state of its solution."""
+
+import pytest
+
+import tt_precise as tt
+from tests.check.conftest import VECTORS, Healthy, check
+from tt_precise.check.start import LIMIT
+
+
+@pytest.mark.parametrize("friction", ["scene", "other"])
+@pytest.mark.parametrize("column", ["omega_3", "theta", "phi_dot"])
+def test_another_start_fails(healthy: Healthy, column: str, friction: str) -> None:
+    scene = tt.load_scene("reference")
+    start = {"omega_3": "155.155", "theta": "0.1001", "phi_dot": "0.1"}[column]
+    other = tt.integrate(scene.varied(**{column: start, "until": "0.3"}))
+    frame = other.frame(*VECTORS[1:], times=[0.001 * n for n in range(301)])
+    found = check(frame, "reference", friction=friction)
+    assert found["start"].verdict == "fail"
+    assert (found["start"].value or 0) > LIMIT
+    meant = check(frame, "reference", friction=friction, start="other")
+    assert meant.passed, str(meant)
+    assert meant["start"].verdict == "skipped"
+
+
+def test_the_start_may_stand_at_any_time_and_azimuth(healthy: Healthy) -> None:
+    rows = healthy("reference", 301, 0.3)
+    for later in (100.0, 1.7e9, -3.0):
+        shifted = rows.assign(t=[f"{later + n / 1000:.3f}" for n in range(301)])
+        found = check(shifted, "reference")
+        assert found.passed, str(found)
+        assert (found["golden"].value or 0) > 11
+        assert f"t = {later:.12g} s" in found["start"].note
+    angle = 0.3 + 0.4j
+    turned = rows.copy()
+    for x, y in (("kx", "ky"), ("Lx", "Ly"), ("vx", "vy")):
+        z = (rows[x] + 1j * rows[y]) * angle / abs(angle)
+        turned[x], turned[y] = z.to_numpy().real, z.to_numpy().imag
+    found = check(turned[VECTORS], "reference")
+    assert found.passed, str(found)
+    assert (found["golden"].value or 0) > 11
+    assert "turned by 0.927295 rad" in found["start"].note
+
+
+def test_a_restart_with_a_new_clock_is_a_state_of_the_solution(healthy: Healthy) -> None:
+    rows = healthy("reference", 801)[VECTORS].iloc[200:260]
+    found = check(rows.assign(t=rows["t"] - 2), "reference")
+    assert found.passed, str(found)
+    assert found["start"].note == "the solution at t = 2 s"
+    later = check(rows, "reference", friction="other")
+    assert later["start"].verdict == "open"
+    assert "the file begins at t = 2 s" in later["start"].note
