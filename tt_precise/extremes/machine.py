@@ -8,7 +8,6 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from typing import TYPE_CHECKING
 
 from tt_precise.extremes.case import Finding, Findings, case, equal, finite, within
 from tt_precise.extremes.runs import EPS, distance, quad, varied
@@ -18,9 +17,6 @@ from tt_precise.integration.variational import sensitivity
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.values import Json
 from tt_precise.scene.scene import Scene, load_scene
-
-if TYPE_CHECKING:
-    pass
 
 HORIZON_S = "2"
 SHORT_S = "0.1"
