@@ -17,7 +17,7 @@ from fractions import Fraction
 from importlib import metadata
 from pathlib import Path
 
-from tt_precise.engines.ladder import STEPS, LadderTest, ladder_tests, run_ladder
+from tt_precise.engines.ladder import STEP_SIZES, LadderTest, ladder_tests, run_ladder
 from tt_precise.engines.results import LadderResult, document, lines
 from tt_precise.mechanics.laws import COULOMB, Law
 from tt_precise.runtime.files import atomic_write
@@ -150,7 +150,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             parser.error(f"engine: got {name!r}, expected one of: {', '.join(by_name)}")
     with progress_bar("engines") as progress:
         content = measure(
-            [by_name[name] for name in asked.names] or list(ENGINES), STEPS,
+            [by_name[name] for name in asked.names] or list(ENGINES), STEP_SIZES,
             time_limit=TIME_LIMIT_S, workers=cores(),
             note=lambda text: print(text, file=sys.stderr), progress=progress,
         )  # fmt: skip

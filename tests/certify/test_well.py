@@ -13,7 +13,7 @@ from flint import arb
 import tt_precise as tt
 from tt_precise.certify import NotProved
 from tt_precise.certify.balls import Balls, ball
-from tt_precise.certify.well import BITS, forever, trapping_region
+from tt_precise.certify.well import WELL_BITS, forever, trapping_region
 from tt_precise.golden import store
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
@@ -23,7 +23,7 @@ from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_square
 
 @pytest.fixture(autouse=True)
 def precision() -> Iterator[None]:
-    with flint.ctx.workprec(BITS):
+    with flint.ctx.workprec(WELL_BITS):
         yield
 
 

@@ -18,7 +18,7 @@ from tt_precise.claims import (
     paper,
 )
 from tt_precise.claims.claim import Claim, calls_for, claims_of
-from tt_precise.claims.paper import KINDS, RAUCH_RUTSTAM
+from tt_precise.claims.paper import CLAIM_KINDS, RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import all_of, untestable
 from tt_precise.runtime.values import InputError
 
@@ -64,7 +64,7 @@ def test_an_unknown_id_is_bad_input(unknown: str) -> None:
 def test_claims_are_sentences_in_order() -> None:
     every = list(claims().values())
     assert every == sorted(every, key=lambda one: one.order)
-    assert {one.kind for one in every} == set(KINDS.values())
+    assert {one.kind for one in every} == set(CLAIM_KINDS.values())
     assert {(one.paper.name, one.section) for one in every} == {
         (each.name, section.key) for each in paper.PAPERS for section in each.sections
     }

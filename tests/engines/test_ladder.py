@@ -8,7 +8,7 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.engines.ladder import STEPS, LadderTest, judge_runs, ladder_tests
+from tt_precise.engines.ladder import STEP_SIZES, LadderTest, judge_runs, ladder_tests
 from tt_precise.engines.protocol import ProgramRun, States
 from tt_precise.engines.results import VERDICTS
 from tt_precise.mechanics.laws import COULOMB, LAWS, VISCOUS, Law
@@ -28,8 +28,8 @@ def off(test: LadderTest, error: float) -> ProgramRun:
 
 
 def judged(test: LadderTest, error: Any, promised: float | None = None) -> Any:
-    runs = [off(test, error(float(step))) for step in STEPS]
-    return judge_runs("mine", test, STEPS, runs, promised)
+    runs = [off(test, error(float(step))) for step in STEP_SIZES]
+    return judge_runs("mine", test, STEP_SIZES, runs, promised)
 
 
 @pytest.mark.parametrize("order", [1, 2, 4])
@@ -70,7 +70,7 @@ def test_a_floor_is_seen_below_the_step_error_of_the_coarse_runs(flight: LadderT
 def test_a_run_that_was_no_run_is_no_pass(flight: LadderTest) -> None:
     good = off(flight, 1e-9)
     for status, verdict in (("refused", "refused"), ("stopped", "failed"), ("diverged", "failed")):
-        found = judge_runs("mine", flight, STEPS, [good, good, ProgramRun(status, "why")])
+        found = judge_runs("mine", flight, STEP_SIZES, [good, good, ProgramRun(status, "why")])
         assert found.verdict == verdict
         assert found.message.endswith("why")
         assert not found.digits
@@ -84,7 +84,7 @@ def test_every_test_has_a_reference_that_conserves() -> None:
             assert (test.name, test.scene.body.friction) == ("inversion", COULOMB)
             continue
         run = ProgramRun("done", "", test.truth)
-        found = judge_runs("truth", test, STEPS, [run, run, run])
+        found = judge_runs("truth", test, STEP_SIZES, [run, run, run])
         assert found.verdict == "rounding"
         assert set(found.drift) == set(test.conserved)
         # rounding of some thousand steps; the angular momentum is made of k and omega
@@ -109,7 +109,7 @@ def test_flight_is_the_closed_form_of_the_example(flight: LadderTest) -> None:
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=list(LAWS))
 def test_an_engine_is_asked_for_its_own_law_alone(law: Law) -> None:
-    asked = [test.job(STEPS[0])["friction"] for test in ladder_tests(law)]
+    asked = [test.job(STEP_SIZES[0])["friction"] for test in ladder_tests(law)]
     assert {friction["law"] for friction in asked} == {"none", law.name}
     names = {parameter.name for parameter in law.parameters}
     assert any(friction.keys() == {"law", *names} for friction in asked)

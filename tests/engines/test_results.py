@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tt_precise.engines.ladder import STEPS
+from tt_precise.engines.ladder import STEP_SIZES
 from tt_precise.engines.results import WIDTH, LadderResult, lines
 
 FALLS, STAYS = (0.4, 0.1, 0.025), (0.4, 0.39, 0.4)
@@ -14,7 +14,7 @@ FALLS, STAYS = (0.4, 0.1, 0.025), (0.4, 0.39, 0.4)
 
 def printed(**entries: Any) -> list[str]:
     row = LadderResult("a very long name of an engine", "sleeping inverted", **entries).as_dict()
-    return list(lines([row], list(map(float, STEPS))))
+    return list(lines([row], list(map(float, STEP_SIZES))))
 
 
 def failed(values: tuple[float | None, ...], verdict: str = "fail") -> dict[str, Any]:
@@ -54,6 +54,6 @@ def test_a_skipped_check_says_why() -> None:
 
 
 def test_no_order_says_what_to_try() -> None:
-    steps = tuple(map(float, STEPS))
+    steps = tuple(map(float, STEP_SIZES))
     found = " ".join(line.strip() for line in printed(verdict="no order", steps=steps)[3:])
     assert "try --step 0.0001" in found

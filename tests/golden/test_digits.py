@@ -9,7 +9,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.golden.digits import (
-    EXACT,
+    EXACTLY,
     ColumnDigits,
     agreement,
     as_decimal,
@@ -30,10 +30,13 @@ TIE, STEP = Decimal("1." + "0" * 33 + "5"), Decimal("1e-40")
     ("values", "text"),
     [
         # all 34 digits, correctly rounded; fewer where values differ
-        ([TWO_THIRDS, EXACT.add(TWO_THIRDS, Decimal("1e-45"))], "6." + "6" * 32 + "7e-1"),
-        ([TWO_THIRDS, EXACT.add(TWO_THIRDS, Decimal("4e-20"))], "6." + "6" * 17 + "7e-1"),
+        ([TWO_THIRDS, EXACTLY.add(TWO_THIRDS, Decimal("1e-45"))], "6." + "6" * 32 + "7e-1"),
+        ([TWO_THIRDS, EXACTLY.add(TWO_THIRDS, Decimal("4e-20"))], "6." + "6" * 17 + "7e-1"),
         # a rounding that is undecided: 33 digits are common
-        ([EXACT.subtract(TIE, STEP), EXACT.add(TIE, STEP)], "1." + "0" * 32 + "e+0"),
+        (
+            [EXACTLY.subtract(TIE, STEP), EXACTLY.add(TIE, STEP)],
+            "1." + "0" * 32 + "e+0",
+        ),
         # not even the sign is common
         ([Decimal("1e-3"), Decimal("-1e-3")], ""),
         # 0 below 1e-34 of the scale, and not above

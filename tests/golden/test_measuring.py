@@ -12,7 +12,7 @@ import pytest
 from tests.conftest import Patch
 from tt_precise.check.golden import DigitsOverTime
 from tt_precise.golden import measuring
-from tt_precise.golden.digits import EXACT
+from tt_precise.golden.digits import EXACTLY
 from tt_precise.golden.measuring import FewestDigits, Measured, TrueRows
 from tt_precise.golden.store import read_files
 from tt_precise.mechanics.digits import sizes
@@ -49,9 +49,9 @@ def test_a_relative_error_is_found_as_it_was_made(name: str) -> None:
 def test_whole_turns_of_an_angle_cost_no_digit(wrong: str, digits: int) -> None:
     stored = read_files("track")
     true = TrueRows(stored.scene, stored.trajectory)
-    turns = EXACT.multiply(measuring.TURN, 3)
+    turns = EXACTLY.multiply(measuring.TURN, 3)
     cells = [
-        str(EXACT.add(EXACT.subtract(Decimal(cell), turns), Decimal(wrong)))
+        str(EXACTLY.add(EXACTLY.subtract(Decimal(cell), turns), Decimal(wrong)))
         for cell in stored.trajectory.column("phi")
     ]
     values = {"phi": numpy.array(cells, float)}
@@ -61,8 +61,8 @@ def test_whole_turns_of_an_angle_cost_no_digit(wrong: str, digits: int) -> None:
 
 def spoiled(cell: str, error: float, digits: int) -> str:
     """A printed number with a relative error, written with so many digits."""
-    factor = EXACT.add(1, Decimal(f"{error:.20e}"))
-    return f"{EXACT.multiply(Decimal(cell), factor):.{digits - 1}e}" if cell else ""
+    factor = EXACTLY.add(1, Decimal(f"{error:.20e}"))
+    return f"{EXACTLY.multiply(Decimal(cell), factor):.{digits - 1}e}" if cell else ""
 
 
 def found_of(true: TrueRows, cells: dict[str, list[str]], **how: bool) -> tuple[int, object]:

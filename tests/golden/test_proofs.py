@@ -15,7 +15,7 @@ import pytest
 
 from tests.golden.tables import edit_cell, edit_json
 from tt_precise.golden import proofs, store
-from tt_precise.golden.digits import EXACT, last_digit_exponent
+from tt_precise.golden.digits import EXACTLY, last_digit_exponent
 from tt_precise.golden.proofs import PROOF, Interval, established
 from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
 from tt_precise.golden.verifying import inspect, verify_scene
@@ -48,7 +48,7 @@ def added(folder: Path, file: str, line: int, column: str, count: int) -> None:
     """Add ``count`` units in the last place to one cell of a table."""
 
     def change(cell: str) -> str:
-        return str(EXACT.add(Decimal(cell), count * Decimal(f"1e{last_digit_exponent(cell)}")))
+        return str(EXACTLY.add(Decimal(cell), count * Decimal(f"1e{last_digit_exponent(cell)}")))
 
     edit_cell(folder / NAME / file, line, column, change)
 

@@ -12,7 +12,7 @@ from tests.conftest import Patch
 from tests.golden.closed_form import closed_form
 from tests.golden.conftest import Small, shortened
 from tests.golden.tables import other_digit, with_cell
-from tt_precise.golden.digits import EXACT, ZERO, agreement, digits_of
+from tt_precise.golden.digits import EXACTLY, ZERO, agreement, digits_of
 from tt_precise.golden.runs import Run, Task, exact_decimal, ordered_events, perform, reconcile
 from tt_precise.golden.table import Table
 from tt_precise.scene.scene import Scene, load_scene, parse_scene
@@ -190,7 +190,7 @@ def test_a_flight_is_found_again_with_its_events_and_its_landing() -> None:
     # the size of each column but for 256 eps of 160 bits; near a zero a row has fewer digits
     for name in run.trajectory.columns:
         rows = [[Decimal(x) for x in one.trajectory.column(name)] for one in (run, oracle)]
-        apart = max(abs(EXACT.subtract(a, b)) for a, b in zip(*rows, strict=True))
+        apart = max(abs(EXACTLY.subtract(a, b)) for a, b in zip(*rows, strict=True))
         assert apart < Decimal(2.0**-151) * max(map(abs, rows[1])), name
     assert consensus.agreement > 43.5
     assert consensus.status == "landed"

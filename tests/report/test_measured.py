@@ -15,7 +15,7 @@ import pytest
 
 from benchmarks.engines import DESCRIBED, ENGINES
 from tests.report.conftest import drawn, tables
-from tt_precise.engines.ladder import STEPS, ladder_tests
+from tt_precise.engines.ladder import STEP_SIZES, ladder_tests
 from tt_precise.engines.results import LadderResult, document
 from tt_precise.report import measured, render
 from tt_precise.report.collect import MEASURED
@@ -191,7 +191,7 @@ def board() -> dict[str, Any]:
         if engine.name in ("MuJoCo", "Bullet")
     ]
     tests = [(test.name, test.meaning) for test in ladder_tests()]
-    return document(tests, STEPS, rows, described, ["DART: not installed"])
+    return document(tests, STEP_SIZES, rows, described, ["DART: not installed"])
 
 
 def test_the_section_of_engines_shows_the_scoreboard(

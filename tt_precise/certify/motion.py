@@ -26,7 +26,7 @@ from tt_precise.certify.zeros import Zeros
 from tt_precise.runtime.terminal import Progress, silent
 
 ORDER = 70  # Of the Taylor polynomials; 90 to 100 are some 15 % faster, and their models wider.
-DOUBLE = 2.0**-52  # Relative error of a double, doubled.
+DOUBLE_ERROR = 2.0**-52  # Relative error of a double, doubled.
 # A bound of a function is this close to a value of it, or comes from so short a part of a step.
 NARROW, SHORT = 1e-9, 2.0**-24
 MOST_PARTS = 100_000  # Of steps, for a bound: where models are too wide, it is not so close.
@@ -95,7 +95,7 @@ class Enclosure:
                 short = parts[n].b - parts[n].a < SHORT or len(parts) > MOST_PARTS
                 if low > least - NARROW or short:
                     # as a double it may be rounded up
-                    return arb(low) - abs(arb(low)) * DOUBLE
+                    return arb(low) - abs(arb(low)) * DOUBLE_ERROR
                 least = min(least, parts[n].value(parts[n].middle).upper())
                 heapq.heappop(bounds)
                 for half in parts[n].halves:

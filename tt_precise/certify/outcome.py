@@ -21,7 +21,7 @@ import flint
 
 from tt_precise.certify.balls import Balls, NotProved, around, ball
 from tt_precise.certify.problem import BALLS
-from tt_precise.certify.well import BITS, trapping_region
+from tt_precise.certify.well import WELL_BITS, trapping_region
 from tt_precise.exact.thresholds import Theorem, theorem
 from tt_precise.integration import Trajectory
 from tt_precise.integration.reading import motions
@@ -33,7 +33,7 @@ from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction
 
 # The estimate of the digits is a model, not a bound: the balls are ten times as wide.
-MARGIN = 10
+WIDENING = 10
 CONFINED = "energy and lambda confine it"
 # The hypotheses of ``well`` that may fail, in words.
 NOT_CONFINED = {
@@ -87,7 +87,7 @@ def _confinement(trajectory: Trajectory) -> tuple[End, bool]:
         return End("undecided", "the top may leave the table, or sink into it"), False
     if scene.start.theta.at_pole:
         return End("undecided", "the axis is vertical from the start"), False
-    with flint.ctx.workprec(max(BITS, trajectory.precision.bits + 20)):
+    with flint.ctx.workprec(max(WELL_BITS, trajectory.precision.bits + 20)):
         body = InitialState.of(scene, BALLS).body
         state = _last_state(trajectory)
         q = Motion(body, state, Balls, scene.model)
@@ -116,7 +116,7 @@ def _last_state(trajectory: Trajectory) -> NewtonState:
     """
     (motion,) = motions(trajectory.run, [trajectory.run.end_time])
     numbers = [as_fraction(value) for value in NewtonState(*motion.state[:8])]
-    share = MARGIN * Fraction(10) ** -int(trajectory.digits)
+    share = WIDENING * Fraction(10) ** -int(trajectory.digits)
     components = []
     for first, last in ((0, 3), (3, 6), (6, 8)):
         size = max(Fraction(1), *map(abs, numbers[first:last]))

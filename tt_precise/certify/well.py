@@ -70,7 +70,7 @@ from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
 FORM = integration_form("gliding", "newton")
-BITS = 128
+WELL_BITS = 128
 SLICES, MOST_SLICES = 64, 1000  # from z0 to where the solution is, and to z1
 # Width of a slice over that of the slice before, outside the solution's range.
 WIDER = arb("1.04").mid()
@@ -131,7 +131,7 @@ def forever(
         raise NotProved("W4", "the axis is vertical from the start, and nothing tends to it")
     if not times:
         raise NotProved("W4", "no state is enclosed")
-    with flint.ctx.workprec(BITS):
+    with flint.ctx.workprec(WELL_BITS):
         last = first = trapping_region(scene, times[-1], state(times[-1]))
         # where there is one at one time, there is one at all later times, too
         low, high = -1, len(times) - 1

@@ -26,7 +26,7 @@ from types import MappingProxyType
 from msgspec.structs import replace
 
 from tt_precise.claims import paper as papers
-from tt_precise.claims.paper import KINDS, Paper, look_up
+from tt_precise.claims.paper import CLAIM_KINDS, Paper, look_up
 from tt_precise.claims.verdicts import JudgedClaim, Verdict
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool
@@ -71,7 +71,7 @@ class Claim:
     finding: str = ""
 
     def __post_init__(self) -> None:
-        if not re.fullmatch(rf"{self.paper.prefix}({'|'.join(KINDS)})-[0-9]{{2}}", self.id):
+        if not re.fullmatch(rf"{self.paper.prefix}({'|'.join(CLAIM_KINDS)})-[0-9]{{2}}", self.id):
             raise ValueError(f"claim id: got {self.id!r}, expected such as 'NUM-20'")
         if self.section not in [section.key for section in self.paper.sections]:
             raise ValueError(
@@ -84,7 +84,7 @@ class Claim:
     @property
     def kind(self) -> str:
         """Equation, theorem, number, quality, figure, sweep, summary or setting."""
-        return KINDS[self.id.removeprefix(self.paper.prefix).split("-")[0]]
+        return CLAIM_KINDS[self.id.removeprefix(self.paper.prefix).split("-")[0]]
 
     @property
     def group(self) -> str:
@@ -94,7 +94,7 @@ class Claim:
     @property
     def order(self) -> tuple[int, int, str]:
         """Key that sorts claims: by paper, kind and number."""
-        return papers.PAPERS.index(self.paper), list(KINDS.values()).index(self.kind), self.id
+        return papers.PAPERS.index(self.paper), list(CLAIM_KINDS.values()).index(self.kind), self.id
 
     def judge(self, **changes: object) -> JudgedClaim:
         """Judge the claim, with some of its arguments changed."""

@@ -15,7 +15,7 @@ from tt_precise.runtime.values import InputError
 T = TypeVar("T")
 
 # Kinds of claims by the letters of their ids.
-KINDS = {
+CLAIM_KINDS = {
     "EQ": "equation", "TH": "theorem", "NUM": "number", "QUAL": "quality", "FIG": "figure",
     "SWP": "sweep", "SUM": "summary", "NT": "setting",
 }  # fmt: skip

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tt_precise.claims.paper import KINDS, look_up
+from tt_precise.claims.paper import CLAIM_KINDS, look_up
 from tt_precise.claims.verdicts import Verdict
 from tt_precise.commands import options
 from tt_precise.runtime.terminal import UNCUT, console, progress_bar
@@ -33,7 +33,7 @@ SHOWN_IN_FULL = 3  # Most claims that are printed with their quotes and notes.
 @click.argument("ids", nargs=-1, metavar="[ID]...")
 @click.option("--verdict", multiple=True, type=click.Choice(VERDICTS), help="Only these verdicts.")
 @click.option(
-    "--kind", multiple=True, type=click.Choice(list(KINDS.values())), help="Only these kinds."
+    "--kind", multiple=True, type=click.Choice(list(CLAIM_KINDS.values())), help="Only these kinds."
 )
 @click.option("--full", is_flag=True, help="Show quotes, definitions and notes too.")
 @click.option("--again", is_flag=True, help="Recompute the verdicts.")

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     import pandas
 
 UNTIL, INVERSION_UNTIL = "0.5", "4"  # s
-STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))  # s
+STEP_SIZES = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))  # s
 SLOWER = 0.5  # tolerance of an observed order below the method's order
 HIGHEST_ORDER = 4.0  # highest order of the engines' methods; a coarse run that blew up shows more
 EPS = 2.0**-52
@@ -97,7 +97,7 @@ class LadderTest:
 
 def fly_freely(scene: Scene) -> States:
     """Free flight from the scene's start, in closed form."""
-    content = job(scene, STEPS[0], NO_FRICTION, contact="none")
+    content = job(scene, STEP_SIZES[0], NO_FRICTION, contact="none")
     start, body = content["start"], InitialState.in_si(scene, DOUBLE).body
     initial = RigidBodyState(
         *start["quaternion_wxyz"], *start["angular_velocity"], *start["velocity"]
@@ -212,7 +212,7 @@ def run_ladder(
     engine: str,
     command: Sequence[str],
     tests: Sequence[LadderTest],
-    steps: Sequence[Fraction] = STEPS,
+    steps: Sequence[Fraction] = STEP_SIZES,
     *,
     order: float | None = None,
     time_limit: float = TIME_LIMIT_S,

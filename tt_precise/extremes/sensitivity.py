@@ -24,7 +24,7 @@ from tt_precise.scene.scene import Scene, load_scene
 
 QUICK = ("reference", "contact-lost", "frictionless", "inverted", "kicked", "rocking")
 VARIED = {"alpha": "parameter", "mu": "parameter", "omega_3": "start", "nu_y": "start"}
-NUDGE = Fraction(1, 10**12)
+CHANGE = Fraction(1, 10**12)
 
 
 @cache
@@ -131,10 +131,10 @@ def derivative_by_differences(name: str, varied: Integrate = integrate) -> Findi
     how = _sensitivity("reference")
     now = int(how.condition.argmax())
     scene = replace(load_scene("reference"), until=Fraction(round(how.times[now] * 100), 100))
-    runs = [varied(_nudged(scene, name, sign * NUDGE), "triple-double") for sign in (1, -1)]
+    runs = [varied(_nudged(scene, name, sign * CHANGE), "triple-double") for sign in (1, -1)]
     context = runs[0].precision.context
     starts, ends = ([_row(run, at) for run in runs] for at in (0, 1))
-    nudge = context.mpf(NUDGE.numerator) / NUDGE.denominator
+    nudge = context.mpf(CHANGE.numerator) / CHANGE.denominator
     quotient = numpy.array([float((a - b) / (2 * nudge)) for a, b in zip(*ends, strict=True)])
     start = numpy.array([float((a - b) / (2 * nudge)) for a, b in zip(*starts, strict=True)])
     expected = how.by_start[now] @ start

@@ -27,8 +27,8 @@ RULE = (
     "one still lies below 1e-33 of the scale is near_zero, and 0 stands for less than 1e-34 of "
     "the scale. An empty cell is undefined (Euler angles at a pole)."
 )
-EXACT = Context(prec=400)  # enough bits that no difference of computed values is rounded
-COARSE = Context(prec=9)  # for a count of digits
+EXACTLY = Context(prec=400)  # enough bits that no difference of computed values is rounded
+COUNTING_CONTEXT = Context(prec=9)  # for a count of digits
 PRINTED = re.compile(r"-?(?:0|\d(?:\.\d+)?e[+-]\d+)", re.ASCII)
 ZERO = "0"
 _FORMS = {
@@ -78,12 +78,12 @@ def prints(text: str, value: Decimal, scale: Decimal) -> bool:
 
 def agreement(first: Decimal, other: Decimal) -> float:
     """Digits on which ``other`` agrees with ``first``, relative to ``first``; infinite if equal."""
-    difference = abs(EXACT.subtract(first, other))
+    difference = abs(EXACTLY.subtract(first, other))
     if not difference:
         return math.inf
     if not first:
         return -math.inf
-    return digits_left(COARSE.divide(difference, abs(first)))
+    return digits_left(COUNTING_CONTEXT.divide(difference, abs(first)))
 
 
 def digits_left(relative_error: Decimal) -> float:
@@ -169,7 +169,7 @@ def as_decimal(value: Scalar) -> Decimal | None:
         if value - value != 0:
             return None
         exact = as_fraction(value)
-        return EXACT.divide(Decimal(exact.numerator), Decimal(exact.denominator))
+        return EXACTLY.divide(Decimal(exact.numerator), Decimal(exact.denominator))
     try:
         if isinstance(value, str) and "_" in value:
             raise ValueError

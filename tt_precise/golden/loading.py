@@ -24,7 +24,7 @@ from tt_precise.scene.scene import RECORDABLE, Scene
 
 Numbers = Literal["exact", "float", "text"]  # as of a trajectory's tables
 TEXT_COLUMNS = ("name",)
-BITS = 200  # 60 digits, of which the motion costs some 10
+MOTION_BITS = 200  # 60 digits, of which the motion costs some 10
 IN_DOUBLE = 17  # digits that a correctly rounded double needs, with a margin
 
 
@@ -91,7 +91,7 @@ def pose_columns(scene: Scene, table: Table, *, in_full: bool) -> dict[str, tupl
     from tt_precise.mechanics.pose import Pose
 
     digits = DIGITS if in_full else IN_DOUBLE
-    precision, bits = ("mp", BITS) if in_full else ("quad", None)
+    precision, bits = ("mp", MOTION_BITS) if in_full else ("quad", None)
     run = integrate(scene, precision, bits=bits, events=(), record=RECORDABLE)
     times = [Fraction(cell) for cell in table.column("t")]
     poses = run.frame(*VECTOR_COLUMNS, "pose", times=times, numbers="exact")

@@ -15,7 +15,7 @@ from typing import NamedTuple, Protocol
 
 import numpy
 
-from tt_precise.golden.digits import DIGITS, EXACT, as_decimal, correct_digits
+from tt_precise.golden.digits import DIGITS, EXACTLY, as_decimal, correct_digits
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.values import Scalar
@@ -223,7 +223,7 @@ def apart_of(name: str, given: Scalar, cell: str | None) -> float:
     number = as_decimal(given)
     if number is None or cell is None:
         return math.nan
-    return float(turned_back(name, EXACT.subtract(number, Decimal(cell))))
+    return float(turned_back(name, EXACTLY.subtract(number, Decimal(cell))))
 
 
 def turned_back(name: str, apart: Scalar) -> Scalar:
@@ -231,8 +231,8 @@ def turned_back(name: str, apart: Scalar) -> Scalar:
     if name not in ("phi", "psi"):
         return apart
     if isinstance(apart, Decimal):
-        turns = EXACT.divide(apart, TURN).to_integral_value()
-        return EXACT.subtract(apart, EXACT.multiply(turns, TURN))
+        turns = EXACTLY.divide(apart, TURN).to_integral_value()
+        return EXACTLY.subtract(apart, EXACTLY.multiply(turns, TURN))
     return apart - float(TURN) * numpy.rint(apart / float(TURN))
 
 

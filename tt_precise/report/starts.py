@@ -21,7 +21,7 @@ PANELS = (
     ("t_end", r"$t_{\theta\approx\pi}$ (s)"),
     ("climb", r"$T_{inv}$ (s)"),
 )
-LOST = "starts that lose contact"
+LOST_CONTACT = "starts that lose contact"
 
 
 @style.figure("times-by-precession", [1.9, 1.9, 1.9])
@@ -36,7 +36,7 @@ def times_by_precession(axes: list[Axes]) -> Words:
     return Words(
         caption=f"{len(rows)} starts that differ from the reference start only in phi_dot(0). "
         f"t_init is largest, {peak['t_init_A']:.2f} s, at {peak['phi_dot']:.2f} rad/s, not at 0, "
-        f"and vanishes beyond {last:.1f} rad/s. Shaded: {LOST} (g_n reaches 0); the curves "
+        f"and vanishes beyond {last:.1f} rad/s. Shaded: {LOST_CONTACT} (g_n reaches 0); the curves "
         "continue the paper's equations with g_n < 0, which no real top follows. Related claims: "
         "SWP-01 to SWP-07, SWP-23, NUM-18, NUM-19.",
         alt="Three panels against phi_dot(0) from -200 to 200 rad/s: the initiation time has a "
@@ -54,7 +54,7 @@ def times_by_inclination(axes: list[Axes]) -> Words:
     return Words(
         caption=f"{len(rows)} starts that differ from the reference start only in theta(0) "
         "(omega_3(0) = 155 rad/s, so lambda falls with cos(theta)). "
-        f"Shaded: {LOST}, as in the previous figure. "
+        f"Shaded: {LOST_CONTACT}, as in the previous figure. "
         f"Gaps: no such time within {sweeps.UNTIL} s. Related claims: SWP-15 to SWP-17, SWP-24 to "
         "SWP-27.",
         alt="Three panels against theta(0) from 0.01 to 1 rad: initiation time, ending time "

@@ -33,10 +33,10 @@ EARLY = 2.0**-26.5  # dimensionless; closer to t = 0 an event may be the start i
 # The cubic through values and rates at both ends is off by h^4/384 of the fourth derivative at
 # most. A step is 0.13 of the radius of convergence, which makes that 2e-5 of the function's size.
 FLOOR = 2.0**-11  # Part of the size of its terms, 25 times the error of the cubic.
-MARGIN = 2.0**-3  # Part of the cubic's largest coefficient, where its terms cancel.
+CANCELLATION = 2.0**-3  # Part of the cubic's largest coefficient, where its terms cancel.
 KNOWN = 2.0**-30  # Part of the size of its terms; rounding decides smaller signs.
 MAYBE, SURE = 1, 2  # may have zeros in a step; has one
-HALVINGS = 26  # two zeros closer than this count as none, three as one
+SUBDIVISIONS = 26  # two zeros closer than this count as none, three as one
 NEWTON_STEPS = 6  # at a time: enough for all but a few turning points in 1,000
 ITERATIONS = 10  # Calls of so many steps each; bisections alone would take 52 steps.
 CONVERGED = 2.0**-30  # Newton correction, in Taylor steps, after which a zero is exact.
@@ -271,7 +271,7 @@ def zeros(
     known, others = numpy.flatnonzero(single), numpy.flatnonzero(~single)
     bernstein = bernstein_of(polynomials[:, others].T)
     bernstein[:, 0], bernstein[:, -1] = first[others], last[others]
-    which, left, right, rising = isolated(bernstein, HALVINGS)
+    which, left, right, rising = isolated(bernstein, SUBDIVISIONS)
     owner = numpy.concatenate((known, others[which]))
     left = numpy.concatenate((numpy.zeros(len(known)), left))
     right = numpy.concatenate((numpy.ones(len(known)), right))
@@ -394,7 +394,7 @@ def _sign() -> Callable[..., Array]:
     largest = reduce(_larger, map(_size, bernstein))
     terms = _larger(size, last_size)
     never = heyoka.logical_and(
-        [heyoka.gt(least, MARGIN * largest), heyoka.gt(least, FLOOR * terms)]
+        [heyoka.gt(least, CANCELLATION * largest), heyoka.gt(least, FLOOR * terms)]
     )
     signs = [heyoka.lt(coefficient, 0.0) for coefficient in bernstein]
     single = heyoka.logical_and(

@@ -29,7 +29,7 @@ heyoka = import_heyoka()
 
 NODES = numpy.linspace(0, 1, 5)
 FINER = numpy.linspace(0, 1, 9)
-MARGIN = 1 / 8  # Part of the spread of the values by which values between them may be larger.
+OVERSHOOT = 1 / 8  # Part of the spread of the values by which values between them may be larger.
 RESOLVED = 2.0**-6  # Part of the spread that a parabola through every other value may be off.
 ROUNDING = 2.0**-45  # Part of the size of a quantity's terms below which values are rounding.
 TURN = 0.5  # rad; where the axis' azimuth turns more between places, a peak may lie between them
@@ -196,7 +196,7 @@ def peak_bound(
     """
     largest, smallest = values.max(axis=0), values.min(axis=0)
     spread = largest - smallest
-    ceiling = largest + MARGIN * spread
+    ceiling = largest + OVERSHOOT * spread
     if len(values) == len(FINER):
         even, odd = values[::2], values[1::2]
         middle = (9 * (even[1:3] + even[2:4]) - even[:2] - even[3:]) / 16

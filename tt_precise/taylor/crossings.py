@@ -20,7 +20,7 @@ from tt_precise.taylor.machine import MOST_LIMBS
 if TYPE_CHECKING:
     from tt_precise.taylor.system import StepBlock
 
-HALVINGS = 40  # beyond, two zeros are one touching: no change of sign
+MOST_HALVINGS = 40  # beyond, two zeros are one touching: no change of sign
 MOST_STEPS = 100  # Bisections and secants to one zero at most.
 MOST_NEWTONS = 8  # Newton steps in several doubles; each adds up to 15 digits.
 
@@ -41,7 +41,7 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
     """
     bernstein = bernstein_of(polynomials)
     bernstein[:, 0] = first
-    which, low, high, rising = isolated(bernstein, HALVINGS)
+    which, low, high, rising = isolated(bernstein, MOST_HALVINGS)
     direction = numpy.where(rising, 1, -1)
     position = _refined(polynomials[which], low, high, direction)
     order = numpy.lexsort((position, which))

@@ -33,7 +33,7 @@ LN_2 = Fraction("0.6931471805599453094172321214581765680755001343602552541206800
 # below the first an exponential is that of the first; that of the second is infinite
 LEAST_EXPONENT, MOST_EXPONENT = -700.0, 710.0
 # a 256th of what is left of it is below 0.0014; the first of its terms left out is below 2^-165
-HALVINGS, TERMS = 8, 14
+SQUARINGS, EXPONENTIAL_TERMS = 8, 14
 SHIFT = 1.5 * 2.0**52  # a double plus this one ends in its nearest integer
 EXPONENT_BIAS, MANTISSA_BITS = 1023, 52
 
@@ -269,12 +269,12 @@ class SeveralDoubles:
         shifted = f.fadd(f.fmul(a[0], d(float(1 / LN_2))), d(SHIFT))
         k = self.widened((f.fsub(shifted, d(SHIFT)),))
         rest = self.total(a, self.negative(self.product(k, self.constant(LN_2))))
-        small = tuple(f.fmul(limb, d(2.0**-HALVINGS)) for limb in rest)
-        series = self.constant(Fraction(1, factorial(TERMS)))
-        for n in range(TERMS - 1, 0, -1):
+        small = tuple(f.fmul(limb, d(2.0**-SQUARINGS)) for limb in rest)
+        series = self.constant(Fraction(1, factorial(EXPONENTIAL_TERMS)))
+        for n in range(EXPONENTIAL_TERMS - 1, 0, -1):
             series = self.products(self.constant(Fraction(1, factorial(n))), (series, small))
         series = self.product(series, small)
-        for _ in range(HALVINGS):  # (1 + x)^2 - 1 = 2 x + x^2
+        for _ in range(SQUARINGS):  # (1 + x)^2 - 1 = 2 x + x^2
             series = self.products(self.total(series, series), (series, series))
         biased = f.add(f.bitcast(shifted, INTEGER), self.e.i(EXPONENT_BIAS))
         power = f.bitcast(f.shl(biased, self.e.i(MANTISSA_BITS)), DOUBLE)

@@ -16,7 +16,7 @@ from tt_precise.runtime.values import Array
 from tt_precise.taylor.crossings import isolated, values
 
 # Halvings of an interval between two zeros of a derivative; nearer zeros count as one.
-HALVINGS = 30
+MOST_BISECTIONS = 30
 # Newton's steps square their length: behind one as short nothing is left in double.
 SETTLED = 2.0**-26
 MOST_NEWTONS = 60  # steps to a zero, of which most are halvings where Newton's leave the bracket
@@ -94,7 +94,7 @@ def sign_changes(bernstein: Array, error: Array) -> tuple[Array, Array]:
 def extrema(polynomials: Polynomials) -> tuple[Array, Array]:
     """Return the polynomials' local extrema: index of the polynomial, position in [0, 1]."""
     slopes = numpy.diff(polynomials.bernstein, axis=0).T
-    which, low, high, rising = isolated(slopes, HALVINGS)
+    which, low, high, rising = isolated(slopes, MOST_BISECTIONS)
     degrees = numpy.arange(1, len(polynomials.monomials))[:, None]
     rates = (polynomials.monomials[1:] * degrees)[:, which]
     position, _ = zero_between(rates, low, high, numpy.where(rising, 1, -1))

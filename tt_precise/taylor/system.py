@@ -13,10 +13,10 @@ from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.taylor.graph import Graph, numbers
 from tt_precise.taylor.machine import MOST_LIMBS, MOST_ORDER, TIMES, Machine, aligned
 
-STEPS = 512  # Taylor steps in one piece.
+STEPS_IN_BLOCK = 512  # Taylor steps in one piece.
 # of time; where 57 powers of it are out of range, less by and by
 FIRST_UNIT, LESS, LEAST_UNIT = 2.0**-3, 2.0**-16, 2.0**-200
-SPARE = 4  # orders computed in more limbs than they need in theory
+SPARE_ORDERS = 4  # orders computed in more limbs than they need in theory
 
 
 def order_of(tolerance: float) -> int:
@@ -46,7 +46,7 @@ def orders_of(tolerance: float, most: int) -> tuple[int, int, int]:
         if limbs > most:
             return 0
         share = 1 + 53 * (limbs - 1) * math.log(2) / math.log(tolerance)
-        return min(max(math.ceil(order * share), 0) + SPARE, order + 1)
+        return min(max(math.ceil(order * share), 0) + SPARE_ORDERS, order + 1)
 
     return at_least(3), at_least(2), order + 1
 
@@ -98,7 +98,7 @@ class System:
         time = numpy.array([FIRST_UNIT, 0.0, 0.0, 0.0])
         longest = min(longest, until)
         while True:
-            steps = STEPS if first is None else 1
+            steps = STEPS_IN_BLOCK if first is None else 1
             plane = (steps + 1) * (order + 2) * kernel.columns
             data = aligned(limbs * plane)
             for limb in range(limbs):

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import pandas
 
 claim = claims_of(RAUCH_RUTSTAM, "2.2")
-STEPS = tuple(str(195 + half / 2) for half in range(11))
+PHI_DOTS = tuple(str(195 + half / 2) for half in range(11))
 SMOOTH_STARTS = "phi_dot(0) from 195 to 200 rad/s in steps of 0.5"
 # Distance from pi in rad, within which the oscillation at the end of the climb sets in.
 TO_THE_POLE = 0.2
@@ -154,7 +154,7 @@ def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> 
 )
 def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> JudgedClaim:
     """With phi_dot(0) in [195, 200] and theta(0) = 0.1, theta grows monotonically from 0.8 on."""
-    angles = [last_turn(theta, phi_dot)[1] for phi_dot in STEPS]
+    angles = [last_turn(theta, phi_dot)[1] for phi_dot in PHI_DOTS]
     low, high = min(angles), max(angles)
     measured = f"theta turns for the last time at {v.decimal(low, 4)} to {v.decimal(high, 4)} rad"
     begins = abs(high - float(printed)) < AT_ONCE
@@ -183,9 +183,9 @@ def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> JudgedClaim:
 )
 def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") -> JudgedClaim:
     """With theta(0) = 0.01, theta grows monotonically from 0.3 s, 0.02 rad on."""
-    turns = [last_turn(theta, phi_dot) for phi_dot in STEPS]
+    turns = [last_turn(theta, phi_dot) for phi_dot in PHI_DOTS]
     times, angles = zip(*turns, strict=True)
-    fall = max(_largest_fall(theta, phi_dot, float(time)) for phi_dot in STEPS)
+    fall = max(_largest_fall(theta, phi_dot, float(time)) for phi_dot in PHI_DOTS)
     return v.interpretations(
         {
             "no turning point after that": v.statement(
@@ -217,7 +217,7 @@ def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> 
     """With theta(0) = 0.01 and phi_dot(0) in [195, 200] the climb ends at about 7.77 s."""
     parts = {}
     for name, meaning in DEFINITIONS.items():
-        ends = [float(getattr(_run(theta, p).inversion, name).t_end) for p in STEPS]
+        ends = [float(getattr(_run(theta, p).inversion, name).t_end) for p in PHI_DOTS]
         nearest = min(max(min(ends), float(printed)), max(ends))
         shown = f"{v.decimal(min(ends), 4)} to {v.decimal(max(ends), 4)} s"
         part = v.about(printed, nearest, "s")
@@ -231,7 +231,7 @@ def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> 
     quote="Their initiation time is zero",
     definition=f"{SMOOTH_STARTS}, theta(0) = 0.1 and 0.01; t_init in definitions A, B and C",
 )
-def no_initiation(starts: tuple[str, ...] = STEPS) -> JudgedClaim:
+def no_initiation(starts: tuple[str, ...] = PHI_DOTS) -> JudgedClaim:
     """With phi_dot(0) in [195, 200] the initiation time is zero."""
     runs = [_run(theta, phi_dot) for theta in ("0.1", "0.01") for phi_dot in starts]
     times = [getattr(run.inversion, name).t_init for run in runs for name in DEFINITIONS]
