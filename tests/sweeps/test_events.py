@@ -51,7 +51,7 @@ def test_zeros_close_together_are_told_apart(roots: list[float], places: list[fl
 def test_without_halving_zeros_are_missed(monkeypatch: pytest.MonkeyPatch) -> None:
     polynomial = numpy.polynomial.polynomial.polyfromroots([0.3, 0.6])
     assert len(found_in(polynomial)[0]) == 2
-    monkeypatch.setattr(events, "HALVINGS", 0)
+    monkeypatch.setattr(events, "SUBDIVISIONS", 0)
     assert len(found_in(polynomial)[0]) == 0
 
 
