@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands import options
-from tt_precise.mechanics.digits import RULE
 from tt_precise.runtime.terminal import one_line, progress_bar
 from tt_precise.runtime.values import InputError
 
@@ -15,7 +14,7 @@ if TYPE_CHECKING:
     from tt_precise.check.result import Result
 
 
-@click.command("check", epilog=f"Digits: {RULE}")
+@click.command("check", epilog=options.DIGITS)
 @click.argument("trajectory")
 @click.option("--scene", required=True, help="A shipped name or a TOML file.")
 @click.option("--columns", multiple=True, help="Renames, as theirs=ours[,theirs=ours].")

@@ -5,15 +5,15 @@ from __future__ import annotations
 import click
 
 from tt_precise.commands.options import JSON, emit
+from tt_precise.mechanics.digits import RULE
 from tt_precise.runtime.values import Json
 
 SCHEMA = "tt_precise.columns/1"
 CONVENTIONS = (
     "Frames: the inertial frame X, Y, Z is right-handed, Z up, and the table is Z = 0. The body's "
     "frame has its origin at the centre of mass and the symmetry axis k as third axis. k points "
-    "from the "
-    "centre of mass to the centre of the sphere: theta is 0 with the centre of mass lowest, pi "
-    "when inverted.",
+    "from the centre of mass to the centre of the sphere: theta is 0 with the centre of mass "
+    "lowest, pi when inverted.",
     "Velocities: (vx, vy) is that of the contact point of the body, (vcx, vcy, vcz) that of the "
     "centre of mass. An engine whose origin is the centre of the sphere has "
     "v_centre of mass = v_origin - omega x (alpha R k).",
@@ -32,6 +32,7 @@ CONVENTIONS = (
     "height, rise and z count only where the top may leave the table: in flight and on an elastic "
     "table.",
     "Units: SI, angles in rad, time in s and strictly increasing.",
+    f"Digits: {RULE}",
 )
 
 

@@ -14,6 +14,8 @@ from tt_precise.runtime.values import Json
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+# The last line of a help text that speaks of digits.
+DIGITS = "Digits are relative to the size of each quantity; `tt-precise columns` states the rule."
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 PRECISION = click.option(
     "--precision",

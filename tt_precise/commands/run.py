@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 import click
 
 from tt_precise.commands import options
-from tt_precise.mechanics.digits import RULE
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.files import require_apart, require_writable
@@ -171,7 +170,7 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
     touches: Annotated[tuple[str, ...], means(f"events whose function {TOUCHES}")]
 
 
-@click.command("run", epilog=f"Digits: {RULE}")
+@click.command("run", epilog=options.DIGITS)
 @click.argument("scene")
 @options.PRECISION
 @click.option("--bits", type=int, help="Bits of --precision mp; by default 200.")
