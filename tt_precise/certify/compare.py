@@ -23,7 +23,6 @@ from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import JOINING, TERMINAL, catalogue
 
-CONTACT_LOST = "contact_lost"
 LABELS = ("name", "direction")
 MOST_EXPONENT = 4  # Most digits of an exponent, its sign included.
 

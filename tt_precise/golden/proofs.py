@@ -77,9 +77,6 @@ class Interval:
     def __repr__(self) -> str:
         return f"Interval({float(self.low):.17g}, {float(self.high):.17g})"
 
-    def meets(self, other: Interval) -> bool:
-        return self.low <= other.high and other.low <= self.high
-
     def __lt__(self, other: Scalar) -> bool:
         return self.high < Interval.of(other).low
 
