@@ -73,12 +73,12 @@ def test_a_spread_is_the_derivative_times_sigma() -> None:
     run = integrate("kicked", until=4, sensitivity=("theta", "mu"))
     assert run.sensitivity is not None
     last, climb = run.sensitivity.frame("g_n").iloc[-1], run.sensitivity.climb.loc["equator"]
-    alone = run.sensitivity.spread({"mu": 0.03}, "g_n")
+    alone = run.sensitivity.spread({"mu": 3e-6}, "g_n")
     assert alone.loc["g_n", "value"] == run.frame("g_n").g_n.iloc[-1]
-    assert alone.loc["g_n", "sigma"] == pytest.approx(0.03 * abs(last["d g_n/d mu"]))
-    both = run.sensitivity.spread({"theta": 0.002, "mu": 0.03}).loc["equator"]
+    assert alone.loc["g_n", "sigma"] == pytest.approx(3e-6 * abs(last["d g_n/d mu"]))
+    both = run.sensitivity.spread({"theta": 2e-7, "mu": 3e-6}).loc["equator"]
     assert both["value"] == climb["t"]
-    by_both = numpy.hypot(0.002 * climb["d/d theta"], 0.03 * climb["d/d mu"])
+    by_both = numpy.hypot(2e-7 * climb["d/d theta"], 3e-6 * climb["d/d mu"])
     assert both["sigma"] == pytest.approx(by_both)
     assert (run.sensitivity.spread({})["sigma"] == 0).all()
     for wrong in ({"I1": 0.1}, {"mu": -0.1}, {"mu": numpy.nan}):
@@ -119,7 +119,9 @@ def test_a_range_is_that_of_runs_at_both_ends() -> None:
     assert row["low"] == pytest.approx(min(ends), abs=1e-9)
     assert row["high"] == pytest.approx(max(ends), abs=1e-9)
     assert "moves to another nutation, by mu" in row["note"]
-    assert row["high"] - row["low"] > 3 * 2 * row["sigma"]
+    linear = 0.003 * abs(run.sensitivity.climb.loc["equator", "d/d mu"])
+    assert row["high"] - row["low"] > 3 * 2 * linear
+    assert numpy.isnan(row["sigma"])
     straight = run.sensitivity.spread({"mu": 1e-6}).loc["equator"]
     assert straight["note"] == ""
     assert straight["high"] - straight["value"] == pytest.approx(straight["sigma"], rel=1e-2)
@@ -130,9 +132,14 @@ def test_a_side_without_a_result_is_named() -> None:
     assert run.sensitivity is not None
     row = run.sensitivity.spread({"mu": 0.02}).loc["equator"]
     assert row["note"].endswith("none at mu - sigma")
+    assert row["low"] < row["value"]
+    assert numpy.isnan([row["high"], row["sigma"]]).all()
     edge = integrate("frictionless", until="0.1", sensitivity="mu").sensitivity
     assert edge is not None
-    assert "none at mu - sigma" in edge.spread({"mu": 0.1}, "theta").loc["theta", "note"]
+    one_sided = edge.spread({"mu": 0.1}, "theta").loc["theta"]
+    assert "none at mu - sigma" in one_sided["note"]
+    assert one_sided["low"] == one_sided["value"] < one_sided["high"]
+    assert one_sided["sigma"] > 0  # The range that exists is linear.
 
 
 @pytest.mark.parametrize(

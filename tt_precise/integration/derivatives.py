@@ -115,9 +115,11 @@ class Derivatives:
         Returns
         -------
         pandas.DataFrame
-            "value"; "sigma", the standard deviation to first order; "low" and "high", the ends of
-            the range: differences of runs in which one entry is changed by its sigma, up or down,
-            added in quadrature; and "note", which says where the range is not linear, and why.
+            "value"; "low" and "high", the ends of the range: differences of runs in which one
+            entry is changed by its sigma, up or down, added in quadrature; "sigma", the standard
+            deviation to first order, where the range is linear; and "note", which says where it is
+            not, and why. What is not valid is NaN: a sigma of a range that is not linear, and the
+            end towards which a changed run has no such value, as when it never passes the equator.
         """
         import pandas
 
@@ -142,18 +144,16 @@ class Derivatives:
         ]
         rows = {}
         for key, value in centre.items():
-            ends = [
-                (effect.below.get(key, math.nan), effect.above.get(key, math.nan))
-                for effect in effects
-            ]
-            low = math.hypot(*(min(0.0, *pair) for pair in ends))
-            high = math.hypot(*(max(0.0, *pair) for pair in ends))
+            ends = [effect.range(key) for effect in effects]
+            low, high = (math.hypot(*(end[side] for end in ends)) for side in (0, 1))
+            sigma = math.hypot(*(effect.linear.get(key, math.nan) for effect in effects))
+            linear, note = _linear(key, effects, max(low, high))
             rows[key] = {
                 "value": value,
-                "sigma": math.hypot(*(effect.linear.get(key, math.nan) for effect in effects)),
+                "sigma": sigma if linear else math.nan,
                 "low": value - low,
                 "high": value + high,
-                "note": _note(key, effects, max(low, high)),
+                "note": note,
             }
         return pandas.DataFrame.from_dict(rows, orient="index")
 
@@ -235,13 +235,14 @@ class Derivatives:
 class _Effect(NamedTuple):
     """Effects of an uncertain entry on values: to first order, and at -sigma and +sigma.
 
-    ``nutations`` are the minima of theta before each time of the climb, at -sigma, 0 and +sigma.
+    ``sides`` have the changes of the values at -sigma and +sigma; None if the scene refuses the
+    changed entry. ``nutations`` are the minima of theta before each time of the climb, at -sigma, 0
+    and +sigma.
     """
 
     name: str
     linear: dict[str, float]
-    below: dict[str, float]
-    above: dict[str, float]
+    sides: tuple[dict[str, float] | None, dict[str, float] | None]
     nutations: tuple[Mapping[str, int], ...]
 
     @classmethod
@@ -251,32 +252,43 @@ class _Effect(NamedTuple):
         slopes = of._slopes(name, values)
         linear = {key: float(slope) * float(sigma) for key, (slope, _) in slopes.items()}
         middle = values(of._centre)
-        runs = [of._changed(name, sign * sigma, of._double) for sign in (-1, 1)]
-        found = [values(run) if run else {} for run in runs]
-        below, above = (
-            {key: float(there[key] - middle[key]) for key in middle if key in there}
-            for there in found
-        )
-        ordered = (runs[0], of._centre, runs[1])
-        return cls(name, linear, below, above, tuple(map(_nutations, ordered)))
 
-    def ends(self, key: str) -> tuple[float, ...]:
-        """The changes of a value at -sigma and +sigma that exist."""
-        return tuple(end[key] for end in (self.below, self.above) if key in end)
+        def changes(run: Solution | None) -> dict[str, float] | None:
+            there = values(run) if run else {}
+            found = {key: float(there[key] - middle[key]) for key in middle if key in there}
+            return found if run else None
+
+        below, above = (of._changed(name, sign * sigma, of._double) for sign in (-1, 1))
+        counts = tuple(map(_nutations, (below, of._centre, above)))
+        return cls(name, linear, (changes(below), changes(above)), counts)
+
+    def range(self, key: str) -> tuple[float, float]:
+        """The changes of a value to the low and to the high end of its range.
+
+        NaN at the end that the run on the other side does not move to, where a run has no value.
+        """
+        ends = [side.get(key, math.nan) for side in self.sides if side is not None]
+        known = [end for end in ends if not math.isnan(end)]
+        low, high = min((0.0, *known)), max((0.0, *known))
+        if len(known) < len(ends):
+            low, high = low or math.nan, high or math.nan
+        return low, high
 
 
-def _note(key: str, effects: Sequence[_Effect], size: float) -> str:
-    """The reasons why a range of this size is not linear; "" if it is."""
+def _linear(key: str, effects: Sequence[_Effect], size: float) -> tuple[bool, str]:
+    """Return whether a range of this size is linear, and the note on its ends."""
     bent: list[str] = []
     moved: list[str] = []
     missing: list[str] = []
+    unknown = False
     for effect in effects:
         linear, off = effect.linear.get(key, math.nan), []
-        for sign, ends in ((-1, effect.below), (1, effect.above)):
-            if key in ends:
-                off.append(abs(ends[key] - sign * linear))
+        for sign, side in zip((-1, 1), effect.sides, strict=True):
+            if side is not None and key in side:
+                off.append(abs(side[key] - sign * linear))
             else:
                 missing.append(f"{effect.name} {'+' if sign > 0 else '-'} sigma")
+                unknown |= side is not None
         if any(not value <= LINEAR * size for value in off):
             jumps = len({counts.get(key) for counts in effect.nutations} - {None}) > 1
             (moved if jumps else bent).append(effect.name)
@@ -286,7 +298,8 @@ def _note(key: str, effects: Sequence[_Effect], size: float) -> str:
         ("not linear in", bent),
         ("none at", missing),
     )
-    return "; ".join(f"{text} {', '.join(names)}" for text, names in notes if names)
+    note = "; ".join(f"{text} {', '.join(names)}" for text, names in notes if names)
+    return not (bent or moved or unknown), note
 
 
 def _nutations(run: Solution | None) -> Mapping[str, int]:
