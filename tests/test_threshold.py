@@ -91,6 +91,36 @@ def test_every_change_of_the_answer_is_named() -> None:
     assert "contact_lost" in "\n".join(threshold.lines(low))
 
 
+def test_an_end_that_is_a_state_of_its_own_is_no_threshold() -> None:
+    """An upright top stays; from every tilt it falls, and the theorem says so too."""
+    found = find("reference", "theta", "0:0.1", until=20, digits=1, points=2)
+    assert found.isolated
+    assert (found.below and found.below.value, found.threshold, found.by_theorem) == (0, None, None)
+    assert found.above is not None
+    assert 0 < found.above.value < Fraction(1, 100)
+    assert found.as_dict()["value"] is None
+    text = "\n".join(threshold.lines(found))
+    assert "none: at theta = 0 exactly not passed by 20 s" in text
+    assert text.endswith("from the low end: does not invert at 1, then inverts at 1")
+    soon = find("reference", "theta", "0:0.1", until=8, digits=1, points=2)
+    assert not soon.isolated
+    assert soon.threshold is not None
+
+
+@pytest.mark.parametrize(
+    ("scene", "name", "ends", "goal", "text"),
+    [
+        ("reference", "omega_3", "160:170", "contact_lost", "omega_3 = 165"),
+        ("reference", "mu", "0.3:0.5", "contact_kept", "answer changes to no: contact lost at 3.1"),
+        ("reference", "R_mm", "19:20", "contact_kept", "R_mm varied at fixed alpha, I1/(m R^2)"),
+        ("flight", "rise", "0.1:0.2", "contact_lost", "none: the answer is no at all of 2"),
+    ],
+)
+def test_contact_is_a_goal(scene: str, name: str, ends: str, goal: str, text: str) -> None:
+    found = find(scene, name, ends, goal=goal, digits=3, points=2)  # type: ignore[arg-type]
+    assert text in "\n".join(threshold.lines(found))
+
+
 def test_a_finer_arithmetic_that_contradicts_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     right = threshold._Search._answer
 
@@ -111,7 +141,10 @@ def test_a_finer_arithmetic_that_contradicts_is_said(monkeypatch: pytest.MonkeyP
         ({"ends": "2:1"}, "lower end first"),
         ({"digits": 99}, "digits: got 99, expected 1 to 25"),
         ({"points": 1}, "points: got 1"),
-        ({"goal": "both"}, "goal: got 'both', expected one of: equator, inverted"),
+        (
+            {"goal": "both"},
+            "goal: got 'both', expected one of: equator, inverted, contact_lost",
+        ),
     ],
 )
 def test_refuses(changes: dict[str, object], message: str) -> None:

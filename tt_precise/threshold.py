@@ -1,4 +1,4 @@
-"""The smallest value of an entry from which a top passes the equator, or approaches inverted spin.
+"""The smallest value of an entry from which a top passes the equator, or reaches another goal.
 
 A scan of the range finds every change of the answer that its values resolve; bisection of the first
 change from no to yes gives the digits. Each answer is a run. Both ends of the last bracket are
@@ -18,6 +18,7 @@ from tt_precise.exact.thresholds import theorem
 from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import InputError, Json
+from tt_precise.scene.body import kept_fixed
 from tt_precise.scene.numerals import written
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps.specification import Ends, box_ends, variable
@@ -25,10 +26,12 @@ from tt_precise.sweeps.specification import Ends, box_ends, variable
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
 
-Goal = Literal["equator", "inverted"]
+Goal = Literal["equator", "inverted", "contact_lost", "contact_kept"]
 GOALS = {
     "equator": "the axis passes the equator within the horizon",
     "inverted": "energy and lambda at the horizon prove that the motion approaches inverted spin",
+    "contact_lost": "the top leaves the table within the horizon",
+    "contact_kept": "the top stays on the table up to the horizon",
 }
 POINTS, MOST_POINTS = 33, 10_000
 MOST_DIGITS = 25  # Of double-double's 31, which lose some six on the way.
@@ -58,7 +61,9 @@ class Found:
 
     ``below`` and ``above`` enclose the smallest value from which the answer is yes: they are the
     ends of the bracket. Without ``below`` the answer is yes from the low end of the range on;
-    without ``above`` it is no at every value of the scan. ``changes`` are all neighbours in the
+    without ``above`` it is no at every value of the scan. ``isolated``: ``below`` is the low end of
+    the range, and the answer is yes at every value of the bisection above it: a state of its own,
+    as an upright top is, and no threshold. ``changes`` are all neighbours in the
     scan whose answers differ. ``confirmed``: a finer arithmetic gives the same answers at both
     ends. ``verdicts`` are the words of Theorem 1.1 at every value of the scan; ``by_theorem`` is
     the value from which it says "inverts", if that is their only change.
@@ -71,10 +76,16 @@ class Found:
     points: int
     below: Answer | None
     above: Answer | None
+    isolated: bool
     changes: tuple[tuple[Answer, Answer], ...]
     confirmed: bool
     by_theorem: Fraction | None
     verdicts: tuple[str, ...]
+
+    @property
+    def threshold(self) -> Fraction | None:
+        """The value found; None if the answer is no everywhere, or at an isolated end only."""
+        return None if self.isolated or self.above is None else self.above.value
 
     def as_dict(self) -> dict[str, Json]:
         """For JSON; numbers are strings of ``digits`` digits."""
@@ -91,7 +102,8 @@ class Found:
             "until": str(self.scene.until),
             "digits": self.digits,
             "points": self.points,
-            "value": self.above and decimal(self.above.value, self.digits),
+            "value": None if self.threshold is None else decimal(self.threshold, self.digits),
+            "isolated": self.isolated,
             "below": text(self.below),
             "above": text(self.above),
             "changes": [[text(one), text(other)] for one, other in self.changes],
@@ -160,9 +172,10 @@ def find(
     if len(turns) == 1:
         one, other = scan[turns[0] : turns[0] + 2]
         by_theorem = search.by_theorem(one.value, other.value, digits)
+    isolated = below is not None and below.value == low
     return Found(
-        loaded, name, goal, digits, points, below, above, tuple(changes), confirmed, by_theorem,
-        tuple(verdicts),
+        loaded, name, goal, digits, points, below, above, isolated, tuple(changes), confirmed,
+        by_theorem, tuple(verdicts),
     )  # fmt: skip
 
 
@@ -218,6 +231,13 @@ class _Search:
         crossing = _crossing(run)
         until = f"{float(run.t_end):.6g} s"
         ended = "" if run.status == "complete" else f", where the motion ends: {run.status}"
+        if self.goal in ("contact_lost", "contact_kept"):
+            lost = next((piece for piece in run.pieces if piece.leaves), None)
+            if lost is not None:
+                t = float(lost.end)
+                return Answer(value, self.goal == "contact_lost", f"contact lost at {t:.6g} s", t)
+            kept = run.status == "complete" and self.goal == "contact_kept"
+            return Answer(value, kept, f"on the table up to {until}{ended}", None)
         if self.goal == "equator":
             if crossing is not None:
                 return Answer(value, True, f"passed at {crossing:.6g} s", crossing)
@@ -227,7 +247,10 @@ class _Search:
         return Answer(value, end.verdict == "inverted", f"end {end.verdict}, {theta}{ended}", None)
 
     def by_theorem(self, low: Fraction, high: Fraction, digits: int) -> Fraction | None:
-        """The value from which the theorem says "inverts", if it does so at the high end only."""
+        """The value from which the theorem says "inverts", if it does so at the high end only.
+
+        None too if the low end itself is the only value at which it does not.
+        """
 
         def says(value: Fraction) -> Answer:
             verdict = theorem(self.scene_at(value))
@@ -236,7 +259,8 @@ class _Search:
         below, above = says(low), says(high)
         if below.yes or not above.yes:
             return None
-        return bisected(below, above, Fraction(1, 10 ** (digits + 1)), says)[1].value
+        below, above = bisected(below, above, Fraction(1, 10 ** (digits + 1)), says)
+        return None if below.value == low else above.value
 
 
 def _crossing(run: Trajectory) -> float | None:
@@ -258,34 +282,43 @@ def decimal(value: Fraction, digits: int) -> str:
 
 def lines(found: Found) -> list[str]:
     """The result as text."""
-    name, digits = found.name, found.digits
-    until = f"{float(found.scene.until):g} s"
-    shown = [
-        f"{found.scene.name}, until {until}: the smallest {name} from which {GOALS[found.goal]}"
+    until, kept = f"{float(found.scene.until):g} s", kept_fixed([found.name])
+    return [
+        f"{found.scene.name}, until {until}: the smallest {found.name} from which "
+        f"{GOALS[found.goal]}",
+        *_outcome(found),
+        *_changes(found),
+        *([f"  {kept}"] if kept else []),
+        *_theorem(found),
     ]
-    if found.above is None:
-        return [
-            *shown,
-            f"  none: the answer is no at all of {found.points} values",
-            *_theorem(found),
+
+
+def _outcome(found: Found) -> list[str]:
+    name, digits, below, above = found.name, found.digits, found.below, found.above
+    if above is None:
+        return [f"  none: the answer is no at all of {found.points} values"]
+    value = decimal(above.value, digits)
+    if below is None:
+        return [f"  already at the low end of the range, {name} = {value}: {above.text}"]
+    if found.isolated:
+        low = decimal(below.value, digits)
+        shown = [
+            f"  none: at {name} = {low} exactly {below.text};",
+            f"    at every value tried above it, down to {value}, {above.text}",
         ]
-    if found.below is None:
-        low = decimal(found.above.value, digits)
-        shown.append(f"  already at the low end of the range, {name} = {low}: {found.above.text}")
-        return [*shown, *_changes(found), *_theorem(found)]
-    shown.append(f"  {name} = {decimal(found.above.value, digits)}")
-    shown += [
-        f"    at {decimal(answer.value, digits + 1)}: {answer.text}"
-        for answer in (found.below, found.above)
-    ]
-    t = found.above.t
-    if t is not None and t > LATE * found.scene.until:
-        shown.append("    just before the horizon: the value may be smaller with a later --until")
+    else:
+        shown = [f"  {name} = {value}"]
+        for answer in (below, above):
+            shown.append(f"    at {decimal(answer.value, digits + 1)}: {answer.text}")
+        if above.t is not None and above.t > LATE * found.scene.until:
+            shown.append(
+                "    just before the horizon: the value may be smaller with a later --until"
+            )
     if not found.confirmed:
         shown.append(
             "  NOT CONFIRMED: a finer arithmetic answers otherwise at an end; ask for fewer digits"
         )
-    return [*shown, *_changes(found), *_theorem(found)]
+    return shown
 
 
 def _changes(found: Found) -> list[str]:
@@ -305,8 +338,8 @@ def _theorem(found: Found) -> list[str]:
     if found.by_theorem is not None:
         value = decimal(found.by_theorem, found.digits)
         said = f"{words[0]} below {found.name} = {value}, {words[-1]} from there on"
-        if found.above is not None and found.below is not None:
-            ratio = float(found.above.value / found.by_theorem)
+        if found.threshold is not None and found.below is not None:
+            ratio = float(found.threshold / found.by_theorem)
             said += f"; the value found is {ratio:.4g} of it"
     elif len(runs) == 1:
         said = f"{words[0]} at all {found.points} values tried"

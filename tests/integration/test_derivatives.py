@@ -43,6 +43,13 @@ def test_derivatives_are_difference_quotients(name: str, value: str) -> None:
         assert row[f"error:d/d {name}"] < 1e-8 * abs(quotient) + 1e-12
 
 
+def test_a_key_with_a_unit_has_the_derivative_of_its_parameter() -> None:
+    run = integrate("reference", until="0.2", sample_every="0.2", sensitivity=("R_mm", "R", "m_g"))
+    last = run.sensitivity.frame().iloc[-1]  # type: ignore[union-attr]
+    assert last["d theta/d R_mm"] == pytest.approx(last["d theta/d R"] / 1000, rel=1e-12)
+    assert last["d theta/d m_g"] == pytest.approx(0, abs=1e-15)  # The motion does not depend on m.
+
+
 def test_the_derivative_at_the_start_is_that_of_the_start() -> None:
     run = integrate("reference", until="0.02", sensitivity="theta, omega_3")
     assert run.sensitivity is not None

@@ -83,6 +83,8 @@ def test_an_inclination_may_be_as_a_scene_writes_it(text: str, expected: list[fl
         ({"mu": "10 deg"}, "vary mu: got '10 deg'"),
         ({"I3": "0.4,0.8"}, "I3"),
         ({"I1": "3e-6", "I3": "3.1e-6"}, r"body\.I1: got .* in units of m R\^2"),
+        ({"m": "0.02", "m_g": "20"}, r"body\.m_g: got another key for m too"),
+        ({"centre_mm": "3,19", "R_mm": "18,25"}, "alpha: got 19/18, expected a number between"),
         ({"omega_3": "150:155:99999999999999"}, f"expected at most {MOST_VALUES}"),
     ],
 )
@@ -135,6 +137,27 @@ def test_rows_do_not_depend_on_blocks(vary: dict[str, str]) -> None:
     rest = values_of(spec, 7, {0, 1, 3})
     assert set(rest) == set(range(-(-spec.rows // 7))) - {0, 1, 3}
     assert all((some == whole[7 * n : 7 * n + 7]).all() for n, some in rest.items())
+
+
+@pytest.mark.parametrize(
+    ("vary", "keys"),
+    [
+        ({"R": "0.015,0.025"}, {"R_mm": "15,25"}),
+        ({"m": "0.015,0.025"}, {"m_g": "15,25"}),
+        ({"alpha": "0.2,0.4"}, {"centre_mm": "4,8"}),
+        ({"I1": "0.36,0.42"}, {"I1_kg_m2": "2.88e-6,3.36e-6"}),
+    ],
+)
+def test_keys_with_units_are_varied(vary: dict[str, str], keys: dict[str, str]) -> None:
+    """Their rows are those of the numbers in SI."""
+    plain, units = (SweepSpec.of("reference", vary=one) for one in (vary, keys))
+    for one, other in zip(values_of(plain, 9)[0], values_of(units, 9)[0], strict=True):
+        bodies = [
+            spec.scene_of(dict(zip(spec.names, row, strict=True))).body
+            for spec, row in ((plain, one), (units, other))
+        ]
+        values = [list(map(float, body.numbers_by_name.values())) for body in bodies]
+        assert values[0] == pytest.approx(values[1], rel=1e-15)
 
 
 def test_scene_of_a_row_holds_its_numbers_exactly() -> None:

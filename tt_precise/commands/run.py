@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 UNFINISHED = 1
 LONG_S = 60.0  # Duration in s from which a run with --digits says first how long it takes.
-# Ends of a phase on the table after which the top is in the air.
-LEAVES = ("contact_lost", "lift_off", "separation")
 FORCE = "extremum:g_n"
 ENDS = ("t_init", "t_end")
 APPROACHES = {
@@ -356,9 +354,7 @@ def answers(trajectory: Trajectory, *, exactly: bool = False) -> dict[str, Any]:
         "equator": EquatorRecord(*equator),
         "end": EndRecord(*end),
         "climb": climb,
-        "contact_lost": next(
-            (stretch.end for stretch in stretches if stretch.ended in LEAVES), None
-        ),
+        "contact_lost": next((text(p.end) for p in trajectory.pieces if p.leaves), None),
         "smallest_g_n": smallest,
         "stretches": stretches,
     }
@@ -427,7 +423,7 @@ def _smallest_force(trajectory: Trajectory) -> NormalForceRecord | None:
     known = [*zip(events["g_n"], events["t"], strict=True)]
     known += zip(at_ends["g_n"], at_ends["t"], strict=True)
     # Where contact is lost g_n is 0; the value there is the rounding of that.
-    lost = {float(piece.end) for piece in run.pieces if piece.status in LEAVES}
+    lost = {float(piece.end) for piece in run.pieces if piece.leaves}
     forces = [
         (0.0 if float(t) in lost else float(force), float(t))
         for force, t in known

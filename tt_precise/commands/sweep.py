@@ -12,6 +12,7 @@ from tt_precise.commands import options
 from tt_precise.runtime.terminal import progress_bar, say
 from tt_precise.runtime.values import InputError, Json, listed
 from tt_precise.runtime.workers import cores, dask_pool
+from tt_precise.scene.body import kept_fixed
 
 CONTRADICTED = NOT_FOUND = 1
 # Keys of the summary under which the spot check contradicts rows.
@@ -94,8 +95,8 @@ def run(
     """Integrate SCENE from many starts: a shipped name, a scene file, or a TOML file of a sweep.
 
     sweep plot draws the rows; sweep find looks for a threshold. Any number of the scene's file can
-    be varied. A row of gliding with the viscous law, or of rolling, on a rigid table takes
-    milliseconds; every other row is a run.
+    be varied, by its keys with units too (R_mm, centre_mm, I1_kg_m2). A row of gliding with the
+    viscous law, or of rolling, on a rigid table takes milliseconds; every other row is a run.
 
     \b
     Columns: index, the varied names, and
@@ -158,7 +159,9 @@ def run(
         with replacing(table) as temporary:
             for position, frame in enumerate(swept.store.frames()):
                 frame.to_csv(temporary, index=False, header=not position, mode="a")
-    options.emit(as_json, dict(swept.summary), lines(dict(swept.summary)))
+    kept = kept_fixed(spec.names)
+    shown = [*lines(dict(swept.summary)), *([f"  {kept}"] if kept else [])]
+    options.emit(as_json, dict(swept.summary), shown)
     checked = swept.summary["recheck"]
     contradicted = [name for name in CONTRADICTIONS if checked[name]]
     if contradicted:
@@ -205,7 +208,7 @@ def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: st
     default="equator",
     show_default=True,
     help="equator: the axis passes it by the horizon; inverted: the motion provably approaches "
-    "inverted spin.",
+    "inverted spin; contact_lost, contact_kept: the top leaves the table by the horizon, or not.",
 )
 @click.option("--until", help="Horizon in s, instead of the scene's.")
 @click.option("--digits", type=int, default=6, show_default=True, help="Digits of the value.")
@@ -221,7 +224,8 @@ def find_command(
     The entry is a spin, a friction coefficient, a tilt or any other number that a sweep can vary:
     sweep find reference omega_3=20:260. Values across the range are tried first, then the first
     change of the answer from no to yes is bisected; both ends of the last bracket are integrated
-    again in a finer arithmetic. The verdict of Theorem 1.1 over the range is printed too.
+    again in a finer arithmetic. A low end that is a state of its own, as theta = 0 is, is no
+    threshold and is said apart. The verdict of Theorem 1.1 over the range is printed too.
 
     Exit status 1 if no value of the range reaches the goal, or a finer arithmetic contradicts.
     """

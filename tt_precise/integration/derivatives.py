@@ -26,8 +26,9 @@ from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.integration.solution import Solution, solve
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import InputError, Scalar
+from tt_precise.scene.body import in_unit_keys
 from tt_precise.scene.scene import Scene
-from tt_precise.scene.start import Inclination
+from tt_precise.scene.start import LIFTED, Inclination
 
 COLUMNS = ("theta", "omega_3")  # These columns are differentiated by default.
 TOLERANCE = 1e-28  # Relative tolerance in double-double, three digits above its rounding.
@@ -53,9 +54,12 @@ class Side(NamedTuple):
 class Derivatives:
     """Derivatives of a trajectory's columns and climb by entries of its scene.
 
-    ``names`` are entries of [body] and [start], in the units of the scene's file. A derivative is a
-    central difference quotient; at the end of an entry's range, as theta = 0 is, the quotient on
-    the other side. Its error is estimated from quotients with other changes of the entry.
+    ``names`` are entries of [body] and [start], in the units of the scene's file, by keys with
+    units (``R_mm``) too. Where m or R changes, alpha and I1, I3 in units of m R^2 stay.
+
+    A derivative is a central difference quotient; at the end of an entry's range, as theta = 0 is,
+    the quotient on the other side. Its error is estimated from quotients with other changes of the
+    entry.
 
     Raises ``InputError``: the scene has no such entry.
     """
@@ -353,9 +357,11 @@ def _values_by_name(scene: Scene) -> Iterator[tuple[str, Fraction]]:
     for name, value in scene.body.in_file_units().items():
         if isinstance(value, Fraction):
             yield name, value
+    yield from in_unit_keys(scene.body).items()
     yield "theta", scene.start.theta.offset
-    for name in RATES:
-        yield name, getattr(scene.start, name)
+    for name in (*RATES, *LIFTED):
+        if hasattr(scene.start, name):
+            yield name, getattr(scene.start, name)
 
 
 def _value(scene: Scene, name: str) -> Fraction:

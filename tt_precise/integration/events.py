@@ -170,6 +170,8 @@ JOINING = {
     "separation": "elastic table: the normal force reaches 0",
     "landing": "elastic table: the lowest point comes down to the table",
 }
+# Ends of a phase on the table after which the top is in the air.
+LEAVES = ("contact_lost", "lift_off", "separation")
 
 
 def catalogue(model: str) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from typing import Any, Literal, NamedTuple, Protocol
 
 from tt_precise.integration.columns import Columns
 from tt_precise.integration.dense_output import ARRIVED, SampleTimes, Segment, Span
-from tt_precise.integration.events import Found
+from tt_precise.integration.events import LEAVES, Found
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.registry import asked_by
 from tt_precise.integration.setup import Setup, full_tolerance, require_contact
@@ -43,6 +43,11 @@ class PhaseInterval(NamedTuple):
     begin: Scalar
     end: Scalar
     status: str
+
+    @property
+    def leaves(self) -> bool:
+        """Return whether the top leaves the table at the end."""
+        return self.status in LEAVES
 
 
 @dataclass(frozen=True, eq=False)

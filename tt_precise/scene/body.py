@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -127,6 +127,29 @@ UNIT_KEYS = {
     "centre_m": ("alpha", Fraction(1)), "centre_mm": ("alpha", Fraction(1, 1000)),
     "I1_kg_m2": ("I1", Fraction(1)), "I3_kg_m2": ("I3", Fraction(1)),
 }  # fmt: skip
+
+# The parameters that other ones scale, as scenes write them: what is kept where m or R changes.
+RATIOS = {"alpha": ("alpha", "R"), "I1": ("I1/(m R^2)", "mR"), "I3": ("I3/(m R^2)", "mR")}
+
+
+def in_unit_keys(body: TippeTop) -> dict[str, Fraction]:
+    """The values of the keys with units, such as ``R_mm``, of a body."""
+    sizes = {"m": body.m, "R": body.R, "alpha": body.alpha * body.R, "I1": body.I1, "I3": body.I3}
+    return {key: sizes[name] / unit for key, (name, unit) in UNIT_KEYS.items()}
+
+
+def kept_fixed(names: Iterable[str]) -> str:
+    """The sentence about ratios that keep their values while ``names`` vary; "" if there is none.
+
+    Entries of a start may be among the names.
+    """
+    changed = {UNIT_KEYS.get(name, (name,))[0]: name for name in names}
+    kept = [
+        ratio for name, (ratio, scales) in RATIOS.items()
+        if name not in changed and changed.keys() & set(scales)
+    ]  # fmt: skip
+    moved = [changed[name] for name in ("m", "R") if name in changed]
+    return f"{' and '.join(moved)} varied at fixed {', '.join(kept)}" if kept else ""
 
 
 def body_numbers(

@@ -13,6 +13,7 @@ from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
+from itertools import product
 from numbers import Integral
 from pathlib import Path
 from typing import Annotated, Any
@@ -26,7 +27,7 @@ from tt_precise.runtime.cache import fingerprint
 from tt_precise.runtime.files import parse_toml, read_toml
 from tt_precise.runtime.records import Meta, Record
 from tt_precise.runtime.values import Array, InputError, Json
-from tt_precise.scene.body import require_si
+from tt_precise.scene.body import UNIT_KEYS, require_si
 from tt_precise.scene.numerals import within_doubles, written
 from tt_precise.scene.scene import Scene, Start, load_scene
 from tt_precise.scene.start import LIFTED, LiftedStart
@@ -43,9 +44,9 @@ Ends = str | tuple[Number, Number]
 
 
 def variable(scene: Scene) -> tuple[str, ...]:
-    """The names that a sweep of ``scene`` can vary; I1 and I3 in units of m R^2."""
+    """The names that a sweep of ``scene`` can vary: the numbers of its file, in its units."""
     lifted = LIFTED if isinstance(scene.start, LiftedStart) or scene.body.spring else ()
-    return (*STARTS, "psi_dot", *lifted, *scene.body.numbers_by_name)
+    return (*STARTS, "psi_dot", *lifted, *scene.body.numbers_by_name, *UNIT_KEYS)
 
 
 @dataclass(frozen=True)
@@ -203,16 +204,14 @@ class SweepSpec:
     def _check_ends(self) -> None:
         ends = {name: (min(values), max(values)) for name, values in self.vary.items()}
         ends |= self.box
-        inertia = {name: ends.pop(name) for name in ("I1", "I3") if name in ends}
-        for name, pair in ends.items():
-            for value in pair:
-                # as a row has it; in decimals, which a refusal shows
-                require_si(self.scene.varied(**{name: float(value)}).body)
-        # I3 <= 2 I1 and both positive: the corners with one low and one high are the worst
-        for corner in ((0, 1), (1, 0)) if inertia else ():
-            which = dict(zip(("I1", "I3"), corner, strict=True))
-            changes = {name: pair[which[name]] for name, pair in inertia.items()}
-            require_si(self.scene.varied(**changes).body)
+        of_body = {*self.scene.body.numbers_by_name, *UNIT_KEYS}
+        body = {name: ends.pop(name) for name in [*ends] if name in of_body}
+        alone = [{name: value} for name, pair in ends.items() for value in pair]
+        # Ranges of a body depend on several of its numbers, on each monotonically.
+        corners = [dict(zip(body, corner, strict=True)) for corner in product(*body.values())]
+        for changes in (*alone, *corners):
+            # as a row has them; in decimals, which a refusal shows
+            require_si(self.scene.varied(**{n: float(x) for n, x in changes.items()}).body)
 
 
 def grid_values(name: str, values: Values) -> tuple[Fraction, ...]:
