@@ -299,8 +299,10 @@ def test_columns_are_the_panels_of_a_plot(tmp_path: Path, said: Said) -> None:
     said(SHORT, "--plot", one, "--columns theta,drift:jellett")
     said(SHORT, "--plot", all_of_it)
     assert one.read_text("utf-8") != all_of_it.read_text("utf-8")
-    text = said(SHORT, "--out", tmp_path / "a.csv", "--columns drift:jellett", status=2)
-    assert "--columns: got 'drift:jellett'" in text
+    said(SHORT, "--out", tmp_path / "a.csv", "--columns drift:jellett,theta")
+    assert (tmp_path / "a.csv").read_text("utf-8").startswith("t,drift:jellett,theta\n0.0,0.0,")
+    text = said(SHORT, "--out", tmp_path / "a.csv", "--columns drift:lean", status=2)
+    assert "--columns: got 'drift:lean'" in text
     assert "without --out or --plot" in said(SHORT, "--columns theta", status=2)
 
 

@@ -68,8 +68,29 @@ def test_the_drift_of_every_quantity_can_be_drawn(short: Trajectory) -> None:
     assert (jellett.get_yscale(), theta.get_yscale()) == ("log", "linear")
     drawn = short.plot("drift:nu_x").axes[0].lines[0].get_ydata()
     assert np.asarray(drawn, float)[-1] <= 1  # as nu_x starts at 0
-    with pytest.raises(InputError, match="plot: got 'drift:lean', expected drift: and one of: jel"):
+    with pytest.raises(
+        InputError, match="column: got 'drift:lean', expected drift: and one of: jel"
+    ):
         short.plot("drift:lean")
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_a_drift_is_a_column_of_frames_too(rough: Scene, precision: str) -> None:
+    """In every kind of number: its largest value is ``drift``."""
+    run = integrate(rough, precision, until="0.05")
+    names = ("drift:jellett", "theta", "drift:E", "drift:nu_x")
+    tables = [run.table(*names, numbers=kind) for kind in ("float", "exact", "text")]  # type: ignore[arg-type]
+    for table in tables:
+        assert list(table) == ["t", *names]
+        assert all(len(column) == len(run.sample_times) for column in table.values())
+        assert [float(table[f"drift:{name}"][0]) for name in ("jellett", "E", "nu_x")] == [0, 0, 0]
+        assert max(map(float, table["drift:jellett"])) == float(run.drift["jellett"])
+        energy = run.table("E", numbers="exact")["E"]
+        assert float(table["drift:E"][-1]) == pytest.approx(
+            abs(float((energy[-1] - energy[0]) / energy[0])), rel=1e-9
+        )
+    with pytest.raises(InputError, match="times: got times with estimated errors or drifts"):
+        run.frame("drift:jellett", times=[0.01])
 
 
 def test_a_run_that_ended_early_says_so(rough: Scene) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from tests.conftest import top
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.body import TippeTop, require_si, top_of
+from tt_precise.scene.body import UNIT_KEYS, TippeTop, require_si, top_of
 from tt_precise.scene.numerals import to_mpmath
 
 
@@ -99,6 +99,25 @@ def test_floats_are_the_decimals_that_one_writes() -> None:
 def test_numbers_in_other_units_are_named(changes: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
         require_si(top(**changes))
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"R_mm": "0.02"}, r"body\.m, body\.R_mm: got 0\.02, .* m in kg and R_mm in mm: with R_mm"),
+        ({"m_g": "2e4"}, r"body\.m_g, body\.R: got 20000\.0, .* with R = 0\.02"),
+        ({"m_g": "-3"}, r"body\.m_g: got -3\.0, expected a number above 0"),
+        ({"centre_mm": "30"}, r"body\.centre_mm: got 30\.0, .* the radius, 20\.0 in the same unit"),
+        ({"I1_kg_m2": "131/350"}, r"body\.I1_kg_m2: got 131/350, .* not 4\.68e\+04; .* write I1$"),
+    ],
+)
+def test_a_key_with_a_unit_is_named(changes: dict[str, str], said: str) -> None:
+    """Not the key in SI, which the user did not write."""
+    body = {"m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82"}
+    for key in changes:
+        del body[UNIT_KEYS[key][0]]
+    with pytest.raises(InputError, match=said):
+        top_of({**body, **changes, "mu": "0.3"})
 
 
 @pytest.mark.parametrize(

@@ -73,6 +73,8 @@ def test_an_empty_picture_and_unknown_columns_are_refused() -> None:
             draw()
     with pytest.raises(InputError, match="expected one of: mu"):
         curve(rows(), "mu", "nothing")
+    with pytest.raises(InputError, match="; a sweep with --record t_equator has"):
+        map_of(rows(), "mu", "omega_3", "t_equator")
 
 
 @pytest.mark.parametrize("grid", [True, False])

@@ -159,7 +159,7 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
     error_estimate: Annotated[
         dict[str, str], means("estimated absolute error of each entry, decimals")
     ]
-    digits: Annotated[float, means("significant digits (see the explanation)")]
+    digits: Annotated[float, means("correct digits of the worst entry of `state`, at the end")]
     drift: Annotated[
         dict[str, str],
         means("largest relative drift of each conserved quantity, decimals"),
@@ -186,7 +186,7 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
 @click.option(
     "--columns",
     help="Columns of --out, or panels of --plot, separated by commas: quantities, pose, pose:xyzw, "
-    "error:NAME, digits; for --plot also drift:NAME.",
+    "error:NAME, drift:NAME, digits.",
 )
 @click.option(
     "--out",
@@ -252,7 +252,7 @@ def command(
         _require_writable(Path(out), "--out")
     elif wanted and plot is None:
         raise InputError("--columns: got names without --out or --plot, expected one of the two")
-    posed = _require_columns(wanted, drifts=out is None)
+    posed = _require_columns(wanted)
     if posed or animate is not None:
         if loaded.start.theta.at_pole:
             raise InputError(
@@ -477,7 +477,7 @@ def lines(trajectory: Trajectory, outcome: dict[str, Any]) -> list[str]:
         f"{trajectory.formulation}, {trajectory.steps} steps)",
         *_outcome_lines(outcome),
         *(f"  {line}" for line in str(state).splitlines()[1:]),  # without its time
-        f"  digits of the worst entry: {digits:.1f}",
+        f"  digits at the end, of the worst entry: {digits:.1f}",
         *(f"  drift of {name}: {short(value)}" for name, value in trajectory.drift.items()),
     ]
     shown += [f"  {count} x {name}" for name, count in trajectory.event_counts.most_common()]
@@ -548,15 +548,18 @@ def with_error(time: str, error: float) -> str:
     return f"{shown:f} +- {error:.2g}"
 
 
-def _require_columns(names: tuple[str, ...], *, drifts: bool) -> bool:
+def _require_columns(names: tuple[str, ...]) -> bool:
     """Refuse unknown columns; return whether the pose is among them."""
     from tt_precise.integration.columns import POSE_COLUMNS
     from tt_precise.integration.errors import DIGITS, ERROR
+    from tt_precise.integration.reading import DRIFT, is_drift
+    from tt_precise.mechanics.conserved import INTEGRALS
 
     known = dict.fromkeys([*STATE_DIMENSIONS, *QUANTITIES, *POSE_COLUMNS])
+    drifts = known.keys() | INTEGRALS  # Which of them are conserved depends on the scene.
     for name in names:
-        if drifts and name.startswith("drift:"):
-            continue  # the conserved quantities depend on the scene
+        if is_drift(name) and name.removeprefix(DRIFT) in drifts:
+            continue
         if name.removeprefix(ERROR) not in known and name != DIGITS:
             raise InputError(f"--columns: got {name[:60]!r}, expected any of: {', '.join(known)}")
     return bool(POSE_COLUMNS.keys() & set(names))

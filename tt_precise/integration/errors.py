@@ -2,7 +2,7 @@
 
 The exact solution is unknown, so the scene is integrated again: with ``RATIO`` times smaller
 truncation errors, or in a finer arithmetic, and with body and start rounded oppositely. Both are
-compare at the samples. Their states differ so little that the difference is exact, and the
+compared at the samples. Their states differ so little that the difference is exact, and the
 difference of a column follows to first order. A reference run need not detect events: one step of
 Newton's method gives the zero of an event's function in it.
 """
@@ -30,7 +30,15 @@ from tt_precise.integration.dense_output import ARRIVED, Segment, Times, long_do
 from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import Event, EventRecord
 from tt_precise.integration.precision import finer
-from tt_precise.integration.reading import Numbers, end_state, own_table, table, values_at_end
+from tt_precise.integration.reading import (
+    Numbers,
+    drift_columns,
+    end_state,
+    is_drift,
+    own_table,
+    table,
+    values_at_end,
+)
 from tt_precise.integration.setup import Setup, full_tolerance
 from tt_precise.integration.solution import Solution
 from tt_precise.mechanics.quantities import Quantity, UserFunction
@@ -51,7 +59,7 @@ SMALL = 2.0**-600  # scale of deviations, so small that their squares vanish
 def reference_runs(setup: Setup) -> list[dict[str, Any]]:
     """The reference runs for a run with ``setup``: the changes for ``Solution.again``.
 
-    A coarse run is compare in its own arithmetic, which costs less. Both round the start and the
+    A coarse run is compared in its own arithmetic, which costs less. Both round the start and the
     body, so the reference run rounds each number oppositely. In Euler form, and below
     ``Kind.rough``, rounding may dominate the error: the reference run is no better, and may agree
     by chance. Then a second reference run repeats the run with opposite rounding.
@@ -87,18 +95,22 @@ def table_with_errors(
     numbers: Numbers,
     progress: Progress | None = None,
 ) -> dict[Any, Array]:
-    """Return ``reading.table`` with columns of estimated errors, at the samples.
+    """Return ``reading.table`` with columns of estimated errors and of drifts, at the samples.
 
-    Raises ``InputError``: there are times and columns of errors.
+    Raises ``InputError``: there are times and such columns.
     """
     estimates = {name: str(name).removeprefix(ERROR) for name in wanted if is_estimate(name)}
-    if not estimates:
+    drifts = [str(name) for name in wanted if is_drift(name)]
+    if not estimates and not drifts:
         return table(run, wanted, times, numbers, progress)
     if times is not None:
-        raise InputError("times: got times with estimated errors, expected no times")
-    plain = [name for name in wanted if name not in estimates]
+        raise InputError("times: got times with estimated errors or drifts, expected no times")
+    plain = [name for name in wanted if name not in estimates and name not in drifts]
     columns = table(run, plain or ["theta"], None, numbers, progress)
-    errors = errors_of(run).over_time([name for name in estimates.values() if name != DIGITS])
+    if drifts:
+        columns |= drift_columns(run, drifts, numbers)
+    estimated = [name for name in estimates.values() if name != DIGITS]
+    errors = errors_of(run).over_time(estimated) if estimates else {}
     for name, column in estimates.items():
         values = errors[column]
         columns[name] = shortest_texts(values) if numbers == "text" else values

@@ -17,13 +17,14 @@ from tt_precise.integration.columns import POSE_NAMES, Name, Row, State
 from tt_precise.integration.dense_output import ARRIVED, Segment, long_double
 from tt_precise.integration.solution import Solution
 from tt_precise.mechanics.conserved import conserved, drift
-from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar
 from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.scene.scene import RECORDABLE
 
 Numbers = Literal["float", "exact", "text"]
+DRIFT = "drift:"  # The name of a column of drifts begins so.
 FALLING = -1  # the speed where the top sticks, the margin to the cone where it slips
 
 
@@ -272,6 +273,48 @@ def drift_over_time(run: Solution) -> dict[str, Sequence[Scalar]]:
     return {
         integral.name: (drift(integral, both)[1] * ones).astype(float) for integral in integrals
     }
+
+
+def is_drift(name: Name) -> bool:
+    """Return whether a column is the drift of a quantity, such as "drift:jellett"."""
+    return isinstance(name, str) and name.startswith(DRIFT)
+
+
+def drift_columns(
+    run: Solution, names: Iterable[str], numbers: Numbers = "float"
+) -> dict[str, Array]:
+    """The relative drifts of the columns "drift:NAME" at the samples.
+
+    NAME is a conserved quantity of the scene, whose drift is computed in finer arithmetic, or any
+    quantity: the change since the start over its value there, or over its largest value if it
+    starts at 0.
+
+    Raises ``InputError``: there is no such quantity.
+    """
+    known, columns = drift_over_time(run), {}
+    for name in names:
+        wanted = name.removeprefix(DRIFT)
+        if wanted not in known and wanted not in QUANTITIES:
+            raise InputError(
+                f"column: got {name[:60]!r}, expected {DRIFT} and one of: {', '.join(known)}, or a "
+                "quantity such as E or D"
+            )
+        values = known[wanted] if wanted in known else _changes(run, wanted)
+        if numbers == "text" and not run.precision.is_float:
+            columns[name] = list(map(run.precision.text, values))
+        elif numbers == "exact":
+            columns[name] = values
+        else:
+            doubles = numpy.array(values, dtype=float)
+            columns[name] = shortest_texts(doubles) if numbers == "text" else doubles
+    return columns
+
+
+def _changes(run: Solution, name: str) -> Array:
+    values = own_table(run, [name], run.sample_times, "exact")[name]
+    known = [abs(value) for value in values if value is not None and value == value]
+    scale = (values[0] and abs(values[0])) or max(known, default=0) or 1
+    return numpy.array([v if v is None else abs(v - values[0]) / scale for v in values])
 
 
 def _local(segment: Segment, time: Fraction) -> Fraction:

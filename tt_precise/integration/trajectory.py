@@ -211,7 +211,8 @@ class Trajectory:
             quadratures.
             "pose" means the columns of the pose, "pose:xyzw" the same with the scalar of the
             quaternion last, "error:NAME" the estimated error of a column, "digits" the digits of
-            the state's worst entry (``error_over_time``).
+            the state's worst entry (``error_over_time``), "drift:NAME" the relative drift of a
+            conserved or of any other quantity.
         times
             In s, one or several; by default the scene's samples.
         numbers
@@ -387,8 +388,7 @@ class Trajectory:
     def plot(self, *names: Any) -> Figure:
         """A matplotlib ``Figure`` over time with a panel for each of ``names`` (as in ``frame``).
 
-        "drift:NAME" is the relative drift of a conserved or of any other quantity. Without names:
-        theta, energies, normal force, relative drift of the conserved quantities.
+        Without names: theta, energies, normal force, relative drift of the conserved quantities.
         Recorded events are marked. ``tt_precise.runtime.plotting.save`` writes the figure.
         """
         from tt_precise.integration.views import figure

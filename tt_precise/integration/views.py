@@ -10,9 +10,15 @@ import numpy
 
 from tt_precise.integration.columns import Name, expanded
 from tt_precise.integration.errors import DIGITS, ERROR, table_with_errors
-from tt_precise.integration.reading import drift_over_time, event_columns, with_quadratures
+from tt_precise.integration.reading import (
+    DRIFT,
+    drift_over_time,
+    event_columns,
+    is_drift,
+    with_quadratures,
+)
 from tt_precise.integration.solution import Solution
-from tt_precise.mechanics.quantities import QUANTITIES, described
+from tt_precise.mechanics.quantities import described
 from tt_precise.runtime import player, plotting
 from tt_precise.runtime.files import atomic_write, replacing
 from tt_precise.runtime.terminal import Progress, silent
@@ -29,7 +35,6 @@ if TYPE_CHECKING:
 WIDTH, PANEL = 7.0, 1.55  # inches
 # drawn for an exact zero on a logarithmic axis: a part of eps
 EXACT, TINIEST = 2.0**-8, 1e-300
-DRIFT = "drift:"
 ENERGIES = ("E", "E_rot", "E_trans", "E_pot")
 LABELS = {
     "theta": r"$\theta$", "theta_dot": r"$\dot\theta$", "phi_dot": r"$\dot\varphi$",
@@ -53,9 +58,7 @@ def figure(run: Solution, names: tuple[Name, ...] = ()) -> Figure:
     panels: tuple[tuple[Name, ...], ...] = tuple((name,) for name in names)
     if not names:
         panels = (("theta",), ENERGIES, ("g_n",))
-    wanted = [name for panel in panels for name in panel if not is_drift(name)]
-    drifts = {str(name): drift_of(run, str(name)) for name in names if is_drift(name)}
-    samples = columns_of(run, [*dict.fromkeys(wanted)] or ["theta"])
+    samples = columns_of(run, [name for panel in panels for name in panel])
     count = len(panels) + (not names)
     with plotting.styled():
         drawn = plotting.new_figure(WIDTH, PANEL * count + 0.5)
@@ -63,7 +66,7 @@ def figure(run: Solution, names: tuple[Name, ...] = ()) -> Figure:
         for panel, place in zip(panels, axes, strict=False):
             if is_drift(panel[0]):
                 name = str(panel[0])
-                _drifts(place, run, {name.removeprefix(DRIFT): drifts[name]})
+                _drifts(place, run, {name.removeprefix(DRIFT): samples[name]})
             else:
                 _panel(place, samples, panel)
         if not names:
@@ -92,33 +95,6 @@ def _panel(axes: Axes, samples: Mapping[str, Array], columns: tuple[Name, ...]) 
         axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
     if names == ["g_n"]:
         axes.axhline(0, color=plotting.GREY, linewidth=0.8)
-
-
-def is_drift(name: Name) -> bool:
-    """Return whether a panel is the drift of a quantity, such as "drift:jellett"."""
-    return isinstance(name, str) and name.startswith(DRIFT)
-
-
-def drift_of(run: Solution, name: str) -> Sequence[Scalar]:
-    """The relative drift of "drift:NAME" at the samples.
-
-    NAME is a conserved quantity of the scene, whose drift is computed in finer arithmetic, or any
-    quantity: the change since the start over its value there, or over its largest value if it
-    starts at 0.
-
-    Raises ``InputError``: there is no such quantity.
-    """
-    wanted, known = name.removeprefix(DRIFT), drift_over_time(run)
-    if wanted in known:
-        return known[wanted]
-    if wanted not in QUANTITIES:
-        raise InputError(
-            f"plot: got {name[:60]!r}, expected {DRIFT} and one of: {', '.join(known)}, or a "
-            "quantity such as E or D"
-        )
-    values = columns_of(run, [wanted])[wanted]
-    scale = abs(values[0]) or numpy.nanmax(abs(values)) or 1.0
-    return abs(values - values[0]) / scale
 
 
 def _drifts(axes: Axes, run: Solution, drifts: Mapping[str, Sequence[Scalar]]) -> None:

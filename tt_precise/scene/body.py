@@ -168,13 +168,18 @@ def body_numbers(
             continue
         if name in values:
             raise InputError(f"body.{key}: got another key for {name} too, expected one of them")
-        value = written(given[key], key) * unit
+        number = written(given[key], key)
+        _require(number > 0, f"body.{key}", number, "a number above 0")
+        value = number * unit
         if name in ("alpha", "I1", "I3"):
             sizes = {"m": Fraction(1), "R": Fraction(1), **(scales or {}), **values}
             m, R = sizes["m"], sizes["R"]
             for other, scale in (("m", m), ("R", R)):
                 _require(scale > 0, other, scale, "a number above 0")
             value /= R if name == "alpha" else m * R**2
+            if name == "alpha" and ("R" in values or scales):
+                expected = f"less than the radius, {_short(R / unit)} in the same unit"
+                _require(value < 1, f"body.{key}", number, expected)
         values[name] = value
     return values
 
@@ -209,7 +214,7 @@ def top_of(
             raise InputError(f"missing key body.{name}, expected a value{also}")
     table, flies = ({}, False) if contact is None else _contact_of(contact)
     top = TippeTop.from_ratios(**given, **table, friction=law)
-    require_si(top)
+    require_si(top, body)
     return top, flies
 
 
@@ -261,32 +266,42 @@ def require_keys(
 # Generous: every top that stands on a table is within them.
 PLAUSIBLE_MOMENT = Fraction(1, 1000), Fraction(10)  # In units of m R^2; a solid sphere has 2/5.
 PLAUSIBLE_GRAVITY = Fraction(1, 100), Fraction(100)  # m/s^2
+SIZES = {"m": "kg", "m_g": "g", "R": "m", "R_mm": "mm"}
 PLAUSIBLE_DENSITY = Fraction(1, 10), Fraction(100_000)  # kg/m^3 of the sphere; osmium has 22,600
 
 
-def require_si(body: TippeTop) -> None:
+def require_si(body: TippeTop, keys: Iterable[str] = ()) -> None:
     """Refuse a body whose numbers are evidently not in the units of a scene file.
+
+    The message has the numbers under the ``keys`` by which they were given.
 
     Raises ``InputError``: a moment of inertia, gravity, or mass and radius together are impossible
     for a top.
     """
-    unit = body.m * body.R**2
+    units = {UNIT_KEYS[key][0]: key for key in keys if key in UNIT_KEYS}
+    in_units = in_unit_keys(body)
+    scale = body.m * body.R**2
     low, high = PLAUSIBLE_MOMENT
     for name in ("I1", "I3"):
-        ratio = getattr(body, name) / unit
-        _require(
-            low <= ratio <= high, f"body.{name}", ratio,
-            f"{float(low):g} to {high} in units of m R^2; if it is in kg m^2, write "
-            f'{name}_kg_m2 = "{_short(ratio)}"',
+        ratio, key = getattr(body, name) / scale, units.get(name, "")
+        advice = (
+            f", not {_three_digits(ratio)}; if it is in these units, write {name}" if key else
+            f'; if it is in kg m^2, write {name}_kg_m2 = "{_short(ratio)}"'
         )  # fmt: skip
+        expected = f"{float(low):g} to {high} in units of m R^2{advice}"
+        got = in_units[key] if key else ratio
+        _require(low <= ratio <= high, f"body.{key or name}", got, expected)
     low, high = PLAUSIBLE_GRAVITY
     expected = f"{float(low):g} to {high} m/s^2 (is it in cm/s^2?)"
     _require(low <= body.g <= high, "body.g", body.g, expected)
     density = body.m / (body.R**3 * Fraction("4.18879"))
     low, high = PLAUSIBLE_DENSITY
+    m, R = (units.get(name, name) for name in ("m", "R"))
+    values = {"m": body.m, "R": body.R, **in_units}
+    expected = " and ".join(f"{key} in {SIZES[key]}" for key in (m, R))
     _require(
-        low <= density <= high, "body.m, body.R", body.m,
-        f"m in kg and R in m: with R = {_short(body.R)} the sphere has a density of "
+        low <= density <= high, f"body.{m}, body.{R}", values[m],
+        f"{expected}: with {R} = {_short(values[R])} the sphere has a density of "
         f"{_three_digits(density)} kg/m^3 (is it in g, cm or mm? there are m_g and R_mm)",
     )  # fmt: skip
 

@@ -17,7 +17,7 @@ from tt_precise.runtime.plotting import (
     styled,
 )
 from tt_precise.runtime.values import Array, InputError
-from tt_precise.sweeps.columns import DEFINITIONS, OUTCOMES, statistic_named
+from tt_precise.sweeps.columns import DEFINITIONS, DERIVED, OUTCOMES, statistic_named
 from tt_precise.sweeps.specification import STARTS
 
 if TYPE_CHECKING:
@@ -168,8 +168,10 @@ def column_named(rows: pandas.DataFrame, name: str) -> str:
     wanted = SHORT.get(name, name)
     if wanted in rows.columns or (wanted.startswith("climb_") and "t_end_A" in rows.columns):
         return wanted
+    recorded = wanted in DERIVED or statistic_named(wanted)
+    advice = f"; a sweep with --record {wanted} has it" if recorded else ""
     raise InputError(
-        f"column: got {name[:60]!r}, expected one of: {', '.join(rows.columns)}, or climb"
+        f"column: got {name[:60]!r}, expected one of: {', '.join(rows.columns)}, or climb{advice}"
     )
 
 

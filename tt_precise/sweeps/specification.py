@@ -211,7 +211,7 @@ class SweepSpec:
         corners = [dict(zip(body, corner, strict=True)) for corner in product(*body.values())]
         for changes in (*alone, *corners):
             # as a row has them; in decimals, which a refusal shows
-            require_si(self.scene.varied(**{n: float(x) for n, x in changes.items()}).body)
+            require_si(self.scene.varied(**{n: float(x) for n, x in changes.items()}).body, changes)
 
 
 def grid_values(name: str, values: Values) -> tuple[Fraction, ...]:
