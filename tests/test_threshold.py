@@ -95,7 +95,9 @@ def test_an_end_that_is_a_state_of_its_own_is_no_threshold() -> None:
     """An upright top stays; from every tilt it falls, and the theorem says so too."""
     found = find("reference", "theta", "0:0.1", until=20, digits=1, points=2)
     assert found.isolated
-    assert (found.below and found.below.value, found.threshold, found.by_theorem) == (0, None, None)
+    assert found.below is not None
+    assert found.below.value == 0
+    assert (found.threshold, found.by_theorem) == (None, None)
     assert found.above is not None
     assert 0 < found.above.value < Fraction(1, 100)
     assert found.as_dict()["value"] is None

@@ -79,7 +79,7 @@ def test_a_drift_is_a_column_of_frames_too(rough: Scene, precision: str) -> None
     """In every kind of number: its largest value is ``drift``."""
     run = integrate(rough, precision, until="0.05")
     names = ("drift:jellett", "theta", "drift:E", "drift:nu_x")
-    tables = [run.table(*names, numbers=kind) for kind in ("float", "exact", "text")]  # type: ignore[arg-type]
+    tables = [run.table(*names, numbers=kind) for kind in ("float", "exact", "text")]
     for table in tables:
         assert list(table) == ["t", *names]
         assert all(len(column) == len(run.sample_times) for column in table.values())

@@ -291,7 +291,8 @@ def drift_columns(
 
     Raises ``InputError``: there is no such quantity.
     """
-    known, columns = drift_over_time(run), {}
+    known = drift_over_time(run)
+    columns: dict[str, Any] = {}
     for name in names:
         wanted = name.removeprefix(DRIFT)
         if wanted not in known and wanted not in QUANTITIES:
