@@ -173,7 +173,7 @@ def _euler_is_newton(chart: EulerChartAtAzimuth0) -> Iterable[Scalar]:
 
 @identity("Euler angles turn with the frame", "section 1")
 def _azimuth(chart: EulerChart) -> Iterable[Scalar]:
-    """The vectors of an Euler state are those at azimuth 0, rotate about z by phi."""
+    """The vectors of an Euler state are those at azimuth 0, rotated about z by phi."""
     vectors = _vectors(chart)
     straight = NewtonState(*map(chart.at_azimuth_0, vectors))
     return _differences(vectors, _rotate(straight, (chart.C, chart.S)))
@@ -399,7 +399,7 @@ def _rolling_rates(chart: VectorChart) -> RollingState:
 
 
 def _rotate(state: VectorState, angle: tuple[Fraction, Fraction]) -> VectorState:
-    """A state whose vectors are rotate about z by the angle of this cosine and sine."""
+    """A state whose vectors are rotated about z by the angle of this cosine and sine."""
     c, s = angle
 
     def rotate(name: str) -> dict[str, Scalar]:
