@@ -9,9 +9,7 @@ import pytest
 import tt_precise as tt
 from tests.check.conftest import EULER, Engine, check
 from tt_precise.check.friction_power import Windows
-from tt_precise.mechanics import conserved
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.quantities import Motion
 
 EVERY_LAW = ("kinematics", "contact_momentum", "normal_force", "friction_power")
 # the checks of which one must fail, under the scene's own law and under any
@@ -137,19 +135,3 @@ def test_windows_differentiate_quartics_exactly() -> None:
     assert windows.rows[0, 0] == 0
     assert windows.rows[-1, -1] == 22
     assert windows.middle_rate(t**4)[0] == pytest.approx(4 * t[windows.rows[:, 2]] ** 3, rel=1e-9)
-
-
-@pytest.mark.parametrize("name", ["reference", "rolling", "frictionless"])
-def test_the_rate_of_momentum_is_that_of_the_equations(name: str) -> None:
-    """dQ/dt by finite differences of the solution, to every force law."""
-    scene, step = tt.load_scene(name), 1e-4
-    times = [1.0 - step, 1.0, 1.0 + step]
-    frame = tt.integrate(scene, digits=13).frame(*NewtonState._fields, times=times, numbers="float")
-    body = scene.body.numbers(float)
-    state = NewtonState(*(frame[n].to_numpy() for n in NewtonState._fields))
-    q = Motion(body, state, numpy, scene.model)
-    Q, rate = map(numpy.array, (conserved.contact_momentum(q), conserved.contact_momentum_rate(q)))
-    slope = (Q[:, 2] - Q[:, 0]) / (2 * step)
-    unit = conserved.torque_unit(body)
-    assert abs(slope - rate[:, 1]).max() < 1e-4 * unit
-    assert abs(rate[:, 1]).max() > 1e-2 * unit

@@ -10,7 +10,7 @@ import pytest
 
 from tests.exact.conftest import Spoil, wrong, wrong_quantity
 from tt_precise.exact import identities
-from tt_precise.mechanics import euler, friction, newton, rolling
+from tt_precise.mechanics import contact_momentum, euler, friction, newton, rolling
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import InputError
 
@@ -54,6 +54,9 @@ CONTROLS: dict[str, Spoil] = {
     "integrals without friction": _wrong(newton, "rates", "kz"),
     "lambda is constant under any contact force": _wrong(newton, "axis_rate", 0),
     "E changes by the power of any contact force": _wrong(newton, "contact_velocity_rel_cm", 1),
+    "momentum about the lowest point under any contact force": _wrong(
+        contact_momentum, "contact_momentum_rate", 1
+    ),
     "dry friction: size, direction and loss": _wrong(friction, "coefficient"),
     "Coulomb's law in polar form": _wrong(friction, "polar_rates", "ex"),
     "rolling meets gliding at the cone": _wrong(rolling, "constraint_force", 0),

@@ -7,9 +7,9 @@ compared through ``mechanics.euler``. A chart at azimuth 0 proves there, which t
 "equations turn with the frame" and "Euler angles turn with the frame" extend to every azimuth.
 Others are exact evaluations at random rational points.
 
-Two are about a force of three free symbols at the contact point of a sphere whose contact may even
-move vertically: they cover every friction law and every compliant contact. Those of the dry laws
-are evaluated at points where the roots of the laws are rational.
+Three are about a force of three free symbols at the contact point of a sphere whose contact may
+even move vertically: they cover every friction law and every compliant contact. Those of the dry
+laws are evaluated at points where the roots of the laws are rational.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from tt_precise.exact.chart import (
     VectorChart,
     VectorChartAtAzimuth0,
 )
-from tt_precise.mechanics import euler, friction, newton, quantities, rolling
+from tt_precise.mechanics import contact_momentum, euler, friction, newton, quantities, rolling
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.friction import PolarState
 from tt_precise.mechanics.laws import COULOMB, REGULARISED
@@ -37,7 +37,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
-from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted
+from tt_precise.mechanics.vectors import Vector, cross, dot, scaled, subtracted
 from tt_precise.runtime.values import InputError, Scalar
 
 SYMBOLIC = "symbolic"  # a polynomial reduction: for all parameters and states at once
@@ -434,6 +434,32 @@ def _any_force_energy(chart: ForceChart) -> Iterable[Scalar]:
     # m s_dot.s_ddot + m g z.s_dot = s_dot.F
     rate = dot(s_dot, chart.force) + chart.along(quantities.E_rot(q), _forced_rates(chart))
     yield rate - dot(chart.v, chart.force)
+
+
+@identity("momentum about the lowest point under any contact force", "section 1")
+def _any_force_contact_momentum(chart: ForceChart) -> Iterable[Scalar]:
+    """dQ/dt without F, L and v from Q and the lift, and the force that gives a lift's rate."""
+    body, k, L = chart.body, chart.state.k, chart.state.L
+    a, k_dot = newton.contact_arm(body, k), newton.axis_rate(body, chart.state)
+    v = subtracted(chart.v, newton.contact_velocity_rel_cm(body, chart.state))
+    F, (Fx, Fy, Fz) = chart.force, chart.force
+    # d(L - a x m v)/dt with L_dot = a x F, a_dot = R alpha k_dot, m v_dot = F - m g z
+    moved = scaled(body.m * body.R * body.alpha, cross(k_dot, v))
+    pressed = cross(a, (Fx, Fy, Fz - body.m * body.g))
+    rate = subtracted(subtracted(cross(a, F), moved), pressed)
+    yield from _differences(rate, contact_momentum.contact_momentum_rate(body, a, k_dot, v))
+    rising = contact_momentum.lift(body, k, L, v[2])
+    yield rising - chart.v[2]
+    Q = contact_momentum.contact_momentum(body, a, L, v)
+    back = contact_momentum.momentum_and_velocity(body, k, a, Q, v[:2], rising)
+    for own, other in zip(back, (L, v), strict=True):
+        yield from _differences(own, other)
+    # F = m (N along + further), with free symbols for all but N
+    along, further, wanted = (Fx, Fy, chart.field.one), chart.state.v[:2], Fz
+    N = contact_momentum.normal_force_along(body, k, a, L, along, further, wanted)
+    x, y = (N * part + more for part, more in zip(along, further, strict=False))
+    k_ddot_side = cross(cross(a, scaled(body.m, (x, y, N))), k)[2] + cross(L, k_dot)[2]
+    yield N - body.g + body.R * body.alpha / body.I1 * k_ddot_side - wanted
 
 
 @identity("dry friction: size, direction and loss", "section 1", RATIONAL_POINTS)

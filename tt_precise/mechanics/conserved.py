@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import Vector, cross, dot, scaled, subtracted
+from tt_precise.mechanics.vectors import Vector, dot, scaled
 from tt_precise.runtime.values import Scalar
 
 
@@ -103,37 +103,6 @@ def drift(integral: Integral, motions: list[Motion]) -> list[Scalar]:
     first = integral.evaluate(motions[0])
     scale = integral.scale(motions[0]) or 1
     return [abs(integral.evaluate(q) - first) / scale for q in motions]
-
-
-# ---- laws for the lowest point of the sphere under any force there -----------------------------
-#
-# Let a be the vector from the centre of mass to the lowest point, v_CM the velocity of the former.
-# The angular momentum about the lowest point, Q = L - a x m v_CM, changes by
-#
-#     dQ/dt = -da/dt x m v_CM + a x m g z,    da/dt = R alpha omega x k,
-#
-# since the torque a x F of a force F at that point drops out: dL/dt = a x F and m dv_CM/dt = F - m
-# g z. It also drops out for impulses, and in flight. The law of friction does not matter; a torque
-# at the contact, such as torsional friction, remains.
-
-
-def contact_momentum(q: Motion) -> Vector:
-    """Q = L - a x m v_CM."""
-    return subtracted(q.state.L, scaled(q.body.m, cross(q.a, q.s_dot)))
-
-
-def contact_momentum_rate(q: Motion) -> Vector:
-    """dQ/dt, which contains no contact force."""
-    lever = scaled(q.body.R * q.body.alpha, cross(q.omega, q.k))
-    carried = scaled(q.body.m, cross(lever, q.s_dot))
-    weight = q.body.m * q.body.g
-    # a x z = (a_y, -a_x, 0)
-    return (weight * q.a[1] - carried[0], -weight * q.a[0] - carried[1], -carried[2])
-
-
-def torque_unit(body: Parameters) -> Scalar:
-    """m g R alpha, the unit of residuals of ``contact_momentum_rate``."""
-    return body.m * body.g * body.R * body.alpha
 
 
 def contact_force(q: Motion, acceleration: Vector) -> Vector:
