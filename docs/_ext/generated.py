@@ -83,25 +83,36 @@ def schema(name: str) -> Iterator[str]:
     """A JSON schema as a table of its keys."""
     text = json.loads((DOCS / f"schemas/{name}.schema.json").read_text("utf-8"))
     yield from (text["description"], "")
-    yield from table(("key", "type", "meaning"), list(_keys(text, text, "")))
+    yield from table(("key", "type", "meaning"), list(_keys(text, text, "", {})))
 
 
-def _keys(node: dict[str, Any], root: dict[str, Any], prefix: str) -> Iterator[tuple[str, ...]]:
+def _keys(
+    node: dict[str, Any], root: dict[str, Any], prefix: str, known: dict[str, str]
+) -> Iterator[tuple[str, ...]]:
+    """Rows of a node's keys; ``known`` has the first key of each named type, listed only there."""
     node = _resolved(node, root)
     required = node.get("required", ())
     for key, value in node.get("properties", {}).items():
-        forms = [_resolved(form, root) for form in value.get("anyOf", [value])]
+        listed = value.get("anyOf", [value])
+        forms = [_resolved(form, root) for form in listed]
         kinds = " or ".join(word for form in forms for word in _words(form.get("type") or "one of"))
         choices = "".join(
             f" `{choice}`" for form in forms for choice in form.get("enum", ()) if choice
         )
         optional = "" if key in required else " (optional)"
-        yield (f"`{prefix}{key}`", f"{kinds}{optional}", value.get("description", "") + choices)
+        name = next((form["$ref"] for form in listed if "$ref" in form), None)
+        above = known.get(name) if name else None
+        meaning = value.get("description", "") + choices + (f"; keys of `{above}`" if above else "")
+        yield (f"`{prefix}{key}`", f"{kinds}{optional}", meaning)
+        if above:
+            continue
+        if name:
+            known[name] = prefix + key
         for form in forms:
-            yield from _keys(form, root, f"{prefix}{key}.")
+            yield from _keys(form, root, f"{prefix}{key}.", known)
             for inner, mark in (("items", "[]"), ("additionalProperties", ".*")):
                 if isinstance(form.get(inner), dict):
-                    yield from _keys(form[inner], root, f"{prefix}{key}{mark}.")
+                    yield from _keys(form[inner], root, f"{prefix}{key}{mark}.", known)
 
 
 def _resolved(node: dict[str, Any], root: dict[str, Any]) -> dict[str, Any]:
