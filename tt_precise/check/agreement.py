@@ -36,7 +36,7 @@ def agreement(rows: Samples, followed: frozenset[str]) -> Check:
         return Check(NAME, "pass", 0.0, LIMIT, 0.0, "no further columns", MEANING)
     worst = numpy.zeros(len(rows.t))
     named, bound = "", PRINTED * rounding(rows)
-    for name, size in _sizes(rows, derived).items():
+    for name, size in sizes_of_derived(rows, derived).items():
         apart = rows.given[name] - derived[name]
         if name == "phi":
             apart = (apart + numpy.pi) % (2 * numpy.pi) - numpy.pi
@@ -92,8 +92,8 @@ DERIVED: Mapping[str, Callable[[Samples], Array]] = {
 }
 
 
-def _sizes(rows: Samples, derived: Mapping[str, Array]) -> dict[str, Array]:
-    """The sizes of the derived columns; without those that the state leaves open."""
+def sizes_of_derived(rows: Samples, derived: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the sizes of columns that rows determine; without those that the state leaves open."""
     known = dict(zip(NewtonState._fields, rows.state[:8], strict=True))
     found = sizes(rows.setup.body, {**known, **_of_the_rule(derived)}, numpy)
     omega = found["Lz"] / min(rows.setup.body.I1, rows.setup.body.I3)

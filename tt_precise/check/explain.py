@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -31,6 +32,7 @@ from tt_precise.check.conventions import (
     search,
     units_of_time,
 )
+from tt_precise.check.departures import EXACT, Departure, departure_of
 from tt_precise.check.fitting import BODY, ROWS, Fitted, factor, number
 from tt_precise.check.force_free import norm
 from tt_precise.check.force_free_flow import (
@@ -49,7 +51,7 @@ from tt_precise.check.result import Cause
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import cross
-from tt_precise.runtime.values import Arithmetic, Array, Check
+from tt_precise.runtime.values import Arithmetic, Array, Check, InputError
 from tt_precise.scene.initial_state import InitialState
 
 UNLIKE = 0.01  # Part by which the strength of friction may vary where it follows a law.
@@ -67,7 +69,7 @@ MOST_CHANGES = 2  # Conventions of vectors that are tried at once.
 NEARER = 0.1  # Part of a failure that may be left with a cause: engines have errors of their own.
 FEWEST_STILL = 4  # Equal rows at the end of a file that are no chance.
 SPARE = 100.0  # Roundings that explain a failure.
-
+RIGID, CENTRE = ("wx", "wy", "wz"), ("vcx", "vcy", "vcz")
 
 Judge = Callable[[Samples], list[Check]]
 
@@ -77,19 +79,24 @@ def explain(
     findings: Sequence[Check],
     judge: Judge,
     alternatives: Mapping[str, Reading] = MappingProxyType({}),
+    solution: Callable[[Array], Array | None] = lambda t: None,
 ) -> list[Cause]:
     """Return the causes of the failures among ``findings``; [] if none explains them.
 
     ``judge`` makes all checks of other rows with the same limits. ``alternatives`` has further
-    conventions of the file, by what each supposes.
+    conventions of the file, by what each supposes. ``solution`` gives the scene's vectors
+    (8, times) at times (s) from the first row on, None if the rows are no part of it.
     """
     failed = {one.name for one in findings if one.verdict == "fail"}
     with numpy.errstate(all="ignore"):
+        left = cache(lambda: _departure(rows, solution, judge))
         return _first(
             lambda: _precision(rows, findings),
             lambda: _of_source(rows, alternatives),
             lambda: _still(rows, failed, judge),
+            lambda: _columns(left(), certain=True),
             lambda: _convention(rows, judge),
+            lambda: _columns(left(), certain=False),
             lambda: _start(rows, failed),
             lambda: _clamp(rows),
             lambda: _number(rows, findings, judge),
@@ -109,10 +116,38 @@ def _first(*ways: Callable[[], list[Cause]]) -> list[Cause]:
     return []
 
 
+def _departure(
+    rows: Samples, solution: Callable[[Array], Array | None], judge: Judge
+) -> Departure | None:
+    if rows.setup.scene.lifts or rows.setup.start == "other":
+        return None
+    try:
+        true = solution(rows.t)
+    except InputError:  # the rows go on for hours
+        return None
+    return None if true is None else departure_of(rows, true, judge)
+
+
+# Columns that together have the other sign are a convention that has a name.
+REVERSED = ({"kx", "ky", "kz"}, {*RIGID})
+
+
+def _columns(found: Departure | None, certain: bool) -> list[Cause]:
+    """Some columns leave the solution; ``certain`` if a convention would not say it better."""
+    if found is None:
+        return []
+    factors = found.factors.values()
+    units = [u for unit in (LENGTH, ANGLE, LINEAR_MOMENTUM) for u in unit.values() if u != 1]
+    better = (
+        None in factors
+        or any(one and abs(one * u - 1) < EXACT for one in factors for u in units)
+        or ({*factors} == {-1.0} and {*found.factors} in REVERSED)
+    )
+    return [] if certain and found.throughout and better else [Cause("columns", found.text)]
+
+
 # ---- the rows ----------------------------------------------------------------------------------
 
-RIGID = ("wx", "wy", "wz")
-CENTRE = ("vcx", "vcy", "vcz")
 HALF_UNITS = {"q": "qw", "w": "wx", "v": "vcx", "x": "x"}
 OF_VECTORS = {"q": "kx", "w": "Lx", "v": "vx", "x": "x"}
 

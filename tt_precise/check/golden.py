@@ -258,7 +258,7 @@ def _rows(samples: Samples, block: Block, position: Position) -> Rows:
             values[name] = values[name] - values[name][0]
             exact -= {name}
     if position.turn:
-        values, exact = _turned_back(values, position.turn), set()
+        values, exact = turned_back(values, position.turn), set()
 
     def exactly(row: int, names: Sequence[str]) -> list[Any]:
         texts = [name for name in names if name in exact]
@@ -278,7 +278,7 @@ def _rows(samples: Samples, block: Block, position: Position) -> Rows:
     return Rows(samples.t + begin, values, exactly, time)
 
 
-def _turned_back(values: dict[str, Array], turn: float) -> dict[str, Array]:
+def turned_back(values: dict[str, Array], turn: float) -> dict[str, Array]:
     """Return the columns in axes turned back about z."""
     found = dict(values)
     c, s = math.cos(turn), math.sin(turn)

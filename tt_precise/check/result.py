@@ -27,7 +27,17 @@ class Cause(Record, frozen=True):
     """An explanation of a failure."""
 
     kind: Annotated[
-        Literal["convention", "parameter", "precision", "start", "clock", "rows", "end", "force"],
+        Literal[
+            "columns",
+            "convention",
+            "parameter",
+            "precision",
+            "start",
+            "clock",
+            "rows",
+            "end",
+            "force",
+        ],
         means("the kind of the cause"),
     ]
     text: Annotated[str, means("the cause in one line")]

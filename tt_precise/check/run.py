@@ -32,6 +32,7 @@ from tt_precise.check.golden import (
     decides,
     distance_from_solution,
     no_solution,
+    turned_back,
 )
 from tt_precise.check.precision import described, precisions, times_of
 from tt_precise.check.result import Cause, Result, shortened
@@ -41,6 +42,7 @@ from tt_precise.check.worlds import World
 from tt_precise.golden.solution import Solution
 from tt_precise.golden.store import Folder
 from tt_precise.mechanics.digits import MOST_GOLDEN
+from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.terminal import Progress, one_line, silent
 from tt_precise.runtime.values import Array, Check, InputError, Verdict
 from tt_precise.scene.scene import Scene, load_scene
@@ -303,7 +305,8 @@ class _Examination:
             if unseen or any(one.verdict == "fail" for one in findings):
                 from tt_precise.check.explain import explain  # a file that passes needs none
 
-                causes = tuple(explain(rows, findings, self.judge, self._file.alternatives))
+                alternatives, true = self._file.alternatives, self._true_rows(solution)
+                causes = tuple(explain(rows, findings, self.judge, alternatives, true))
         t_first = self._file.usable.t_first
         return Result(
             trajectory=self._file.where,
@@ -334,13 +337,29 @@ class _Examination:
             followed = rows.shared.get("extra columns", followed)
         if all(finding.verdict != "fail" for finding in found):
             rows.forget()  # what remains to be done needs the memory
-        begin = look_for_start(rows, t_first, solution.vectors)
+        self._begin = begin = look_for_start(rows, t_first, solution.vectors)
         further = {*TRACK} & {*rows.given} - {*setup.columns.names}
         compared = self._compare(rows, begin, solution, frozenset(further - followed))
         golden = compared.finding
         if by_name["equations"].verdict in ("open", "skipped") and setup.friction == "scene":
             golden = decide_alone(golden, rounding(rows))
         return [begin.finding, agreement(rows, followed | compared.columns), golden]
+
+    def _true_rows(self, solution: Solution) -> Callable[[Array], Array | None]:
+        """Return the solution at times (s) from the first row on, as vectors in the file's axes."""
+        t_first, until = self._file.usable.t_first, float(self._setup.scene.until)
+        begin, time = self._begin, self._begin.time
+        if time is None:
+            time = t_first if 0 <= t_first <= until else 0.0
+
+        def true(t: Array) -> Array | None:
+            found = solution.vectors(t + time)
+            if found is None:
+                return None
+            columns = dict(zip(NewtonState._fields, found, strict=True))
+            return numpy.array([*turned_back(columns, -begin.turn).values()])
+
+        return true
 
     def _compare(
         self, rows: Samples, begin: Begin, solution: Solution, further: frozenset[str]
