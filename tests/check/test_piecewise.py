@@ -113,8 +113,8 @@ def test_energy_that_jumps_where_the_top_sticks_is_noticed(factor: float, name: 
 def test_a_motion_that_stands_still_fails_at_every_row(scene: str, columns: str) -> None:
     frame = rows(scene, tuple(n for n in SETS[columns] if scene in LIFTING or n not in LIFTED))
     for row in range(0, len(frame), 9):
-        still = frame.iloc[[row] * len(frame)].reset_index(drop=True).assign(t=frame.t)
-        assert checked(still, scene)["equations"].verdict == "fail", row
+        still = frame.iloc[[row] * 12].reset_index(drop=True).assign(t=frame.t[:12])
+        assert checked(still, scene, start="other")["equations"].verdict == "fail", row
 
 
 @pytest.mark.parametrize(("off", "passes"), [(1e-3, True), (-1e-3, False)])

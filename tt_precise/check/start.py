@@ -19,6 +19,7 @@ from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import jellett
+from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.values import Arithmetic, Array, Check
 from tt_precise.scene.initial_state import InitialState
 
@@ -29,6 +30,9 @@ LIMIT = 1e-5
 # A state of the solution at the row's own time has as many digits as a solution that decides.
 LATER = 1e-3
 TURNED = 1e-9  # rad; axes that are turned by less are not turned
+# A state is sought at so many times per radian of the spin, which resolves the nutation, and at no
+# more than so many: motions in pieces are read at 3 ms a time.
+TIMES_PER_RADIAN, MOST_TIMES = 20, 20_000
 DOUBLE = Arithmetic(numpy, float)
 
 Solution = Callable[[Array], "Array | None"]
@@ -147,7 +151,10 @@ def _spin(state: NewtonState | LiftedState) -> float:
 def _nearest_time(rows: Samples, solution: Solution) -> float | None:
     """The time at which the solution comes nearest to the first row, by halving its spacing."""
     first, units = _first(rows), _units(rows)
-    begin, end, count = 0.0, float(rows.setup.scene.until), 20_001
+    omega = rows.first.omega
+    begin, end = 0.0, float(rows.setup.scene.until)
+    turned = math.sqrt(dot(omega, omega)) * end
+    count = min(math.ceil(TIMES_PER_RADIAN * turned), MOST_TIMES) + 1
     for _ in range(8):
         times = numpy.linspace(begin, end, count)
         true = solution(times)
