@@ -5,10 +5,10 @@
     >>> trajectory.status, round(trajectory.state.theta, 4)
     ('complete', 3.134)
 
-``load_scene`` reads a scene, a TOML file with exact numbers. ``integrate`` computes its trajectory
-in any precision from double to arbitrary. ``golden`` has reference trajectories, ``check`` tests
-the conservation laws on any trajectory, ``claims`` judges the statements of the paper, ``sweep``
-integrates many starts at once. Units are SI; names are the paper's.
+``load_scene`` reads a scene, a TOML file with exact numbers. ``integrate`` computes the trajectory
+of a scene in any precision from double to arbitrary. ``golden`` has reference trajectories,
+``check`` tests the conservation laws on any trajectory, ``claims`` judges the statements of the
+paper, ``sweep`` integrates many starts at once. Units are SI; names are the paper's.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""``python -m tt_precise`` is ``tt-precise``, where the latter is not on the path."""
+"""Run the command line as ``python -m tt_precise``, where ``tt-precise`` is not on the path."""
 
 from tt_precise.cli import entry
 

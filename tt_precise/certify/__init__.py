@@ -1,17 +1,20 @@
-"""Proven digits: enclosures of exact solutions, in ball arithmetic, rounding included.
+"""Proofs of digits: enclosures of exact solutions in ball arithmetic, rounding included.
 
-One small program is trusted, and everything that it needs is verified at run time:
+One small program is trusted. It verifies at run time everything on which it depends:
 
-- ``problem``: an exact initial value problem; that of a scene.
+- ``problem``: an exact initial value problem, and the problem of a scene.
 - ``kernel``: the theorem with its proof, and the verification of its hypotheses, step by step.
-- ``zeros``: the zeros of functions in a step; ``start``: signs at t = 0, where many vanish.
-- ``motion``: phases, samples and events. A step that does not verify is made again, half as long.
+- ``zeros``: the zeros of functions in a step; ``start``: signs at t = 0, where many functions
+  vanish.
+- ``motion``: phases, samples and events. A step that cannot be verified is repeated with half the
+  length.
 - ``compare``: golden tables against the enclosure, number by number.
 - ``well``: a second theorem, on all later times.
 
-Not trusted are the lengths of steps (``propose``): a bad one fails to verify, or is wide. The
-arithmetics are in ``balls`` and ``models``. ``statements`` derives what is said of a scene from its
-enclosure; ``files`` writes it to the folder of the golden tables, or proves it again.
+The lengths of steps (``propose``) are not trusted: a bad length cannot be verified, or makes the
+enclosure wide. The arithmetics are in ``balls`` and ``models``. ``statements`` derives the
+statements about a scene from its enclosure; ``files`` writes the statements to the folder of the
+golden tables, or proves them again.
 
     >>> import dataclasses
     >>> import tt_precise as tt
@@ -21,7 +24,7 @@ enclosure; ``files`` writes it to the folder of the golden tables, or proves it 
     '[0.0974468621270673365519920016122 +/- 2.95e-32]'
 
 A program that decides alone needs controls: ``tests/certify`` drops each hypothesis in turn, and a
-closed form notices it.
+closed form reveals the error.
 """
 
 from __future__ import annotations

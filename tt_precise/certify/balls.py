@@ -1,7 +1,7 @@
 """Ball arithmetic: python-flint's ``arb`` as one more arithmetic for the mechanics.
 
-An ``arb`` is a midpoint with a radius, and stands for every real number in between; each operation
-returns a ball that contains every result (Johansson, "Arb: efficient arbitrary-precision
+An ``arb`` is a midpoint with a radius, and represents every real number of this ball; each
+operation returns a ball that contains every result (Johansson, "Arb: efficient arbitrary-precision
 midpoint-radius interval arithmetic", IEEE Trans. Comput. 66, 2017).
 """
 

@@ -1,8 +1,8 @@
 """Comparison of golden tables with an enclosure of the exact solution.
 
-Every cell of the tables is compared with the ball around its number. It must be written as golden
-data are, with all 34 digits (0 stands for at most 1e-34 of the column's largest number), and must
-be the correctly rounded number; rows, events, directions and their order must be those of the
+Every cell of the tables is compared with the ball around its number. A cell must have the form of
+golden data, with all 34 digits (0 stands for at most 1e-34 of the column's largest number), and
+must be the correctly rounded number; rows, events, directions and their order must be those of the
 motion. Every difference is named and counts as unproved.
 """
 

@@ -1,8 +1,8 @@
-"""``certify``: the proof of golden tables, and what is stored of it.
+"""``certify``: the proof of golden tables, and the file of its statements.
 
-A scene's solution is enclosed, and every printed number and event of its tables is compared with
-the enclosure. Only if all are proved, ``proof.json`` is written: the statements, about the tables
-with the hashes that it names. Nothing of the proof itself is stored: ``check`` proves again, and
+``certify`` encloses a scene's solution, and compares every printed number and event of its tables
+with the enclosure. If all are proved, ``certify`` writes ``proof.json``: the statements about the
+tables, and the hashes of the tables. The proof itself is not stored: ``check`` proves again, and
 compares the statements.
 """
 

@@ -1,12 +1,12 @@
 """Arithmetics in which the kernel evaluates a problem: power series, Taylor models, dual numbers.
 
-A ``TaylorModel`` contains a function on the interval of a step. A ``Series`` is a power series; in
-whole numbers it needs no trust, since any polynomial is good enough for the theorem. A ``Dual``
-has derivatives by components of a state. ``Rates`` is a right-hand side as a list of operations.
+A ``TaylorModel`` contains a function on the interval of a step. A ``Series`` is a power series; a
+series in whole numbers needs no trust, since the theorem holds for any polynomial. A ``Dual`` has
+derivatives by components of a state. ``Rates`` is a right-hand side as a list of operations.
 
 **No NaN.** In FLINT the product of the polynomial 0 with NaN is 0, exactly. So a NaN must never
-meet a model: reciprocals, roots and exponentials of models raise instead of returning it, and
-``Rates`` refuses a constant that is not finite.
+meet a model: reciprocals, roots and exponentials of models raise an error instead of returning NaN,
+and ``Rates`` refuses a constant that is not finite.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""The motion of a problem, step by step: its phases, samples and events, all enclosed.
+"""The enclosed motion of a problem, step by step: its phases, samples and events.
 
-``enclose`` goes on until the horizon, or until the motion ends. A step whose hypotheses, signs or
-zeros cannot be verified is made again, half as long, from the states that were known before it; if
-shorter steps do not help either, nothing is proved at all.
+``enclose`` continues to the horizon, or to the end of the motion. If the hypotheses, signs or zeros
+of a step cannot be verified, the step is repeated with half the length from the states before it;
+if shorter steps do not help either, nothing is proved.
 """
 
 from __future__ import annotations

@@ -1,15 +1,14 @@
-"""The outcome of a trajectory: three statements that ask different things about turning over.
+"""The outcome of a trajectory: three different statements about turning over.
 
 - ``theorem``: whether the condition of Theorem 1.1 holds, from the body and the start alone.
 - ``equator``: whether the axis rose through theta = pi/2 while the motion was integrated; "never"
-  if energy and lambda at the end exclude that it ever does.
-- ``end``: the steady spin that the motion approaches after its last state. It is stated only where
-  energy and lambda prove it for every state within the estimated error of the last one
-  (``well``); a motion whose energy is below the barrier before the inverted spin is "not
-  inverted".
+  if energy and lambda at the end exclude this passage for all times.
+- ``end``: the steady spin that the motion approaches after its last state, stated only where energy
+  and lambda prove it for every state within the estimated error of the last state (``well``); a
+  motion whose energy is below the barrier before the inverted spin is "not inverted".
 
-The three may differ: a top beyond the equator may settle on an inclined axis, and one that inverts
-at 6 s has not passed the equator after 4 s.
+The statements may differ: a top beyond the equator may settle on an inclined axis, and a top that
+inverts at 6 s has not passed the equator after 4 s.
 """
 
 from __future__ import annotations

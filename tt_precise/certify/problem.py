@@ -1,7 +1,8 @@
-"""The exact initial value problem that is enclosed, and what is observed of its motion.
+"""The exact initial value problem to enclose, and the functions observed along its motion.
 
-A ``Problem`` knows nothing of a scene: closed forms test the kernel with it. ``problem_of`` makes
-that of a scene in vectors and dimensionless units (m = R = g = 1), the axis at azimuth 0.
+A ``Problem`` is independent of scenes, so that closed forms can test the kernel. ``problem_of``
+makes the problem of a scene in vectors and dimensionless units (m = R = g = 1), the axis at
+azimuth 0.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Lengths of steps. Nothing here is trusted: a bad length is refused, or makes the enclosure wide.
 
-The kernel computes the polynomials itself, from the middle of what is enclosed, and says what a
-step costs: its defect, the error of its flow, the growth of errors. They determine the next length.
+The kernel computes the polynomials itself, from the middle of the enclosure, and returns the costs
+of a step: the defect, the error of the flow, the growth of errors. These costs determine the next
+length.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """The order to which a function vanishes at the start of a motion, and the sign that follows.
 
-Balls around zero cannot tell that a number is zero; ``Formal`` numbers can. They are exact in
-t = tan(theta/2) and in one square root, for the scene's own start. A function vanishes to the
-order n where its Taylor coefficients before the n-th are formally zero and a ball around the n-th
-excludes zero: both are decisions of exact numbers.
+A ball around zero cannot decide that a number is zero; ``Formal`` numbers can. Formal numbers are
+exact in t = tan(theta/2) and in one square root, for the scene's own start. A function vanishes to
+the order n if its Taylor coefficients before the n-th are formally zero and the ball of the n-th
+excludes zero. Both decisions are about exact numbers.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""``prove``: everything that is proved about one scene, from the steps of its enclosure."""
+"""``prove``: all proved statements about one scene, from the steps of its enclosure."""
 
 from __future__ import annotations
 

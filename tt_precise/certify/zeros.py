@@ -1,15 +1,15 @@
-"""Zeros of functions within a verified step: each exists, and there is no other.
+"""Zeros of functions within a verified step: proofs of existence and of completeness.
 
-A function F of the motion is followed with its derivatives along the solution as Taylor models.
-Where F excludes zero there is none. Where F' excludes zero, F is monotone: exactly one zero if its
-signs at the two ends differ, none if they agree. A part of the step where neither holds is halved.
-A zero is then refined by interval Newton, N = m - F(m)/F'(T): it contains every zero in T (R. E.
-Moore, "Interval analysis", 1966).
+Taylor models enclose a function F of the motion and its derivatives along the solution. If F
+excludes zero, there is no zero. If F' excludes zero, F is monotone: exactly one zero if the signs
+at the two ends differ, none if they agree. A part of the step where neither holds is halved.
+Interval Newton then refines a zero: N = m - F(m)/F'(T) contains every zero in T (R. E. Moore,
+"Interval analysis", 1966).
 
-At the start of a motion many functions vanish, to an order n that ``start`` decides. Where the n-th
-derivative excludes zero on [0, b], F has no zero in (0, b], by Taylor's theorem. Likewise F has no
-other zero than an instant of which it is known that F = F' = 0 there, in a part where F'' excludes
-zero; and it does not change sign there.
+At the start of a motion many functions vanish, to an order n that ``start`` decides. If the n-th
+derivative excludes zero on [0, b], F has no zero in (0, b], by Taylor's theorem. Likewise, if
+F = F' = 0 at a known instant of a part where F'' excludes zero, this instant is the only zero of F
+in the part, and F does not change sign there.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Every column that is not part of the state follows from it, or was followed in time.
+"""Agreement of every extra column with the state, or with the integral of the state's rates.
 
-A second column set beside the first, such as theta and omega_3 beside vectors, is compared row by
-row, relative to the sizes of the rule of digits. Angles and positions that are integrals of the
-state's rates are not: they count if ``kinematics`` or the solution looked at them.
+A second column set, such as theta and omega_3 in a file of vectors, is compared row by row,
+relative to the sizes of the rule of digits. Angles and positions that are integrals of the state's
+rates are not compared row by row: ``kinematics`` or the comparison with the solution covers them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The checks, one entry each: the condition on every row, what it needs, and its limit.
+"""The checks, one entry each: the condition on every row, the required columns, and the limit.
 
 A check is open if columns are missing, and skipped if it does not apply to the scene. Otherwise
 ``run`` returns one value for each row; the worst value decides. The formulas are those of

@@ -1,7 +1,7 @@
 """The column sets of a trajectory file, and its rows as vector states.
 
-A new set is one new entry in ``COLUMN_SETS``. A set lists required columns and optional ones;
-without the velocity of the contact point, the checks that need it are skipped. The checks get
+A new set is one new entry in ``COLUMN_SETS``. A set lists required and optional columns; without
+the velocity of the contact point, the checks of this velocity are skipped. The checks receive
 ``Samples``: rows of one ``CheckSetup``, made from a ``Block`` of columns.
 """
 

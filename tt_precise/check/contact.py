@@ -1,7 +1,7 @@
-"""The table pushes, it does not pull: the contact force in the rows and between them.
+"""The check that the table never pulls: the contact force in the rows and between the rows.
 
-Where it is small, each row is carried to eight points before the next one, and to the lowest point
-of the parabola through the least three values: a pull may last a tenth of the rows' spacing.
+Where the force is small, each row is propagated to eight points before the next row, and to the
+minimum of the parabola through the three smallest values: a pull may last a tenth of the spacing.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
-"""The search for the conventions of a file whose rows do not obey the equations as they are given.
+"""The search for the conventions of a file whose rows do not obey the equations as written.
 
-A ``Convention`` has one choice for each group: units, the way up, the hand of the world, the body's
-axis, order and direction of the quaternion, frame of omega, point and frame of the velocity, point
-of the position. ``search`` narrows them down in stages: the attitude by the free motion, from both
-rows of an interval to its middle; the geometry by height and lift; and then by all residuals, those
-with the fewest changes first. A left-handed file obeys the same equations in its own cross product:
-it is read as a right-handed one, and the sign of Jellett's integral against the scene's tells it.
+A ``Convention`` has one choice for each group: units, the vertical, the handedness of the world,
+the body's axis, order and direction of the quaternion, frame of omega, point and frame of the
+velocity, point of the position. ``search`` narrows the choices down in stages: the attitude by the
+free motion, from both rows of an interval to its middle; the geometry by height and lift; then all
+residuals, for the conventions with the fewest changes first. A left-handed file obeys the same
+equations in its own cross product. Therefore ``search`` reads such a file as right-handed, and
+compares the sign of Jellett's integral with the scene's.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""States as physics engines write them, converted to rigid-body columns.
+"""Conversion of the states that physics engines write to rigid-body columns.
 
 An engine's file has times, quaternions, linear and angular velocities of one body. Engines differ
-in the order of the quaternion, the frame of the angular velocity, and the point of the body whose
-velocity they give. A new engine is one new entry in ``CONVENTIONS``.
+in the order of the quaternion, the frame of the angular velocity, and the point whose velocity is
+given. A new engine is one new entry in ``CONVENTIONS``.
 """
 
 from __future__ import annotations

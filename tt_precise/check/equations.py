@@ -1,14 +1,13 @@
-"""Whether a trajectory follows its equations of motion from row to row.
+"""Residuals of a trajectory in its equations of motion, from row to row.
 
-Every row is carried to the next one by the flow of the equations and compared with it there, entry
-by entry and in energy. The differences are added up from the start, so that a slow drift is seen at
-every spacing of the rows, in units of the size of the state at the start. From the sums, the errors
-of the flow and the rounding of the rows are subtracted: a value that remains is the trajectory's
-own.
+The flow of the equations propagates every row to the next row, where components and energy are
+compared. The differences are summed from the start, in units of the size of the state at the start,
+so that a slow drift is detected at every spacing of the rows. The errors of the flow and the
+rounding of the rows are subtracted from the sums; the remainder is an error of the trajectory.
 
 Where the equations may change between two rows (stick, slip, landing, a loss of contact), the scene
-itself is integrated from the one to the other. Where rows lie too far apart for the flow, the
-interval is left out and counted.
+itself is integrated over the interval. An interval that is too long for the flow is left out and
+counted.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Causes of a failure: the file's precision, its conventions, one number, or some of its rows.
 
 A cause is named only if with it every residual passes within its own bound; for engines with soft
-contacts and low orders, if what is left is an engine's and ten times smaller. Otherwise nothing is
-named: several causes at once, or one that is not known here.
+contacts and low orders, also if the remaining residual is typical of such engines and ten times
+smaller. Otherwise no cause is named: there are several causes, or an unknown one.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """One number of the body, the clock or the equations, fitted until the rows' residuals vanish.
 
-Residuals are smooth in every number, so that Gauss and Newton's steps find it; only the few numbers
-whose derivative has the direction of the residual are fitted. A number is named only if with it
-every residual passes within its own bound.
+Residuals are smooth in every number, so that Gauss-Newton steps converge. Only the few numbers are
+fitted whose derivative has the direction of the residual. A number is named only if its fitted
+value brings every residual within its own bound.
 """
 
 from __future__ import annotations

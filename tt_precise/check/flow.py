@@ -1,11 +1,11 @@
-"""The flow of a scene's equations: the states of many rows, each carried over its own span of time.
+"""The flow of a scene's equations: many states, each propagated over its own span of time.
 
 The explicit midpoint rule in 2, 4, 6, ... steps is extrapolated to steps of length zero (Gragg's
 method; Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.9). Each column of
 the scheme raises the order by two: dense rows need few evaluations, coarse rows more. A row is done
-when a column changes its result by less than is wanted; that change is the error of the column
-before, and bounds the error of the last one. Where twelve columns do not do, a row is carried in
-halves.
+when a column changes its result by less than the tolerance; this change is the error of the column
+before, and bounds the error of the last column. If twelve columns do not suffice, the span is
+halved.
 """
 
 from __future__ import annotations

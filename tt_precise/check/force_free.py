@@ -1,12 +1,13 @@
-"""Residuals that no contact force can excuse: attitude, position, momentum about the lowest point.
+"""Residuals independent of the contact force: attitude, position, momentum about the lowest point.
 
-Each row is moved to the time of the next one by ``force_free_flow``; what the next row then differs
-by is summed from the start, too. The flow is computed in several ways, and the spread of the ways
-bounds its error: what remains beyond the bound is the rows' own. Where the bound is wider than the
-check has to see, an interval is not resolved; where too much of the motion is not, the check is
-open. Roundings of the file's numbers are in the bounds from the start.
+``force_free_flow`` propagates each row to the time of the next row; the difference from the next
+row is also summed from the start. The flow is computed in several ways, and the spread of the
+results bounds its error: a difference beyond the bound is an error of the rows. An interval is not
+resolved if its bound is above the sensitivity of the check; if too much of the motion is not
+resolved, the check is open. The bounds contain the rounding of the file's numbers.
 
-Rows closer together than the flow needs are compared with cubics through the rows that it visits.
+If rows are closer together than the flow needs, the flow visits only some rows; the rows between
+are compared with cubics through the visited rows.
 """
 
 from __future__ import annotations

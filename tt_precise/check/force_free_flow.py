@@ -1,4 +1,4 @@
-"""The motion from row to row of a top whose contact force is not known.
+"""The motion of a top from row to row under an unknown contact force.
 
 Attitude q and momentum about the lowest point, Q = L - a x m v, obey
 
@@ -12,7 +12,7 @@ rigid table. So a motion follows from one row and from v_h(t) and v_A.z(t), whic
   the cosine and sine of the nutation; or
 - *guided* (``by_guidance``): friction is -c N v_A or -c N v_A/|v_A|, with the N that keeps the
   contact and a c that fits seven intervals, and a force linear in time leads to the next row's
-  v_h. Nothing is supposed of the law: the bound of the error contains what c leaves over.
+  v_h. No law is assumed: the bound of the error contains the misfit of c.
 
 All intervals are solved at once by collocation at Gauss nodes. Arrays have the shape (components,
 nodes, intervals).

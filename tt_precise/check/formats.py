@@ -1,7 +1,7 @@
 """Files whose columns are read by name: NumPy, HDF5, MATLAB 7.3, Arrow, JSON and JSON lines.
 
-Each entry of ``READERS`` opens a file and returns its columns as a mapping. What a file declares to
-hold is compared with ``MOST_BYTES`` before a column is allocated, and nothing outside the file is
+Each entry of ``READERS`` opens a file and returns its columns as a mapping. The declared size of a
+file is compared with ``MOST_BYTES`` before a column is allocated. Links to other files are not
 followed.
 """
 

@@ -1,10 +1,10 @@
-"""The power of friction in the rows, and their mean normal force: laws for every friction.
+"""The power of friction in the rows, and the mean normal force: checks for every friction law.
 
 Derivatives are those of polynomials through windows of five rows. The distance from polynomials
-through the inner three says how well the rows resolve the motion: ``MARGIN`` times the largest of
-that and of both neighbours' is subtracted. Where the rest is above the limit the check fails; where
-the subtracted bound is above it, the window is open, and a check with more open windows than others
-is skipped.
+through the inner three rows measures how well the rows resolve the motion; ``MARGIN`` times the
+largest distance among a window and its neighbours is subtracted. If the remainder is above the
+limit, the check fails; if the subtracted bound is above the limit, the window is open. A check with
+more open than other windows is skipped.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Distance from the scene's solution: golden rows, or an integration.
 
-Digits count by the rule of ``mechanics.digits``, the same as in ``golden.compare``. If digits are
-requested, every row must have been compared to this number of digits, and no stretch of the motion
-may be without rows. The finding shows the number of compared rows and the largest gap between them.
+Digits count by the rule of ``mechanics.digits``, as in ``golden.compare``. If digits are requested,
+every row must have been compared to this number of digits, and rows must cover the whole motion.
+The result has the number of compared rows and the largest gap between rows.
 """
 
 from __future__ import annotations

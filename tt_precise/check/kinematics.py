@@ -1,10 +1,10 @@
-"""The checks ``kinematics`` and ``contact_momentum``: residuals that need no force, judged.
+"""The checks ``kinematics`` and ``contact_momentum``, independent of the contact force.
 
-``kinematics`` asks whether attitude (rad) and position (over R) follow the velocities, and whether
-the height follows from the attitude; ``contact_momentum`` whether the angular momentum about the
-lowest point changes as weight and motion make it (m g R alpha). Both hold for every contact force.
-Sums from the start count as well: a small error that goes on is a large one, and integrators that
-are right leave less of it.
+``kinematics`` requires that attitude (rad) and position (over R) are the integrals of the
+velocities, and that the height follows from the attitude. ``contact_momentum`` requires that weight
+and motion account for every change of the angular momentum about the lowest point (m g R alpha).
+Both checks hold for every contact force. Sums from the start count as well, because a small
+persistent error becomes large; correct integrators have smaller sums.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The precision of a file's numbers, from their values alone: decimals, digits, 32-bit floats.
 
-A printed number is off by half a unit of its last place. Components of a vector are printed alike,
-so that they are looked at together: a component that stays 0 says nothing alone.
+A printed number has an error of at most half a unit of its last place. Components of a vector are
+printed alike and examined together, because a component that stays 0 does not show its precision.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Trajectories as one table of rows: CSV, standard input, Parquet, HDF5, tables in memory.
 
-The checks receive a ``Block``, independent of its source. Every reason why a trajectory is unusable
-(text in a number, dates, time that does not increase) gives one line that names file and line. What
-a file claims to hold is bounded before it is read.
+The checks receive a ``Block``, independent of its source. An unusable trajectory (text in a number,
+dates, time that does not increase) gives one line that names file and line. The declared size of a
+file is bounded before the file is read.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Where a trajectory begins: at the scene's start, or in a state of the scene's solution.
+"""The check of the first row: the scene's start, or a state of the scene's solution.
 
 The first row is compared with the start, then with the solution at the row's own time, then with
-the solution at any time: a log may count from 100 s or from 1970, and a run may be a restart. Axes
-that are turned about the vertical are the same start. The comparison adds half a unit of the last
-place in which the file is written to its bound.
+the solution at any time: a log may count from 100 s or from 1970, and a run may be a restart.
+Starts that differ by a rotation about the vertical are equal. The bound of the comparison includes
+half a unit of the last written place.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
-"""``World``: rigid-body columns of engines whose vertical, hand or body axis differ from ours.
+"""``World``: conversion of rigid-body columns with another vertical, handedness or body axis.
 
-Ours is right-handed, z is up, and the symmetry axis is the body's z. Let W take coordinates of
-their world to ours, and B those of their body; both are rotations, or both are reflections, since a
-left-handed engine uses its hand in both frames. Then the attitude is R = W R' B^T, a velocity or a
-position is W v', and an angular velocity, an axial vector, is det(W) W omega'.
+Our world is right-handed, z is up, and the symmetry axis is the body's z. Let W map coordinates of
+the engine's world to ours, and B coordinates of the engine's body to ours. Both are rotations, or
+both are reflections, since a left-handed engine has left-handed frames of world and body. Then the
+attitude is R = W R' B^T, a velocity or a position is W v', and an angular velocity, an axial
+vector, is det(W) W omega'.
 """
 
 from __future__ import annotations
