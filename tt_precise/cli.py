@@ -1,6 +1,6 @@
-"""The command line: finds a command, runs it, and reports an error in one line.
+"""The command line: find a command, run the command, and report an error in one line.
 
-Each command is one file in ``commands`` and is imported only when it is called, so that ``--help``
+Each command is one file in ``commands`` and is imported only when called, so that ``--help``
 and ``check`` start fast. Exit status: 0 all checks pass, 1 a check failed, 2 unusable input, 70 a
 bug in tt-precise.
 """

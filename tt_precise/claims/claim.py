@@ -1,4 +1,4 @@
-"""Claims, their registry, and judging one claim or all claims.
+"""Claims, their registry, and the functions that judge one claim or all claims.
 
     claim = claims_of(RAUCH_RUTSTAM, section="2.3")
 

@@ -1,7 +1,7 @@
 """Verdicts as JSON documents, and the committed verdicts of the last report.
 
-Committed verdicts are read, not recomputed. They are valid for the present code while the hash of
-its sources equals the hash that the report stored.
+Committed verdicts are read, not recomputed. The verdicts are valid for the present code while the
+hash of its sources equals the hash in the report.
 """
 
 from __future__ import annotations

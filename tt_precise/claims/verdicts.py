@@ -1,17 +1,17 @@
 """Measured values, the parts of a judged claim, and the rules that make a verdict.
 
-A *value* has the digits on which two computations with independent errors agree, and carries its
-rigorous enclosure where there is one. A *part* compares words or a number of the paper with a
-value; it is proved if the comparison has the same result at both ends of the enclosure. A *judged
-claim* combines parts by one of three rules, and no claim names its own verdict:
+A *value* has the digits on which two computations with independent errors agree, and its rigorous
+enclosure where there is one. A *part* compares words or a number of the paper with a value; a part
+is proved if the comparison has the same result at both ends of the enclosure. A *judged claim*
+combines parts by one of three rules, and no claim names its own verdict:
 
-- ``all_of(parts)``: what the statement says; "partly" if some parts hold and some fail;
+- ``all_of(parts)``: the assertions of the statement; "partly" if some parts hold and some fail;
 - ``interpretations(parts)``: the meanings that its words admit; "ambiguous" if some hold and some
   fail;
 - ``misprint((printed, corrected))``: the formula or number as printed and as it should be.
 
-A statement without anything to compute has the part ``untestable``. A part is open, neither holding
-nor failing, while there are motions whose outcome nothing decides (``of_all``).
+A statement that cannot be computed has the part ``untestable``. A part is open, neither true nor
+false, while the outcome of some motions is undecided (``of_all``).
 """
 
 from __future__ import annotations

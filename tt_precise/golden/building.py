@@ -1,7 +1,7 @@
-"""``build``: makes folders of golden data from scenes, each with a manifest of its claims.
+"""``build``: golden data from scenes, one folder each, with a manifest of the claims.
 
-The manifest describes the columns, the claimed digits and their evidence. It names no times of day,
-hosts or durations, so two builds on one machine are equal byte for byte.
+The manifest describes the columns, the claimed digits and their evidence. The manifest contains no
+times of day, hosts or durations, so two builds on one machine are equal byte for byte.
 """
 
 from __future__ import annotations
@@ -336,7 +336,7 @@ def _run(run: Run) -> dict[str, Json]:
 
 
 def _floor_to_tenth(digits: float) -> float | str:
-    """Digits to one folder, rounded down; "equal" where nothing differs."""
+    """Digits to one decimal, rounded down; "equal" where nothing differs."""
     return "equal" if math.isinf(digits) and digits > 0 else math.floor(digits * 10) / 10
 
 

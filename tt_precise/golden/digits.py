@@ -1,8 +1,8 @@
-"""Correct digits of an cell: agreement of computed values, and the printed decimal.
+"""Correct digits of a cell: agreement of computed values, and the printed decimal.
 
-The rule, which every manifest repeats in ``RULE``: an cell is printed with the most significant
-digits, 34 at most, to which all computed values round alike. Numbers here are ``Decimal``, exact
-images of the computed text.
+The rule, which every manifest repeats (``RULE``): a cell has the most significant digits, 34 at
+most, to which all computed values round alike. Numbers here are ``Decimal``, exact images of the
+computed text.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from tt_precise.scene.numerals import as_fraction
 
 DIGITS = 34  # published at most; IEEE decimal128 and Fortran's real(16) hold as many
 RULE = (
-    "An cell is printed with the most significant digits, 34 at most, to which all runs round "
+    "An entry is printed with the most significant digits, 34 at most, to which all runs round "
     "alike; so every printed digit is the correctly rounded one, as far as they agree. Digits "
-    "count relative to the cell itself. Near a zero of a component they count relative to its "
-    "scale, its largest cell in trajectory.csv: an cell with fewer than 34 digits whose last "
+    "count relative to the entry itself. Near a zero of a component they count relative to its "
+    "scale, its largest entry in trajectory.csv: an entry with fewer than 34 digits whose last "
     "one still lies below 1e-33 of the scale is near_zero, and 0 stands for less than 1e-34 of "
     "the scale. An empty cell is undefined (Euler angles at a pole)."
 )
@@ -59,7 +59,7 @@ class ColumnDigits(NamedTuple):
 
 
 def common_text(values: Sequence[Decimal], scale: Decimal) -> str:
-    """The printed text of an cell with these computed values; "" without a common digit."""
+    """The printed text of a cell with these computed values; "" without a common digit."""
     if all(abs(value) <= scale.scaleb(-DIGITS) for value in values):
         return ZERO
     for digits in range(DIGITS, 0, -1):

@@ -1,7 +1,7 @@
-"""From a specification to rows, on any pool of workers; a sweep can be interrupted and resumed.
+"""``sweep`` and ``run_sweep``: from a specification to rows on any pool of workers, resumable.
 
-``sweep`` is ``tt.sweep``; the command uses ``run_sweep``; ``integrated`` takes tables of starts
-that are neither a grid nor a box.
+``sweep`` is ``tt.sweep``; the command uses ``run_sweep``; ``integrate_tables`` takes tables of
+starts that are neither a grid nor a box.
 """
 
 from __future__ import annotations
@@ -188,7 +188,7 @@ def run_sweep(
 
 
 def sweep_pool(workers: int | None = None) -> Pool:
-    """Processes of this machine that start up while the first starts are sampled_rows."""
+    """Processes of this machine that start up while the first starts are sampled."""
     return local_pool(workers, tries=TRIES, recycle_after=RECYCLED_AFTER, prepare=_get_ready)
 
 

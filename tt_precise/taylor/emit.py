@@ -1,9 +1,9 @@
 """Instructions of LLVM: loops, and the arithmetic of double-doubles and triple-doubles.
 
-These are unevaluated sums of two or three doubles, each below half an ulp of the one before: 106
-or 159 bits. Everything is made of exactly rounded operations of IEEE 754 and its fused
-multiply-add, and the compiler may neither contract nor reorder them: the bits are the same on
-every processor.
+These numbers are unevaluated sums of two or three doubles, each below half an ulp of the double
+before: 106 or 159 bits. All operations are correctly rounded operations of IEEE 754 and its fused
+multiply-add. The compiler may neither contract nor reorder these operations, so the bits are the
+same on every processor.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Emitter:
         return self.b.bitcast(made, DOUBLE.as_pointer())
 
     def index(self, row: Value, width: int, column: int = 0) -> Value:
-        """The position of an component among rows of this width."""
+        """The index of a component among rows of this width."""
         return self.b.add(self.b.mul(row, self.i(width)), self.i(column))
 
     def order(self, orders: Value, limbs: int) -> Value:

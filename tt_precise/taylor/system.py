@@ -149,7 +149,7 @@ class StepBlock:
         self.end_time = tuple(times[taken, 1:4].tolist())
         self.end_row = self.row(taken)
         suspect = times[:taken, 5].nonzero()[0]
-        # a NaN in the series of an component makes the state at the end of the step NaN
+        # a NaN in the series of a component makes the state at the end of the step NaN
         finite = numpy.isfinite(self.lengths) & (self.lengths > 0)
         finite &= numpy.isfinite(data[0, 1 : taken + 1, 0, :components]).all(axis=1)
         outputs = self.coefficients[suspect, :, components:]

@@ -1,8 +1,8 @@
-"""Costs of a digit on one scene: this integrator digit by digit, and SciPy's.
+"""The cost of a digit on one scene, for this package's integrator and for SciPy's methods.
 
 Every row integrates the scene up to the same time and is compared at the same samples with the run
-of the most digits, whose own estimated error is added. An error is relative, by the rule of digits
-(``mechanics.digits``), and the largest over samples and entries of k, L, v.
+of the most digits, whose estimated error is added. An error is relative, by the rule of digits
+(``mechanics.digits``), and the largest over samples and components of k, L, v.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Tradeoff(NamedTuple):
 def measure(scene: Scene, progress: Progress = silent) -> Tradeoff:
     """Measure all methods on ``scene`` within some ten seconds.
 
-    Raises ``InputError``: the scene cannot be integration_form, or has no sample before its end.
+    Raises ``InputError``: the scene cannot be integrated, or has no sample before its end.
     """
     left_out: list[str] = []
     runs = list(_own_runs(scene, left_out.append, lambda part: progress(part / 2)))

@@ -1,9 +1,9 @@
 """Printed formulas as text, and their comparison with the mechanics.
 
-A printed formula is a string in the paper's names, such as "R*I1*phi_dot*sin(theta)**2", which can
-be compared with the paper, falsified by a test, and evaluated in any arithmetic. ``equal`` compares
-it with the mechanics on the symbols of ``exact.chart``: a proof for every body and state. If they
-differ, the difference at one state is shown, in exact rational numbers.
+A printed formula is a string in the paper's names, such as "R*I1*phi_dot*sin(theta)**2". The string
+can be compared with the paper, falsified by a test, and evaluated in any arithmetic. ``equal``
+compares the formula with the mechanics on the symbols of ``exact.chart``: a proof for every body
+and state. If the two differ, ``equal`` shows the difference at one state in exact rational numbers.
 """
 
 from __future__ import annotations

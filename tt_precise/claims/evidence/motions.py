@@ -1,7 +1,8 @@
-"""Motions that no run of this package computes.
+"""Motions beyond the runs of this package.
 
-Motions in the effective potential V(z, D, lambda) with frozen D and E~; steady motions with their
-stability; a solution continued to negative times; and the paper's own computation with odeint.
+These are motions in the effective potential V(z, D, lambda) with frozen D and E~; steady motions
+with their stability; a solution continued to negative times; the paper's own computation with
+odeint.
 """
 
 from __future__ import annotations

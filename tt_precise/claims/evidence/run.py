@@ -1,7 +1,7 @@
 """A scene's solution as evidence: values with their digits, extrema, zeros, phases of the climb.
 
-A process integrates a scene once in each arithmetic. Local extrema and zeros are events, so they
-are not missed between samples, and between two extrema a quantity is monotonic.
+A process integrates a scene once in each arithmetic. Local extrema and zeros are events, so none
+is missed between samples, and between two extrema a quantity is monotonic.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
-"""The paper's section 2.2: its start values one at a time and in a box, for the claims about them.
+"""Sweeps of the start values in the paper's section 2.2, one at a time and in a box, as evidence.
 
-Every sweep varies the reference scene. Starts that lose contact are integrated twice: "unilateral",
-which ends when g_n reaches 0, and "bilateral", which continues with g_n < 0 as the paper's
-equations do. Statements about "all" starts are judged with and without these starts.
+Every sweep varies the reference scene. Starts that lose contact are integrated twice: "unilateral"
+ends when g_n reaches 0; "bilateral" continues with g_n < 0, as the paper's equations do. Statements
+about "all" starts are judged with and without these starts.
 
-A climb that has not ended at 12 s is integrated on to 60 s; what is undecided then is named.
+A climb that has not ended at 12 s is integrated further to 60 s; starts still undecided are named.
 
-The rows are cached in ``reports/``; after a change of the definition they are recomputed, which
-takes some ten minutes of one core.
+The rows are cached in ``reports/``. After a change of the definition the rows are recomputed, in
+some ten minutes of one core.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The answer to "does the paper hold?", and the sentences that no claim tests.
 
 Each sentence of the answer has the claims on which it depends, and a form for either outcome. The
-other table is the result of reading the paper sentence by sentence beside the list of claims.
+other table lists the sentences of the paper that the list of claims does not cover.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Section 1: frames, the equations of motion, what they conserve, the energy."""
+"""Section 1: frames, the equations of motion, conserved quantities, the energy."""
 
 from __future__ import annotations
 

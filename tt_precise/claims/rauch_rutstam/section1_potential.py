@@ -1,4 +1,4 @@
-"""Section 1: the functions lambda, D and E~, the effective potential, and theta moving in it."""
+"""Section 1: the functions lambda, D and E~, the effective potential, and motion of theta in it."""
 
 from __future__ import annotations
 

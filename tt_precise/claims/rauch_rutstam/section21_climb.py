@@ -1,4 +1,4 @@
-"""Section 2.1: when the reference solution climbs, and how theta oscillates."""
+"""Section 2.1: the times of the reference solution's climb, and the oscillation of theta."""
 
 from __future__ import annotations
 

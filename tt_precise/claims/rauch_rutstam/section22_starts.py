@@ -1,4 +1,4 @@
-"""Section 2.2: ranges, and starts that climb at once, integrated one by one."""
+"""Section 2.2: ranges, and single integrations of starts that climb at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Section 2.2: how the solutions change with their start."""
+"""Section 2.2: the dependence of the solutions on the start."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Section 2.3: the energy, its parts and their rates, and the torque."""
+"""Section 2.3: the energy, its parts and their time derivatives, and the torque."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Section 3, the summary: statements that the previous sections do not have."""
+"""Section 3, the summary: statements that are not in the previous sections."""
 
 from __future__ import annotations
 
