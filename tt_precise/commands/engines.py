@@ -1,4 +1,4 @@
-"""``tt-precise engines``: a physics engine on a ladder of tests."""
+"""``tt-precise engines``: tests of a physics engine at decreasing steps."""
 
 from __future__ import annotations
 

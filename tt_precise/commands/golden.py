@@ -1,4 +1,4 @@
-"""``tt-precise golden``: makes, verifies, proves and lists reference data."""
+"""``tt-precise golden``: make, verify, prove and list reference data."""
 
 from __future__ import annotations
 

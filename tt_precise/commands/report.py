@@ -1,4 +1,4 @@
-"""``tt-precise report``: writes the precision report."""
+"""``tt-precise report``: write the precision report."""
 
 from __future__ import annotations
 

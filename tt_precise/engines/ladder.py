@@ -1,4 +1,4 @@
-"""The ladder: tests with their references, and order and floor of an engine on each test."""
+"""The ladder: tests with their references, and an engine's order and error floor on each test."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The engine protocol: a job as JSON on standard input, rows as CSV on standard output.
 
-``Job`` describes the simulation for an engine, all in SI; ``run`` passes it to a program, with
-bounds on time and memory, ends all its processes, and reads the rows (``PROTOCOL.md``).
+``Job`` describes the simulation for an engine, all in SI. ``run`` passes a job to a program, bounds
+the program's time and memory, ends all its processes, and reads the rows (``PROTOCOL.md``).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Results of an engine on the ladder: records, their JSON document, and a table of a terminal."""
+"""Results of an engine on the ladder: records, the JSON document, and the table for a terminal."""
 
 from __future__ import annotations
 

@@ -3,13 +3,13 @@
 Each identity is one entry: a function that yields residuals. Symbolic ones call the functions of
 ``mechanics`` on the symbols of a chart: all parameters and the whole state are symbols, so a proof
 holds for every body and every state where nothing is divided by zero. Euler and vector form are
-compared through ``mechanics.euler``. A chart at azimuth 0 proves there, which the identities
-"equations turn with the frame" and "Euler angles turn with the frame" extend to every azimuth.
-Others are exact evaluations at random rational points.
+compared through ``mechanics.euler``. A chart at azimuth 0 proves an identity at this azimuth; the
+identities "equations turn with the frame" and "Euler angles turn with the frame" extend the proof
+to every azimuth. Other identities are exact evaluations at random rational points.
 
-Three are about a force of three free symbols at the contact point of a sphere whose contact may
-even move vertically: they cover every friction law and every compliant contact. Those of the dry
-laws are evaluated at points where the roots of the laws are rational.
+Three identities have a force of three free symbols at the contact point of a sphere whose contact
+may even move vertically: they cover every friction law and every compliant contact. Identities of
+the dry laws are evaluated at points where the roots of the laws are rational.
 """
 
 from __future__ import annotations

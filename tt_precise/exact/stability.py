@@ -5,12 +5,12 @@ finite differences about the steady spin k = +-z, L = L z, v = 0, and the spin i
 the largest real part of the eigenvalues passes zero.
 
 Only the ratio of centrifugal to gravitational forces matters, omega_3^2 R/g. So the top spins
-with omega_3 = 1 in units of its own mass and radius, and gravity is what varies: infinite spin is
-then the regular limit g = 0, and a threshold may tend to infinity.
+with omega_3 = 1 in units of its own mass and radius, and gravity varies: infinite spin is then the
+regular limit g = 0, and a threshold may tend to infinity.
 
 Rotations about z commute with the equations, so the six horizontal components combine to three
-complex ones, kx + i ky, Lx + i Ly, vx + i vy, and the linearised system to a complex 3x3 matrix;
-kz and Lz change at second order only.
+complex components, kx + i ky, Lx + i Ly, vx + i vy, and the linearised system to a complex 3x3
+matrix; kz and Lz change only at second order.
 """
 
 from __future__ import annotations

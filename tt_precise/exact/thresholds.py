@@ -1,7 +1,7 @@
 """lambda, its thresholds and the asymptotic values, each determined twice, to any digits.
 
-The formulas are those of ``mechanics.thresholds``. Each is compared with a determination that does
-not use it: the thresholds from eigenvalues of the linearised equations of motion
+The formulas are those of ``mechanics.thresholds``. Each formula is compared with an independent
+determination: the thresholds from eigenvalues of the linearised equations of motion
 (``exact.stability``), the asymptotic D and E~ from these quantities in the limit state, lambda from
 the Euler form, gamma and sigma from accelerations. ``inversion`` decides whether a motion tends to
 the inverted spin, by Theorem 1.1 and stability.

@@ -12,8 +12,8 @@
         ...
         return within(worst / eps, 100, "eps"), equal(run.status, "complete")
 
-The topic is that of the module. ``over`` makes one case of each combination of its arguments (or of
-each entry of a list), which fill the braces in the name and in the expectation. ``control``
+The topic is that of the module. ``over`` makes one case of each combination of arguments (or of
+each entry of a list); the arguments fill the braces in the name and in the expectation. ``control``
 replaces arguments by wrong values; a test checks that the verdict changes.
 """
 

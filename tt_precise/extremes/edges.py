@@ -1,8 +1,8 @@
 """One scene at its edges: tilts down to 1e-300, spin and friction times powers of ten.
 
 Each change is integrated in several precisions. The digits are those of the worst sample, estimated
-by runs in finer arithmetic (``Trajectory.digits_throughout``); the status says where contact or the
-model ends.
+by runs in finer arithmetic (``Trajectory.digits_throughout``); the status tells whether contact or
+the model ended.
 """
 
 from __future__ import annotations

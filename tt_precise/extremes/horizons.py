@@ -1,4 +1,4 @@
-"""Long and short times, there and back, and events that come close to each other."""
+"""Long and short times, returns to the start, and events that come close to each other."""
 
 from __future__ import annotations
 

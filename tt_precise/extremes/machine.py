@@ -1,4 +1,4 @@
-"""Compiler, vectors, threads: how far double results move, and that wider ones do not."""
+"""Compiler, vectors, threads: the change of double results, and the identity of wider results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What cases share: the paper's top driven to an edge, wrong numbers for controls, distances."""
+"""Functions that cases share: the paper's top at an edge, wrong numbers for controls, distances."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What rounding errors grow to: variational equations against golden data."""
+"""The growth of rounding errors: variational equations against golden data."""
 
 from __future__ import annotations
 

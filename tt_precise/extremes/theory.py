@@ -1,7 +1,7 @@
-"""What theory says about the edges: closed forms, and linear equations worked out by hand.
+"""Predictions of theory for the edges: closed forms, and linear equations worked out by hand.
 
-Nothing here comes from ``mechanics`` or ``integrate``; these are expectations that the code under
-test did not make. All is dimensionless (m = R = g = 1), in an mpmath context ``fn``.
+Nothing here comes from ``mechanics`` or ``integrate``, so the predictions are independent of the
+tested code. All numbers are dimensionless (m = R = g = 1), in an mpmath context ``fn``.
 """
 
 from __future__ import annotations

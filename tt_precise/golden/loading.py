@@ -1,8 +1,8 @@
 """``load``: the golden data of a scene as a table of numbers, optionally with the pose.
 
 Orientation and position do not follow from the published state: they need the quadratures phi, psi,
-x and y, which only some scenes publish. Therefore the scene is integrated with them when it is
-loaded, and the run's other columns are compared with the published columns.
+x and y, which only some scenes publish. Therefore ``load`` integrates the scene with these
+quadratures, and compares the other columns of the run with the published columns.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""True rows, and the distance of a trajectory from them at their times.
+"""True rows, and the distance of a trajectory from the true rows at their times.
 
 A row is compared exactly, in decimals. If the solution ends before its horizon (lift-off, landing),
 the time of the end is itself a result: a row that agrees with the last golden row in time and state
-is compared with it.
+is compared with this golden row.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""What is proved of golden tables, read without proving it again.
+"""Proved statements about golden tables, read without proving them again.
 
-``golden certify`` proves every printed number to be correctly rounded, and every event to exist and
-to be the only one. So a table encloses itself: the exact number of a cell is within half a unit of
-its last digit. ``proof.json`` has the other statements, and the hashes of the scene and of the
-tables that were proved; ``complaints`` compares these. Only a proof can decide whether they are
+``golden certify`` proves that every printed number is correctly rounded, and that every event
+exists and is the only one. So a table encloses itself: the exact number of a cell is within half a
+unit of its last digit. ``proof.json`` has the other statements, and the hashes of the proved scene
+and tables; ``complaints`` compares the hashes. Only a proof can decide whether the statements are
 true: ``golden certify --check`` proves them again.
 """
 

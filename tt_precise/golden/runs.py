@@ -1,8 +1,8 @@
 """From computations of a scene to the published tables.
 
 A ``Task`` is a computation, a ``Run`` its result; ``reconcile`` keeps the digits that all runs
-share. Runs are text, because heyoka's ``real`` numbers leak memory under NumPy 2.4 and later;
-therefore each scene is computed in a separate process.
+share. heyoka's ``real`` numbers leak memory under NumPy 2.4 and later; therefore runs are text, and
+each scene is computed in a separate process.
 """
 
 from __future__ import annotations

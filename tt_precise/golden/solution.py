@@ -1,7 +1,7 @@
 """``Solution``: the true rows of a scene at any times, golden or integrated.
 
-Golden rows answer where all times are golden; otherwise the scene is integrated to the digits that
-are wanted, which imports heyoka and takes a second.
+If all times are golden, the rows are golden rows; otherwise the scene is integrated to the
+requested digits, which imports heyoka and takes a second.
 """
 
 from __future__ import annotations

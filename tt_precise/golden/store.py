@@ -1,8 +1,8 @@
 """The folders of golden data: reading, verification of hashes, replacement.
 
-The manifest of a scene lists its files with their hashes: of their content, so that line ends and
-comments do not count. They show damage and careless edits. Somebody who rewrites the files can also
-rewrite the hashes; the history of the repository shows that.
+The manifest of a scene lists its files with hashes of their content; line ends and comments do not
+count. The hashes detect damage and careless edits. Whoever rewrites the files can also rewrite the
+hashes, but the history of the repository shows this.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """``verify``: golden data against their manifest, their proof and a fresh computation.
 
-``inspect`` names every damage to the files without computing. ``verify_scene`` also computes the
-solution with another integrator than the data's, and compares entry by entry.
+``inspect`` names every damage to the files, and computes nothing. ``verify_scene`` also computes
+the solution with another integrator than that of the data, and compares entry by entry.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Derivatives of a trajectory by entries of its scene, and ranges from their uncertainties.
 
-Both are differences of runs of changed scenes: derivatives of runs in several doubles whose entries
-differ by 1e-9 to 1e-18 of the value, ranges of runs at both ends of an interval. So they exist for
-every scene that can be integrated, also where its equations change on the way or it starts at a
-pole.
+Derivatives are differences of runs in several doubles whose entries differ by 1e-9 to 1e-18 of the
+value; ranges are differences of runs at both ends of an interval. So both exist for every scene
+that can be integrated, also for equations that change on the way and for starts at a pole.
 """
 
 from __future__ import annotations

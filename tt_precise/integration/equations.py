@@ -1,7 +1,7 @@
 """The integrated equations of motion, with recorded quadratures after the state.
 
-heyoka's tolerance is relative to the largest component of the state. Therefore quadratures, which
-may grow large, are scaled down by a power of two and do not weaken it.
+heyoka's tolerance is relative to the largest component of the state. Quadratures may grow large;
+therefore they are scaled down by a power of two, so that the tolerance stays tight.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The catalogue of events: a name, a function whose zeros are the event, and the meaning.
 
-Event functions are written on a ``Motion`` like the quantities, and smooth at the poles. A new
-event is one new entry here. Any quantity has ``extremum:QUANTITY`` and ``zero:QUANTITY``.
+Event functions take a ``Motion``, as quantities do, and are smooth at the poles. A new event is one
+new entry here. Any quantity has ``extremum:QUANTITY`` and ``zero:QUANTITY``.
 """
 
 from __future__ import annotations

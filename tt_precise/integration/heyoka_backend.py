@@ -1,6 +1,6 @@
 """heyoka's Taylor integrators in double, extended, quad and mp: compiled once, then reused.
 
-Everything is integrated in dimensionless units (m = R = g = 1).
+All equations are integrated in dimensionless units (m = R = g = 1).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """One propagation in double-double or triple-double, by ``taylor`` instead of heyoka.
 
-Steps, series, events and ends are computed here; equations, event functions and terminal functions
-are the same as for heyoka.
+This module computes steps, series, events and ends; equations, event functions and terminal
+functions are those of the heyoka backend.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""``Setup``: the checked arguments of an integration; and the contact at the start."""
+"""``Setup``: the checked arguments of an integration, and the contact at the start."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""``Solution``: a scene integrated once, by the first backend that can.
+"""``Solution``: a scene integrated once, by the first backend that accepts it.
 
-It is a list of segments, usually one. Where the equations change, another segment begins. Each time
-belongs to one segment, at a bound to the earlier one.
+A solution is a list of segments, usually one. Where the equations change, another segment begins.
+Each time belongs to one segment, a common end to the earlier segment.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""The Taylor steps of a run as ``zeros`` reads them, from either integrator.
+"""The Taylor steps of a run, from either integrator, in the form that ``zeros`` reads.
 
-Series are kept in double; in a wider arithmetic the integrator's own dense output gives the
+Series are stored in double; in a wider arithmetic the integrator's dense output gives the
 components at single positions.
 """
 

@@ -1,4 +1,4 @@
-"""``integrate``: from a scene to a ``Trajectory``, in a precision or to a number of digits."""
+"""``integrate``: a ``Trajectory`` from a scene, in a precision or to a number of digits."""
 
 from __future__ import annotations
 

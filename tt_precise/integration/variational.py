@@ -1,9 +1,9 @@
 """Variational equations: derivatives of a solution with respect to start and parameters.
 
 Together with the state x, heyoka integrates d x/d x(s) and d x/d p of the vector form in
-dimensionless units, in double, from each time of interest to the next. Products of these pieces
-give the effect of an error at one time on any later time. They stay accurate where friction makes
-the whole d x(t)/d x(0) nearly singular.
+dimensionless units, in double, from each time of interest to the next. Products of these matrices
+give the effect of an error at one time on any later time. The products stay accurate where friction
+makes d x(t)/d x(0) nearly singular.
 """
 
 from __future__ import annotations

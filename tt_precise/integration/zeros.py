@@ -1,20 +1,20 @@
 """``Zeros``: the events of a run, found in the Taylor series of its steps.
 
 An event is a change of sign of a function along the solution. The sign of a value counts where the
-value exceeds its error; elsewhere the value is undecided. Signs in order of time are all that
-matters: - 0 0 + is one event, + 0 + is a tangency, and a function that stays undecided between
-several extrema is lost in noise.
+value exceeds its error; elsewhere the value is undecided. Only the signs in order of time matter:
+- 0 0 + is one event, + 0 + is a tangency, and a function that stays undecided between several
+extrema is lost in noise.
 
-The error of a function is what the errors of the state make of it. Each step adds to the relative
-error of a component a rounding and the terms that the step leaves out. This is a model, not a
-bound: it does not know how the motion amplifies errors.
+The errors of the state determine the error of a function. Each step adds to the relative error of a
+component a rounding and the terms that the step leaves out. This is a model, not a bound: the model
+ignores how the motion amplifies errors.
 
-Values at Chebyshev's nodes give a polynomial on each step, so that a function is only ever
-evaluated, in whatever way it is written. Most polynomials show that they have no zero, or one. The
-others are divided until their extrema are known, and the function itself decides there. In an
-arithmetic with more bits than a double, doubles find the positions, and the arithmetic of the run
-decides where they cannot. Near an exact start, where functions may vanish, the series of the start
-with guard bits takes their position on intervals that shrink towards t = 0.
+Values at Chebyshev nodes give a polynomial on each step, so that a function only needs to be
+evaluated. Most polynomials have evidently no zero, or one. Other polynomials are divided until
+their extrema are known, and the function itself decides there. In an arithmetic wider than double,
+doubles find the positions, and the arithmetic of the run decides where doubles cannot. Near an
+exact start, where functions may vanish, the series of the start with guard bits decides, on
+intervals that shrink towards t = 0.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """A top on an elastic table: the normal force follows from the depth.
 
 Hunt and Crossley's force has depth^(3/2), which is not smooth where contact begins and ends. With
-depth = zeta^2 and a time sigma, d sigma = dt/zeta, the equations are polynomial in zeta and go
-through zeta = 0. The linear force needs neither.
+depth = zeta^2 and a time sigma, d sigma = dt/zeta, the equations are polynomial in zeta and regular
+at zeta = 0. The linear force needs neither zeta nor sigma.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The conserved quantities of each model, one entry each, with the scale of its drift.
 
-Values are taken on a ``Motion``; the drift of an integral is its change since the start divided by
-its scale at the start, so a horizontal momentum that starts at zero also has a drift.
+Values are functions of a ``Motion``. The drift of an integral is its change since the start divided
+by its scale at the start, so a horizontal momentum that starts at zero also has a drift.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The states that engines write, as vectors, in any arithmetic."""
+"""Conversion of the states that engines write to vectors, in any arithmetic."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The number of correct digits of an entry: one rule for estimates, comparisons and checks.
 
 An error is relative to the size, at the same time, of the quantity to which the entry belongs. An
-entry that passes through zero does not lose its digits, and a decayed entry inherits the errors of
-its terms. ``integrate(digits=N)`` delivers N digits by this rule; ``check --digits N`` requires N.
+entry that passes through zero keeps its digits, and a decayed entry inherits the errors of its
+terms. ``integrate(digits=N)`` delivers N digits by this rule; ``check --digits N`` requires N.
 """
 
 from __future__ import annotations

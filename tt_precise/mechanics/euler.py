@@ -1,7 +1,7 @@
 """The gliding Tippe Top in Euler angles: the paper's eqs (2) to (7), as printed.
 
-The paper integrates these equations. They are undefined at the poles. ``exact.identities`` proves
-that they are equivalent to the vectors of ``newton``.
+The paper integrates these equations, which are undefined at the poles. ``exact.identities`` proves
+that these equations and the vectors of ``newton`` are equivalent.
 
 The frame of the paper: x-hat is the horizontal direction towards which the axis is tilted (k = sin
 theta x + cos theta z, at azimuth phi), y-hat = z x x-hat, and (1, 2, 3) = (cos theta x - sin theta

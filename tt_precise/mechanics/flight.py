@@ -1,9 +1,9 @@
-"""A top whose lowest point may be off the table's height: in the air, or on an elastic table.
+"""A top with a free height of the lowest point: in the air, or on an elastic table.
 
-The state is that of a gliding top with this height and its rate. The lowest point of the sphere is
-always at a = R (alpha k - z) from the centre of mass, and its velocity v_A as a point of the body
-has the rate of the height as its vertical part. The equations are those of ``newton`` with three
-components of v_A instead of two, for any force at the lowest point.
+The state is that of a gliding top, with this height and its time derivative. The lowest point of
+the sphere is always at a = R (alpha k - z) from the centre of mass, and its velocity v_A as a point
+of the body has the time derivative of the height as vertical component. The equations are those of
+``newton`` with three components of v_A instead of two, for any force at the lowest point.
 
 Flight has a closed form, a free rotation and a parabola: L and omega_3 are constant, the axis
 rotates about L at |L|/I1, and the body also rotates about its axis at omega_3 (1 - I3/I1); the

@@ -1,4 +1,4 @@
-"""The formulations for integrating a scene: model and coordinates to state and rates."""
+"""The formulations of a scene: state and time derivatives by model and coordinates."""
 
 from __future__ import annotations
 

@@ -8,8 +8,8 @@ constant c.
 Where v_A = 0 the direction of Coulomb's force is undefined and the equations are singular. In polar
 form, v_A = v e with |e| = 1, and in a time tau, d tau = dt/v, they are regular: g_n and the
 accelerations contain v_A only in the force, and there only e. v = 0 is reached as tau -> oo,
-exponentially, so ln v is in the state: its rate e.v_A_dot is bounded, and v keeps its relative
-accuracy down to any size.
+exponentially, so ln v is in the state: its derivative e.v_A_dot is bounded, and v keeps its
+relative accuracy down to any size.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Friction laws as values: F_f = -c g_n v_A with a coefficient c (s/m) that each law defines.
 
 A law is one entry of ``LAWS``: its parameters, its coefficient as a function that is generic in the
-arithmetic, the functions that it needs, and the properties of its form. Eqs (1) to (7) are
+arithmetic, the elementary functions in it, and the properties of its form. Eqs (1) to (7) are
 algebraic in mu, so with c for mu they are the equations of motion under every law.
 """
 

@@ -5,13 +5,13 @@ mass and the horizontal velocity v of the contact point A, all in the inertial f
 m s_ddot = F - m g z, L_dot = a x F, k_dot = L x k/I1 with F = g_n (z - mu v) the accelerations
 are affine in g_n, and the height of the centre of mass, differentiated twice, gives g_n.
 
-``CentreState`` is the same motion with the horizontal velocity of the centre of mass in the place
-of that of the contact point. m s_ddot = F - m g z then needs no acceleration of the contact: half
-of the products of ``rates``, and 3 % fewer steps on the reference scene. heyoka integrates this
-form; v_A = s_dot + omega x a follows from the state.
+``CentreState`` has the horizontal velocity of the centre of mass instead of that of the contact
+point. m s_ddot = F - m g z then needs no acceleration of the contact: half of the products of
+``rates``, and 3 % fewer steps on the reference scene. heyoka integrates this form; v_A = s_dot +
+omega x a follows from the state.
 
-Parameters multiply and divide variables one at a time: heyoka would carry 1/I3 - 1/I1 along as a
-variable of its own, and a product with it costs as much as one of two coordinates.
+Parameters multiply and divide variables one at a time: heyoka would treat 1/I3 - 1/I1 as an extra
+variable, and a product with this variable costs as much as a product of two coordinates.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The parameters of a top in any one arithmetic, and the units of its quantities."""
+"""The parameters of a top in one arithmetic, and the units of the top's quantities."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """``Motion``, and the quantities along one: lambda, the energies, D, g_n, torque, xi, Euler angles.
 
 Each quantity is one entry: a function of a ``Motion`` registered under its name with its dimension
-and its place in the paper. They are written in the vectors of eq (1), so they hold at the poles
-too, except those marked ``pole=False``, which need the horizontal direction of the axis.
-``DESCRIPTIONS`` says the same of the columns of a trajectory.
+and its place in the paper. The functions use the vectors of eq (1), so they hold at the poles too,
+except those marked ``pole=False``, which need the horizontal direction of the axis.
+``DESCRIPTIONS`` has unit and meaning of the columns of a trajectory.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """The rolling limit v_A = 0: an axisymmetric sphere with integrals lambda, D and E~.
 
-Two independent forms: vectors (state k and L, smooth at the poles), where the force F that
-keeps v_A = 0 follows from three linear equations; and Euler angles (state theta, theta_dot,
-phi_dot, omega_3), where the equations of motion are eqs (10), (11) and (12)
-of the paper with v_A_dot = 0: lambda, D and E~ are constant.
+The module has two independent forms. In vectors (state k and L, smooth at the poles) the force F
+that keeps v_A = 0 follows from three linear equations. In Euler angles (state theta, theta_dot,
+phi_dot, omega_3) the equations of motion are eqs (10), (11) and (12) of the paper with
+v_A_dot = 0: lambda, D and E~ are constant.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Thresholds and asymptotic values: Theorem 1.1, the limits of section 1, T_upp, energy barriers.
 
-The spins: upright, k = z with L = L0 z, and inverted, k = -z with L = L1 z, where lambda = R (1 -
-alpha) L0 = R (1 + alpha) L1.
+The upright spin is k = z with L = L0 z, the inverted spin k = -z with L = L1 z, where lambda =
+R (1 - alpha) L0 = R (1 + alpha) L1.
 """
 
 from __future__ import annotations

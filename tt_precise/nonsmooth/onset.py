@@ -2,11 +2,11 @@
 
 At v_A = 0 the equations are singular, and tau of ``polar`` would begin at -infinity. The solution
 that glides from there is v(t), e(t), k(t), L(t) as power series, coefficient by coefficient:
-(v e')_k = (n.v_A_dot)_k is linear in the next coefficient of e, whose factor v_1 k - N is not zero,
-N < 0 being what turning e changes of n.v_A_dot. Where rolling reaches the cone v_1 = 0 (``cone``
-in exact.identities): v begins with t^2, and the series is asymptotic, its terms finally grow like
-factorials, and its error is below the least term. Where the force of rolling lies
-outside the cone at once, v_1 > 0, and the series converges.
+(v e')_k = (n.v_A_dot)_k is linear in the next coefficient of e. The factor v_1 k - N of this
+coefficient is not zero; N < 0 is the derivative of n.v_A_dot with respect to the angle of e. Where
+rolling reaches the cone, v_1 = 0 (``cone`` in exact.identities): v begins with t^2, and the series
+is asymptotic; its terms finally grow like factorials, and its error is below the least term. Where
+the force of rolling lies outside the cone at once, v_1 > 0, and the series converges.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""One segment of a motion, from a ``SegmentStart`` to the next, and its rows over t."""
+"""One segment of a motion, from a ``SegmentStart`` to the next, and the segment's rows over t."""
 
 from __future__ import annotations
 

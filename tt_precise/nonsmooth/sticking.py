@@ -1,10 +1,10 @@
-"""Coulomb's friction, which sticks and slips.
+"""Motions with Coulomb friction: gliding, sticking and slipping.
 
-The top glides; below a small speed in polar form, in a regularised time in which it approaches rest
-asymptotically and reaches v = 0 to the last bit. It then rolls if the force required for rolling
-lies within the cone |F_f| <= mu g_n ("stick"), until that force reaches the cone ("slip"). Gliding
-then begins again with a power series, as it does from rest where rolling is impossible. In Euler
-form a top glides fast in Euler angles; everything else is integrated in vectors.
+Below a small gliding speed the state has polar form, and a regularised time in which the contact
+approaches rest asymptotically and reaches v = 0 to the last bit. The top then rolls if the force
+required for rolling lies within the cone |F_f| <= mu g_n ("stick"), until this force reaches the
+cone ("slip"). Gliding then begins again with a power series, as from a rest at which rolling is
+impossible. The Euler form integrates only fast gliding in Euler angles, all else in vectors.
 """
 
 from __future__ import annotations

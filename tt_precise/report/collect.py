@@ -1,4 +1,4 @@
-"""What a report is put together from, computed by worker processes: verdicts and sections."""
+"""The parts of a report, computed by worker processes: verdicts and sections."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The content of a report without markup: sections of text, tables, figures and claims.
 
-Sections say it once; the HTML and the Markdown are two renderings of the same blocks. Where a
-block stands on the page, and what is folded, is decided by ``report.render``.
+HTML and Markdown are two renderings of the same blocks. ``report.render`` decides the position of a
+block on the page, and which blocks are folded.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 ``lambda = R*I1*phi_dot*sin(theta)**2 - R*I3*omega_3*(alpha - cos(theta))`` is parsed by ``ast``;
 terms keep their order. ``dot``, ``cross``, ``abs``, ``sqrt`` and ``ddt`` have their usual signs,
-``axis`` is the symmetry axis (a bold 3 in the paper), ``->`` a limit. Of two formulas the symbols,
-numbers and signs in which they differ are marked.
+``axis`` is the symmetry axis (a bold 3 in the paper), ``->`` a limit. The symbols, numbers and
+signs in which two formulas differ are marked.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Golden data, and what is proved about them."""
+"""The sections on golden data and on proved statements about them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Maps for the report: inclination against lambda, friction and precession against spin.
 
-Each says for every start whether it inverts, and how: over theta(0) and lambda/lambda_thres, over
-mu and omega_3(0), and over phi_dot(0) and omega_3(0). All else is as in the reference start.
+Each map has the outcome of every start: over theta(0) and lambda/lambda_thres, over mu and
+omega_3(0), and over phi_dot(0) and omega_3(0). All other values are those of the reference start.
 """
 
 from __future__ import annotations

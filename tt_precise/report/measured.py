@@ -1,4 +1,4 @@
-"""Tables in reports/measured, which other commands have measured."""
+"""The tables in reports/measured, written by other commands."""
 
 from __future__ import annotations
 

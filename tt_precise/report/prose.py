@@ -1,7 +1,7 @@
 """Plain text with symbols and numbers in it, as HTML and as Markdown with LaTeX.
 
-Texts name quantities as the code does (``omega_3``, ``phi_dot``, ``E~``, ``9.381e-4 kg m^2/s``);
-readers see mathematical symbols. Text in backticks is code and stays unchanged.
+Texts name quantities as in the code (``omega_3``, ``phi_dot``, ``E~``, ``9.381e-4 kg m^2/s``); the
+page has mathematical symbols. Text in backticks is code and stays unchanged.
 """
 
 from __future__ import annotations

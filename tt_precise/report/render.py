@@ -1,7 +1,7 @@
 """A report as HTML (one file, opens offline) and as Markdown.
 
-A section of the page leads with its picture; its texts and a table that fits stand next to it.
-Long and wide tables, and the other pictures, are folded.
+A section of the page begins with its picture; the texts and a small table stand next to the
+picture. Long and wide tables, and the other pictures, are folded.
 """
 
 from __future__ import annotations

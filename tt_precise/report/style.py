@@ -1,6 +1,6 @@
-"""One look for all figures, and SVG text that is the same at every run.
+"""The style of all figures, and reproducible SVG text.
 
-Drawn for a column of 390 px as well as for print: 5.6 inches wide, letters of 10 points, colours
+Figures suit a column of 390 px as well as print: 5.6 inches wide, letters of 10 points, colours
 (Okabe and Ito's) that everybody can distinguish, white ground, a unit on every axis.
 """
 

@@ -1,7 +1,7 @@
 """Cached results: files in ``reports/`` of the checkout or the user's cache.
 
-Each file records its inputs in its name or content, and is valid only while they are the same. An
-unreadable file counts as absent.
+Each file records its inputs in its name or content, and is valid only while the inputs are
+unchanged. An unreadable file counts as absent.
 """
 
 from __future__ import annotations

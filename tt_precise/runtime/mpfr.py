@@ -1,8 +1,8 @@
 """NumPy arrays of MPFR's numbers, for rows of mpmath numbers.
 
-A sum or product of two arrays costs a quarter of mpmath's, number by number, and has the same bits:
-both libraries round correctly, to the same precision. They are read within ``Mpfr.precision()``,
-which holds for one thread.
+A sum or product of two arrays costs a quarter of the same in mpmath, and has the same bits: both
+libraries round correctly, to the same precision. Arrays are read within ``Mpfr.precision()``, which
+holds for one thread.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""A top that turns over, as a figure that plays in a browser without a network.
+"""The animated top: a figure that plays in a browser without a network.
 
-The templates have one figure (SVG, slider, speeds), its script and its style. ``page`` fills them
-into a page of their own; the report includes them in its first screen. Everything that the script
-needs stands in the page, as JSON.
+The templates have one figure (SVG, slider, speeds), its script and its style. ``page`` makes a
+separate page from the templates; the report includes them in its first screen. The page contains
+all data of the script, as JSON.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""One look for all pictures, and one way to save them: equal pictures make equal files.
+"""The style of all pictures, and one function to save them: equal pictures make equal files.
 
 Colours are Okabe and Ito's, which everybody can distinguish. Letters are stored as outlines, so
-that a picture looks the same whatever fonts a reader has.
+that a picture looks the same with any fonts.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""The process of a command or a worker: it starts fast, and ends tidily on Ctrl-C and SIGTERM.
+"""The process of a command or a worker: a fast start, and a tidy end on Ctrl-C and SIGTERM.
 
 The settings of a process that uses the package as a library are not changed. heyoka, pandas, SymPy
-and matplotlib take a second to import, so ``import tt_precise`` and code that only reads files do
-not import them.
+and matplotlib take a second to import, so neither ``import tt_precise`` nor code that only reads
+files imports them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Tables in files: the suffix of the file is the format, one entry of ``FORMATS`` each."""
+"""Tables in files: the suffix of a file determines its format, one entry of ``FORMATS`` each."""
 
 from __future__ import annotations
 

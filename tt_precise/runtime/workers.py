@@ -1,4 +1,4 @@
-"""Pools for calls: this process, worker processes, a cluster, or any other executor.
+"""Pools that perform calls: this process, worker processes, a cluster, or any other executor.
 
     with local_pool(workers) as pool:
         for call, result in pool.perform(work, calls):

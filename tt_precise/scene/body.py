@@ -1,4 +1,4 @@
-"""The body: the exact parameters of a Tippe Top, read from the tables of a scene."""
+"""The exact parameters of a Tippe Top, read from the tables of a scene."""
 
 from __future__ import annotations
 

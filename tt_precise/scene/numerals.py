@@ -1,4 +1,4 @@
-"""Exact numbers: decimal or fraction strings in, ``Fraction`` inside, any arithmetic out."""
+"""Exact numbers: decimals and fractions, stored as ``Fraction``, converted to any arithmetic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scenes: a body, a start, a horizon and what to record, read from TOML with exact numbers."""
+"""Scenes: a body, a start, a horizon and columns to record, read from TOML with exact numbers."""
 
 from __future__ import annotations
 

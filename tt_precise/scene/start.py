@@ -1,4 +1,4 @@
-"""The exact state at t = 0, and the ways in which a scene may give it."""
+"""The exact state at t = 0, and the forms in which a scene may specify this state."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@
     >>> list(rows["outcome"])
     ['inverts', 'inverts']
 
-``sweep`` is ``tt.sweep``; it and the command use ``SweepSpec`` and ``run_sweep``.
+``sweep`` is ``tt.sweep``; ``sweep`` and the command use ``SweepSpec`` and ``run_sweep``.
 """
 
 from tt_precise.sweeps.run import Swept, run_sweep, sweep

@@ -1,6 +1,6 @@
-"""One task of a sweep: computes the results of some hundred rows from their start values.
+"""One task of a sweep: the results of some hundred rows from their start values.
 
-Input and output are arrays. The result of a row depends only on the row, not on the others in its
+Input and output are arrays. The result of a row depends only on the row, not on other rows of the
 chunk.
 """
 

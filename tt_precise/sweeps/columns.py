@@ -1,6 +1,6 @@
-"""The columns of a sweep: which exist, what they mean, and which events they need.
+"""The columns of a sweep, with their meanings and the events on which they depend.
 
-Every row has ``FIXED``. Further columns are requested by name: ``climb_A``, ``climb_B``,
+Every row has ``FIXED``. Extra columns are requested by name: ``climb_A``, ``climb_B``,
 ``climb_C`` (climbing time t_end - t_init), ``t_equator`` (theta first rises through pi/2),
 ``lambda_ratio`` (lambda/lambda_thres), ``nu_crossing_init`` and ``nu_crossing_end`` (nu_y crosses
 nu_x around the climb), and ``min_Q``, ``max_Q``, ``start_Q``, ``end_Q`` of any quantity Q. Extrema

@@ -1,9 +1,9 @@
 """Zeros of event functions along many trajectories, from the Taylor series of the steps.
 
-A cubic through value and rate at both ends of a step tells whether the function may vanish in the
-step. Of the steps that may contain a zero, those are chosen on which the times of the climb depend.
-The Taylor series of the function, composed from that of the state, gives the zeros between
-Bernstein bounds. The zeros of a step do not depend on other rows, to the last bit.
+A cubic through value and derivative at both ends of a step decides whether the function may vanish
+in the step. Among the steps with a possible zero, only those that affect the times of the climb are
+examined. The Taylor series of the function, composed from that of the state, gives the zeros
+between Bernstein bounds. The bits of a zero do not depend on other rows.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Smallest and largest values of quantities along many trajectories.
 
-A quantity is evaluated at a few places of each step. Steps whose largest value may exceed the
-largest value of the row, judged by the spread of the values, are kept. In the end the places close
-in on the extreme value, so no peak inside a step is missed. The centre of mass is at the height R
-(1 - alpha k.z), so g_n = m g - m R alpha (k.z)_ddot, gliding or rolling. Therefore the smallest
-normal force, which every row has, follows from the polynomial of k.z alone.
+A quantity is evaluated at a few times of each step. Steps whose largest value may exceed the
+largest value of the row, judged by the spread of the values, are kept. In these steps the times
+converge to the extreme value, so no peak inside a step is missed. The centre of mass is at the
+height R (1 - alpha k.z), so g_n = m g - m R alpha (k.z)_ddot, gliding or rolling. Therefore the
+smallest normal force, a column of every row, follows from the polynomial of k.z alone.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Many trajectories at once in the lanes of heyoka's batch integrator, in double.
 
-Lanes share only the loop over steps: each has its own time, step size and end. A lane that ends,
-leaves the table or blows up is recorded and gets the next start while the others continue, so that
-no lane waits and no lane affects another.
+Lanes share only the loop over steps: each lane has its own time, step size and end. A lane that
+ends, loses contact or blows up is recorded and gets the next start while the other lanes continue,
+so that no lane waits and no lane affects another.
 """
 
 from __future__ import annotations

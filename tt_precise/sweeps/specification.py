@@ -1,8 +1,8 @@
-"""What to sweep: a scene, grids and boxes of start values and parameters, and what to record.
+"""The specification of a sweep: a scene, grids and boxes of varied values, and columns.
 
-The rows are numbered: every point of the grid (the last ``vary`` runs fastest), and at each of them
-every sample of the box. A row starts from the float64 numbers in its columns, exactly; the other
-values are the scene's. So a row can be recomputed from its own line of the file.
+The rows are numbered by the points of the grid (the last ``vary`` varies fastest), and at each
+point by the samples of the box. A row starts exactly from the float64 numbers in its columns; the
+other values are the scene's. So a row can be recomputed from its own line of the file.
 """
 
 from __future__ import annotations

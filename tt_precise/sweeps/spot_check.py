@@ -1,8 +1,8 @@
-"""The spot check: some rows are integrated again in a finer arithmetic, and compared.
+"""The spot check: some rows integrated again in a finer arithmetic, and compared.
 
-One row in a thousand, sampled_rows with the sweep's seed. In double-double, by the integrator of
-``taylor``, which shares only the equations with heyoka; in quad if it cannot integrate a scene. The
-arithmetic, the lanes, the step sizes and the evaluation differ.
+One row in a thousand, drawn with the sweep's seed, is integrated in double-double by the integrator
+of ``taylor``, which shares only the equations with heyoka. Scenes that ``taylor`` cannot integrate
+are integrated in quad. The arithmetic, the lanes, the step sizes and the evaluation differ.
 """
 
 from __future__ import annotations

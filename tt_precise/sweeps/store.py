@@ -1,10 +1,10 @@
-"""The rows of a sweep: in memory, or as Parquet chunks in a folder or at a URL that fsspec knows.
+"""The rows of a sweep: in memory, or as Parquet chunks in a folder or at a URL of fsspec.
 
-``sweep.json`` says what is swept, ``chunks/*.parquet`` hold the rows, ``summary.json`` is written
-at the end. The metadata of a chunk's schema have the fingerprint of its sweep, its number and its
-columns; its pages have checksums. A chunk gets its name when it is complete, and is used only if
-all these agree. Otherwise it is computed again, so that a sweep survives being killed at any
-moment. A URL may be a shared folder (``file:///shared/sweep``) or an object store
+``sweep.json`` has the specification, ``chunks/*.parquet`` the rows; ``summary.json`` is written at
+the end. The metadata of a chunk's schema have the fingerprint of the sweep, the number and the
+columns of the chunk; the pages have checksums. A chunk gets its name when complete, and is used
+only if metadata and checksums agree. Otherwise the chunk is computed again, so that a sweep can be
+killed at any moment. A URL may be a shared folder (``file:///shared/sweep``) or an object store
 (``s3://bucket/sweep``, with the package s3fs).
 """
 

@@ -1,7 +1,8 @@
 """Sign changes of many polynomials between 0 and 1; and zeros along a run.
 
 In Bernstein's basis a polynomial has at most as many zeros as its coefficients have sign changes,
-and the numbers differ by an even number. So none and one are decided; other polynomials are halved.
+and the two counts differ by an even number. So counts of none and one are exact; for other counts
+the interval is halved.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """A right-hand side as a graph of its operations, traced by one run with ``Traced`` scalars.
 
-An expression without components of the state is a constant, computed once per run in mpmath. The
-rest are sums with constant factors, products, quotients, roots and exponentials of series, each
-kept once.
+An expression without components of the state is a constant, computed once per run in mpmath. All
+other expressions are sums with constant factors, products, quotients, roots and exponentials of
+series, each stored once.
 """
 
 from __future__ import annotations

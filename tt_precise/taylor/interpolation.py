@@ -1,7 +1,7 @@
 """Polynomials through values at Chebyshev's nodes, many at once: their signs, extrema and zeros.
 
-Values at nodes of an interval determine a polynomial whose distance from an analytic function is
-about its last coefficients in Chebyshev's basis. Bernstein's coefficients enclose its values.
+Values at the nodes of an interval determine a polynomial whose distance from an analytic function
+is about its last coefficients in Chebyshev's basis. Bernstein coefficients enclose its values.
 """
 
 from __future__ import annotations

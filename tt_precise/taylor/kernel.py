@@ -1,9 +1,10 @@
-"""A graph of series as machine code: Taylor steps, and their polynomials read at any time.
+"""A graph of series as machine code: Taylor steps, and their polynomials at any time.
 
-The first orders of a step are computed in three or two doubles, the rest in fewer: a coefficient
-of order n is multiplied by h^n, and where that is below 2^-53 of the sum one limb less will do.
-In every order all products are added up at once, four to a vector: the sum of a_j b_(n-j) for
-j = 1 to n - 1 contains nothing of order n. What is left goes through the graph once.
+The first orders of a step are computed in three or two doubles, the other orders in fewer: a
+coefficient of order n is multiplied by h^n, and one limb less suffices where this term is below
+2^-53 of the sum. In every order all products are summed at once, four to a vector: the sum of
+a_j b_(n-j) for j = 1 to n - 1 contains nothing of order n. The remaining terms need one pass
+through the graph.
 """
 
 from __future__ import annotations

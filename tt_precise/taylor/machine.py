@@ -1,7 +1,7 @@
-"""LLVM's compiler at run time, through llvmlite: from instructions to a function to be called.
+"""LLVM's compiler at run time, through llvmlite: from instructions to a callable function.
 
-Nothing is stored on disk, as a cache of machine code would be code. Compiling the gliding top
-takes 0.15 s in double-double and 0.4 s in triple-double.
+Nothing is stored on disk, because a cache of machine code would be executable. Compiling the
+gliding top takes 0.15 s in double-double and 0.4 s in triple-double.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Power series in any arithmetic, whose coefficients are computed when needed.
 
-A ``Series`` is a scalar like any other to a function that is generic in its arithmetic. As each
-coefficient follows from earlier ones, equations of motion can be run on the series of their own
-solution (``solution``). Coefficients are numbers of any kind: doubles, NumPy arrays over many rows,
+A ``Series`` is a scalar of functions that are generic in the arithmetic. Each coefficient follows
+from earlier coefficients, so equations of motion can run on the series of their own solution
+(``solution``). Coefficients are numbers of any kind: doubles, NumPy arrays over many rows,
 mpmath's or MPFR's numbers, heyoka's expressions, balls, or ``Sized`` numbers.
 """
 

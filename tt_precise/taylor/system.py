@@ -1,4 +1,4 @@
-"""``System``: differential equations, compiled, and stepped from any start."""
+"""``System``: compiled differential equations, and Taylor steps from any start."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 """Findings from the tables of ``benchmarks.work_precision``: costs, ratios, exponents.
 
-Unless a definition says otherwise, it is for the reference scene, 0 to 8 s, in double, without
-events and without compilation. An error is the largest absolute error of k, L, v at the end,
-dimensionless.
+By default a finding is about the reference scene, 0 to 8 s, in double, without events and without
+compilation. An error is the largest absolute error of k, L, v at the end, dimensionless.
 """
 
 from __future__ import annotations

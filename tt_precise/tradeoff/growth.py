@@ -1,8 +1,8 @@
-"""How rounding grows in long runs: the errors of lambda and E against Brouwer's square-root law.
+"""The growth of rounding in long runs: errors of lambda and E against Brouwer's square-root law.
 
-Without truncation, each step leaves an integral off by a rounding; if their signs are as good as
-random, the sum of n of them grows as sqrt(n), so as t^(1/2) (D. Brouwer, Astron. J. 46, 1937).
-A systematic part grows as t.
+Without truncation, each step changes an integral by a rounding error. If the signs of these errors
+are practically random, the sum of n errors grows as sqrt(n), so as t^(1/2) (D. Brouwer, Astron. J.
+46, 1937). A systematic part grows as t.
 """
 
 from __future__ import annotations
