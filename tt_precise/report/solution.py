@@ -105,8 +105,8 @@ def figure_3(axes: list[Axes]) -> Words:
     over_time(axes)
     return Words(
         caption="Figure 3 redrawn with all extrema; the derivative of the spin is logarithmic "
-        f"beyond 0.5. nu_y reaches {glide['nu_y'].max():.4f} m/s, beyond the range of 0.8 that "
-        "section 2.2 gives. Around the initiation time it crosses nu_x many times, not once. Until "
+        f"beyond 0.5. nu_y reaches {glide['nu_y'].max():.4f} m/s, which section 2.2 rounds to 0.8. "
+        "Around the initiation time it crosses nu_x many times, not once. Until "
         f"{negative:.2f} s it is negative at times, and the derivative of the spin is positive "
         f"there. The normal force stays above {force['g_n'].min():.4f} N. Related claims: NUM-11, "
         "NUM-12, NUM-14, NUM-36, QUAL-10 to QUAL-16, QUAL-19 to QUAL-24 and QUAL-35 to QUAL-39.",
