@@ -141,7 +141,7 @@ def test_a_finer_arithmetic_that_contradicts_is_said(monkeypatch: pytest.MonkeyP
     [
         ({"name": "lean"}, "find: got 'lean', expected one of: theta"),
         ({"ends": "2:1"}, "lower end first"),
-        ({"digits": 99}, "digits: got 99, expected 1 to 25"),
+        ({"digits": 99}, "digits: got 99, expected a whole number between 1 and 25"),
         ({"points": 1}, "points: got 1"),
         (
             {"goal": "both"},

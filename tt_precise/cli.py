@@ -40,7 +40,10 @@ DONE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 70  # 70: EX_SOFTWARE of sysexits.
 INTERRUPTED, READER_GONE, TERMINATED = 130, 141, 143  # as shells report SIGINT, SIGPIPE, SIGTERM
 LEAVING_S = 2.0
 # what the system refuses anybody: space, memory, processes, open files
-EXHAUSTED = {errno.ENOSPC, errno.EDQUOT, errno.ENOMEM, errno.EAGAIN, errno.EMFILE, errno.ENFILE}
+EXHAUSTED = {
+    errno.ENOSPC, errno.EDQUOT, errno.ENOMEM, errno.EAGAIN, errno.EMFILE, errno.ENFILE,
+    errno.ENAMETOOLONG,
+}  # fmt: skip
 
 
 class _Lazy(Group):
@@ -95,7 +98,8 @@ def main(argv: list[str] | None = None) -> int:
             return _bug(error)
         place = f"{error.filename}: " if error.filename else ""
         return _complain(
-            f"{place}{error.strerror}; expected free space or a higher limit", BAD_INPUT
+            f"{place}{error.strerror}; expected free space, a higher limit or a shorter name",
+            BAD_INPUT,
         )
     except MemoryError:
         return _complain("out of memory; expected a smaller problem, or more memory", BAD_INPUT)

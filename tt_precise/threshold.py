@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 from tt_precise.exact.thresholds import theorem
 from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import InputError, Json
+from tt_precise.runtime.values import InputError, Json, whole_number
 from tt_precise.scene.body import kept_fixed
 from tt_precise.scene.numerals import written
 from tt_precise.scene.scene import Scene, load_scene
@@ -145,8 +145,7 @@ def find(
         ("digits", digits, 1, MOST_DIGITS),
         ("points", points, 2, MOST_POINTS),
     ):
-        if not least <= value <= most:
-            raise InputError(f"{what}: got {value}, expected {least} to {most}")
+        whole_number(value, what, least, most)
     if goal not in GOALS:
         raise InputError(f"goal: got {str(goal)[:60]!r}, expected one of: {', '.join(GOALS)}")
     low, high = box_ends(name, ends)

@@ -105,11 +105,13 @@ def test_data_are_read_once_for_each_manifest(proved: Path) -> None:
 
 
 @pytest.mark.parametrize("file", [SCENE, TRAJECTORY])
-@pytest.mark.parametrize("kind", ["link to a device", "pipe"])
-def test_a_file_without_end_is_refused(proved: Path, file: str, kind: str) -> None:
-    (proved / file).unlink()
+@pytest.mark.parametrize("kind", ["link to a device", "link to a file", "pipe"])
+def test_what_is_no_regular_file_is_refused(proved: Path, file: str, kind: str) -> None:
+    (proved / file).rename(proved / "elsewhere")
     if kind == "pipe":
         os.mkfifo(proved / file)
+    elif kind == "link to a file":
+        (proved / file).symlink_to("elsewhere")
     else:
         (proved / file).symlink_to("/dev/zero")
     with pytest.raises(InputError, match=f"{file}: no regular file; expected golden data"):

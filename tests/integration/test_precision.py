@@ -65,9 +65,9 @@ def test_finer_has_at_least_three_more_digits(precision: Precision) -> None:
     [
         ("octuple", None, "expected one of: double, extended, double-double, quad"),
         ("quad", 200, "expected bits only with mp"),
-        ("mp", 53, "expected 54 to 20000"),
-        ("mp", 20_001, "expected 54 to 20000"),
-        ("mp", 200.5, "got 200.5, expected 54 to 20000"),
+        ("mp", 53, "expected a whole number between 54 and 20000"),
+        ("mp", 20_001, "expected a whole number between 54 and 20000"),
+        ("mp", 200.5, "got 200.5, expected a whole number between 54 and 20000"),
     ],
 )
 def test_refuses(name: str, bits: Any, expected: str) -> None:

@@ -181,8 +181,8 @@ def test_the_track_is_below_the_centre_of_the_sphere(short: Trajectory) -> None:
         ("top.avi", {}, r"expected a name that ends in \.gif, \.html, \.mp4"),
         ("top.gif", {"begin": 0.4, "end": 0.1}, "expected a span within 0 to 0.5 s"),
         ("top.gif", {"end": 9.0}, "expected a span within 0 to 0.5 s"),
-        ("top.gif", {"fps": 0}, "got 12 s with 0 frames in each, expected both above 0"),
-        ("top.gif", {"seconds": -1.0}, "got -1 s with 20 frames in each, expected both above 0"),
+        ("top.gif", {"fps": 0}, "got 12.0 s with 0 frames in each, expected both above 0"),
+        ("top.gif", {"seconds": -1.0}, "got -1.0 s with 20 frames in each, expected both above 0"),
     ],
 )
 def test_what_cannot_be_animated(

@@ -4,13 +4,27 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from types import SimpleNamespace
+from typing import Any
 
+import numpy
 import pytest
 
-from tt_precise.runtime.values import Check, InputError, Memory, Ring, Scalar, distinct, listed
+import tt_precise as tt
+from tt_precise.runtime.values import (
+    Check,
+    InputError,
+    Memory,
+    Ring,
+    Scalar,
+    distinct,
+    listed,
+    whole_number,
+)
+from tt_precise.threshold import find
 
 
 @pytest.mark.parametrize("names", ["a, b,,c ", ["a", "b", "c"], ("a", "b", "c")])
@@ -23,6 +37,51 @@ def test_a_thing_that_is_given_twice_counts_once_and_two_of_one_name_are_refused
     assert distinct("quantities", ["a", one, "a", one]) == ("a", one)
     with pytest.raises(InputError, match="got two called E"):
         distinct("quantities", [one, other])
+
+
+HUGE = 10**400
+
+
+@pytest.mark.parametrize("value", [HUGE, 10**5000, -1, 1.0, True, "3"], ids=lambda _: "")
+def test_a_whole_number_is_one_within_its_bounds(value: Any) -> None:
+    assert [whole_number(one, "n", 0, 9) for one in (0, numpy.int64(9))] == [0, 9]
+    with pytest.raises(InputError, match=r"n: got .{1,60}, expected .* between 0 and 9"):
+        whole_number(value, "n", 0, 9)
+
+
+@pytest.fixture(scope="module")
+def run() -> tt.Trajectory:
+    return tt.integrate("reference", until="0.02", sensitivity="mu")
+
+
+@pytest.mark.parametrize("huge", [HUGE, 10**5000], ids=["400 digits", "5000 digits"])
+@pytest.mark.parametrize(
+    ("door", "said"),
+    [
+        (lambda run, n: tt.integrate("reference", digits=n), "digits: got "),
+        (lambda run, n: tt.integrate("reference", "mp", bits=n), "bits: got "),
+        (lambda run, n: tt.integrate("reference", tolerance=n), "tolerance: got "),
+        (lambda run, n: tt.integrate("reference", until=n), "until|sample_every: got "),
+        (lambda run, n: run.at(n), "t: got "),
+        (lambda run, n: run.frame("theta", times=[n]), "t: got "),
+        (lambda run, n: run.animate("a.gif", fps=n), "animate: got "),
+        (lambda run, n: run.animate("a.html", begin=n), "animate: got "),
+        (lambda run, n: run.sensitivity.spread({"mu": n}), "spread: got mu: "),
+        (lambda run, n: tt.thresholds("reference", digits=n), "digits: got "),
+        (lambda run, n: tt.sweep("reference", box={"mu": "0:1"}, samples=n), "samples: got "),
+        (lambda run, n: tt.sweep("reference", vary={"mu": [1]}, seed=n), "seed: got "),
+        (lambda run, n: tt.sweep("reference", vary={"mu": [1]}, workers=n), "workers: got "),
+        (lambda run, n: find("reference", "mu", "0:1", points=n), "points: got "),
+        (lambda run, n: tt.check.assert_conserves(run.frame(), "reference", jellett=n), "jellett"),
+    ],
+)
+def test_a_huge_number_is_refused_in_one_line(
+    run: tt.Trajectory, door: Callable[[tt.Trajectory, int], object], said: str, huge: int
+) -> None:
+    with pytest.raises(InputError, match=said) as refused:
+        door(run, huge)
+    assert len(str(refused.value)) < 300
+    assert "\n" not in str(refused.value)
 
 
 FAILED = Check("jellett", "fail", value=2e-3, limit=1e-6, at=1.5, note="a note", bound=math.inf)

@@ -25,7 +25,8 @@ from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
 from tt_precise.mechanics.newton import NewtonState, contact_arm
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.runtime.values import Array, Check, InputError, Sense, Verdict
+from tt_precise.runtime.values import Array, Check, InputError, Sense, Verdict, shortened
+from tt_precise.scene.numerals import LARGEST
 from tt_precise.scene.scene import Scene
 
 SHALLOW = 0.1  # In R; with a larger distance from the table there is no contact.
@@ -409,9 +410,10 @@ def finite(what: str, value: object) -> float:
 
     Raises ``InputError``: it is not a finite number: every value passes a comparison with NaN.
     """
-    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
-        raise InputError(f"{what}: got {value!r}, expected a finite number")
-    return float(value)
+    number: Any = math.nan if isinstance(value, bool) or not isinstance(value, Real) else value
+    if not abs(number) <= LARGEST:
+        raise InputError(f"{what}: got {shortened(value)}, expected a finite number")
+    return float(number)
 
 
 def read_limits(texts: Iterable[str], option: str = "--limit") -> dict[str, float]:

@@ -7,8 +7,8 @@ from fractions import Fraction
 
 from mpmath import MPContext
 
-from tt_precise.runtime.values import Arithmetic, Functions, InputError, Scalar
-from tt_precise.scene.numerals import to_mpmath, whole
+from tt_precise.runtime.values import Arithmetic, Functions, Scalar, whole_number
+from tt_precise.scene.numerals import to_mpmath
 
 MOST_DIGITS = 2000  # Largest number of digits: more take hours, and are mostly typing errors.
 
@@ -35,12 +35,7 @@ def checked_digits(digits: int) -> int:
 
     Raises ``InputError``: it is not a whole number between 1 and ``MOST_DIGITS``.
     """
-    number = whole(digits)
-    if number is None or not 1 <= number <= MOST_DIGITS:
-        raise InputError(
-            f"digits: got {digits!r}, expected a whole number between 1 and {MOST_DIGITS}"
-        )
-    return number
+    return whole_number(digits, "digits", 1, MOST_DIGITS)
 
 
 def agreed_digits(a: Scalar, b: Scalar, most: int, context: Functions) -> int:

@@ -24,8 +24,9 @@ from tt_precise.integration.reading import table as columns_of
 from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.integration.solution import Solution, solve
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.values import InputError, Scalar
+from tt_precise.runtime.values import InputError, Scalar, shortened
 from tt_precise.scene.body import in_unit_keys
+from tt_precise.scene.numerals import LARGEST
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LIFTED, Inclination
 
@@ -127,9 +128,9 @@ class Derivatives:
         import pandas
 
         for name, sigma in sigmas.items():
-            if name not in self.names or not 0 <= sigma < math.inf:
-                known = ", ".join(self.names)
-                raise InputError(f"spread: got {name}: {sigma}, expected sigmas of any of: {known}")
+            if name not in self.names or not 0 <= sigma <= LARGEST:
+                known, got = ", ".join(self.names), shortened(sigma)
+                raise InputError(f"spread: got {name}: {got}, expected sigmas of any of: {known}")
         columns = _require_columns(columns or COLUMNS)
 
         end = self._end(sigmas)

@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol, TypeVar
 
-from tt_precise.integration.precision import Precision, is_available
+from tt_precise.integration.precision import MOST_BITS, Precision, is_available
 from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.integration.solution import solve
-from tt_precise.runtime.values import InputError, Scalar
+from tt_precise.runtime.values import InputError, Scalar, whole_number
 from tt_precise.scene.scene import Scene
 
 
@@ -46,6 +46,7 @@ SECONDS_A_STEP, BITS, GROWTH = 0.01, 200, 2.5
 RUNS = 2  # Propagations: the run and its reference.
 MOST_SECONDS = 3600.0
 DIGITS_PER_BIT = math.log10(2)
+MOST_DIGITS = int(MOST_BITS * DIGITS_PER_BIT)
 
 
 class Level(NamedTuple):
@@ -87,8 +88,6 @@ def integrate_to_digits(
     Raises ``InputError``: the digits are not a whole number in range, cannot be reached, or would
     take too long.
     """
-    if isinstance(wanted, bool) or not hasattr(wanted, "__index__") or wanted < 1:
-        raise InputError(f"digits: got {wanted!r}, expected a whole number from 1")
     _require_practical(wanted, scene, euler, contact)
     levels = [level for level in ladder_of(scene, euler) if is_available(level.precision)]
     needed, before, best = wanted + LOST, Level("", 1.0), -math.inf
@@ -141,6 +140,7 @@ def seconds_for(
 
     Raises ``InputError``: the scene cannot be integrated so.
     """
+    whole_number(digits, "digits", 1, MOST_DIGITS)
     if digits + LOST <= ladder_of(scene, euler)[-1].digits:
         return 0.0
     form = "euler" if euler else "newton"

@@ -19,8 +19,15 @@ from typing import Any, NamedTuple
 import mpmath
 
 from tt_precise.runtime.mpfr import Mpfr, mpfr_of
-from tt_precise.runtime.values import Arithmetic, Functions, InputError, Scalar
-from tt_precise.scene.numerals import to_mpmath, whole
+from tt_precise.runtime.values import (
+    Arithmetic,
+    Functions,
+    InputError,
+    Scalar,
+    shortened,
+    whole_number,
+)
+from tt_precise.scene.numerals import to_mpmath
 
 GUARD_BITS = 64  # Additional bits of mpmath, so that its rounding never shows.
 FEWEST_BITS, MOST_BITS = 54, 20_000
@@ -225,11 +232,12 @@ def precision_named(name: str, bits: int | None = None) -> Precision:
     """
     if name not in KINDS:
         raise InputError(f"precision: got {name!r}, expected one of: {', '.join(KINDS)}")
+    number = KINDS[name].bits
     if bits is not None and name != "mp":
-        raise InputError(f"bits: got {bits} with precision {name}, expected bits only with mp")
-    number = KINDS[name].bits if bits is None else whole(bits)
-    if number is None or (name == "mp" and not FEWEST_BITS <= number <= MOST_BITS):
-        raise InputError(f"bits: got {bits!r}, expected {FEWEST_BITS} to {MOST_BITS}")
+        got = shortened(bits)
+        raise InputError(f"bits: got {got} with precision {name}, expected bits only with mp")
+    if bits is not None:
+        number = whole_number(bits, "bits", FEWEST_BITS, MOST_BITS)
     if not is_available(name):
         raise InputError(f"precision: got {name} on a machine without it, expected quad or mp")
     return Precision(name, number)

@@ -17,7 +17,7 @@ from tt_precise.mechanics.formulations import (
     integration_form,
 )
 from tt_precise.mechanics.quantities import Motion, Quantity, UserFunction
-from tt_precise.runtime.values import Functions, InputError, Scalar, distinct, listed
+from tt_precise.runtime.values import Functions, InputError, Scalar, distinct, listed, shortened
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import RECORDABLE, Scene
 from tt_precise.taylor.graph import Graph
@@ -91,11 +91,11 @@ class Setup:
         finest = full_tolerance(working)
         try:
             relative = float(tolerance)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             relative = math.nan
         if relative != 0 and not finest <= relative < 1:
             raise InputError(
-                f"tolerance: got {tolerance!s:.60}, expected 0 for the full accuracy of "
+                f"tolerance: got {shortened(tolerance)}, expected 0 for the full accuracy of "
                 f"{working.name}, or a number from {float(finest):.2g}, beyond which nothing is "
                 "gained, to 1"
             )

@@ -22,7 +22,7 @@ from tt_precise.mechanics.quantities import described
 from tt_precise.runtime import player, plotting
 from tt_precise.runtime.files import atomic_write, replacing
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import Array, InputError, Json, Scalar
+from tt_precise.runtime.values import Array, InputError, Json, Scalar, shortened
 from tt_precise.scene.numerals import as_fraction
 
 if TYPE_CHECKING:
@@ -139,6 +139,7 @@ PEG_END = 0.15  # Half the width of its line, in R, which stays above the table.
 LEAST_PLAYED, MOST_PLAYED = 1500, 4000
 PLAYED_EVERY_S = 0.01
 CIRCLE_POINTS = 73
+MOST_FRAMES = 20_000  # Frames of a moving picture, which stay in memory: 11 min at 30 a second.
 FINER = 8  # points of the track for each frame
 DPI = 120  # 720 x 468 pixels
 
@@ -176,9 +177,10 @@ def animate(
     from matplotlib.animation import FuncAnimation
 
     target = Path(path)
-    if not (seconds > 0 and fps > 0):
+    if not (0 < fps <= MOST_FRAMES and 0 < seconds <= MOST_FRAMES / fps):
         raise InputError(
-            f"animate: got {seconds:g} s with {fps:g} frames in each, expected both above 0"
+            f"animate: got {shortened(seconds)} s with {shortened(fps)} frames in each, expected "
+            f"both above 0, and at most {MOST_FRAMES} frames"
         )
     require_animation(target)
     if target.suffix.lower() == ".html":
@@ -238,7 +240,7 @@ def _require_span(run: Solution, begin: float, end: float | None) -> float:
     last = float(run.t_end) if end is None else end
     if not 0 <= begin < last <= float(run.t_end):
         raise InputError(
-            f"animate: got {begin:g} to {last:g} s, expected a span within 0 to "
+            f"animate: got {shortened(begin)} to {shortened(last)} s, expected a span within 0 to "
             f"{float(run.t_end):g} s"
         )
     return last

@@ -12,6 +12,7 @@ from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
+from numbers import Integral
 from typing import Any, Literal, TypeAlias, TypeVar
 
 
@@ -46,6 +47,32 @@ def listed(names: str | Iterable[str]) -> tuple[str, ...]:
     if not isinstance(names, str):
         return tuple(names)
     return tuple(name.strip() for name in names.split(",") if name.strip())
+
+
+def whole(value: Any) -> int | None:
+    """A whole number of Python or NumPy as an int; None for anything else."""
+    return None if isinstance(value, bool) or not isinstance(value, Integral) else int(value)
+
+
+def whole_number(value: Any, what: str, least: int, most: int) -> int:
+    """A whole number of Python or NumPy as an int.
+
+    Raises ``InputError``: it is no whole number between ``least`` and ``most``.
+    """
+    number = whole(value)
+    if number is None or not least <= number <= most:
+        got = shortened(value)
+        raise InputError(f"{what}: got {got}, expected a whole number between {least} and {most}")
+    return number
+
+
+def shortened(value: Any) -> str:
+    """The ``repr`` of a value in at most 60 characters."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python prints no integer of more than 4,300 digits.
+        return "an integer of thousands of digits"
+    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def distinct(what: str, asked: Iterable[Any]) -> tuple[Any, ...]:

@@ -32,7 +32,7 @@ from typing import Any
 
 from tt_precise.runtime.process import in_a_process_of_ours
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import InputError
+from tt_precise.runtime.values import InputError, whole_number
 
 IN_FLIGHT_EACH = 2  # calls of a worker: one at work, one waiting
 LONGEST_REASON = 500  # characters
@@ -285,9 +285,7 @@ def local_pool(
 
     Raises ``InputError``: ``workers`` is out of range.
     """
-    workers = cores() if workers is None else workers
-    if not 1 <= workers <= most_workers():
-        raise InputError(f"workers: got {workers}, expected 1 to {most_workers()}")
+    workers = whole_number(cores() if workers is None else workers, "workers", 1, most_workers())
     if workers == 1 and inline:
         return Pool(Inline(), lambda: 1, tries=tries)
     return Pool(Processes(workers, recycle_after, prepare), lambda: workers, tries=tries)

@@ -10,7 +10,14 @@ from fractions import Fraction
 from numbers import Integral
 from typing import Any, NamedTuple
 
-from tt_precise.runtime.values import Array, Functions, InputError, Scalar
+from tt_precise.runtime.values import (
+    Array,
+    Functions,
+    InputError,
+    Scalar,
+    shortened,
+    whole,
+)
 
 _DECIMAL = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _FACTOR = rf"(?:{_DECIMAL}|pi)"
@@ -25,6 +32,7 @@ LONGEST = 2000  # Characters of a numeral: a hostile file cannot build a huge in
 # such numbers, stays below the 4,300 digits that Python prints.
 MOST_BITS = 3400
 LARGEST = 10**300
+SURELY_WITHIN = 990  # Bits of a whole part that ``LARGEST`` exceeds, compared without dividing.
 IRRATIONAL_DIGITS = 100
 PI = Fraction(
     "3.14159265358979323846264338327950288419716939937510582097494459230781640628620899862803482534"
@@ -49,11 +57,6 @@ class WithPi(NamedTuple):
             return Fraction(decimal.Decimal(value.numerator) / decimal.Decimal(value.denominator))
 
 
-def whole(value: Any) -> int | None:
-    """A whole number of Python or NumPy as an int; None for anything else."""
-    return None if isinstance(value, bool) or not isinstance(value, Integral) else int(value)
-
-
 def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
     """The exact value of a decimal ("0.02", "1e-9"), a fraction, or a quotient or product of these.
 
@@ -73,13 +76,13 @@ def parse(value: str | int | Fraction, what: str = "number", unit: str = "") -> 
     number = _parse(value, unit)
     if number is None:
         raise InputError(
-            f"{what}: got {_shortened(value)}, expected an exact number as a string, such as "
+            f"{what}: got {shortened(value)}, expected an exact number as a string, such as "
             '"0.02", "1e-9", "131/350" or "0.004/0.017"' + (f', or "10 {unit}"' if unit else "")
         )
     for part in number:
         if max(part.numerator.bit_length(), part.denominator.bit_length()) > MOST_BITS:
             raise InputError(
-                f"{what}: got {_shortened(value)}, expected a number of at most 1000 digits"
+                f"{what}: got {shortened(value)}, expected a number of at most 1000 digits"
             )
     return number
 
@@ -95,14 +98,6 @@ def _parse(value: Any, unit: str) -> WithPi | None:
         with suppress(ArithmeticError):
             return _evaluated(form) if form and (form["unit"] or unit) == unit else None
     return None
-
-
-def _shortened(value: Any) -> str:
-    try:
-        text = repr(value)
-    except ValueError:  # Python prints no integer of more than 4,300 digits.
-        return "an integer of thousands of digits"
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _evaluated(form: re.Match[str]) -> WithPi:
@@ -171,7 +166,8 @@ def within_doubles(value: Fraction, what: str) -> Fraction:
 
     Raises ``InputError``: it is beyond ``LARGEST``.
     """
-    if abs(value) > LARGEST:
+    size = value.numerator.bit_length() - value.denominator.bit_length()
+    if size > SURELY_WITHIN and abs(value) > LARGEST:
         digits = math.floor((abs(value) // 1).bit_length() * math.log10(2)) + 1
         raise InputError(
             f"{what}: got a number of {digits} digits before the point, expected at most 1e300 "
@@ -192,25 +188,24 @@ def as_fraction(t: Scalar) -> Fraction:
 
     The number may stand in an array without axes.
 
-    Raises ``InputError``: it is not a finite number.
+    Raises ``InputError``: it is not a finite number within the range of doubles.
     """
-    t = scalar(t)
+    return within_doubles(_as_fraction(scalar(t)), "t")
+
+
+def _as_fraction(t: Scalar) -> Fraction:
     if hasattr(t, "_mpf_"):
         sign, mantissa, power, _ = t._mpf_
         if t - t != 0:
             raise InputError(f"t: got {t}, expected a finite time in s")
         value = Fraction(int(mantissa)) * Fraction(2) ** int(power)
         return -value if sign else value
-    if isinstance(t, bool):
-        return exact(t, "t")
-    if isinstance(t, Integral):  # NumPy's integers too
-        return Fraction(int(t))
-    if not hasattr(t, "as_integer_ratio"):
-        return exact(t, "t")
-    try:
-        return Fraction(*map(int, t.as_integer_ratio()))
-    except (ValueError, OverflowError):
-        raise InputError(f"t: got {t}, expected a finite time in s") from None
+    if not isinstance(t, Integral) and hasattr(t, "as_integer_ratio"):
+        try:
+            return Fraction(*map(int, t.as_integer_ratio()))
+        except (ValueError, OverflowError):
+            raise InputError(f"t: got {t}, expected a finite time in s") from None
+    return exact(t, "t")
 
 
 def shortest_texts(values: Array) -> list[str | None]:

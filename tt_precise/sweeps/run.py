@@ -6,6 +6,7 @@ starts that are neither a grid nor a box.
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -18,7 +19,7 @@ from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import Array, InputError, Json, listed
+from tt_precise.runtime.values import Array, InputError, Json, listed, whole_number
 from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError, local_pool
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Inclination, Scene
@@ -157,8 +158,7 @@ def run_sweep(
     RuntimeError
         A chunk fails for another reason; both name its rows.
     """
-    if recheck < 0:
-        raise InputError(f"recheck: got {recheck}, expected 0 (none) or a number of rows")
+    recheck = whole_number(recheck, "recheck", 0, sys.maxsize)
     store = Store(spec, out, chunk)
     with store.opened():
         before, missing = len(store.known), spec.rows - store.rows

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
-from numbers import Integral
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,7 +25,7 @@ from tt_precise.integration.setup import CONTACTS
 from tt_precise.runtime.cache import fingerprint
 from tt_precise.runtime.files import parse_toml, read_toml
 from tt_precise.runtime.records import Meta, Record
-from tt_precise.runtime.values import Array, InputError, Json
+from tt_precise.runtime.values import Array, InputError, Json, whole_number
 from tt_precise.scene.body import UNIT_KEYS, require_si
 from tt_precise.scene.numerals import within_doubles, written
 from tt_precise.scene.scene import Scene, Start, load_scene
@@ -36,6 +35,7 @@ from tt_precise.sweeps.columns import check_names
 STARTS = tuple(one.name for one in fields(Start))
 UNITS = {"theta": "deg", **dict.fromkeys(("theta_dot", "phi_dot", "omega_3", "psi_dot"), "deg/s")}
 MOST_VALUES = 1_000_000  # Values of an axis.
+LARGEST_SEED = 2**64 - 1
 MOST_SAMPLES = 10_000_000  # Samples of a box, which stay in memory.
 
 Number = str | int | float
@@ -89,13 +89,13 @@ class SweepSpec:
                 raise InputError(
                     f"sweep: got {name[:60]!r}, expected each once of: {', '.join(known)}"
                 )
+        whole_number(self.samples, "samples", 0, MOST_SAMPLES)
+        whole_number(self.seed, "seed", 0, LARGEST_SEED)
         if bool(self.box) != (self.samples > 0):
             raise InputError(
                 f"samples: got {self.samples} with {len(self.box)} box ranges, "
                 "expected both or neither"
             )
-        if self.samples > MOST_SAMPLES:
-            raise InputError(f"samples: got {self.samples}, expected at most {MOST_SAMPLES}")
         check_names(self.record, self.scene.model)
         self._check_ends()
 
@@ -252,8 +252,7 @@ def box_ends(name: str, ends: Ends) -> tuple[Fraction, Fraction]:
 
 def _number(name: str, value: Any, what: str) -> Fraction:
     what = f"{what} {name}"
-    given = int(value) if isinstance(value, Integral) else value  # NumPy's integers too
-    return within_doubles(written(given, what, UNITS.get(name, "")), what)
+    return within_doubles(written(value, what, UNITS.get(name, "")), what)
 
 
 # ---- a sweep as a file -----------------------------------------------------------------------
