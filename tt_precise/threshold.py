@@ -1,8 +1,8 @@
-"""The smallest value of an entry from which a top passes the equator, or reaches another goal.
+"""The smallest value of an entry at which a top passes the equator, or reaches another goal.
 
 A scan of the range finds every change of the answer that its values resolve; bisection of the first
-change from no to yes gives the digits. Each answer is a run. Both ends of the last bracket are
-answered again in a finer arithmetic, and compared with Theorem 1.1 where it speaks.
+change from no to yes gives the digits. Each answer is a run. Runs in a finer arithmetic confirm the
+answers at both ends of the last bracket, which are compared with Theorem 1.1 where it decides.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ IN_DOUBLE = 10  # Digits that runs in double answer: the state loses up to five 
 
 
 class Answer(NamedTuple):
-    """The answer at one value, in words, with its time (s; None if it has none)."""
+    """The answer at one value, in words, with its time (s), or None without a time."""
 
     value: Fraction
     yes: bool
@@ -49,7 +49,7 @@ class Answer(NamedTuple):
     t: float | None
 
     def as_dict(self, digits: int) -> dict[str, Json]:
-        """For JSON."""
+        """Return the fields of the JSON object."""
         return {
             "value": decimal(self.value, digits), "yes": self.yes, "text": self.text, "t": self.t
         }  # fmt: skip
@@ -59,14 +59,15 @@ class Answer(NamedTuple):
 class Found:
     """The result of ``find``.
 
-    ``below`` and ``above`` enclose the smallest value from which the answer is yes: they are the
-    ends of the bracket. Without ``below`` the answer is yes from the low end of the range on;
-    without ``above`` it is no at every value of the scan. ``isolated``: ``below`` is the low end of
-    the range, and the answer is yes at every value of the bisection above it: a state of its own,
-    as an upright top is, and no threshold. ``changes`` are all neighbours in the
-    scan whose answers differ. ``confirmed``: a finer arithmetic gives the same answers at both
-    ends. ``verdicts`` are the words of Theorem 1.1 at every value of the scan; ``by_theorem`` is
-    the value from which it says "inverts", if that is their only change.
+    ``below`` and ``above`` are the ends of the bracket that encloses the smallest value with the
+    answer yes. Without ``below`` the answer is yes from the low end of the range on; without
+    ``above`` the answer is no at every value of the scan. ``isolated`` is true if ``below`` is the
+    low end of the range, and the answer is yes at every value of the bisection above: then the low
+    end is an isolated state, such as an upright top, and no threshold. ``changes`` are all
+    neighbours in the scan whose answers differ. ``confirmed`` is true if a finer arithmetic gives
+    the same answers at both ends. ``verdicts`` are the verdicts of Theorem 1.1 at every value of
+    the scan; ``by_theorem`` is the value from which the theorem's verdict is "inverts", if this is
+    the only change of the verdicts.
     """
 
     scene: Scene
@@ -88,7 +89,7 @@ class Found:
         return None if self.isolated or self.above is None else self.above.value
 
     def as_dict(self) -> dict[str, Json]:
-        """For JSON; numbers are strings of ``digits`` digits."""
+        """Return the fields of the JSON object; numbers are strings of ``digits`` digits."""
 
         def text(answer: Answer | None) -> Json:
             return answer and answer.as_dict(self.digits + 1)
@@ -130,8 +131,8 @@ def find(
     """Find the smallest value of the entry ``name`` between ``ends`` that reaches the ``goal``.
 
     ``name`` and ``ends`` are as in a sweep's box: a start value or parameter, and two numbers or
-    "low:high". ``digits`` of the value are significant. ``points`` values are tried first: of
-    several changes of the answer between two of them, one is found or none.
+    "low:high". The value has ``digits`` significant digits. A scan first tries ``points`` values:
+    of several changes of the answer between two neighbours, the scan finds one or none.
 
     Raises ``InputError``: an argument cannot be used, or a scene in the range is refused.
     """
@@ -246,7 +247,7 @@ class _Search:
         return Answer(value, end.verdict == "inverted", f"end {end.verdict}, {theta}{ended}", None)
 
     def by_theorem(self, low: Fraction, high: Fraction, digits: int) -> Fraction | None:
-        """The value from which the theorem says "inverts", if it does so at the high end only.
+        """The value from which the theorem's verdict is "inverts", if only at the high end.
 
         None too if the low end itself is the only value at which it does not.
         """
@@ -263,7 +264,7 @@ class _Search:
 
 
 def _crossing(run: Trajectory) -> float | None:
-    """When theta first rises through pi/2, in s."""
+    """The time at which theta first rises through pi/2, in s."""
     events = run.event_table(())
     for name, t, way in zip(events["name"], events["t"], events["direction"], strict=True):
         if name == "equator" and way < 0:
@@ -321,7 +322,7 @@ def _outcome(found: Found) -> list[str]:
 
 
 def _changes(found: Found) -> list[str]:
-    """A line for each change of the answer in the scan, but for the one that is found."""
+    """A line for each change of the answer in the scan, except the change that is found."""
     first = next((i for i, (_, other) in enumerate(found.changes) if other.yes), None)
     return [
         f"  between {decimal(one.value, 4)} and {decimal(other.value, 4)} the answer changes to "

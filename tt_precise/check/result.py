@@ -44,7 +44,7 @@ class Cause(Record, frozen=True):
 
 
 class CheckRecord(Record, frozen=True, kw_only=True):
-    """A check, as ``Check.as_dict`` gives it."""
+    """The result of one check, as in ``Check.as_dict``."""
 
     name: Annotated[str, means("name")]
     verdict: Annotated[
@@ -96,11 +96,11 @@ MOST_POINTS = 4096  # Points of a curve in a plot; more are thinned out.
 
 
 class Residual(NamedTuple):
-    """The result of looking at rows: values of rows, compared with the limit of a check.
+    """The values of a check at the rows, to be compared with the check's limit.
 
-    The error bound of each value is subtracted from it already. ``bound`` is the largest error that
-    would go unnoticed; ``open`` is the reason why the rows do not decide, "" if they do. ``t`` are
-    the times (s) of the values, None if there is one for each row.
+    The error bound of each value is already subtracted. ``bound`` is the largest error that would
+    go unnoticed; ``open`` is the reason why the rows do not decide, "" if they decide. ``t`` are
+    the times (s) of the values, None for one value per row.
     """
 
     values: Array
@@ -135,7 +135,7 @@ def check_of_rows(
 
 
 def _thinned(t: Array, badness: Array, sign: float) -> tuple[Array, Array]:
-    """Times (s), and the worst value of the rows that begin at each."""
+    """Times (s), and the worst value of the block of rows that begins at each time."""
     starts = numpy.arange(0, len(t), max(1, math.ceil(len(t) / MOST_POINTS)))
     return t[starts], sign * numpy.maximum.reduceat(badness, starts)
 
@@ -226,12 +226,12 @@ def unusable(trajectory: str, scene: str, why: str) -> Result:
 
 @dataclass(frozen=True)
 class Result:
-    """All findings about one trajectory.
+    """The results of all checks of one trajectory.
 
-    ``verdict`` is "fail" if a check failed, "incomplete" if something that decides was not looked
-    at (``unseen``, in words), else "pass". ``causes`` explain a failure. ``written`` names columns
-    with fewer digits than doubles. Times count from the first
-    row, which has the file's own time ``t_first``. ``frame`` is the table, shown in a notebook.
+    ``verdict`` is "fail" if a check failed, "incomplete" if a deciding check could not be made
+    (``unseen``, in words), else "pass". ``causes`` explain a failure. ``written`` names columns
+    with fewer digits than doubles. Times count from the first row, which has the file's own time
+    ``t_first``. ``frame`` is the table, shown in a notebook.
     """
 
     trajectory: str
@@ -254,12 +254,12 @@ class Result:
 
     @property
     def passed(self) -> bool:
-        """True if nothing failed and everything that decides was looked at."""
+        """True if no check failed and every deciding check was made."""
         return self.verdict == "pass"
 
     @property
     def failures(self) -> tuple[Check, ...]:
-        """The findings that failed."""
+        """The failed checks."""
         return self._with("fail")
 
     def _with(self, verdict: Verdict) -> tuple[Check, ...]:
@@ -319,7 +319,7 @@ class Result:
         return f"{length:.6g} s; times count from the first row, t = {self.t_first:.12g} s"
 
     def __str__(self) -> str:
-        """The verdict, what failed and why, the digits, and the names of all other checks."""
+        """The verdict, each failure with its cause, the digits, and the names of other checks."""
         lines = [one_line(self.heading)]
         lines += _pairs((finding.name, _failure(finding)) for finding in self.failures)
         causes = [cause.text for cause in self.causes]
@@ -344,7 +344,7 @@ class Result:
         return [f"{golden.value:.1f} digits{over_time}"]
 
     def table(self) -> str:
-        """The results as a table for a terminal, with what was not looked at below."""
+        """The results as a table for a terminal, with a note on checks that could not be made."""
         done = [finding for finding in self.checks if finding.value is not None]
         rows = [HEADINGS, *map(_cells, done)]
         widths = [max(len(row[i]) for row in rows) for i in range(5)]
@@ -392,7 +392,7 @@ class Result:
         return "\n".join(lines) + "\n"
 
     def junit(self) -> str:
-        """The findings as JUnit XML: one test case for each check."""
+        """The results as JUnit XML: one test case for each check."""
         from xml.etree import ElementTree
 
         checks = [*self.checks]

@@ -72,9 +72,9 @@ def conservation(
 ) -> Result:
     """Check what a trajectory must conserve, and how it agrees with the scene's solution.
 
-    The result passes only if nothing fails and what decides was looked at: with the scene's
-    friction its equations, or the solution to three digits; with another friction attitude and
-    momentum; the start, and every known column.
+    The result passes only if no check fails and every deciding check was made: with the scene's
+    friction the equations, or the distance from the solution to three digits; with another friction
+    attitude and momentum; the start; every known column.
 
     Parameters
     ----------
@@ -85,15 +85,15 @@ def conservation(
     scene
         Body, friction and model: a ``Scene``, a shipped name or a TOML file.
     limits
-        By name of the check; other checks keep their defaults.
+        Limits by name of the check; other checks keep their defaults.
     until
         Rows after this time (s) are left out.
     digits
         Correct digits required of every column, relative to the solution; without ``digits`` the
         distance is only reported.
     friction
-        "scene", or "other" if the contact force is not the scene's: then only checks that hold
-        for every friction law are made.
+        "scene", or "other" if the contact force is not the scene's; "other" makes only the checks
+        that hold for every friction law.
     start
         "scene", or "other" if the motion has another start than the scene's.
     allow
@@ -101,17 +101,17 @@ def conservation(
     engine
         The engine whose own state ``trajectory`` has: "mujoco", "drake", "bullet", ...
     world, axis
-        The vertical and the hand of the rigid-body columns, a key of ``worlds.WORLDS``, and the
-        body's symmetry axis, "z", "y" or "x".
+        The vertical and the handedness of the rigid-body columns, a key of ``worlds.WORLDS``, and
+        the body's symmetry axis, "z", "y" or "x".
     columns
-        Renames: their name to ours.
+        A mapping from the trajectory's column names to the names of ``columns.COLUMN_SETS``.
     folder
         Folder of golden data; by default the package's, and ``golden``.
 
     Raises
     ------
     InputError
-        The trajectory cannot be used: one line that says where and why.
+        The trajectory cannot be used; one line gives the place and the reason.
     """
     try:
         result = examine(
@@ -201,7 +201,7 @@ FURTHER = ("finite", "start", "agreement", "golden")
 
 
 class _File(NamedTuple):
-    """A trajectory as it was read: its origin, its columns, and its rows."""
+    """A trajectory as read: origin, columns and rows."""
 
     where: str
     names: Sequence[str]
@@ -443,14 +443,14 @@ def assert_conserves(
 ) -> Result:
     """Assert that the trajectory passes; ``options`` are those of ``conservation``.
 
-    A limit can be given as a keyword, ``jellett=1e-9``; the assertion then also fails if this check
+    A limit can be a keyword argument, ``jellett=1e-9``; the assertion then also fails if this check
     could not be made.
 
     Raises
     ------
     AssertionError
-        A check failed, one line for each with its time, value and limit; or what decides was not
-        looked at.
+        A check failed (one line each, with time, value and limit), or a deciding check could not be
+        made.
     InputError
         The trajectory cannot be used.
     """

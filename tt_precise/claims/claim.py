@@ -42,7 +42,7 @@ class Claim:
     Attributes
     ----------
     id
-        Such as "NUM-20", after the paper's prefix; it names the ``kind``.
+        A name such as "NUM-20", after the paper's prefix; its letters name the ``kind``.
     section
         The number of the section.
     statement
@@ -52,11 +52,12 @@ class Claim:
     definition
         The definitions used where the paper leaves them open.
     function
-        Judges the claim: takes keyword arguments (defaults from the paper), returns its parts.
+        The function that judges the claim: takes keyword arguments (defaults from the paper),
+        returns the parts.
     control
-        Changed keyword arguments and the verdict they must get; None if nothing can be computed.
+        Changed keyword arguments and the required verdict; None if nothing can be computed.
     finding
-        The id of the claim that stands for the same finding in a count; by default the claim's own.
+        The id of the claim that represents the same finding in a count; by default the claim's own.
     """
 
     id: str
@@ -83,7 +84,7 @@ class Claim:
 
     @property
     def kind(self) -> str:
-        """Equation, theorem, number, quality, figure, sweep, summary or setting."""
+        """The kind: equation, theorem, number, quality, figure, sweep, summary or setting."""
         return CLAIM_KINDS[self.id.removeprefix(self.paper.prefix).split("-")[0]]
 
     @property
@@ -93,7 +94,7 @@ class Claim:
 
     @property
     def order(self) -> tuple[int, int, str]:
-        """Key that sorts claims: by paper, kind and number."""
+        """The key that sorts claims by paper, kind and number."""
         return papers.PAPERS.index(self.paper), list(CLAIM_KINDS.values()).index(self.kind), self.id
 
     def judge(self, **changes: object) -> JudgedClaim:
@@ -111,7 +112,7 @@ _registered: dict[str, Claim] = {}
 
 
 def claims_of(paper: Paper, section: str) -> Callable[..., Callable[[Function], Function]]:
-    """The decorator for the claims of a section, at ``where`` ("Sec. 2.1" by default)."""
+    """Return the decorator for the claims of a section, at ``where`` ("Sec. 2.1" by default)."""
 
     def claim(
         id: str,
@@ -206,7 +207,7 @@ def judge_all(
 
 
 def calls_for(ids: Iterable[str] | None = None) -> list[Call]:
-    """The calls of ``judge`` for claims (all of them by default), keyed by id.
+    """The calls of ``judge`` for claims (by default all), keyed by id.
 
     Raises ``InputError``: there is no claim with one of the ids.
     """

@@ -48,7 +48,7 @@ class Value:
 
     @classmethod
     def of(cls, value: Measured, other: Measured, most: int = MOST_DIGITS) -> Value:
-        """``value`` with the digits (at most ``most``) in which independent ``other`` agrees."""
+        """``value`` with the digits (at most ``most``) on which an independent ``other`` agrees."""
         exact, second = fraction_of(value), fraction_of(other)
         if exact == second:
             return cls(value, most)
@@ -57,7 +57,7 @@ class Value:
         return cls(value, max(0, min(most, -decade(difference) - 1)))
 
     def within(self, enclosure: Iterable[Fraction] | None) -> Value:
-        """The value with the ends of its enclosure, or with none."""
+        """The value with the ends of its enclosure, or without an enclosure."""
         if enclosure is None:
             return Value(self.value, self.digits)
         low, high = enclosure
@@ -79,7 +79,7 @@ def fraction_of(number: Measured) -> Fraction:
 
 
 def enclosure_of(number: Measured) -> Enclosure | None:
-    """The ends of the interval that is proved to contain a number; an exact number is both ends."""
+    """The ends of the interval that provably contains a number; both ends equal an exact number."""
     if isinstance(number, Value):
         return number.enclosure
     return (Fraction(number),) * 2 if isinstance(number, Fraction | int) else None
@@ -130,7 +130,7 @@ class Verdict(StrEnum):
 
     @property
     def meaning(self) -> str:
-        """One line for a legend."""
+        """The meaning of the verdict, in one line for a legend."""
         return _MEANINGS[self]
 
 
@@ -185,8 +185,8 @@ class Part(Record, frozen=True, kw_only=True):
 class JudgedClaim(Record, frozen=True, kw_only=True):
     """A claim and its verdict, with the parts from which the verdict follows.
 
-    A claim function returns it by ``all_of``, ``interpretations`` or ``misprint``; the registry
-    adds the fields that identify the claim.
+    A claim function returns a ``JudgedClaim`` by ``all_of``, ``interpretations`` or ``misprint``;
+    the registry adds the fields that identify the claim.
     """
 
     id: Annotated[str, means("id of the claim")] = ""
@@ -216,7 +216,7 @@ class JudgedClaim(Record, frozen=True, kw_only=True):
 
     @property
     def essential(self) -> Part:
-        """The part that decides: the correction, or the first that fails, or is open, or is."""
+        """The deciding part: the correction, or the first part that failed, is open, or exists."""
         if self.correction:
             return self.parts[1]
         # a stable sort: False before None before True
@@ -272,7 +272,7 @@ def _judge(rule: Rule, parts: Part | Mapping[str, Part], remark: str) -> JudgedC
 
 
 def all_of(parts: Part | Mapping[str, Part], note: str) -> JudgedClaim:
-    """Judge a statement by its parts, which all have to hold."""
+    """Judge a statement whose parts all have to hold."""
     return _judge("all of", parts, note)
 
 
@@ -311,9 +311,9 @@ def rounds_to(printed: str, measured: Measured, unit: str = "") -> Part:
 def about(printed: str, measured: Measured, unit: str = "") -> Part:
     """Compare "about ``printed``" with ``measured``, by the one rule for every such number.
 
-    It holds within ``ABOUT_UNITS`` of the last significant digit. The zeros that end a whole number
-    are not significant: about 80 means 70 to 90, about 3.2 means 3.1 to 3.3. A number that rounds
-    to ``printed`` counts as rounded.
+    The claim holds within ``ABOUT_UNITS`` of the last significant digit. The zeros that end a whole
+    number are not significant: about 80 means 70 to 90, about 3.2 means 3.1 to 3.3. A number that
+    rounds to ``printed`` counts as rounded.
     """
     value, last = _parse(printed)
     tolerance = ABOUT_UNITS * _parse(printed, zeros=False)[1]
@@ -368,7 +368,7 @@ def formula(holds: bool, printed: str, measured: str, *, proved: bool = False) -
 
 
 def statements(printed: str, parts: Mapping[str, tuple[bool, str]]) -> dict[str, Part]:
-    """Several statements with the same printed words: whether each holds, and the result."""
+    """Several statements with the same printed words, each with a truth value and the result."""
     return {name: statement(holds, printed, measured) for name, (holds, measured) in parts.items()}
 
 
@@ -380,7 +380,7 @@ def untestable(printed: str, measured: str = "-") -> Part:
 def of_all(printed: str, measured: str, *, holding: int, failing: int, undecided: int) -> Part:
     """A statement about all motions of a set, by their outcomes; open while some are undecided.
 
-    It fails where nothing holds, as for an empty set.
+    The statement fails if it holds for no motion, for example for an empty set.
     """
     holds = False if failing or not holding else None if undecided else True
     return Part(holds=holds, printed=printed, measured=measured)
@@ -405,7 +405,7 @@ _NUMBER = re.compile(
 
 
 def _parse(text: str, *, zeros: bool = True) -> tuple[Fraction, Fraction]:
-    """A printed number, and one unit of its last digit (significant one without ``zeros``)."""
+    """A printed number, and one unit of its last (without ``zeros``, last significant) digit."""
     number = _NUMBER.fullmatch(text)
     if not number:
         raise ValueError(f"printed number: got {text!r}, expected such as '9.381e-4'")

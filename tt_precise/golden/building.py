@@ -75,9 +75,9 @@ class Built:
     """The outcome for one scene.
 
     ``outcome`` is one of "new"; "unchanged" (no byte differs); "evidence renewed" (the digits are
-    the same, the manifest or the scene's text differs); "replaced" (digits changed, as asked for);
+    the same, the manifest or the scene's text differs); "replaced" (digits changed, as requested);
     "refused" (digits would change: the old data stay); "failed" (the runs contradict each other).
-    ``note`` has details. ``seconds`` are CPU time.
+    ``note`` has details. ``seconds`` is CPU time.
     """
 
     scene: str
@@ -106,15 +106,14 @@ def build(
     """Make golden data for ``scenes`` (by default all shipped scenes), one process for each.
 
     The output goes into ``building_folder``. Each scene is computed at two working precisions in
-    vector form and at one in Euler form; the digits on which all agree are published. A scene's
-    folder is replaced as a whole, so an interrupted build leaves it intact. A published digit
-    changes only if ``replace`` says so.
+    vector form and at one in Euler form; the digits on which all runs agree are published. A
+    scene's folder is replaced as a whole, so an interrupted build leaves the folder intact. A
+    published digit changes only with ``replace``.
 
     Raises
     ------
     InputError
-        A scene cannot be used or is not that of a TOML file, or another build is at work in the
-        same folder.
+        A scene cannot be used or has no TOML file, or another build works in the same folder.
     """
     asked = list(shipped() if scenes is None else scenes)
     target = building_folder(asked, folder)
@@ -143,7 +142,7 @@ def build(
 
 
 def build_scene(name: str, text: str, folder: Path, replace: bool) -> Built:
-    """Compute the scene with this TOML ``text`` and settle its data in ``folder``.
+    """Compute the scene with this TOML ``text`` and store its data in ``folder``.
 
     Bits are added while the runs share fewer than 34 digits.
     """
@@ -173,7 +172,7 @@ def build_scene(name: str, text: str, folder: Path, replace: bool) -> Built:
 def building_folder(scenes: Sequence[str | Path | Scene], folder: Folder = None) -> Path:
     """The folder for the golden data of ``scenes``, unless ``folder`` names one.
 
-    In a checkout the package's folder for shipped scenes, otherwise ``golden``.
+    This is the package's folder for shipped scenes in a checkout, otherwise ``golden``.
     """
     if folder is not None:
         return Path(folder)
@@ -352,8 +351,8 @@ class Constancy:
 def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
     """The constancy of each conserved quantity, from the printed vectors alone.
 
-    ``jellett_euler`` is lambda once more, from the printed Euler columns and compared with its
-    exact value at the start.
+    ``jellett_euler`` is lambda from the printed Euler columns, compared with its exact value at the
+    start.
     """
     context = mpmath.MPContext()
     context.dps = WORKING_DIGITS

@@ -35,7 +35,7 @@ class Comparison:
     over_time
         One row for each compared time: ``t`` and the digits of each column.
     unmatched
-        Number of rows that could not be compared: outside of the golden data's times.
+        Number of rows that could not be compared, because their times are outside the golden data.
     """
 
     scene: str
@@ -93,7 +93,7 @@ def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None
         strings, or numbers of mpmath. Other columns are ignored. If all times are golden, rows
         are compared exactly; otherwise the scene is integrated to 12 digits.
     scene
-        As in ``load``.
+        A scene with golden data, as in ``load``.
     folder
         Folder of golden data, as in ``load``.
 

@@ -29,9 +29,9 @@ IN_DOUBLE = 17  # digits that a correctly rounded double needs, with a margin
 
 
 class GoldenFrame(pandas.DataFrame):
-    """A golden trajectory, one row a sample, in SI, with its events and its manifest.
+    """A golden trajectory in SI, one row for each sample, with events and manifest.
 
-    A slice of it is a plain DataFrame.
+    A slice is a plain DataFrame.
     """
 
     _metadata: ClassVar[list[str]] = ["events", "manifest"]
@@ -57,8 +57,8 @@ def load(
     folder
         Folder of golden data; by default that of the package, then ``golden``.
     pose
-        Add the columns of the pose, with as many digits: see ``pose_columns``. Their computation
-        takes seconds ("float") to a minute and is checked against the published columns.
+        Add the columns of the pose (``pose_columns``), with as many digits. Their computation takes
+        seconds ("float") to a minute and is checked against the published columns.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def load(
 def pose_columns(scene: Scene, table: Table, *, in_full: bool) -> dict[str, tuple[str, ...]]:
     """Columns of the pose (SI) at the times of the trajectory ``table``, as decimals.
 
-    ``in_full`` gives ``DIGITS`` digits, else 17, which takes quad precision only.
+    With ``in_full`` decimals have ``DIGITS`` digits, else 17, for which quad precision suffices.
 
     Raises ``InputError``: the axis is exactly vertical at some time, or the run contradicts the
     published columns.

@@ -31,12 +31,12 @@ AGREEING = 1e-7  # relative; a row at an early end of the solution agrees with i
 
 
 class Measured(NamedTuple):
-    """The distance of rows from the true ones.
+    """The distance of rows from the true rows.
 
-    ``t`` are their times (s). ``errors`` and ``bounds`` have an array for each column: relative
-    errors, and the part of them that the comparison may cause; NaN where nothing was compared
-    because the true entry is undefined or not resolved. ``compared`` tells for each row whether
-    every defined column was compared, ``start`` whether the row is the start.
+    ``t`` are the times (s) of the rows. ``errors`` and ``bounds`` have an array for each column:
+    relative errors, and the part of an error that the comparison may cause; NaN where the true
+    entry is undefined or not resolved. ``compared`` is true for each row of which every defined
+    column was compared, ``start`` for the row at the start.
     """
 
     t: numpy.ndarray
@@ -47,7 +47,7 @@ class Measured(NamedTuple):
 
     @classmethod
     def nothing(cls, t: numpy.ndarray, names: Sequence[str], compared: numpy.ndarray) -> Measured:
-        """Return rows of which no number was measured yet."""
+        """Return rows without a measured number."""
         errors, bounds = ({name: numpy.full(len(t), numpy.nan) for name in names} for _ in range(2))
         return cls(t, errors, bounds, compared.copy(), numpy.zeros(len(t), bool))
 
@@ -59,7 +59,7 @@ class Measured(NamedTuple):
         return worst
 
     def digits(self) -> dict[str, numpy.ndarray]:
-        """Correct digits of every entry; where its error is within the bound, at least so many."""
+        """Correct digits of every entry; a lower bound where the error is within its bound."""
         with numpy.errstate(divide="ignore"):
             return {
                 name: numpy.clip(-numpy.log10(numpy.fmax(errors, self.bounds[name])), 0, DIGITS)
@@ -108,19 +108,19 @@ class TrueRows:
 
     @cached_property
     def units(self) -> dict[str, float]:
-        """The smallest size of each column; 1 for one that is nowhere defined."""
+        """The smallest size of each column; 1 for a column that is nowhere defined."""
         return {
             name: float(min(sizes[numpy.isfinite(sizes)], default=1.0))
             for name, sizes in self._sizes.items()
         }
 
     def vectors(self, t: numpy.ndarray) -> numpy.ndarray:
-        """The vector state (8, times) at times (s) that are the rows'."""
+        """The vector state (8, times) at times (s) of the rows."""
         nearest, _ = self._nearest(t)
         return numpy.array([self._numbers[name][nearest] for name in NewtonState._fields])
 
     def at_their_times(self, t: numpy.ndarray) -> numpy.ndarray:
-        """Test that each of the times (s) is one of the rows', but for a rounding."""
+        """Test that each of the times (s) is the time of a row, up to rounding."""
         _, delays = self._nearest(t)
         here: numpy.ndarray = abs(delays) <= SAME_TIME * abs(t)
         return here
@@ -134,14 +134,14 @@ class TrueRows:
         *,
         largest_only: bool = False,
     ) -> Measured:
-        """The distance of rows with strictly increasing times ``t`` (s) from the true ones.
+        """The distance of rows with strictly increasing times ``t`` (s) from the true rows.
 
-        ``values`` are their columns in double, NaN where there is no number;
-        ``exactly(row, names)`` gives the numbers of one row as they were given; without it errors
-        are those of doubles. A row at another
-        time is not compared, but for one at an early end of the solution that agrees with it to
-        ``agreeing``. With ``largest_only`` decimals are spared where an error is certainly not the
-        largest of its column: then it may be off by two roundings of the entry.
+        ``values`` are the columns of the rows in double, NaN where there is no number.
+        ``exactly(row, names)`` gives the original numbers of one row; without ``exactly`` errors
+        are those of doubles. A row at another time is not compared, except a row at an early end of
+        the solution that agrees with this end to ``agreeing``. With ``largest_only`` an error that
+        is certainly not the largest of its column is computed without decimals, and may be off by
+        two roundings of the entry.
         """
         names = [name for name in values if name in self.names]
         nearest, delays = self._nearest(t)
@@ -210,7 +210,7 @@ class TrueRows:
 
 
 def ending(status: str, t: float) -> str:
-    """Why a solution ends at ``t`` (s), and the remedy for later rows."""
+    """The reason why a solution ends at ``t`` (s), and the remedy for later rows."""
     unit = 10.0 ** (math.floor(math.log10(t)) - 2) if t > 0 else 1.0
     until = f"--until {math.floor(t / unit) * unit:.12g}"
     if status == "contact_lost":
@@ -237,9 +237,9 @@ def turned_back(name: str, apart: Scalar) -> Scalar:
 
 
 class FewestDigits:
-    """Accumulates blocks of measured rows.
+    """The fewest digits of each column over blocks of measured rows.
 
-    ``rows`` were compared; ``at`` is the time (s) of the largest error of all.
+    ``rows`` is the number of compared rows, ``at`` the time (s) of the largest error of all.
     """
 
     def __init__(self) -> None:
@@ -267,7 +267,7 @@ class FewestDigits:
 
     @property
     def digits(self) -> dict[str, float]:
-        """The digits of each column; at least so many where errors lie within their bounds."""
+        """The digits of each column; a lower bound where errors lie within their bounds."""
         return {
             name: correct_digits(max(error, self._bounds[name]))
             for name, error in self._errors.items()

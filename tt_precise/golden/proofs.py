@@ -30,9 +30,9 @@ LABELS = {TRAJECTORY: ("t",), EVENTS: ("name", "direction")}  # Columns without 
 
 
 class Interval:
-    """Exact numbers that an exact value lies between, ends included.
+    """A closed interval with exact ends that contains an exact value.
 
-    A comparison is true if it is true for all of them.
+    A comparison is true if it is true for all numbers of the interval.
     """
 
     __slots__ = ("high", "low")
@@ -47,9 +47,9 @@ class Interval:
 
     @classmethod
     def around(cls, middle: str, radius: str) -> Interval:
-        """From the decimals of a ball.
+        """The interval of a ball, from decimals.
 
-        Raises ``ArithmeticError``: one of them is not a finite number.
+        Raises ``ArithmeticError``: a decimal is not a finite number.
         """
         centre, reach = Decimal(middle), Decimal(radius)
         if not (centre.is_finite() and reach.is_finite() and reach >= 0):
@@ -58,10 +58,9 @@ class Interval:
 
     @classmethod
     def of_printed(cls, text: str, scale: Decimal) -> Interval:
-        """The numbers that are printed as ``text`` in a column with this ``scale``.
+        """The interval of the numbers that are printed as ``text`` in a column with this ``scale``.
 
-        These are at most half a unit of the last digit away; "0" stands for up to 1e-34 of the
-        scale.
+        Its radius is half a unit of the last digit; for "0" 1e-34 of the scale.
         """
         number = Fraction(Decimal(text))
         if text == ZERO:
@@ -113,14 +112,14 @@ Event = dict[str, Interval]  # time and columns of the state there; and ``direct
 
 @dataclass(frozen=True)
 class Record:
-    """The proof of one scene's golden tables. It is valid if ``complaints`` is empty."""
+    """The proof of one scene's golden tables, valid if ``complaints`` is empty."""
 
     content: dict[str, Json]
     digits: int
 
     @property
     def summary(self) -> dict[str, Json]:
-        """For a list of scenes: proved digits, and the count of numbers with proved rounding."""
+        """The proved digits and the count of proved numbers, for a list of scenes."""
         facts = {name: self.content[name] for name in ("rounded", "entries")}
         return {"digits": self.digits, **facts}
 
@@ -142,7 +141,7 @@ def read_proof(name: str, folder: Path | None = None) -> Record | None:
 
 
 def complaints(stored: Stored, record: Record) -> list[str]:
-    """Contradictions between golden tables and the proof of them; [] if none."""
+    """Contradictions between golden tables and their proof; [] if none."""
     content, again = record.content, f"; run `tt-precise golden certify {stored.name}`"
     problems = []
     if content["scene_sha256"] != store.scene_sha256(stored.scene_text):
@@ -158,7 +157,7 @@ def complaints(stored: Stored, record: Record) -> list[str]:
 
 
 def row_intervals(stored: Stored, file: str, row: int) -> dict[str, Interval]:
-    """The exact numbers of a row of proved tables, by column; without those that are undefined."""
+    """The exact numbers of a row of proved tables, by column, without undefined numbers."""
     table = stored.table(file)
     return {
         name: Interval.of_printed(text, stored.scales[name])
@@ -216,7 +215,7 @@ class Established:
     def energy_falls(self) -> bool:
         """True if E falls throughout: E' = -mu g_n v_A^2 (EQ-05) is negative except at instants.
 
-        An analytic v_A that is not identically zero vanishes only at isolated instants.
+        Proof: an analytic v_A that is not identically zero vanishes only at isolated instants.
         """
         if self.stored is None or not self.g_n_positive or not self.stored.scene.body.mu:
             return False
@@ -227,7 +226,7 @@ class Established:
     def for_ever(self) -> dict[str, Json] | None:
         """The statement for all later times (``certify.well``); None if there is none.
 
-        With ``theta_tends_to``, ``limits`` and ``g_n_at_least_mg``.
+        The statement has the keys ``theta_tends_to``, ``limits`` and ``g_n_at_least_mg``.
         """
         forever = self._content["forever"]
         return forever.get("at_the_end", forever.get("held"))
@@ -272,7 +271,7 @@ class Established:
         return Interval(*sorted(ends))
 
     def moment(self, definition: str, which: str) -> Interval | None:
-        """``t_init``, ``t_end`` or ``duration`` in s in a definition; None if not proved."""
+        """``t_init``, ``t_end`` or ``duration`` in s by a definition; None if not proved."""
         if which == "duration":
             begin, end = (self.moment(definition, name) for name in ("t_init", "t_end"))
             return end - begin if begin and end else None
@@ -282,7 +281,7 @@ class Established:
     def events(self, *names: str) -> list[Event] | None:
         """Time, state and direction at all events with one of these names, in order of time.
 
-        None if nothing is proved. A zero of the event's function at t = 0 itself is not an event.
+        None if nothing is proved. A zero of the event's function at t = 0 is no event.
         """
         if any(name not in self._content["proved_events"] for name in names):
             return None

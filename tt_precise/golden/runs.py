@@ -49,7 +49,7 @@ TERMINAL_DIRECTION = -1  # contact and singular contact are functions that fall 
 class Task:
     """One computation: a scene (name and TOML text), a precision, a formulation.
 
-    ``bits`` belong to the precision "mp" only. ``events`` asks for the whole catalogue.
+    ``bits`` is only for the precision "mp". ``events`` requests the whole catalogue.
     """
 
     name: str
@@ -65,7 +65,7 @@ class Task:
 
     @property
     def label(self) -> str:
-        """Such as "newton 176"."""
+        """The name of the run, such as "newton 176"."""
         return f"{self.formulation} {self.bits or self.precision}"
 
 
@@ -73,10 +73,9 @@ class Task:
 class Run:
     """The outcome of a task: tables in full working precision, SI.
 
-    ``trajectory`` has the scene's sample times and, if the solution ends before its horizon, its
-    end as last row. ``events`` lack the terminal event. ``suspects`` names events whose directions
-    do not alternate, so that one may be missing. ``seconds`` is the CPU time; it is reported but
-    not published.
+    ``trajectory`` has the scene's sample times and, as last row, an end of the solution before its
+    horizon. ``events`` lack the terminal event. ``suspects`` names events whose directions do not
+    alternate, so that one may be missing. ``seconds`` is the CPU time, reported but not published.
     """
 
     label: str
@@ -146,7 +145,7 @@ def _text(value: Scalar) -> str:
 
 
 def events_table(trajectory: Trajectory, names: Sequence[str]) -> Table:
-    """Columns name, t, direction and the state ``names[1:]`` of each event."""
+    """The table of events: columns name, t, direction and the state ``names[1:]``."""
     precision, table = trajectory.precision, trajectory.event_table(names[1:])
     wide = precision.mpfr
 
@@ -173,9 +172,10 @@ Agreements = dict[str, dict[str, float]]
 class Consensus:
     """The tables of a scene, with the worst agreement of each run with the first, in digits.
 
-    ``agreements`` maps the name of a table, then a column, then the label of a run to digits, over
-    all entries that are not near zero; infinite where all are equal. A run without a row to compare
-    is left out. ``contradictions`` name the entries on which the runs do not share a single digit.
+    ``agreements`` maps the name of a table, then a column, then the label of a run to the digits of
+    agreement over all entries that are not near zero; infinite where all entries are equal. A run
+    without a row to compare is left out. ``contradictions`` name the entries on which the runs
+    share no digit.
     """
 
     status: str
@@ -260,9 +260,9 @@ def reconcile(scene: Scene, runs: Sequence[Run]) -> Consensus:
 
 
 def _scales(scene: Scene, runs: Sequence[Run]) -> dict[str, Decimal]:
-    """The largest entry of each column; the quantity's size where all entries are rounding.
+    """The largest entry of each column; the quantity's size if all entries are rounding errors.
 
-    These are less than 1e-34 of the size, and in each run others.
+    Rounding errors are less than 1e-34 of the size and differ between runs.
     """
     first = runs[0]
     scales = [scales_of(run.trajectory) for run in runs if run.status == first.status]
@@ -274,7 +274,7 @@ def _scales(scene: Scene, runs: Sequence[Run]) -> dict[str, Decimal]:
 
 
 def exact_decimal(time: Fraction) -> str | None:
-    """A time as a plain decimal; None if that has more than 34 digits."""
+    """A time as a plain decimal; None for a decimal of more than 34 digits."""
     for places in range(DIGITS):
         scaled = time * 10**places
         if scaled.denominator == 1:
@@ -292,7 +292,7 @@ def _rows(run: Run) -> list[Cells]:
 
 
 def ordered_events(run: Run) -> list[Event]:
-    """Events in order of time, simultaneous events in the catalogue's order; with the terminal."""
+    """All events with the terminal event, by time, then in the catalogue's order."""
     events: list[Event] = [
         (name, int(direction), (t, *state)) for name, t, direction, *state in run.events.rows
     ]

@@ -44,8 +44,7 @@ LONGEST = 10
 class Rows(NamedTuple):
     """Rows to compare: times (s), columns in double, and exact numbers.
 
-    ``exactly(row, names)`` gives the numbers of a row as they were given; ``exact_time(row)`` is
-    its time.
+    ``exactly(row, names)`` gives the original numbers of a row, ``exact_time(row)`` its time.
     """
 
     t: Array
@@ -55,7 +54,7 @@ class Rows(NamedTuple):
 
 
 class Distance(NamedTuple):
-    """Rows measured by ``how``, the last time (s) of the solution, and why it ends there, if so."""
+    """Rows measured by ``how``, the last time (s) of the solution, and why it ends early."""
 
     measured: Measured
     how: str
@@ -94,17 +93,17 @@ class Solution:
 
     @property
     def absent(self) -> str:
-        """Why there are no golden rows of the scene, "" if there are."""
+        """The reason why the scene has no golden rows; "" if it has."""
         return self._golden[1]
 
     def require_golden(self) -> None:
-        """Raise ``InputError`` if golden data cannot be used, or a folder was named without any."""
+        """Raise ``InputError`` for unusable golden data, or a named folder without golden data."""
         if self.absent and self._folder is not None:
             raise InputError(f"folder: {self.absent}")
 
     @cached_property
     def _golden(self) -> tuple[TrueRows | None, str, str]:
-        """The golden rows, why there are none, and why they end early, if they do."""
+        """The golden rows, the reason why there are none, and the reason of an early end."""
         name = self.scene.name
         try:
             place = locate(name, self._folder)
@@ -124,9 +123,9 @@ class Solution:
     def distance(
         self, rows: Rows, digits: float | None = None, needs: frozenset[str] = frozenset()
     ) -> Distance:
-        """Measure rows against the solution, which is good for ``digits`` where they are given.
+        """Measure rows against the solution, integrated to ``digits`` if given.
 
-        ``needs`` are columns that golden rows must have to answer.
+        ``needs`` are columns that golden rows must have to be used.
         """
         agreeing = AGREEING if digits is None else 10.0**-digits
         true, _, ended = self._golden
@@ -159,9 +158,9 @@ class Solution:
         return numpy.array([frame[name] for name in NewtonState._fields], float)
 
     def _run(self, until: float | Fraction, digits: float, record: tuple[str, ...]) -> Trajectory:
-        """Integrate to the time ``until`` at least, or use a run that goes so far.
+        """Integrate to the time ``until`` at least, or use a run that reaches this time.
 
-        Raises ``InputError``: it lies far beyond the scene's horizon.
+        Raises ``InputError``: ``until`` lies far beyond the scene's horizon.
         """
         from tt_precise.integration import integrate
 
@@ -232,7 +231,7 @@ class Solution:
 def _measure(
     measured: Measured, part: Array, true: TrueRows, rows: Rows, exact: bool, agreeing: float
 ) -> None:
-    """Fill in the rows ``part``; decimals say no more than doubles of which some are not known."""
+    """Measure the rows ``part``: with their original numbers if ``exact``, else in doubles."""
     found = true.measure(
         rows.t[part],
         {name: values[part] for name, values in rows.values.items()},

@@ -39,7 +39,7 @@ Folder = str | os.PathLike[str] | None
 
 
 class Located(NamedTuple):
-    """A scene by name, and the folder that holds the folder of its golden data."""
+    """The name of a scene, and the parent folder of its golden data."""
 
     name: str
     folder: Path
@@ -72,7 +72,7 @@ def scenes(folder: Folder = None) -> list[str]:
 
 
 def some(names: Iterable[str], folder: Folder = None) -> list[str]:
-    """These names of scenes, if there are any: a check without input is an error.
+    """The names of scenes, at least one: a check without input is an error.
 
     Raises ``InputError``: there are none.
     """
@@ -90,10 +90,10 @@ def locate(scene: str | Path, folder: Folder = None) -> Located:
     """The golden data for a name, a scene's TOML file, or the folder of the data.
 
     A folder is given by its path: a ``Path``, or text with a slash such as ``./mytop``. A bare name
-    is looked for in ``folder``, or in the package and then in ``golden``, nowhere else. Whether
-    such data exist is not checked.
+    is sought in ``folder``, or in the package and then in ``golden``, nowhere else. The existence
+    of the data is not checked.
 
-    Raises ``InputError``: it is not a possible name of a scene.
+    Raises ``InputError``: the name is not a possible name of a scene.
     """
     given = Path(scene)
     by_path = isinstance(scene, Path) or os.sep in scene
@@ -114,9 +114,9 @@ def locate(scene: str | Path, folder: Folder = None) -> Located:
 
 
 def require(scene: str | Path, folder: Folder = None) -> Located:
-    """``locate`` for existing data.
+    """Locate existing golden data.
 
-    Raises ``InputError``: there are none.
+    Raises ``InputError``: there are no such data.
     """
     place = locate(scene, folder)
     if not (place.path / MANIFEST).is_file():
@@ -127,7 +127,7 @@ def require(scene: str | Path, folder: Folder = None) -> Located:
 
 @dataclass(frozen=True)
 class Stored:
-    """The golden data of one scene, as in its folder."""
+    """The golden data in the folder of one scene."""
 
     name: str
     scene_text: str
@@ -152,7 +152,7 @@ class Stored:
 def read_files(scene: str | Path, folder: Folder = None) -> Stored:
     """Read the golden data of ``scene`` (see ``locate``), without verifying them.
 
-    Raises ``InputError``: there is none, or a file is missing or unreadable.
+    Raises ``InputError``: there are no such data, or a file is missing or unreadable.
     """
     from tt_precise.golden.documents import Manifest  # what only reads whole data does without
     from tt_precise.runtime.records import read_as_record
@@ -171,7 +171,7 @@ def _read_files(data: Path) -> Stored:
 def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
     """Read the golden data of ``scene``, and compare them with their manifest.
 
-    Once a process for each manifest: data that fit it are the same again.
+    A process reads the data of each manifest only once.
 
     Raises ``InputError``: there are no such data, or they have changed since they were built.
     """
@@ -200,7 +200,7 @@ def replace_folder(target: Path, files: dict[str, str]) -> None:
 
     Other files in the folder, such as a proof of the digits, stay.
 
-    Raises ``InputError``: the place cannot be written, or is full; the old data stay.
+    Raises ``InputError``: the folder cannot be written, or the disk is full; the old data stay.
     """
     import shutil  # here, because a check does not write
 
@@ -245,7 +245,7 @@ def json_text(content: dict[str, Json]) -> str:
 def scene_sha256(text: str) -> str:
     """SHA-256 of the content of a scene's TOML, without comments and layout.
 
-    Raises ``InputError``: it is no TOML.
+    Raises ``InputError``: the content is not TOML.
     """
     try:
         return _json_hash(parse_toml(text))
@@ -259,7 +259,7 @@ def _json_hash(content: Json) -> str:
 
 
 def changes(stored: Stored) -> list[str]:
-    """Return a line for each file that is not the one whose hash the manifest lists."""
+    """Return a line for each file whose hash differs from the manifest."""
     hashes = {
         SCENE: scene_sha256(stored.scene_text),
         TRAJECTORY: stored.trajectory.sha256,
@@ -282,7 +282,7 @@ def changes(stored: Stored) -> list[str]:
 
 
 def proof_sha256(data: Path) -> str | None:
-    """Return the hash of the proof in a scene's folder; None without one, "" if it is no JSON."""
+    """Return the hash of the proof in a scene's folder; None without a proof, "" if not JSON."""
     path = data / PROOF
     if not path.is_file():
         return None
@@ -295,7 +295,7 @@ def proof_sha256(data: Path) -> str | None:
 def record_proof(data: Path) -> None:
     """Write the hash of the proof in a scene's folder into its manifest.
 
-    Raises ``InputError``: there is no manifest of this form.
+    Raises ``InputError``: the manifest is missing or has another form.
     """
     stored = read_files(data.name, data.parent)
     files = {file: entry for file, entry in stored.manifest["files"].items() if file != PROOF}

@@ -34,7 +34,7 @@ class Table:
 
     @classmethod
     def parse(cls, text: str) -> Table:
-        """Read CSV text with one header line; quotes around cells say nothing.
+        """Read CSV text with one header line; quotes around cells are ignored.
 
         Raises ``InputError``: no header, a name twice, or a row of another length; the line is
         named.

@@ -78,10 +78,10 @@ class WorstEntry(NamedTuple):
 class Verification:
     """The result for one scene.
 
-    ``problems`` are empty if all is well. ``digits_proved`` are those of the proof of the data,
-    None if there is no valid one. ``digits_found`` is the fewest digits in which the fresh
-    computation, in the arithmetic ``fresh``, agrees with the data; None where nothing could be
-    computed or compared.
+    ``problems`` is empty for valid data. ``digits_proved`` are the digits of a valid proof of the
+    data, None without one. ``digits_found`` is the fewest digits in which the fresh computation, in
+    the arithmetic ``fresh``, agrees with the data; None where nothing could be computed or
+    compared.
     """
 
     scene: str
@@ -105,8 +105,8 @@ def verify(
 ) -> list[Verification]:
     """Verify golden data, by default all: hashes, proofs and a fresh computation of each.
 
-    A fresh computation must have the same events, and confirm 28 digits of every number that is
-    proved, and all printed digits of those that are not. Digits count as in ``mechanics.digits``.
+    A fresh computation must have the same events. It must confirm 28 digits of every proved number,
+    and all printed digits of every other number. Digits count as in ``mechanics.digits``.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def verify_scene(name: str, folder: Path) -> Verification:
 
 
 def recompute(stored: Stored, problems: Sequence[str], proved: bool) -> Verification:
-    """Compute the tables anew and compare them, in every digit where nothing is proved."""
+    """Compute the tables again and compare them, in every digit if there is no proof."""
     if not proved:
         return judge(stored, problems, perform(_in_mp(stored, ALL_BITS)), every_digit=True)
     run = perform(_fine(stored))
@@ -178,7 +178,7 @@ def judge(
 ) -> Verification:
     """Return the verdict of a fresh ``run`` on data with these ``problems`` in their files.
 
-    ``every_digit``: it must confirm all that are printed, not only 28.
+    With ``every_digit`` the run must confirm all printed digits, not only 28.
     """
     complaints = list(problems)
     status = stored.manifest["status"]
@@ -210,7 +210,7 @@ def judge(
 
 
 def _other_digits(stored: Stored, file: str, fresh: Table) -> Iterator[str]:
-    """Name the cells that are not the fresh numbers, rounded to as many digits as are printed."""
+    """Name the cells that differ from the fresh numbers after rounding to the printed digits."""
     golden = stored.table(file)
     for name in golden.columns:
         if name in ("name", "direction") or (name == "t" and file == TRAJECTORY):
@@ -236,7 +236,7 @@ def _in_mp(stored: Stored, bits: int) -> Task:
 
 
 def _worst_cells(stored: Stored, file: str, fresh: Table, problems: list[str]) -> list[WorstEntry]:
-    """The worst entry of each column, apart from undefined ones; of the rows that both have."""
+    """The worst defined entry of each column, over the rows of both tables."""
     golden = stored.table(file)
     if len(fresh.rows) != len(golden.rows):
         problems.append(f"{file}: {len(golden.rows)} rows, a fresh one has {len(fresh.rows)}")
@@ -322,7 +322,7 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
 
 
 def _cancelled(stored: Stored) -> int:
-    """The whole digits by which lambda is smaller at the start than the terms that it sums up."""
+    """The whole digits that cancel in the sum lambda at the start."""
     start = (stored.trajectory.floats(name)[0] for name in NewtonState._fields)
     q = Motion(stored.scene.body.numbers(float), NewtonState(*start), math)
     lambda_, terms = abs(jellett(q)), q.body.R * math.hypot(*q.state.L)

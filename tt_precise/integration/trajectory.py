@@ -55,13 +55,14 @@ def each(t: Any) -> Iterable[Scalar]:
 
 
 class Trajectory:
-    """A solution of a scene, from t = 0 to ``t_end``; made by integrating as ``setup`` says.
+    """The solution of a scene from t = 0 to ``t_end``, integrated with the arguments ``setup``.
 
-    Look at ``status`` first. "complete" reached the scene's horizon as a top on a table.
-    "contact_ignored" reached it with g_n <= 0 at some time (only with ``contact="bilateral"``).
-    Every other trajectory ended where the model ended. No value exists beyond ``t_end``.
+    Look at ``status`` first. A "complete" trajectory reached the scene's horizon. A
+    "contact_ignored" trajectory reached the horizon with g_n <= 0 at some time (only with
+    ``contact="bilateral"``). Every other trajectory ended where the model ended. No value exists
+    beyond ``t_end``.
 
-    Several threads may read from one trajectory. A pickle holds the scene and the set-up, no
+    Several threads may read from one trajectory. A pickle contains the scene and the set-up, no
     numbers and no code: unpickling integrates again.
 
     Attributes
@@ -95,14 +96,14 @@ class Trajectory:
         *,
         opposite_rounding: bool = False,
     ) -> Trajectory:
-        """The scene integrated once, as the set-up says."""
+        """Integrate ``scene`` once with the set-up."""
         return cls(solve(scene, setup, progress, opposite_rounding=opposite_rounding))
 
     def again(self, *, opposite_rounding: bool = False, **changes: Any) -> Trajectory:
         """Integrate the scene again, with some fields of the ``Setup`` replaced.
 
         With ``opposite_rounding`` every number of body and start lies on the other side of the
-        exact one: what such a run differs by contains what their rounding does to a run.
+        exact number, so the difference of the two runs contains the effect of this rounding.
         """
         return Trajectory(self.run.again(opposite_rounding=opposite_rounding, **changes))
 
@@ -133,7 +134,7 @@ class Trajectory:
 
     @property
     def pieces(self) -> tuple[PhaseInterval, ...]:
-        """The stretches of gliding, rolling, flight and contact; at least one."""
+        """The segments of gliding, rolling, flight and elastic contact; at least one."""
         return self.run.stretches
 
     @property
@@ -158,13 +159,13 @@ class Trajectory:
 
     @property
     def values_at_end(self) -> dict[str, Scalar]:
-        """``t_end`` (s) and the entries of the state there (SI)."""
+        """``t_end`` (s) and the components of the state at ``t_end`` (SI), by name."""
         return values_at_end(self.run)
 
     def at(self, t: Scalar) -> State:
         """The state at time ``t`` (s) from the Taylor series of the step around it.
 
-        A sequence of times gives one ``State`` whose entries are arrays.
+        A sequence of times gives one ``State`` whose components are arrays.
 
         Raises
         ------
@@ -177,7 +178,7 @@ class Trajectory:
     def motion(self, t: Scalar) -> Motion:
         """The dimensionless ``Motion`` at ``t`` (s); raises as ``at`` does.
 
-        Its numbers are floats in double, else mpmath numbers.
+        The numbers of the ``Motion`` are floats in double, else mpmath numbers.
         """
         ((segment, row),) = rows(self.run, [self.run.dimensionless_time(t)])
         if self.precision.is_float:
@@ -204,14 +205,14 @@ class Trajectory:
         Parameters
         ----------
         names
-            State entries (kx, theta, ...), recorded quadratures, any quantity, or a function of
-            the ``Motion``, in SI by ``tt.quantity(function, "m/s")``, otherwise in units of m =
-            R = g = 1, which its column's name then says (in Euler form the azimuth is 0 unless phi
-            is recorded), also in a list; by default all vector and Euler columns and the recorded
-            quadratures.
-            "pose" means the columns of the pose, "pose:xyzw" the same with the scalar of the
+            Components of the state (kx, theta, ...), recorded quadratures, any quantity, or a
+            function of the ``Motion``, also in a list; by default all vector and Euler columns and
+            the recorded quadratures. A function is in SI with ``tt.quantity(function, "m/s")``,
+            otherwise in units of m = R = g = 1, as the name of its column states (in Euler form
+            the azimuth is 0 unless phi is recorded).
+            "pose" means the columns of the pose, "pose:xyzw" these columns with the scalar of the
             quaternion last, "error:NAME" the estimated error of a column, "digits" the digits of
-            the state's worst entry (``error_over_time``), "drift:NAME" the relative drift of a
+            the state's worst component (``error_over_time``), "drift:NAME" the relative drift of a
             conserved or of any other quantity.
         times
             In s, one or several; by default the scene's samples.
@@ -222,7 +223,8 @@ class Trajectory:
             velocity in the inertial and in the body's frame. If phi, psi, x and y were not
             recorded, the scene is integrated again.
         progress
-            Called with the fraction done, if the series of the steps must be computed again.
+            A function, called with the completed fraction if the series of the steps must be
+            computed again.
         """
         import pandas
 
@@ -240,8 +242,8 @@ class Trajectory:
     ) -> dict[str, Array]:
         """The columns of ``frame`` by name, without pandas.
 
-        Floats are arrays with NaN where a value is undefined; wider numbers and text are lists
-        with None there. Text of a double is the shortest that recovers the number.
+        Floats are arrays, with NaN for undefined values; wider numbers and text are lists, with
+        None for undefined values. The text of a double is the shortest that recovers the number.
         """
         if numbers not in get_args(Numbers):
             raise InputError(
@@ -259,25 +261,25 @@ class Trajectory:
 
     @property
     def error_estimate(self) -> dict[str, Scalar]:
-        """Estimated absolute error of each entry of ``state`` (SI) and of ``t_end`` (s)."""
+        """Estimated absolute error of each component of ``state`` (SI) and of ``t_end`` (s)."""
         return self.errors.at_end
 
     @property
     def digits(self) -> float:
-        """Correct digits of the worst entry of ``state``, from ``error_estimate``."""
+        """Correct digits of the worst component of ``state``, from ``error_estimate``."""
         return self.errors.digits_at_end
 
     @property
     def digits_throughout(self) -> float:
-        """Correct digits of the worst entry over all samples, events and ``t_end``."""
+        """Correct digits of the worst component over all samples, events and ``t_end``."""
         return self.errors.digits_throughout
 
     def error_over_time(self, *names: Any, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
         """Estimated absolute errors (SI) at ``sample_times``: columns t, names, and "digits".
 
-        ``names`` are columns of ``frame``, by default all entries of the state. "digits" are the
-        correct digits of the state's worst entry. The errors are distances from reference runs, or
-        from the trajectories ``beside`` of the same scene.
+        ``names`` are columns of ``frame``, by default all components of the state. "digits" are the
+        correct digits of the state's worst component. The errors are distances from reference runs,
+        or from the trajectories ``beside`` of the same scene.
         """
         import pandas
 
@@ -289,8 +291,8 @@ class Trajectory:
     def event_errors(self, *, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
         """Estimated errors of the recorded ``events``: columns name, t, error (s), and "digits".
 
-        "digits" are the correct digits of the time of the event or of the worst entry of the state
-        there, whichever are fewer.
+        "digits" are the correct digits of the event's time or of the worst component of the state
+        at this time, whichever are fewer.
         """
         import pandas
 
@@ -303,7 +305,7 @@ class Trajectory:
     def with_quadratures(self) -> Trajectory:
         """The run with phi, psi, x and y recorded; integrated again if necessary.
 
-        Refused if the axis is exactly vertical at some time.
+        Raises ``InputError``: the axis is exactly vertical at some time.
         """
         return self._of(with_quadratures(self.run))
 
@@ -312,7 +314,7 @@ class Trajectory:
 
     @cached_property
     def events(self) -> pandas.DataFrame:
-        """All recorded events in order of time: name, t (s), direction, and the state there (SI).
+        """All recorded events in order of time: name, t (s), direction, and the state (SI).
 
         ``direction`` is +1 where the event's function rises through zero, -1 where it falls. A time
         wider than double prints with its error, if known.
@@ -332,7 +334,7 @@ class Trajectory:
     ) -> dict[str, Array]:
         """The columns of ``events`` by name, without pandas, with the ``names`` of the state.
 
-        With ``at``, only the events of these names need the entries of the state.
+        With ``at``, only the events of these names have the components of the state.
         """
         return event_columns(self.run, self.run.columns.names if names is None else names, at)
 
@@ -343,9 +345,10 @@ class Trajectory:
 
     @property
     def touches(self) -> tuple[str, ...]:
-        """Requested events whose function touches zero somewhere, stays there, or is unresolved.
+        """Requested events whose function touches zero, stays zero, or is unresolved.
 
-        No event is recorded there; more digits decide. The same function may cross zero elsewhere.
+        No event is recorded at such a time; more digits decide. The same function may cross zero at
+        other times.
         """
         return self.run.touches
 
@@ -353,14 +356,14 @@ class Trajectory:
     def unresolved(self) -> tuple[str, ...]:
         """Requested events whose function is below its error over several extrema: noise.
 
-        Events may be missing there, as where a gliding velocity has decayed below the rounding of
-        the arithmetic. More digits decide.
+        Events may be missing, for example where a gliding velocity has decayed below the rounding
+        of the arithmetic. More digits decide.
         """
         return self.run.unresolved
 
     @cached_property
     def suspect_events(self) -> tuple[str, ...]:
-        """Events that may be incomplete: the function rises, or falls, twice in a row.
+        """Events that may be incomplete, because their function rises, or falls, twice in a row.
 
         A missed root breaks the alternation of directions; two missed roots in one step do not.
         Minima and maxima of theta are tested together.
@@ -372,8 +375,8 @@ class Trajectory:
     def drift(self) -> dict[str, Scalar]:
         """Largest relative drift of each conserved quantity, over samples and end.
 
-        Computed from the states in finer arithmetic: for double in long double, otherwise in
-        mpmath with guard bits.
+        The drifts are computed from the states in finer arithmetic: in long double for double,
+        otherwise in mpmath with guard bits.
         """
         number = float if self.precision.is_float else self.precision.context.mpf
         return {name: number(max(values)) for name, values in self.drift_over_time().items()}
@@ -381,7 +384,7 @@ class Trajectory:
     def drift_over_time(self) -> dict[str, Sequence[Scalar]]:
         """Relative drift of each conserved quantity, at each of ``sample_times``.
 
-        In double a float64 array for each integral, otherwise a list of mpmath numbers.
+        Each drift is a float64 array in double, otherwise a list of mpmath numbers.
         """
         return drift_over_time(self.run)
 
@@ -440,8 +443,9 @@ class Trajectory:
     def inversion(self) -> InversionTimes:
         """Initiation and ending time of the climb by the three definitions.
 
-        Integrates again with the same set-up if the events were not recorded. Numbers wider than
-        double print with their errors, which ``inversion_errors`` has for every arithmetic.
+        If the events were not recorded, the scene is integrated again with the same set-up. Numbers
+        wider than double print with their errors, which ``inversion_errors`` has for every
+        arithmetic.
         """
         from tt_precise.integration.inversion import times_of
 
@@ -453,10 +457,10 @@ class Trajectory:
 
     @cached_property
     def inversion_errors(self) -> dict[str, float]:
-        """Estimated errors (s) of the times that ``inversion`` has: equator, t_init_A, ...
+        """Estimated errors (s) of the times of ``inversion``: equator, t_init_A, ...
 
-        From reference runs, as ``event_errors``. A time may be off by more where a small error
-        makes another nutation the one that counts, as in definitions B and C.
+        Errors are distances from reference runs, as in ``event_errors``. A time may have a larger
+        error if a small change moves it to another nutation, as in definitions B and C.
         """
         from tt_precise.integration.inversion import errors_of_times
 
@@ -511,20 +515,21 @@ def integrate(
         hundred times faster than ``quad`` and ``mp``.
     digits
         Instead of a precision: correct significant digits of every component, at every sample, in
-        every event and at the end (``Trajectory.digits_throughout``). A ladder of precisions and
-        tolerances is tried until the error estimate is small enough; the trajectory names the
-        precision.
+        every event and at the end (``Trajectory.digits_throughout``). ``integrate`` tries finer
+        precisions and tolerances until the error estimate is small enough;
+        ``Trajectory.precision`` has the chosen precision.
     formulation
         ``newton`` (vectors; any start; the default) or ``euler`` (the paper's equations; not at a
         pole).
     events, record
-        Names from the event catalogue (a list, a string with commas, or "all"), or functions of
-        the ``Motion``, whose changes of sign are events, or quantities of ``tt_precise.quantity``,
-        whose extrema are (``extremum:NAME``); and names of quadratures (phi, psi, x, y). By
-        default those of the scene.
+        Events: names from the event catalogue (a list, a string with commas, or "all"), functions
+        of the ``Motion`` (their changes of sign), or quantities of ``tt_precise.quantity`` (their
+        extrema, ``extremum:NAME``). Record: names of quadratures (phi, psi, x, y). By default the
+        scene's events and quadratures.
     contact
-        ``unilateral``: the trajectory ends where g_n reaches 0. ``bilateral``: it may start and
-        continue with g_n < 0, which no table can exert; the status is then "contact_ignored".
+        ``unilateral``: the trajectory ends where g_n reaches 0. ``bilateral``: the trajectory may
+        start and continue with g_n < 0, which no table can exert; the status is then
+        "contact_ignored".
     tolerance
         The relative tolerance; 0 means eps of the precision (eps/16 in double).
     until, sample_every
@@ -533,12 +538,12 @@ def integrate(
         Entries of [body] and [start], such as theta, omega_3 and mu, by which
         ``trajectory.sensitivity`` differentiates columns and the times of the climb.
     progress
-        Called with the fraction done.
+        A function, called with the completed fraction.
 
     Returns
     -------
     Trajectory
-        Its ``status`` says whether the end was reached, or how the model ended before it.
+        Its ``status`` is "complete" at the horizon, or tells how the model ended before.
 
     Raises
     ------

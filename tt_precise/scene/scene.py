@@ -52,10 +52,10 @@ _RUN = ("until", "sample_every", "record", "events")
 class Scene:
     """A body, a start, a horizon and the columns and events to record.
 
-    Times in s. ``record`` names quadratures from ``RECORDABLE`` (phi, psi in rad; x, y of the
-    centre of mass in m); ``events`` names entries of the event catalogue. ``start`` may be a
-    mapping of entries as in a scene file, including psi_dot and at_rest; ``given`` keeps these two.
-    ``flies``: the top continues in flight after loss of contact.
+    Times are in s. ``record`` has names of quadratures from ``RECORDABLE`` (phi, psi in rad; x, y
+    of the centre of mass in m), ``events`` names from the event catalogue. ``start`` may be a
+    mapping as in a scene file, including psi_dot and at_rest, which ``given`` keeps. If ``flies``
+    is true, the top continues in flight after loss of contact.
 
     Raises
     ------
@@ -140,7 +140,7 @@ class Scene:
     def of(cls, *, name: str = "scene", **tables: Any) -> Scene:
         """Return the scene with the tables of a scene file as mappings (same keys, units, checks).
 
-        As here::
+        For example::
 
             tt.Scene.of(
                 model="gliding",
@@ -160,7 +160,7 @@ class Scene:
     def from_state(self, state: Any, **run: Any) -> Scene:
         """Return the scene that starts at a state: ``scene.from_state(trajectory.at("3.2"))``.
 
-        Time and azimuth begin at 0, so the motion is the old one rotated about the vertical.
+        Time and azimuth begin at 0, so the motion is the old motion rotated about the vertical.
         ``run`` has entries of [run], such as ``until``.
 
         Raises
@@ -174,9 +174,9 @@ class Scene:
     def varied(self, **changes: Any) -> Scene:
         """Return the scene with entries of its file replaced, in the units of the file.
 
-        ``changes`` are entries of [body], [start] and [run]: exact strings or numbers, in SI but
-        for I1 and I3 in units of m R^2, whose values in these units stay the same if m or R change.
-        A start given by psi_dot or at_rest is computed again from them.
+        ``changes`` are entries of [body], [start] and [run]: exact strings or numbers in SI, except
+        I1 and I3 in units of m R^2, which keep their values in these units if m or R change. A
+        start that is given by psi_dot or at_rest is computed again.
 
         Raises
         ------
@@ -195,7 +195,7 @@ class Scene:
         return replace(self, body=top, **self._start_with(start, top), **run)
 
     def _start_with(self, changes: Mapping[str, Json], body: TippeTop) -> dict[str, Any]:
-        """Fields of a scene with this start: ``start``, and ``given`` if needed."""
+        """The fields ``start`` and, if needed, ``given`` of a scene with this start."""
         # replace(scene, start=...) keeps ``given``, which is then invalid
         given = self.given if self.given and Start.of(self.body, self.given) == self.start else {}
         if not is_derived({**given, **changes}):
@@ -262,17 +262,17 @@ class Scene:
 
     @property
     def lifts(self) -> bool:
-        """Return whether the lowest point of the top may be off the table's height."""
+        """True if the lowest point of the top may leave the table's height."""
         return self.flies or self.model == "flight" or bool(self.body.spring)
 
     @property
     def in_pieces(self) -> bool:
-        """Return whether its motion may have several pieces with different equations."""
+        """True if the motion may have several segments with different equations."""
         return self.lifts or self.may_stick
 
     @property
     def may_stick(self) -> bool:
-        """Return whether its friction lets the contact point come to rest: Coulomb's law."""
+        """True if friction may bring the contact point to rest: Coulomb's law."""
         return self.model == "gliding" and not self.body.friction.smooth_at_rest
 
     @cached_property
@@ -280,7 +280,7 @@ class Scene:
         """The point that is at rest at t = 0: "contact point", "centre of mass", "" for neither.
 
         A centre of mass counts as at rest if its speed is below 1e-6 of its speed with the contact
-        point at rest, so that a rounded nu_y counts too.
+        point at rest, because nu_y may be rounded.
         """
         if not (self.start.nu_x or self.start.nu_y):
             return CONTACT_POINT

@@ -63,7 +63,7 @@ def sweep(
     ----------
     scene
         A shipped name, a path to a TOML file, or a scene. Rows of gliding with the viscous law and
-        of rolling, on a rigid table, take milliseconds; others as long as ``integrate``.
+        of rolling, on a rigid table, take milliseconds; other rows take as long as ``integrate``.
     vary
         A grid: the values of each start value (rad, rad/s, m/s) or parameter (SI; I1 and I3 in
         units of m R^2), by name, as numbers or as text: "0.1,0.2", or "-200:200:801" for 801
@@ -73,11 +73,11 @@ def sweep(
     seed
         The seed of the Sobol sequence of the samples, and of the rows to recheck.
     record
-        Further columns; see ``tt_precise.sweeps.columns``.
+        Extra columns; see ``tt_precise.sweeps.columns``.
     until
         Horizon in s, instead of the scene's.
     contact
-        "unilateral": a row ends where g_n reaches 0; "bilateral": it continues with g_n < 0.
+        "unilateral": a row ends where g_n reaches 0; "bilateral": a row continues with g_n < 0.
     out
         A folder or URL for the rows; existing rows are not computed again.
     workers
@@ -89,11 +89,11 @@ def sweep(
     -------
     pandas.DataFrame
         ``index``, the varied values, ``outcome``, and the columns of ``tt_precise.sweeps.columns``,
-        in SI; ``attrs["summary"]`` has results and settings. Outcomes
-        are ``inverts`` (has crossed the equator, and the axis is below it at the end),
-        ``does_not_invert`` (energy and lambda at the end exclude that the axis reaches the
-        equator), ``undecided`` (at the horizon neither is certain), ``contact_lost``,
-        ``singular_contact``, ``landed`` and ``failed``.
+        in SI; ``attrs["summary"]`` has results and settings. Outcomes are ``inverts`` (the axis
+        has crossed the equator, and is below the equator at the end), ``does_not_invert`` (energy
+        and lambda at the end exclude that the axis reaches the equator), ``undecided`` (at the
+        horizon neither is certain), ``contact_lost``, ``singular_contact``, ``landed`` and
+        ``failed``.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def sweep(
 
 @dataclass(frozen=True)
 class Swept:
-    """A finished sweep: its summary (see ``summary.summary_of``), and its rows when asked."""
+    """A finished sweep: its summary (see ``summary.summary_of``), and its rows on request."""
 
     summary: Mapping[str, Json]
     store: Store
@@ -144,11 +144,11 @@ def run_sweep(
 ) -> Swept:
     """Integrate every row of ``spec``; ``out``, ``workers`` and ``recheck`` as of ``sweep``.
 
-    If ``out`` (a folder, or a URL that fsspec knows, such as ``file:///...`` for a folder that all
-    machines share) holds this sweep already, its rows are verified, and only the missing ones are
-    computed. ``pool`` takes the place of the workers, such as that of a cluster. ``batch`` are the
-    SIMD lanes of a worker, by default two vectors of the processor, four in long sweeps; ``chunk``
-    the rows of one task and of one file. ``progress`` gets the share of rows that are done.
+    If ``out`` (a folder, or a URL of fsspec, such as ``file:///...`` for a folder that all machines
+    share) already contains this sweep, its rows are verified, and only missing rows are computed.
+    ``pool``, such as a cluster, replaces the workers. ``batch`` is the number of SIMD lanes of a
+    worker, by default two vectors of the processor, four in long sweeps; ``chunk`` is the number of
+    rows of one task and of one file. ``progress`` is called with the completed fraction.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def run_sweep(
         An argument cannot be used, or a chunk fails repeatedly for want of resources. The rows of
         other chunks are stored.
     RuntimeError
-        A chunk fails for another reason; both name its rows.
+        A chunk fails for another reason. Both errors name the rows of the chunk.
     """
     recheck = whole_number(recheck, "recheck", 0, sys.maxsize)
     store = Store(spec, out, chunk)
@@ -206,7 +206,7 @@ def chunk_task(spec: SweepSpec, version: str, values: Array, batch: int) -> dict
 
 
 def recheck_task(spec: SweepSpec, values: dict[str, float]) -> dict[str, Json]:
-    """A row again in a finer arithmetic, in a worker."""
+    """Integrate a row again in a finer arithmetic, in a worker."""
     return spot_check.recomputed(spec.scene_of(values), spec.record)
 
 
@@ -228,14 +228,14 @@ def _compute(store: Store, pool: Pool, batch: int, progress: Progress) -> None:
 
 
 def _ended(reason: str, failure: Failure) -> Exception:
-    """The end of a sweep by a task that has failed: bad input or resources, or a bug."""
+    """The error that ends a sweep after a failed task: bad input or resources, or a bug."""
     ended = (InputError if isinstance(failure.error, NO_BUGS) else RuntimeError)(reason)
     ended.__cause__ = failure.error
     return ended
 
 
 def _recheck(store: Store, pool: Pool, one_in: int) -> dict[int, dict[str, Json]]:
-    """Integrate the rows of the spot check again: how they differ, by index."""
+    """Integrate the rows of the spot check again; returns the differences by index."""
     spec = store.spec
     wanted = set(spot_check.sampled_rows(spec.rows, spec.seed, one_in))
     asked: dict[int, dict[Hashable, Any]] = {}
@@ -282,15 +282,15 @@ def integrate_tables(
 ) -> pandas.DataFrame:
     """Integrate the rows of some tables, in their order.
 
-    ``tables`` holds (series, index, values of shape (rows, ``spec.names``)). The columns of the
-    result: ``series``, ``contact``, ``index``, starts, results.
+    ``tables`` has (series, index, values of shape (rows, ``spec.names``)). The columns of the
+    result are ``series``, ``contact``, ``index``, starts, results.
 
     Raises
     ------
     InputError
         A task fails repeatedly: a start cannot be used, or the system refuses resources.
     RuntimeError
-        It fails for another reason.
+        A task fails for another reason.
     """
     import pandas
 
