@@ -1,6 +1,7 @@
 """The chapters of claims: no verdict or measured number is typed in, and verdicts are pinned."""
 
 import ast
+import importlib
 import re
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -9,13 +10,22 @@ from typing import Any
 
 import pytest
 
-from tt_precise.claims import JudgedClaim, claims, judge, rauch_rutstam
+from tt_precise.claims import JudgedClaim, claims, judge
 from tt_precise.claims.committed import committed
 from tt_precise.claims.evidence import sweeps
 from tt_precise.claims.evidence.run import Run, variant
+from tt_precise.claims.paper import PAPERS
 from tt_precise.claims.verdicts import Verdict
 
-MODULES = sorted(Path(rauch_rutstam.__path__[0]).glob("[!_]*.py"))
+# of every paper, by the package
+MODULES = [
+    (paper.package, path)
+    for paper in PAPERS
+    for path in sorted(Path(importlib.import_module(paper.package).__path__[0]).glob("[!_]*.py"))
+]
+every_module = pytest.mark.parametrize(
+    ("package", "module"), MODULES, ids=[path.stem for _, path in MODULES]
+)
 # which is the note
 RULES = {
     "all_of": 1, "interpretations": 1, "misprint": 1, "in_section_1": 3, "in_section_2_3": 3
@@ -108,8 +118,10 @@ def verdicts_typed_in(source: str) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("module", MODULES, ids=lambda path: path.stem)
-def test_no_verdict_and_no_measured_number_in_a_note_is_typed_in(module: Path) -> None:
+@every_module
+def test_no_verdict_and_no_measured_number_in_a_note_is_typed_in(
+    package: str, module: Path
+) -> None:
     source = module.read_text("utf-8")
     assert list(typed_into_notes(source)) == verdicts_typed_in(source) == []
 
@@ -138,15 +150,15 @@ def committed_verdicts() -> dict[str, JudgedClaim]:
     return dict(known.by_id)
 
 
-@pytest.mark.parametrize("module", MODULES, ids=lambda path: path.stem)
-def test_every_verdict_and_that_of_every_control_is_pinned(module: Path) -> None:
+@every_module
+def test_every_verdict_and_that_of_every_control_is_pinned(package: str, module: Path) -> None:
     """The claims of a chapter share their evidence, so one test judges all of them.
 
     A verdict is pinned by ``results.json``, that of a control by the control.
     """
     known, flipped = committed_verdicts(), []
     for claim in claims().values():
-        if claim.group != f"{rauch_rutstam.__name__}.{module.stem}":
+        if claim.group != f"{package}.{module.stem}":
             continue
         judged = judge(claim.id)
         expected = known.get(claim.id)
