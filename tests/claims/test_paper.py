@@ -18,8 +18,8 @@ from tt_precise.claims import (
 )
 from tt_precise.claims.committed import run_record
 from tt_precise.claims.paper import RAUCH_RUTSTAM, Paper, Section
-from tt_precise.report.document import Claims
-from tt_precise.report.overview import all_claims
+from tt_precise.report.document import Claims, Text
+from tt_precise.report.overview import Headlines, all_claims, errata, overview
 
 OTHER = Paper(
     name="Somebody", package="somebody_else", title="Another top", authors="A. Body",
@@ -82,3 +82,15 @@ def test_another_paper_is_a_folder_and_an_entry_filed_under_its_name(another_pap
         f"{RAUCH_RUTSTAM.name}, Section 2.3: energy, torque, potential": ["NUM-23"],
         "Somebody, Section 4: a number": ["OTHER-NUM-01"],
     }
+
+
+def test_the_first_screen_counts_the_statements_of_the_paper_that_it_names(
+    another_paper: None,
+) -> None:
+    judged = [judge("NUM-23"), judge("OTHER-NUM-01", printed="1.8")]
+    first = overview(judged, Headlines({}, None, {}))
+    assert [one.id for one in first.entries] == ["NUM-23"]
+    assert first.verdict.startswith("Of 1 statements, 1 hold")
+    text = errata(judged).blocks[0]
+    assert isinstance(text, Text)
+    assert text.text.startswith("1 statements of the papers fail")

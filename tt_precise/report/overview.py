@@ -117,9 +117,10 @@ def headlines() -> Headlines:
 
 
 def overview(judged: Sequence[JudgedClaim], computed: Headlines) -> Overview:
-    """The first screen, with the verdicts."""
+    """The first screen, with the verdicts on the report's paper."""
+    own = [claim for claim in judged if claim.paper == RAUCH_RUTSTAM.name]
     cards = dict(computed.cards)
-    for claim in judged:
+    for claim in own:
         if claim.id in PRINTED and claim.id in cards:
             good = agreement(claim.verdict)
             comment = cards[claim.id].comment
@@ -127,9 +128,9 @@ def overview(judged: Sequence[JudgedClaim], computed: Headlines) -> Overview:
                 comment = TRIED[good].format(len(claim.parts))
             cards[claim.id] = replace(cards[claim.id], good=good, comment=comment)
     return Overview(
-        answer(judged),
-        verdict(judged),
-        list(judged),
+        answer(own),
+        verdict(own),
+        own,
         list(cards.values()),
         computed.animation,
         computed.results,
@@ -181,8 +182,9 @@ def errata(judged: Sequence[JudgedClaim]) -> Section:
     ]  # fmt: skip
     failing = [claim for claim in judged if claim.verdict in (Verdict.MISPRINT, Verdict.REFUTED)]
     count = sum(claim.finding == claim.id for claim in failing)
+    papers = "papers" if len({claim.paper for claim in judged}) > 1 else "paper"
     text = (
-        f"{len(failing)} statements of the paper fail as printed; they are {count} findings, "
+        f"{len(failing)} statements of the {papers} fail as printed; they are {count} findings, "
         "because a mistake that is made in several places counts once. Statements of which a part "
         "or a meaning holds follow. `tt-precise claims ID` shows the reason, the definition, and "
         "every part of a claim."
