@@ -1,7 +1,6 @@
 """``tt-precise run``: what it prints, for a person, for a machine and into a file."""
 
 import csv
-import json
 import re
 from dataclasses import replace
 from fractions import Fraction
@@ -12,8 +11,10 @@ import pandas
 import pytest
 
 from tests.conftest import Printed, Said, SceneFile
+from tests.runtime.conftest import READ
 from tt_precise import cli
 from tt_precise.integration import Trajectory, integrate
+from tt_precise.runtime.tables import FORMATS
 from tt_precise.scene.scene import load_scene
 
 VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
@@ -244,31 +245,15 @@ def test_the_file_it_writes(printed: Printed, tmp_path: Path) -> None:
     assert {name: rows[-1][name] for name in STATE} == found["state"]
 
 
-def hdf5(file: Path) -> pandas.DataFrame:
-    import h5py
-
-    with h5py.File(file) as content:
-        text = {name: h5py.check_string_dtype(column.dtype) for name, column in content.items()}
-        return pandas.DataFrame(
-            {name: c.asstr()[:] if text[name] else c[:] for name, c in content.items()}
-        )
-
-
 @pytest.mark.parametrize("precision", ["double", "quad"])
-@pytest.mark.parametrize("suffix", ["csv", "parquet", "arrow", "h5", "json"])
+@pytest.mark.parametrize("suffix", FORMATS)
 def test_the_suffix_is_the_format(tmp_path: Path, said: Said, suffix: str, precision: str) -> None:
-    file, plain = tmp_path / f"mine.{suffix}", tmp_path / "plain.csv"
+    file, plain = tmp_path / f"mine{suffix}", tmp_path / "plain.csv"
     for out in (file, plain):
         said(SHORT, "--precision", precision, "--out", out)
     said("check", file, "--scene reference")
     expected = pandas.read_csv(plain, dtype=str)
-    read = {
-        "csv": lambda: pandas.read_csv(file, dtype=str),
-        "parquet": lambda: pandas.read_parquet(file),
-        "arrow": lambda: pandas.read_feather(file),
-        "h5": lambda: hdf5(file)[list(expected)],
-        "json": lambda: pandas.DataFrame(json.loads(file.read_text())),
-    }[suffix]()
+    read = READ[suffix](file)[list(expected)]
     if precision == "double":
         read, expected = read.astype(float), expected.astype(float)
     assert read.to_dict("list") == expected.to_dict("list")
