@@ -18,7 +18,11 @@ import pytest
 import tt_precise as tt
 from tests.conftest import Printed, Said
 from tt_precise import cli
-from tt_precise.check import formats
+from tt_precise.check import checks, formats
+from tt_precise.check.checks import CHECKS, RowCheck
+from tt_precise.check.columns import Samples
+from tt_precise.check.result import Residual
+from tt_precise.check.run import FURTHER
 from tt_precise.integration import events, heyoka_backend, solution
 from tt_precise.integration.events import Event
 from tt_precise.mechanics import conserved, laws, quantities
@@ -137,6 +141,33 @@ def test_a_table_format(said: Said, printed: Printed, monkeypatch: pytest.Monkey
     monkeypatch.setitem(formats.READERS, ".tab", read)
     said(SHORT, "--out a.tab")
     assert printed("check a.tab --scene reference")["verdict"] == "pass"
+
+
+def test_a_check(said: Said, printed: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
+    def tilt(rows: Samples, limit: float) -> Residual:
+        return Residual(1 - rows.state.kz)
+
+    upright = RowCheck("upright", "the axis stays near the vertical", tilt, limit=0.1)
+    monkeypatch.setattr(checks, "CHECKS", (*CHECKS, upright))
+    monkeypatch.setitem(checks.DEFAULT_LIMITS, "upright", upright.limit)
+    said(SHORT, "--out a.csv")
+    for words, status, verdict in (("", 0, "pass"), ("--limit upright=1e-3", 1, "fail")):
+        found = printed("check a.csv --scene reference", words, status=status)
+        (one,) = (one for one in found["checks"] if one["name"] == "upright")
+        assert (one["verdict"], found["verdict"]) == (verdict, verdict)
+
+
+def test_every_check_and_every_format_is_described(said: Said) -> None:
+    spoken = " ".join(said("check --help").split())
+    columns = (ROOT / "docs/howto/columns.md").read_text("utf-8")
+    files = (ROOT / "docs/reference/files.md").read_text("utf-8")
+    names = [*(one.name for one in CHECKS), *FURTHER]
+    assert [name for name in names if f"`{name}`" not in columns] == []
+    own = set(names) - set(conserved.INTEGRALS)
+    assert [name for name in own if f" {name}" not in spoken] == []
+    written = [*filter(None, tables.FORMATS)]
+    assert [suffix for suffix in written if f"`{suffix}`" not in files] == []
+    assert [s for s in written if f" {s}" not in spoken] == []
 
 
 def test_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
