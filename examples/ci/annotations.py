@@ -20,4 +20,4 @@ for check in result["checks"]:
     print(f"::error title={title}::{'; '.join(part for part in parts if part)}")
 if result["verdict"] == "incomplete":
     for what in result["unseen"]:
-        print(f"::error title={result['trajectory']} is incomplete::nobody looked at {what}")
+        print(f"::error title={result['trajectory']} is incomplete::could not check {what}")

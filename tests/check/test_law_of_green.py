@@ -41,10 +41,10 @@ def test_equations_that_nobody_looked_at_are_incomplete(healthy: Healthy) -> Non
     assert (found.verdict, found.passed) == ("incomplete", False)
     assert found["equations"].verdict == "open"
     first = str(found).splitlines()[0]
-    assert first.startswith("the table: INCOMPLETE: nobody looked at the equations of motion (")
+    assert first.startswith("the table: INCOMPLETE: could not check the equations of motion (")
     assert "needs the velocity: columns vx, vy" in first
     assert check(rows, "reference", start="other", allow=("equations",)).passed
-    with pytest.raises(AssertionError, match="nobody looked at the equations of motion"):
+    with pytest.raises(AssertionError, match="could not check the equations of motion"):
         tt.check.assert_conserves(rows, "reference", start="other")
     # with its own start the solution decides
     assert check(rows, "reference").passed
@@ -64,8 +64,8 @@ def test_another_force_is_decided_by_attitude_and_momentum(healthy: Healthy) -> 
     wide = healthy("reference", 81, 8)[VECTORS]
     found = check(wide, "reference", friction="other")
     assert found.verdict == "incomplete"
-    assert "nobody looked at the attitude" in found.heading
-    assert "nor at the momentum" in found.heading
+    assert "could not check the attitude" in found.heading
+    assert "nor the momentum" in found.heading
     both = ("kinematics", "contact_momentum")
     assert check(wide, "reference", friction="other", allow=both).passed
     assert not check(wide, "reference", friction="other", allow=both[:1]).passed
@@ -82,7 +82,7 @@ def test_every_format_says_the_same(
     assert found["unseen"][0].startswith("the attitude (kinematics: ")
     suite = ElementTree.fromstring(xml.read_text())[0]
     assert suite.attrib["failures"] == "1"
-    assert "nobody looked at the attitude" in suite.findall(".//failure")[0].attrib["message"]
-    assert "INCOMPLETE: nobody looked at the attitude" in md.read_text().splitlines()[0]
-    assert "INCOMPLETE: nobody looked at" in said(*words[:3], status=1).splitlines()[0]
+    assert "could not check the attitude" in suite.findall(".//failure")[0].attrib["message"]
+    assert "INCOMPLETE: could not check the attitude" in md.read_text().splitlines()[0]
+    assert "INCOMPLETE: could not check" in said(*words[:3], status=1).splitlines()[0]
     json.dumps(found)

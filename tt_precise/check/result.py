@@ -75,9 +75,9 @@ class Checked(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_pre
     columns: Annotated[str, means("the columns")]
     verdict: Annotated[
         Literal["pass", "fail", "incomplete"],
-        means("fail if a check failed, incomplete if what decides was not looked at, else pass"),
+        means("fail if a check failed, incomplete if a deciding check was not made, else pass"),
     ]
-    unseen: Annotated[list[str], means("what decides and was not looked at, in words")]
+    unseen: Annotated[list[str], means("the deciding checks that could not be made, in words")]
     written: Annotated[
         str, means("columns that are written with fewer digits than doubles; may be empty")
     ]
@@ -310,7 +310,7 @@ class Result:
         return f"{self.trajectory}: {words} ({self.scene}, {self.rows} rows, {self._span()})"
 
     def _unseen_in_words(self) -> str:
-        return f"nobody looked at {', nor at '.join(self.unseen)}"
+        return f"could not check {', nor '.join(self.unseen)}"
 
     def _span(self) -> str:
         if not self.t_first:
@@ -397,7 +397,7 @@ class Result:
 
         checks = [*self.checks]
         if self.verdict == "incomplete":
-            meaning = "everything that decides was looked at"
+            meaning = "every deciding check was made"
             checks.append(Check("looked_at", "fail", note=self._unseen_in_words(), meaning=meaning))
         counts = {
             "tests": str(len(checks)),

@@ -380,7 +380,7 @@ class _Examination:
         return distance_from_solution(rows, self._block, position, solution, wanted)
 
     def _unseen(self, findings: Sequence[Check]) -> tuple[str, ...]:
-        """Return in words what decides and was not looked at."""
+        """The deciding checks that could not be made, in words."""
         by_name = {finding.name: finding for finding in findings}
 
         def seen(*names: str) -> bool:
@@ -460,7 +460,7 @@ def assert_conserves(
     lines = [finding.sentence() for finding in result.failures]
     lines += [f"cause: {cause.text}" for cause in result.causes]
     if not lines:
-        lines += [f"nobody looked at {in_python(what)}" for what in result.unseen]
+        lines += [f"could not check {in_python(what)}" for what in result.unseen]
     checks = {finding.name: finding for finding in result.checks}
     for name in demanded:
         if name not in checks:

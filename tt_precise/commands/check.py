@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     type=click.Choice(["z-up", "y-up", "left-handed-y-up", "left-handed-z-up"]),
     default="z-up",
     show_default=True,
-    help="The vertical and the hand of rigid-body columns.",
+    help="Vertical and handedness of rigid-body columns.",
 )
 @click.option(
     "--axis",
@@ -95,16 +95,17 @@ def command(
 ) -> int:
     """Check the conservation laws on TRAJECTORY.
 
-    It is .csv (or gzipped), .parquet, .arrow, .h5, .hdf5, .mat (7.3), .json, .jsonl, .npz, or - for
-    standard input.
+    TRAJECTORY is a file .csv (or gzipped), .parquet, .arrow, .h5, .hdf5, .mat (7.3), .json, .jsonl
+    or .npz, or - for standard input.
 
     Columns (SI; those in brackets if known): t and theta theta_dot phi_dot omega_3 (or psi_dot)
     [nu_x nu_y phi psi], or kx ky kz Lx Ly Lz [vx vy], or qw qx qy qz wx wy wz [vcx vcy vcz], and
     [x y z]. `tt-precise columns` lists their meanings and frames.
 
-    Exit status 0 if all that decides was looked at and nothing failed: with the scene's friction
-    its equations, or the solution to three digits; with --friction other attitude and momentum; the
-    start, and every known column. Exit status 1 if a check failed, or if the verdict is incomplete.
+    Exit status 0 if every deciding check was made and none failed. These are, with the scene's
+    friction, the equations, or the distance from the solution to three digits; with --friction
+    other, attitude and momentum; and always the start and every known column. Exit status 1 if a
+    check failed, or if the verdict is incomplete.
 
     Checks: time, finite, jellett, energy, energy_balance, equations, kinematics, contact_momentum,
     normal_force, friction_power, contact, contact_velocity, fall, axis_norm, quaternion_norm,

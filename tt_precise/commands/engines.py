@@ -19,9 +19,7 @@ GOOD = ("rounding", "converges", "measured")
 
 
 @click.command("engines")
-@click.option(
-    "--run", "program", help="Your program, with arguments; it speaks the engine protocol."
-)
+@click.option("--run", "program", help="Your program for the engine protocol, with its arguments.")
 @click.option(
     "--law", default=COULOMB.name, show_default=True, type=click.Choice([*LAWS]),
     help="Friction law of the program; the jobs with friction use it.",
@@ -33,7 +31,7 @@ GOOD = ("rounding", "converges", "measured")
 @click.option("--test", "wanted", multiple=True, help="Only this test; may be repeated.")
 @click.option(
     "--step", default="0.001", show_default=True,
-    help="Largest step in s; the others are a half and a quarter of it.",
+    help="Largest of three steps in s; the other steps are a half and a quarter of this.",
 )  # fmt: skip
 @click.option(
     "--time-limit", default=120.0, show_default=True, type=options.POSITIVE,
@@ -59,13 +57,13 @@ def command(
     job_of: str | None,
     as_json: bool,
 ) -> int:
-    """Measure order and floor of a physics engine against references, test by test.
+    """Measure order and error floor of a physics engine against references, test by test.
 
     The engine is your program, in any language: it reads one JSON object and writes CSV.
-    tt_precise/engines/PROTOCOL.md describes the protocol; --schema prints the schema of a job. The
-    exit status is 1 if a test fails, does not converge, converges to another motion than the
-    reference, or converges more slowly than --order. A check that fails although the motion
-    converges is named below the row: it needs a smaller step.
+    tt_precise/engines/PROTOCOL.md describes the protocol; --schema prints the schema of a job. Exit
+    status 1 if a test fails, does not converge, converges to another motion than the reference, or
+    converges more slowly than --order. A check that fails although the motion converges is named
+    below the row; such a check needs a smaller step.
     """
     from tt_precise.engines import results
     from tt_precise.engines.ladder import ladder_tests, run_ladder

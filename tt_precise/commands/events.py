@@ -36,9 +36,9 @@ def command(
 ) -> int:
     """List the catalogue of events; with SCENE, all events of that scene, and the climb.
 
-    Each line has the time, the kind (minimum or maximum, up or down through zero; of the equator,
+    Each line has the time, the kind (minimum or maximum, up or down through zero; at the equator
     theta rises or falls through pi/2), theta, and the value of the quantity at its extremum. With
-    --digits the times have the decimals that are right, and lines end with their errors. Events
+    --digits each time has its correct decimals, and the line ends with the error. Events
     that switch or end a motion, such as stick, are recorded in every run.
     """
     if scene is None:

@@ -50,9 +50,9 @@ def command(
 ) -> int:
     """Run the extreme cases and print expected outcome, observed outcome and verdict.
 
-    With SCENE (a shipped name or a TOML file): that scene at tilts from 1e-1 to 1e-300 of both
-    poles, with spin and friction times powers of ten, in two precisions; where does it lose digits,
-    contact or the model? Exit status 1 if a case fails.
+    With SCENE (a shipped name or a TOML file), integrate this scene at tilts from 1e-1 to 1e-300
+    from both poles, and with spin and friction times powers of ten, in two precisions. The table
+    shows losses of digits and of contact, and ends of the model. Exit status 1 if a case fails.
     """
     from tt_precise.extremes import cases, run_all
 

@@ -98,7 +98,7 @@ def verify_command(
 @FOLDER
 @options.JSON
 def list_command(folder: Path | None, as_json: bool) -> int:
-    """List the scenes that have golden data, and shipped ones that lack them.
+    """List the scenes with golden data, and the shipped scenes without.
 
     Exit status 1 if data cannot be read.
     """

@@ -44,8 +44,8 @@ STATE = means("the state (SI), decimals; null where undefined")
 class ClimbRecord(Record, frozen=True):
     """Initiation and ending time of the climb in one definition."""
 
-    t_init: Annotated[str | None, means("begin in s; null if there is none")]
-    t_end: Annotated[str | None, means("end in s; null if there is none")]
+    t_init: Annotated[str | None, means("initiation time in s; null if it does not exist")]
+    t_end: Annotated[str | None, means("ending time in s; null if it does not exist")]
     t_init_error: Annotated[
         str | None, means("estimated error in s; null in a run without --digits")
     ] = None
@@ -64,7 +64,7 @@ class ClimbsRecord(Record, frozen=True):
 
 
 class StretchRecord(Record, frozen=True):
-    """A stretch of one kind of motion."""
+    """A segment of the motion under one model."""
 
     model: Annotated[str, means("gliding, rolling, flight, or contact (elastic table)")]
     begin: Annotated[str, means("begin in s")]
@@ -119,7 +119,7 @@ class EventRecord(Record, frozen=True):
     ]
     change: Annotated[
         Literal["minimum", "maximum", "up", "down", ""],
-        means("up and down are through zero; empty where stretches join"),
+        means("up and down are through zero; empty for a switch between segments"),
     ]
     state: Annotated[State, STATE]
 
@@ -139,7 +139,7 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
         Literal["contact point", "centre of mass", ""],
         means("the point that is at rest at the start; empty if neither is"),
     ]
-    warnings: Annotated[tuple[str, ...], means("properties of start and friction to know of")]
+    warnings: Annotated[tuple[str, ...], means("warnings about start and friction")]
     theorem: Annotated[TheoremRecord, means("the verdict of Theorem 1.1")]
     equator: Annotated[EquatorRecord, means("whether the axis passed the equator, and when")]
     end: Annotated[EndRecord, means("the spin that the motion approaches")]
@@ -151,15 +151,15 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
         NormalForceRecord | None, means("smallest normal force between start and end")
     ]
     stretches: Annotated[
-        tuple[StretchRecord, ...], means("gliding, rolling, flight, in order of time")
+        tuple[StretchRecord, ...], means("segments of gliding, rolling, flight, in order of time")
     ]
     steps: Annotated[int, means("steps taken")]
     order: Annotated[int, means("order of the Taylor method")]
     state: Annotated[State, STATE]
     error_estimate: Annotated[
-        dict[str, str], means("estimated absolute error of each entry, decimals")
+        dict[str, str], means("estimated absolute error of each component, decimals")
     ]
-    digits: Annotated[float, means("correct digits of the worst entry of `state`, at the end")]
+    digits: Annotated[float, means("correct digits of the worst component of `state`, at the end")]
     drift: Annotated[
         dict[str, str],
         means("largest relative drift of each conserved quantity, decimals"),
@@ -361,7 +361,7 @@ def answers(trajectory: Trajectory, *, exactly: bool = False) -> dict[str, Any]:
 
 
 def _creep(trajectory: Trajectory) -> str:
-    """The warning about a law that is smooth at rest where another would stick; or nothing."""
+    """The warning about a creeping contact where Coulomb's law would stick; "" without one."""
     import numpy
 
     numbers = trajectory.scene.body.numbers_by_name
@@ -374,13 +374,13 @@ def _creep(trajectory: Trajectory) -> str:
         return ""
     return (
         f"v_A stays below epsilon = {float(numbers['epsilon']):g} m/s at the samples from "
-        f"{float(table['t'][first]):g} s on: the contact creeps, it does not stick, and what "
-        "follows may depend on epsilon"
+        f"{float(table['t'][first]):g} s on: the contact creeps and does not stick; the later "
+        "motion may depend on epsilon"
     )
 
 
 def _with_events(trajectory: Trajectory, *events: str) -> Trajectory:
-    """The run in doubles with these events, unless they were recorded: a hundredth of a second."""
+    """The run with these events, in double unless recorded, which costs a hundredth of a second."""
     from tt_precise.integration.precision import precision_named
 
     if set(events) <= set(trajectory.setup.events):
@@ -538,7 +538,7 @@ def _outcome_lines(outcome: dict[str, Any]) -> list[str]:
 
 
 def with_error(time: str, error: float) -> str:
-    """A time in the decimals that its error leaves."""
+    """A time with the decimals that its error permits."""
     from decimal import Decimal, localcontext
 
     if not 0 < error < math.inf:

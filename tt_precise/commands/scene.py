@@ -40,7 +40,7 @@ def command() -> None:
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
 @click.option("--force", is_flag=True, help="Replace an existing file.")
 def new(file: Path, force: bool) -> None:
-    """Write a commented scene, valid as it is, to FILE (.toml)."""
+    """Write a commented, valid scene to FILE (.toml)."""
     from tt_precise.runtime.files import atomic_write
 
     if file.suffix != ".toml":
@@ -79,8 +79,8 @@ def list_command(as_json: bool) -> None:
 def show(scene: str, as_json: bool) -> None:
     """Show derived numbers and warnings of SCENE, a shipped name or a TOML file.
 
-    They are gamma, lambda over its thresholds, the verdict of Theorem 1.1 about the start, and the
-    static balance. Nothing is integrated: `tt-precise run` says what the axis does.
+    The numbers are gamma, lambda over its thresholds, the verdict of Theorem 1.1 on the start, and
+    the static balance. Nothing is integrated; for the motion of the axis use `tt-precise run`.
     """
     from tt_precise.scene.scene import load_scene
 

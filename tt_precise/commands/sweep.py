@@ -49,12 +49,12 @@ def command() -> None:
     help="Seed of the samples and of the rows to recheck.",
 )
 @click.option("--until", help="Horizon in s, instead of the scene's.")
-@click.option("--record", help="Further columns, separated by commas, such as climb_A,max_nu_y.")
+@click.option("--record", help="Extra columns, separated by commas, such as climb_A,max_nu_y.")
 @click.option(
     "--contact",
     default="unilateral",
     show_default=True,
-    help="unilateral: a row ends where g_n reaches 0; bilateral: it continues with g_n < 0.",
+    help="unilateral: a row ends where g_n reaches 0; bilateral: a row continues with g_n < 0.",
 )
 @click.option(
     "--out",
@@ -62,7 +62,7 @@ def command() -> None:
 )
 @click.option(
     "--csv", "as_csv", is_flag=True,
-    help="Write rows.csv into that folder; nothing else, if Parquet is not installed.",
+    help="Write rows.csv into the folder; without Parquet write only this file.",
 )  # fmt: skip
 @options.workers("by default one for each core")
 @click.option(
@@ -92,8 +92,9 @@ def run(
     """Integrate SCENE from many starts: a shipped name, a scene file, or a TOML file of a sweep.
 
     sweep plot draws the rows; sweep find looks for a threshold. Any number of the scene's file can
-    be varied, by its keys with units too (R_mm, centre_mm, I1_kg_m2). A row of gliding with the
-    viscous law, or of rolling, on a rigid table takes milliseconds; every other row is a run.
+    be varied, also by keys with units (R_mm, centre_mm, I1_kg_m2). A row of gliding with the
+    viscous law, or of rolling, on a rigid table takes milliseconds; every other row is a separate
+    run.
 
     \b
     Columns: index, the varied names, and
@@ -102,7 +103,7 @@ def run(
         does_not_invert    equator never passed: energy and lambda exclude it
         undecided          equator not passed by the horizon
         contact_lost       the normal force reached 0
-        singular_contact   its denominator reached 0
+        singular_contact   the denominator of the normal force reached 0
         landed             the top came down after a flight
         failed             the integration failed
       t_init_A, _B, _C     the climb begins, in definition A, B, C (s)
@@ -204,8 +205,9 @@ def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: st
     "--goal",
     default="equator",
     show_default=True,
-    help="equator: the axis passes it by the horizon; inverted: the motion provably approaches "
-    "inverted spin; contact_lost, contact_kept: the top leaves the table by the horizon, or not.",
+    help="equator: the axis passes the equator by the horizon; inverted: the motion provably "
+    "approaches inverted spin; contact_lost, contact_kept: the top leaves the table by the "
+    "horizon, or not.",
 )
 @click.option("--until", help="Horizon in s, instead of the scene's.")
 @click.option("--digits", type=int, default=6, show_default=True, help="Digits of the value.")
@@ -216,13 +218,14 @@ def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: st
 def find_command(
     scene: str, ends: str, goal: str, until: str | None, digits: int, points: int, as_json: bool
 ) -> int:
-    """Find the smallest value of an entry of SCENE, between two, that reaches a goal.
+    """Find the smallest value of an entry of SCENE, within a range, that reaches a goal.
 
     The entry is a spin, a friction coefficient, a tilt or any other number that a sweep can vary:
-    sweep find reference omega_3=20:260. Values across the range are tried first, then the first
-    change of the answer from no to yes is bisected; both ends of the last bracket are integrated
-    again in a finer arithmetic. A low end that is a state of its own, as theta = 0 is, is no
-    threshold and is said apart. The verdict of Theorem 1.1 over the range is printed too.
+    sweep find reference omega_3=20:260. The command first tries values across the range, then
+    bisects the first change of the answer from no to yes, and integrates both ends of the last
+    bracket again in a finer arithmetic. A low end that is an isolated state, such as theta = 0, is
+    no threshold and is reported separately. The output has the verdict of Theorem 1.1 over the
+    range.
 
     Exit status 1 if no value of the range reaches the goal, or a finer arithmetic contradicts.
     """

@@ -32,11 +32,11 @@ class Measured(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff
 @click.argument("scene", default="reference")
 @JSON
 def command(scene: str, as_json: bool) -> int:
-    """Measure what a digit costs on SCENE (a shipped name or a TOML file), in some ten seconds.
+    """Measure the cost of a digit on SCENE (a shipped name or a TOML file), in some ten seconds.
 
-    Asks for 3 to 30 digits, and shows the arithmetic that was chosen, the digits delivered, the
-    time, and the drift of lambda. Below are SciPy's DOP853 and LSODA on the same equations as plain
-    Python; the report compares with compiled integrators.
+    Each line requests 3 to 30 digits, and shows the chosen arithmetic, the delivered digits, the
+    time, and the drift of lambda. The last lines are SciPy's DOP853 and LSODA on the same equations
+    in plain Python; the report compares compiled integrators.
     """
     loaded = load_scene(scene)
     with progress_bar("digits and tolerances") as progress:
