@@ -166,3 +166,16 @@ def test_a_table_is_a_frame_without_pandas(double: Trajectory) -> None:
         assert numpy.array_equal(table[name], frame[name].to_numpy())
     with pytest.raises(InputError, match="numbers: got 'many', expected one of: float"):
         double.table("theta", numbers="many")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", ["double", "quad"])
+@pytest.mark.parametrize("scene", ["reference", "coulomb-stick-slip"])
+def test_an_array_of_doubles_is_read_as_a_list_of_them(scene: str, kind: str) -> None:
+    run = integrate(load_scene(scene).varied(until="0.02"), precision=kind)
+    times = numpy.array([0.0, 0.001, 0.0123, 0.02])
+    for names in (("theta", "vx"), ("kx", "qx", "x")):
+        one, other = (run.table(*names, times=t) for t in (times, times.tolist()))
+        assert {name: list(one[name]) for name in one} == {n: list(other[n]) for n in other}
+    for wrong in (numpy.nan, -0.001, 0.03):
+        with pytest.raises(InputError, match="t: got"):
+            run.table("theta", times=numpy.array([0.0, wrong, 0.01]))

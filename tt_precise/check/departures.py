@@ -129,7 +129,7 @@ def _difference(
 
     def explains(other: Array, unit: float = 1.0) -> bool:
         left = abs(given - other)[part] / (unit * numpy.broadcast_to(size, given.shape)[part])
-        return bool(numpy.nanmax(left) <= allowed)
+        return bool(numpy.fmax.reduce(left) <= allowed)
 
     x, y = numpy.nan_to_num(true[part]), numpy.nan_to_num(given[part])
     ratio = float(x @ y) / (float(x @ x) or math.nan)

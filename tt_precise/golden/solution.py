@@ -154,8 +154,8 @@ class Solution:
         run = self._run(last, _usual_digits(len(times)), ())
         if run.status != "complete" and float(run.t_end) < last:
             return None
-        frame = run.frame(*NewtonState._fields, times=times.tolist(), numbers="float")
-        return numpy.array([frame[name] for name in NewtonState._fields], float)
+        found = run.table(*NewtonState._fields, times=times)
+        return numpy.array([found[name] for name in NewtonState._fields], float)
 
     def _run(self, until: float | Fraction, digits: float, record: tuple[str, ...]) -> Trajectory:
         """Integrate to the time ``until`` at least, or use a run that reaches this time.
@@ -204,17 +204,15 @@ class Solution:
             return Distance(measured, "", horizon, ended)
         for first in range(0, len(at), AT_ONCE):
             part = at[first : first + AT_ONCE]
-            own_times = map(rows.exact_time, part.tolist()) if exact else rows.t[part].tolist()
-            times = [min(time, last if exact else float(last)) for time in own_times]
-            frame = run.frame(*names, times=times, numbers="text" if exact else "float")
             table: Table | Doubles
             if exact:
-                cells = {
-                    n: ["" if x is None or x != x else str(x) for x in frame[n]] for n in names
-                }
+                times = [min(rows.exact_time(row), last) for row in part.tolist()]
+                found = run.table(*names, times=times, numbers="text")
+                cells = {n: ["" if x is None else x for x in found[n]] for n in names}
                 table = Table.of_columns({"t": [*map(str, rows.t[part].tolist())], **cells})
             else:
-                table = Doubles({"t": rows.t[part], **{n: frame[n].to_numpy(float) for n in names}})
+                found = run.table(*names, times=numpy.minimum(rows.t[part], float(last)))
+                table = Doubles({**found, "t": rows.t[part]})
             _measure(measured, part, TrueRows(run.scene, table), rows, exact, agreeing)
         own = 10.0**-run.digits_throughout
         for bound in measured.bounds.values():

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeGuard
 
 import numpy
 
@@ -34,6 +34,11 @@ ARRIVED = ("complete", "contact_ignored")  # at the scene's horizon
 EXACT = 2**53  # integers up to this limit are doubles, so a quotient of two is rounded once
 
 
+def is_doubles(times: Any) -> TypeGuard[numpy.ndarray]:
+    """Return whether these are times in an array of doubles, which are exact as they are."""
+    return isinstance(times, numpy.ndarray) and times.dtype == float and times.ndim == 1
+
+
 class Times(NamedTuple):
     """Times as float64 arrays of one shape.
 
@@ -46,8 +51,10 @@ class Times(NamedTuple):
     delay: Array
 
     @classmethod
-    def of(cls, times: Sequence[Fraction], unit: Scalar) -> Times:
+    def of(cls, times: Sequence[Fraction] | Array, unit: Scalar) -> Times:
         """Exact ``times`` in s; ``unit`` is the unit of time in s, an mpmath number."""
+        if is_doubles(times):
+            return cls._of_doubles(times, times.astype(numpy.longdouble), unit)
         above, below = [t.numerator for t in times], [t.denominator for t in times]
         if max(map(abs, above + below), default=0) < EXACT:
             numerator, denominator = (numpy.array(part, dtype=float) for part in (above, below))
@@ -57,6 +64,10 @@ class Times(NamedTuple):
             seconds = numpy.array([float(t) for t in times])
             low = [float(t - Fraction(s)) for t, s in zip(times, seconds.tolist(), strict=True)]
             exact = seconds + numpy.array(low, dtype=numpy.longdouble)
+        return cls._of_doubles(seconds, exact, unit)
+
+    @classmethod
+    def _of_doubles(cls, seconds: Array, exact: Array, unit: Scalar) -> Times:
         inner = exact / long_double(unit)
         rounded = inner.astype(float)
         return cls(seconds, rounded, (inner - rounded).astype(float))
@@ -329,13 +340,14 @@ class DenseOutput(Span):
             entry[at_start], entry[at_end] = mpfr.number(first), mpfr.number(last)
         return entries
 
-    def times(self, times: Sequence[Fraction]) -> Times:
+    def times(self, times: Sequence[Fraction] | Array) -> Times:
         """Exact times in s for ``arrays``; those within ``TIME_TOLERANCE`` of the end are the end.
 
         Raises ``InputError``: a time lies outside the trajectory.
         """
         samples = self.samples
-        if samples and self.propagation.status in ARRIVED and tuple(times) == samples.exact:
+        whole = samples and self.propagation.status in ARRIVED and not is_doubles(times)
+        if samples and whole and tuple(times) == samples.exact:
             return samples.doubles
         seconds, rounded, delay = Times.of(times, self.start.units.time)
         for place in {int(seconds.argmin()), int(seconds.argmax())} if len(times) else ():

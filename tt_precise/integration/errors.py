@@ -91,7 +91,7 @@ def is_estimate(name: Name) -> bool:
 def table_with_errors(
     run: Solution,
     wanted: Sequence[Name],
-    times: Sequence[Fraction] | None,
+    times: Sequence[Fraction] | Array | None,
     numbers: Numbers,
     progress: Progress | None = None,
 ) -> dict[Any, Array]:

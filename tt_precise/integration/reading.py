@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy
 
 from tt_precise.integration.columns import POSE_NAMES, Name, Row, State
-from tt_precise.integration.dense_output import ARRIVED, Segment, long_double
+from tt_precise.integration.dense_output import ARRIVED, Segment, is_doubles, long_double
 from tt_precise.integration.solution import Solution
 from tt_precise.mechanics.conserved import conserved, drift
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -72,20 +72,26 @@ def motions(run: Solution, times: Sequence[Scalar]) -> list[Motion]:
 def table(
     run: Solution,
     wanted: Sequence[Name],
-    times: Sequence[Fraction] | None = None,
+    times: Sequence[Fraction] | Array | None = None,
     numbers: Numbers = "float",
     progress: Progress | None = None,
 ) -> dict[Any, Array]:
     """Columns by default at the samples; integrate again for a pose that was not recorded."""
+    exact: Sequence[Fraction] | Array
     exact = run.sample_times if times is None else times
     missing = [name for name in wanted if name in POSE_NAMES and name not in run.setup.record]
     if not missing:
         return own_table(run, wanted, exact, numbers, progress)
     posed = with_quadratures(run)
     plain = [name for name in wanted if name not in missing]
+    exact = _fractions(exact)
     columns = own_table(run, plain, exact, numbers)
     columns = own_table(posed, missing, _alike(exact, run, posed), numbers) | columns
     return {name: columns[name] for name in ("t", *wanted)}
+
+
+def _fractions(times: Sequence[Fraction] | Array) -> Sequence[Fraction]:
+    return tuple(map(as_fraction, times.tolist())) if is_doubles(times) else times
 
 
 def _alike(times: Sequence[Fraction], run: Solution, other: Solution) -> tuple[Fraction, ...]:
@@ -120,7 +126,7 @@ def _recording(run: Solution) -> Solution:
 def own_table(
     run: Solution,
     names: Sequence[Name],
-    times: Sequence[Fraction],
+    times: Sequence[Fraction] | Array,
     numbers: Numbers,
     progress: Progress | None = None,
 ) -> dict[Any, Array]:
@@ -129,6 +135,9 @@ def own_table(
     Numbers of double are a float64 array with NaN where a value is undefined; wider ones, and
     text, are a list or an array of objects with None there.
     """
+    if run.alone and run.in_arrays:
+        return _array_columns(run.alone, names, times, numbers, progress)
+    times = _fractions(times)
     if run.alone:
         return _of_segment(run, run.alone, names, times, numbers, progress)
 
@@ -327,7 +336,7 @@ def _local(segment: Segment, time: Fraction) -> Fraction:
 def _array_columns(
     segment: Segment,
     names: Sequence[Name],
-    exact: Sequence[Fraction],
+    exact: Sequence[Fraction] | Array,
     numbers: Numbers,
     progress: Progress | None,
 ) -> dict[Any, Array]:

@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, get_args
 
 from tt_precise.integration.columns import POSE, State, expanded
+from tt_precise.integration.dense_output import is_doubles
 from tt_precise.integration.errors import Errors, errors_of, table_with_errors
 from tt_precise.integration.events import not_alternating
 from tt_precise.integration.ladder import Level, integrate_to_digits
@@ -250,8 +251,9 @@ class Trajectory:
                 f"numbers: got {numbers!r}, expected one of: {', '.join(get_args(Numbers))}"
             )
         wanted = expanded(names or self.run.columns.names)
-        exact = None if times is None else tuple(map(as_fraction, each(times)))
-        columns = table_with_errors(self.run, wanted, exact, numbers, progress)
+        if times is not None and not is_doubles(times):
+            times = tuple(map(as_fraction, each(times)))
+        columns = table_with_errors(self.run, wanted, times, numbers, progress)
         return {getattr(name, "name", name): column for name, column in columns.items()}
 
     @property
