@@ -52,7 +52,7 @@ def golden_section() -> Section:
                 f"Every printed digit of these trajectories, {_range(rows)} of each number, is "
                 "claimed: two precisions and, where both exist, both formulations agree on at "
                 "least these digits in every entry. "
-                "`tt-precise golden verify` checks the files and recomputes them."
+                "`tt-precise golden verify` checks and recomputes the files."
             ),
             PageTable(
                 (
@@ -65,7 +65,7 @@ def golden_section() -> Section:
                     "digits agreed, worst entry",
                 ),
                 rows,
-                "Every scene with its end and its evidence.",
+                "Every scene, with the end of its motion and its evidence.",
                 name="golden-table",
             ),
         ],
@@ -80,9 +80,9 @@ def _range(rows: Sequence[tuple[str, ...]]) -> str:
 
 
 MEANING = (
-    "A proof encloses the exact solution between two numbers at every printed time; the digits in "
-    "which both agree are proved. Scenes that stick or fly, or follow a law that is not smooth "
-    "enough, have no proof."
+    "A proof encloses the exact solution between two numbers at every printed time; the digits on "
+    "which both numbers agree are proved. Scenes that stick or fly, or have a law that is not "
+    "smooth enough, have no proof."
 )
 THEOREM = (
     "Let p be polynomials, exact as numbers, that solve the equations on a step up to a defect d, "
@@ -94,21 +94,21 @@ THEOREM = (
 METHOD = (
     "`tt-precise golden certify` verifies each hypothesis step by step in ball arithmetic "
     "(python-flint), rounding included, for the scene's exact parameters and start. The docstring "
-    "of tt_precise.certify.kernel has the whole theorem and its proof. Nothing is claimed that is "
-    "not verified; tests drop each hypothesis in turn, and a closed form notices it. Every printed "
-    "number is proved to be the correctly rounded one, so the exact number is within half a unit "
+    "of tt_precise.certify.kernel has the whole theorem and its proof. Only verified statements "
+    "are claimed; tests drop each hypothesis in turn, and a closed form reveals the error. Every "
+    "printed number is proved to be correctly rounded, so the exact number is within half a unit "
     "of its last digit. The statements hold from t = 0 to the stated time; events are the zeros of "
-    "their functions after t = 0. `tt-precise golden certify --check` proves all of this again."
+    "their functions after t = 0. `tt-precise golden certify --check` proves the statements again."
 )
 FOREVER = (
-    "For ever: once the axis is close enough to the vertical, the decreasing energy no longer "
-    "allows a larger tilt with this lambda. The motion stays in a bounded set of states in which "
-    "contact is proved to be kept and only the vertical spin does not glide. Therefore contact is "
-    "never lost, theta tends to pi (or 0), v_A to 0, and D, E and the modified energy to their "
-    "values at that spin. For each scene the first line has the earliest sample for which this is "
-    "proved, the second line the last sample. The docstring of tt_precise.certify.well has "
-    "the theorem and its proof. A scene without a line has no proof, or `forever` in its "
-    "`proof.json` says which hypothesis of the theorem fails."
+    "All later times: once the axis is close enough to the vertical, the decreasing energy no "
+    "longer allows a larger tilt with this lambda. The motion stays in a bounded set of states in "
+    "which contact is proved to be kept and only the vertical spin does not glide. Therefore "
+    "contact is never lost, theta tends to pi (or 0), v_A to 0, and D, E and the modified energy "
+    "to their values at the vertical spin. For each scene the first line has the earliest sample "
+    "with this proof, the second line the last sample. The docstring of tt_precise.certify.well "
+    "has the theorem and its proof. A scene without a line has no proof, or `forever` in its "
+    "`proof.json` names the hypothesis that fails."
 )
 SHOWN = 25  # Digits of a time on the page; the proof has more.
 
@@ -167,7 +167,7 @@ def proof_section() -> Section:
                     "contact force",
                 ),
                 rows,
-                "What is proved of each scene.",
+                "The proved statements about each scene.",
                 name="proofs-table",
                 folded=True,
             ),
@@ -196,7 +196,7 @@ def proof_section() -> Section:
                     "E tends to (J)",
                 ),
                 ends,
-                "What is proved for all later times.",
+                "The proved statements about all later times.",
                 name="forever-table",
             ),
         ],

@@ -51,7 +51,7 @@ def _tradeoff(tables: TradeoffTables) -> Section:
             f"Measured by `{TRADEOFF_COMMAND}`, not by the run that wrote this report. Every "
             "method integrates the same equations from the same dimensionless numbers and is "
             f"compared with golden data. `{TABLE}` has all settings. The methods are timed in "
-            "turn, slow ones once; each time is the fastest. Ratios are medians of ratios to a "
+            "turn, slow methods once; each time is the fastest. Ratios are medians of ratios to a "
             "bare heyoka loop timed just before."
         ),
         *figures(rows, tables.long_runs),
@@ -243,16 +243,16 @@ def faults(folder: Path) -> Section:
     blocks: list[Block] = [
         Text(conclusion, emphasis=True),
         Text(
-            "Rows of the reference scene, as a physics engine writes them, have one thing wrong. "
-            "The table has the smallest amount that fails, relative to what is right and in powers "
-            "of ten; empty where a tenth passes. They are checked with the scene's friction and "
-            "with another friction law, which says nothing about mu. Measured by "
+            "Rows of the reference scene, as a physics engine writes them, have one fault. The "
+            "table has the smallest relative fault that fails, in powers of ten; empty where a "
+            "tenth passes. The rows are checked with the scene's friction and with another "
+            "friction law, for which another mu is no fault. Measured by "
             f"`{FAULTS_COMMAND}`, not by the run that wrote this report."
         ),
         PageTable(
             tuple(amounts.columns),
             [tuple(row) for row in amounts.itertuples(index=False)],
-            "The smallest amount of each fault that fails, by the spacing of the rows.",
+            "The smallest fault of each kind that fails, by the spacing of the rows.",
             name="faults-table",
         ),
     ]

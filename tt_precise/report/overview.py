@@ -46,7 +46,7 @@ HOLDING = (Verdict.REPRODUCED, Verdict.ROUNDED)
 ERRATA = {
     Verdict.MISPRINT: (
         "Misprints",
-        "The printed formula or number does not hold, the correction does; the differences are "
+        "The printed formula or number does not hold, but the correction does; the differences are "
         "marked.",
     ),
     Verdict.REFUTED: ("Refuted", "The paper's statement, and the computed result."),
@@ -61,13 +61,13 @@ ERRATA = {
 }
 RULES = (
     "A claim is one statement of the paper; a statement about several quantities, or at several "
-    "times, has a part for each. Its quote is verbatim, and a definition says what the "
-    "words leave open, not more. A statement is ambiguous only where the paper's own words admit "
-    "several meanings; where a restriction of ours is needed to make it true, it is partly right. "
+    "times, has a part for each. The quote is verbatim, and a definition adds only what the "
+    "words leave open. A statement is ambiguous only where the paper's own words admit several "
+    "meanings; a statement that is true only under a restriction of ours is partly right. "
     '"About N" holds within one unit of the last significant digit of N, whatever N is; other '
     "numbers hold if they round to the printed digits. An outcome counts only when it is decided: "
-    "undecided starts are integrated on, and named; while there are some, a statement about all "
-    "starts is open. Claims about one mistake are one finding."
+    "undecided starts are integrated further and named; while some are undecided, a statement "
+    "about all starts is open. Claims about one mistake are one finding."
 )
 
 
@@ -185,9 +185,9 @@ def errata(judged: Sequence[JudgedClaim]) -> Section:
     papers = "papers" if len({claim.paper for claim in judged}) > 1 else "paper"
     text = (
         f"{len(failing)} statements of the {papers} fail as printed; they are {count} findings, "
-        "because a mistake that is made in several places counts once. Statements of which a part "
-        "or a meaning holds follow. `tt-precise claims ID` shows the reason, the definition, and "
-        "every part of a claim."
+        "because a mistake in several places counts once. Statements that hold in a part or in "
+        "one meaning follow. `tt-precise claims ID` shows the reason, the definition, and every "
+        "part of a claim."
     )
     return Section("errata", "Errata", [Text(text), *groups])
 
@@ -203,7 +203,7 @@ def all_claims(judged: Sequence[JudgedClaim], run: JudgingRun) -> Section:
         if (some := [claim for claim in judged if key(claim) == section])
     ]
     records = Committed(claims=tuple(judged), counts=tally, run=run)
-    text = f"{len(judged)} claims, {proved} of them settled by a proof."
+    text = f"{len(judged)} claims, {proved} of them decided by a proof."
     rules = f"{RULES} The verdicts: {legend}."
     untested = PageTable(
         ("where", "the paper", "why no claim tests it"),

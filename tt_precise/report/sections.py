@@ -60,8 +60,8 @@ def other_starts() -> Section:
             *figures_of("starts"),
             Text(
                 "Section 2.2 varies the reference start. A start that loses contact is integrated "
-                "twice: until that moment, and beyond it with g_n < 0, as the paper's equations "
-                "allow. The claims are judged both ways."
+                "twice: until the loss of contact, and further with g_n < 0, as the paper's "
+                "equations allow. The claims are judged both ways."
             ),
             Text(
                 "The initiation time has a sharp peak near the reference start, so the reference "
@@ -108,7 +108,7 @@ def conservation() -> Section:
             *figures_of("conservation"),
             Text(
                 "The paper reports lambda constant with a precision of order 1e-6. The equations "
-                "conserve it exactly; the drifts below are the rounding of each arithmetic."
+                "conserve lambda exactly; the drifts below are the rounding of each arithmetic."
             ),
             table,
             Text(
@@ -143,14 +143,14 @@ def threshold_values() -> Section:
             *figures_of("thresholds"),
             Text(
                 f"Each value is computed from the paper's formula to {DIGITS} digits, and again "
-                "without this formula. The last column has the number of digits on which both "
-                "agree."
+                "without this formula. The last column has the number of digits on which the two "
+                "results agree."
             ),
             PageTable(("quantity", "value", "unit", "digits agreed"), rows),
             PageTable(
                 ("quantity", "how"),
                 [(name, quantity.how) for name, quantity in known.quantities.items()],
-                "How each value was determined.",
+                "The two determinations of each value.",
                 folded=True,
             ),
         ],

@@ -106,10 +106,11 @@ def figure_3(axes: list[Axes]) -> Words:
     return Words(
         caption="Figure 3 redrawn with all extrema; the derivative of the spin is logarithmic "
         f"beyond 0.5. nu_y reaches {glide['nu_y'].max():.4f} m/s, which section 2.2 rounds to 0.8. "
-        "Around the initiation time it crosses nu_x many times, not once. Until "
-        f"{negative:.2f} s it is negative at times, and the derivative of the spin is positive "
-        f"there. The normal force stays above {force['g_n'].min():.4f} N. Related claims: NUM-11, "
-        "NUM-12, NUM-14, NUM-36, QUAL-10 to QUAL-16, QUAL-19 to QUAL-24 and QUAL-35 to QUAL-39.",
+        "Around the initiation time nu_y crosses nu_x many times, not once. Until "
+        f"{negative:.2f} s nu_y is negative at times, and then the derivative of the spin is "
+        f"positive. The normal force stays above {force['g_n'].min():.4f} N. Related claims: "
+        "NUM-11, NUM-12, NUM-14, NUM-36, QUAL-10 to QUAL-16, QUAL-19 to QUAL-24 and QUAL-35 to "
+        "QUAL-39.",
         alt="Four panels over 0 to 8 s: nu_x and nu_y oscillate, nu_y rises in the climb; "
         "omega_3 falls from positive to negative; its derivative has small positive spikes "
         "around the first moment; g_n oscillates about m g, most in the middle of the climb.",
@@ -176,10 +177,10 @@ def figure_5(axes: list[Axes]) -> Words:
         caption="Figure 5 redrawn (first two panels), and the rate of the rotational energy, "
         "which the paper does not show (last panel). During the climb the rate of E_trans is as "
         "often positive as negative, and its shape differs from that of the rate of E. The rate "
-        "of E_rot has a similar shape. Related claims: FIG-06 to FIG-08.",
+        "of E_rot has a shape similar to that of E. Related claims: FIG-06 to FIG-08.",
         alt="Rates of energy against time: the rate of E is negative, with a deep trough in "
-        "the climb; those of E_trans and E_pot oscillate about zero there; in the last "
-        "panel that of E_rot follows that of E.",
+        "the climb; the rates of E_trans and E_pot oscillate about zero in the climb; in the last "
+        "panel the rate of E_rot follows the rate of E.",
     )
 
 
@@ -396,12 +397,12 @@ def axis_at_the_pole(axes: list[Axes]) -> Words:
         caption="The initiation: the path of the symmetry axis on the unit sphere, seen from "
         f"above, from {BEFORE} s before to {AFTER} s after it passes the pole at {passage:.4f} s. "
         "Each loop before the passage leaves the pole outside, so phi_dot changes sign; each loop "
-        "after it encloses the pole, so phi_dot stays positive. The smallest distance, "
-        f"{least:.0f} µrad, depends sensitively on the start, and so does the height of the spike "
-        "of phi_dot. Related claims: QUAL-03, QUAL-04, QUAL-17, QUAL-18, QUAL-33, NUM-04.",
-        alt="A spiral of growing loops near the origin. Their nearest points move towards the "
-        "pole and past it: red dots before the passage, with the pole outside the loops, green "
-        "dots after it, with the pole inside. An inset magnifies the passage.",
+        "after the passage encloses the pole, so phi_dot stays positive. The smallest distance, "
+        f"{least:.0f} µrad, and the height of the spike of phi_dot depend sensitively on the "
+        "start. Related claims: QUAL-03, QUAL-04, QUAL-17, QUAL-18, QUAL-33, NUM-04.",
+        alt="A spiral of growing loops near the origin. The points of the loops nearest to the "
+        "pole move past the pole: red dots before the passage, with the pole outside the loops, "
+        "green dots after the passage, with the pole inside. An inset magnifies the passage.",
     )
 
 

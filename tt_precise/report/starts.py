@@ -197,6 +197,6 @@ def _counted(rows: pandas.DataFrame) -> str:
 def _tilted(rows: pandas.DataFrame) -> str:
     below = rows[(rows["lambda_ratio"] < 1) & (rows["outcome"] == "inverts")]
     return (
-        f"Below it {len(below)} starts pass the equator too, but stay tilted: "
+        f"Below lambda_thres {len(below)} starts also pass the equator, but stay tilted: "
         f"theta({maps.UNTIL} s) is at most {below['end_theta'].max():.2f} rad."
     )

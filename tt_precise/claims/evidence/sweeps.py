@@ -45,7 +45,7 @@ FILE = "sweeps-section-2.2.csv.gz"
 VERSION = 4  # Version of everything above that the fingerprint does not contain.
 CONTACTS = {
     "held": "without the starts that lose contact",
-    "through": "with them, integrated on with g_n < 0 as in the paper",
+    "through": "all starts, continued with g_n < 0 as in the paper",
 }
 AMPLITUDES = ("nu_x", "nu_y", "theta_dot")
 ALONE = ("theta_dot", "nu_x", "nu_y")
@@ -157,7 +157,7 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
 
 
 def continued(rows: pandas.DataFrame, longer: pandas.DataFrame) -> pandas.DataFrame:
-    """Replace outcome and times of the rows that were integrated on."""
+    """Replace outcome and times of the rows that were integrated further."""
     keys = ["series", "index"]
     rows, longer = rows.set_index(keys), longer.set_index(keys)
     columns = [name for name in LATER if name in rows]

@@ -17,7 +17,7 @@ ANSWERS = (
     Answer(
         ("TH-01", "TH-03", "TH-16"),
         "Theorem 1.1 holds for tops that keep contact.",
-        "Theorem 1.1 does not hold in all it says.",
+        "Theorem 1.1 does not hold in all its assertions.",
     ),
     Answer(
         ("QUAL-01", "QUAL-02", "QUAL-25"),
@@ -26,13 +26,13 @@ ANSWERS = (
     ),
     Answer(
         ("NUM-03",),
-        "The paper's method keeps lambda to the stated 1e-6; far better is possible.",
+        "The paper's method keeps lambda to the stated 1e-6; far smaller drifts are possible.",
         "The paper's method does not keep lambda to the stated 1e-6.",
     ),
     Answer(
         ("NUM-23", "NUM-24"),
-        "The energy ratio comes as close to theory as stated.",
-        "The energy ratio does not come as close to theory as stated.",
+        "The energy ratio is as close to theory as the paper states.",
+        "The energy ratio is not as close to theory as the paper states.",
     ),
     Answer(
         ("NUM-26", "NUM-27", "NUM-28", "NUM-29"),
@@ -41,13 +41,13 @@ ANSWERS = (
     ),
     Answer(
         ("NUM-05",),
-        "The climb ends when the paper says.",
-        "The climb does not end when the paper says.",
+        "The climb ends at the paper's time.",
+        "The climb does not end at the paper's time.",
     ),
     Answer(
         ("SWP-12",),
-        "All starts tested invert.",
-        "That all tested starts invert ignores those that lose contact.",
+        "All tested starts invert.",
+        "All tested starts invert only if starts that lose contact are left out.",
     ),
 )
 
