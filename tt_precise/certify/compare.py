@@ -30,7 +30,7 @@ State = Mapping[str, arb | None]  # of one row or event, by column, SI; None whe
 
 
 class Happening(NamedTuple):
-    """An event: its direction, its time in s and the state then."""
+    """An event: direction, time in s, and state."""
 
     direction: int
     time: arb
@@ -40,8 +40,8 @@ class Happening(NamedTuple):
 class Enclosed(NamedTuple):
     """Balls around the exact solution of a scene.
 
-    ``rows`` has time (s) and state at each sample, ``events`` all that happen by kind, in order of
-    time, also those that end the motion or its equations.
+    ``rows`` has time (s) and state at each sample. ``events`` has all events by kind, in order of
+    time, including the events that end the motion or its equations.
     """
 
     rows: Sequence[tuple[Fraction, State]]
@@ -67,8 +67,8 @@ class Tally(NamedTuple):
 class Comparison(NamedTuple):
     """The comparison of tables and enclosure.
 
-    ``tallies`` has each column of each file. ``mismatches`` say where the tables differ in anything
-    but the digits of numbers.
+    ``tallies`` has each column of each file. ``mismatches`` are differences of the tables other
+    than digits of numbers.
     """
 
     tallies: Mapping[str, Mapping[str, Tally]]
@@ -87,7 +87,7 @@ class Comparison(NamedTuple):
 
     @property
     def objection(self) -> str:
-        """Why it does not prove every printed number and event; "" if it does."""
+        """The reason why not every printed number and event is proved; "" if all are proved."""
         if self.mismatches:
             return self.mismatches[0]
         for file, tallies in self.tallies.items():

@@ -55,8 +55,8 @@ class Segment:
 class Enclosure:
     """The solution, until the horizon or the ``end`` of the motion.
 
-    ``samples`` are the states at the problem's samples that the motion reaches, each with its
-    phase; ``events`` all that happen by kind, in order of time, those included that end a phase.
+    ``samples`` has the states at the problem's samples that the motion reaches, each with its
+    phase; ``events`` has all events by kind, in order of time, including ends of phases.
     """
 
     problem: Problem
@@ -67,7 +67,7 @@ class Enclosure:
     end: Happening | None
 
     def state(self, time: arb) -> tuple[Phase, list[arb]]:
-        """Return phase and state at a time, which is not after the horizon.
+        """Return phase and state at a time up to the horizon.
 
         Raises ``NotProved``: the time is not surely in one segment.
         """
@@ -79,7 +79,7 @@ class Enclosure:
         raise NotProved("time", f"t = {float(time):.6g} is not enclosed")
 
     def least(self, function: Function) -> arb:
-        """Return a number that a function is nowhere below, close to its least value.
+        """Return a lower bound of a function, close to its least value.
 
         Raises ``NotProved``: the function has no finite bound.
         """

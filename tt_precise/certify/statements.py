@@ -54,7 +54,7 @@ class Proof:
             return InitialState.of(self.scene, BALLS)
 
     def state(self, seconds: str | int | Fraction) -> dict[str, arb | None]:
-        """Balls for all vector and Euler columns at an exact time, in SI; None where undefined.
+        """Balls for all vector and Euler columns at an exact time (s), in SI; None where undefined.
 
         Raises ``NotProved``: the time is not enclosed.
         """
@@ -101,27 +101,26 @@ class Proof:
 
     @property
     def end_time(self) -> arb | None:
-        """The time in s at which contact is lost, or the top comes down; None if it does not."""
+        """The time in s at which contact is lost or the top comes down; None without this event."""
         end = self.observations.end
         return None if end is None else end.time
 
     @cached_property
     def normal_force_bound(self) -> arb:
-        """A number (in units of m g) that g_n is nowhere below until the horizon.
+        """A lower bound of g_n until the horizon, in units of m g.
 
-        It is close to the least value; where contact is lost that is zero.
+        The bound is close to the least value, which is zero if contact is lost.
         """
         return self.enclosure.least(contact_force)
 
     @cached_property
     def drift_bounds(self) -> dict[str, arb]:
-        """Bounds of the relative drift of what the scene conserves, over the samples.
+        """Bounds of the relative drift of the scene's conserved quantities, over the samples.
 
-        The identities of the mechanics say that it is zero; so this is an independent check: an
-        enclosure that missed the exact solution would exclude it.
+        By the identities of the mechanics the drift is zero; so this is an independent check: an
+        enclosure that missed the exact solution would exclude zero.
 
-        Raises ``NotProved``: an enclosure excludes what is conserved: something is wrong with the
-        proof.
+        Raises ``NotProved``: an enclosure excludes conservation, so the proof is wrong.
         """
         bounds = {}
         with flint.ctx.workprec(self.working_bits):
@@ -140,7 +139,7 @@ class Proof:
     def forever(self) -> dict[str, TrappingRegion]:
         """Regions about a vertical spin that the solution never leaves (``well``).
 
-        Raises ``NotProved``: nothing is proved of all later times.
+        Raises ``NotProved``: nothing is proved about later times.
         """
         if self.scene.lifts:
             raise NotProved("W2", "the top need not stay on the table")
@@ -161,9 +160,9 @@ class Proof:
     def inversion(self) -> InversionTimes:
         """Initiation and ending times in s, as balls, in the three definitions.
 
-        None means that there is no such time before the motion ends or the horizon comes.
+        None means that there is no such time before the end of the motion or the horizon.
 
-        Raises ``NotProved``: the balls do not decide what the definitions compare.
+        Raises ``NotProved``: the balls do not decide the comparisons of the definitions.
         """
         events = self.observations.events
         climbs = any(one.direction < 0 for one in events["equator"])
@@ -192,7 +191,7 @@ class Proof:
 def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) -> Proof:
     """Enclose the scene's exact solution until its horizon, or until contact is lost.
 
-    Raises ``NotProved``: it could not be enclosed.
+    Raises ``NotProved``: the solution could not be enclosed.
     """
     scene = load_scene(scene)
     with flint.ctx.workprec(bits + GUARD):

@@ -84,7 +84,7 @@ class TrappingRegion:
     """A neighbourhood of the vertical spin that the solution never leaves again.
 
     ``pole`` is -1 (inverted) or 1 (upright), ``force`` a bound of g_n/(m g) from ``since`` (s) on,
-    ``tilt`` one of sin theta; ``limits`` are those of D, E, E~ and omega_3, in SI.
+    ``tilt`` a bound of sin theta; ``limits`` are the limits of D, E, E~ and omega_3, in SI.
     """
 
     pole: int

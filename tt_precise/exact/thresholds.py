@@ -42,9 +42,9 @@ IN_WORDS = {
 class Determination:
     """A number and its independent determination (mpmath numbers, SI).
 
-    ``value`` is None if the quantity does not exist, ``independent`` if it does not exist or could
-    not be determined; ``reason`` then says why. ``digits_agreed`` compares the two, at most the
-    requested digits, 0 if only one of them exists, None if neither does.
+    ``value`` is None if the quantity does not exist, ``independent`` if the quantity does not exist
+    or could not be determined; ``reason`` then has the reason. ``digits_agreed`` compares the two
+    numbers, at most to the requested digits: 0 if only one number exists, None if neither exists.
     """
 
     value: Scalar
@@ -72,7 +72,7 @@ class Thresholds:
 
     @property
     def inverts(self) -> bool | None:
-        """True: the theorem says that the top inverts; False: that it does not; None: nothing."""
+        """True if the theorem's verdict is "inverts", False if "does not invert", None if neither."""
         return self.theorem.inverts
 
     @property
@@ -121,8 +121,8 @@ class Thresholds:
 def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
     """Determine lambda, lambda_thres, lambda_up, D0, D1, E0, E1, gamma, sigma, each in two ways.
 
-    E0 and E1 are the paper's E~_0 and E~_1, in J; lambda in kg m^3/s, D in kg m^2/s. D0 to E1
-    belong to the scene's lambda.
+    E0 and E1 are the paper's E~_0 and E~_1, in J; lambda is in kg m^3/s, D in kg m^2/s. D0 to E1
+    are the values at the scene's lambda.
 
     Raises
     ------
@@ -147,12 +147,12 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
 
 
 def theorem(scene: Scene) -> Theorem:
-    """Only the verdict of Theorem 1.1, from 50 digits of the formulas; milliseconds."""
+    """Return only the verdict of Theorem 1.1, from 50 digits of the formulas, in milliseconds."""
     return _Work(scene, 50).theorem()
 
 
 def lambda_at_start(scene: Scene) -> Scalar:
-    """Only lambda, in kg m^3/s, to 50 digits; the thresholds take a second."""
+    """Return only lambda, in kg m^3/s, to 50 digits; the thresholds would take a second."""
     return _Work(scene, 50).lambda_of_vectors()
 
 
@@ -301,11 +301,12 @@ class _Work:
 
 
 class Theorem(NamedTuple):
-    """The verdict of Theorem 1.1 and stability about a scene, which is not integrated.
+    """The verdict of Theorem 1.1 and stability on a scene, without integration.
 
     ``inverts`` is True if the condition of the theorem holds: the motion approaches the inverted
-    spin while g_n > 0. It is False if the inverted spin is unstable, or the top a steady upright
-    spin; the axis may pass the equator nevertheless. None: the theorem says nothing.
+    spin while g_n > 0. ``inverts`` is False if the inverted spin is unstable or the start is a
+    steady upright spin; the axis may pass the equator nevertheless. ``inverts`` is None if the
+    theorem does not apply.
     """
 
     inverts: bool | None

@@ -51,8 +51,8 @@ class State:
     """A state at one time, in SI: ``t`` in s, then name to number, None where undefined.
 
     Names are those of the trajectory file: kx ... vy, theta ... nu_y, and the recorded quadratures.
-    For several times each entry is an array. ``errors`` are the known errors, with "t" if the time
-    was computed; a printed state shows only the digits that these errors leave.
+    For several times each component is an array. ``errors`` are the known errors, with "t" if the
+    time was computed; a printed state shows only the digits that these errors permit.
     """
 
     t: Scalar
@@ -165,7 +165,7 @@ def unit_of(name: str) -> str:
 class Columns:
     """The columns and quantities of a run's rows.
 
-    Rows are dimensionless: mpmath numbers with guard bits, or an array over time for each entry.
+    Rows are dimensionless: mpmath numbers with guard bits, or an array over time per component.
     """
 
     def __init__(self, setup: Setup, start: InitialState):
@@ -302,16 +302,16 @@ class Columns:
 def quantity(function: Callable[[Motion], Scalar], unit: str) -> Quantity:
     """A user's quantity with its SI unit, as a column: ``frame(tt.quantity(slip, "m/s"))``.
 
-    Among the ``events`` of ``integrate`` it has its extrema, called ``extremum:slip``.
+    Among the ``events`` of ``integrate`` a quantity gives its extrema, called ``extremum:slip``.
 
-    ``function`` takes the ``Motion``, which is in units of m = R = g = 1 and in the arithmetic of
-    the run, and returns one number in these units. Its functions are ``motion.fn.sqrt``, ``sin``
+    ``function`` takes the ``Motion``, in units of m = R = g = 1 and in the arithmetic of the run,
+    and returns one number in these units. Use the elementary functions ``motion.fn.sqrt``, ``sin``
     and others. ``unit`` is an SI unit without prefix, such as "m/s", "kg m^2/s", "J" or "1".
 
     Raises
     ------
     InputError
-        ``function`` is no function with a name, or the unit is not of this form.
+        ``function`` is not a function with a name, or the unit does not have this form.
     """
     if not (callable(function) and hasattr(function, "__name__")):
         raise InputError(f"quantity: got {function!r:.60}, expected a function of the motion")

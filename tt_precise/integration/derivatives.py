@@ -45,7 +45,7 @@ Values = dict[str, Any]
 
 
 class Side(NamedTuple):
-    """A run with a changed entry, and by how much it is changed."""
+    """A run with a changed entry, and the amount of the change."""
 
     run: Solution
     change: Fraction
@@ -54,12 +54,11 @@ class Side(NamedTuple):
 class Derivatives:
     """Derivatives of a trajectory's columns and climb by entries of its scene.
 
-    ``names`` are entries of [body] and [start], in the units of the scene's file, by keys with
-    units (``R_mm``) too. Where m or R changes, alpha and I1, I3 in units of m R^2 stay.
+    ``names`` are entries of [body] and [start], in the units of the scene's file, also keys with
+    units (``R_mm``). If m or R changes, alpha and I1, I3 in units of m R^2 keep their values.
 
-    A derivative is a central difference quotient; at the end of an entry's range, as theta = 0 is,
-    the quotient on the other side. Its error is estimated from quotients with other changes of the
-    entry.
+    A derivative is a central difference quotient, or a one-sided quotient at the end of an entry's
+    range, such as theta = 0. Its error is estimated from quotients with other changes of the entry.
 
     Raises ``InputError``: the scene has no such entry.
     """
@@ -74,10 +73,10 @@ class Derivatives:
         return f"<Derivatives by {', '.join(self.names)}: frame(), climb, spread()>"
 
     def frame(self, *columns: str) -> Any:
-        """At the scene's samples: ``t``, and for each column and name "d COLUMN/d NAME" (SI).
+        """Derivatives at the scene's samples: ``t``, and "d COLUMN/d NAME" (SI) for each name.
 
-        "error:" before a name stands for the estimated error. By default theta and omega_3. Where
-        the motion ends before its horizon, the table ends with the last sample that all runs reach.
+        "error:" before a name marks the estimated error. The default columns are theta and omega_3.
+        If the motion ends before its horizon, the table ends with the last sample of all runs.
         """
         import pandas
 
@@ -97,7 +96,7 @@ class Derivatives:
 
     @cached_property
     def climb(self) -> Any:
-        """Rows for times of the climb, such as "A.t_end": t (s), "d/d NAME", "error:d/d NAME".
+        """Derivatives of the climb's times, such as "A.t_end": t (s), "d/d NAME", "error:d/d NAME".
 
         A motion that ends before its horizon has the row "t_end".
         """
@@ -114,16 +113,16 @@ class Derivatives:
         """Columns at the last sample and times of the climb (SI), from uncertain entries.
 
         ``sigmas`` are standard deviations of independent errors, in the units of the scene's file;
-        other entries are exact. By default theta and omega_3.
+        other entries are exact. The default columns are theta and omega_3.
 
         Returns
         -------
         pandas.DataFrame
             "value"; "low" and "high", the ends of the range: differences of runs in which one
             entry is changed by its sigma, up or down, added in quadrature; "sigma", the standard
-            deviation to first order, where the range is linear; and "note", which says where it is
-            not, and why. What is not valid is NaN: a sigma of a range that is not linear, and the
-            end towards which a changed run has no such value, as when it never passes the equator.
+            deviation to first order, where the range is linear; and "note", the reason why a range
+            is not linear. Invalid values are NaN: a sigma of a range that is not linear, and an
+            end at which a changed run has no value, because it never passes the equator.
         """
         import pandas
 

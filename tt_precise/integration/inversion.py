@@ -36,7 +36,7 @@ NEEDED = ("theta_min", "theta_max", "phi_dot_zero", "equator", "Lk_equals_Lz", "
 
 @dataclass(frozen=True)
 class Climb:
-    """Initiation and ending time in s (None if it does not exist) by one definition."""
+    """Initiation and ending time in s by one definition; None for a time that does not exist."""
 
     t_init: Scalar
     t_end: Scalar
@@ -50,7 +50,7 @@ class Climb:
 
 
 class Turns(NamedTuple):
-    """Turning points of theta, in order of time: their times, theta and phi_dot there."""
+    """Turning points of theta in order of time: time, theta and phi_dot."""
 
     t: Sequence[Scalar]
     theta: Sequence[Scalar]
@@ -61,8 +61,8 @@ class Turns(NamedTuple):
 class InversionEvents:
     """The events ``NEEDED``, each kind in order of time, in any arithmetic.
 
-    ``equator`` holds only the crossings of theta = pi/2 from below; ``backwards`` says that
-    phi_dot < 0 at the first of them.
+    ``equator`` has only the crossings of theta = pi/2 from below; ``backwards`` is true if
+    phi_dot < 0 at the first crossing.
     """
 
     equator: Sequence[Scalar]
@@ -76,7 +76,7 @@ class InversionEvents:
 
 @dataclass(frozen=True, repr=False)
 class InversionTimes:
-    """The climb in the definitions A, B and C, and when theta first crosses pi/2 (s)."""
+    """The climb in the definitions A, B and C, and the first time theta crosses pi/2 (s)."""
 
     equator: Scalar
     A: Climb
@@ -85,12 +85,12 @@ class InversionTimes:
 
     @property
     def times(self) -> dict[str, Scalar]:
-        """Begin and end in each definition, such as ``t_init_A``."""
+        """Initiation and ending times by name, such as ``t_init_A``."""
         ends = ("t_init", "t_end")
         return {f"{end}_{d}": getattr(getattr(self, d), end) for d in "ABC" for end in ends}
 
     def of_each(self, convert: Callable[[str, Scalar], Scalar]) -> InversionTimes:
-        """The times after a conversion of each, by its name ("equator", "t_init_A", ...)."""
+        """The times, each converted with its name ("equator", "t_init_A", ...)."""
         new = {name: convert(name, t) for name, t in self.times.items()}
         climbs = (Climb(new[f"t_init_{d}"], new[f"t_end_{d}"]) for d in "ABC")
         return InversionTimes(convert("equator", self.equator), *climbs)
@@ -136,7 +136,7 @@ def times_of(run: Solution) -> InversionTimes:
 
 
 def errors_of_times(run: Solution) -> dict[str, float]:
-    """Their estimated errors (s), see ``time_errors``."""
+    """The estimated errors (s) of the times of the climb, see ``time_errors``."""
     known = errors_of(with_climb(run)).events()
     return time_errors(*_events(run), known["error"], known["digits"], mirrored=_mirrored(run))
 
@@ -191,12 +191,12 @@ def from_events(
 def time_errors(
     events: Mapping[str, Array], pi: Scalar, errors: Array, digits: Array, *, mirrored: bool = False
 ) -> dict[str, float]:
-    """Estimated errors (s) of the times of ``from_events``, by name; of those that exist.
+    """Estimated errors (s) of the existing times of ``from_events``, by name.
 
-    ``errors`` are those of the events' times, ``digits`` those of the states there. The times are
-    computed again with all events later by their errors, with every theta larger by its error, and
-    with every second one larger and the others smaller, on which the lines of definition A depend
-    most. The changes are added.
+    ``errors`` are those of the events' times, ``digits`` those of the states at the events. The
+    times are computed again with all events later by their errors; with every theta larger by its
+    error; and with every second theta larger and the others smaller, on which the lines of
+    definition A depend most. The changes are added.
     """
     import numpy
 

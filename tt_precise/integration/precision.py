@@ -63,9 +63,10 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Precision:
-    """A precision: ``double``, ``extended``, ``quad``, or ``mp`` with its bits, all heyoka's.
+    """A precision: ``double``, ``extended``, ``quad`` or ``mp`` with its bits, all of heyoka.
 
-    Or ``double-double`` or ``triple-double``; outside ``taylor`` its numbers are mpmath's.
+    ``double-double`` and ``triple-double`` are precisions of ``taylor``; outside ``taylor`` their
+    numbers are mpmath's.
     """
 
     name: str
@@ -115,7 +116,7 @@ class Precision:
     def context(self) -> Functions:
         """An mpmath context with ``GUARD_BITS`` more than this precision, not to be changed.
 
-        Each thread has its own, because mpmath's functions change the precision temporarily.
+        Each thread has its own context, because mpmath's functions change precision temporarily.
         """
         return _context(self.bits, threading.get_ident())
 
@@ -145,7 +146,7 @@ class Precision:
 
     @property
     def number(self) -> Callable[[Scalar], Scalar]:
-        """Function that rounds an mpmath number with guard bits to heyoka's type."""
+        """The function that rounds an mpmath number with guard bits to heyoka's type."""
         if self.is_float:
             return float
         if self.doubles:
@@ -177,7 +178,7 @@ class Precision:
 
     @property
     def with_guard_bits(self) -> Callable[[Scalar], Scalar]:
-        """Function that converts a number of heyoka's type to the equal mpmath number."""
+        """The function that converts a number of heyoka's type to the equal mpmath number."""
         context, bits = self.context, self.bits
         if self.is_float:
             return lambda value: context.mpf(float(value))
@@ -193,7 +194,7 @@ class Precision:
         return str(self.context.nstr(number, self.decimals, min_fixed=0, max_fixed=0))
 
     def with_error(self, value: Scalar, error: Scalar | None) -> str:
-        """A number in the decimals that its error leaves, with "+-" if the error is known."""
+        """A number with the decimals that its error permits, and "+-" if the error is known."""
         context = self.context
         if value is None or value != value:
             return "undefined"
@@ -208,7 +209,7 @@ class Precision:
         return f"{shown} +- {context.nstr(context.mpf(error), 2)}"
 
     def carrying(self, value: Scalar, error: Scalar | None) -> Scalar:
-        """An mpmath number that prints as ``with_error``; results of operations on it do not."""
+        """An mpmath number that prints as ``with_error``; results of operations print as usual."""
         if not hasattr(value, "_mpf_"):
             return value
         carried: Any = object.__new__(_printing_type(self, self.context))

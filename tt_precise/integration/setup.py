@@ -33,9 +33,9 @@ class Setup:
     """The settings of an integration; runs with equal setups share a compiled integrator.
 
     ``events`` and ``record`` are names of the catalogue and of quadratures. ``tolerance`` is
-    relative, 0 for the full accuracy of the precision. ``options`` are further keyword arguments of
-    ``heyoka.taylor_adaptive``, sorted. ``contact`` is "unilateral" or "bilateral". ``lifts``: the
-    lowest point may be off the table's height. ``formulation`` and ``phase`` are those at the
+    relative, 0 for the full accuracy of the precision. ``options`` are extra keyword arguments of
+    ``heyoka.taylor_adaptive``, sorted. ``contact`` is "unilateral" or "bilateral". With ``lifts``
+    the lowest point may leave the table's height. ``formulation`` and ``phase`` are those at the
     start.
     """
 
@@ -167,7 +167,7 @@ def full_tolerance(precision: Precision) -> Scalar:
 
 
 def refused_in_doubles(scene: Scene) -> str:
-    """Why double-double and triple-double cannot integrate a scene; "" if they can."""
+    """The reason why double-double and triple-double cannot integrate a scene; "" if they can."""
     if scene.in_pieces:
         return "a motion that may come in pieces"
     missing = scene.body.friction.missing(Graph)

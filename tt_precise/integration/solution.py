@@ -34,9 +34,9 @@ Status = Literal[
 
 
 class PhaseInterval(NamedTuple):
-    """An interval of one model: times in s, and how it ended.
+    """A segment of a motion under one model: times in s, and the status at its end.
 
-    ``status`` is one of ``events.JOINING`` if another interval follows, else the trajectory's.
+    ``status`` is one of ``events.JOINING`` if another segment follows, else the trajectory's.
     """
 
     model: str
@@ -46,7 +46,7 @@ class PhaseInterval(NamedTuple):
 
     @property
     def leaves(self) -> bool:
-        """Return whether the top leaves the table at the end."""
+        """True if the top leaves the table at the end."""
         return self.status in LEAVES
 
 
@@ -55,7 +55,7 @@ class Solution(Span, Memory):
     """A scene, its start in the arithmetic of a set-up, and the segments from there.
 
     With ``opposite_rounding`` every number of body and start lies on the other side of the exact
-    one. ``reading`` has its columns and events, ``errors`` its errors.
+    number. ``reading`` has the columns and events of a solution, ``errors`` its errors.
     """
 
     scene: Scene
@@ -85,7 +85,7 @@ class Solution(Span, Memory):
 
     @property
     def alone(self) -> Segment | None:
-        """The only segment of a run under one set of equations, else None."""
+        """The single segment of a run under one set of equations, else None."""
         first = self.segments[0]
         return first if len(self.segments) == 1 and first.output.setup == self.setup else None
 
@@ -118,7 +118,7 @@ class Solution(Span, Memory):
 
     @property
     def touches(self) -> tuple[str, ...]:
-        """Requested events whose functions touch zero, stay there, or are ``unresolved``."""
+        """Requested events whose functions touch zero, stay zero, or are ``unresolved``."""
         touched = {name for found in self._findings for name in found.touches}
         return tuple(name for name in self.setup.watched if name in touched)
 
@@ -160,7 +160,7 @@ class Solution(Span, Memory):
 
     @property
     def stretches(self) -> tuple[PhaseInterval, ...]:
-        """The stretches between events that join segments."""
+        """The segments between mode switches, as ``PhaseInterval``."""
         to_user, begin, stretches = self.columns.to_user, self.start.until * 0, []
         for segment in self.switched:
             end = segment.end_s
@@ -184,7 +184,7 @@ class Backend(Protocol):
     """An integrator: one file, and an entry in ``backends`` or in the registry."""
 
     def refuses(self, scene: Scene, setup: Setup) -> str | None:
-        """Why it cannot integrate ``scene`` with this set-up, in one line; None if it can."""
+        """The reason, in one line, to refuse ``scene`` with this set-up; None if accepted."""
 
     def run(
         self,
@@ -194,7 +194,7 @@ class Backend(Protocol):
         samples: SampleTimes | None,
         progress: Progress | None,
     ) -> list[Segment]:
-        """The run from ``start``; ``samples`` are times at which it will be read, if any."""
+        """The run from ``start``; ``samples`` are the times at which rows will be read, if any."""
 
 
 def backends(scene: Scene) -> Iterator[Backend]:
@@ -245,7 +245,7 @@ def _unpickled(scene: Scene, setup: Setup, opposite_rounding: bool) -> Solution:
 def beginning(
     scene: Scene, precision: Precision, contact: str, opposite_rounding: bool, thread: int
 ) -> InitialState:
-    """The start of a scene, once for each thread: each has its own context of mpmath."""
+    """The start of a scene, cached per thread, because each thread has its own mpmath context."""
     if opposite_rounding:
         nearest = beginning(scene, precision, contact, False, thread)
         return nearest.map(precision.opposite_neighbour)

@@ -30,10 +30,10 @@ class InAngles(Integrated):
 
 
 class EulerState(InAngles, namedtuple("EulerState", "theta theta_dot phi_dot omega_3 nu_x nu_y")):
-    """Inclination, its rate, precession rate, spin about the axis, gliding velocity.
+    """Inclination, its time derivative, precession rate, spin about the axis, gliding velocity.
 
-    rad, rad/s, rad/s, rad/s, m/s, m/s; nu_x along x-hat (the horizontal direction towards which
-    the axis is tilted), nu_y along y-hat = z x x-hat.
+    The units are rad, rad/s, rad/s, rad/s, m/s, m/s; nu_x is along x-hat (the horizontal direction
+    towards which the axis is tilted), nu_y along y-hat = z x x-hat.
     """
 
     @classmethod
@@ -162,7 +162,7 @@ def rates(
 def lift(
     body: Parameters, state: EulerState, rate: EulerState, fn: Functions, g_n: Scalar
 ) -> Scalar:
-    """Vertical acceleration of the lowest point at the rates under any g_n.
+    """Vertical acceleration of the lowest point at the given time derivatives, under any g_n.
 
     The centre of mass is at R (1 - alpha cos theta) above the lowest point.
     """
@@ -174,7 +174,7 @@ def lift(
 def jellett(body: Parameters, state: EulerState, fn: Functions) -> Scalar:
     """Jellett's integral lambda in kg m^3/s; eq (14).
 
-    The paper prints it without the factor R in its second term after eq (7), and with it here.
+    After eq (7) the paper prints lambda without the factor R in the second term, in eq (14) with R.
     """
     s, c = fn.sin(state.theta), fn.cos(state.theta)
     return body.R * (body.I1 * state.phi_dot * s * s - body.I3 * state.omega_3 * (body.alpha - c))

@@ -35,10 +35,10 @@ class Law:
 
     ``coefficient(square, fn, mu, ...)`` is c at v_A^2 = ``square``, and ``largest(speed, mu, ...)``
     a bound on c at all speeds of at least ``speed``; both take the values of ``parameters`` in
-    order. ``functions`` are the functions that the coefficient needs. The coefficient of a
+    order. ``functions`` are the elementary functions in the coefficient. The coefficient of a
     ``constant`` law does not depend on the state. A law that is not ``smooth_at_rest`` lets a top
-    stick: its motion has several pieces. ``force`` is the formula of the force, ``scene`` a shipped
-    scene with this law, ``at_rest`` c(0) in words. Test vectors contain the laws that are
+    stick: the motion has several segments. ``force`` is the formula of the force, ``scene`` a
+    shipped scene with this law, ``at_rest`` c(0) in words. Test vectors contain the laws that are
     ``in_vectors``, with parameters in their usual ranges.
     """
 
@@ -144,9 +144,9 @@ VISCOUS, REGULARISED, COULOMB = (LAWS[name] for name in ("viscous", "regularised
 
 
 def law_named(name: str) -> Law:
-    """The law of that name.
+    """Return the law of this name.
 
-    Raises ``InputError``: there is none.
+    Raises ``InputError``: there is no such law.
     """
     if name not in LAWS:
         raise InputError(f"friction.law: got {name!r}, expected one of: {', '.join(LAWS)}")

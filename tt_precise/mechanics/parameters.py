@@ -22,12 +22,13 @@ NAMES = ("m", "R", "alpha", "I1", "I3", "g", "mu")
 class Parameters:
     """The parameters of a Tippe Top as scalars of any one arithmetic, in consistent units.
 
-    m mass, R radius, alpha eccentricity of the centre of mass in units of R, I1 and I3 principal
-    moments of inertia about it, g gravity, mu the coefficient of the law ``friction``, which is
-    F_f = -mu g_n v_A unless given; ``further`` has the values of its other parameters, in order.
-    ``spring`` names the force of an elastic table ("" for a rigid one), F_n at a depth:
-    linear, stiffness depth + damping depth_dot (N/m, N s/m), or Hunt and Crossley's,
-    stiffness depth^(3/2) (1 + damping depth_dot) (N/m^(3/2), s/m); see ``mechanics.compliant``.
+    m is the mass, R the radius, alpha the eccentricity of the centre of mass in units of R, I1 and
+    I3 are the principal moments of inertia about the centre of mass, g is gravity, mu the
+    coefficient of the law ``friction``, by default F_f = -mu g_n v_A; ``further`` has the values of
+    the law's other parameters, in order. ``spring`` names the force F_n of an elastic table ("" for
+    a rigid table): linear, stiffness depth + damping depth_dot (N/m, N s/m), or Hunt and
+    Crossley's, stiffness depth^(3/2) (1 + damping depth_dot) (N/m^(3/2), s/m); see
+    ``mechanics.compliant``.
     """
 
     m: Scalar
@@ -131,11 +132,11 @@ class Dimension(NamedTuple):
 
 
 class Torque(Dimension):
-    """The dimension of a torque, which is that of an energy under another unit."""
+    """The dimension of a torque: that of an energy, with another unit."""
 
     @property
     def unit(self) -> str:
-        """N m."""
+        """The SI unit, N m."""
         return "N m"
 
 

@@ -25,9 +25,9 @@ from tt_precise.runtime.values import Functions, InputError, Scalar
 class Motion:
     """A body in a state, in one arithmetic: the argument of quantities.
 
-    ``state`` holds vectors (with vx = vy = 0 when rolling); ``model`` determines the force at the
-    contact. Everything is computed when first needed; ``s_dot`` computes the velocity of CM if it
-    is known more precisely than from the vectors.
+    ``state`` has vectors (with vx = vy = 0 when rolling); ``model`` determines the force at the
+    contact. All values are computed when first needed; ``s_dot`` computes the velocity of CM if
+    this velocity is known more precisely than from the vectors.
     """
 
     state: Any  # a NewtonState or a LiftedState
@@ -52,7 +52,7 @@ class Motion:
 
     @cached_property
     def a(self) -> Vector:
-        """From the centre of mass to the contact point."""
+        """Vector from the centre of mass to the contact point."""
         return newton.contact_arm(self.body, self.k)
 
     @cached_property
@@ -153,9 +153,10 @@ ANGULAR_MOMENTUM, JELLETT = Dimension(1, 2, -1), Dimension(1, 3, -1)
 
 @dataclass(frozen=True)
 class UserFunction:
-    """A user's function of the motion, whose errors and wrong results are errors of the input.
+    """A user's function of the motion; its errors and wrong results raise ``InputError``.
 
-    It receives numbers or arrays of several arithmetics, and series where its rate is needed.
+    The function receives numbers or arrays of several arithmetics, and series where its time
+    derivative is needed.
     """
 
     function: Callable[[Motion], Scalar]
@@ -185,7 +186,7 @@ class UserFunction:
 class Quantity:
     """A named quantity: its function, dimension, meaning with equation number, and domain.
 
-    ``azimuth`` says that it needs the direction of the axis; an Euler state leaves it open.
+    ``azimuth`` is true if the function needs the direction of the tilt, which an Euler state lacks.
     """
 
     name: str

@@ -17,7 +17,7 @@ from typing import Any, Literal, TypeAlias, TypeVar
 
 
 class InputError(ValueError):
-    """Input that cannot be used; its message is one complete line, shown to the user as it is."""
+    """Unusable input; the message is one complete line, shown to the user unchanged."""
 
 
 Json: TypeAlias = Any
@@ -76,9 +76,9 @@ def shortened(value: Any) -> str:
 
 
 def distinct(what: str, asked: Iterable[Any]) -> tuple[Any, ...]:
-    """Return the requested things, given by name or as objects with a name, each once.
+    """Return the requested items, given by name or as objects with a name, each once.
 
-    Raises ``InputError``: two have one name, as two lambdas have.
+    Raises ``InputError``: two items have the same name, as two lambdas do.
     """
     by_name: dict[str, Any] = {}
     for one in asked:
@@ -92,7 +92,7 @@ def distinct(what: str, asked: Iterable[Any]) -> tuple[Any, ...]:
 class Arithmetic:
     """An arithmetic to which exact numbers can be converted.
 
-    ``fn`` has its functions; ``exact`` rounds a ``Fraction`` once into it.
+    ``fn`` has elementary functions; ``exact`` rounds a ``Fraction`` once into the arithmetic.
     """
 
     fn: Functions
@@ -105,13 +105,13 @@ Sense = Literal["at most", "above", "at least", "rounds to"]
 
 @dataclass(frozen=True)
 class Check:
-    """The result of a check: of a trajectory, an engine, an extreme case, a claim.
+    """The result of a check of a trajectory, an engine, an extreme case or a claim.
 
-    The verdict is "open" if the check could not be resolved or lacks input, "skipped" if it does
-    not apply. ``value`` is the worst of all rows, ``at`` its time in s, ``since`` the first time at
-    which a value is beyond the limit, ``bound`` the largest error that would go unnoticed, ``note``
-    a reason or a remark. ``curve`` holds times and values for a plot, ``parts`` the components of
-    the value (correct digits of every column), and ``history`` describes its course over time.
+    The verdict is "open" if the check could not be resolved or lacks input, "skipped" if the check
+    does not apply. ``value`` is the worst of all rows, ``at`` its time in s, ``since`` the first
+    time at which a value is beyond the limit, ``bound`` the largest error that would go unnoticed,
+    ``note`` a reason or a remark. ``curve`` has times and values for a plot, ``parts`` the parts of
+    the value (correct digits of every column), and ``history`` its course over time in words.
     ``expected`` and ``measured`` are both sides in words, with units and correct digits.
     """
 
@@ -137,7 +137,7 @@ class Check:
         return self.verdict != "fail"
 
     def as_dict(self) -> dict[str, Json]:
-        """For JSON."""
+        """Return the fields of the JSON object."""
         # JSON has no infinity: the note states an infinite worst value
         value = None if self.value is None or not math.isfinite(self.value) else self.value
         entry: dict[str, Json] = {
@@ -169,10 +169,10 @@ Result = TypeVar("Result")
 
 
 class Memory:
-    """An object that keeps results which depend on nothing but itself and a key."""
+    """A cache of results that depend only on the object itself and a key."""
 
     def once(self, key: Hashable, compute: Callable[[], Result]) -> Result:
-        """Return the result of ``compute``, from the cache where ``key`` was asked before."""
+        """Return the result of ``compute``, cached under ``key``."""
         if key not in self._results:
             self._results[key] = compute()
         return self._results[key]
