@@ -93,5 +93,5 @@ def test_loaded_with_the_pose() -> None:
     assert conservation(frame, "reference", digits=14, columns={}).passed
     columns = ["t", *Pose._fields]
     assert conservation(frame[columns], "reference", digits=12).passed
-    with pytest.raises(InputError, match="phi or psi from a pole"):
+    with pytest.raises(InputError, match="phi or psi for a start at a pole"):
         load("upright", pose=True)

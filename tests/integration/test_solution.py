@@ -234,7 +234,7 @@ def test_an_interrupted_run_harms_no_later_one(half: Scene, precision: str) -> N
         ),
         ("reference", {"contact": "none"}, "contact: got 'none', expected one of"),
         ("reference", {"record": ("theta",)}, "expected one of: phi, psi, x, y"),
-        ("upright", {"record": ("psi",)}, "from a pole"),
+        ("upright", {"record": ("psi",)}, "at a pole"),
         ("upright", {"formulation": "euler"}, "theta = 0 is a pole, .* formulation newton"),
         ("inverted", {"formulation": "euler"}, "theta = pi is a pole"),
     ],

@@ -138,8 +138,13 @@ def test_a_stiff_table_is_the_rigid_one(spring: str, power: float) -> None:
         ("flight", 'height = "0.01"', 'height = "-1"', "start.height: got -1 in a flight scene"),
         ("flight", 'g = "9.82"', 'g = "9.82"\nmu = "0.3"', "got flight with friction or a table"),
         ("flight", "[start]", '[contact]\nlost = "fly"\n[start]', "got flight with friction"),
-        ("reference", "[start]", '[start]\nheight = "0.1"', "got one of them on a rigid table"),
-        ("rolling", "[start]", '[start]\nrise = "0.1"', "got one of them on a rigid table"),
+        (
+            "reference",
+            "[start]",
+            '[start]\nheight = "0.1"',
+            "got one of these keys on a rigid table",
+        ),
+        ("rolling", "[start]", '[start]\nrise = "0.1"', "got one of these keys on a rigid table"),
     ],
 )
 def test_scene_files_that_are_refused(name: str, before: str, after: str, message: str) -> None:

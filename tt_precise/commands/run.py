@@ -56,7 +56,7 @@ class ClimbsRecord(Record, frozen=True):
     """The climb, as `tt-precise events` defines it."""
 
     precision: Annotated[str, means("arithmetic of the run with these times")]
-    equator: Annotated[str, means("when theta first crosses pi/2, in s")]
+    equator: Annotated[str, means("first time at which theta crosses pi/2, in s")]
     equator_error: Annotated[str | None, means("estimated error in s, likewise")]
     A: Annotated[ClimbRecord, means("signed perigee")]
     B: Annotated[ClimbRecord, means("L.k = L.z and L.k = -L.z")]

@@ -299,7 +299,7 @@ def _targets(out: str | None, as_csv: bool) -> tuple[str | None, Path | None]:
 
 
 def pairs(given: tuple[str, ...], option: str, form: str) -> dict[str, str]:
-    """NAME=TEXT pairs by name, of a ``form`` that errors show."""
+    """The pairs NAME=TEXT by name; error messages show their ``form``."""
     texts: dict[str, str] = {}
     for pair in given:
         name, equals, text = pair.partition("=")
@@ -314,7 +314,8 @@ def _refuse_what_the_file_says(scene: str) -> None:
     for name in SAID_IN_FILE:
         if context.get_parameter_source(name) is not ParameterSource.DEFAULT:
             raise InputError(
-                f"--{name}: got it with {scene}, the file of a sweep; expected it in that file"
+                f"--{name}: got this option with {scene}, the file of a sweep; expected the value "
+                "in that file"
             )
 
 

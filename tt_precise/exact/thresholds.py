@@ -72,7 +72,7 @@ class Thresholds:
 
     @property
     def inverts(self) -> bool | None:
-        """True if the theorem's verdict is "inverts", False if "does not invert", None if neither."""
+        """True if the theorem's verdict is "inverts", False if "does not invert", else None."""
         return self.theorem.inverts
 
     @property

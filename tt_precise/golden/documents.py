@@ -52,7 +52,7 @@ class Files(Record, frozen=True, rename={**FILES, "scene": "scene.toml", "proof"
     scene: Annotated[Hashed, means("the scene")]
     trajectory: Annotated[TableClaims, means("samples")]
     events: Annotated[TableClaims, means("events")]
-    proof: Annotated[Hashed | Unset, means("what is proved of the tables")] = UNSET
+    proof: Annotated[Hashed | Unset, means("statements proved about the tables")] = UNSET
 
 
 class Computation(Record, frozen=True, kw_only=True):
@@ -72,8 +72,10 @@ class Evidence(Record, frozen=True, kw_only=True):
 
     agreement: Annotated[Agreement, means("digits in which the runs agree")]
     runs: Annotated[list[Computation], means("the computations")]
-    constant_over_printed_rows: Annotated[dict[str, Agreement], means("digits integrals keep")]
-    events: Annotated[str, means("what the runs have in common of the events")]
+    constant_over_printed_rows: Annotated[
+        dict[str, Agreement], means("digits to which each integral is constant")
+    ]
+    events: Annotated[str, means("agreement of the runs on the events")]
 
 
 class Manifest(Record, frozen=True, kw_only=True, tag_field="schema", tag=FORMAT):
@@ -122,7 +124,9 @@ class Inversion(Record, frozen=True, kw_only=True):
     """Times of the climb, or the reason why nothing is proved about them."""
 
     failure: Annotated[str | Unset, means("reason why nothing is proved")] = UNSET
-    equator: Annotated[Ball | Unset | None, means("when theta first crosses pi/2, in s")] = UNSET
+    equator: Annotated[
+        Ball | Unset | None, means("first time at which theta crosses pi/2, in s")
+    ] = UNSET
     A: Annotated[Climb | Unset, means("signed perigee")] = UNSET
     B: Annotated[Climb | Unset, means("L.k = L.z and L.k = -L.z")] = UNSET
     C: Annotated[Climb | Unset, means("change of sign of phi_dot")] = UNSET
@@ -131,8 +135,8 @@ class Inversion(Record, frozen=True, kw_only=True):
 class Neighbourhood(Record, frozen=True, kw_only=True):
     """A neighbourhood of a vertical spin that the solution is proved never to leave."""
 
-    theta_tends_to: Annotated[str, means("0 or pi: the spin that it tends to")]
-    since_s: Annotated[str, means("from when on it is in the neighbourhood, in s")]
+    theta_tends_to: Annotated[str, means("limit of theta: 0 or pi")]
+    since_s: Annotated[str, means("time in s from which the solution is in the neighbourhood")]
     g_n_at_least_mg: Annotated[str, means("lower bound of g_n from then on, in units of m g")]
     sin_theta_at_most: Annotated[str, means("bound of sin theta from then on")]
     limits: Annotated[dict[str, Ball], means("limits of the quantities, in SI")]
@@ -142,24 +146,23 @@ class Proof(Record, frozen=True, tag_field="schema", tag="tt_precise.proof/5", r
     """`proof.json`: what is proved about a scene's golden data."""
 
     scene: SceneName
-    scene_sha256: Annotated[str, means("SHA-256 of what the scene says")]
+    scene_sha256: Annotated[str, means("SHA-256 of the scene's content")]
     trajectory: Annotated[Hashed, means("the table of samples that was proved")]
     events: Annotated[Hashed, means("the table of events that was proved")]
     theorem: Annotated[str, means("place of the theorem")]
     bits: Bits
     steps: Annotated[int, means("verified steps")]
-    entries: Annotated[int, means("printed numbers compared")]
-    rounded: Annotated[int, means("those proved to be rounded correctly: all")]
+    entries: Annotated[int, means("compared printed numbers")]
+    rounded: Annotated[int, means("printed numbers proved to be correctly rounded: all")]
     proved_events: Annotated[
-        dict[str, int], means("how often each event happens: each exists, and there is no other")
+        dict[str, int],
+        means("number of occurrences of each event; each exists, and there is no other"),
     ]
     contact: Annotated[ContactForce, means("the proved statement about the contact force")]
     inversion: Annotated[Inversion, means("times of the climb")]
     forever: Annotated[
         dict[str, Neighbourhood | str],
-        means(
-            "for all later times: the first neighbourhood (held), the last (at_the_end); or failure"
-        ),
+        means("all later times: the first neighbourhood (held), the last (at_the_end); or failure"),
     ]
     conserved_within: Annotated[dict[str, str], means("bounds of the change of integrals")]
     versions: Versions

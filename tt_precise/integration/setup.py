@@ -96,8 +96,8 @@ class Setup:
         if relative != 0 and not finest <= relative < 1:
             raise InputError(
                 f"tolerance: got {shortened(tolerance)}, expected 0 for the full accuracy of "
-                f"{working.name}, or a number from {float(finest):.2g}, beyond which nothing is "
-                "gained, to 1"
+                f"{working.name}, or a number from {float(finest):.2g} (the finest tolerance that "
+                "improves a result) to 1"
             )
         return cls(
             formulation=form,
@@ -201,7 +201,10 @@ def _checked_record(
     for name in sorted(names - set(RECORDABLE)):
         raise InputError(f"record: got {name!r}, expected one of: {', '.join(RECORDABLE)}")
     if names & {"phi", "psi"} and scene.start.theta.at_pole:
-        raise InputError("record: got phi or psi from a pole, where they are undefined")
+        raise InputError(
+            "record: got phi or psi for a start at a pole, where both are undefined; expected a "
+            "tilt, such as theta = 1e-9"
+        )
     if coordinates == "euler" and (azimuth or names & {"x", "y"}):
         names.add("phi")  # the direction in which the centre of mass moves
     return tuple(name for name in RECORDABLE if name in names)

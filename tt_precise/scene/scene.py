@@ -116,8 +116,8 @@ class Scene:
         )
         yield (
             lifted and not flight and not self.body.spring,
-            "start.height, start.rise: got one of them on a rigid table, expected a flight scene "
-            "or an elastic table",
+            "start.height, start.rise: got one of these keys on a rigid table, expected a flight "
+            "scene or an elastic table",
         )
         has_contact = self.flies or self.body.mu or self.body.spring
         yield (
