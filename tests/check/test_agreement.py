@@ -33,6 +33,17 @@ def test_columns_beside_the_state_agree_with_it(healthy: Healthy, name: str, fri
     assert f"{name} does not agree with the vectors columns" in wrong["agreement"].note
 
 
+def test_vectors_beside_euler_angles_without_phi_are_left_open(healthy: Healthy) -> None:
+    """They turn with the axis, whose direction is not known; their vertical parts are compared."""
+    frame = tt.integrate("reference", until="0.2").frame(*EULER[1:], "Lx", "kz")
+    assert check(frame, "reference", allow=("contact_momentum", "friction_power")).passed
+    found = check(frame, "reference", friction="other")
+    assert (found["agreement"].verdict, found.failures) == ("open", ())
+    assert "Lx not looked at" in found["agreement"].note
+    wrong = check(frame.assign(kz=frame["kz"] + 1e-3), "reference")
+    assert "kz does not agree" in wrong["agreement"].note
+
+
 def test_a_track_that_nobody_followed_is_incomplete(healthy: Healthy) -> None:
     frame = pandas.DataFrame(tt.golden.load("track"))[:801:8]
     assert check(frame, "track").passed

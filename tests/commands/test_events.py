@@ -55,7 +55,7 @@ def test_the_events_of_a_scene(said: Said, printed: Printed, trajectory: Traject
 
 
 def test_events_are_chosen_by_name(said: Said) -> None:
-    asked = "events upright --only equator,extremum:g_n --precision extended"
+    asked = "events upright --only equator,extremum:g_n,climb --precision extended"
     first, *climb = said(asked).splitlines()
     assert first.startswith("extremum:g_n: its function touches zero, stays there")
     assert climb == [f"{key:>9}: none" for key in CLIMB]
@@ -76,6 +76,8 @@ def test_what_every_run_records_can_be_asked_for_alone(said: Said, printed: Prin
     found = printed("events coulomb-small-top --only stick")["events"]
     assert [event["name"] for event in found] == ["stick"]
     assert printed("events coulomb-small-top --only equator")["events"] == []
+    assert said("events coulomb-small-top --only stick").count("\n") == 1
+    assert said("events coulomb-small-top --only equator") == "none of: equator\n"
     lines = said("events reference --only climb").splitlines()
     assert [line.split(":")[0].strip() for line in lines] == CLIMB
     lost = said("events contact-lost --only contact_lost").splitlines()

@@ -168,6 +168,7 @@ def test_wide_times_print_the_digits_that_are_right() -> None:
     assert str(found.equator).startswith("5.8797495180457992")
     assert len(str(found.A.t_init).split(" +- ")[0]) < 20
     assert " +- " in found._repr_html_()
+    assert f"{float(found.A.duration):.6g} s" in found._repr_html_()  # It carries no error.
 
 
 def test_a_time_that_is_not_there_has_no_error() -> None:

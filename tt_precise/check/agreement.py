@@ -30,7 +30,8 @@ def agreement(rows: Samples, followed: frozenset[str]) -> Check:
     """Compare the columns that the state determines; ``followed`` are other columns looked at."""
     own = {"t", *rows.setup.columns.names, *rows.setup.columns.height}
     further = [name for name in rows.given if name not in own]
-    derived = {name: of(rows) for name, of in DERIVED.items() if name in further}
+    open_ = frozenset() if rows.setup.columns.azimuth else HORIZONTAL
+    derived = {name: of(rows) for name, of in DERIVED.items() if name in {*further} - open_}
     left = [name for name in further if name not in derived and name not in followed]
     if not further:
         return Check(NAME, "pass", 0.0, LIMIT, 0.0, "no further columns", MEANING)
@@ -90,6 +91,10 @@ DERIVED: Mapping[str, Callable[[Samples], Array]] = {
     **{f"w{axis}": _component("omega", n) for n, axis in enumerate("xyz")},
     **{f"vc{axis}": _component("s_dot", n) for n, axis in enumerate("xyz")},
 }
+
+# Columns that the direction of the axis decides, which Euler angles without phi leave open.
+HORIZONTAL = frozenset(f"{vector}{axis}" for vector in "kLvw" for axis in "xy")
+HORIZONTAL |= {"phi", "vcx", "vcy"}
 
 
 def sizes_of_derived(rows: Samples, derived: Mapping[str, Array]) -> dict[str, Array]:

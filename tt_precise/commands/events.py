@@ -81,7 +81,10 @@ def command(
     }
     shown = _lines(run, None if only is None else wanted, exactly=exactly)
     shown += [f"{name}: its function {TOUCHES}" for name in run.touches]
-    shown += [f"{key:>9}: {_seconds(time, errors.get(key))}" for key, time in climb.items()]
+    if only is None or CLIMB in wanted:
+        shown += [f"{key:>9}: {_seconds(time, errors.get(key))}" for key, time in climb.items()]
+    elif not shown:
+        shown.append(f"none of: {', '.join(wanted)}")
     if run.status != "complete":
         meaning = TERMINAL.get(run.status, "the integration ended early")
         shown.append(f"{run.status} at t = {_seconds(run.t_end)}: {meaning}")

@@ -106,7 +106,7 @@ class InversionTimes:
 
         rows: list[tuple[object, ...]] = [("theta = pi/2", _full(self.equator), "", "")]
         rows += [
-            (f"climb {d}", *map(_full, (climb.t_init, climb.t_end, climb.duration)))
+            (f"climb {d}", _full(climb.t_init), _full(climb.t_end), _brief(climb.duration))
             for d, climb in self._each
         ]
         return as_html("Climb, in s", rows, ("", "begin", "end", "duration"))
