@@ -21,7 +21,7 @@ import numpy
 
 from tt_precise.check.force_free import EPS, Misfit, Rounding, misfits, norm
 from tt_precise.check.force_free_flow import NO_TERMS, Rows, Terms, axis_of, lift_of
-from tt_precise.check.worlds import AXES, WORLDS
+from tt_precise.check.worlds import AXES, OMEGA, POLAR, QUATERNION, WORLDS
 from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import Quaternion, Vector, cross, dot, multiplied, rotate
@@ -32,6 +32,7 @@ RATES = (24, 30, 50, 60, 90, 100, 120, 144, 240, 500, 1000)
 TIME = {
     "s": 1.0, "ms": 1e-3, "microseconds": 1e-6, "ns": 1e-9, "minutes": 60.0,
     **{f"rows at {rate} Hz": 1 / rate for rate in RATES},
+    **{f"1/{rate} s": 1 / rate for rate in RATES if rate != 1000},
 }  # fmt: skip
 LENGTH = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inches": 0.0254}
 ANGLE = {"rad": 1.0, "degrees": math.pi / 180, "revolutions per minute": math.pi / 30}
@@ -235,6 +236,25 @@ def convert(given: Given, convention: Convention, body: Parameters) -> Given:
     return Given(TIME[convention.time] * (given.t - given.t[0]), q, w, v, x)
 
 
+def rigid_columns(
+    given: Mapping[str, Array], convention: Convention, body: Parameters
+) -> dict[str, Array]:
+    """Return rigid-body columns as ours where the file has them in ``convention``."""
+    vectors = [
+        numpy.array([given[name] for name in names]) if names[0] in given else None
+        for names in (QUATERNION, OMEGA, *POLAR)
+    ]
+    q, w, v, x = vectors
+    assert q is not None
+    assert w is not None
+    ours = convert(Given(given["t"], q, w, v, x), convention, body)
+    found = {**given, "t": ours.t}
+    for names, values in zip((QUATERNION, OMEGA, *POLAR), ours[1:5], strict=True):
+        if values is not None:
+            found |= dict(zip(names, values, strict=True))
+    return found
+
+
 def _vector(components: Array | Vector) -> Vector:
     return (components[0], components[1], components[2])
 
@@ -294,7 +314,7 @@ def fit(
     with numpy.errstate(all="ignore"):
         rows, moving = given.rows(body), given.v is not None
         k = axis_of(rows.q)
-        L, a, count = rows.L, contact_arm(body, k), len(rows.t)
+        L, count = rows.L, len(rows.t)
         u = {name: numpy.full(count, 2 * rounding.get(name, 0.0)) for name in "tqwvx"}
         inertia = max(body.I1, body.I3)
         omega = norm(L) / min(body.I1, body.I3)
@@ -310,10 +330,7 @@ def fit(
         for name in (*turning, *(("torque", "position") if moving else ())):
             if name in found:
                 parts[name] = _beyond(found[name], sums)
-        jellett = -dot(_vector(L), a)
-        slack = 2 * body.R * (u_L + u_L[0]) + 2 * inertia * omega * body.R * (u["q"] + u["q"][0])
-        drift = abs(jellett - jellett[0]) - slack - 64 * EPS * inertia * body.R * omega
-        parts["jellett"] = _largest(drift / abs(jellett[0]))
+        jellett, parts["jellett"] = jellett_drift(body, numpy.array(k), L, u_L, u["q"])
         scale = body.R * omega[0]
         if moving:
             slack = u["v"] + body.R * (u["w"] + 2 * omega * u["q"])
@@ -324,7 +341,23 @@ def fit(
         names = ("axis", "torque") if moving else ("axis",)
         usual = [float(numpy.sort(found[name].bound)[(count - 1) // 2]) for name in names]
         resolved = [bound < RESOLVED for bound in usual]
-        return Fit(parts, not all(resolved), not resolved[0], float(jellett[0]))
+        return Fit(parts, not all(resolved), not resolved[0], jellett)
+
+
+def jellett_drift(
+    body: Parameters, k: Array, L: Array, u_L: Array | float, u_q: Array | float
+) -> tuple[float, float]:
+    """Return Jellett's integral at the start, and its relative drift beyond the rows' rounding.
+
+    ``u_L`` and ``u_q`` are the roundings of L and of the attitude.
+    """
+    inertia = max(body.I1, body.I3)
+    spin = norm(L) / min(body.I1, body.I3)
+    u_L, u_q = (u + numpy.zeros(L.shape[1]) for u in (u_L, u_q))
+    jellett = -dot(_vector(L), contact_arm(body, _vector(k)))
+    slack = 2 * body.R * (u_L + u_L[0]) + 2 * inertia * spin * body.R * (u_q + u_q[0])
+    drift = abs(jellett - jellett[0]) - slack - 64 * EPS * inertia * body.R * spin
+    return float(jellett[0]), _largest(drift / abs(jellett[0]))
 
 
 def _largest(values: Array) -> float:
@@ -353,10 +386,11 @@ def _angle_of(q: Array) -> Array:
 
 
 def units_of_time(t: Array) -> dict[str, float]:
-    """Return the units (s) in which times may be: only whole numbers count rows."""
+    """Return the units (s) in which times may be: whole numbers may count rows."""
     dt = numpy.diff(t)
     counts = bool(numpy.allclose(dt, numpy.rint(dt)) and dt.min() >= 1)
-    units = {name: unit for name, unit in TIME.items() if counts or not name.startswith("rows")}
+    other = "1/" if counts else "rows"
+    units = {name: unit for name, unit in TIME.items() if not name.startswith(other)}
     if counts and dt.max() > 1:
         del units["rows at 1000 Hz"]  # whole ms
     return units

@@ -7,13 +7,12 @@ smaller. Otherwise no cause is named: there are several causes, or an unknown on
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy
 
@@ -25,7 +24,6 @@ from tt_precise.check.conventions import (
     LIMITS,
     OURS,
     RESOLVED,
-    TIME,
     Found,
     Given,
     fit,
@@ -36,7 +34,6 @@ from tt_precise.check.departures import EXACT, Departure, departure_of
 from tt_precise.check.fitting import BODY, ROWS, Fitted, factor, number
 from tt_precise.check.force_free import norm
 from tt_precise.check.force_free_flow import (
-    axis_of,
     by_guidance,
 )
 from tt_precise.check.kinematics import (
@@ -48,9 +45,13 @@ from tt_precise.check.kinematics import (
 )
 from tt_precise.check.precision import VECTORS, described, precisions, times_of
 from tt_precise.check.result import Cause
+from tt_precise.check.vector_conventions import (
+    LINEAR_MOMENTUM,
+    columns_of,
+    conventions_of_vectors,
+)
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import cross
 from tt_precise.runtime.values import Arithmetic, Array, Check, InputError
 from tt_precise.scene.initial_state import InitialState
 
@@ -65,7 +66,6 @@ NEIGHBOURS = 16  # Rows on either side of a wrong one that are judged alone.
 OF_FILE = ("start", "agreement", "golden", "finite")  # Checks that are not made row by row.
 FEW = 160  # Rows of Euler angles that are judged in full in each convention.
 NEARLY = 2.0  # Factor by which the trapezoidal rule may misjudge how fast the rows turn.
-MOST_CHANGES = 2  # Conventions of vectors that are tried at once.
 NEARER = 0.1  # Part of a failure that may be left with a cause: engines have errors of their own.
 FEWEST_STILL = 4  # Equal rows at the end of a file that are no chance.
 SPARE = 100.0  # Roundings that explain a failure.
@@ -95,7 +95,7 @@ def explain(
             lambda: _of_source(rows, alternatives),
             lambda: _still(rows, failed, judge),
             lambda: _columns(left(), certain=True),
-            lambda: _convention(rows, judge),
+            lambda: _convention(rows, findings, judge),
             lambda: _columns(left(), certain=False),
             lambda: _start(rows, failed),
             lambda: _clamp(rows),
@@ -258,24 +258,55 @@ def _of_source(rows: Samples, alternatives: Mapping[str, Reading]) -> list[Cause
     return []
 
 
-def _convention(rows: Samples, judge: Judge) -> list[Cause]:
+# Checks that hold for every contact force, in every world of ours.
+FORCE_FREE = ("kinematics", "contact_momentum", "jellett")
+
+
+def _convention(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
     if len(rows.t) < 8 or rows.setup.scene.lifts:
         return []
-    given, half = given_of(rows)
+    scenes = float(quantities.jellett(_scenes_start(rows).motion(numpy)))
+    if all(one.verdict in ("pass", "skipped") for one in findings if one.name in FORCE_FREE):
+        return _mirrored(rows, scenes)
     if rows.setup.columns.name.startswith("Euler"):
-        return _of_euler(rows.rows(slice(0, FEW)), judge)
+        return _of_euler(rows, judge)
+    given, half = given_of(rows)
     if given.vectors:
-        return _of_vectors(rows, given, half)
-    start = _scenes_start(rows)
-    scenes = float(quantities.jellett(start.motion(numpy)))
+        return _of_vectors(rows, given, half, judge)
     _, found = search(given, rows.setup.body, half, scenes)
-    if not found:
+    for one in found:
+        ours = rows.setup.samples(
+            Block(conventions.rigid_columns(rows.given, one.convention, rows.setup.body))
+        )
+        right = (
+            _obeyed(ours, judge) if one.exactly else _nearer(_by_any_force(ours), findings, judge)
+        )
+        if right:
+            causes = [Cause("convention", one.convention.words())]
+            return causes if one.exactly else causes + _beyond(rows, given, half, one)
+    return []
+
+
+def _by_any_force(rows: Samples) -> Samples:
+    """The rows, judged by the laws that every force obeys."""
+    setup = replace(rows.setup, friction="other", start="other")
+    return replace(rows, setup=setup, shared={})
+
+
+def _obeyed(rows: Samples, judge: Judge) -> bool:
+    """Test that all rows are seen to obey the laws of every force."""
+    found = {one.name: one.verdict for one in judge(_by_any_force(rows))}
+    return "fail" not in found.values() and found["kinematics"] == "pass"
+
+
+def _mirrored(rows: Samples, scenes: float) -> list[Cause]:
+    """The motion is the scene's in a mirror: Jellett's integral has the other sign."""
+    own = float(quantities.jellett(rows.first))
+    if rows.setup.start == "other" or abs(own + scenes) > UNLIKE * abs(scenes):
         return []
-    best = found[0]
-    causes = [Cause("convention", best.convention.words())]
-    if not best.exactly:
-        causes += _beyond(rows, given, half, best)
-    return causes
+    if rows.setup.columns.name == "rigid body":
+        return [Cause("convention", replace(OURS, hand="left").words())]
+    return [Cause("convention", "the world is left-handed, or the top spins the other way")]
 
 
 def _beyond(rows: Samples, given: Given, half: dict[str, float], best: Found) -> list[Cause]:
@@ -288,67 +319,11 @@ def _beyond(rows: Samples, given: Given, half: dict[str, float], best: Found) ->
     return number(rows.setup.body, ours, half, again)
 
 
-LINEAR_MOMENTUM = {"": 1.0, "g mm^2/s": 1e-9, "kg mm^2/s": 1e-6, "g cm^2/s": 1e-7}
-
-
-class _Vectors(NamedTuple):
-    """Choices for columns of vectors: units of t, L and v, the end of the axis, the point of v."""
-
-    time: str = "s"
-    momentum: str = ""
-    length: str = "m"
-    flipped: bool = False
-    centre: bool = False
-
-    @property
-    def words(self) -> list[str]:
-        """The differences from our convention."""
-        counts = "t counts" if self.time.startswith("rows") else "the time is in"
-        said = [f"{counts} {self.time}"] * (self.time != "s")
-        said += [f"the angular momentum is in {self.momentum}"] * bool(self.momentum)
-        said += [f"the velocities are in {self.length}/s"] * (self.length != "m")
-        said += ["the axis points from the other end"] * self.flipped
-        return said + ["the velocity is that of the centre of mass"] * self.centre
-
-    def convert(self, given: Given, body: Parameters) -> Given:
-        """Return the columns as ours."""
-        k = numpy.array(axis_of(given.q)) * (-1 if self.flipped else 1)
-        L = LINEAR_MOMENTUM[self.momentum] * given.w
-        v = None if given.v is None else LENGTH[self.length] * given.v
-        ours = Given(TIME[self.time] * given.t, shortest_turn(k), L, v, given.x, vectors=True)
-        if self.centre and v is not None:
-            swing = -ours._replace(v=None).rows(body).v
-            ours = ours._replace(v=v + swing * numpy.array([[1.0], [1.0], [0.0]]))
-        return ours
-
-
-def _of_vectors(rows: Samples, given: Given, half: dict[str, float]) -> list[Cause]:
-    body, few = rows.setup.body, given.part(slice(0, conventions.LOOKED_AT))
-    moving = given.v is not None
-    choices = itertools.product(
-        units_of_time(few.t),
-        LINEAR_MOMENTUM,
-        LENGTH if moving else ("m",),
-        (False, True),
-        (False, moving),
-    )
-    candidates = sorted({_Vectors(*one) for one in choices}, key=lambda one: (len(one.words), one))
-    k = numpy.array(axis_of(few.q))
-    ahead = pace(few.t, k, numpy.array(cross(tuple(few.w), tuple(k))) / body.I1)
-    for one in candidates[1:]:
-        if len(one.words) > MOST_CHANGES:
-            break
-        if not 1 / NEARLY < ahead * TIME[one.time] * LINEAR_MOMENTUM[one.momentum] < NEARLY:
-            continue
-        ours = one.convert(few, body)
-        turning = float(norm(ours.w)[0]) / body.I3 * float(numpy.diff(ours.t).max())
-        if not 1e-6 < turning < conventions.FARTHEST:
-            continue
-        unit = {
-            "t": TIME[one.time], "w": LINEAR_MOMENTUM[one.momentum], "v": LENGTH[one.length],
-        }  # fmt: skip
-        known = {name: value * unit.get(name, 1.0) for name, value in half.items()}
-        if fit(body, ours, known).passes:
+def _of_vectors(rows: Samples, given: Given, half: dict[str, float], judge: Judge) -> list[Cause]:
+    """A convention of vectors in which all rows obey the laws of every force."""
+    for one in conventions_of_vectors(given, rows.setup.body, half):
+        columns = columns_of(one.convert(given, rows.setup.body))
+        if _obeyed(rows.setup.samples(Block({**rows.given, **columns})), judge):
             return [Cause("convention", "; ".join(one.words))]
     return []
 
@@ -362,7 +337,7 @@ def pace(t: Array, values: Array, rates: Array) -> float:
 
 def _of_euler(rows: Samples, judge: Judge) -> list[Cause]:
     """Every force keeps Jellett's integral and the inclination's rate; with phi, the momentum."""
-    given, setup = rows.given, replace(rows.setup, friction="other")
+    given, setup = rows.rows(slice(0, FEW)).given, replace(rows.setup, friction="other")
 
     def remainder(samples: Samples) -> float:
         """Return what the inclination leaves where the laws hold; infinite elsewhere."""
@@ -392,6 +367,13 @@ def _of_euler(rows: Samples, judge: Judge) -> list[Cause]:
             found.append((unlike, remainder(other), text))
     # The rates of frames are near each other: the scene's force may tell them apart.
     named = [text for unlike, _, text in sorted(found) if unlike == min(found)[0]]
+    if len(rows.t) > FEW:
+        whole = _euler_conventions(rows.given)
+        named = [
+            text
+            for text in named
+            if not _failing(judge(setup.samples(Block({**rows.given, **whole[text]}))))
+        ]
     return [Cause("convention", ", or ".join(named))] if named else []
 
 
@@ -412,7 +394,7 @@ def _euler_conventions(given: Mapping[str, Array]) -> dict[str, dict[str, Array]
                 both = {**scaled, "theta": _degrees(given)}
                 found["angles and angular velocities are in degrees"] = both
     for unit, size in units_of_time(given["t"]).items():
-        if size != 1:
+        if size != 1 and not unit.startswith("1/"):  # inclination does not tell frames apart
             text = f"t counts {unit}" if unit.startswith("rows") else f"the time is in {unit}"
             found[text] = {"t": size * given["t"]}
     if "phi" in given and "nu_x" in given:

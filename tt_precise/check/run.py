@@ -307,6 +307,7 @@ class _Examination:
 
                 alternatives, true = self._file.alternatives, self._true_rows(solution)
                 causes = tuple(explain(rows, findings, self.judge, alternatives, true))
+                findings = [_by_cause(one, causes) for one in findings]
         t_first = self._file.usable.t_first
         return Result(
             trajectory=self._file.where,
@@ -406,6 +407,17 @@ class _Examination:
             if by_name[name].verdict == "open" and name not in self._allow:
                 unseen.append(f"{what} ({by_name[name].note})")
         return tuple(unseen)
+
+
+def _by_cause(finding: Check, causes: Sequence[Cause]) -> Check:
+    """Return an open check of the attitude as a failure where another convention resolves it."""
+    if finding.name != "kinematics" or finding.verdict != "open":
+        return finding
+    named = [cause.text for cause in causes if cause.kind == "convention"]
+    if not named or ", or " in named[0]:  # one of several: which is not seen
+        return finding
+    note = f"the rows follow from each other if {named[0]}"
+    return replace(finding, verdict="fail", value=None, at=None, since=0.0, note=note)
 
 
 def _written(columns: Mapping[str, Array]) -> str:

@@ -1,0 +1,84 @@
+"""Exchanged, mirrored and scaled columns of vectors are named for a motion of any force."""
+
+from collections.abc import Callable
+
+import pandas
+import pytest
+
+import tt_precise as tt
+from tests.check.conftest import VECTORS, Healthy, check
+from tests.check.test_departures import holding, late, times
+from tt_precise.check.vector_conventions import OURS, arrangements
+from tt_precise.scene.scene import parse_scene
+
+L, K = ("Lx", "Ly", "Lz"), ("kx", "ky", "kz")
+SPOILT: dict[str, Callable[[pandas.DataFrame], pandas.DataFrame]] = {
+    "vx, vy hold vy, vx": holding(vx="vy", vy="vx"),
+    "kx, ky hold ky, kx": holding(kx="ky", ky="kx"),
+    "Lx, Ly hold Ly, Lx": holding(Lx="Ly", Ly="Lx"),
+    "vx, vy have the other sign": times(-1, "vx", "vy"),
+    "kz has the other sign": times(-1, "kz"),
+    "Lz has the other sign": times(-1, "Lz"),
+    "the axis points from the other end": times(-1, *K),
+    "Lx, Ly, Lz have the other sign": times(-1, *L),
+    "kx, ky, kz hold ky, kz, kx; Lx, Ly, Lz hold Ly, Lz, Lx": holding(
+        kx="ky", ky="kz", kz="kx", Lx="Ly", Ly="Lz", Lz="Lx"
+    ),
+    "the world is left-handed, or the top spins the other way": times(-1, "kx", "vx", "Ly", "Lz"),
+    "the time is in 1/60 s": times(60, "t"),
+    "the time is in ms": times(1e3, "t"),
+    "the time is in minutes": times(1 / 60, "t"),
+    "the velocities are in cm/s": times(100, "vx", "vy"),
+    "the angular momentum is in kg mm^2/s; the velocities are in mm/s": (
+        lambda frame: times(1e6, *L)(times(1e3, "vx", "vy")(frame))
+    ),
+    # what is no convention
+    "": late("vx", "vy"),
+    "-": times(1.001, "kx"),
+    "--": times(1.05, "vx"),
+}
+
+
+@pytest.fixture(scope="module")
+def dry() -> pandas.DataFrame:
+    """A motion with dry friction, which is not the scene's."""
+    lines = tt.load_scene("reference").text.splitlines()
+    text = "\n".join(line for line in lines if not line.startswith("mu"))
+    friction = '[friction]\nlaw = "regularised"\nmu = "0.3"\nepsilon = "0.01"\n'
+    scene = parse_scene(f"{text}\n{friction}", "dry", "dry.toml")
+    run = tt.integrate(scene, events=())
+    return run.frame(*VECTORS[1:], times=[0.005 * i for i in range(174)], numbers="float")
+
+
+@pytest.mark.parametrize("text", SPOILT)
+def test_conventions_of_another_motion_are_named(dry: pandas.DataFrame, text: str) -> None:
+    given = SPOILT[text](dry)
+    found = check(given, "reference", friction="other")
+    assert found.verdict == "fail"
+    named = [cause.text for cause in found.causes if cause.kind == "convention"]
+    assert named == ([text] if text.strip("-") else [])
+
+
+def test_another_motion_has_no_convention(dry: pandas.DataFrame) -> None:
+    assert check(dry, "reference", friction="other").passed
+    assert {cause.kind for cause in check(dry, "reference").causes} <= {"force", "rows"}
+
+
+def test_rows_too_far_apart_fail_only_if_another_clock_is_seen(healthy: Healthy) -> None:
+    wide = healthy("reference", 41)[VECTORS]
+    for right in (wide, wide.drop(columns=["vx", "vy"])):
+        assert check(right, "reference", friction="other").verdict == "incomplete"
+    for unit in (60, 1e3):
+        found = check(times(unit, "t")(healthy()[VECTORS]), "reference", friction="other")
+        assert [one.name for one in found.failures] == ["kinematics"]
+        assert "the time is in" in found["kinematics"].note
+
+
+def test_arrangements_are_those_of_a_cube() -> None:
+    assert len(arrangements(3)) == 47
+    assert len(arrangements(2)) == 7
+    assert OURS.words == []
+    assert OURS._replace(k=(-2, 1, 3), v=(2, 1)).words == [
+        "kx, ky hold ky, -kx",
+        "vx, vy hold vy, vx",
+    ]
