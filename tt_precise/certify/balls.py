@@ -19,7 +19,7 @@ from tt_precise.runtime.values import Scalar
 
 
 class NotProved(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
-    """A hypothesis was not verified, so nothing is claimed; it may still be true.
+    """A hypothesis could not be verified, so nothing is claimed; the hypothesis may be true.
 
     ``hypothesis`` names it as in the docstring of ``tt_precise.certify``.
     """
@@ -72,7 +72,7 @@ class Balls:
 
     @staticmethod
     def hypot(x: Scalar, y: Scalar) -> Scalar:
-        """Length of (x, y); what the ball of x^2 + y^2 has below zero is rounding."""
+        """Length of (x, y); the part of the ball of x^2 + y^2 below zero is rounding."""
         square = x * x + y * y
         return square.nonnegative_part().sqrt() if isinstance(square, arb) else square.sqrt()
 
@@ -128,7 +128,7 @@ def bounds(number: arb) -> tuple[Fraction, Fraction]:
 
 
 def outward(exact: arb, figures: int) -> tuple[str, str]:
-    """Return a decimal with so many figures and a radius that contain a ball.
+    """Return a decimal with ``figures`` figures and a radius that together contain a ball.
 
     The radius is one unit of the last figure, or more where the ball is wider.
     """
@@ -143,7 +143,7 @@ def outward(exact: arb, figures: int) -> tuple[str, str]:
 
 
 def round_to(number: Fraction, rounding: str, figures: int) -> str:
-    """An exact number as a decimal with so many figures, rounded in the given direction."""
+    """Round an exact number to a decimal with ``figures`` figures in the given direction."""
     if not number:
         return "0"
     with localcontext(prec=figures, rounding=rounding):
@@ -151,7 +151,7 @@ def round_to(number: Fraction, rounding: str, figures: int) -> str:
 
 
 def require_outward_rounding() -> None:
-    """Compare balls with exact rational arithmetic, before anything is proved with them.
+    """Compare balls with exact rational arithmetic before the first proof.
 
     Raises ``NotProved``: a ball does not contain the exact result: the library in use is unsound
     here.

@@ -189,7 +189,7 @@ def _emptiness(where: str, names: Sequence[str], row: Sequence[str], state: Stat
 
 
 def _misprints(file: str, table: Table) -> list[str]:
-    """Cells that are not written as golden data are; times of samples are compared as they are."""
+    """Cells without the form of golden data, except times of samples."""
     return [
         f"{file}, line {line}, {name}: got {cell[:50]!r}, expected 0 or {DIGITS} digits"
         for line, row in enumerate(table.rows, start=2)
@@ -200,7 +200,7 @@ def _misprints(file: str, table: Table) -> list[str]:
 
 
 def is_whole(cell: str) -> bool:
-    """Test a cell: 0, or a number in the one form of golden data, with all digits."""
+    """True for the cell 0, or a number in the form of golden data with all digits."""
     if cell == ZERO:
         return True
     _, _, exponent = cell.partition("e")
@@ -215,7 +215,7 @@ def _numbers(cells: Sequence[str]) -> list[str]:
 
 
 def _disorder(table: Table) -> list[str]:
-    """Rows that are not in order of time, those of one instant in the catalogue's order."""
+    """Rows that are not in order of time, or at one instant not in the catalogue's order."""
     for line, (row, after) in enumerate(pairwise(table.rows), start=3):
         try:
             time, later = Decimal(row[1]), Decimal(after[1])

@@ -42,7 +42,7 @@ class Certificate:
 
     @property
     def objection(self) -> str:
-        """Why it is not a proof of the tables; "" if it is."""
+        """The reason why the statements are no proof of the tables; "" for a proof."""
         failure = self.content["inversion"].get("failure")
         return self.compared.objection or (f"times of the climb: {failure}" if failure else "")
 
@@ -90,7 +90,7 @@ def check(scene: str, *, folder: Path | None = None) -> Certificate:
 
 
 def _implies(proved: Json, stated: Json) -> bool:
-    """Test that what is proved implies a statement: the same, or g_n is above a lower bound.
+    """True if a proved statement implies another: the same, or g_n above a lower bound.
 
     How close a bound is to the least value depends on the steps of the proof.
     """
@@ -142,7 +142,7 @@ def _readable(scene: str, folder: Path | None) -> Stored:
 
 
 def certificate_of(stored: Stored, bits: int = BITS) -> Certificate:
-    """Return what can be proved about golden data, with more bits while these are too few.
+    """Return the provable statements about golden data, with more bits while they are too few.
 
     Raises ``NotProved``: the solution could not be enclosed.
     """
@@ -160,7 +160,7 @@ def certificate_of(stored: Stored, bits: int = BITS) -> Certificate:
 
 
 def statements(stored: Stored, proof: Proof, compared: Comparison) -> dict[str, Json]:
-    """Return what a proof states about the golden tables ``stored``."""
+    """Return the statements of a proof about the golden tables ``stored``."""
     total = compared.total
     return {
         "schema": PROOF_SCHEMA,

@@ -134,7 +134,7 @@ class Step:
 
     @property
     def finish(self) -> arb:
-        """The time at which it ends."""
+        """The time at which the step ends."""
         return self.after.time
 
     def at(self, s: arb) -> list[arb]:
@@ -246,7 +246,7 @@ def _moving(rates: Rates, start: Sequence[arb]) -> list[int]:
 
 
 def _taylor(equations: Equations, start: Sequence[arb], power: int, length: arb) -> list[arb_poly]:
-    """Return exact polynomials near the solution; nothing else has to be true of them."""
+    """Return exact polynomials near the solution; the theorem holds for any polynomials."""
     bits, (mantissa, exponent) = equations.bits + FINER, length.man_exp()
     # the unit of time in which whole numbers have about the same size as in a step of length 1
     finer = max(0, -(int(exponent) + int(mantissa).bit_length()))

@@ -71,7 +71,7 @@ class Operation(Field):
 
 
 class Rates:
-    """A function of the ``size`` components of a state, as the operations that it needs.
+    """A function of the ``size`` components of a state, as a list of operations.
 
     Raises ``NotProved``: a constant in it is not finite.
     """
@@ -100,7 +100,7 @@ class Rates:
 
 
 class Series(Field):
-    """A power series; ``rule(c, n)`` is the n-th coefficient, from the earlier ones ``c``.
+    """A power series; ``rule(c, n)`` is the n-th coefficient from the earlier coefficients ``c``.
 
     Coefficients are of any arithmetic. With ``bits`` they are whole numbers in units of 2^-bits.
     """
@@ -320,7 +320,7 @@ class TaylorModel(Field):
 
 
 class Dual(Field):
-    """A value with its derivatives by components of a state; those left out are zero."""
+    """A value with its derivatives by components of a state; missing derivatives are zero."""
 
     def __init__(self, value: Scalar, slopes: dict[int, Scalar]):
         self.value, self.slopes = value, slopes

@@ -34,7 +34,7 @@ MOST_PARTS = 100_000  # Of steps, for a bound: where models are too wide, it is 
 
 @dataclass(frozen=True)
 class Happening:
-    """An event in one ``phase``: its direction, and balls around time and state."""
+    """An event in one ``phase``: direction, and balls around time and state."""
 
     direction: int
     time: arb
@@ -44,7 +44,7 @@ class Happening:
 
 @dataclass(frozen=True)
 class Segment:
-    """A verified step of a phase, up to a time ``until`` that it does not have to reach."""
+    """A verified step of a phase, of which at most the part up to ``until`` is used."""
 
     phase: Phase
     step: Step
@@ -148,7 +148,7 @@ def enclose(
 
 
 class _Walk:
-    """A motion on its way: what has been enclosed until now."""
+    """A motion in progress: the enclosure up to the present time."""
 
     def __init__(self, problem: Problem, bits: int, order: int):
         self.problem, self.bits, self.order = problem, bits, order

@@ -44,7 +44,7 @@ NOT_CONFINED = {
 
 
 class Equator(NamedTuple):
-    """The passage of theta = pi/2 by the axis, and its time (s; None unless it did)."""
+    """The passage of the axis through theta = pi/2, and its time (s), None without a passage."""
 
     verdict: Literal["passed", "not_passed", "never"]
     t: Scalar

@@ -121,7 +121,7 @@ def problem_of(scene: Scene) -> Problem:
 
 
 def _forms(scene: Scene) -> list[tuple[str, Formulation, Function]]:
-    """Return what ends each phase of a motion, its equations, and the function that falls."""
+    """Return the end of each phase of a motion, its equations, and the decreasing function."""
     law, spring = scene.body.friction, scene.body.spring
     if scene.flies or spring == "hunt-crossley":
         which = "flight after contact" if scene.flies else f"a {spring} table"

@@ -51,7 +51,7 @@ class Proposer:
         return self.power, arb(fmpz(whole)) * arb(2) ** exponent
 
     def accepts(self, step: Step) -> bool:
-        """Choose the next length by the costs of a step; False if it should be made again."""
+        """Choose the next length by the costs of a step; False if the step should be repeated."""
         defect, flow, growth = (float(x) for x in step.costs)
         order, length = self.equations.order, float(step.length)
         allowed = 2.0 ** (DEFECT_BITS - self.equations.bits) * order

@@ -70,7 +70,7 @@ class Formal(Field):
 
     @classmethod
     def of(cls, x: Scalar) -> Formal:
-        """Return a rational number as a formal one, or the formal number itself."""
+        """Return a rational number as a formal number; a formal number stays unchanged."""
         return x if isinstance(x, Formal) else cls(fmpq_poly([x]), NONE, ONE)
 
     def __bool__(self) -> bool:
@@ -100,7 +100,7 @@ class Formal(Field):
         return Formal(self.a * self.c, -self.b * self.c, norm, self.square)
 
     def exp(self) -> Formal:
-        """Raise ``NotProved``: there is no such formal number."""
+        """Raise ``NotProved``: the exponential is no formal number."""
         raise NotProved("zeros", "an exponential at t = 0 is no formal number")
 
 
@@ -116,7 +116,7 @@ class FormalFunctions:
         return Formal(fmpq_poly([1, 0, -1]), NONE, fmpq_poly([1, 0, 1]))
 
     def acos(self, x: Scalar) -> arb:
-        """Return NaN: only the angle itself may be asked for, which is no formal number."""
+        """Return NaN, because an angle is no formal number."""
         return arb.nan()
 
     def exp(self, x: Scalar) -> Scalar:

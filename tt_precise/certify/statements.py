@@ -88,7 +88,7 @@ class Proof:
         return Enclosed(rows, events)
 
     def _columns(self, phase: Phase, state: Sequence[arb]) -> dict[str, arb | None]:
-        """Vectors, Euler angles and quadratures in SI; None where one does not exist."""
+        """Vectors, Euler angles and quadratures in SI; None for a value that does not exist."""
         motion, record = phase.motion(state), self.scene.record
         vectors = zip(motion.state._fields, motion.state, strict=True)
         euler = zip(motion.euler._fields, motion.euler, strict=True)

@@ -145,7 +145,7 @@ def forever(
 
 
 def trapping_region(scene: Scene, time: Fraction, state: NewtonState) -> TrappingRegion:
-    """W1 to W5 with t0 = ``time`` (s) and a state there, for the pole that the axis is nearer to.
+    """Verify W1 to W5 with t0 = ``time`` (s) and the state at t0, for the nearer pole.
 
     Raises ``NotProved``: one of them could not be verified.
     """
@@ -180,7 +180,7 @@ class _Well:
         }
 
     def confine(self) -> tuple[arb, arb]:
-        """Verify W1 to W5: a bound of the contact force from now on, and one of sin theta.
+        """Verify W1 to W5; returns bounds of the contact force and of sin theta from now on.
 
         Raises ``NotProved``: one of them could not be verified, with any of ``SPEEDS``.
         """
@@ -195,7 +195,7 @@ class _Well:
         raise why
 
     def bounds(self, speed: arb | None) -> tuple[arb, arb]:
-        """A bound of the contact force in Y, and one of sin theta; v1 = ``speed``.
+        """Bounds of the contact force and of sin theta in Y, with v1 = ``speed``.
 
         Raises ``NotProved``: one of W1 to W5 could not be verified.
         """
@@ -219,7 +219,7 @@ class _Well:
         raise NotProved("W3", "the energy is too high")
 
     def _force(self, z: arb, budget: arb, speed: arb | None) -> arb:
-        """W2 and W5 in one slice, where 2 (E - U(z)) <= ``budget``.
+        """Verify W2 and W5 in one slice, where 2 (E - U(z)) <= ``budget``.
 
         The axis may lean towards X: all turns about the vertical are alike.
         """
@@ -247,5 +247,5 @@ class _Well:
         return force.lower()
 
     def _rubbed(self, state: NewtonState) -> Parameters:
-        """The body with the friction that it has at this velocity."""
+        """The body with its friction at this velocity."""
         return friction.viscous_at(self.body, state.vx, state.vy, Balls)

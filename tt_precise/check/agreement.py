@@ -98,7 +98,7 @@ HORIZONTAL |= {"phi", "vcx", "vcy"}
 
 
 def sizes_of_derived(rows: Samples, derived: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the sizes of columns that rows determine; without those that the state leaves open."""
+    """Return the sizes of columns that follow from the state of the rows."""
     known = dict(zip(NewtonState._fields, rows.state[:8], strict=True))
     found = sizes(rows.setup.body, {**known, **_of_the_rule(derived)}, numpy)
     omega = found["Lz"] / min(rows.setup.body.I1, rows.setup.body.I3)

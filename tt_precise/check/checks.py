@@ -66,7 +66,7 @@ class ContactVelocity:
 
     @property
     def note(self) -> str:
-        """The motion of the contact point and the remedy; "" if it stays on the table."""
+        """The motion of the contact point and the remedy; "" if the point stays on the table."""
         if self._worst <= self._limit or not self._rows:
             return ""
         moved = float(self._ends[1] - self._ends[0])
@@ -92,7 +92,7 @@ Run = Callable[[Samples, float], Residual]
 
 
 class RowCheck(NamedTuple):
-    """A check: its name, its meaning, its function, and what it needs.
+    """A check: name, meaning, function, and required columns.
 
     ``run(rows, limit)`` looks at all rows. Values pass that are ``sense`` the limit. ``needs`` are
     keys of ``_lacking``; ``applies`` gives the reason why the check does not apply to a scene, ""
@@ -108,7 +108,7 @@ class RowCheck(NamedTuple):
     applies: Callable[[CheckSetup], str] = lambda setup: ""
 
     def result(self, rows: Samples, limit: float) -> Check:
-        """Return what the check finds in ``rows``."""
+        """Return the result of the check for ``rows``."""
         reason = self.applies(rows.setup)
         if reason:
             return Check(self.name, "skipped", note=reason, meaning=self.meaning)
@@ -124,7 +124,7 @@ class RowCheck(NamedTuple):
 
 
 class Missing(NamedTuple):
-    """Why a need is missing ("" if it is not), and what becomes of a check that has it."""
+    """The reason why a need is missing, "" if present, and the verdict of checks that need it."""
 
     reason: str
     verdict: Verdict
@@ -222,7 +222,7 @@ def _component(name: str) -> Callable[[Samples], Array]:
 
 
 def _beyond(values: Array, written: Array, limit: float, seen: Residual | None = None) -> Residual:
-    """Values beyond what the digits explain in which the rows are written."""
+    """Values beyond the rounding of the written digits."""
     seen = seen or Residual(values)
     bound = float(numpy.max(written))
     if not bound:
@@ -282,7 +282,7 @@ def _quaternion(rows: Samples, limit: float) -> Residual:
 
 
 def _from_row_to_row(run: Run) -> Run:
-    """Return ``run`` with what the digits make of it in which the rows are written."""
+    """Return ``run`` with the bound that follows from the written digits of the rows."""
 
     def beyond(rows: Samples, limit: float) -> Residual:
         seen = run(rows, limit)
@@ -388,7 +388,7 @@ DEFAULT_LIMITS = {check.name: check.limit for check in CHECKS}
 
 
 def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
-    """The default limits, changed by those given.
+    """The default limits, changed by the given limits.
 
     Raises ``InputError``: a check of that name does not exist, or its limit is not a number.
     """
@@ -399,7 +399,7 @@ def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
 
 
 def require_names(what: str, names: Iterable[str], checks: Iterable[str]) -> None:
-    """Raise ``InputError`` if one of ``names`` is none of the ``checks``."""
+    """Raise ``InputError`` if a name in ``names`` is not the name of a check."""
     for name in names:
         if name not in checks:
             raise InputError(f"{what}: got {name!r}, expected one of: {', '.join(checks)}")

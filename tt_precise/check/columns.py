@@ -34,7 +34,7 @@ Reading = Callable[[Columns, Parameters], "Changed | None"]
 
 
 class ColumnSet(NamedTuple):
-    """Names of columns that together determine a state, and how to read them.
+    """Names of columns that together determine a state, and the function that reads the state.
 
     ``state(body, columns, fn)`` is the vector state and v_A.z (0 if the set does not have it).
     ``columns`` holds every required name, and NaN for an unknown velocity. ``azimuth`` says
@@ -168,7 +168,7 @@ def renaming(pairs: Iterable[str]) -> dict[str, str]:
 
 
 def renamed(names: Sequence[str], rename: Mapping[str, str], where: str) -> list[str]:
-    """Column names after ``rename``; "time" counts as t unless there is a t.
+    """Column names after ``rename``; "time" counts as t unless a column t exists.
 
     Raises ``InputError``: a column to be renamed is missing, or a known name occurs twice.
     """
@@ -185,7 +185,7 @@ def renamed(names: Sequence[str], rename: Mapping[str, str], where: str) -> list
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return the names of a file's columns for a message: the first ones, each cut short."""
+    """Return the first names of a file's columns for a message, each shortened."""
     shown = [name if len(name) <= 24 else name[:21] + "..." for name in names[:16]]
     more = f", and {len(names) - 16} more" if len(names) > 16 else ""
     return f"the columns {', '.join(shown) or '(none)'}{more}"
@@ -218,7 +218,7 @@ OWN_OR_OTHER = ("scene", "other")
 
 @dataclass(frozen=True)
 class CheckSetup:
-    """A scene, the column set of its trajectory, and what is known.
+    """A scene, the column set of its trajectory, and the known quantities.
 
     ``height_given`` says whether the height of the lowest point is known, which matters if the top
     may leave the table.
@@ -325,7 +325,7 @@ class Samples:
         return Motion(self.setup.body, self.state, numpy, self.setup.scene.model)
 
     def forget(self) -> None:
-        """Release what was computed for several checks: some 500 bytes a row."""
+        """Release the values cached for several checks: some 500 bytes a row."""
         self.shared.clear()
         self.__dict__.pop("q", None)
 
@@ -355,7 +355,7 @@ class Samples:
         )  # fmt: skip
 
     def chunks(self, size: int) -> list[Samples]:
-        """Parts of ``size`` rows; each but the first begins with the last row of the one before."""
+        """Parts of ``size`` rows; each later part begins with the last row of the part before."""
         if len(self.t) <= size:
             return [self]
         key = f"parts of {size}"

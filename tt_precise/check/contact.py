@@ -29,7 +29,7 @@ AT_ONCE = 2048  # Rows that are carried to ``POINTS`` points at once.
 
 
 def contact(rows: Samples, limit: float) -> Residual:
-    """Look at g_n over the weight, and at when it vanishes."""
+    """Return g_n over the weight, at and between the rows, with a note where g_n vanishes."""
     body = rows.setup.body
     weight = body.m * body.g
     values: Array = quantities.g_n(rows.q) / weight + numpy.zeros(len(rows.t))
@@ -46,7 +46,7 @@ def contact(rows: Samples, limit: float) -> Residual:
 
 
 def _force_after(rows: Samples, at: Array, spans: Array) -> Array:
-    """The contact force ``spans`` (s) after the rows ``at``; NaN where they do not reach."""
+    """The contact force at ``spans`` (s) after the rows ``at``; NaN beyond the flow."""
     setup = rows.setup
     here = type(rows.state)(*(entry[at] for entry in rows.state))
     sizes = numpy.array([float(abs(entry).max()) or 1.0 for entry in rows.state])
@@ -57,7 +57,7 @@ def _force_after(rows: Samples, at: Array, spans: Array) -> Array:
 
 
 def _least_between(rows: Samples, at: Array) -> Array:
-    """The least contact force between each of the rows ``at`` and the next one."""
+    """The least contact force between each of the rows ``at`` and the next row."""
     steps = numpy.diff(rows.t)[at]
     parts = numpy.arange(1, POINTS)[:, None] / POINTS
     force = _force_after(rows, numpy.tile(at, POINTS - 1), (parts * steps).ravel())

@@ -92,7 +92,7 @@ class Convention:
         return differ - (self.hand == "left" and self.up == "y") + self.opposite
 
     def words(self) -> str:
-        """Say what differs from ours, and the option that reads it."""
+        """Name the differences from ours, and the option that reads the file."""
         said = []
         if self.time != "s":
             counts = self.time.startswith("rows")
@@ -151,7 +151,7 @@ CHOICES: tuple[tuple[dict[str, Any], ...], ...] = (
 
 
 def alternatives() -> Iterator[Convention]:
-    """Conventions that differ from ours in one group, then those that differ in two."""
+    """Conventions that differ from ours in one group, then conventions that differ in two."""
     for first in itertools.chain(*CHOICES):
         yield Convention(**first)
     for one, other in itertools.combinations(CHOICES, 2):
@@ -210,7 +210,7 @@ def attitude(q: Array, convention: Convention) -> Array:
 
 
 def convert(given: Given, convention: Convention, body: Parameters) -> Given:
-    """Return the columns as ours where the file has them in ``convention``."""
+    """Convert the columns of a file from ``convention`` to ours."""
     up, axis, length = UP[convention.up], AXIS[convention.axis], LENGTH[convention.length]
     q = attitude(given.q, convention)
     q = q / norm(q)
@@ -288,14 +288,14 @@ class Fit(NamedTuple):
 
     @property
     def size(self) -> float:
-        """The largest part in units of what engines leave; infinite where nothing is resolved."""
+        """The largest residual in units of engines' errors; infinite where nothing is resolved."""
         if self.open:
             return math.inf
         return max((value / ENGINES[name] for name, value in self.parts.items()), default=0.0)
 
     @property
     def remainder(self) -> float:
-        """The geometric mean of what is left, in units of the limits."""
+        """The geometric mean of the residuals, in units of the limits."""
         logs = [math.log(max(v / LIMITS[n], FINEST)) for n, v in self.parts.items()]
         return math.exp(sum(logs) / len(logs))
 
@@ -497,7 +497,7 @@ class Found(NamedTuple):
 def search(
     given: Given, body: Parameters, rounding: Mapping[str, float], scenes_jellett: float
 ) -> tuple[Fit, list[Found]]:
-    """Return how the rows fit as given, and conventions in which they do, fewest changes first."""
+    """Return the fit of the rows as given, and fitting conventions, fewest changes first."""
     given = given.part(slice(0, LOOKED_AT))
     as_given = Fit({}, True, True, scenes_jellett)
     turning = float(numpy.sort(norm(given.w))[len(given.t) // 2]) * float(numpy.diff(given.t).max())

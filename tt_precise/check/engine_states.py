@@ -169,7 +169,7 @@ def _arrays(source: RowSource, widths: Mapping[str, int]) -> dict[str, Array]:
 
 
 def _column_of(source: RowSource, name: str, number: int) -> str | None:
-    """Return the column with an array's name and number; None if there is none."""
+    """Return the column with an array's name and number, or None."""
     return next(
         (one for one in (f"{name}{number}", f"{name}_{number}") if one in source.names), None
     )

@@ -45,7 +45,7 @@ AT_ONCE = 16_384  # Rows whose states and energies are held at once: 20 MB.
 
 
 class Differences(NamedTuple):
-    """Each row's differences from the row before, carried to it.
+    """The differences of each row from the row before, propagated to the same time.
 
     ``state`` (quantities, intervals) and ``energy`` (intervals,) are in units of their sizes at the
     start, ``momentum`` (3, intervals) about the lowest point in units of that of L; ``bound``
@@ -164,7 +164,7 @@ def sizes_of(samples: Samples) -> Array:
 
 
 def _functions(samples: Samples, state: State, sizes: Array) -> Array:
-    """Return what is compared, one row each, over its size; momentum and energy are the last four.
+    """Return the compared quantities over their sizes, one row each; momentum and energy last.
 
     Without the azimuth, what a turn of the whole motion about the vertical leaves alone.
     """
@@ -241,7 +241,7 @@ def _switch_intervals(samples: Samples, found: Differences) -> Array:
 
 
 def through_switches(scene: Scene, row: Array, span: float) -> tuple[Array, float, int]:
-    """The motion from the state ``row`` on, whatever changes of its equations it meets.
+    """The motion from the state ``row`` on, through all changes of its equations.
 
     The state after ``span`` (s) or where the motion ends, the time until then, and the steps taken.
     """

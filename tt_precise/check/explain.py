@@ -81,7 +81,7 @@ def explain(
     alternatives: Mapping[str, Reading] = MappingProxyType({}),
     solution: Callable[[Array], Array | None] = lambda t: None,
 ) -> list[Cause]:
-    """Return the causes of the failures among ``findings``; [] if none explains them.
+    """Return the causes of the failures among ``findings``; [] without an explanation.
 
     ``judge`` makes all checks of other rows with the same limits. ``alternatives`` has further
     conventions of the file, by what each supposes. ``solution`` gives the scene's vectors
@@ -202,7 +202,7 @@ def _start(rows: Samples, failed: set[str]) -> list[Cause]:
 
 
 def _precision(rows: Samples, findings: Sequence[Check]) -> list[Cause]:
-    """The failures are not larger than what the file's rounding makes."""
+    """The failures are no larger than the effect of the file's rounding."""
     found = precisions(rows.given)
     clock = times_of(rows.t)
     said = described({name: one for name, one in found.items() if name != "t"})
@@ -310,7 +310,7 @@ def _mirrored(rows: Samples, scenes: float) -> list[Cause]:
 
 
 def _beyond(rows: Samples, given: Given, half: dict[str, float], best: Found) -> list[Cause]:
-    """Return what is left in a convention that an engine's file has only nearly."""
+    """Return the cause of a convention that an engine's file obeys only approximately."""
     ours = conventions.convert(given.part(slice(0, ROWS)), best.convention, rows.setup.body)
 
     def again(body: Parameters) -> Given:
@@ -340,7 +340,7 @@ def _of_euler(rows: Samples, judge: Judge) -> list[Cause]:
     given, setup = rows.rows(slice(0, FEW)).given, replace(rows.setup, friction="other")
 
     def remainder(samples: Samples) -> float:
-        """Return what the inclination leaves where the laws hold; infinite elsewhere."""
+        """Return the residual of the inclination where the laws hold; infinite elsewhere."""
         findings = judge(samples)
         misfit = seen(samples)[1].get("inclination")
         if _failing(findings) or misfit is None:
@@ -419,7 +419,7 @@ def _failing(findings: Sequence[Check]) -> set[str]:
 
 
 def _nearer(rows: Samples, findings: Sequence[Check], judge: Judge) -> bool:
-    """Test that other rows, or rows of another body, pass what failed, or come ten times nearer."""
+    """True if other rows, or another body's, pass the failed checks or come ten times nearer."""
     found = {one.name: one for one in judge(rows)}
 
     def nearer(one: Check) -> bool:
@@ -459,7 +459,7 @@ def _number(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Caus
 
 
 def _strength(rows: Samples) -> float | None:
-    """Return mu of the friction that is seen; None where it does not follow the scene's law."""
+    """Return mu of the observed friction; None if it does not follow the scene's law."""
     setup = rows.setup
     law = setup.scene.body.friction
     if not (law.constant or not law.smooth_at_rest) or len(rows.t) < 16:
@@ -543,7 +543,7 @@ def _soft(rows: Samples, failed: set[str]) -> list[Cause]:
 
 
 def _rows(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
-    """One wrong row, a stretch, or a jump, behind rows that pass: what is left passes as well.
+    """One wrong row, wrong rows in sequence, or a jump; all other rows pass.
 
     A wrong row stands out: what is left without it is far below it, not only below the limit.
     """

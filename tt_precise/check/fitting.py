@@ -80,7 +80,7 @@ def _late(motion: Motion, p: float) -> Motion:
 
 
 def _shifted(values: Array, p: float) -> Array:
-    """Return rows as they are ``p`` rows later, by six of them."""
+    """Interpolate rows ``p`` rows later, through six rows."""
     count = values.shape[1]
     first = numpy.clip(numpy.arange(count) - 2, 0, count - 6)
     rows = first[:, None] + numpy.arange(6)
@@ -255,7 +255,7 @@ def number(
     again: Callable[[Parameters], Given] | None = None,
     verified: Callable[[Fitted], bool] = lambda one: True,
 ) -> list[Cause]:
-    """Return the one number that explains the residuals, and others that do it as well.
+    """Return the one number that explains the residuals, and equally good other numbers.
 
     ``verified`` tests a number by all checks.
     """

@@ -110,7 +110,7 @@ def norm(components: Array) -> Array:
 
 
 def differences(body: Parameters, rows: Rows, Q: Array, ends: Ends) -> Array:
-    """Return what the rows differ by from the ends of the flow, shape (10, intervals).
+    """Return the differences of the rows from the ends of the flow, shape (10, intervals).
 
     Where an attitude has no known turn about its axis, the first component says nothing; nor does
     the way where a position is NaN.
@@ -143,7 +143,7 @@ class _Chunk(NamedTuple):
 
 
 def chunks(count: int) -> Iterator[tuple[slice, slice]]:
-    """Ranges of rows with a margin for interpolation, and of their intervals without it."""
+    """Ranges of rows with a margin for interpolation, and of intervals without the margin."""
     margin = 2 * SPREAD + 3
     for first in range(0, count, CHUNK):
         last = min(first + CHUNK, count)

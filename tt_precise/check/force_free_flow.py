@@ -393,7 +393,7 @@ class _Guidance:
     def solve(
         self, friction: bool, coulomb: bool, linear: bool, guess: Array | None = None
     ) -> tuple[Array, Array, Array]:
-        """Return the solution, what friction leaves of the change of v_h (2, n), and c."""
+        """Return the solution, the change of v_h not explained by friction (2, n), and c."""
         body, h, count = self.body, self.h, self.count
         strength = numpy.zeros_like(h)
         force, slope = self.change / h, 0 * self.change

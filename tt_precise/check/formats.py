@@ -31,7 +31,7 @@ def too_large(what: str) -> str:
 
 
 class Npz(Columns):
-    """The arrays of an .npz archive, each read when it is asked for."""
+    """The arrays of an .npz archive, each read on request."""
 
     def __init__(self, path: Path):
         self._path = path
@@ -65,7 +65,7 @@ class Npz(Columns):
 
 
 class Hdf5(Columns):
-    """The data sets of an HDF5 file: those of its root, or else those of its only group with any.
+    """The data sets of an HDF5 file: at the root, or in the only group with data sets.
 
     A data set is read when it is asked for; one of 1 x N or N x 1 is a column.
     """

@@ -35,7 +35,7 @@ Bounded = tuple[Array, Array]
 
 
 class Windows:
-    """Windows of ``ROWS`` rows each over times ``t``, the last one ending in the last row.
+    """Windows of ``ROWS`` rows each over times ``t``; the last window ends in the last row.
 
     ``rows`` are their indices (windows, ROWS), ``spans`` their lengths in s.
     """
@@ -104,7 +104,7 @@ def _slopes(x: Array) -> Array:
 
 
 class _OverWindows:
-    """Values for the rows of each block, from those of windows; and how many windows are open."""
+    """Values for the rows of each block, from the windows; and the number of open windows."""
 
     def __init__(self, setup: CheckSetup, first: Samples, limit: float):
         self._setup, self._limit = setup, limit
@@ -163,7 +163,7 @@ class _OverWindows:
 
 
 def motion_as_given(samples: Samples) -> Motion:
-    """The rows as a motion whose centre of mass moves as the columns say, where they do."""
+    """The rows as a motion, with the velocity of the centre of mass from the columns if given."""
     given, state = samples.given, samples.state
     if "vcz" not in given or not samples.setup.velocity_given:
         return samples.q

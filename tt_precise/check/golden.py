@@ -111,7 +111,7 @@ class DigitsOverTime:
 
 
 class Compared(NamedTuple):
-    """The distance from the solution, and the columns that agree with it to some digits."""
+    """The distance from the solution, and the columns that agree to some digits."""
 
     finding: Check
     columns: frozenset[str] = frozenset()

@@ -74,7 +74,7 @@ OBEYED = 1e-6  # Sum of the differences from the equations, in the sizes of the 
 
 @dataclass(frozen=True)
 class Movement:
-    """The rows of a file as a motion, and what is known of it.
+    """The rows of a file as a motion, and the known quantities.
 
     ``spin`` says that the turn about the axis is known, ``moving`` that the velocity is;
     ``visited`` are the rows that are far enough apart to say something.
@@ -105,7 +105,7 @@ class Sight(NamedTuple):
 
 
 def movement_of(samples: Samples) -> Movement:
-    """Return the rows as a motion, their roundings, and which of them to visit."""
+    """Return the rows as a motion, their roundings, and the rows to visit."""
     setup, state, given = samples.setup, samples.state, samples.given
     body, count = setup.body, len(samples.t)
     k = numpy.array(state.k, dtype=float)
@@ -170,7 +170,7 @@ def shortest_turn(k: Array) -> Array:
 
 
 def azimuth(t: Array, rate: Array) -> tuple[Array, Array]:
-    """Return the integral of phi_dot (rad), and how far from row to row it may be off."""
+    """Return the integral of phi_dot (rad), and its error bound from row to row."""
     if len(t) < FEWEST_ROWS:
         return numpy.zeros(len(t)), numpy.full(len(t), numpy.inf)
     nodes, _, whole = gauss(FEWEST_ROWS)
@@ -342,7 +342,7 @@ def _excess(one: Misfit, torque: bool) -> Array:
 
 
 def _open(movement: Movement, steps: Array, share: Array) -> str:
-    """Why too little is resolved: ``share`` is the bound over the resolution that is wanted."""
+    """The reason why too little is resolved; ``share`` is the bound over the required one."""
     rows, _ = visited_rows(movement)
     unseen = ~(share <= 1)
     usual = float(numpy.sort(steps)[len(steps) // 2])
@@ -418,7 +418,7 @@ def _between(
 
 
 def kinematic_quantities(samples: Samples) -> list[str]:
-    """Return the quantities that ``kinematics`` looks at, by the columns that there are."""
+    """Return the quantities that ``kinematics`` checks, by the existing columns."""
     movement, found = seen(samples)
     names = ["axis"]
     if not samples.setup.columns.azimuth:
@@ -485,7 +485,7 @@ class Kinematics:
 
     @property
     def note(self) -> str:
-        """The quantities that were looked at, that which does not follow, and what is open."""
+        """The checked quantities, the quantity that fails, and the open quantities."""
         worst = max(self._sights, key=lambda one: float(one.values.max()), default=None)
         largest = float(worst.values.max()) if worst else 0.0
         fails = ""
@@ -523,7 +523,7 @@ class ContactMomentum:
 
     @property
     def note(self) -> str:
-        """The smallest torque that would be seen, and what is open."""
+        """The smallest torque that would be detected, and the open part."""
         bounds = [one.bound for one in self._sights if math.isfinite(one.bound)]
         said = f"sees {max(max(bounds), self._limit):.0e}" if bounds else ""
         worst = max(self._sights, key=lambda one: float(one.values.max()), default=None)
@@ -539,7 +539,7 @@ def _open_of(sights: Sequence[Sight]) -> str:
 
 
 def _bound_of(sights: Sequence[Sight], limit: float) -> float:
-    """An infinite bound where the check is open; otherwise at most the limit, as it is resolved."""
+    """The bound of the check: infinite if open, otherwise at most the limit."""
     if not sights or _open_of(sights):
         return math.inf
     return min(max(one.bound for one in sights), limit)

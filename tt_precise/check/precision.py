@@ -33,7 +33,7 @@ VECTORS = (
 
 
 class Precision(NamedTuple):
-    """Half a unit of the last place of the largest number, in its unit, and the words for it."""
+    """Half a unit of the last place of the largest number, in its unit, and its description."""
 
     half_unit: float
     words: str
@@ -104,7 +104,7 @@ def described(found: Mapping[str, Precision]) -> str:
 
 
 class Times(NamedTuple):
-    """Times (s) with their rounding (s); evenly spaced ones without that, and ``words`` for it."""
+    """Times (s) with their rounding (s); evenly spaced times without rounding, and ``words``."""
 
     t: Array
     rounding: float
@@ -112,7 +112,7 @@ class Times(NamedTuple):
 
 
 def times_of(t: Array) -> Times:
-    """Return times; those that are evenly spaced but for their rounding are made even."""
+    """Return times; times that are evenly spaced up to rounding are made exactly even."""
     count = len(t)
     if count < 3:
         return Times(t, 0.0, "")

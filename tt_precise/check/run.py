@@ -70,7 +70,7 @@ def conservation(
     folder: Folder = None,
     progress: Progress = silent,
 ) -> Result:
-    """Check what a trajectory must conserve, and how it agrees with the scene's solution.
+    """Check the conservation laws of a trajectory, and its agreement with the scene's solution.
 
     The result passes only if no check fails and every deciding check was made: with the scene's
     friction the equations, or the distance from the solution to three digits; with another friction
@@ -270,7 +270,7 @@ def _vertical(block: Block) -> Array:
 
 
 class _Examination:
-    """The checks of one file, in the order in which they need each other."""
+    """The checks of one file, in the order of their dependence."""
 
     def __init__(
         self,
@@ -323,7 +323,7 @@ class _Examination:
         )
 
     def judge(self, rows: Samples) -> list[Check]:
-        """Return what the checks find that are made row by row."""
+        """Return the results of the checks that are made row by row."""
         limits = self._limits
         return [check.result(rows, limits[check.name]) for check in checks_of(rows.setup.scene)]
 

@@ -156,7 +156,7 @@ MISSING = ("", "nan", "na", "n/a", "null", "none", "<na>")
 
 
 def number(value: Any, *, strict: bool) -> float:
-    """The number in a cell (text, or a number of any kind); NaN if there is none.
+    """The number in a cell (text, or a number of any kind); NaN without a number.
 
     Text that is not a number is also NaN, unless ``strict``.
 
@@ -222,7 +222,7 @@ def column_of(values: Any, name: str, where: str) -> Array:
 
 
 def numbers_of(array: Array, name: str, where: str, *, strict: bool = True) -> numpy.ndarray:
-    """The numbers in an array of ``column_of``, NaN where there are none.
+    """The numbers in an array of ``column_of``, NaN for missing numbers.
 
     Raises ``InputError``: an entry is not a real number; the line names the row.
     """
@@ -259,7 +259,7 @@ KNOWN = {"time", *OURS}
 
 
 class TextSource(RowSource):
-    """Text, plain or gzipped, with one header line, and comments above it.
+    """Text, plain or gzipped, with one header line, and comments above the header.
 
     Cells are separated by commas, semicolons, tabs or spaces, as the header shows.
     """
@@ -408,7 +408,7 @@ class TextSource(RowSource):
         return numpy.ascontiguousarray(parsed.T)
 
     def _even(self, text: str, rows: int) -> bool:
-        """Test that each of so many lines of ``text`` has as many cells as the header."""
+        """True if ``text`` has ``rows`` lines with as many cells as the header."""
         lines = [line for line in text.split("\n") if line.strip()]
         if self._separator is None:
             counts = [len(line.split()) - 1 for line in lines]
@@ -529,7 +529,7 @@ class ParquetSource(RowSource):
 
 
 class ColumnSource(RowSource):
-    """Columns in memory; ``column(name)`` gives one of those called ``names``.
+    """Columns in memory; ``column(name)`` returns a column of ``names``.
 
     ``where`` is what messages call them.
     """
@@ -637,7 +637,7 @@ def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
 def _by_name(
     path: Path, reader: Callable[[Path], Mapping[str, Any]], rename: Mapping[str, str]
 ) -> ColumnSource:
-    """Open a file whose columns are read when they are asked for."""
+    """Open a file whose columns are read on request."""
 
     def readable(read: Callable[[], Any]) -> Any:
         import zipfile

@@ -40,7 +40,7 @@ Solution = Callable[[Array], "Array | None"]
 
 
 class Begin(NamedTuple):
-    """The start of the rows: the solution's time at the first row (s), None if it is not one.
+    """The start of the rows: the solution's time (s) at the first row, or None.
 
     ``turn`` is the angle (rad) by which their horizontal axes are turned from the scene's.
     """
@@ -82,7 +82,7 @@ def look_for_start(rows: Samples, t_first: float, solution: Solution) -> Begin:
 
 
 def _compare(rows: Samples, time: float, solution: Solution, limit: float) -> Begin | None:
-    """Compare the first row with the solution at a time; None if they differ."""
+    """Compare the first row with the solution at a time; None for different states."""
     true = solution(numpy.array([time]))
     if true is None or _jellett_apart(rows) > limit:
         return None
@@ -117,7 +117,7 @@ def _units(rows: Samples) -> Array:
 
 
 def _apart(rows: Samples, first: Array, true: Array, units: Array) -> tuple[float, float]:
-    """The largest relative difference of two states, and the turn about z that makes it least."""
+    """The relative difference of two states up to a rotation about z, and its angle (rad)."""
     a, b = first / units, true / units
     known = ~numpy.isnan(a)
     straight = float(abs(a - b)[known].max())

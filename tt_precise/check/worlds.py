@@ -39,7 +39,7 @@ POLAR = (("vcx", "vcy", "vcz"), ("x", "y", "z"))
 
 
 class World(NamedTuple):
-    """The hand and the vertical of a world, and the symmetry axis of the body in it."""
+    """The handedness and the vertical of a world, and the symmetry axis of the body."""
 
     hand: str = "right"
     up: str = "z"
@@ -62,7 +62,7 @@ class World(NamedTuple):
         return self == World()
 
     def standard(self, columns: Mapping[str, Array]) -> dict[str, Array]:
-        """Return rigid-body columns of this world as ours have them."""
+        """Convert rigid-body columns of this world to ours."""
         world, body = TO_Z[self.hand, self.up], TO_Z[self.hand, self.axis]
         back = (body[0], -body[1], -body[2], -body[3])
         w, x, y, z = (columns[name] for name in QUATERNION)
