@@ -35,7 +35,7 @@ EXACT = 2**53  # integers up to this limit are doubles, so a quotient of two is 
 
 
 def is_doubles(times: Any) -> TypeGuard[numpy.ndarray]:
-    """Return whether these are times in an array of doubles, which are exact as they are."""
+    """True for times in an array of doubles, which need no conversion."""
     return isinstance(times, numpy.ndarray) and times.dtype == float and times.ndim == 1
 
 
@@ -150,7 +150,7 @@ Repeat = Callable[..., Propagation]
 
 
 class StoredPieces:
-    """The pieces of a propagation, unless they become too large to be stored."""
+    """The pieces of a propagation, stored unless they become too large."""
 
     def __init__(self, setup: Setup):
         precision = setup.precision
@@ -173,7 +173,7 @@ class StoredPieces:
 
     @property
     def pieces(self) -> tuple[ContinuousOutput, ...] | None:
-        """The pieces in order; None if they were too large."""
+        """The pieces in order; None if too large."""
         return tuple(self._pieces) if self._bytes <= MOST_BYTES else None
 
 
@@ -270,7 +270,7 @@ class DenseOutput(Span):
 
     @cached_property
     def end_time(self) -> Scalar:
-        """Dimensionless end of the solution: the exact horizon if it was reached."""
+        """Dimensionless end of the solution: the exact horizon if the run is complete."""
         if self.propagation.status in ARRIVED:
             return self.start.until
         return self._last_time
@@ -341,7 +341,7 @@ class DenseOutput(Span):
         return entries
 
     def times(self, times: Sequence[Fraction] | Array) -> Times:
-        """Exact times in s for ``arrays``; those within ``TIME_TOLERANCE`` of the end are the end.
+        """Exact times in s for ``arrays``; a time within ``TIME_TOLERANCE`` of the end is the end.
 
         Raises ``InputError``: a time lies outside the trajectory.
         """
@@ -398,7 +398,7 @@ class DenseOutput(Span):
     def _visit(
         self, visit: Callable[[ContinuousOutput, Scalar, Scalar], None], progress: Progress | None
     ) -> None:
-        """Call ``visit`` with each piece and the times after which and up to which it is needed.
+        """Call ``visit`` with each piece and the interval of times for which the piece is needed.
 
         None stands for all earlier and for all later times.
         """
@@ -464,7 +464,7 @@ def shift_arrays(
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch under one set of equations from ``begin`` on (dimensionless, with guard bits).
+    """A segment under one set of equations from ``begin`` on (dimensionless, with guard bits).
 
     ``ended`` is the event that joins it to the next segment; "" if only the equations change, and
     for the last segment.

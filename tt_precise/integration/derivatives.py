@@ -192,7 +192,7 @@ class Derivatives:
         return solve(self.run.scene, self._fine)
 
     def _changed(self, name: str, change: Fraction, setup: Setup) -> Solution | None:
-        """The run with a changed entry; None if the scene refuses it."""
+        """The run with a changed entry; None if the scene refuses the change."""
         try:
             return solve(_scene_with(self.run.scene, name, change), setup)
         except InputError:

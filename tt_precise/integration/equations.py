@@ -72,7 +72,7 @@ class Layout(NamedTuple):
 
 
 def event_value(event: Event, q: Motion) -> Scalar:
-    """An event's function of the power series ``q``: a series, or a number if it is constant."""
+    """An event's function of the power series ``q``: a series, or a number for a constant."""
     value = event.function(q)
     if value is None:
         raise InputError(f"events: got {event.name}, which returns nothing, expected a number")
@@ -144,7 +144,7 @@ def fastest_tilt(body: Parameters, speed: Scalar, frequency: Scalar, decay: Scal
 
 @dataclass(frozen=True)
 class Phase:
-    """A motion under one set of equations as heyoka integrates it: its ends and its steps.
+    """A motion under one set of equations for heyoka: the ends and the steps.
 
     ``ends(equations, horizon, precision)`` are functions that are positive while it lasts; it ends
     where one falls to zero, unless ``condition(formulation, end, eps, tolerance)``, a callback of
@@ -171,7 +171,7 @@ RIGID_CONTACT = Phase(rigid_ends)
 
 
 def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str, Scalar]:
-    """Functions that are positive while a top stays on a rigid table, with angles if it has any."""
+    """Functions that are positive while a top stays on a rigid table, in angles off the poles."""
     if form.model == "rolling":
         functions = {"contact_lost": q.force[2]}
     else:
@@ -192,7 +192,7 @@ def along(expression: Scalar, equations: Equations) -> Scalar:
 
 
 def event_expression(event: Event, equations: Equations) -> Scalar:
-    """Return the heyoka expression whose zeros are the event, or a number if it is constant."""
+    """Return the heyoka expression whose zeros are the event, or a number for a constant."""
     value = event.function(equations.moving() if event.of_rate else equations.motion)
     if event.of_rate:
         return value[1] if isinstance(value, Series) else 0

@@ -84,7 +84,7 @@ def errors_of(run: Solution) -> Errors:
 
 
 def is_estimate(name: Name) -> bool:
-    """Return whether a column is one of estimated errors."""
+    """True if a column has estimated errors."""
     return isinstance(name, str) and (name == DIGITS or name.startswith(ERROR))
 
 
@@ -240,7 +240,7 @@ class Errors:
         times: Sequence[Fraction],
         own: States | None,
     ) -> dict[Name, Array]:
-        """Distances of the columns from those of a reference; NaN where a value is undefined."""
+        """Distances of the columns from a reference's columns; NaN where a value is undefined."""
         arrived = self._run.status in ARRIVED
         # if the model ends before its horizon, the runs have different ends
         inner = list(times if arrived else times[:-1])
@@ -338,7 +338,7 @@ class States:
 
     @cached_property
     def floats(self) -> Array:
-        """In float64."""
+        """The states in float64."""
         if self.in_long_double:
             return self.long_doubles.astype(float)
         return self.limbs[0] if self.in_limbs else self.mpfr.astype(float)
@@ -350,12 +350,12 @@ class States:
 
     @cached_property
     def long_doubles(self) -> Array:
-        """In long double."""
+        """The states in long double."""
         return numpy.array(self._output.arrays(self._output.times(self._times), long_double))
 
     @cached_property
     def limbs(self) -> Array:
-        """In several doubles, of which this is the first axis."""
+        """The states in several doubles, along the first axis."""
         samples = self._output.samples
         if samples and tuple(self._times) == samples.exact:
             moments = samples.limbs
@@ -366,12 +366,12 @@ class States:
 
     @cached_property
     def mpfr(self) -> Array:
-        """In wide numbers."""
+        """The states in wide numbers."""
         return numpy.array(self._output.mpfr_arrays(self.precision.mpfr.of_fractions(self._times)))
 
 
 class Stage(NamedTuple):
-    """A segment, and the events that joined those before it."""
+    """A segment, and the mode switches before it."""
 
     segment: Segment
     before: tuple[str, ...]
@@ -415,7 +415,7 @@ def _errors_within(
     hits: Sequence[EventRecord],
     others: Sequence[tuple[float, Sequence[Stage]]],
 ) -> tuple[Array, Array, Array]:
-    """Times and errors (s) of the events inside a part, and digits of the states there.
+    """Times and errors (s) of the events inside a segment, and digits of their states.
 
     ``others`` are the ends (dimensionless) and the parts of reference runs.
     """
@@ -439,7 +439,7 @@ def _errors_within(
 
 
 def _errors_of_switch(part: Stage, others: Sequence[Sequence[Stage]]) -> tuple[Array, Array, Array]:
-    """Time and error (s) of the event that ends a part, and digits of the state there."""
+    """Time and error (s) of the event that ends a segment, and digits of its state."""
     of = part.segment.columns
     time, state = _end(part)
     error, digits = 0.0, math.inf
@@ -461,7 +461,7 @@ def _errors_of_switch(part: Stage, others: Sequence[Sequence[Stage]]) -> tuple[A
 
 
 def _end(part: Stage) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
-    """The time (s) at which a part ends, and the columns of the state there."""
+    """The time (s) at which a segment ends, and the columns of the state at this time."""
     of, output = part.segment.columns, part.segment.output
     time = (part.segment.begin + output.end_time) * of.start.units.time
     state = of.of_rows(of.names, [output.end_row])
@@ -508,7 +508,7 @@ def _zeros(
     number: Callable[[Scalar], Scalar],
     fn: Functions,
 ) -> tuple[Array, tuple[Array, ...]]:
-    """The delays after ``times`` at which an event's function vanishes, and the states there.
+    """The delays after ``times`` at which an event's function vanishes, and the states then.
 
     By one step of Newton's method along the power series at ``times``, or at the segment's end.
     """

@@ -100,12 +100,12 @@ def alignment(q: Motion, sign: int) -> Scalar:
 
 
 def along_tilt(vector: Vector, k: Vector) -> Scalar:
-    """A horizontal component, that towards the tilt, times sin theta."""
+    """The horizontal component towards the tilt, times sin theta."""
     return vector[0] * k[0] + vector[1] * k[1]
 
 
 def across_tilt(vector: Vector, k: Vector) -> Scalar:
-    """The other one times sin theta."""
+    """The horizontal component across the tilt, times sin theta."""
     return vector[1] * k[0] - vector[0] * k[1]
 
 
@@ -175,7 +175,7 @@ LEAVES = ("contact_lost", "lift_off", "separation")
 
 
 def catalogue(model: str) -> tuple[str, ...]:
-    """Names of all events that ``model`` can have, without those of any quantity."""
+    """Names of all events that ``model`` can have, without events of quantities."""
     return tuple(name for name, event in EVENTS.items() if model == "gliding" or not event.gliding)
 
 

@@ -212,7 +212,7 @@ def _propagation_of(integrator: Integrator, status: str, steps: int) -> Propagat
 
 
 class Watched:
-    """A receiver of heyoka's dense outputs that finds the events in them, and passes them on."""
+    """A receiver of heyoka's dense outputs that finds events and passes the outputs on."""
 
     def __init__(self, setup: Setup, start: InitialState, to: Pieces | None):
         from tt_precise.integration.zeros import Zeros
@@ -374,7 +374,7 @@ def _idle(make: Callable[[Hashable], Any], key: Hashable) -> list[Any]:
 
 @contextmanager
 def pooled(make: Callable[[Key], Made], key: Key) -> Iterator[Made]:
-    """``make(key)``, or an idle one of an earlier call; several threads may ask."""
+    """Give ``make(key)``, or an idle object of an earlier call; safe for several threads."""
     idle = _idle(make, key)
     try:
         integrator: Made = idle.pop()
@@ -385,5 +385,5 @@ def pooled(make: Callable[[Key], Made], key: Key) -> Iterator[Made]:
 
 
 def pooled_integrator(setup: Setup) -> AbstractContextManager[Integrator]:
-    """An integrator for ``setup``: an idle one of an earlier run, or a newly compiled one."""
+    """An integrator for ``setup``, pooled from an earlier run or newly compiled."""
     return pooled(build, setup)

@@ -79,7 +79,7 @@ def propagate_in_doubles(
     dense: Pieces | None = None,
     progress: Progress | None = None,
 ) -> Propagation:
-    """Propagate once; numbers have guard bits and are rounded when they become doubles.
+    """Propagate once; numbers have guard bits, and are rounded on conversion to doubles.
 
     Raises ``InputError``: there are more than ``MOST_EVENTS`` events, or an event needs a function
     that does not exist here.
@@ -153,7 +153,7 @@ def run(
 
 
 class _End(NamedTuple):
-    """The end of a piece; with a state if the run ends there."""
+    """The end of a piece, with a state if the run ends with the piece."""
 
     status: str | None
     time: Scalar

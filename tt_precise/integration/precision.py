@@ -187,7 +187,7 @@ class Precision:
         return lambda value: _read_back(str(value), bits, context)
 
     def text(self, value: Scalar | None) -> Any:
-        """A number in enough decimals to recover this precision; None as it is."""
+        """A number in enough decimals to recover this precision; None stays None."""
         if value is None:
             return None
         number = self.context.mpf(value)

@@ -60,7 +60,7 @@ def end_state(run: Solution) -> State:
 
 
 def values_at_end(run: Solution) -> dict[str, Scalar]:
-    """``t_end`` (s) and the entries of the state there (SI)."""
+    """``t_end`` (s) and the components of the state at ``t_end`` (SI), by name."""
     return {"t_end": run.t_end, **end_state(run).values}
 
 
@@ -328,7 +328,7 @@ def _changes(run: Solution, name: str) -> Array:
 
 
 def _local(segment: Segment, time: Fraction) -> Fraction:
-    """A time since the segment's begin; rounding never puts it after the segment's end."""
+    """A time since the start of a segment, never rounded beyond the segment's end."""
     since = max(time - as_fraction(segment.begin_s), Fraction(0))
     return min(since, as_fraction(segment.output.end))
 

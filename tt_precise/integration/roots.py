@@ -20,7 +20,7 @@ FLATTEST = 2.0**-16
 
 
 class Bracket(NamedTuple):
-    """A position near a zero of a function, positions before and behind it, and its slope."""
+    """A position near a zero of a function, positions before and behind, and the derivative."""
 
     position: Array
     low: Array
@@ -42,7 +42,7 @@ def secants(bits: int) -> int:
 
 
 def refine(function: Callable[..., Array], bracket: Bracket, bits: int) -> tuple[Array, Array]:
-    """Return the zeros of a function, and its values there.
+    """Return the zeros of a function, and the values at the zeros.
 
     By secants, which end when a move is shorter than ``SETTLED`` or longer than the one before.
     That is noise if the position has half its digits. Where it has not, as at a multiple zero, a
@@ -70,7 +70,7 @@ def refine(function: Callable[..., Array], bracket: Bracket, bits: int) -> tuple
 
 
 def bisect(function: Callable[..., Array], bracket: Bracket) -> tuple[Array, Array]:
-    """Return the zeros of a function by halving brackets until rounding ends it."""
+    """Return the zeros of a function, by bisection down to rounding."""
     low, high = bracket.low, bracket.high
     while True:
         middle = (low + high) / 2
@@ -90,7 +90,7 @@ def vertex(
     high: Array,
     bits: int,
 ) -> tuple[Array, Array]:
-    """Return the extrema of a function near positions, between low and high, and its values there.
+    """Return the extrema of a function near positions, between low and high, and the values.
 
     A parabola through three points gives the next position, if that is within ``bound``.
     """

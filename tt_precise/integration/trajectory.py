@@ -51,7 +51,7 @@ def is_one(t: Any) -> bool:
 
 
 def each(t: Any) -> Iterable[Scalar]:
-    """The times, of which there may be one."""
+    """The times as a sequence, also for one time."""
     return [t] if is_one(t) else t
 
 

@@ -290,7 +290,7 @@ def movie_writer(path: Path, fps: int = 20) -> AbstractMovieWriter:
 
 
 class _Picture:
-    """The artists of one drawing: the top close by, and its track from above."""
+    """The artists of one drawing: a close view of the top, and the track from above."""
 
     def __init__(self, drawn: Figure, frames: Frames, title: str):
         from matplotlib.patches import Circle

@@ -315,7 +315,7 @@ class Zeros:
     def _values(
         self, steps: Steps, which: Array, step: Array, position: Array, doubt: Array
     ) -> Array:
-        """Return functions at positions in steps; those that doubles have lost, from the run's."""
+        """Return functions at positions in steps, in the run's arithmetic where doubles fail."""
         if steps.wide and steps.wide.only:
             return self._wide_values(steps.wide, which, step, position)
         table = self._table(steps.inside(step, position))
@@ -377,7 +377,7 @@ class Zeros:
         return sizes
 
     def _propagated(self, rows: Sequence[Array], size: Array, lost: Array) -> tuple[Array, Array]:
-        """Return what errors of components make of the functions: in double, and in the run.
+        """Return the errors of the functions from errors of components: in double, and in the run.
 
         ``rows`` are arrays of one axis; ``lost`` are errors of the run relative to ``size``.
         """
@@ -537,7 +537,7 @@ class Zeros:
         return numpy.array([begin + numpy.maximum(high - 1, 0), begin + high, counted[wanted]])
 
     def _decide(self, steps: Steps, wide: Wide, points: Points, unsure: Array) -> None:
-        """Take values from the wide arithmetic, at extrema those of the vertex nearby."""
+        """Replace values by the wide arithmetic's, at extrema by those of the nearby vertex."""
         still = unsure[points.reach[unsure] == 0]
         step = numpy.minimum(points.position[still].astype(int), len(steps) - 1)
         position = points.position[still] - step
@@ -629,7 +629,7 @@ class Zeros:
 
 
 class _Zero(NamedTuple):
-    """Times and states of zeros, and the values of the functions there."""
+    """Times and states of zeros, and the values of the functions at the zeros."""
 
     times: list[Scalar]
     states: list[tuple[Scalar, ...]]

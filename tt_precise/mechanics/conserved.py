@@ -18,7 +18,7 @@ from tt_precise.runtime.values import Scalar
 
 @dataclass(frozen=True)
 class Integral:
-    """A conserved value: name, function, scale, for which model and body it holds, and its source.
+    """A conserved value: name, function, scale, models and bodies, and source.
 
     ``azimuth`` marks integrals that need the direction of the axis; an Euler state leaves it open.
     """

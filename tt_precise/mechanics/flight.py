@@ -37,7 +37,7 @@ class LiftedState(
 
     @classmethod
     def of(cls, q: Described) -> LiftedState:
-        """The state of a motion, whose lowest point is on the table unless it has a height."""
+        """The state of a motion, with the lowest point on the table unless a height is given."""
         return q.state if isinstance(q.state, cls) else cls(*(*q.state, q.fn.mpf(0), q.fn.mpf(0)))
 
     def vectors(self, body: Parameters, fn: Functions, phi: Scalar = 0) -> LiftedState:
@@ -61,12 +61,12 @@ def rates(
 
 
 def free_rates(body: Parameters, state: NewtonState, fn: Functions = None) -> NewtonState:
-    """Time derivative in flight of what a gliding top has."""
+    """Time derivative, in flight, of the state of a gliding top."""
     return NewtonState(*rates(body, LiftedState(*state, 0, 0), fn)[:8])
 
 
 def free_euler_rates(body: Parameters, state: EulerState, fn: Functions) -> EulerState:
-    """Time derivative in flight of what a gliding top has."""
+    """Time derivative, in flight, of the state of a gliding top."""
     return euler.rates(body, state, fn, 0)
 
 

@@ -64,11 +64,11 @@ class InOwnTime(Integrated):
     t: Scalar
 
     def clock(self, fn: Functions) -> Scalar:
-        """The rate of t along that variable."""
+        """The derivative of t by the variable of integration."""
         raise NotImplementedError
 
     def along(self, rates: list[Scalar], fn: Functions) -> list[Scalar]:
-        """Derivatives by that variable from those by time."""
+        """Derivatives by the variable of integration from derivatives by time."""
         clock = self.clock(fn)
         return [clock * rate for rate in rates]
 

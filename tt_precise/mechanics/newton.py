@@ -61,11 +61,11 @@ class Integrated:
         return None
 
     def centre(self, body: Parameters) -> Callable[[], Vector] | None:
-        """The velocity of CM, if the state has it more precisely than its vectors."""
+        """The velocity of CM, if the state has a more precise value than its vectors."""
         return None
 
     def along(self, rates: list[Scalar], fn: Functions) -> list[Scalar]:
-        """Derivatives by the variable of integration from those by time, which it usually is."""
+        """Derivatives by the variable of integration, by default time, from derivatives by time."""
         return rates
 
     @staticmethod

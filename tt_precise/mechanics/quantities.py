@@ -215,7 +215,7 @@ class Quantity:
 
     @property
     def unit(self) -> str:
-        """SI unit, with rad where the quantity is an angle or a rate of one."""
+        """The SI unit, with rad for an angle or the time derivative of an angle."""
         unit = self.dimension.unit
         if not self.radians:
             return unit

@@ -30,7 +30,7 @@ def lambda_up(body: Parameters, fn: Functions) -> Scalar:
 
 
 def tumbling_lambda_squared(body: Parameters, z: Scalar) -> Scalar:
-    """lambda^2 of the motion that tumbles at cos theta = ``z``; negative if there is none.
+    """lambda^2 of the motion that tumbles at cos theta = ``z``; negative without such a motion.
 
     Tumbling means theta_dot = 0, v_A = 0, g_n = m g with theta strictly between the poles; eqs (2)
     and (5) then give omega_3 = phi_dot (cos theta - alpha) and

@@ -40,7 +40,7 @@ DIRECTIONS = 64  # directions in which gliding may begin, tested for sign change
 
 
 class _Registered(Series):
-    """A series that is listed in ``all``, together with all series computed from it."""
+    """A series that is listed in ``all``, together with all series derived from this series."""
 
     __slots__ = ("all",)
 
@@ -88,7 +88,7 @@ def directions_from_rest(
     def accelerations(
         angle: Scalar, body: Parameters, state: NewtonState, fn: Functions
     ) -> tuple[Scalar, Scalar, Scalar]:
-        """v_A_dot along and across a direction, times the denominator of g_n, and that itself."""
+        """v_A_dot along and across a direction, times the denominator of g_n; the denominator."""
         e = fn.cos(angle), fn.sin(angle)
         pushed = state._replace(vx=e[0], vy=e[1])
         rate = friction.along_direction(body, pushed)
@@ -231,7 +231,7 @@ class OnsetOutput(RowwiseOutput):
 
     @cached_property
     def start_row(self) -> Row:
-        """The row at rest; ln v is -infinity there."""
+        """The row at rest, with ln v = -infinity."""
         return self._row(self.precision.context.mpf(0))
 
     @cached_property

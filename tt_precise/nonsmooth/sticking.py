@@ -88,7 +88,7 @@ def _sticks(q: Motion) -> bool:
 
 
 def _from_rest(name: str, setup: Setup, here: SegmentStart, status: str) -> DenseOutput:
-    """Rolling if the cone allows it, otherwise the begin of gliding."""
+    """Rolling if the force lies within the cone, otherwise the onset of gliding."""
     body, vectors, fn = here.q.body, here.q.state, here.q.fn
     if status != "slip" and _sticks(here.q):
         return here.propagated(sticking(setup))

@@ -88,7 +88,7 @@ def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]
 
 
 def _before(folder: Path) -> Results | None:
-    """The results of the report in ``folder``; None if there are none in the present form."""
+    """The results of the report in ``folder``; None without results in the present form."""
     try:
         return load(folder / FILE, Results, WHAT)
     except InputError:
@@ -143,7 +143,7 @@ def commit() -> str:
 
 
 def write(report: Report, folder: Path) -> list[Path]:
-    """Write HTML, Markdown, JSON and figures; all of them, or on a full disk none."""
+    """Write HTML, Markdown, JSON and figures; on a full disk write none of these."""
     files = contents(report)
     write_together({folder / name: text for name, text in files.items()})
     return [folder / name for name in files]

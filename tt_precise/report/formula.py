@@ -32,7 +32,7 @@ _LEAF = "\0"  # begins a token that can be marked: a symbol, a number, a sign
 
 
 def latex(text: str, other: str = "") -> str:
-    """A formula as LaTeX without dollars; what ``other``, if given, has not is underlined.
+    """A formula as LaTeX without dollars; differences from ``other``, if given, are underlined.
 
     Raises ``SyntaxError``: the text is no formula.
     """
@@ -40,7 +40,7 @@ def latex(text: str, other: str = "") -> str:
 
 
 def mathml(text: str, other: str = "") -> str:
-    """A formula as a ``<math>`` element; what ``other`` has not is of the class ``differs``.
+    """A formula as a ``<math>`` element; differences from ``other`` have the class ``differs``.
 
     Raises ``SyntaxError``: the text is no formula.
     """

@@ -148,7 +148,7 @@ def answer(judged: Sequence[JudgedClaim]) -> str:
 
 
 def findings(judged: Sequence[JudgedClaim]) -> dict[str, int]:
-    """Count findings by verdict: the claims about one mistake count once, by the first of them."""
+    """Count findings by verdict; the claims about one mistake count once, by the first claim."""
     return counts(claim for claim in judged if claim.finding == claim.id)
 
 

@@ -16,7 +16,7 @@ SCENE = "reference"
 
 @dataclass(frozen=True)
 class PrecisionRun:
-    """The reference scene in one precision, and how far its end is from the finest run's."""
+    """The reference scene in one precision, and the distance of its end from the finest run's."""
 
     trajectory: Trajectory
     # largest of the vector entries, dimensionless; None for the reference run itself
@@ -24,13 +24,13 @@ class PrecisionRun:
 
     @property
     def label(self) -> str:
-        """Such as "quad" or "200 bits"."""
+        """The label, such as "quad" or "200 bits"."""
         precision = self.trajectory.precision
         return f"{precision.bits} bits" if precision.name == "mp" else precision.name
 
     @cached_property
     def drift(self) -> dict[str, Sequence[Scalar]]:
-        """Relative drift of what the scene conserves, at each sample."""
+        """Relative drift of the scene's conserved quantities, at each sample."""
         return self.trajectory.drift_over_time()
 
 
@@ -53,7 +53,7 @@ def precision_runs() -> tuple[PrecisionRun, ...]:
 
 
 def precisions() -> str:
-    """In words, which precisions those are, and their steps."""
+    """The precisions and their steps, in words."""
     return ", ".join(f"{run.label} ({run.trajectory.steps} steps)" for run in precision_runs())
 
 

@@ -43,7 +43,7 @@ _LATEX_SIGNS = {"->": r"$\to$", "<=": r"$\le$", ">=": r"$\ge$", " x ": r" $\time
 
 
 def html(text: str, digits: int | None = None) -> str:
-    """The text as HTML; numbers with at most so many ``digits`` if any are given."""
+    """The text as HTML; numbers have at most ``digits`` digits if given."""
     return _replaced(text, partial(_as_html, digits=digits), escape)
 
 
@@ -79,7 +79,7 @@ def pair_markdown(printed: Part, corrected: Part) -> tuple[str, str]:
 
 
 def shortened(number: str, digits: int) -> str:
-    """A decimal number with at most so many significant digits."""
+    """A decimal number with at most ``digits`` significant digits."""
     significant = number.replace(".", "").lstrip("0")
     if "." not in number or 0 < len(significant) <= digits:
         return number
@@ -148,7 +148,7 @@ def short(value: Scalar, digits: int = 2) -> str:
 
 
 def full(value: Scalar, digits: int) -> str:
-    """A number with all the digits it is trusted to."""
+    """A number with all its trusted digits."""
     return str(mpmath.nstr(_mpf(value), digits, min_fixed=-4, max_fixed=12))
 
 

@@ -46,7 +46,7 @@ Choices = list[tuple[str, list[tuple[str, str]]]]
 
 
 def html(report: Report) -> str:
-    """The report as one HTML file with everything in it."""
+    """The report as one self-contained HTML file."""
     environment = _environment(escaped=True)
     filters: dict[str, Callable[..., Any]] = {
         "prose": _marked_up(prose.html),
@@ -183,7 +183,7 @@ def rest(text: str) -> str:
 
 
 def _parted(text: Text) -> tuple[Text, str]:
-    """A text and what of it is folded: the sentences beyond the first few."""
+    """The first sentences of a text, and the folded rest."""
     if text.folded or text.emphasis or len(text.text) <= LONGEST_TEXT:
         return text, ""
     shown, *others = _SENTENCE.split(text.text)
@@ -207,7 +207,7 @@ def _brief(text: str) -> str:
 
 
 def names(claim: JudgedClaim, *, holding: bool) -> str:
-    """The names of the parts that hold, or of those that fail or are open."""
+    """The names of the parts that hold, or of the parts that fail or are open."""
     return "; ".join(
         part.name + " (open)" * (part.holds is None)
         for part in claim.parts
@@ -221,7 +221,7 @@ def _pair(
     printed: Callable[[Part], str],
     words: Callable[[str], str],
 ) -> tuple[str, str]:
-    """The paper's side of a claim, and what should stand there or was computed instead."""
+    """The printed side of a claim, and the correction or the computed result."""
     if claim.correction:
         return pair(*claim.parts)
     part = claim.essential

@@ -26,7 +26,7 @@ TIME = "$t$ (s)"
 
 
 def course(*names: str, scene: SceneLike = "reference") -> dict[str, Array]:
-    """Float columns by name, and "t": samples united with every extremum of each of them."""
+    """Float columns by name, and "t": the samples and every extremum of each column."""
     frame = Run(scene).course(names, EVERY)
     return {str(name): frame[name].to_numpy(dtype=float) for name in frame}
 
@@ -158,7 +158,7 @@ def figure_4(axes: list[Axes]) -> Words:
 
 @style.figure("figure-5", [1.7, 1.2, 1.7])
 def figure_5(axes: list[Axes]) -> Words:
-    """The rates of E, E_trans and E_pot, and that of E_rot below."""
+    """The rates of E, E_trans and E_pot, and below the rate of E_rot."""
     total = (style.BLUE, r"$\dot E$")
     shown = (
         {"E_dot": total, "E_trans_dot": (style.GREEN, r"$\dot E_{trans}$")},
@@ -242,7 +242,7 @@ def deforming_potential(axes: list[Axes]) -> Words:
 
 
 def _bottoms(lows: Array, lambda_: float) -> tuple[list[float], list[float]]:
-    """The minima of theta that lie beyond the minimum of V, and that minimum at all of them."""
+    """The minima of theta beyond the minimum of V, and the minimum of V at all minima of theta."""
     body = load_scene("reference").body.numbers(float)
     there = REFERENCE.columns(["theta", "D"], list(lows))
     bottoms = [minima(body, float(D), lambda_) for D in there["D"]]

@@ -63,7 +63,7 @@ def times_by_inclination(axes: list[Axes]) -> Words:
 
 
 def _rows(names: tuple[str, ...], x: str) -> tuple[pandas.DataFrame, list[tuple[float, float]]]:
-    """All starts by ``x``, and the spans of it in which contact is lost."""
+    """All starts by ``x``, and the intervals of ``x`` in which contact is lost."""
     rows = sweeps.starts(names, "through")
     rows = rows.sort_values(x).drop_duplicates(x).reset_index(drop=True)
     spans: list[tuple[float, float]] = []

@@ -104,7 +104,7 @@ def curve(
     colour: str,
     **style: Any,
 ) -> None:
-    """Draw a course, thinned to what the width can show without losing an extremum."""
+    """Draw a curve, thinned to the width of the panel without losing an extremum."""
     at = thinned(times, values)
     axes.plot(times[at], values[at], color=colour, label=label, **style)
 
@@ -128,7 +128,7 @@ def moments(axes: Sequence[Axes], marks: Mapping[str, float]) -> None:
 
 
 def legend(axes: Axes, **options: Any) -> None:
-    """A legend in one row above the panel, where it hides nothing."""
+    """A legend in one row above the panel."""
     axes.legend(
         loc="lower right", bbox_to_anchor=(1, 1), ncols=4, borderaxespad=0.1,
         handlelength=1.8, columnspacing=1.0, **options,

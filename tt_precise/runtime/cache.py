@@ -51,7 +51,7 @@ def source_hash(*paths: str) -> str:
 def cached_table(
     file: str, definition: Mapping[str, Json], compute: Callable[[], pandas.DataFrame]
 ) -> pandas.DataFrame:
-    """The table in ``file``, or from ``compute`` if there is none of this ``definition``.
+    """The table in ``file`` if it has this ``definition``, otherwise from ``compute``.
 
     It is searched in ``reports/`` of the checkout, then in the user's cache.
     """
@@ -81,7 +81,7 @@ def packed(table: pandas.DataFrame, mark: str) -> bytes:
 
 
 def unpacked(content: bytes, mark: str) -> pandas.DataFrame | None:
-    """The table of a file, unless it was made from another definition."""
+    """The table of a file; None for another definition."""
     import pandas
 
     text = gzip.decompress(content).decode("utf-8")

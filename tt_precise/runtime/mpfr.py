@@ -135,7 +135,7 @@ class Mpfr:
         return list(map(text, values))
 
     def hypot(self, x: Scalar, y: Scalar) -> Scalar:
-        """Square root of the sum of squares, which is cut off first as mpmath has it."""
+        """Square root of the sum of squares, truncated first as in mpmath."""
         with self._gmpy2.context(precision=self.bits + HYPOT_BITS, round=self._gmpy2.RoundToZero):
             square = _elementwise("fmma", 4)(x, x, y, y)
         return self.sqrt(square)

@@ -67,7 +67,7 @@ def import_heyoka() -> ModuleType:
 
 
 def user_folder() -> Path:
-    """The user's cache folder for this package; it need not exist.
+    """The user's cache folder for this package, which may not exist yet.
 
     Raises ``OSError``: the user has no home folder.
     """
@@ -99,7 +99,7 @@ RAISED: dict[int, type[BaseException]] = {
 
 @contextmanager
 def raising_signals() -> Iterator[None]:
-    """A context in which SIGINT and SIGTERM raise; afterwards they end the process silently.
+    """A context in which SIGINT and SIGTERM raise; after it both end the process silently.
 
     During an import they wait until it is done: packages with optional parts, such as heyoka, take
     an exception there for a missing part and continue or fail later. They also wait while a worker
@@ -118,7 +118,7 @@ def raising_signals() -> Iterator[None]:
 
 
 def end_within(seconds: float, status: int) -> None:
-    """End the process with ``status`` after that time, if it has not ended by then."""
+    """End the process with ``status`` after ``seconds``, unless it has ended before."""
     last_resort = threading.Timer(seconds, os._exit, [status])
     last_resort.daemon = True
     with contextlib.suppress(RuntimeError):  # the system gives no more threads

@@ -51,7 +51,7 @@ def write_table(path: str | Path, table: Table) -> None:
 
 
 def format_of(path: str | Path) -> Format:
-    """The format of a file; without a suffix it is CSV.
+    """The format of a file, CSV without a suffix.
 
     Raises ``InputError``: the format is unknown, or needs a package that is not installed.
     """
@@ -115,7 +115,7 @@ FORMATS = {
 
 
 def as_html(caption: str, rows: Iterable[Sequence[object]], heads: Sequence[str] = ()) -> str:
-    """A table in HTML: in each row a name and its values, under ``heads`` if there are any."""
+    """A table in HTML: in each row a name and its values, under optional ``heads``."""
     from html import escape  # here, because every scene imports this
 
     left = 'style="text-align:left"'

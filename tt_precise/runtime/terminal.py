@@ -20,7 +20,7 @@ UNCUT = 100_000  # Columns of a line that goes into a pipe or a file: more than 
 
 
 def one_line(text: str) -> str:
-    r"""The text with control characters as \uXXXX and newlines as \n: it cannot forge a line."""
+    r"""The text with control characters as \uXXXX and newlines as \n, so that no line is forged."""
     return HIDDEN.sub(lambda found: f"\\u{ord(found[0]):04x}", text.replace("\n", "\\n"))
 
 

@@ -75,7 +75,7 @@ class Inline(Executor):
     """Runs every call at once in this process."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Run it; the future is done already."""
+        """Run a task at once; the returned future is done."""
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -337,7 +337,7 @@ def dask_pool(address: str, *, tries: int = 1) -> Pool:
 
 
 def _all_of(work: Callable[..., Any], every: Iterable[tuple[Any, ...]]) -> list[Any]:
-    """In a worker: the results of one task's calls, failures among them."""
+    """The results of one task's calls, including failures, computed in a worker."""
     results: list[Any] = []
     for arguments in every:
         try:

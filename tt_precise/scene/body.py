@@ -191,7 +191,7 @@ def top_of(
     *,
     frictionless: bool = False,
 ) -> tuple[TippeTop, bool]:
-    """The top of a scene's tables ``[body]``, ``[friction]`` and ``[contact]``; whether it flies.
+    """The top of a scene's tables ``[body]``, ``[friction]`` and ``[contact]``, and if it flies.
 
     A top that flies continues after loss of contact. ``frictionless`` needs no mu.
 

@@ -140,7 +140,7 @@ def written(value: Scalar, what: str = "number", unit: str = "") -> Fraction:
 
 
 def decimal_of(value: Any) -> Any:
-    """The shortest decimal of a finite float, as in TOML; anything else as it is.
+    """The shortest decimal of a finite float, as in TOML; anything else unchanged.
 
     A float is one of Python or NumPy of any width, or a ``Decimal``, also in an array without axes.
     """
@@ -152,17 +152,17 @@ def decimal_of(value: Any) -> Any:
 
 
 def scalar(value: Any) -> Any:
-    """The number in an array without axes; anything else as it is."""
+    """The number in an array without axes; anything else unchanged."""
     return value[()] if getattr(value, "shape", None) == () else value
 
 
 def _is_wide_float(value: Any) -> bool:
-    """Return whether it is a NumPy float that is no Python float: float16, float32, longdouble."""
+    """True for a NumPy float that is no Python float: float16, float32, longdouble."""
     return hasattr(value, "dtype") and value.dtype.kind == "f" and not isinstance(value, float)
 
 
 def within_doubles(value: Fraction, what: str) -> Fraction:
-    """The value, if it is within the range of doubles.
+    """Return the value, refused outside the range of doubles.
 
     Raises ``InputError``: it is beyond ``LARGEST``.
     """

@@ -309,7 +309,7 @@ class Scene:
 
 
 def _readable(value: Any) -> str:
-    """A number in short decimals, behind "about" where they are rounded; other values as text."""
+    """A number in short decimals, after "about" if rounded; other values as text."""
     if isinstance(value, Inclination):
         offset = _readable(value.offset)
         return offset if not value.from_pi else f"pi - {offset}" if value.offset else "pi"

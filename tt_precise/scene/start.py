@@ -72,13 +72,13 @@ class Inclination(NamedTuple):
         return sine, -cosine if self.from_pi else cosine
 
     def radians(self, fn: Functions, convert: Callable[[Fraction], Scalar]) -> Scalar:
-        """Theta itself in the arithmetic ``fn``."""
+        """Theta (rad) in the arithmetic ``fn``."""
         offset = convert(self.offset)
         return fn.acos(convert(Fraction(-1))) - offset if self.from_pi else offset
 
     @property
     def radians_float(self) -> float:
-        """Theta itself as a double, for display."""
+        """Theta (rad) as a double, for display."""
         offset = float(self.offset)
         return math.pi - offset if self.from_pi else offset
 
@@ -219,7 +219,7 @@ def _with_psi_dot(start: Start, psi_dot: Fraction) -> Start:
 
 
 def _with_centre_at_rest(start: Start, body: TippeTop) -> Start:
-    """With v_A = omega x a, so that s_dot = v_A - omega x a has no horizontal part."""
+    """The start with v_A = omega x a, so that s_dot = v_A - omega x a has no horizontal part."""
     from tt_precise.mechanics.euler import EulerState, vectors_from_euler
     from tt_precise.mechanics.newton import contact_velocity_rel_cm
 
