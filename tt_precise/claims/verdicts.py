@@ -309,7 +309,7 @@ def rounds_to(printed: str, measured: Measured, unit: str = "") -> Part:
 
 
 def about(printed: str, measured: Measured, unit: str = "") -> Part:
-    """Compare "about ``printed``" with ``measured``, by the one rule for every such number.
+    """Compare "about ``printed``" with ``measured``, by one rule for all such numbers.
 
     The claim holds within ``ABOUT_UNITS`` of the last significant digit. The zeros that end a whole
     number are not significant: about 80 means 70 to 90, about 3.2 means 3.1 to 3.3. A number that

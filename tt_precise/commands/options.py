@@ -49,7 +49,7 @@ def _refuse_repeats(command: click.Command, ctx: click.Context, args: list[str])
 
 
 def emit(as_json: bool, content: Json, lines: Iterable[str], out: str | Path | None = None) -> None:
-    """Print ``content`` (a ``Record``, or plain values) as one JSON object; or else the lines.
+    """Print ``content`` (a ``Record`` or plain values) as one JSON object, or the lines.
 
     With ``out`` the JSON object is written to that file too.
     """

@@ -436,7 +436,7 @@ def _smallest_force(trajectory: Trajectory) -> NormalForceRecord | None:
 
 
 def event_rows(trajectory: Trajectory, *, exactly: bool = False) -> list[dict[str, Json]]:
-    """Return the recorded events for JSON: name, t, what changes, and the state there as strings.
+    """Return the recorded events for JSON: name, t, change, and the state as strings.
 
     ``exactly``: with the estimated errors of the times.
     """

@@ -335,7 +335,7 @@ def _difference(states: States, other: States, test: LadderTest) -> float:
 
 
 def _order(states: Sequence[States], test: LadderTest) -> tuple[float | None, float | None]:
-    """Observed order, and a bound on what the smallest step is away from the engine's own limit.
+    """Observed order, and a bound on the distance of the smallest step from the engine's limit.
 
     The bound takes no order above 1 for granted: a coarse run outside the asymptotic range makes
     the observed one too large.

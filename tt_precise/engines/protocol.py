@@ -182,7 +182,7 @@ class States:
     s_dot: Array
 
     def every(self, rows: int) -> States:
-        """Every ``rows``-th row, the first one included."""
+        """Every ``rows``-th row, including the first."""
         return States(self.k[::rows], self.omega[::rows], self.s_dot[::rows])
 
     def distance(self, other: States, spin: float, radius: float) -> Array:

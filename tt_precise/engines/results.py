@@ -85,7 +85,7 @@ def document(
 
 
 def lines(rows: Sequence[dict[str, Json]], steps: Sequence[float]) -> Iterator[str]:
-    """A table for each engine that fits a terminal, with what has to be said below a row."""
+    """A table for each engine that fits a terminal, with notes below rows."""
     digits_at = f"digits at {', '.join(f'{1e3 * step:g}' for step in steps)} ms"
     for engine, its_rows in itertools.groupby(rows, lambda row: row["engine"]):
         yield engine

@@ -63,7 +63,7 @@ class Chart:
         self._relations = [relation for relation in relations if relation]
 
     def here(self, value: Scalar) -> Scalar:
-        """``value`` at azimuth 0 in a chart that sets it, as it is in others."""
+        """``value`` at azimuth 0 in a chart with this azimuth, unchanged in other charts."""
         return self.at_azimuth_0(value) if self.sets_azimuth else self.field(value)
 
     def at_azimuth_0(self, value: Scalar) -> Scalar:

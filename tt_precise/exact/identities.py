@@ -87,7 +87,7 @@ class Identity:
         return " ".join(str(self.residuals.__doc__).split())
 
     def prove(self, body: Parameters | None = None) -> IdentityProof:
-        """Prove or refute it; a symbolic identity only for the exact ``body``, if given."""
+        """Prove or refute the identity; a symbolic one only for the exact ``body``, if given."""
         return self._symbolically(body) if self.kind == SYMBOLIC else self._at_points()
 
     def _symbolically(self, body: Parameters | None) -> IdentityProof:
@@ -375,7 +375,7 @@ def _here(chart: VectorChart) -> NewtonState:
 
 
 def _gliding(chart: VectorChart, name: str) -> Scalar:
-    """A quantity as it stands at the chart's azimuth."""
+    """A quantity at the chart's azimuth."""
     return QUANTITIES[name].evaluate(Motion(chart.body, _here(chart), chart))
 
 

@@ -37,7 +37,7 @@ DOUBLINGS = 3  # Doublings of the precision, before a sign that rounding decides
 
 @dataclass(frozen=True)
 class MarginalMomentum:
-    """The marginal angular momentum L in kg m^2/s; None if there is none, with the reason.
+    """The marginal angular momentum L in kg m^2/s, or None with the reason.
 
     ``exists`` is None if the search could not decide.
     """
@@ -54,7 +54,7 @@ class Eigenvalue(NamedTuple):
     error: Scalar
 
     def sign(self) -> int:
-        """The sign of its real part: 1 grows, -1 decays; raises if the error leaves it open."""
+        """The sign of the real part: 1 grows, -1 decays; raises if the error hides the sign."""
         if not abs(self.value.real) > self.error:
             raise _UnresolvedError
         return 1 if self.value.real > 0 else -1

@@ -314,14 +314,14 @@ class Theorem(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """One of "inverts", "does_not_invert", "says_nothing"."""
+        """The verdict: "inverts", "does_not_invert" or "says_nothing"."""
         return VERDICTS[self.inverts]
 
     def __str__(self) -> str:
         return f"{IN_WORDS[self.verdict]}: {self.reason}"
 
     def as_dict(self) -> dict[str, Json]:
-        """For JSON."""
+        """Return the fields of the JSON object."""
         return {"verdict": self.verdict, "reason": self.reason}
 
 

@@ -140,7 +140,7 @@ Findings = Finding | tuple["Findings", ...]  # of a case; all have to hold
 
 
 def merged(findings: Findings) -> Finding:
-    """One finding of all: it holds if all hold; its value is the first one."""
+    """One finding that holds if all findings hold; its value is that of the first."""
     if isinstance(findings, Finding):
         return findings
     each = [merged(one) for one in findings]
@@ -164,7 +164,7 @@ def equal(got: object, expected: object, value: float | None = None) -> Finding:
 
 
 def finite(values: Iterable[Scalar], what: str = "output") -> list[Scalar]:
-    """The values as a list (missing ones left out).
+    """The values as a list, without missing values.
 
     Raises ``NotFiniteError``: a value is NaN or infinite, which fails the case.
     """
@@ -188,7 +188,7 @@ def case(
     quick: bool | Callable[..., bool] = False,
     limit_s: float = LIMIT_S,
 ) -> Callable[[Callable[..., Findings]], Callable[..., Findings]]:
-    """Register the decorated function as a case, or as one for each combination in ``over``.
+    """Register the decorated function as a case, or as a case per combination in ``over``.
 
     ``name`` and ``expected`` have the arguments in braces: "mu = {mu}". ``quick`` says whether it
     belongs to ``--quick``: for all combinations, or as a function of the arguments.

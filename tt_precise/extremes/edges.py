@@ -55,7 +55,7 @@ def precisions(scene: Scene) -> tuple[str, ...]:
 
 
 def edges(scene: Scene) -> Iterator[Edge]:
-    """The scene itself, and its changes; those that its model does not know are left out."""
+    """The scene itself, and its changes, except changes without meaning in its model."""
     short = scene.varied(until=min(scene.until, LONGEST_S))
     yield Edge("", short)
     for pole in ("", "pi - "):
@@ -140,7 +140,7 @@ def findings(outcomes: Sequence[Outcome]) -> Iterator[str]:
 
 
 def table(outcomes: Sequence[Outcome]) -> Iterator[str]:
-    """A row for each change, with the digits in each precision; it fits a terminal."""
+    """A table for a terminal, with a row for each change and the digits in each precision."""
     names = tuple(dict.fromkeys(one.precision for one in outcomes))
     heads = "".join(f"{name:>{len(name) + 2}}" for name in names)
     yield f"{'digits in':22}{heads}{'steps':>8}{'theta':>10}  end"

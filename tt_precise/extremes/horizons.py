@@ -97,7 +97,7 @@ def _sampled(scene: Scene, names: tuple[str, ...]) -> tuple[str, Array, dict[str
     control={"tolerance": 1e-9},
 )
 def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Findings:
-    """Friction, run backwards, drives away from where it led to: the way back is the worse one."""
+    """The return of a motion with friction, which amplifies errors backwards in time."""
     scene, working = varied(until=until), precision_named(precision)
     start, form = InitialState.of(scene, working.arithmetic), formulation("gliding", "newton")
     number, with_guard_bits = working.number, working.with_guard_bits

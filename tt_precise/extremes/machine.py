@@ -122,7 +122,7 @@ def two_threads(precision: str, shared: bool = False) -> Findings:
     control={"code": ONE_RUN.replace('"2"', '"2.0000000001"')},
 )
 def library_threads(variable: str, count: int, code: str = ONE_RUN) -> Findings:
-    """In a process of its own, because libraries look when they are loaded."""
+    """Results with other threads of libraries, in a separate process, since loading decides."""
     return equal(_output_of(code, **{variable: str(count)}) == _output_of(ONE_RUN), True)
 
 

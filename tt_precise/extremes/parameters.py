@@ -428,7 +428,7 @@ def rolling_limit(frictions: tuple[str, str] = ("1e3", "1e4")) -> Findings:
 
 
 def _from_rolling(run: Trajectory) -> Scalar:
-    """Horizontal distance of the axis from that of the rolling top, at the end."""
+    """Horizontal distance of the axis from the rolling top's axis, at the end."""
     state, fn = _rolling().state, _rolling().precision.context
     return fn.hypot(fn.mpf(run.state.kx) - state.kx, fn.mpf(run.state.ky) - state.ky)
 
@@ -490,7 +490,7 @@ def _constraint_force(run: Trajectory) -> Scalar:
 
 
 def rescaled(mass: Fraction, length: Fraction, time: Fraction) -> Scene:
-    """The reference scene in a world whose kg, m and s are so many of ours."""
+    """The reference scene in a world with other units of mass, length and time."""
     scene = varied()
     body, start = scene.body, scene.start
     return varied(
@@ -538,7 +538,7 @@ def power_of_two(powers: str, off: str = "0") -> Findings:
 def _scaled(
     integrate: Integrate, mass: Fraction, length: Fraction, time: Fraction
 ) -> tuple[Trajectory, float]:
-    """The run in other units, and its distance from the one in ours."""
+    """The run in other units, and its distance from the run in ours."""
     run, plain = integrate(rescaled(mass, length, time)), _plain()
     units = {"k": Fraction(1), "L": mass * length**2 / time, "v": length / time}
     return run, float(distance(run, plain, units=units))

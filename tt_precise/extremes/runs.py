@@ -50,7 +50,7 @@ def quad(scene: Scene) -> Trajectory:
 
 @cache
 def triple_double(scene: Scene) -> Trajectory:
-    """A finer one, which takes less time too."""
+    """A finer and faster run, in triple-double."""
     return integrate(scene, "triple-double")
 
 

@@ -44,7 +44,7 @@ def _sensitivity(scene: str) -> Sensitivity:
     control={"integrate": lambda scene: integrate(scene, tolerance=1e-12)},
 )
 def error_against_condition(scene: str, integrate: Integrate = integrate) -> Findings:
-    """The digits that double can give at each time, and those that it gives."""
+    """The attainable and the delivered digits of double at each time."""
     how = _sensitivity(scene)
     run: Trajectory = integrate(scene)
     errors = _errors(run, scene, how)
@@ -127,7 +127,7 @@ def lambda_propagated(scene: str, spoil: float = 0.0) -> Findings:
     control={"varied": integrating(alpha="1e-6")},
 )
 def derivative_by_differences(name: str, varied: Integrate = integrate) -> Findings:
-    """Matrices of variational equations against runs that know nothing of them."""
+    """Matrices of the variational equations against independent runs."""
     how = _sensitivity("reference")
     now = int(how.condition.argmax())
     scene = replace(load_scene("reference"), until=Fraction(round(how.times[now] * 100), 100))

@@ -47,7 +47,7 @@ def tilt_at(body: Parameters, side: int, omega_3: Scalar, t: Scalar, fn: Functio
 
 
 def tilt_modes(body: Parameters, side: int, omega_3: Scalar, fn: Functions) -> list[Scalar]:
-    """The three eigenvalues of ``tilt_matrix``, the one that grows fastest first."""
+    """The three eigenvalues of ``tilt_matrix``, the fastest growing first."""
     (a, b, c), (d, e, f), (g, h, i) = tilt_matrix(body, side, omega_3, fn).tolist()
     minors = a * e - b * d + a * i - c * g + e * i - f * h
     determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)

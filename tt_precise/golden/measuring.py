@@ -72,7 +72,7 @@ class Columns(Protocol):
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Their names."""
+        """The names of the columns."""
 
     def column(self, name: str) -> Sequence[str]:
         """Return the decimals of a column, "" where it is undefined."""
@@ -219,7 +219,7 @@ def ending(status: str, t: float) -> str:
 
 
 def apart_of(name: str, given: Scalar, cell: str | None) -> float:
-    """The exact difference of a number from the decimal ``cell``; NaN where one is missing."""
+    """The exact difference of a number from the decimal ``cell``; NaN if one is missing."""
     number = as_decimal(given)
     if number is None or cell is None:
         return math.nan

@@ -224,7 +224,7 @@ class Established:
 
     @property
     def for_ever(self) -> dict[str, Json] | None:
-        """The statement for all later times (``certify.well``); None if there is none.
+        """The statement for all later times (``certify.well``), or None.
 
         The statement has the keys ``theta_tends_to``, ``limits`` and ``g_n_at_least_mg``.
         """
@@ -238,7 +238,7 @@ class Established:
 
     @property
     def span(self) -> str:
-        """In words, the times for which ``g_n_positive`` and ``least_g_n`` hold."""
+        """The times, in words, for which ``g_n_positive`` and ``least_g_n`` hold."""
         if self.record is None or self.for_ever is not None:
             return "at all times t >= 0"
         end = self.stored.trajectory.column("t")[-1] if self.stored else "0"

@@ -50,7 +50,7 @@ class Located(NamedTuple):
 
 
 def home() -> Path:
-    """The folder of golden data: inside an installed package, next to it in a checkout."""
+    """The folder of golden data: inside an installed package, in a checkout next to it."""
     return shipped("reference_data")
 
 

@@ -52,7 +52,7 @@ def in_lanes(scene: Scene) -> bool:
 def columns_alone(
     scenes: Iterable[Scene], record: tuple[str, ...], contact: str
 ) -> dict[str, Array]:
-    """The columns of results of scenes, one row a scene; a scene that is refused is "failed"."""
+    """The columns of results of scenes, one row a scene; a refused scene is "failed"."""
     rows = []
     for scene in scenes:
         try:
@@ -169,7 +169,7 @@ def _lambda_ratio(run: Trajectory) -> Scalar:
 
 
 def _crossings(run: Trajectory, times: InversionTimes) -> Mapping[str, Scalar]:
-    """The crossings of nu_y and nu_x next to the climb: rising before it, falling after it."""
+    """The crossings of nu_y and nu_x next to the climb: rising before, falling after the climb."""
     table, climb = run.event_table(()), times.equator
     if climb is None:
         return {}

@@ -111,7 +111,7 @@ def _start_signs(
     values: Array,
     starts: Sequence[InitialState],
 ) -> Array:
-    """The signs of the functions at the exact starts, 0 where they vanish: (detectors, rows)."""
+    """The signs (detectors, rows) of the functions at the exact starts; 0 for a zero."""
     sized = form.State(*(Sized(x, abs(x)) for x in numpy.array([s.state(form) for s in starts]).T))
     body = Parameters(**{name: _column(starts, name) for name in NAMES})
     q = form.motion(body.numbers(exactly), sized, SizedFunctions())

@@ -94,7 +94,7 @@ class Events(NamedTuple):
 
 
 class Zeros:
-    """Finds the zeros of the ``detectors``, one buffer of steps at a time.
+    """A finder of the zeros of the ``detectors``, for one buffer of steps at a time.
 
     The first detector is that of the climb.
     """
@@ -153,7 +153,7 @@ class Zeros:
         return Events(*(column[order] for column in events))
 
     def _signs(self, steps: Steps) -> tuple[Array, Array]:
-        """For each detector, step and lane: ``MAYBE``, ``SURE``, or 0; and values at both ends."""
+        """``MAYBE``, ``SURE`` or 0 for each detector, step and lane; the values at both ends."""
         count, shape = len(self._detectors), steps.row.shape
         starts = self._evaluated(numpy.moveaxis(steps.series[:, :, 0], 1, 0), steps.row)
         inputs = numpy.empty((7, count, *shape))
@@ -341,7 +341,7 @@ def _states(components: int, terms: int, times: int) -> Callable[..., Array]:
 
 @cache
 def _nearer(terms: int) -> Callable[..., Array]:
-    """Some steps of Newton's method to a zero, with bisections where they lead away.
+    """Newton's steps to a zero, with bisection where a step leaves the bracket.
 
     From the coefficients of a polynomial, whether it rises (1) or falls (-1), and three places:
     two that have the zero between them, and where to begin. To the three places nearer to it, and
@@ -368,7 +368,7 @@ def _nearer(terms: int) -> Callable[..., Array]:
 
 @cache
 def _values(form: Formulation, detectors: tuple[Detector, ...]) -> Callable[..., Array]:
-    """From states: values of the functions, their rates, and sizes of their terms.
+    """Values of the functions, their derivatives, and sizes of their terms, from states.
 
     The size is what a relative change of all components by 1 changes a function by at most, so that
     its rounding errors are some eps of that.
@@ -385,7 +385,7 @@ def _values(form: Formulation, detectors: tuple[Detector, ...]) -> Callable[...,
 
 @cache
 def _sign() -> Callable[..., Array]:
-    """From value, rate and size at the start, those at the end, and length: the sign's changes."""
+    """The changes of sign, from value, derivative and size at both ends, and the length."""
     inputs = first, slope, size, last, last_slope, last_size, width = variables("x", 7)
     bernstein = [first, first + slope * width / 3.0, last - last_slope * width / 3.0, last]
     negative = heyoka.lt(first, 0.0)

@@ -52,7 +52,7 @@ class _Candidates(NamedTuple):
 
 
 class Extreme:
-    """Finds the smallest or largest value of one quantity in each row."""
+    """A finder of the smallest or largest value of one quantity in each row."""
 
     def __init__(self, form: Formulation, statistic: Statistic):
         self.statistic, self._form = statistic, form
@@ -91,7 +91,7 @@ class Extreme:
             self._close_in()
 
     def states(self) -> tuple[Array, Array]:
-        """Rows and the states in which the quantity is extreme, if it is defined."""
+        """Rows, and the states in which the quantity is extreme, if defined."""
         self._close_in()
         rows = numpy.flatnonzero(numpy.isfinite(self._when[:-1]))
         return rows, self._states[rows]
@@ -138,7 +138,7 @@ class Extreme:
         self._keep(held, highest, place)
 
     def _keep(self, peaks: _Candidates, highest: Array, position: Array) -> None:
-        """Keep the state of the highest value of each row, of equal ones the first."""
+        """Keep the state of the highest value of each row, the first among equal values."""
         when = peaks.begin + position * peaks.width
         order = numpy.lexsort((when, -highest, peaks.row))
         first = order[numpy.unique(peaks.row[order], return_index=True)[1]]
@@ -211,7 +211,7 @@ def peak_bound(
 
 @cache
 def _curvature(terms: int, times: int) -> Callable[..., Array]:
-    """From the coefficients of h^2, h^3, ... of a series, and times: its second derivative."""
+    """The second derivative of a series at times, from the coefficients of h^2, h^3, ..."""
     series = variables("c", terms)
     second = [(j + 1.0) * (j + 2.0) * coefficient for j, coefficient in enumerate(series)]
     since = variables("since", times)

@@ -43,7 +43,7 @@ class LaneStart(NamedTuple):
 
 
 class Build(NamedTuple):
-    """The equations of a batch integrator, and what is searched along its trajectories."""
+    """The equations of a batch integrator, and the searches along its trajectories."""
 
     model: str
     contact: str
@@ -163,7 +163,7 @@ class Lanes:
         self._age[lane] = 0
 
     def _recorder(self) -> Callable[[Adaptive], bool]:
-        """A function that records the last step of the integrator, which calls it after each.
+        """A callback that records the last step of the integrator.
 
         All attributes are looked up beforehand: that halves the time of this loop.
         """

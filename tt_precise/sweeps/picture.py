@@ -135,7 +135,7 @@ def _set_scales(axes: Axes, table: pandas.DataFrame, x: str, y: str) -> None:
 
 
 def _scale(values: pandas.Series) -> dict[str, Any]:
-    """The norm of colours, where it is logarithmic."""
+    """The keyword ``norm`` for logarithmic colours, or nothing."""
     from matplotlib.colors import LogNorm
 
     return {"norm": LogNorm()} if _spans_decades(values) else {}
@@ -176,7 +176,7 @@ def column_named(rows: pandas.DataFrame, name: str) -> str:
 
 
 def _with_values(rows: pandas.DataFrame, *names: str) -> pandas.DataFrame:
-    """The rows with climbing times in all definitions, unless there is nothing to draw."""
+    """The rows with climbing times in all definitions; refused if empty."""
     times = {
         f"climb_{definition}": rows[f"t_end_{definition}"] - rows[f"t_init_{definition}"]
         for definition in DEFINITIONS

@@ -25,14 +25,14 @@ TOLERANCE = 1e-22  # a million times finer than double, in half the time of the 
 
 
 def sampled_rows(rows: int, seed: int, one_in: int = ONE_IN) -> Iterator[int]:
-    """Indices of the rows to recompute: one of each ``one_in``, in order."""
+    """Indices of the rows to recompute, one in every ``one_in`` rows, in order."""
     for block in range(-(-rows // one_in) if one_in else 0):
         size = min(one_in, rows - block * one_in)
         yield block * one_in + int(numpy.random.default_rng([seed, block]).integers(size))
 
 
 def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
-    """A row's results from a fine integration: "outcome", and floats (None: there is none).
+    """A row's results from a fine integration: "outcome", and floats, None if missing.
 
     Without steps and drift, which an arithmetic has of its own. Only for contact "unilateral".
     """
@@ -50,7 +50,7 @@ def _fine(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
 
 
 def differences(row: Mapping[Any, Json], again: Mapping[str, Json]) -> dict[str, float]:
-    """Absolute difference of each column; infinite where only one of the two has a value."""
+    """Absolute difference of each column; infinite where only one result has a value."""
     by_name = {}
     for name, fine in again.items():
         if name == "outcome":

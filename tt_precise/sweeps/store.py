@@ -40,7 +40,7 @@ EXPECTED = "expected the folder, URL or file of a sweep"
 
 
 class Store:
-    """The chunks of a sweep; without ``out`` they are in memory.
+    """The chunks of a sweep, in memory without ``out``.
 
     Opening an interrupted sweep resumes it: ``known`` has the numbers of its chunks.
 
@@ -195,7 +195,7 @@ def read_rows(path: str | Path) -> pandas.DataFrame:
 def frame_of(
     names: tuple[str, ...], first: int, values: Array, results: Mapping[str, Array]
 ) -> pandas.DataFrame:
-    """The rows from index ``first`` on: index, what was varied, results."""
+    """The rows from index ``first`` on: index, varied values, results."""
     import pandas
 
     index = numpy.arange(first, first + len(values), dtype=numpy.int64)
@@ -278,7 +278,7 @@ def parquet() -> Any:
 
 
 def content_of(out: str, name: str) -> bytes | None:
-    """The content of a file below a folder or URL; None if there is none."""
+    """The content of a file below a folder or URL; None without this file."""
     files, root = _file_system(out)
     try:
         return bytes(files.cat_file(f"{root}/{name}"))
@@ -287,7 +287,7 @@ def content_of(out: str, name: str) -> bytes | None:
 
 
 def write(out: str, name: str, content: bytes) -> None:
-    """Write a file below a folder or URL as a whole: it has its name when it is complete."""
+    """Write a file below a folder or URL; the file gets its name when complete."""
     files, root = _file_system(out)
     target = f"{root}/{name}"
     files.makedirs(target.rpartition("/")[0], exist_ok=True)
@@ -317,7 +317,7 @@ def names(out: str, folder: str = "") -> set[str]:
 
 
 def _file_system(out: str) -> tuple[Any, str]:
-    """A file system of fsspec's, and where on it."""
+    """A file system of fsspec, and the path on it."""
     import fsspec
 
     try:

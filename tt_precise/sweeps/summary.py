@@ -43,7 +43,7 @@ class OtherOutcome(Record, frozen=True):
 
 
 class OnlyInOne(Record, frozen=True):
-    """A value that exists in only one of both arithmetics."""
+    """A value that exists in only one of the two arithmetics."""
 
     index: Annotated[int, means("index of the row")]
     column: Annotated[str, means("name of the column")]
@@ -130,7 +130,7 @@ def summary_of(
 
 
 def _column(chunks: list[tuple[float, float, float, int]], rows: int) -> ColumnSummary:
-    """Least, greatest, mean and number of missing values, from those of the chunks."""
+    """Least, greatest, mean and number of missing values, from the chunks' numbers."""
     count = sum(chunk[3] for chunk in chunks)
     return ColumnSummary(
         min=min((chunk[0] for chunk in chunks), default=None),

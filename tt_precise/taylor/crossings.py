@@ -27,7 +27,7 @@ MOST_NEWTONS = 8  # Newton steps in several doubles; each adds up to 15 digits.
 
 
 class Crossings(NamedTuple):
-    """Arrays: which polynomial, where (0 to 1), and whether it rises (+1) or falls (-1) there."""
+    """Arrays of crossings: polynomial, position (0 to 1), and direction (+1 rises, -1 falls)."""
 
     which: Array
     position: Array
@@ -50,7 +50,7 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
 
 
 def _refined(polynomials: Array, low: Array, high: Array, direction: Array) -> Array:
-    """The zero between ``low`` and ``high``: by Newton's steps, by halving where they leave it."""
+    """The zero between ``low`` and ``high``, by Newton's steps, by bisection if these leave."""
     slopes = polynomials[:, 1:] * numpy.arange(1, polynomials.shape[1])
     position = (low + high) / 2
     with numpy.errstate(all="ignore"):
@@ -68,7 +68,7 @@ def _refined(polynomials: Array, low: Array, high: Array, direction: Array) -> A
 
 
 def values(polynomials: Array, positions: Array) -> Array:
-    """Each polynomial at its position; Horner."""
+    """The value of each polynomial at its position, by Horner's rule."""
     value = polynomials[:, -1]
     for k in range(polynomials.shape[1] - 2, -1, -1):
         value = value * positions + polynomials[:, k]
@@ -76,7 +76,7 @@ def values(polynomials: Array, positions: Array) -> Array:
 
 
 def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Array]:
-    """Intervals with one zero each, of polynomials given by Bernstein's coefficients on [0, 1].
+    """Intervals with one zero each, of polynomials in Bernstein coefficients on [0, 1].
 
     Returns which polynomial, the two ends, and whether it rises there, in the order of positions.
     After the last halving two zeros count as none, and three as one.

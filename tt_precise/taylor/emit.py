@@ -48,7 +48,7 @@ def nearest(value: Fraction, limbs: int) -> list[float]:
 
 
 class Emitter:
-    """Writes one function of ``module``; ``arguments`` has a letter for each.
+    """A writer of one function of ``module``; ``arguments`` has a letter per argument.
 
     "p" stands for a pointer to doubles, "n" for one to integers, "i" for an integer, "d" for a
     double.
@@ -79,7 +79,7 @@ class Emitter:
         return self.b.add(self.b.mul(row, self.i(width)), self.i(column))
 
     def order(self, orders: Value, limbs: int) -> Value:
-        """Return the number of orders that are computed in so many limbs or more."""
+        """Return the number of orders that are computed in ``limbs`` limbs or more."""
         return self.b.load(self.b.gep(orders, [self.i(3 - limbs)]))
 
     def behind(self, pointer: Value, position: Value | int) -> Value:
@@ -120,7 +120,7 @@ class Emitter:
     def loop(
         self, start: Value, stop: Value, accumulators: Sequence[Value] = ()
     ) -> Iterator[tuple[Value, list[Value]]]:
-        """For each integer from ``start`` below ``stop``: the counter and the accumulated values.
+        """Emit a loop from ``start`` below ``stop``; gives the counter and the accumulated values.
 
         The body replaces the accumulated values for its next turn; after the loop the list
         holds the last ones.
@@ -159,7 +159,7 @@ class Emitter:
 
 
 class SeveralDoubles:
-    """Numbers of so many ``limbs``: 1 a double, 2 a double-double, 3 a triple-double.
+    """Numbers of ``limbs`` limbs: 1 a double, 2 a double-double, 3 a triple-double.
 
     The last limb gathers in plain doubles what the others leave, so errors are a few units in the
     last place of the last limb, 2^-53, 2^-104 and 2^-156 of the largest term. What is added up is
@@ -176,7 +176,7 @@ class SeveralDoubles:
                       for _ in range(self.limbs - len(a))))  # fmt: skip
 
     def plus(self, s: Number, a: Number) -> Number:
-        """A running sum and one more number, not in order."""
+        """The sum of a running sum and one more number, not in order of size."""
         f, two_sum = self.e.b, self.e.two_sum
         if self.limbs == 1:
             return (f.fadd(s[0], a[0]),)
@@ -240,7 +240,7 @@ class SeveralDoubles:
         return tuple(map(self.e.b.fneg, a))
 
     def quotient(self, a: Number, b: Number) -> Number:
-        """a/b: that of the first limbs, corrected as often as there are limbs."""
+        """The quotient a/b: of the first limbs, corrected once per limb."""
         quotient = self.widened((self.e.b.fdiv(a[0], b[0]),))
         for _ in range(self.limbs):
             left = self.total(a, self.negative(self.product(quotient, b)))

@@ -48,7 +48,7 @@ class Constant(Operand):
     __slots__ = ()
 
     def value(self, parameters: Sequence[Scalar], fn: Functions, memo: dict[Any, Any]) -> Scalar:
-        """Its number; ``memo`` holds the constants computed before."""
+        """The number of the constant; ``memo`` has the constants computed before."""
         if self not in memo:
             args = [
                 a.value(parameters, fn, memo) if isinstance(a, Constant) else a for a in self.args
@@ -84,7 +84,7 @@ class Traced(Operand):
 
 
 def linear(value: Scalar, sign: int = 1) -> tuple[Any, tuple[tuple[Any, Traced], ...]]:
-    """Offset, and pairs of factor and series, whose sum it (or minus it) is."""
+    """Offset, and pairs of factor and series, whose sum is this expression or its negative."""
     if not isinstance(value, Traced):
         return sign * value, ()
     if value.kind != "sum":
@@ -131,7 +131,7 @@ class Graph:
         return constant
 
     def as_series(self, value: Scalar) -> Traced | Constant:
-        """A series as it is, anything else as a constant."""
+        """A series unchanged, anything else as a constant."""
         return value if isinstance(value, Traced) else self.number(value)
 
     def constant(self, kind: str, a: Scalar, b: Scalar) -> Scalar:
@@ -215,7 +215,7 @@ class Graph:
         return self._sine_cosine(angle)[1]
 
     def atan2(self, y: Scalar, x: Scalar) -> Traced:
-        """An angle that cannot be used further: ``in_order`` refuses it if it is needed."""
+        """An unusable angle: ``in_order`` refuses a graph that needs it."""
         return self.series("angle", y, x)
 
     def _sine_cosine(self, angle: Traced) -> tuple[Traced, Traced]:
@@ -227,7 +227,7 @@ class Graph:
         return self.turning[angle]
 
     def with_turning(self, rates: Sequence[Scalar]) -> list[Scalar]:
-        """``rates`` of the first components, followed by those of sines and cosines."""
+        """``rates`` of the first components, followed by the rates of sines and cosines."""
         of_component = dict(zip(self.components, rates, strict=False))
         extended = list(rates)
         for angle, (sine, cosine) in self.turning.items():
@@ -290,6 +290,6 @@ def constants_of(series: Sequence[Traced]) -> list[Constant]:
 def numbers(
     constants: Iterable[Constant], parameters: Sequence[Scalar], fn: Functions
 ) -> Mapping[Constant, Scalar]:
-    """Each constant's value for these parameters."""
+    """The value of each constant for these parameters."""
     memo: dict[Any, Any] = {}
     return {constant: constant.value(parameters, fn, memo) for constant in constants}

@@ -79,7 +79,7 @@ def through(table: Array, bent: Array) -> Polynomials:
 
 
 def sign_changes(bernstein: Array, error: Array) -> tuple[Array, Array]:
-    """Return how often the coefficients change their sign, and if errors keep it at 0 or 1.
+    """Return the count of sign changes of the coefficients, and if errors keep it at 0 or 1.
 
     Without a change the polynomial has no zero on the interval, with one it has one.
     """
@@ -104,7 +104,7 @@ def extrema(polynomials: Polynomials) -> tuple[Array, Array]:
 def zero_between(
     monomials: Array, low: Array, high: Array, direction: Array
 ) -> tuple[Array, Array]:
-    """Return the zero of each polynomial in a bracket of [0, 1], and the derivative there.
+    """Return the zero of each polynomial in a bracket of [0, 1], and the derivative at it.
 
     The polynomial rises (+1) or falls (-1) through zero in the bracket.
     """

@@ -40,7 +40,7 @@ def padded(count: int) -> int:
 
 
 class Kernel:
-    """The layout of memory, and the functions that compute in it, in so many ``limbs``.
+    """The layout of memory, and the functions that compute in it, in ``limbs`` limbs.
 
     ``outputs`` are series to be kept with the components: pairs of a series and whether its rate is
     wanted in its place. A step is a block of ``order`` + 2 rows of ``columns`` numbers:
@@ -77,7 +77,7 @@ class Kernel:
         self.columns = padded(len(self.components) + len(self.outputs))
 
     def work(self, order: int) -> int:
-        """Doubles that ``run`` needs for itself."""
+        """The number of doubles in the working memory of ``run``."""
         lanes = 2 * (order + 2) * self.width + 2 * self.width
         return self.limbs * lanes + self.width + self.columns
 
@@ -215,7 +215,7 @@ class _RunWriter:
         e.b.ret(e.b.load(taken))
 
     def _power_of_two(self, value: Value) -> Value:
-        """The largest one that is not above a positive value: its exponent alone."""
+        """The largest power of two up to a positive value: the value's exponent alone."""
         bits = self.e.b.bitcast(value, INTEGER)
         return self.e.b.bitcast(self.e.b.and_(bits, self.e.i(0x7FF << 52)), DOUBLE)
 
@@ -243,7 +243,7 @@ class _RunWriter:
         return h
 
     def _may_vanish(self, h: Value) -> Value:
-        """1 where the terms of an output's series outweigh half of its first one, or are none."""
+        """1 if the later terms of an output's series exceed half of the first, or are NaN; else 0."""
         e, kernel = self.e, self.kernel
         first, wide = len(kernel.components), e.spread(h)
         groups = range(first // LANES * LANES, kernel.columns, LANES)
@@ -268,7 +268,7 @@ class _RunWriter:
         return largest[0]
 
     def _sums(self, n: Value, limbs: int) -> None:
-        """For every lane, the sum of a_j b_(n-j) for j = 1 to n - 1."""
+        """The sum of a_j b_(n-j) for j = 1 to n - 1, in every lane."""
         e, width = self.e, self.kernel.width
         ops, zero = SeveralDoubles(e, limbs), ir.Constant(VECTOR, None)
         for first in range(0, width, LANES * TOGETHER[limbs]):

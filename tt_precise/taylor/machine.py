@@ -28,7 +28,7 @@ OPTIMISATION = 2
 
 
 class Machine:
-    """Compiled instructions of one module, for this processor or a plainer one.
+    """Compiled instructions of one module, for this processor or a simpler one.
 
     ``features`` as LLVM names them, "" for no more than every 64-bit processor of its kind has.
     The instructions are exactly rounded and not reordered, so the results have the same bits with

@@ -36,7 +36,7 @@ def powered(base: Scalar, power: Scalar) -> Scalar:
 
 
 class Series:
-    """``sum(s[k] h**k)``; ``step(c, k)`` gives coefficient k, where ``c`` are those before it."""
+    """``sum(s[k] h**k)``; ``step(c, k)`` gives coefficient k from the earlier coefficients c."""
 
     __slots__ = ("c", "step")
     __array_ufunc__ = None  # so that array * Series is left to Series
@@ -46,7 +46,7 @@ class Series:
         self.step, self.c = step, list(first)
 
     def new(self, step: Callable[[Any, int], Scalar]) -> Series:
-        """The series of an operation with this one."""
+        """The series of an operation on this series."""
         return Series(step)
 
     def __getitem__(self, k: int) -> Scalar:
@@ -55,7 +55,7 @@ class Series:
         return self.c[k]
 
     def upto(self, k: int) -> Any:
-        """Coefficients 0 to ``k``, and those behind them that are known."""
+        """Coefficients 0 to ``k``, and all later known coefficients."""
         if len(self.c) <= k:
             _ = self[k]
         return self.c
@@ -126,7 +126,7 @@ class Truncated(Ring, Series):
 
     @property
     def rate(self) -> Array:
-        """Coefficients of the rate, one fewer."""
+        """The coefficients of the derivative, one fewer."""
         slopes: Array = self.c[1:] * numpy.arange(1, len(self.c))[:, None]
         return slopes
 
@@ -310,7 +310,7 @@ def coefficients(
 
 
 class Sized(Ring):
-    """A number or array, and the size of the summands that it is made of.
+    """A number or array, and the size of its summands.
 
     What relative errors of ``eps`` in those make of it is at most about ``eps * size``.
     """

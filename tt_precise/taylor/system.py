@@ -86,7 +86,7 @@ class System:
         longest: float = math.inf,
         first: float | None = None,
     ) -> Iterator[StepBlock]:
-        """Taylor steps from time 0, until they reach ``until`` or contain NaN.
+        """Taylor steps from time 0 to ``until``, or to a step with NaN.
 
         No step is longer than ``longest``; the ``first`` one has a bound of its own if it is
         given, and is a piece of its own then. The last one may end later than ``until``.
@@ -130,7 +130,7 @@ class System:
 
 
 class StepBlock:
-    """The series of some steps, one behind the other, each in powers of time over its unit.
+    """The series of consecutive steps, each in powers of time over its unit.
 
     ``coefficients`` are the first limbs, axes (step, order, column). ``begins`` are the times of
     the steps' beginnings (step, limb), ``units`` powers of two, and ``lengths`` the steps' in
@@ -183,7 +183,7 @@ class StepBlock:
 
 
 def split(value: Scalar, limbs: int) -> tuple[float, ...]:
-    """An mpmath number as so many doubles, each the nearest to what those before leave."""
+    """An mpmath number as ``limbs`` doubles, each the nearest to the remainder."""
     left, doubles = value._mpf_, []
     for _ in range(limbs):
         limb = to_float(left, rnd="n")
@@ -193,7 +193,7 @@ def split(value: Scalar, limbs: int) -> tuple[float, ...]:
 
 
 def moments(times: Iterable[Scalar]) -> Array:
-    """Times as ``StepBlock`` takes them: axes (time, limb), whatever has fewer limbs."""
+    """Times for ``StepBlock``: axes (time, limb), with ``MOST_LIMBS`` limbs."""
     return numpy.array([split(time, MOST_LIMBS) for time in times])
 
 

@@ -141,7 +141,7 @@ def costs(
     accuracies: Iterable[float] = ACCURACIES,
     precision: str = "double",
 ) -> dict[str, dict[float, float]]:
-    """For each method the cost of each accuracy that it reaches, over the whole horizon.
+    """The cost of each accuracy that each method reaches, over the whole horizon.
 
     ``cost`` is a column: "seconds", or "ratio" to the bare heyoka loop.
     """
@@ -193,7 +193,7 @@ def _peers(rows: pandas.DataFrame) -> Iterator[Finding]:
 
 
 def _at_best(rows: pandas.DataFrame, *methods: str, **others: object) -> pandas.Series:
-    """The fastest row of a method at its best tolerance; NaN if there is none."""
+    """The fastest row of a method at its best tolerance; NaN without a row."""
     wanted = {
         "precision": "double", "formulation": "newton", "tolerance": 0.0, "horizon_s": WHOLE_S,
     } | others  # fmt: skip

@@ -57,7 +57,7 @@ class Row(Record, frozen=True):
 
 
 class Tradeoff(NamedTuple):
-    """Rows, and sentences on what was left out and why."""
+    """Rows, and sentences on omitted methods with the reasons."""
 
     until_s: float
     finest: int  # the digits of the run with which all are compared
@@ -84,7 +84,7 @@ def measure(scene: Scene, progress: Progress = silent) -> Tradeoff:
 
 
 def ratios(rows: Sequence[Row]) -> dict[str, float]:
-    """Seconds of each row of SciPy over those of the fastest own row with no fewer digits.
+    """Time of each row of SciPy over that of the fastest own row with no fewer digits.
 
     A row without a correct digit has none.
     """
@@ -138,7 +138,7 @@ class Truth(NamedTuple):
 
     @classmethod
     def of(cls, trajectory: Trajectory) -> Truth:
-        """The states at the scene's samples after 0 that it reaches, ``MOST_SAMPLES`` at most."""
+        """The states at the reached samples after 0, at most ``MOST_SAMPLES``."""
         scene, end = trajectory.scene, as_fraction(trajectory.run.end)
         complete = trajectory.status == "complete"
         every = [t for t in scene.sample_times if t and (complete or t < end)]
@@ -155,7 +155,7 @@ class Truth(NamedTuple):
         return cls(times, values, shown, 10.0**-trajectory.digits_throughout)
 
     def error(self, values: Array) -> float:
-        """Largest relative error of states at the samples; infinite if one is no number."""
+        """Largest relative error of states at the samples; infinite if a state is no number."""
         with numpy.errstate(invalid="ignore"):  # NaN in an array of objects
             worst = float((abs(values - self.values).astype(float) / self.sizes).max())
         return math.inf if math.isnan(worst) else worst + self.own_error

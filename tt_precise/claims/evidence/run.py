@@ -63,7 +63,7 @@ def rising(values: Sequence[float]) -> bool:
 
 
 class Turn(NamedTuple):
-    """A turning point of theta: when (s), and the middle and width of the band there (rad).
+    """A turning point of theta: time (s), and middle and width of the band (rad).
 
     The band reaches from the turning point to the straight line between its neighbours.
     """
@@ -138,7 +138,7 @@ class Run:
 
     @property
     def lambda_(self) -> Scalar:
-        """lambda of the start in kg m^3/s, that of ``thresholds``."""
+        """lambda of the start in kg m^3/s, from ``thresholds``."""
         return lambda_at_start(self.loaded)
 
     @cached_property
@@ -154,13 +154,13 @@ class Run:
 
     @property
     def climb(self) -> Span:
-        """From initiation to ending time in definition A (signed perigee)."""
+        """The interval from initiation to ending time in definition A (signed perigee)."""
         times = self.inversion.A
         return Span(float(times.t_init), float(times.t_end))
 
     @property
     def synchronisation(self) -> Span:
-        """From the start to the initiation time in definition A."""
+        """The interval from the start to the initiation time in definition A."""
         return Span(0.0, self.climb.begin)
 
     @property
@@ -170,7 +170,7 @@ class Run:
 
     @property
     def equator(self) -> float:
-        """When theta first passes pi/2."""
+        """The first time at which theta passes pi/2."""
         return float(self.inversion.equator)
 
     def events(self, *names: str) -> pandas.DataFrame:
@@ -217,7 +217,7 @@ class Run:
         )
 
     def rises_and_falls(self, name: str, span: Span | None = None) -> tuple[float, float]:
-        """The sum of all rises of a quantity, and that of all its falls (both positive)."""
+        """The sum of all rises of a quantity, and the sum of all its falls (both positive)."""
         import numpy
 
         swings = numpy.diff(self.extrema(name, span)[1])
@@ -237,7 +237,7 @@ class Run:
         return max(zip(map(min, pairwise(swings)), times[1:-1].tolist(), strict=True))
 
     def zeros(self, name: str, span: Span | None = None) -> list[float]:
-        """When a quantity changes sign within ``span``: the event ``zero:QUANTITY``."""
+        """The times in ``span`` at which a quantity changes sign: the event ``zero:QUANTITY``."""
         zeros = _zeros(self.scene, name)
         return [t for t in zeros if span is None or span.begin < t < span.end]
 

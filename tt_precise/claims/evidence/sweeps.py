@@ -61,7 +61,7 @@ HORIZON = f"The horizon is {UNTIL} s, and {CONTINUED} s where the climb has not 
 
 @dataclass(frozen=True)
 class Series:
-    """A sweep of the section: its name, what it varies, and the related sentence."""
+    """A sweep of the section: name, varied entries, and the related sentence."""
 
     name: str
     vary: dict[str, str]

@@ -92,7 +92,7 @@ def _judge(parts: Parts, remark: str, printed: tuple[str, ...]) -> JudgedClaim:
 
 @cache
 def _compare(left: str, right: str, equation: str) -> v.Part:
-    """Compare two formulas; a control changes one part of a claim, and the others are known."""
+    """Compare two formulas; a control changes one part of a claim and reuses the other parts."""
     printed, derived = (f.parse(side, _words()) for side in (left, right))
     compared = f.equal_vectors if isinstance(derived, tuple) else f.equal
     return compared(printed, derived, equation)
