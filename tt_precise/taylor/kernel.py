@@ -243,7 +243,7 @@ class _RunWriter:
         return h
 
     def _may_vanish(self, h: Value) -> Value:
-        """1 if the later terms of an output's series exceed half of the first, or are NaN; else 0."""
+        """1 if the later terms of an output's series exceed half of the first, or are NaN."""
         e, kernel = self.e, self.kernel
         first, wide = len(kernel.components), e.spread(h)
         groups = range(first // LANES * LANES, kernel.columns, LANES)
