@@ -66,6 +66,7 @@ def test_the_notebook_and_the_job_summary_show_the_failure(failing: tt.check.Res
     rows = [line for line in failing.markdown().splitlines() if line.startswith("| `")]
     assert len(rows) == len(failing.checks)
     assert sum("**fail**" in row for row in rows) == len(failing.failures)
+    assert f"- cause: {failing.causes[0].text}" in failing.markdown()
 
 
 def test_junit_counts_what_it_holds(failing: tt.check.Result) -> None:
@@ -80,6 +81,7 @@ def test_junit_counts_what_it_holds(failing: tt.check.Result) -> None:
     message = suite.findall(".//failure")[0].attrib["message"]
     assert message.startswith("jellett: ")
     assert "expected at most 1e-06" in message
+    assert suite.findtext("system-out") == str(failing)
 
 
 def test_json_is_json_even_where_a_value_is_infinite(healthy: Healthy) -> None:
@@ -155,7 +157,7 @@ def test_a_name_or_a_reason_cannot_forge_a_line(failing: tt.check.Result) -> Non
         assert not [c for c in text if not c.isprintable() and c != "\n"]
     assert result.as_dict()["trajectory"] == FORGED  # JSON has its own way to write it
     table, markdown = str(result).splitlines(), result.markdown().splitlines()
-    assert len(markdown) == 4 + len(checks)
+    assert len(markdown) == 4 + len(checks) + 1 + len(result.causes) + 1  # and the solution's
     assert max(map(len, table)) <= 200
 
 

@@ -152,13 +152,12 @@ class _OverWindows:
 
     @property
     def note(self) -> str:
-        """The unresolved windows."""
-        bound = self.error_bound
-        said = f"error bound {bound:.0e}" if math.isfinite(bound) else ""
-        if self.open:
-            said += f"{'; ' if said else ''}{self.open} of {self.windows} windows not resolved"
-            if 0 < self._wide < self._apart_now:
-                said += f"; rows {to_one_digit(self._wide, math.floor):g} s apart would do"
+        """The unresolved windows, if they are too many."""
+        if math.isfinite(self.error_bound):
+            return ""
+        said = f"{self.open} of {self.windows} windows not resolved"
+        if 0 < self._wide < self._apart_now:
+            said += f"; rows {to_one_digit(self._wide, math.floor):g} s apart would do"
         return said
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import textwrap
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -182,7 +182,6 @@ def _printable(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
-SMALLEST = 1e-18  # In units of the limit; drawn for an exact zero.
 FEW_DIGITS = 3  # fewer digits than these are shown over time
 
 
@@ -196,15 +195,16 @@ def _failure(finding: Check) -> str:
 
 
 def shortened(note: str) -> str:
-    """The first clause of a note."""
-    return one_line(note).split(";")[0]
+    """The first clause of a note, and the spacing of rows that would do."""
+    first, *rest = one_line(note).split("; ")
+    return "; ".join([first, *(clause for clause in rest if clause.endswith("would do"))])
 
 
-def _pairs(pairs: Iterable[tuple[str, str]]) -> list[str]:
-    lines = []
+def _pairs(pairs: Sequence[tuple[str, str]]) -> list[str]:
+    lines, width = [], max([10, *(len(name) for name, _ in pairs)])
     for name, text in pairs:
         lines += textwrap.wrap(
-            f"  {name:<10} {one_line(text)}", WIDTH, subsequent_indent=" " * 13,
+            f"  {name:<{width}} {one_line(text)}", WIDTH, subsequent_indent=" " * (width + 3),
             break_long_words=False,
         )  # fmt: skip
     return lines
@@ -321,13 +321,8 @@ class Result:
     def __str__(self) -> str:
         """The verdict, each failure with its cause, the digits, and the names of other checks."""
         lines = [one_line(self.heading)]
-        lines += _pairs((finding.name, _failure(finding)) for finding in self.failures)
-        causes = [cause.text for cause in self.causes]
-        if self.failures and not causes and self.rows:
-            causes = ["not explained"]
-        lines += _pairs(("cause", text) for text in causes)
-        lines += _pairs(("solution", text) for text in self._solution())
-        lines += _pairs(("written", text) for text in [self.written] if text)
+        pairs = [(finding.name, _failure(finding)) for finding in self.failures]
+        lines += _pairs([*pairs, *self._remarks()])
         passed, open_, skipped = self._with("pass"), self._with("open"), self._with("skipped")
         # digits that nobody asked for are reported, not passed
         names = [one.name for one in passed if one.name != "golden" or one.limit is not None]
@@ -335,6 +330,15 @@ class Result:
         lines += _listed("open", [f"{one.name} ({shortened(one.note)})" for one in open_])
         lines += _listed("not applicable", [finding.name for finding in skipped])
         return "\n".join([*lines, "--verbose shows the table"])
+
+    def _remarks(self) -> list[tuple[str, str]]:
+        """The causes, the digits of the solution, and the columns with few digits, by name."""
+        causes = [cause.text for cause in self.causes]
+        if self.failures and not causes and self.rows:
+            causes = ["not explained"]
+        remarks = [("cause", text) for text in causes]
+        remarks += [("solution", text) for text in self._solution()]
+        return remarks + [("written", text) for text in [self.written] if text]
 
     def _solution(self) -> list[str]:
         golden = next((finding for finding in self.checks if finding.name == "golden"), None)
@@ -349,7 +353,7 @@ class Result:
         rows = [HEADINGS, *map(_cells, done)]
         widths = [max(len(row[i]) for row in rows) for i in range(5)]
         margin = sum(widths) + 2 * len(widths)
-        lines = textwrap.wrap(one_line(self.heading), WIDTH)
+        lines = _wrapped(one_line(self.heading))
         for row in rows:
             padded = [cell.ljust(size) for cell, size in zip(row, widths, strict=False)]
             notes = textwrap.wrap(row[5], max(24, WIDTH - margin)) or [""]
@@ -389,10 +393,11 @@ class Result:
             name, _, *rest = _cells(finding)
             cells = (f"`{name}`", MARKS[finding.verdict], *map(_escaped, rest))
             lines.append("| " + " | ".join(cells) + " |")
-        return "\n".join(lines) + "\n"
+        remarks = [f"- {name}: {_escaped(one_line(text))}" for name, text in self._remarks()]
+        return "\n".join([*lines, "", *remarks]) + "\n"
 
     def junit(self) -> str:
-        """The results as JUnit XML: one test case for each check."""
+        """The results as JUnit XML: a test case for each check, and the text for a terminal."""
         from xml.etree import ElementTree
 
         checks = [*self.checks]
@@ -420,6 +425,8 @@ class Result:
                 ElementTree.SubElement(case, "failure", message).text = finding.meaning
             else:
                 ElementTree.SubElement(case, "system-out").text = _printable(finding.sentence())
+        screen = "\n".join(map(_printable, str(self).splitlines()))
+        ElementTree.SubElement(suite, "system-out").text = screen
         ElementTree.indent(suites)
         return ElementTree.tostring(suites, "unicode", xml_declaration=True) + "\n"
 
@@ -446,13 +453,13 @@ class Result:
                 continue
             t, values = finding.curve
             label = f"{finding.name} {finding.value:.1e}, allowed {limit:.1e}"
-            parts = numpy.maximum(values / limit, SMALLEST)
+            parts = numpy.where(values > 0, values / limit, numpy.nan)
             (line,) = axes.semilogy(t, parts, linewidth=1, label=label)
             if finding.bound and math.isfinite(finding.bound):
                 axes.axhline(finding.bound / limit, color=line.get_color(), linestyle=":")
             if finding.since is not None:
                 axes.axvline(finding.since, color=line.get_color(), linestyle="--", linewidth=0.8)
-        axes.axhline(1.0, color="black", linewidth=1, label="limit")
+        axes.axhline(1.0, color="black", linewidth=2, label="limit")
         axes.set_xlabel("t (s); dashed: the first time above the limit")
         axes.set_ylabel("value/limit; dotted: the error bound")
         axes.set_title(f"{Path(self.trajectory).name} against {self.scene}: {self.verdict}")
