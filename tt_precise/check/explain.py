@@ -99,12 +99,12 @@ def explain(
             lambda: _columns(left(), certain=False),
             lambda: _start(rows, failed),
             lambda: _clamp(rows),
-            lambda: _number(rows, findings, judge),
             lambda: _friction(rows, findings, judge),
+            lambda: _force(rows, failed, judge),
+            lambda: _number(rows, findings, judge),
             lambda: _soft(rows, failed),
             lambda: _end(rows, findings, judge),
             lambda: _rows(rows, findings, judge),
-            lambda: _force(rows, failed, judge),
         )
 
 
