@@ -70,6 +70,10 @@ def test_a_finer_arithmetic_is_tried_where_a_finer_tolerance_wins_little() -> No
 
     ladder.integrate_to_digits(18, load_scene("reference"), run)
     assert tried[-1].precision == "triple-double"
+    tried.clear()
+    ladder.integrate_to_digits(3, load_scene("reference"), run)
+    arithmetics = dict.fromkeys(level.precision for level in tried)
+    assert [*arithmetics] == ["double", "double-double"]  # no arithmetic is left out
     ladder.integrate_to_digits(38, load_scene("reference"), run)
     assert tried[-1].precision == "mp"
 

@@ -104,7 +104,7 @@ def integrate_to_digits(
             if finer or level.precision == "mp":
                 raise InputError(_missed(wanted, trajectory, reached))
             # a finer tolerance wins little here, but a finer arithmetic may
-            levels = [level for level in levels if level.precision != level.precision]
+            levels = [other for other in levels if other.precision != level.precision]
         before, best = level, max(reached, best)
         # in mp at least as many as the estimate may be off by
         needed = level.digits + max(wanted + SPARE - reached, LOST if level.bits else SPARE)
