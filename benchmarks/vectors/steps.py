@@ -10,7 +10,6 @@ from typing import Any
 from benchmarks.vectors.states import DIGITS, JOINED, STEPS, StateCase, cases
 from tt_precise.exact.arithmetic import agreed_digits, decimal
 from tt_precise.integration import Trajectory, integrate
-from tt_precise.integration.setup import refused_in_angles
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.quantities import Motion
@@ -19,7 +18,6 @@ from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Json, Scalar
 from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import Scene
-from tt_precise.scene.start import LIFTED
 
 BITS, EULER_BITS = (176, 160), 160  # the first is printed
 VECTORS, ANGLES = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"), ("phi", "psi")
@@ -75,14 +73,14 @@ def _flown(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str, Scal
 def _integrated(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str, Scalar]]]:
     scene: Scene = replace(case.scene, record=ANGLES)
     runs = [integrate(scene, "mp", bits=bits) for bits in BITS]
-    if not refused_in_angles(scene):
+    if not scene.refused_in_angles:
         runs.append(integrate(scene, "mp", bits=EULER_BITS, formulation="euler"))
     for run in runs:
         if run.status != "complete":
             raise ArithmeticError(f"{case.name}: the motion ended as {run.status}")
         require_switch(case, run)
     fn = case.context
-    names = (*VECTORS, *(LIFTED if scene.lifts else ()))
+    names = (*VECTORS, *scene.further_columns)
     kind: Any = type(case.motion.state)
     for step in STEPS:
         fine, *others = (

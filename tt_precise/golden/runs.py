@@ -28,7 +28,6 @@ from tt_precise.golden.digits import (
 from tt_precise.golden.measuring import TrueRows
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import EVENTS, JOINING, TERMINAL, not_alternating
-from tt_precise.integration.setup import refused_in_angles
 from tt_precise.runtime.values import Scalar
 from tt_precise.scene.scene import Scene, parse_scene
 
@@ -96,17 +95,16 @@ def tasks(scene: Scene, bits: tuple[int, int]) -> list[Task]:
         Task(scene.name, scene.text, "mp", high, "newton"),
         Task(scene.name, scene.text, "mp", low, "newton"),
     ]
-    if not (scene.start.theta.at_pole or refused_in_angles(scene)):
+    if not (scene.start.theta.at_pole or scene.refused_in_angles):
         wanted.append(Task(scene.name, scene.text, "mp", low, "euler"))
     return wanted
 
 
 def columns(scene: Scene) -> tuple[str, ...]:
     """The columns of a golden trajectory: time, vectors, Euler angles, recorded quadratures."""
-    from tt_precise.integration.columns import EULER_COLUMNS, LIFTED_COLUMNS, VECTOR_COLUMNS
+    from tt_precise.integration.columns import EULER_COLUMNS, VECTOR_COLUMNS
 
-    lifted = LIFTED_COLUMNS if scene.lifts else ()
-    return ("t", *VECTOR_COLUMNS, *EULER_COLUMNS, *lifted, *scene.record)
+    return ("t", *VECTOR_COLUMNS, *EULER_COLUMNS, *scene.further_columns, *scene.record)
 
 
 def perform(task: Task) -> Run:

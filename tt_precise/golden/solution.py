@@ -24,7 +24,6 @@ from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, InputError, Scalar
 from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import Scene
-from tt_precise.scene.start import LIFTED
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
@@ -193,9 +192,8 @@ class Solution:
         within = (rows.t >= 0) & (rows.t <= float(last) * float(further))
         beyond = within & (rows.t > float(last))
         at = numpy.flatnonzero(within)
-        lifted = LIFTED if self.scene.lifts else ()
         euler = EulerState._fields if {*EulerState._fields} & {*rows.values} else ()
-        names = (*NewtonState._fields, *euler, *lifted, *record)
+        names = (*NewtonState._fields, *euler, *self.scene.further_columns, *record)
         ended = "" if complete else f"the solution {ending(run.status, float(run.t_end))}"
         measured = Measured.nothing(
             rows.t, [n for n in rows.values if n in names], numpy.zeros(len(rows.t), bool)

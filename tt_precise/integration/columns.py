@@ -24,7 +24,6 @@ from tt_precise.runtime.values import Array, Functions, InputError, Json, Scalar
 from tt_precise.scene.initial_state import InitialState
 
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
-LIFTED_COLUMNS = ("height", "rise")  # The lowest point has these columns in flight.
 EULER_COLUMNS = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
 
 # names of the pose among columns: scalar first, or last
@@ -171,14 +170,13 @@ class Columns:
     def __init__(self, setup: Setup, start: InitialState):
         self.layout, self.precision = setup.layout, setup.precision
         self.form, self.record = self.layout
-        self.start, self.lifts = start, setup.lifts
+        self.start, self.further = start, setup.further
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Default columns: vectors where the azimuth is known, Euler state, quadratures."""
-        lifted = LIFTED_COLUMNS if self.lifts else ()
         vectors = VECTOR_COLUMNS if self.has_azimuth else ()
-        return (*vectors, *EULER_COLUMNS, *lifted, *self.record)
+        return (*vectors, *EULER_COLUMNS, *self.further, *self.record)
 
     @cached_property
     def has_azimuth(self) -> bool:
@@ -276,7 +274,7 @@ class Columns:
             return _number(name, q)
         if name in self.record:
             return self._recorded(row)[name]
-        if name in LIFTED_COLUMNS:
+        if name in self.further:
             return getattr(q.state, name, 0 * q.state.kz)
         if name in VECTOR_COLUMNS:
             return getattr(q.state, name)

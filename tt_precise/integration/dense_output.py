@@ -467,12 +467,14 @@ class Segment:
     """A segment under one set of equations from ``begin`` on (dimensionless, with guard bits).
 
     ``ended`` is the event that joins it to the next segment; "" if only the equations change, and
-    for the last segment.
+    for the last segment. The columns ``cleared`` are zero behind that event; what the end of the
+    segment leaves of them is its error.
     """
 
     begin: Scalar
     output: DenseOutput
     ended: str = ""
+    cleared: tuple[str, ...] = ()
 
     @cached_property
     def columns(self) -> Columns:
@@ -491,6 +493,5 @@ class Segment:
 
     @property
     def model(self) -> str:
-        """The motion: gliding, rolling, flight, or contact with an elastic table."""
-        form = self.output.setup.formulation
-        return "contact" if form.model == form.spring else form.model
+        """The name of the motion, as users read it."""
+        return self.output.setup.formulation.motion_name

@@ -223,10 +223,10 @@ def longest_step(
     tilt = max(context.hypot(*vectors.k[:2]), sideways, context.hypot(*vectors.v[:2]))
     if not 0 < tilt < LARGE_TILT:
         return None
-    height = 1 + body.alpha
+    longest_arm = 1 + body.alpha
     # nutation, the pendulum's frequency, and the decay of gliding, none of them underestimated
     frequency = spin / body.I1 + context.sqrt(body.alpha / body.I1)
-    decay = 1 + height * height / body.I1
+    decay = 1 + longest_arm * longest_arm / body.I1
     speed = context.hypot(*vectors.v[:2])
     frequency = phase.fastest(body, speed, frequency, decay)
     first_left_out = precision.eps * context.factorial(order + 1)

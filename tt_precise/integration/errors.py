@@ -49,7 +49,6 @@ from tt_precise.taylor.series import Series
 
 ERROR, DIGITS = "error:", "digits"  # names of columns of errors, the first before another's
 RATIO = 30  # Tolerance of a run over that of its reference run in the same arithmetic.
-GLIDING = ("vx", "vy", "nu_x", "nu_y")
 # Time, in units of sqrt(R/g), from an event to the two values that give the slope of a user's
 # function, and terms of the state's series there: four digits of the slope suffice.
 ASIDE, ASIDE_ORDER = 2.0**-20, 4
@@ -465,9 +464,7 @@ def _end(part: Stage) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
     of, output = part.segment.columns, part.segment.output
     time = (part.segment.begin + output.end_time) * of.start.units.time
     state = of.of_rows(of.names, [output.end_row])
-    if part.segment.ended == "stick":  # at rest; the remaining v_A shows which speed counts as zero
-        state |= {name: [time * 0] for name in GLIDING if name in state}
-    return time, state
+    return time, state | {name: [time * 0] for name in part.segment.cleared if name in state}
 
 
 def _distances_of(

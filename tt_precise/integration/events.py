@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from tt_precise.mechanics import newton
+from tt_precise.mechanics.formulations import WITHOUT_GLIDING
 from tt_precise.mechanics.laws import VISCOUS, Law
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import Vector, dot
@@ -214,7 +215,7 @@ def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:
         )
     if name in EVENTS:
         event = EVENTS[name]
-        if event.gliding and model in ("rolling", "flight"):
+        if event.gliding and model in WITHOUT_GLIDING:
             raise InputError(f"event: got {name} in a {model} scene, expected no gliding event")
         return event
     quantity = QUANTITIES.get(name.partition(":")[2])

@@ -34,9 +34,9 @@ class Setup:
 
     ``events`` and ``record`` are names of the catalogue and of quadratures. ``tolerance`` is
     relative, 0 for the full accuracy of the precision. ``options`` are extra keyword arguments of
-    ``heyoka.taylor_adaptive``, sorted. ``contact`` is "unilateral" or "bilateral". With ``lifts``
-    the lowest point may leave the table's height. ``formulation`` and ``phase`` are those at the
-    start.
+    ``heyoka.taylor_adaptive``, sorted. ``contact`` is "unilateral" or "bilateral". ``further``
+    are columns of the scene's states that a rigid contact does not have. ``formulation`` and
+    ``phase`` are those at the start.
     """
 
     formulation: Formulation
@@ -47,7 +47,7 @@ class Setup:
     tolerance: float = 0.0
     options: tuple[tuple[str, Any], ...] = ()
     contact: str = "unilateral"
-    lifts: bool = False
+    further: tuple[str, ...] = ()
 
     @classmethod
     def of(
@@ -70,21 +70,21 @@ class Setup:
         working, coordinates = precision_named(precision or "double", bits), formulation or "newton"
         law = scene.body.friction
         form, phase = integration_form(scene.model, coordinates, law), RIGID_CONTACT
-        for further in asked_by(scene):
-            form, phase = further.first(scene, form)
+        for backend in asked_by(scene):
+            form, phase = backend.first(scene, form)
         if coordinates == "euler":
             _require_euler_angles(scene, working)
-            why = refused_in_angles(scene)
-            if why:
+            if scene.refused_in_angles:
                 raise InputError(
-                    f"formulation: got euler for {scene.name}, expected newton for {why}"
+                    f"formulation: got euler for {scene.name}, expected newton for "
+                    f"{scene.refused_in_angles}"
                 )
         if contact not in CONTACTS:
             raise InputError(f"contact: got {contact!r}, expected one of: {', '.join(CONTACTS)}")
-        if contact == "bilateral" and scene.lifts:
+        if contact == "bilateral" and scene.further_columns:
             raise InputError(
-                f"{scene.name}: got contact bilateral for a scene with flight or an elastic table, "
-                "expected unilateral"
+                f"{scene.name}: got contact bilateral for a scene whose lowest point may leave the "
+                "height of the table, expected unilateral"
             )
         names = asked_for(scene.events if events is None else events, scene.model)
         marks = {event_named(name, scene.model, law).azimuth for name in names}
@@ -108,7 +108,7 @@ class Setup:
             tolerance=relative,
             options=tuple(sorted((options or {}).items())),
             contact=contact,
-            lifts=scene.lifts,
+            further=scene.further_columns,
         )
 
     @property
@@ -174,13 +174,6 @@ def refused_in_doubles(scene: Scene) -> str:
     return f"{scene.body.law} friction, which needs {' and '.join(missing)}" if missing else ""
 
 
-def refused_in_angles(scene: Scene) -> str:
-    """Return the motion that has no equations in Euler angles; "" for other scenes."""
-    if scene.model == "flight":
-        return "a flight"
-    return "an elastic table" if scene.body.spring else ""
-
-
 def _require_euler_angles(scene: Scene, precision: Precision) -> None:
     theta = scene.start.theta
     # numbers near pi are 2 eps apart
@@ -224,8 +217,8 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
     Raises ``InputError``: the top would not stay on the table at t = 0: g_n or its denominator is
     not positive. With ``contact`` "bilateral" g_n may be negative.
     """
-    sticks = start.model == "gliding" and not start.body.friction.smooth_at_rest
-    if contact == "bilateral" and sticks:
+    dry = start.model == "gliding" and not start.body.friction.smooth_at_rest
+    if contact == "bilateral" and dry:
         raise InputError(
             f"{name}: got contact bilateral with Coulomb's friction, expected unilateral: for "
             "g_n < 0 there is no friction cone"

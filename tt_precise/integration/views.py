@@ -217,9 +217,9 @@ def playable(run: Solution, begin: float, end: float | None, seconds: float) -> 
     # the point below the sphere's centre, which lies alpha R along the axis from the centre of mass
     for name in ("x", "y"):
         course[name] = table[name] / R + alpha * table[f"k{name}"]
-    lift = table["z"] / R + alpha * table["kz"] - 1
-    if scene.lifts:
-        course["lift"] = numpy.maximum(lift, 0)
+    above = table["z"] / R + alpha * table["kz"] - 1
+    if scene.further_columns:
+        course["lift"] = numpy.maximum(above, 0)
     words = (
         f"{scene.title or scene.name}: theta over {begin:g} to {last:g} s, and the track of the "
         "point below the sphere's centre, in radii of the top. The model is a sphere: the drawn "

@@ -47,6 +47,11 @@ class Formulation:
         return self.derivatives(body, state, fn)
 
     @property
+    def motion_name(self) -> str:
+        """The motion: gliding, rolling, flight, or contact with an elastic table."""
+        return "contact" if self.model == self.spring else self.model
+
+    @property
     def coordinates(self) -> str:
         """The coordinates of the state: "newton" or "euler"."""
         return str(self.State.coordinates)
@@ -101,6 +106,7 @@ def euler_rates(body: Parameters, state: EulerState, fn: Functions) -> EulerStat
 
 
 MODELS = ("gliding", "rolling", "flight")
+WITHOUT_GLIDING = ("rolling", "flight")  # The contact point cannot glide in these models.
 # by model and coordinates
 FORMULATIONS = {
     ("gliding", "newton"): Formulation("gliding", NewtonState, newton_rates),

@@ -30,6 +30,9 @@ from tt_precise.runtime.values import InputError
 from tt_precise.scene.initial_state import InitialState
 
 GOES_ON = ("slow", "fast", "stick", "slip")
+# Columns that are zero at rest; what is left of them where a top sticks is the speed that counts
+# as zero.
+VELOCITY = ("vx", "vy", "nu_x", "nu_y")
 
 
 def sticking_and_slipping(
@@ -49,7 +52,8 @@ def sticking_and_slipping(
                 "expected fewer: ask for a shorter time"
             )
         status = output.propagation.status
-        segments.append(Segment(begin, output, status if status in ("stick", "slip") else ""))
+        joint = status if status in ("stick", "slip") else ""
+        segments.append(Segment(begin, output, joint, VELOCITY if joint == "stick" else ()))
         begin = begin + output.end_time
     return segments
 

@@ -266,6 +266,18 @@ class Scene:
         return self.flies or self.model == "flight" or bool(self.body.spring)
 
     @property
+    def further_columns(self) -> tuple[str, ...]:
+        """The columns of its states that a top on a rigid table does not have."""
+        return LIFTED if self.lifts else ()
+
+    @property
+    def refused_in_angles(self) -> str:
+        """The motion that has no equations in Euler angles; "" for other scenes."""
+        if self.model == "flight":
+            return "a flight"
+        return "an elastic table" if self.body.spring else ""
+
+    @property
     def in_pieces(self) -> bool:
         """True if the motion may have several segments with different equations."""
         return self.lifts or self.may_stick
