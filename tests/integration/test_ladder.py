@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from types import SimpleNamespace
 from typing import Any
 
@@ -26,6 +27,7 @@ def climb(tried: list[Any], wanted: int, lost: float = 1.0, most: float = 1e9) -
             status="complete",
             digits_throughout=min(level.digits - lost, most),
             scene=load_scene("reference"),
+            event_counts=Counter(),
             precision=SimpleNamespace(name="double", bits=53),
         )
 
@@ -65,6 +67,7 @@ def test_a_finer_arithmetic_is_tried_where_a_finer_tolerance_wins_little() -> No
             status="complete",
             digits_throughout=max(0.5, min(level.digits, bits) - 12),
             scene=load_scene("reference"),
+            event_counts=Counter(),
             precision=SimpleNamespace(name=level.precision, bits=53),
         )
 
@@ -78,6 +81,30 @@ def test_a_finer_arithmetic_is_tried_where_a_finer_tolerance_wins_little() -> No
     assert tried[-1].precision == "mp"
 
 
+@pytest.mark.parametrize("resolved", [1, 0])
+def test_the_ladder_goes_on_while_levels_resolve_more_events(resolved: int) -> None:
+    """Below-threshold was refused 9 digits: the last events have few until all are found."""
+    tried: list[Any] = []
+    digits = {"double": 6.0, "double-double": 4.0, "triple-double": 20.0}
+
+    def run(level: ladder.Level) -> Any:
+        tried.append(level)
+        return SimpleNamespace(
+            status="complete",
+            digits_throughout=digits[level.precision],
+            event_counts=Counter(theta_max=1 + resolved * len(tried)),
+            scene=load_scene("below-threshold"),
+            precision=SimpleNamespace(name=level.precision, bits=53),
+        )
+
+    if resolved:
+        assert ladder.integrate_to_digits(9, load_scene("below-threshold"), run)
+        assert tried[-1].precision == "triple-double"
+    else:
+        with pytest.raises(InputError, match="got 9, but below-threshold has 4"):
+            ladder.integrate_to_digits(9, load_scene("below-threshold"), run)
+
+
 def test_an_estimate_that_is_off_by_half_a_digit_ends_no_ladder() -> None:
     """Coulomb-gliding to 1.2 s had 39.8 digits with 140 bits and with 141, and was refused."""
     tried: list[Any] = []
@@ -89,6 +116,7 @@ def test_an_estimate_that_is_off_by_half_a_digit_ends_no_ladder() -> None:
             status="complete",
             digits_throughout=level.digits - 2.5 - off,
             scene=load_scene("coulomb-gliding"),
+            event_counts=Counter(),
             precision=SimpleNamespace(name="mp", bits=level.bits),
         )
 

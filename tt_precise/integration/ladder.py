@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol, TypeVar
 
@@ -26,6 +27,10 @@ class Judged(Protocol):
     @property
     def precision(self) -> Precision:
         """The working precision."""
+
+    @property
+    def event_counts(self) -> Counter[str]:
+        """Numbers of recorded events by name."""
 
     @property
     def digits_throughout(self) -> float:
@@ -83,14 +88,15 @@ def integrate_to_digits(
 
     The error estimate of the run decides, for every component at every sample, in every event and
     at the end. The next level adds the digits that are missing. Where a finer tolerance wins
-    little, a finer arithmetic comes next, and it ends where that wins nothing.
+    little, a finer arithmetic comes next, and it ends where that wins nothing. A level that records
+    more events wins: the last of them, which the level before has lost in noise, have few digits.
 
     Raises ``InputError``: the digits are not a whole number in range, cannot be reached, or would
     take too long.
     """
     _require_practical(wanted, scene, euler, contact)
     levels = [level for level in ladder_of(scene, euler) if is_available(level.precision)]
-    needed, before, best = wanted + LOST, Level("", 1.0), -math.inf
+    needed, before, best, most = wanted + LOST, Level("", 1.0), -math.inf, 0
     while True:
         bits = max(128, math.ceil(needed / DIGITS_PER_BIT))
         level = next((r for r in levels if r.digits >= needed), Level("mp", 0.0, bits))
@@ -99,13 +105,14 @@ def integrate_to_digits(
         if reached >= wanted + SPARE:
             return trajectory
         finer = level.precision != before.precision
-        worth = WORTH * (level.digits - before.digits)
-        if reached < best + (SPARE if finer and level.precision != "mp" else worth):
-            if finer or level.precision == "mp":
+        last, recorded = level.precision == "mp", trajectory.event_counts.total()
+        worth = SPARE if finer and not last else WORTH * (level.digits - before.digits)
+        if reached < best + worth and (last or recorded <= most):
+            if finer or last:
                 raise InputError(_missed(wanted, trajectory, reached))
             # a finer tolerance wins little here, but a finer arithmetic may
             levels = [other for other in levels if other.precision != level.precision]
-        before, best = level, max(reached, best)
+        before, best, most = level, max(reached, best), max(recorded, most)
         # in mp at least as many as the estimate may be off by
         needed = level.digits + max(wanted + SPARE - reached, LOST if level.bits else SPARE)
 
