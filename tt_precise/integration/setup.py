@@ -83,8 +83,8 @@ class Setup:
             raise InputError(f"contact: got {contact!r}, expected one of: {', '.join(CONTACTS)}")
         if contact == "bilateral" and scene.further_columns:
             raise InputError(
-                f"{scene.name}: got contact bilateral for a scene whose lowest point may leave the "
-                "height of the table, expected unilateral"
+                f"{scene.name}: got contact bilateral for a scene with flight or an elastic table, "
+                "expected unilateral"
             )
         names = asked_for(scene.events if events is None else events, scene.model)
         marks = {event_named(name, scene.model, law).azimuth for name in names}
