@@ -616,7 +616,7 @@ class Zeros:
     def _in_double(
         self, which: Array, terms: Array, position: Array, rows: Any = slice(None)
     ) -> Array:
-        if not isinstance(rows, slice):
+        if len(position) < len(which):
             terms = numpy.take(terms, rows, axis=2)
         row = list(horner(terms.swapaxes(0, 1), position))
         f: Array = self._table(row)[which[rows], numpy.arange(len(position))]

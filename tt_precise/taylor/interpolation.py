@@ -17,6 +17,7 @@ from tt_precise.taylor.crossings import isolated, values
 
 # Halvings of an interval between two zeros of a derivative; nearer zeros count as one.
 MOST_BISECTIONS = 30
+LAST = 4  # Chebyshev's coefficients that bound what a polynomial leaves out.
 # Newton's steps square their length: behind one as short nothing is left in double.
 SETTLED = 2.0**-26
 MOST_NEWTONS = 60  # steps to a zero, of which most are halvings where Newton's leave the bracket
@@ -43,8 +44,11 @@ def nodes(count: int) -> Array:
 
 
 @cache
-def _matrices(count: int) -> tuple[Array, Array, Array]:
-    """Matrices from values at the nodes to Bernstein's, Chebyshev's and monomial coefficients."""
+def _matrix(count: int) -> Array:
+    """Matrix from values at the nodes to coefficients: Bernstein's, the last Chebyshev's, monomial.
+
+    One product with it is faster than three, whose results need new memory each.
+    """
     from mpmath import chebyt, cos, matrix, mp, pi
 
     n = count - 1
@@ -61,7 +65,7 @@ def _matrices(count: int) -> tuple[Array, Array, Array]:
         bernstein, chebyshev, monomials = (
             numpy.array(inverse.tolist(), dtype=float) for inverse in found
         )
-    return bernstein, chebyshev, monomials
+    return numpy.concatenate([bernstein, chebyshev[-LAST:], monomials])
 
 
 def through(table: Array, bent: Array) -> Polynomials:
@@ -70,12 +74,12 @@ def through(table: Array, bent: Array) -> Polynomials:
     ``bent`` marks those whose functions may have a bend.
     """
     count = table.shape[-2]
-    bernstein, chebyshev, monomials = _matrices(count)
-    last = abs(chebyshev[-4:] @ table)
+    coefficients = _matrix(count) @ table
+    last = abs(coefficients[..., count : count + LAST, :])
     tail = last[..., 1:, :].sum(axis=-2)
     if bent.any():
         tail = numpy.where(bent, count * (tail + last[..., 0, :]), tail)
-    return Polynomials(bernstein @ table, tail, monomials @ table)
+    return Polynomials(coefficients[..., :count, :], tail, coefficients[..., count + LAST :, :])
 
 
 def sign_changes(bernstein: Array, error: Array) -> tuple[Array, Array]:
@@ -85,8 +89,8 @@ def sign_changes(bernstein: Array, error: Array) -> tuple[Array, Array]:
     """
     counts = []
     for aside in (0.0, error, -error):
-        negative = bernstein + aside < 0
-        counts.append(numpy.count_nonzero(negative[1:] != negative[:-1], axis=0))
+        negative = bernstein < aside
+        counts.append(numpy.add.reduce(negative[1:] ^ negative[:-1], axis=0, dtype=numpy.int8))
     certain = (counts[0] == counts[1]) & (counts[0] == counts[2]) & (counts[0] <= 1)
     return counts[0], certain
 
