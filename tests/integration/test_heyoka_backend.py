@@ -61,7 +61,7 @@ def test_a_coarser_tolerance_lowers_the_order_and_loosens_conservation(half: Sce
 def test_terminal_functions(model: str, coordinates: str) -> None:
     form = integration_form(model, coordinates)
     equations = Equations.of(form)
-    found = terminal_functions(form, equations.motion, equations.variables[0])
+    found = terminal_functions(form, equations.motion)
     singular, pole = model == "gliding", coordinates == "euler"
     assert list(found) == ["contact_lost", *["singular_contact"] * singular, *["pole"] * pole]
 

@@ -163,14 +163,13 @@ class Phase:
 
 def rigid_ends(equations: Equations, horizon: Scalar, precision: Precision) -> Ends:
     """The ends of a motion on a rigid table."""
-    form = equations.layout.form
-    return terminal_functions(form, equations.motion, equations.variables[0])
+    return terminal_functions(equations.layout.form, equations.motion)
 
 
 RIGID_CONTACT = Phase(rigid_ends)
 
 
-def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str, Scalar]:
+def terminal_functions(form: Formulation, q: Motion) -> dict[str, Scalar]:
     """Functions that are positive while a top stays on a rigid table, in angles off the poles."""
     if form.model == "rolling":
         functions = {"contact_lost": q.force[2]}
@@ -179,7 +178,7 @@ def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str,
         margin = SINGULAR_DENOMINATOR * q.body.I1
         functions = {"contact_lost": numerator, "singular_contact": denominator - margin}
     if form.coordinates == "euler":
-        functions["pole"] = q.fn.sin(theta)
+        functions["pole"] = q.fn.sin(q.euler.theta)
     return functions
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache, partial
-from typing import NamedTuple
+from functools import cached_property, lru_cache, partial
+from typing import TYPE_CHECKING, NamedTuple
 
 from tt_precise.integration.dense_output import (
     ARRIVED,
@@ -21,14 +21,18 @@ from tt_precise.integration.dense_output import (
     StoredPieces,
 )
 from tt_precise.integration.equations import longest_step, terminal_functions
-from tt_precise.integration.events import NOTHING_FOUND
+from tt_precise.integration.events import NOTHING_FOUND, TERMINAL, Event, EventRecord
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
+from tt_precise.mechanics.formulations import Formulation
+from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
-from tt_precise.taylor.crossings import SignChange, Watch
 from tt_precise.taylor.system import StepBlock, System, moments, number, numbers_of, order_of
+
+if TYPE_CHECKING:
+    from tt_precise.integration.zeros import Zeros
 
 
 class _Compiled(NamedTuple):
@@ -48,13 +52,18 @@ def _compiled(setup: Setup) -> _Compiled:
     ) -> tuple[list[Scalar], list[tuple[Scalar, bool]]]:
         body = form.body(parameters)
         q = layout.motion(body, components, fn)
-        terminal.update(terminal_functions(form, q, components[0]))
+        terminal.update(terminal_functions(form, q))
         return layout.rates(body, components, fn), [
             (function, False) for function in terminal.values()
         ]
 
     system = System(setup.precision.doubles, len(layout.columns), len(form.parameters), define)
     return _Compiled(system, tuple(terminal))
+
+
+def _terminal(form: Formulation, name: str, q: Motion) -> Scalar:
+    """Return one of the functions that are positive while a top stays on the table."""
+    return terminal_functions(form, q)[name]
 
 
 class ReadPiece:
@@ -170,22 +179,37 @@ class _Run:
             setup.but(tolerance=0.0, contact="", options=(), events=())
         )
         self.size = len(setup.layout.columns)
-        directions = [-1 for _ in self.terminal]
-        self.watch = Watch(len(self.system.graph.components), directions, self.fn)
-        self.left = False  # the table, in a run that continues
+        self.passed: tuple[EventRecord, ...] = ()  # ends so far, in a run that continues
+
+    @cached_property
+    def ends(self) -> Zeros:
+        """The finder of the functions' zeros at which a motion may end."""
+        from tt_precise.integration.zeros import Zeros
+
+        form = self.setup.formulation
+        events = [Event(n, partial(_terminal, form, n), TERMINAL[n], -1) for n in self.terminal]
+        return Zeros(self.setup.but(events=tuple(events)), self.start)
+
+    def new_ends(self, piece: StepBlock) -> tuple[EventRecord, ...]:
+        """Return where functions fall through zero in the next piece, up to the horizon."""
+        if not len(piece.suspect):
+            return ()
+        from tt_precise.integration.steps import of_block
+
+        steps = of_block(piece, float(self.start.until), self.setup)
+        first, last = int(piece.suspect[0]), min(int(piece.suspect[-1]) + 1, len(steps))
+        if first < last:
+            self.ends.search(steps.part(first, last))
+        before, self.passed = len(self.passed), self.ends.collect().hits
+        return self.passed[before:]
 
     def take(self, piece: StepBlock) -> _End:
         """Return the end of the next piece."""
         until = self.start.until
-        for zero in self.watch.zeros(piece, until):
-            name, state = (
-                self.terminal[zero.function],
-                numbers_of(zero.row[:, : self.size], self.fn),
-            )
-            if name == "contact_lost" and self.setup.contact == "bilateral":
-                self.left = True
-            else:
-                return _End(name, zero.time, state, self._steps(piece, zero))
+        for end in self.new_ends(piece):
+            if end.name != "contact_lost" or self.setup.contact != "bilateral":
+                steps = int((piece.begins[:, 0] < float(end.time)).sum())
+                return _End(end.name, end.time, end.state, steps)
         taken = len(piece.lengths)
         if piece.good < taken or self._crawls(piece):
             steps = min(piece.good, taken - 1)
@@ -195,12 +219,9 @@ class _Run:
             return _End(None, number(piece.end_time, self.fn), (), taken)
         state = ReadPiece(piece, until, self.size, self.fn)(until)
         ignored = self.setup.contact == "bilateral" and left_the_table(
-            self.setup.formulation.model, self.start, self.fn, self.left
+            self.setup.formulation.model, self.start, self.fn, bool(self.passed)
         )
         return _End("contact_ignored" if ignored else "complete", until, state, taken)
-
-    def _steps(self, piece: StepBlock, zero: SignChange) -> int:
-        return int((piece.begins[:, 0] < float(zero.time)).sum())
 
     def _crawls(self, piece: StepBlock) -> bool:
         """True if the steps are too short to reach the horizon."""

@@ -27,7 +27,14 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.integration.equations import event_value
-from tt_precise.integration.events import EVENTS, MOST_EVENTS, EventRecord, Found, too_many_events
+from tt_precise.integration.events import (
+    EVENTS,
+    MOST_EVENTS,
+    TERMINAL,
+    EventRecord,
+    Found,
+    too_many_events,
+)
 from tt_precise.integration.roots import RIGHT_BITS, Bracket, refine, vertex
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.steps import Steps, Wide, horner
@@ -108,7 +115,8 @@ class Zeros:
         self.setup, self.start = setup, start
         self.events = tuple(setup.watched.values())
         # Functions of the catalogue are smooth, also at the poles; others may bend or jump.
-        self._smooth = numpy.array([event.name in EVENTS for event in self.events], dtype=bool)
+        smooth = {*EVENTS, *TERMINAL}
+        self._smooth = numpy.array([event.name in smooth for event in self.events], dtype=bool)
         self._mpfr = setup.precision.mpfr
         self._body = self._body_of(float)
         self.clear()

@@ -246,7 +246,7 @@ lanes = partial(pooled, Lanes)
 
 def _compiled(form: Formulation, contact: str, width: int) -> tuple[Adaptive, tuple[str, ...]]:
     equations = Equations.of(form)
-    terminal = terminal_functions(form, equations.motion, equations.variables[0])
+    terminal = terminal_functions(form, equations.motion)
     if contact == "bilateral":
         del terminal["contact_lost"]
     options = numeric_options(Setup(formulation=form, precision=precision_named("double")))
