@@ -1,13 +1,39 @@
 """Steps, their orders, and how a solution ends."""
 
 import math
+from typing import Any
 
 import numpy
 import pytest
 
-from tests.taylor.problems import FN, FULL
+from tests.taylor.problems import EPS, FN, FULL, pieces, system
 from tt_precise.taylor.machine import MOST_ORDER
-from tt_precise.taylor.system import System, order_of, orders_of
+from tt_precise.taylor.system import System, moments, numbers_of, order_of, orders_of
+
+
+@pytest.mark.parametrize("limbs", [2, 3])
+@pytest.mark.parametrize(
+    ("name", "output", "zeros"),
+    [
+        ("product and quotient", 0, [FN.sqrt(2 * FN.log(2))]),  # x - 2 in x = exp(t^2/2)
+        ("Kepler's circle, twelve times", 1, [k * FN.pi for k in range(1, int(75 / FN.pi) + 1)]),
+    ],
+)
+def test_steps_with_zeros_of_outputs_are_suspect(
+    name: str, output: int, zeros: list[Any], limbs: int
+) -> None:
+    column, left = len(system(name, limbs).graph.components) + output, list(zeros)
+    aside = 2**8 * EPS[limbs]
+    for piece in pieces(name, limbs):
+        ends = piece.begins[:, 0] + piece.lengths * piece.units
+        suspects = [(piece.begins[k, 0], ends[k]) for k in piece.suspect]
+        for zero in [t for t in left if t <= ends[-1]]:
+            left.remove(zero)
+            assert any(low <= zero <= high for low, high in suspects)
+            sides = piece.at(moments([zero * (1 - aside), zero * (1 + aside)]))
+            before, after = (numbers_of(row, FN)[column] for row in sides)
+            assert before * after < 0  # the zero is where its closed form is
+    assert not left
 
 
 def test_a_solution_that_ends_gives_no_more_than_numbers() -> None:

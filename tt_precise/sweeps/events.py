@@ -23,7 +23,7 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Array, InputError, Scalar
 from tt_precise.sweeps.columns import Detector
-from tt_precise.taylor.crossings import bernstein_of, isolated
+from tt_precise.taylor.interpolation import bernstein_of, isolated
 from tt_precise.taylor.series import SeriesFunctions, Sized, Truncated
 
 heyoka = import_heyoka()

@@ -1,7 +1,10 @@
 """Polynomials through values at Chebyshev's nodes, many at once: their signs, extrema and zeros.
 
 Values at the nodes of an interval determine a polynomial whose distance from an analytic function
-is about its last coefficients in Chebyshev's basis. Bernstein coefficients enclose its values.
+is about its last coefficients in Chebyshev's basis. Bernstein coefficients enclose its values: a
+polynomial has at most as many zeros as the coefficients have sign changes, and the two counts
+differ by an even number. So counts of none and one are exact; for other counts the interval is
+halved.
 """
 
 from __future__ import annotations
@@ -13,7 +16,6 @@ from typing import NamedTuple
 import numpy
 
 from tt_precise.runtime.values import Array
-from tt_precise.taylor.crossings import isolated, values
 
 # Halvings of an interval between two zeros of a derivative; nearer zeros count as one.
 MOST_BISECTIONS = 30
@@ -127,3 +129,65 @@ def zero_between(
             if (moved <= SETTLED).all():
                 break
     return (1 + u) / 2, 2 * rate
+
+
+def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Array]:
+    """Intervals with one zero each, of polynomials given by Bernstein's coefficients on [0, 1].
+
+    Returns which polynomial, the two ends, and whether it rises there, in the order of positions.
+    After the last halving two zeros count as none, and three as one.
+    """
+    which, low = numpy.arange(len(bernstein)), numpy.zeros(len(bernstein))
+    width, intervals = 1.0, []
+    for halving in range(halvings + 1):
+        negative = bernstein < 0
+        changes = numpy.count_nonzero(negative[:, 1:] != negative[:, :-1], axis=1)
+        single = changes % 2 == 1 if halving == halvings else changes == 1
+        intervals.append((which[single], low[single], low[single] + width, negative[single, 0]))
+        several = changes > 1
+        if not several.any():
+            break
+        which, low, (lower, upper) = which[several], low[several], halves(bernstein[several])
+        width /= 2
+        which, low = numpy.tile(which, 2), numpy.concatenate((low, low + width))
+        bernstein = numpy.concatenate((lower, upper))
+    which, low, high, rising = (numpy.concatenate(limb) for limb in zip(*intervals, strict=True))
+    order = numpy.lexsort((low, which))
+    return which[order], low[order], high[order], rising[order]
+
+
+def values(polynomials: Array, positions: Array) -> Array:
+    """Each polynomial at its position; Horner."""
+    value = polynomials[:, -1]
+    for k in range(polynomials.shape[1] - 2, -1, -1):
+        value = value * positions + polynomials[:, k]
+    return value
+
+
+def bernstein_of(polynomials: Array) -> Array:
+    """Bernstein's coefficients on [0, 1] of polynomials, rows of coefficients of 1, x, x^2 ...
+
+    Unlike a matrix product, sums of whole columns round a row whatever the others are.
+    """
+    bernstein = numpy.zeros(polynomials.shape)
+    for column, row in zip(polynomials.T, _to_bernstein(polynomials.shape[1]), strict=True):
+        bernstein += column[:, None] * row
+    return bernstein
+
+
+@cache
+def _to_bernstein(terms: int) -> Array:
+    """Row j has C(i, j)/C(terms - 1, j), the share of x^j in the i-th coefficient."""
+    last = terms - 1
+    return numpy.array(
+        [[math.comb(i, j) / math.comb(last, j) for i in range(terms)] for j in range(terms)]
+    )
+
+
+def halves(bernstein: Array) -> tuple[Array, Array]:
+    """Bernstein's coefficients between 0 and 1/2, and between 1/2 and 1; de Casteljau."""
+    lower, upper, row = numpy.empty_like(bernstein), numpy.empty_like(bernstein), bernstein
+    for k in range(bernstein.shape[1]):
+        lower[:, k], upper[:, -1 - k] = row[:, 0], row[:, -1]
+        row = (row[:, 1:] + row[:, :-1]) / 2
+    return lower, upper
