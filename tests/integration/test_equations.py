@@ -73,7 +73,7 @@ def test_ends_are_positive_on_the_table(coordinates: str, model: str, names: set
     scene = load_scene("rolling" if model == "rolling" else "reference")
     start, form = start_of(scene), integration_form(model, coordinates)
     row = start.first_row(form, ())
-    found = terminal_functions(form, Layout(form).motion(start.body, row, FN), row[0])
+    found = terminal_functions(form, Layout(form).motion(start.body, row, FN))
     assert found.keys() == names
     assert min(found.values()) > 0
 

@@ -28,7 +28,7 @@ from tt_precise.runtime.values import InputError, Scalar, shortened
 from tt_precise.scene.body import in_unit_keys
 from tt_precise.scene.numerals import LARGEST
 from tt_precise.scene.scene import Scene
-from tt_precise.scene.start import LIFTED, Inclination
+from tt_precise.scene.start import Inclination
 
 COLUMNS = ("theta", "omega_3")  # These columns are differentiated by default.
 TOLERANCE = 1e-28  # Relative tolerance in double-double, three digits above its rounding.
@@ -358,7 +358,7 @@ def _values_by_name(scene: Scene) -> Iterator[tuple[str, Fraction]]:
             yield name, value
     yield from in_unit_keys(scene.body).items()
     yield "theta", scene.start.theta.offset
-    for name in (*RATES, *LIFTED):
+    for name in (*RATES, *scene.further_columns):
         if hasattr(scene.start, name):
             yield name, getattr(scene.start, name)
 
