@@ -56,7 +56,7 @@ def test_coarse_rows_are_reported_with_the_spacing_that_would_do(healthy: Health
     equations = result["equations"]
     assert (equations.verdict, result.passed) == ("open", True)
     assert equations.note.startswith("rows too far apart; ")
-    assert "7 of 8 intervals too wide; rows 0.5 s apart would do" in equations.note
+    assert "7 of 8 intervals too wide; rows 0.5 s apart would suffice" in equations.note
     closer = check(healthy("reference", 17), "reference")["equations"]
     assert (closer.verdict, "too wide" in closer.note) == ("pass", False)
 
@@ -129,7 +129,7 @@ def test_between_sticking_and_slipping_other_equations_are_found() -> None:
     frame = pandas.DataFrame(tt.golden.load(scene.name))[VECTORS]
     healthy = check(frame, scene)["equations"]
     assert (healthy.verdict, "interval" in healthy.note) == ("pass", False)
-    assert "apart would do" not in healthy.note
+    assert "apart would suffice" not in healthy.note
     for name in ("mu", "I3"):
         more = {name: getattr(scene.body, name) * Fraction("1.001")}
         other = replace(scene, body=replace(scene.body, **more))

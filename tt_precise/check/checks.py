@@ -146,7 +146,7 @@ def _lacking(setup: CheckSetup) -> dict[str, Missing]:
     conditions: dict[str, tuple[object, str, Verdict]] = {
         "azimuth": (
             columns.azimuth,
-            "needs the direction of the axis, which Euler angles without phi leave open", "open",
+            "needs the direction of the axis, which Euler angles without phi lack", "open",
         ),
         "own force": (
             setup.own_force, "holds under the scene's own contact force only",
@@ -161,7 +161,7 @@ def _lacking(setup: CheckSetup) -> dict[str, Missing]:
             vertical, "needs the vertical velocity: column vcz", "open" if rigid else "skipped",
         ),
         "vertical slip": (
-            rigid or setup.rolling, f"the {columns.name} columns leave v_A no vertical part",
+            rigid or setup.rolling, f"the {columns.name} columns have no vertical component of v_A",
             "skipped",
         ),
         "height": (raised, height, "open"),
@@ -227,7 +227,7 @@ def _beyond(values: Array, written: Array, limit: float, seen: Residual | None =
     bound = float(numpy.max(written))
     if not bound:
         return seen._replace(values=values)
-    open_ = seen.open or ("the digits of the file do not resolve it" if bound > limit else "")
+    open_ = seen.open or ("the file has too few digits" if bound > limit else "")
     left = numpy.where(numpy.isnan(values), numpy.nan, numpy.fmax(values - written, 0.0))
     return seen._replace(values=left, bound=seen.bound + bound, open=open_)
 
@@ -328,8 +328,8 @@ CHECKS = (
     _integral(INTEGRALS["jellett"]),
     RowCheck(
         "energy",
-        "E, with what an elastic table holds: conserved without friction, never rising with it; "
-        "section 1",
+        "E, with the energy of an elastic table: constant without friction, never rising with "
+        "friction; section 1",
         _energy, ("height", "velocity"),
     ),
     RowCheck(
@@ -363,7 +363,7 @@ CHECKS = (
         ("contact", "velocity columns", "azimuth", "velocity", "centre's height"), 1e-3,
     ),
     RowCheck(
-        "contact", "g_n/(m g): the table pushes, it does not pull; eq (7)",
+        "contact", "g_n/(m g): the table pushes and never pulls; eq (7)",
         contact, ("contact", "no flight", "force", "velocity"), LIFT_OFF, "at least",
     ),
     RowCheck(

@@ -98,7 +98,7 @@ def _added_up(mismatch: Array, found: Differences, limit: float) -> Residual:
         note += f"; {wide} of {len(resolved)} intervals too wide"
         within = float(found.reached[~resolved].min())
         if within > 0:
-            note += f"; rows {to_one_digit(within, math.floor):g} s apart would do"
+            note += f"; rows {to_one_digit(within, math.floor):g} s apart would suffice"
     return Residual(numpy.append(0.0, values), bound, note)
 
 

@@ -157,7 +157,7 @@ class _OverWindows:
             return ""
         said = f"{self.open} of {self.windows} windows not resolved"
         if 0 < self._wide < self._apart_now:
-            said += f"; rows {to_one_digit(self._wide, math.floor):g} s apart would do"
+            said += f"; rows {to_one_digit(self._wide, math.floor):g} s apart would suffice"
         return said
 
 

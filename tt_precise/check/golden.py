@@ -224,7 +224,7 @@ def decide_alone(finding: Check, written: float) -> Check:
     verdict: Verdict = "fail" if few else "pass"
     if few and 10.0**-finding.value <= 10.0**-limit + written:
         verdict = "open"
-        finding = replace(finding, note=f"the digits of the file do not resolve it; {finding.note}")
+        finding = replace(finding, note=f"the file has too few digits; {finding.note}")
     return replace(finding, verdict=verdict, limit=limit)
 
 

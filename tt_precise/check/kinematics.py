@@ -357,7 +357,7 @@ def _open(movement: Movement, steps: Array, share: Array) -> str:
     with numpy.errstate(all="ignore"):
         enough = steps * numpy.minimum(share ** (-1 / FALLS_AS), CLEAR / nutated)
     spacing = to_one_digit(float(enough[unseen].min()), math.floor)
-    return f"{part:.0%} of the motion is not resolved; rows {spacing:g} s apart would do"
+    return f"{part:.0%} of the motion is not resolved; rows {spacing:g} s apart would suffice"
 
 
 def _between(
@@ -525,7 +525,7 @@ class ContactMomentum:
     def note(self) -> str:
         """The smallest torque that would be detected, and the open part."""
         bounds = [one.bound for one in self._sights if math.isfinite(one.bound)]
-        said = f"sees {max(max(bounds), self._limit):.0e}" if bounds else ""
+        said = f"detects {max(max(bounds), self._limit):.0e}" if bounds else ""
         worst = max(self._sights, key=lambda one: float(one.values.max()), default=None)
         if worst and float(worst.values.max()) > self._limit:
             x, y, z = worst.drift

@@ -188,7 +188,7 @@ def _differing(rows: Samples, start: NewtonState | LiftedState) -> str:
         if abs(got - expected) > LIMIT * abs(expected)
     ]
     words = "; ".join(named) or "the velocities differ"
-    return f"another start than the scene's ({words}); --start other if it is meant"
+    return f"another start than the scene's ({words}); use --start other if intended"
 
 
 def rounding(rows: Samples) -> float:

@@ -477,7 +477,7 @@ def lines(trajectory: Trajectory, outcome: dict[str, Any]) -> list[str]:
         f"{trajectory.formulation}, {trajectory.steps} steps)",
         *_outcome_lines(outcome),
         *(f"  {line}" for line in str(state).splitlines()[1:]),  # without its time
-        f"  digits at the end, of the worst entry: {digits:.1f}",
+        f"  digits at the end, of the worst component: {digits:.1f}",
         *(f"  drift of {name}: {short(value)}" for name, value in trajectory.drift.items()),
     ]
     shown += [f"  {count} x {name}" for name, count in trajectory.event_counts.most_common()]

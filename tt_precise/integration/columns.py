@@ -369,7 +369,7 @@ def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:
 def digits_over_rows(
     columns: Mapping[str, Array], errors: Mapping[str, Array], start: InitialState, bits: int
 ) -> Array:
-    """Correct digits of the worst entry of many states, by the rule of ``mechanics.digits``.
+    """Correct digits of the worst component of many states, by the rule of ``mechanics.digits``.
 
     ``columns`` of a state and their ``errors`` are float64 arrays over rows, in SI.
     """

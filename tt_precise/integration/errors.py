@@ -188,13 +188,13 @@ class Errors:
 
     @property
     def digits_at_end(self) -> float:
-        """Significant digits of the worst entry of the state at the end."""
+        """Significant digits of the worst component of the state at the end."""
         return worst_digits(end_state(self._run), self.at_end, self._run.start)
 
     def over_time(self, names: Sequence[Name] = ()) -> dict[Any, Array]:
         """Float64 columns at the samples: t, the errors of ``names`` (SI), and "digits".
 
-        "digits" are those of the state's worst entry. An error is the largest distance from a
+        "digits" are those of the state's worst component. An error is the largest distance from a
         reference run, infinite if one of them has ended in another way.
         """
         run, state = self._run, self._run.columns.names
