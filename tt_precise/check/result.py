@@ -195,9 +195,9 @@ def _failure(finding: Check) -> str:
 
 
 def shortened(note: str) -> str:
-    """The first clause of a note, and the spacing of rows that would do."""
+    """The first clause of a note, and the spacing of rows that would suffice."""
     first, *rest = one_line(note).split("; ")
-    return "; ".join([first, *(clause for clause in rest if clause.endswith("would do"))])
+    return "; ".join([first, *(clause for clause in rest if clause.endswith("would suffice"))])
 
 
 def _pairs(pairs: Sequence[tuple[str, str]]) -> list[str]:
