@@ -109,6 +109,23 @@ def test_workflows_call_targets_that_exist() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    "name", ["action.yml", ".github/workflows/checks.yml", "examples/ci/workflow.yml"]
+)
+def test_every_step_is_an_action_or_a_shell_that_parses(name: str) -> None:
+    content = read(name)
+    jobs = content.get("jobs") or {"action": content["runs"]}
+    if "jobs" in content:
+        assert content["permissions"] == {"contents": "read"}
+    for job in jobs.values():
+        for step in job["steps"]:
+            assert ("run" in step) != ("uses" in step), step
+            if "run" in step:
+                subprocess.run(["bash", "-n", "-c", step["run"]], check=True)
+            else:
+                assert step["uses"].startswith("./") or re.search(r"@v\d+$", step["uses"]), step
+
+
 def test_the_trajectory_of_the_actions_job_passes(said: Said, folder: Path) -> None:
     job = read(".github/workflows/checks.yml")["jobs"]["action"]
     inputs = job["steps"][-1]["with"]
