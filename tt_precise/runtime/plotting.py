@@ -45,9 +45,13 @@ _METADATA: dict[str, dict[str, None]] = {
 @contextmanager
 def styled() -> Iterator[None]:
     """A context with the common style."""
+    import logging
+
     import matplotlib
     from cycler import cycler
 
+    # Its warning of a cache that cannot be written is no part of a command's one line.
+    logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
     with matplotlib.rc_context({**_SETTINGS, "axes.prop_cycle": cycler(color=CYCLE)}):
         yield
 
