@@ -396,7 +396,7 @@ def event_errors(run: Solution, references: Sequence[Solution]) -> dict[str, Arr
     names: list[str] = []
     columns: list[tuple[Array, Array, Array]] = []
     for part in _stages(run):
-        hits = sorted(part.segment.output.propagation.found.hits, key=lambda hit: hit.time)
+        hits = part.segment.output.propagation.found.hits
         names += [hit.name for hit in hits]
         columns.append(_errors_within(part, hits, others))
         if part.segment.ended:

@@ -233,7 +233,7 @@ def _events_of_segment(
     run: Solution, segment: Segment, names: Sequence[str], at: Container[str] | None
 ) -> dict[str, Array]:
     of, unit = segment.columns, segment.output.start.units.time
-    hits = sorted(segment.output.propagation.found.hits, key=lambda hit: hit.time)
+    hits = segment.output.propagation.found.hits
     directions = numpy.array([hit.direction for hit in hits])
     columns: dict[str, Array] = {"name": [hit.name for hit in hits]}
     if run.in_arrays and hits:

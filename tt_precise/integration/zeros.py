@@ -20,6 +20,7 @@ intervals that shrink towards t = 0.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple
@@ -53,13 +54,14 @@ from tt_precise.taylor.series import Series, Sized, SizedFunctions
 DOUBLE = 2.0**-53  # Relative error of a rounding in double.
 # Relative errors of 2^-bits that a component has at the start, and that an evaluation adds.
 ROUNDINGS = 10
-# Ratio of successive terms of a series at the end of a step: steps are 0.13 of the radius of
-# convergence.
-OMITTED = 2.0**-3
+# Ratio of successive terms of a series at the end of a step: with the order 1 - log(tolerance)/2
+# steps are e^-2 of the radius of convergence (Jorba and Zou 2005).
+OMITTED = math.exp(-2)
 # Largest number of products in a product of matrices, which limits the steps of a block: for more
 # OpenBLAS starts threads, which cost more than they save.
 MOST_PRODUCTS = 2**18
-# Nodes of a whole step, and of each interval of a step that has several zeros.
+# Nodes of a whole step, and of each interval of a step that has several zeros. They set the cost:
+# where a polynomial leaves out too much, the interval is divided.
 COARSE, FINE = 8, 14
 # Largest distances of a polynomial from its function, relative to the largest value: from SINGLE on
 # secants start at its zero, from SHAPE on its extrema are those of the function.
@@ -68,7 +70,7 @@ SINGLE, SHAPE = 2.0**-RIGHT_BITS, 2.0**-20
 # halvings of a step, which leave 2^-30 of the step to a bend.
 MOST_INTERVALS, HALVINGS = 10_000, 30
 # Smallest value at a zero, relative to the values beside it, that shows a jump: halving ends at a
-# value of rounding where a function is continuous.
+# value of rounding, 2^-53 of them, where a function is continuous, and at 1 beside a step.
 JUMP = 2.0**-3
 # Weight of undecided points between two signs that count: an extremum has 2, the end of a step 1.
 # A tangency has an extremum, and perhaps the end of a step; more is noise.
