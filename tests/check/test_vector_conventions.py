@@ -74,6 +74,13 @@ def test_rows_too_far_apart_fail_only_if_another_clock_is_seen(healthy: Healthy)
         assert "the time is in" in found["kinematics"].note
 
 
+@pytest.mark.parametrize("scene", ["upright", "inverted"])
+def test_a_top_that_spins_upright_tells_no_clock(healthy: Healthy, scene: str) -> None:
+    wide = healthy(scene, 41)[VECTORS]
+    found = check(wide, scene, friction="other")
+    assert (found.failures, found.causes) == ((), ())
+
+
 def test_arrangements_are_those_of_a_cube() -> None:
     assert len(arrangements(3)) == 47
     assert len(arrangements(2)) == 7

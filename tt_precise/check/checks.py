@@ -17,8 +17,9 @@ import numpy
 from tt_precise.check.columns import Block, CheckSetup, Samples
 from tt_precise.check.contact import LIFT_OFF, contact
 from tt_precise.check.equations import energy_balance, equations
+from tt_precise.check.force_free import spread
 from tt_precise.check.friction_power import FrictionPower, normal_force
-from tt_precise.check.kinematics import ContactMomentum, Kinematics
+from tt_precise.check.kinematics import ContactMomentum, Kinematics, depth_of, soft
 from tt_precise.check.result import Residual, check_of_rows, to_one_digit
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy
@@ -40,13 +41,21 @@ class ContactVelocity:
         self._setup, self._limit = setup, limit
         omega = first.first.omega
         self._scale = float(setup.body.R * numpy.sqrt(dot(omega, omega))) or 1.0
-        self._worst = self._height = 0.0
+        self._worst = self._height = self._depth = 0.0
         self._sums = numpy.zeros(5)  # of h, kz, h^2, kz^2 and h kz, from the first row on
         self._ends = numpy.zeros(2)  # lowest and highest h, in m
         self._rows = 0
 
     def __call__(self, samples: Samples) -> numpy.ndarray:
-        values: numpy.ndarray = samples.slip / self._scale
+        speed = samples.slip
+        depth = depth_of(samples)
+        if depth.any():  # the contact point moves as the table gives way
+            self._depth = max(self._depth, float(depth.max()))
+            rate = numpy.diff(depth) / numpy.diff(samples.t)
+            bend = numpy.diff(rate, prepend=rate[:1])
+            most = spread(abs(rate)) + spread(abs(bend))
+            speed = numpy.maximum(speed - numpy.append(most, most[-1]), 0.0)
+        values: numpy.ndarray = speed / self._scale
         self._worst = max(self._worst, float(values.max()))
         if self._setup.columns.name == "rigid body":
             self._follow(samples)
@@ -68,7 +77,7 @@ class ContactVelocity:
     def note(self) -> str:
         """The motion of the contact point and the remedy; "" if the point stays on the table."""
         if self._worst <= self._limit or not self._rows:
-            return ""
+            return soft(self._depth)
         moved = float(self._ends[1] - self._ends[0])
         if not moved <= SHALLOW * self._setup.body.R:
             return ""

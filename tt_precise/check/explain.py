@@ -31,7 +31,7 @@ from tt_precise.check.conventions import (
     units_of_time,
 )
 from tt_precise.check.departures import EXACT, Departure, departure_of
-from tt_precise.check.fitting import BODY, ROWS, Fitted, factor, number
+from tt_precise.check.fitting import BODY, NUMBERS, ROWS, Fitted, Motion, factor, number
 from tt_precise.check.force_free import norm
 from tt_precise.check.force_free_flow import (
     by_guidance,
@@ -41,7 +41,6 @@ from tt_precise.check.kinematics import (
     movement_of,
     seen,
     shortest_turn,
-    visited_rows,
 )
 from tt_precise.check.precision import VECTORS, described, precisions, times_of
 from tt_precise.check.result import Cause
@@ -56,16 +55,14 @@ from tt_precise.runtime.values import Arithmetic, Array, Check, InputError
 from tt_precise.scene.initial_state import InitialState
 
 UNLIKE = 0.01  # Part by which the strength of friction may vary where it follows a law.
-HELD = 1e-5  # Part by which a number that is held varies.
+HELD = 1e-8  # Part by which a number varies that is held by a limit: the digits of a file.
 OUTSTANDING = 30.0  # Times what is left from which on a wrong row stands out.
-SINKS = 0.1  # Part of R by which a soft contact may give way.
-# Checks that a table which gives way may fail.
-YIELDING = {"contact_momentum", "contact_velocity", "kinematics", "agreement"}
 MOST_ROWS = 8  # Rows one behind the other that are left out together.
 NEIGHBOURS = 16  # Rows on either side of a wrong one that are judged alone.
 OF_FILE = ("start", "agreement", "golden", "finite")  # Checks that are not made row by row.
 FEW = 160  # Rows of Euler angles that are judged in full in each convention.
 NEARLY = 2.0  # Factor by which the trapezoidal rule may misjudge how fast the rows turn.
+ENOUGH = 0.01  # Part of what engines leave that is nothing.
 NEARER = 0.1  # Part of a failure that may be left with a cause: engines have errors of their own.
 FEWEST_STILL = 4  # Equal rows at the end of a file that are no chance.
 SPARE = 100.0  # Roundings that explain a failure.
@@ -94,15 +91,14 @@ def explain(
             lambda: _precision(rows, findings),
             lambda: _of_source(rows, alternatives),
             lambda: _still(rows, failed, judge),
+            lambda: _limit(rows, findings),
             lambda: _columns(left(), certain=True),
             lambda: _convention(rows, findings, judge),
             lambda: _columns(left(), certain=False),
             lambda: _start(rows, failed),
-            lambda: _clamp(rows),
             lambda: _friction(rows, findings, judge),
             lambda: _force(rows, failed, judge),
             lambda: _number(rows, findings, judge),
-            lambda: _soft(rows, failed),
             lambda: _end(rows, findings, judge),
             lambda: _rows(rows, findings, judge),
         )
@@ -434,15 +430,15 @@ def _nearer(rows: Samples, findings: Sequence[Check], judge: Judge) -> bool:
 
 
 def _number(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
+    """One number, fitted to the first rows and tried on all of them."""
     if len(rows.t) < 16 or rows.setup.scene.lifts or not rows.setup.columns.azimuth:
         return []
-    given, half = given_of(rows)
-    few = given.part(slice(0, ROWS))
-    if not given.vectors:
-        few = conventions.convert(few, OURS, rows.setup.body)
-    if not fit(rows.setup.body, few, half).failing(LIMITS):
+    if not _failing(findings) & {*FORCE_FREE}:
         return []
     body, setup = rows.setup.body, rows.setup
+    whole, half = given_of(rows)
+    if not whole.vectors:
+        whole = conventions.convert(whole, OURS, body)
 
     def verified(one: Fitted) -> bool:
         values = rows.given
@@ -452,10 +448,13 @@ def _number(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Caus
             numbers = replace(body, **{one.name: (1 + one.p) * getattr(body, one.name)})
             return _nearer(replace(setup, assumed=numbers).samples(Block(values)), findings, judge)
         else:
-            return True
+            motion = NUMBERS[one.name](Motion(body, whole), one.p)
+            as_given = fit(body, whole, half)
+            left = fit(motion.body, motion.given, half, motion.terms)
+            return left.size <= max(NEARER * as_given.size, ENOUGH)
         return _nearer(setup.samples(Block(values)), findings, judge)
 
-    return number(body, few, half, verified=verified)
+    return number(body, whole.part(slice(0, ROWS)), half, verified=verified)
 
 
 def _strength(rows: Samples) -> float | None:
@@ -491,55 +490,35 @@ def _friction(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Ca
     return [Cause("parameter", f"mu is {factor(strength / setup.body.mu - 1)} times the scene's")]
 
 
-def _clamp(rows: Samples) -> list[Cause]:
-    """The angular velocity is held at a number."""
-    size = norm(numpy.array(numpy.broadcast_arrays(*rows.q.omega)))
-    held = abs(size / size[-1] - 1) < HELD
-    first = int(numpy.argmax(held))
-    if not held[first:].all() or first == 0 or 2 * int(held.sum()) < len(size):
+def _limit(rows: Samples, findings: Sequence[Check]) -> list[Cause]:
+    """The angular velocity, or a component, is cut to a number where the rows begin to fail.
+
+    Rows before are beyond the number, two rows at least have it in all their digits, and none later
+    is beyond it.
+    """
+    since = _since(findings)
+    first = int(numpy.searchsorted(rows.t, min(since))) if since else 0
+    if first < 1 or first > len(rows.t) - 2:
         return []
-    if norm(numpy.ptp(numpy.array(numpy.broadcast_arrays(*rows.state.k)), axis=1)) < HELD:
-        return []  # a top that stands still
-    return [
-        Cause(
-            "rows",
-            f"from t = {rows.t[first]:.6g} s on |omega| is held at {size[-1]:.6g} rad/s, as by a "
-            f"limit of the engine; it was {size[0]:.6g} rad/s at the start",
-        )
-    ]
+    omega = numpy.array(numpy.broadcast_arrays(*rows.q.omega))
+    for name, values in {"|omega|": norm(omega), **dict(zip(RIGID, omega, strict=True))}.items():
+        size = abs(values)
+        cut = float(size[first])
+        held = abs(size[first:] - cut) <= HELD * cut
+        beyond = size[:first].min() > (1 + UNLIKE) * cut
+        if beyond and held[:2].all() and (held | (size[first:] < cut)).all():
+            text = f"from t = {rows.t[first]:.6g} s on {name} is cut to {values[first]:.6g} rad/s"
+            before = f"it is {values[first - 1]:.6g} rad/s in the row before"
+            return [Cause("rows", f"{text}, as by a limit of the engine; {before}")]
+    return []
+
+
+def _since(findings: Sequence[Check]) -> list[float]:
+    """The times (s) from which on checks fail that are made row by row."""
+    return [one.since for one in findings if one.since is not None and one.name not in OF_FILE]
 
 
 # ---- some rows ---------------------------------------------------------------------------------
-
-
-def _soft(rows: Samples, failed: set[str]) -> list[Cause]:
-    """A table that gives way: the contact force acts within its depth, above the lowest point."""
-    body = rows.setup.body
-    if "contact_momentum" not in failed or failed - YIELDING or rows.setup.scene.lifts:
-        return []
-    movement, found = seen(rows)
-    part, _ = visited_rows(movement)
-    if part.x is None or not movement.moving:
-        return []
-    depth = body.R * (1 - body.alpha * rows.state.kz[movement.visited]) - part.x[2]
-    if not 0 < float(depth.max()) < SINKS * body.R:
-        return []
-    steps, torque = numpy.diff(part.t), found["torque"]
-    change = numpy.diff(torque.drift, axis=1, prepend=0.0)
-    # a force m dv/dt, so much above the point about which the momentum is taken
-    gained = (depth[1:] + depth[:-1]) / 2 * numpy.diff(part.v)
-    lever = numpy.array([-gained[1], gained[0], 0 * gained[0]]) / (body.g * body.R * body.alpha)
-    share = float((change * lever).sum() / ((lever * lever).sum() or numpy.nan))
-    left = change - share * lever
-    local = norm(left) / steps - torque.bound
-    summed = norm(numpy.cumsum(left, axis=1)) / numpy.cumsum(steps) - torque.summed_bound
-    if not 0 < share <= 1 or not max(local.max(), summed.max()) <= LIMITS["torque"]:
-        return []
-    deep = f"{1000 * float(depth.max()):.2g} mm deep at most"
-    text = (
-        f"a soft contact, {deep}, whose force acts {share:.2f} of the depth above the lowest point"
-    )
-    return [Cause("parameter", text)]
 
 
 def _rows(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
@@ -547,7 +526,7 @@ def _rows(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]
 
     A wrong row stands out: what is left without it is far below it, not only below the limit.
     """
-    since = [one.since for one in findings if one.since is not None and one.name not in OF_FILE]
+    since = _since(findings)
     if not since:
         return []
     count, first = len(rows.t), int(numpy.searchsorted(rows.t, min(since)))

@@ -67,6 +67,7 @@ DERIVATIVE = 6.0
 # Ratio of the horizontal to the vertical torque left over, below which it is about the vertical.
 ABOUT_VERTICAL = 0.1
 SINKS = 0.1  # Part of R by which a soft contact may give way.
+LEAST_DEPTH = 1e-9  # m of depth that is worth a word: less is rounding.
 QUATERNION = ("qw", "qx", "qy", "qz")
 LENGTH = math.sqrt(3)  # Of a vector whose components are 1: bounds hold for each component.
 OBEYED = 1e-6  # Sum of the differences from the equations, in the sizes of the state's entries.
@@ -259,16 +260,53 @@ def visited_rows(movement: Movement) -> tuple[Rows, Rounding]:
 def seen(samples: Samples) -> tuple[Movement, dict[str, Misfit]]:
     """Return the motion and its misfits, computed once for both checks."""
     if "misfits" not in samples.shared:
-        movement = movement_of(samples)
+        setup, movement = samples.setup, movement_of(samples)
         rows, rounding = visited_rows(movement)
         found = {} if movement.spin or movement.rows.x is not None else by_own_force(samples)
         if found:
             movement = replace(movement, visited=numpy.arange(len(samples.t)))
         elif len(rows.t) >= FEWEST_ROWS:
             found = misfits(movement.body, rows, rounding, movement.moving)
+            if setup.friction == "other":
+                found["torque"] = _about_a_higher_point(movement.body, rows, found["torque"])
         samples.shared["misfits"] = movement, found
     both: tuple[Movement, dict[str, Misfit]] = samples.shared["misfits"]
     return both
+
+
+def depth_of(samples: Samples) -> Array:
+    """Return how deep (m) the lowest point lies below a table that gives way; 0 if none does.
+
+    It is known from z under another force than the scene's, up to a tenth of R.
+    """
+    body, z = samples.setup.body, samples.given.get("z")
+    if samples.setup.friction == "scene" or z is None:
+        return numpy.zeros(len(samples.t))
+    return _depth(body, samples.state.kz, z)
+
+
+def _depth(body: Parameters, kz: Array, z: Array) -> Array:
+    depth = numpy.maximum(body.R * (1 - body.alpha * kz) - z, 0.0)
+    soft = numpy.isfinite(depth).all() and float(depth.max()) < SINKS * body.R
+    return depth if soft else 0 * z
+
+
+def _about_a_higher_point(body: Parameters, rows: Rows, torque: Misfit) -> Misfit:
+    """Return the misfit of the torque where a table gives way.
+
+    The force acts at a height between the lowest point and the table, so that the torque about the
+    lowest point is uncertain by the depth times the horizontal force, m dv/dt.
+    """
+    if rows.x is None:
+        return torque
+    depth, h = _depth(body, axis_of(rows.q)[2], rows.x[2]), numpy.diff(rows.t)
+    push = norm(numpy.diff(rows.v[:2])) / (body.g * body.R * body.alpha)
+    uncertain = numpy.maximum(depth[1:], depth[:-1]) * push
+    return replace(
+        torque,
+        bound=torque.bound + uncertain / h,
+        summed_bound=torque.summed_bound + numpy.cumsum(uncertain) / numpy.cumsum(h),
+    )
 
 
 def by_own_force(samples: Samples) -> dict[str, Misfit]:
@@ -506,11 +544,12 @@ class ContactMomentum:
     """The remaining torque about the lowest point after weight and motion (m g R alpha)."""
 
     def __init__(self, setup: CheckSetup, first: Samples, limit: float):
-        self._limit = limit
+        self._limit, self._depth = limit, 0.0
         self._sights: list[Sight] = []
 
     def __call__(self, samples: Samples) -> Array:
         values = numpy.zeros(len(samples.t))
+        self._depth = max(self._depth, float(depth_of(samples).max()))
         sight = look(samples, ["torque"], self._limit)
         self._sights.append(sight)
         numpy.maximum.at(values, numpy.searchsorted(samples.t, sight.t), sight.values)
@@ -531,7 +570,16 @@ class ContactMomentum:
             x, y, z = worst.drift
             if math.hypot(x, y) < ABOUT_VERTICAL * abs(z):
                 said = "what is left is about the vertical, as torsional friction is"
-        return "; ".join(part for part in (said, _open_of(self._sights)) if part)
+        return "; ".join(part for part in (said, soft(self._depth), _open_of(self._sights)) if part)
+
+
+def soft(depth: float) -> str:
+    """Say that a table gives way by ``depth`` (m); "" where that is not seen."""
+    return (
+        f"a soft contact, {1000 * depth:.2g} mm deep at most, is allowed"
+        if depth > LEAST_DEPTH
+        else ""
+    )
 
 
 def _open_of(sights: Sequence[Sight]) -> str:

@@ -222,4 +222,5 @@ def _misfit_of_momentum(body: Parameters, given: Given) -> float:
     rate = interpolate(rows.t, rates_of(body, rows).Q, Way(SIX, True), turn, nodes)
     change = numpy.diff(momentum_at_contact(body, rows))
     left = change - h * numpy.einsum("p,cpn->cn", whole, rate)
-    return math.sqrt(float((left**2).sum()) / float((change**2).sum()))
+    # a top that spins upright does not tell
+    return math.sqrt(float((left**2).sum()) / (float((change**2).sum()) or math.nan))
