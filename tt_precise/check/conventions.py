@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
@@ -289,9 +289,12 @@ class Fit(NamedTuple):
     @property
     def size(self) -> float:
         """The largest residual in units of engines' errors; infinite where nothing is resolved."""
-        if self.open:
-            return math.inf
-        return max((value / ENGINES[name] for name, value in self.parts.items()), default=0.0)
+        return math.inf if self.open else self.size_of(())
+
+    def size_of(self, without: Collection[str]) -> float:
+        """The largest part but for some, in units of what engines leave."""
+        left = (value / ENGINES[n] for n, value in self.parts.items() if n not in without)
+        return max(left, default=0.0)
 
     @property
     def remainder(self) -> float:

@@ -31,7 +31,7 @@ from tt_precise.check.conventions import (
     units_of_time,
 )
 from tt_precise.check.departures import EXACT, Departure, departure_of
-from tt_precise.check.fitting import BODY, NUMBERS, ROWS, Fitted, Motion, factor, number
+from tt_precise.check.fitting import BODY, NUMBERS, ROWS, Fitted, Motion, factor, number, unheld_by
 from tt_precise.check.force_free import norm
 from tt_precise.check.force_free_flow import (
     by_guidance,
@@ -449,9 +449,11 @@ def _number(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Caus
             return _nearer(replace(setup, assumed=numbers).samples(Block(values)), findings, judge)
         else:
             motion = NUMBERS[one.name](Motion(body, whole), one.p)
-            as_given = fit(body, whole, half)
             left = fit(motion.body, motion.given, half, motion.terms)
-            return left.size <= max(NEARER * as_given.size, ENOUGH)
+            unheld = unheld_by(one)
+            return left.size_of(unheld) <= max(
+                NEARER * fit(body, whole, half).size_of(unheld), ENOUGH
+            )
         return _nearer(setup.samples(Block(values)), findings, judge)
 
     return number(body, whole.part(slice(0, ROWS)), half, verified=verified)

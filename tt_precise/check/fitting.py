@@ -248,6 +248,12 @@ SOFT = {"lift": 1e-4, "height": 1e-4}
 UNHELD = {"damping": ("jellett",), "torsion": ("jellett",), "gyroscopic": ("jellett",)}
 
 
+def unheld_by(one: Fitted) -> tuple[str, ...]:
+    """The residuals that say nothing of a number: their law, or their unit, goes with it."""
+    no_torque = one.name.startswith("alpha") and abs(one.p + 1) < NONE
+    return (*UNHELD.get(one.name, ()), *(("torque",) if no_torque else ()))
+
+
 def number(
     body: Parameters,
     given: Given,
@@ -264,18 +270,16 @@ def number(
     soft = SOFT if as_given.keys() - SOFT.keys() else {}
     named = []
     for one in found:
-        unheld = UNHELD.get(one.name, ())
+        unheld = unheld_by(one)
         failing = {
             name: value
             for name, value in one.fit.failing(LIMITS).items()
             if name not in unheld and not value < soft.get(name, 0.0)
         }
-        vanishes = abs(one.p + 1) < NONE
-        if vanishes and one.name in ("m", "R", "I1", "I3", "g"):
+        if abs(one.p + 1) < NONE and one.name in ("m", "R", "I1", "I3", "g"):
             continue
         # where alpha vanishes, so does the unit of the torque's bounds, not that of the axis
-        no_torque = vanishes and one.name.startswith("alpha")
-        resolved = not (one.fit.axis_open if no_torque else one.fit.open)
+        resolved = not (one.fit.axis_open if "torque" in unheld else one.fit.open)
         if abs(one.p) > LARGE and resolved and not failing and verified(one):
             named.append(one)
     if not named:
