@@ -1,6 +1,7 @@
 """What no friction law can excuse, on a test engine in C: fifteen faults and more, and none."""
 
 import random
+from collections.abc import Sequence
 
 import numpy
 import pandas
@@ -103,7 +104,7 @@ def test_what_was_not_looked_at_is_said(engine: Engine) -> None:
     assert "checked inclination, not at spin, x, y, z" in note
 
 
-def healthy_runs(engine: Engine, seeds: range) -> list[str]:
+def healthy_runs(engine: Engine, seeds: Sequence[int]) -> list[str]:
     """Which of these runs with other laws fail ``kinematics`` or ``contact_momentum``."""
     flagged = []
     for seed in seeds:
@@ -122,9 +123,9 @@ def healthy_runs(engine: Engine, seeds: range) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "seeds", [range(6), pytest.param(range(100, 200), marks=pytest.mark.slow)], ids=len
+    "seeds", [(*range(6), 161), pytest.param(range(100, 200), marks=pytest.mark.slow)], ids=len
 )
-def test_healthy_runs_with_other_laws_are_not_flagged(engine: Engine, seeds: range) -> None:
+def test_healthy_runs_with_other_laws_are_not_flagged(engine: Engine, seeds: Sequence[int]) -> None:
     assert healthy_runs(engine, seeds) == []
 
 

@@ -54,7 +54,8 @@ GAP = 5.0
 # the mean torque they do not, and those of either sign cancel.
 INTERVAL_COUNTS, SUM_COUNTS = 10.0, 1.0
 TORQUE_COUNTS, MEAN_COUNTS = 1.0, 2.0
-MEAN_OVER = 10  # Intervals from which on it is a mean.
+# A mean over fewer intervals says no more than they do, and its bound is smaller than theirs.
+MEAN_OVER = 10
 # By spacing^3 the bounds fall at least (measured, 60 to 240 Hz).
 FALLS_AS = 3
 LARGEST_SHARE = 1e4  # Of a bound over the resolution, where nothing at all is seen.
@@ -373,8 +374,8 @@ def _excess(one: Misfit, torque: bool) -> Array:
     """Values beyond their bounds, of the intervals and of the sums; 0 where nothing is seen."""
     counts, sums = (TORQUE_COUNTS, MEAN_COUNTS) if torque else (INTERVAL_COUNTS, SUM_COUNTS)
     local, summed = counts * (one.value - one.bound), sums * (one.summed - one.summed_bound)
-    if torque:  # the mean of a few intervals is not one
-        summed[:MEAN_OVER] /= sums
+    if torque:
+        summed[:MEAN_OVER] = 0.0
     excess: Array = numpy.fmax(numpy.fmax(local, summed), 0.0)
     return excess
 
