@@ -94,9 +94,12 @@ def test_a_wrong_row_is_named_and_nothing_else_is_blamed(scene: str, name: str, 
     frame.loc[row, name] += abs(frame[name]).max()
     result = check(frame, scene)
     assert result["equations"].since == frame["t"][row]
-    assert [cause.text for cause in result.causes] == [
-        f"the row at t = {frame['t'][row]:.6g} s (number {row + 1}) alone is wrong"
-    ]
+    (cause,) = result.causes
+    here = f"the row at t = {frame['t'][row]:.6g} s (number {row + 1}) alone"
+    # a top that lifts has no solution to compare the columns with
+    said = f"{here} is wrong" if scene == "flight" else f"in {here} {name} is "
+    assert cause.text.startswith(said)
+    assert scene == "flight" or cause.text.endswith("every other column is right to 12 digits")
     for finding in result.checks:
         assert "leaves the table" not in finding.note
         assert "--friction other" not in finding.note
