@@ -73,7 +73,7 @@ def system(name: str, limbs: int) -> System:
         limbs,
         len(problem.start),
         len(problem.parameters),
-        lambda y, p, fn: (problem.rates(y, p, fn), [(y[0] - 2, False), (y[0], True)]),
+        lambda y, p, fn: (problem.rates(y, p, fn), [y[0] - 2, problem.rates(y, p, fn)[0]]),
     )
 
 

@@ -49,13 +49,11 @@ def _compiled(setup: Setup) -> _Compiled:
 
     def define(
         components: tuple[Scalar, ...], parameters: Sequence[Scalar], fn: Functions
-    ) -> tuple[list[Scalar], list[tuple[Scalar, bool]]]:
+    ) -> tuple[list[Scalar], list[Scalar]]:
         body = form.body(parameters)
         q = layout.motion(body, components, fn)
         terminal.update(terminal_functions(form, q))
-        return layout.rates(body, components, fn), [
-            (function, False) for function in terminal.values()
-        ]
+        return layout.rates(body, components, fn), list(terminal.values())
 
     system = System(setup.precision.doubles, len(layout.columns), len(form.parameters), define)
     return _Compiled(system, tuple(terminal))

@@ -42,25 +42,21 @@ def padded(count: int) -> int:
 class Kernel:
     """The layout of memory, and the functions that compute in it, in ``limbs`` limbs.
 
-    ``outputs`` are series to be kept with the components: pairs of a series and whether its rate is
-    wanted in its place. A step is a block of ``order`` + 2 rows of ``columns`` numbers:
-    coefficients of the components and behind them of the outputs, of powers of time over a unit
-    that is a power of two about as long as the step, so that they are in range. The limbs of the
-    numbers of all steps stand one behind the other, ``plane`` doubles apart. ``orders`` are, for
-    the functions, how many coefficients are computed in 3 limbs, in 2 or more, in 1 or more.
+    ``outputs`` are series to be kept with the components. A step is a block of ``order`` + 2 rows
+    of ``columns`` numbers: coefficients of the components and behind them of the outputs, of powers
+    of time over a unit that is a power of two about as long as the step, so that they are in range.
+    The limbs of the numbers of all steps stand one behind the other, ``plane`` doubles apart.
+    ``orders`` are, for the functions, how many coefficients are computed in 3 limbs, in 2 or more,
+    in 1 or more.
     """
 
     def __init__(
-        self,
-        limbs: int,
-        graph: Graph,
-        rates: Sequence[Scalar],
-        outputs: Sequence[tuple[Scalar, bool]],
+        self, limbs: int, graph: Graph, rates: Sequence[Scalar], outputs: Sequence[Scalar]
     ):
         self.limbs, self.components = limbs, graph.components
         self.rates = list(map(graph.as_series, rates))
-        self.outputs = [(graph.as_series(value), slope) for value, slope in outputs]
-        kept = [*self.rates, *(value for value, _ in self.outputs)]
+        self.outputs = list(map(graph.as_series, outputs))
+        kept = [*self.rates, *self.outputs]
         self.nodes = in_order(graph, [*graph.components, *kept])
         alone = [output for output in kept if isinstance(output, Constant)]
         self.constants = list(dict.fromkeys([*constants_of(self.nodes), *alone]))
@@ -293,7 +289,7 @@ class _RunWriter:
         e, kernel = self.e, self.kernel
         ops = SeveralDoubles(e, limbs)
         self.ops, self.first, self.n = ops, first, n
-        order = self.order_number = ops.widened((e.b.sitofp(n, DOUBLE),))
+        self.order_number = ops.widened((e.b.sitofp(n, DOUBLE),))
         value: dict[Traced, Number] = {}
         for i, component in enumerate(kernel.components):
             value[component] = self._load(self.block, e.index(n, kernel.columns, i))
@@ -306,19 +302,15 @@ class _RunWriter:
             position = e.index(n, kernel.width, kernel.lane[node])
             for operand, side in zip(pair, (self.left, self.right), strict=True):
                 self._write(value[operand], side, position)
-        # what is written nowhere else is zero: the rest of a constant, the last term of a slope
+        # what is written nowhere else is zero: the rest of a constant
         every = SeveralDoubles(e, kernel.limbs)
         zero = every.widened((e.d(0.0),))
-        for i, (output, slope) in enumerate(kernel.outputs, len(kernel.components)):
-            position = e.index(n, kernel.columns, i)
+        for i, output in enumerate(kernel.outputs, len(kernel.components)):
             if isinstance(output, Constant):
-                constant = first and not slope
-                self._write(self._constant(output) if constant else zero, self.block, position)
-                continue
-            self._write(zero if slope else value[output], self.block, position)
-            if slope and not first:
-                before = e.index(e.b.sub(n, e.i(1)), kernel.columns, i)
-                self._write(every.widened(ops.product(order, value[output])), self.block, before)
+                limbs_of_output = self._constant(output) if first else zero
+            else:
+                limbs_of_output = value[output]
+            self._write(limbs_of_output, self.block, e.index(n, kernel.columns, i))
         unit = ops.widened((self.unit,))
         inverse = tuple(e.b.fmul(limb, self.unit) for limb in self._reciprocal(n))
         for i, rate in enumerate(kernel.rates):
