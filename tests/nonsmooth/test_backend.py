@@ -17,7 +17,7 @@ def test_what_cannot_take_these_scenes_says_so(flies: Scene) -> None:
     pytest.importorskip("flint", reason="python-flint is not installed")
     from tt_precise.certify.balls import NotProved
     from tt_precise.certify.problem import problem_of
-    from tt_precise.integration.variational import sensitivity
+    from tt_precise.extremes.variational import sensitivity
 
     with pytest.raises(NotProved, match="flight after contact changes them"):
         problem_of(flies)

@@ -12,13 +12,13 @@ import numpy
 
 from tt_precise.extremes.case import Finding, Findings, case, equal, finite, within
 from tt_precise.extremes.runs import EPS, Integrate, distance, integrating, quad, varied
+from tt_precise.extremes.variational import sensitivity
 from tt_precise.integration import integrate
 from tt_precise.integration.columns import Columns
 from tt_precise.integration.dense_output import SampleTimes, shift_arrays
 from tt_precise.integration.heyoka_backend import pooled_integrator, status_of
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.variational import sensitivity
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.quantities import Motion

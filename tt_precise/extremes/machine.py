@@ -11,9 +11,9 @@ from functools import cache
 
 from tt_precise.extremes.case import Finding, Findings, case, equal, finite, within
 from tt_precise.extremes.runs import EPS, distance, quad, varied
+from tt_precise.extremes.variational import sensitivity
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.variational import sensitivity
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.values import Json
 from tt_precise.scene.scene import Scene, load_scene

@@ -10,9 +10,9 @@ import numpy
 
 from tt_precise.extremes.case import Finding, Findings, case, finite, within
 from tt_precise.extremes.runs import EPS, Integrate, integrating
+from tt_precise.extremes.variational import Sensitivity, sensitivity
 from tt_precise.golden import load, scenes
 from tt_precise.integration import Trajectory, integrate
-from tt_precise.integration.variational import Sensitivity, sensitivity
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState

@@ -3,8 +3,8 @@
 import numpy
 import pytest
 
+from tt_precise.extremes.variational import Sensitivity, sensitivity
 from tt_precise.integration import integrate
-from tt_precise.integration.variational import Sensitivity, sensitivity
 from tt_precise.runtime.values import InputError
 
 TIMES = ("0", "0.01", "0.03", "0.05")
