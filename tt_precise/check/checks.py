@@ -18,8 +18,8 @@ from tt_precise.check.columns import Block, CheckSetup, Samples
 from tt_precise.check.contact import LIFT_OFF, contact
 from tt_precise.check.equations import energy_balance, equations
 from tt_precise.check.force_free import spread
-from tt_precise.check.friction_power import FrictionPower, normal_force
-from tt_precise.check.kinematics import ContactMomentum, Kinematics, depth_of, soft
+from tt_precise.check.friction_power import friction_power, normal_force
+from tt_precise.check.kinematics import contact_momentum, depth_of, kinematics, soft
 from tt_precise.check.result import Residual, check_of_rows, to_one_digit
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy
@@ -34,65 +34,40 @@ SHALLOW = 0.1  # In R; with a larger distance from the table there is no contact
 PROPORTIONAL = 0.99  # correlation of the height with k.z above which the contact arm is wrong
 
 
-class ContactVelocity:
+def contact_velocity(rows: Samples, limit: float) -> Residual:
     """|v_A.z| (rolling: |v_A|) of each row over R omega at the start, and the reason if not 0."""
+    omega, speed, depth = rows.first.omega, rows.slip, depth_of(rows)
+    if depth.any():  # the contact point moves as the table gives way
+        rate = numpy.diff(depth) / numpy.diff(rows.t)
+        bend = numpy.diff(rate, prepend=rate[:1])
+        most = spread(abs(rate)) + spread(abs(bend))
+        speed = numpy.maximum(speed - numpy.append(most, most[-1]), 0.0)
+    values = speed / (float(rows.setup.body.R * numpy.sqrt(dot(omega, omega))) or 1.0)
+    worst = float(values.max())
+    fails = worst > limit and rows.setup.columns.name == "rigid body"
+    return Residual(values, note=_risen(rows, worst) if fails else soft(float(depth.max())))
 
-    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
-        self._setup, self._limit = setup, limit
-        omega = first.first.omega
-        self._scale = float(setup.body.R * numpy.sqrt(dot(omega, omega))) or 1.0
-        self._worst = self._height = self._depth = 0.0
-        self._sums = numpy.zeros(5)  # of h, kz, h^2, kz^2 and h kz, from the first row on
-        self._ends = numpy.zeros(2)  # lowest and highest h, in m
-        self._rows = 0
 
-    def __call__(self, samples: Samples) -> numpy.ndarray:
-        speed = samples.slip
-        depth = depth_of(samples)
-        if depth.any():  # the contact point moves as the table gives way
-            self._depth = max(self._depth, float(depth.max()))
-            rate = numpy.diff(depth) / numpy.diff(samples.t)
-            bend = numpy.diff(rate, prepend=rate[:1])
-            most = spread(abs(rate)) + spread(abs(bend))
-            speed = numpy.maximum(speed - numpy.append(most, most[-1]), 0.0)
-        values: numpy.ndarray = speed / self._scale
-        self._worst = max(self._worst, float(values.max()))
-        if self._setup.columns.name == "rigid body":
-            self._follow(samples)
-        return values
-
-    def _follow(self, samples: Samples) -> None:
-        q = samples.q
-        lift = samples.given["vcz"] + cross(q.omega, contact_arm(self._setup.body, q.k))[2]
-        risen = numpy.cumsum(numpy.diff(samples.t) * (lift[1:] + lift[:-1]) / 2)
-        new = slice(1 if self._rows else 0, None)  # every later block repeats a row
-        h = (self._height + numpy.concatenate(([0.0], risen)))[new]
-        kz, self._height = samples.state.kz[new], float(h[-1])
-        self._rows += len(h)
-        self._sums += [h.sum(), kz.sum(), (h * h).sum(), (kz * kz).sum(), (h * kz).sum()]
-        low, high = self._ends
-        self._ends = numpy.array([min(low, h.min()), max(high, h.max())])
-
-    @property
-    def note(self) -> str:
-        """The motion of the contact point and the remedy; "" if the point stays on the table."""
-        if self._worst <= self._limit or not self._rows:
-            return soft(self._depth)
-        moved = float(self._ends[1] - self._ends[0])
-        if not moved <= SHALLOW * self._setup.body.R:
-            return ""
-        h, kz, hh, kk, hk = self._sums / self._rows
-        spread, common = kk - kz * kz, hk - h * kz
-        if common**2 > PROPORTIONAL**2 * spread * (hh - h * h):
-            lever = float(self._setup.body.R * self._setup.body.alpha)
-            return (
-                f"its height follows the axis: alpha R = {lever - common / spread:.5g} m would "
-                f"keep it on the table, the scene has {lever:.5g} m"
-            )
+def _risen(rows: Samples, worst: float) -> str:
+    """The motion of the contact point and the remedy; "" if the point leaves the table."""
+    q, body = rows.q, rows.setup.body
+    lift = rows.given["vcz"] + cross(q.omega, contact_arm(body, q.k))[2]
+    h = numpy.cumsum(numpy.diff(rows.t) * (lift[1:] + lift[:-1]) / 2)
+    h, kz = numpy.concatenate(([0.0], h)), rows.state.kz
+    if not numpy.ptp(h) <= SHALLOW * body.R:
+        return ""
+    h, kz, moved = h - h.mean(), kz - kz.mean(), float(numpy.ptp(h))
+    common, square = float(h @ kz), float(kz @ kz)
+    if common**2 > PROPORTIONAL**2 * square * float(h @ h):
+        lever = float(body.R * body.alpha)
         return (
-            f"it sinks and rises by {moved:.1g} m, as a soft contact does: if yours is one, give "
-            f"it a limit, as --limit contact_velocity={to_one_digit(2 * self._worst, math.ceil):g}"
+            f"its height follows the axis: alpha R = {lever - common / square:.5g} m would "
+            f"keep it on the table, the scene has {lever:.5g} m"
         )
+    return (
+        f"it sinks and rises by {moved:.1g} m, as a soft contact does: if yours is one, give "
+        f"it a limit, as --limit contact_velocity={to_one_digit(2 * worst, math.ceil):g}"
+    )
 
 
 PAPER_LIMIT = 1e-6  # "constant with precision of order 10^-6 lambda", section 2.1
@@ -190,30 +165,6 @@ def _lacking(setup: CheckSetup) -> dict[str, Missing]:
     }
 
 
-BLOCK_ROWS = 16_384  # rows that a residual of high order holds at once: some 100 MB
-
-
-def watched(
-    watch: Callable[[CheckSetup, Samples, float], Any], size: int | None = BLOCK_ROWS
-) -> Run:
-    """Return the ``run`` of an object that takes the rows in parts of ``size``, None for all.
-
-    It returns one value a row; its ``error_bound`` and ``note`` hold for all rows.
-    """
-
-    def run(rows: Samples, limit: float) -> Residual:
-        looking, values = watch(rows.setup, rows, limit), []
-        for number, part in enumerate(rows.chunks(size or len(rows.t))):
-            found = looking(part)
-            values.append(found[1:] if number else found)
-        note = looking.note if hasattr(type(looking), "note") else ""
-        if hasattr(type(looking), "extra_columns"):
-            rows.shared["extra columns"] = looking.extra_columns
-        return Residual(numpy.concatenate(values), getattr(looking, "error_bound", 0.0), note)
-
-    return run
-
-
 def _written(rows: Samples, of: Callable[[Samples], Array]) -> Array:
     """Return the change of a quantity by half a unit of the last written place of the rows."""
     moved, here = numpy.zeros(len(rows.t)), None
@@ -308,10 +259,6 @@ def _from_row_to_row(run: Run) -> Run:
     return beyond
 
 
-def _normal_force(rows: Samples, limit: float) -> Residual:
-    return Residual(normal_force(rows.setup, rows, limit)(rows))
-
-
 def _fall(rows: Samples, limit: float) -> Residual:
     rate, body = rows.given["vcz"], rows.setup.body
     omega = rows.first.omega
@@ -353,22 +300,22 @@ CHECKS = (
         "kinematics",
         "attitude (rad) and position (over R) follow the velocities, z stands at R (1 - alpha cos "
         "theta); every law",
-        watched(Kinematics, None), (), 1e-2,
+        kinematics, (), 1e-2,
     ),
     RowCheck(
         "contact_momentum",
         "the angular momentum about the lowest point changes as weight and motion make it, in "
         "units of m g R alpha; every law",
-        watched(ContactMomentum, None), ("azimuth", "velocity", "centre's height"), 1e-4,
+        contact_momentum, ("azimuth", "velocity", "centre's height"), 1e-4,
     ),
     RowCheck(
         "normal_force",
         "F_z/(m g) in the mean from row to row: the table does not pull; every law",
-        _normal_force, ("contact", "vertical velocity"), -1e-3, "at least",
+        normal_force, ("contact", "vertical velocity"), -1e-3, "at least",
     ),
     RowCheck(
         "friction_power", "F_t.v_A over m g R omega at the start: never above 0; every law",
-        watched(FrictionPower),
+        friction_power,
         ("contact", "velocity columns", "azimuth", "velocity", "centre's height"), 1e-3,
     ),
     RowCheck(
@@ -377,7 +324,7 @@ CHECKS = (
     ),
     RowCheck(
         "contact_velocity", "v_A.z = 0 (rolling: v_A = 0), in units of R omega at the start",
-        watched(ContactVelocity), ("contact", "no flight", "velocity columns", "vertical slip"),
+        contact_velocity, ("contact", "no flight", "velocity columns", "vertical slip"),
     ),
     RowCheck(
         "fall", "s_dot.z falls at g, in units of R omega at the start",

@@ -354,19 +354,6 @@ class Samples:
             c * numpy.cos(both), -s * numpy.sin(apart), s * numpy.cos(apart), c * numpy.sin(both)
         )  # fmt: skip
 
-    def chunks(self, size: int) -> list[Samples]:
-        """Parts of ``size`` rows; each later part begins with the last row of the part before."""
-        if len(self.t) <= size:
-            return [self]
-        key = f"parts of {size}"
-        if key not in self.shared:
-            firsts = range(0, len(self.t), size)
-            self.shared[key] = [
-                self.rows(slice(max(first - 1, 0), first + size)) for first in firsts
-            ]
-        parts: list[Samples] = self.shared[key]
-        return parts
-
     def rows(self, wanted: slice | numpy.ndarray) -> Samples:
         """Some of the rows, by a slice or an array of indices."""
         return Samples(

@@ -10,12 +10,11 @@ more open than other windows is skipped.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy
 
-from tt_precise.check.columns import CheckSetup, Samples
-from tt_precise.check.result import to_one_digit
+from tt_precise.check.columns import Samples
+from tt_precise.check.result import Residual, to_one_digit
 from tt_precise.mechanics import conserved
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import dot
@@ -80,14 +79,6 @@ def stride_of(t: Array, apart: float) -> int:
     return max(1, math.ceil(apart * (len(t) - 1) / (t[-1] - t[0]))) if len(t) > 1 else 1
 
 
-def windows_of(samples: Samples) -> Windows:
-    """The windows of these rows, made once for all checks."""
-    if "windows" not in samples.shared:
-        samples.shared["windows"] = Windows(samples.t, CLOSEST * samples.setup.time)
-    windows: Windows = samples.shared["windows"]
-    return windows
-
-
 def spread(values: Array) -> Array:
     """The largest of each value and its two neighbours."""
     padded = numpy.concatenate((values[:1], values, values[-1:]))
@@ -103,64 +94,6 @@ def _slopes(x: Array) -> Array:
     return slopes
 
 
-class _OverWindows:
-    """Values for the rows of each block, from the windows; and the number of open windows."""
-
-    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
-        self._setup, self._limit = setup, limit
-        self._worst = 0.0
-        self.windows = self.open = 0
-        self._bounds: list[float] = []
-        self._wide, self._apart_now = math.inf, 0.0
-
-    def __call__(self, samples: Samples) -> Array:
-        values = numpy.zeros(len(samples.t))
-        windows = windows_of(samples)
-        if not len(windows.rows):
-            return values
-        q = motion_as_given(samples)
-        turning = numpy.sqrt(dot(samples.state.L, samples.state.L)) / q.body.I1
-        seen = windows.widest * turning[windows.rows].max(axis=1) <= FARTHEST
-        if self._setup.scene.may_stick:  # its rates bend where the contact point comes to rest
-            vx, vy = samples.state.vx[windows.rows], samples.state.vy[windows.rows]
-            speed, change = numpy.hypot(vx, vy), numpy.hypot(numpy.diff(vx), numpy.diff(vy))
-            seen &= (speed.max(axis=1) == 0) | (speed.min(axis=1) > change.max(axis=1))
-        excess, bound = self._look(windows, samples, q, seen)
-        open_ = ~(bound <= self._limit) | ~seen
-        self.windows += len(excess)
-        self.open += int(open_.sum())
-        if open_.any():
-            with numpy.errstate(all="ignore"):
-                enough = windows.step * numpy.sqrt(self._limit / bound)
-            enough = numpy.where(seen & (enough > 0), enough, 0.25 / turning.max())
-            self._wide = min(self._wide, float(enough[open_].min()))
-            self._apart_now = max(self._apart_now, float(windows.step.max()))
-        self._bounds.append(float(numpy.max(bound, where=~open_, initial=0.0)))
-        excess = numpy.where(numpy.isnan(excess), numpy.inf, excess)
-        numpy.maximum.at(values, windows.rows[:, -1], excess)
-        return values
-
-    def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
-        """The error of each window beyond its bound, 0 if not ``seen`` in the rows; the bound."""
-        raise NotImplementedError
-
-    @property
-    def error_bound(self) -> float:
-        """Largest error that would go unnoticed; infinite where too many windows are open."""
-        resolved = self.windows - self.open
-        return max(self._bounds) if resolved > 0 and resolved >= self.open else math.inf
-
-    @property
-    def note(self) -> str:
-        """The unresolved windows, if they are too many."""
-        if math.isfinite(self.error_bound):
-            return ""
-        said = f"{self.open} of {self.windows} windows not resolved"
-        if 0 < self._wide < self._apart_now:
-            said += f"; rows {to_one_digit(self._wide, math.floor):g} s apart would suffice"
-        return said
-
-
 def motion_as_given(samples: Samples) -> Motion:
     """The rows as a motion, with the velocity of the centre of mass from the columns if given."""
     given, state = samples.given, samples.state
@@ -170,60 +103,68 @@ def motion_as_given(samples: Samples) -> Motion:
     return Motion(samples.setup.body, state, numpy, samples.setup.scene.model, s_dot=lambda: centre)
 
 
-class FrictionPower(_OverWindows):
+def friction_power(samples: Samples, limit: float) -> Residual:
     """Power of friction F_t.v_A in the middle of each window, over m g R omega at the start."""
-
-    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
-        super().__init__(setup, first, limit)
-        body, omega = setup.body, first.first.omega
-        self._unit = float(body.m * body.g * body.R * numpy.sqrt(dot(omega, omega))) or 1.0
-        self._force: list[Array] = []  # |F_t|/F_z and |v_A| in the middle of windows
-
-    def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
-        middle = windows.rows[:, ROWS // 2]
-        vx, vy = samples.state.vx[middle], samples.state.vy[middle]
-        (x, off_x), (y, off_y), (z, _) = map(windows.middle_rate, q.s_dot)
-        force = conserved.contact_force(q, (x, y, z))
-        within = numpy.hypot(off_x, off_y)
-        speed = numpy.hypot(vx, vy)
-        bound = spread(MARGIN * q.body.m * within * speed) / self._unit
-        power = (force[0] * vx + force[1] * vy) / self._unit
-        # negative where the force pushes
-        ratio = numpy.copysign(numpy.hypot(force[0], force[1]) / force[2], -power)
-        kept = seen & (bound <= self._limit) & (force[2] > 0.1 * q.body.m * q.body.g)
-        kept &= speed > STILL * speed.max()
-        self._force.append(numpy.array([ratio[kept], speed[kept]]))
-        return seen * numpy.maximum(power - bound, 0.0), bound
-
-    @property
-    def note(self) -> str:
-        """The friction in the rows, and the unresolved windows."""
-        return "; ".join(text for text in (self._friction, super().note) if text)
-
-    @property
-    def _friction(self) -> str:
-        ratio, speed = numpy.concatenate([numpy.empty((2, 0)), *self._force], axis=1)
-        if len(ratio) < FEWEST:
-            return ""
-        if abs(ratio).max() < NONE:
-            return "no friction seen"
-        for law, values, unit in (("Coulomb's", ratio, ""), ("viscous", ratio / speed, " s/m v_A")):
-            mean, deviation = float(values.mean()), float(values.std())
-            if deviation < ALIKE * abs(mean):
-                law += ", but along the motion" if mean < 0 else ""
-                return f"friction seen: {mean:.3g} +- {deviation:.1g}{unit} of F_z, as {law}"
-        return f"friction seen: {ratio.min():.2g} to {ratio.max():.2g} of F_z"
+    setup, values = samples.setup, numpy.zeros(len(samples.t))
+    windows = Windows(samples.t, CLOSEST * setup.time)
+    if not len(windows.rows):
+        return Residual(values, math.inf)
+    q, body = motion_as_given(samples), setup.body
+    turning = numpy.sqrt(dot(samples.state.L, samples.state.L)) / body.I1
+    seen = windows.widest * turning[windows.rows].max(axis=1) <= FARTHEST
+    if setup.scene.may_stick:  # its rates bend where the contact point comes to rest
+        vx, vy = samples.state.vx[windows.rows], samples.state.vy[windows.rows]
+        speed, change = numpy.hypot(vx, vy), numpy.hypot(numpy.diff(vx), numpy.diff(vy))
+        seen &= (speed.max(axis=1) == 0) | (speed.min(axis=1) > change.max(axis=1))
+    middle = windows.rows[:, ROWS // 2]
+    vx, vy = samples.state.vx[middle], samples.state.vy[middle]
+    (x, off_x), (y, off_y), (z, _) = map(windows.middle_rate, q.s_dot)
+    force, speed = conserved.contact_force(q, (x, y, z)), numpy.hypot(vx, vy)
+    omega = samples.first.omega
+    unit = float(body.m * body.g * body.R * numpy.sqrt(dot(omega, omega))) or 1.0
+    bound = spread(MARGIN * body.m * numpy.hypot(off_x, off_y) * speed) / unit
+    power = (force[0] * vx + force[1] * vy) / unit
+    excess = seen * numpy.maximum(power - bound, 0.0)
+    numpy.maximum.at(
+        values, windows.rows[:, -1], numpy.where(numpy.isnan(excess), numpy.inf, excess)
+    )
+    resolved = seen & (bound <= limit)
+    kept = resolved & (force[2] > 0.1 * body.m * body.g) & (speed > STILL * speed.max())
+    # negative where the force pushes
+    ratio = numpy.copysign(numpy.hypot(force[0], force[1]) / force[2], -power)
+    friction = _friction(ratio[kept], speed[kept])
+    if resolved.any() and 2 * int(resolved.sum()) >= len(resolved):
+        return Residual(values, float(bound[resolved].max()), friction)
+    open_ = ~resolved
+    note = f"{int(open_.sum())} of {len(open_)} windows not resolved"
+    with numpy.errstate(all="ignore"):
+        enough = windows.step * numpy.sqrt(limit / bound)
+    enough = numpy.where(seen & (enough > 0), enough, 0.25 / turning.max())
+    wide = float(enough[open_].min())
+    if 0 < wide < windows.step.max():
+        note += f"; rows {to_one_digit(wide, math.floor):g} s apart would suffice"
+    return Residual(values, math.inf, "; ".join(filter(None, (friction, note))))
 
 
-def normal_force(setup: CheckSetup, first: Samples, limit: float) -> Callable[[Samples], Array]:
+def _friction(ratio: Array, speed: Array) -> str:
+    """Say which friction is seen: |F_t|/F_z at the speeds |v_A|."""
+    if len(ratio) < FEWEST:
+        return ""
+    if abs(ratio).max() < NONE:
+        return "no friction seen"
+    for law, values, unit in (("Coulomb's", ratio, ""), ("viscous", ratio / speed, " s/m v_A")):
+        mean, deviation = float(values.mean()), float(values.std())
+        if deviation < ALIKE * abs(mean):
+            law += ", but along the motion" if mean < 0 else ""
+            return f"friction seen: {mean:.3g} +- {deviation:.1g}{unit} of F_z, as {law}"
+    return f"friction seen: {ratio.min():.2g} to {ratio.max():.2g} of F_z"
+
+
+def normal_force(samples: Samples, limit: float) -> Residual:
     """Mean F_z/(m g) since the row before, from the change of the vertical velocity."""
-
-    def mean(samples: Samples) -> Array:
-        t, values = samples.t, numpy.full(len(samples.t), numpy.inf)
-        stride = stride_of(t, CLOSEST * setup.time)
-        rows = numpy.arange(0, len(t), stride)
-        speed = numpy.broadcast_to(motion_as_given(samples).s_dot[2], t.shape)[rows]
-        values[rows[1:]] = 1 + numpy.diff(speed) / (setup.body.g * numpy.diff(t[rows]))
-        return values
-
-    return mean
+    t, setup = samples.t, samples.setup
+    values = numpy.full(len(t), numpy.inf)
+    rows = numpy.arange(0, len(t), stride_of(t, CLOSEST * setup.time))
+    speed = numpy.broadcast_to(motion_as_given(samples).s_dot[2], t.shape)[rows]
+    values[rows[1:]] = 1 + numpy.diff(speed) / (setup.body.g * numpy.diff(t[rows]))
+    return Residual(values)

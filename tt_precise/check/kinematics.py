@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy
 
-from tt_precise.check.columns import CheckSetup, Samples
+from tt_precise.check.columns import Samples
 from tt_precise.check.equations import differences, sizes_of
 from tt_precise.check.force_free import DENSE, LOCAL, Misfit, Rounding, misfits, norm, spread
 from tt_precise.check.force_free_flow import (
@@ -34,7 +34,7 @@ from tt_precise.check.force_free_flow import (
 )
 from tt_precise.check.friction_power import motion_as_given
 from tt_precise.check.precision import precisions, times_of
-from tt_precise.check.result import to_one_digit
+from tt_precise.check.result import Residual, to_one_digit
 from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import cross
@@ -469,109 +469,58 @@ def kinematic_quantities(samples: Samples) -> list[str]:
     return names if found else []
 
 
-class Kinematics:
-    """Attitude (rad) and position (over R) against the integrals of the velocities; the height.
-
-    Values for the rows that are given, and what there is to say.
-    """
-
-    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
-        self._limit = limit
-        self._sights: list[Sight] = []
-        self._quantities: list[str] = []
-        self._columns: list[str] = []
-        self._height = 0.0
-        self._begins = float(first.t[0])
-
-    def __call__(self, samples: Samples) -> Array:
-        self._quantities = kinematic_quantities(samples)
-        values = numpy.zeros(len(samples.t))
-        if self._quantities:
-            sight = look(samples, self._quantities, self._limit)
-            self._sights.append(sight)
-            numpy.maximum.at(values, numpy.searchsorted(samples.t, sight.t), sight.values)
-        self._columns = [name for name in "xyz" if name in samples.given]
-        if "z" in samples.given and not samples.setup.scene.lifts:
-            height = self._above(samples)
-            self._height = max(self._height, float(height.max()))
-            values = numpy.maximum(values, height)
-        return values
-
-    def _above(self, samples: Samples) -> Array:
-        """Distance of z from R (1 - alpha cos theta), over R.
-
-        Under another law the top may leave the table (not at the start), and a soft contact may
-        give way.
-        """
-        body = samples.setup.body
-        height = samples.given["z"] / body.R - (1 - body.alpha * samples.state.kz)
-        if samples.setup.friction == "other":
-            above = numpy.where(samples.t == self._begins, height, 0.0)
-            height = numpy.maximum(numpy.maximum(above, -height) - SINKS, 0.0)
-        distance: Array = abs(height)
-        return distance
-
-    @property
-    def error_bound(self) -> float:
-        """The bound of most intervals; infinite where too much is not resolved."""
-        return _bound_of(self._sights, self._limit)
-
-    @property
-    def extra_columns(self) -> frozenset[str]:
-        """The columns beside the state that were looked at."""
-        by_quantity = {"axis": ("phi",), "spin": ("psi",), "position": ("x", "y", "z")}
-        return frozenset(name for one in self._quantities for name in by_quantity.get(one, ()))
-
-    @property
-    def note(self) -> str:
-        """The checked quantities, the quantity that fails, and the open quantities."""
-        worst = max(self._sights, key=lambda one: float(one.values.max()), default=None)
-        largest = float(worst.values.max()) if worst else 0.0
-        fails = ""
-        if max(largest, self._height) > self._limit:
-            name = worst.worst if worst and largest > self._height else "height"
-            fails = f"{name} does not follow"
-        looked = ["height"] if self._columns and self._columns[-1] == "z" else []
-        looked = [*self._quantities, *looked]
-        lacking = [name for name in ("spin",) if name not in looked]
-        lacking += [name for name in "xyz" if name not in self._columns]
-        text = "checked " + ", ".join(looked)
-        if lacking:
-            text += f", not at {', '.join(lacking)} (columns missing)"
-        return "; ".join(part for part in (fails, text, _open_of(self._sights)) if part)
-
-
-class ContactMomentum:
-    """The remaining torque about the lowest point after weight and motion (m g R alpha)."""
-
-    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
-        self._limit, self._depth = limit, 0.0
-        self._sights: list[Sight] = []
-
-    def __call__(self, samples: Samples) -> Array:
-        values = numpy.zeros(len(samples.t))
-        self._depth = max(self._depth, float(depth_of(samples).max()))
-        sight = look(samples, ["torque"], self._limit)
-        self._sights.append(sight)
+def kinematics(samples: Samples, limit: float) -> Residual:
+    """Attitude (rad) and position (over R) against the integrals of the velocities; the height."""
+    quantities, values = kinematic_quantities(samples), numpy.zeros(len(samples.t))
+    by_quantity = {"axis": ("phi",), "spin": ("psi",), "position": ("x", "y", "z")}
+    samples.shared["extra columns"] = frozenset(
+        name for one in quantities for name in by_quantity.get(one, ())
+    )
+    sight = look(samples, quantities, limit) if quantities else None
+    looked, wrong = [*quantities], ""
+    if sight:
         numpy.maximum.at(values, numpy.searchsorted(samples.t, sight.t), sight.values)
-        return values
+        wrong = sight.worst
+    if "z" in samples.given:
+        looked.append("height")
+        if not samples.setup.scene.lifts:
+            height = _distance_from_table(samples)
+            wrong = "height" if height.max() >= values.max() else wrong
+            values = numpy.maximum(values, height)
+    lacking = [name for name in ("spin",) if name not in looked]
+    lacking += [name for name in "xyz" if name not in samples.given]
+    text = "checked " + ", ".join(looked)
+    if lacking:
+        text += f", not at {', '.join(lacking)} (columns missing)"
+    fails = f"{wrong} does not follow" if values.max() > limit else ""
+    return _residual(values, sight, limit, fails, text)
 
-    @property
-    def error_bound(self) -> float:
-        """The bound of most intervals; infinite where too much is not resolved."""
-        return _bound_of(self._sights, self._limit)
 
-    @property
-    def note(self) -> str:
-        """The smallest torque that would be detected, and the open part."""
-        bounds = [one.bound for one in self._sights if math.isfinite(one.bound)]
-        said = f"detects {max(max(bounds), self._limit):.0e}" if bounds else ""
-        worst = max(self._sights, key=lambda one: float(one.values.max()), default=None)
-        if worst and float(worst.values.max()) > self._limit:
-            x, y, z = worst.drift
-            if math.hypot(x, y) < ABOUT_VERTICAL * abs(z):
-                said = "what is left is about the vertical, as torsional friction is"
-        return "; ".join(part for part in (said, soft(self._depth), _open_of(self._sights)) if part)
+def _distance_from_table(samples: Samples) -> Array:
+    """Distance of z from R (1 - alpha cos theta), over R.
+
+    Under another law the top may leave the table (not at the start), and a soft contact may
+    give way.
+    """
+    body = samples.setup.body
+    height = samples.given["z"] / body.R - (1 - body.alpha * samples.state.kz)
+    if samples.setup.friction == "other":
+        above = numpy.where(samples.t == samples.t[0], height, 0.0)
+        height = numpy.maximum(numpy.maximum(above, -height) - SINKS, 0.0)
+    distance: Array = abs(height)
+    return distance
+
+
+def contact_momentum(samples: Samples, limit: float) -> Residual:
+    """The remaining torque about the lowest point after weight and motion (m g R alpha)."""
+    values, sight = numpy.zeros(len(samples.t)), look(samples, ["torque"], limit)
+    numpy.maximum.at(values, numpy.searchsorted(samples.t, sight.t), sight.values)
+    said = f"detects {max(sight.bound, limit):.0e}" if math.isfinite(sight.bound) else ""
+    if values.max() > limit:
+        x, y, z = sight.drift
+        if math.hypot(x, y) < ABOUT_VERTICAL * abs(z):
+            said = "what is left is about the vertical, as torsional friction is"
+    return _residual(values, sight, limit, said, soft(float(depth_of(samples).max())))
 
 
 def soft(depth: float) -> str:
@@ -583,12 +532,8 @@ def soft(depth: float) -> str:
     )
 
 
-def _open_of(sights: Sequence[Sight]) -> str:
-    return next((one.open for one in sights if one.open), "")
-
-
-def _bound_of(sights: Sequence[Sight], limit: float) -> float:
-    """The bound of the check: infinite if open, otherwise at most the limit."""
-    if not sights or _open_of(sights):
-        return math.inf
-    return min(max(one.bound for one in sights), limit)
+def _residual(values: Array, sight: Sight | None, limit: float, *said: str) -> Residual:
+    """The bound is infinite if too much is not resolved, otherwise at most the limit."""
+    open_ = sight.open if sight else ""
+    bound = min(sight.bound, limit) if sight and not open_ else math.inf
+    return Residual(values, bound, "; ".join(filter(None, (*said, open_))))
