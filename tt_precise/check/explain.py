@@ -36,12 +36,7 @@ from tt_precise.check.force_free import norm
 from tt_precise.check.force_free_flow import (
     by_guidance,
 )
-from tt_precise.check.kinematics import (
-    QUATERNION,
-    movement_of,
-    seen,
-    shortest_turn,
-)
+from tt_precise.check.kinematics import movement_of, seen, shortest_turn
 from tt_precise.check.precision import VECTORS, described, precisions, times_of
 from tt_precise.check.result import Cause
 from tt_precise.check.vector_conventions import (
@@ -49,6 +44,7 @@ from tt_precise.check.vector_conventions import (
     columns_of,
     conventions_of_vectors,
 )
+from tt_precise.check.worlds import OMEGA, POLAR, QUATERNION
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Arithmetic, Array, Check, InputError
@@ -66,7 +62,6 @@ ENOUGH = 0.01  # Part of what engines leave that is nothing.
 NEARER = 0.1  # Part of a failure that may be left with a cause: engines have errors of their own.
 FEWEST_STILL = 4  # Equal rows at the end of a file that are no chance.
 SPARE = 100.0  # Roundings that explain a failure.
-RIGID, CENTRE = ("wx", "wy", "wz"), ("vcx", "vcy", "vcz")
 
 Judge = Callable[[Samples], list[Check]]
 
@@ -125,7 +120,7 @@ def _departure(
 
 
 # Columns that together have the other sign are a convention that has a name.
-REVERSED = ({"kx", "ky", "kz"}, {*RIGID})
+REVERSED = ({"kx", "ky", "kz"}, {*OMEGA})
 
 
 def _columns(found: Departure | None, certain: bool) -> list[Cause]:
@@ -154,10 +149,10 @@ def given_of(rows: Samples) -> tuple[Given, dict[str, float]]:
     clock = times_of(rows.t)
     half = {name: one.half_unit for name, one in precisions(columns).items()}
     x = _stacked(columns, "xyz")
-    if all(name in columns for name in (*QUATERNION, *RIGID)):
+    if all(name in columns for name in (*QUATERNION, *OMEGA)):
         q = numpy.array([columns[name] for name in QUATERNION])
-        v = _stacked(columns, CENTRE)
-        given = Given(clock.t, q, numpy.array([columns[name] for name in RIGID]), v, x)
+        v = _stacked(columns, POLAR[0])
+        given = Given(clock.t, q, numpy.array([columns[name] for name in OMEGA]), v, x)
         names = HALF_UNITS
     else:
         state = rows.state
@@ -503,7 +498,7 @@ def _limit(rows: Samples, findings: Sequence[Check]) -> list[Cause]:
     if first < 1 or first > len(rows.t) - 2:
         return []
     omega = numpy.array(numpy.broadcast_arrays(*rows.q.omega))
-    for name, values in {"|omega|": norm(omega), **dict(zip(RIGID, omega, strict=True))}.items():
+    for name, values in {"|omega|": norm(omega), **dict(zip(OMEGA, omega, strict=True))}.items():
         size = abs(values)
         cut = float(size[first])
         held = abs(size[first:] - cut) <= HELD * cut
