@@ -25,7 +25,7 @@ def off(value: Any) -> Any:
     [
         wrong(about_the_contact, "contact_momentum", 0, change=off),
         wrong(about_the_contact, "contact_momentum_rate", 2, change=off),
-        wrong(about_the_contact, "lift", change=off),
+        wrong(about_the_contact, "contact_lift", change=off),
         wrong(about_the_contact, "normal_force_along", change=off),
     ],
 )

@@ -27,7 +27,14 @@ from typing import NamedTuple
 
 import numpy
 
-from tt_precise.mechanics.newton import contact_arm
+from tt_precise.mechanics.contact_momentum import (
+    contact_lift,
+    contact_momentum,
+    contact_momentum_rate,
+    momentum_and_velocity,
+    normal_force_along,
+)
+from tt_precise.mechanics.newton import contact_arm, inverse_inertia
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import Vector, cross, dot
 from tt_precise.runtime.values import Array
@@ -122,15 +129,13 @@ def axis_of(q: Array) -> Vector:
 def momentum_at_contact(body: Parameters, rows: Rows) -> Array:
     """Return Q = L - a x m v, shape (3, n)."""
     a = contact_arm(body, axis_of(rows.q))
-    Q: Array = rows.L - body.m * numpy.array(cross(a, _vector(rows.v)))
-    return Q
+    return numpy.array(contact_momentum(body, a, _vector(rows.L), _vector(rows.v)))
 
 
 def lift_of(body: Parameters, rows: Rows) -> Array:
     """Return v_A.z of the contact point, m/s."""
-    k = axis_of(rows.q)
-    lift: Array = rows.v[2] + body.R * body.alpha / body.I1 * cross(_vector(rows.L), k)[2]
-    return lift
+    rising: Array = contact_lift(body, axis_of(rows.q), _vector(rows.L), rows.v[2])
+    return rising
 
 
 def nutation(body: Parameters, rows: Rows) -> Array:
@@ -162,30 +167,17 @@ def _vector(components: Array) -> Vector:
 class _State:
     """A motion where q, Q, the horizontal velocity and the lift are known."""
 
-    def __init__(self, body: Parameters, q: Array, Q: Array, v_x: Array, v_y: Array, lift: Array):
-        lever, m = body.R * body.alpha, body.m
-        k = axis_of(q)
-        a = contact_arm(body, k)
-        # L but for the part of the vertical velocity
-        x, y = Q[0] - m * a[2] * v_y, Q[1] + m * a[2] * v_x
-        z = Q[2] + m * (a[0] * v_y - a[1] * v_x)
-        heavier = 1 + m * lever**2 / body.I1 * (1 - k[2] * k[2])
-        v_z = (lift - lever / body.I1 * (x * k[1] - y * k[0])) / heavier
-        self.k, self.a, self.v = k, a, (v_x, v_y, v_z)
-        self.L = (x + m * a[1] * v_z, y - m * a[0] * v_z, z)
-        spin = (1 / body.I3 - 1 / body.I1) * dot(self.L, k)
-        wx, wy, wz = (self.L[i] / body.I1 + spin * k[i] for i in range(3))
-        self.omega = (wx, wy, wz)
-        self.k_dot = cross(self.omega, k)
+    def __init__(self, body: Parameters, q: Array, Q: Array, v_x: Array, v_y: Array, rising: Array):
+        self.k = axis_of(q)
+        self.a = contact_arm(body, self.k)
+        self.L, self.v = momentum_and_velocity(body, self.k, self.a, _vector(Q), (v_x, v_y), rising)
+        self.omega = inverse_inertia(body, self.k, self.L)
+        self.k_dot = cross(self.omega, self.k)
 
     def write(self, body: Parameters, q: Array, rates: Array, terms: Terms = NO_TERMS) -> None:
         """Write the rates of q, Q and the way of the centre into ``rates``."""
         _write_turning(q, self.omega, rates)
-        carried = cross(self.k_dot, self.v)
-        lever, weight = body.m * body.R * body.alpha, body.m * body.g
-        rates[4] = weight * self.a[1] - lever * carried[0]
-        rates[5] = -weight * self.a[0] - lever * carried[1]
-        rates[6] = -lever * carried[2]
+        rates[4], rates[5], rates[6] = contact_momentum_rate(body, self.a, self.k_dot, self.v)
         rates[7], rates[8], rates[9] = self.v
         if any(terms):
             dragged, turned = cross(self.a, self.v), cross(self.omega, self.L)
@@ -195,24 +187,7 @@ class _State:
                     - terms.damping * self.L[i]
                     + terms.gyroscopic * turned[i]
                 )
-            rates[6] -= terms.torsion * weight * body.R * body.alpha
-
-    def normal_force(
-        self, body: Parameters, along: Vector, more: tuple[Array, Array], rise: Array
-    ) -> Array:
-        """Return N/m (m/s^2) of a contact force N ``along``, ``along``.z = 1, beside a further one.
-
-        ``more`` is the horizontal further force over m, ``rise`` the rate of the lift.
-        """
-        share, k, m = body.R * body.alpha / body.I1, self.k, body.m
-        by_unit = cross(self.a, along)
-        by_more = (-self.a[2] * m * more[1], self.a[2] * m * more[0])
-        own = self.L[0] * self.k_dot[1] - self.L[1] * self.k_dot[0]
-        own = own + by_more[0] * k[1] - by_more[1] * k[0]
-        force: Array = (body.g + rise - share * own) / (
-            1 + share * m * (by_unit[0] * k[1] - by_unit[1] * k[0])
-        )
-        return force
+            rates[6] -= terms.torsion * body.m * body.g * body.R * body.alpha
 
 
 def _write_turning(q: Array, omega: Vector, rates: Array) -> None:
@@ -425,7 +400,7 @@ class _Guidance:
                     slip_x, slip_y = slip_x / speed, slip_y / speed
                 along = (-strength * slip_x, -strength * slip_y, 1.0)
                 more = tuple(force[i] + (s - 0.5) * slope[i] for i in range(2))
-                N = at.normal_force(body, along, more, self.rise)
+                N = normal_force_along(body, at.k, at.a, at.L, along, more, self.rise)
                 rates[10], rates[11] = N * slip_x, N * slip_y
 
         y = _solve(self.start, h, count, sweep, guess)

@@ -448,7 +448,7 @@ def _any_force_contact_momentum(chart: ForceChart) -> Iterable[Scalar]:
     pressed = cross(a, (Fx, Fy, Fz - body.m * body.g))
     rate = subtracted(subtracted(cross(a, F), moved), pressed)
     yield from _differences(rate, contact_momentum.contact_momentum_rate(body, a, k_dot, v))
-    rising = contact_momentum.lift(body, k, L, v[2])
+    rising = contact_momentum.contact_lift(body, k, L, v[2])
     yield rising - chart.v[2]
     Q = contact_momentum.contact_momentum(body, a, L, v)
     back = contact_momentum.momentum_and_velocity(body, k, a, Q, v[:2], rising)

@@ -29,7 +29,7 @@ def contact_momentum_rate(body: Parameters, a: Vector, k_dot: Vector, v: Vector)
     return (weight * a[1] - x, -weight * a[0] - y, -z)
 
 
-def lift(body: Parameters, k: Vector, L: Vector, v_z: Scalar) -> Scalar:
+def contact_lift(body: Parameters, k: Vector, L: Vector, v_z: Scalar) -> Scalar:
     """v_A.z, the rate at which the lowest point rises."""
     return v_z + body.R * body.alpha / body.I1 * cross(L, k)[2]
 
