@@ -53,3 +53,27 @@ def test_a_track_that_nobody_followed_is_incomplete(healthy: Healthy) -> None:
     allowed = ("kinematics", "contact_momentum", "agreement")
     assert check(frame, "track", friction="other", allow=allowed).passed
     refuses("allow: got 'psi', expected one of: time, ", frame, "track", allow=("psi",))
+
+
+@pytest.mark.usefixtures("no_cause")
+@pytest.mark.parametrize("friction", ["scene", "other"])
+def test_a_quaternion_beside_vectors_is_followed(friction: str) -> None:
+    """It agrees in its axis; kinematics follows its turn about the axis."""
+    names = ("qw", "qx", "qy", "qz")
+    run = tt.integrate("reference", record=("phi", "psi"))
+    frame = run.frame(*VECTORS[1:], *names, times=[0.001 * n for n in range(201)])
+    right = check(frame, "reference", friction=friction)
+    assert right.passed, str(right)
+    angle = 0.1 * numpy.sin(frame["t"] * 20) / 2
+    c, s = numpy.cos(angle), numpy.sin(angle)
+    w, x, y, z = (frame[name] for name in names)
+    turned = (w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s)
+    wrong = frame.assign(**dict(zip(names, turned, strict=True)))
+    failed = [one.name for one in check(wrong, "reference", friction=friction).failures]
+    assert failed == ["kinematics"]
+    tilted = check(frame.assign(qx=frame["qx"] + 1e-4), "reference", friction=friction)
+    assert "qx does not agree with the vectors columns" in tilted["agreement"].note
+    lacking = check(frame.drop(columns="qw"), "reference", friction=friction)
+    assert (lacking.verdict, lacking["agreement"].note) == (
+        "incomplete", "qx, qy, qz not looked at"
+    )  # fmt: skip

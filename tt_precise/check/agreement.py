@@ -14,9 +14,11 @@ import numpy
 from tt_precise.check.columns import Samples
 from tt_precise.check.result import Residual, check_of_rows
 from tt_precise.check.start import rounding
+from tt_precise.check.worlds import QUATERNION
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState, euler_from_vectors
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.vectors import Quaternion, cross, dot, multiplied, rotate
 from tt_precise.runtime.values import Array, Check
 
 NAME = "agreement"
@@ -33,6 +35,8 @@ def agreement(rows: Samples, followed: frozenset[str]) -> Check:
     open_ = frozenset() if rows.setup.columns.azimuth else HORIZONTAL
     derived = {name: of(rows) for name, of in DERIVED.items() if name in {*further} - open_}
     left = [name for name in further if name not in derived and name not in followed]
+    if rows.setup.columns.azimuth and all(name in further for name in QUATERNION):
+        derived |= zip(QUATERNION, _with_the_axis_of_the_state(rows), strict=True)
     if not further:
         return Check(NAME, "pass", 0.0, LIMIT, 0.0, "no further columns", MEANING)
     worst = numpy.zeros(len(rows.t))
@@ -82,6 +86,19 @@ def _component(vector: str, axis: int) -> Callable[[Samples], Array]:
     return column
 
 
+def _with_the_axis_of_the_state(rows: Samples) -> Quaternion:
+    """The file's attitude, turned the shortest way to the state's axis.
+
+    The turn about the axis is not in the state: ``kinematics`` follows it in time.
+    """
+    given = numpy.array([rows.given[name] for name in QUATERNION])
+    w, x, y, z = given / numpy.sqrt((given**2).sum(axis=0))
+    own, k = rotate((w, x, y, z), (0.0, 0.0, 1.0)), rows.state.k
+    half = numpy.array((1 + dot(own, k), *cross(own, k)))
+    turn_w, turn_x, turn_y, turn_z = half / numpy.sqrt((half**2).sum(axis=0))
+    return multiplied((turn_w, turn_x, turn_y, turn_z), (w, x, y, z))
+
+
 # The columns that a state determines, each by its name.
 DERIVED: Mapping[str, Callable[[Samples], Array]] = {
     **{name: _euler(name) for name in EulerState._fields},
@@ -103,6 +120,7 @@ def sizes_of_derived(rows: Samples, derived: Mapping[str, Array]) -> dict[str, A
     found = sizes(rows.setup.body, {**known, **_of_the_rule(derived)}, numpy)
     omega = found["Lz"] / min(rows.setup.body.I1, rows.setup.body.I3)
     further = {"phi": 1.0 / numpy.hypot(rows.state.kx, rows.state.ky)}
+    further |= dict.fromkeys(QUATERNION, numpy.ones_like(rows.t))
     further |= dict.fromkeys(("wx", "wy", "wz"), omega)
     further |= dict.fromkeys(("vcx", "vcy", "vcz"), found["vx"])
     return {

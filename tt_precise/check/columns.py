@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.precision import resolution
+from tt_precise.check.worlds import QUATERNION
 from tt_precise.mechanics import conversion
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.flight import LiftedState
@@ -340,9 +341,8 @@ class Samples:
 
         Given as a quaternion, or by the axis, its azimuth and the angle psi.
         """
-        names = ("qw", "qx", "qy", "qz")
-        if self.setup.columns.name == "rigid body":
-            qw, qx, qy, qz = (self.given[name] for name in names)
+        if all(name in self.given for name in QUATERNION) and self.setup.columns.azimuth:
+            qw, qx, qy, qz = (self.given[name] for name in QUATERNION)
             return (qw, qx, qy, qz)
         if "psi" not in self.given or not self.setup.columns.azimuth:
             return None

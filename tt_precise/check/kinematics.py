@@ -35,6 +35,7 @@ from tt_precise.check.force_free_flow import (
 from tt_precise.check.friction_power import motion_as_given
 from tt_precise.check.precision import precisions, times_of
 from tt_precise.check.result import Residual, to_one_digit
+from tt_precise.check.worlds import QUATERNION
 from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import cross
@@ -69,7 +70,6 @@ DERIVATIVE = 6.0
 ABOUT_VERTICAL = 0.1
 SINKS = 0.1  # Part of R by which a soft contact may give way.
 LEAST_DEPTH = 1e-9  # m of depth that is worth a word: less is rounding.
-QUATERNION = ("qw", "qx", "qy", "qz")
 LENGTH = math.sqrt(3)  # Of a vector whose components are 1: bounds hold for each component.
 OBEYED = 1e-6  # Sum of the differences from the equations, in the sizes of the state's entries.
 
@@ -472,7 +472,7 @@ def kinematic_quantities(samples: Samples) -> list[str]:
 def kinematics(samples: Samples, limit: float) -> Residual:
     """Attitude (rad) and position (over R) against the integrals of the velocities; the height."""
     quantities, values = kinematic_quantities(samples), numpy.zeros(len(samples.t))
-    by_quantity = {"axis": ("phi",), "spin": ("psi",), "position": ("x", "y", "z")}
+    by_quantity = {"axis": ("phi",), "spin": ("psi", *QUATERNION), "position": ("x", "y", "z")}
     samples.shared["extra columns"] = frozenset(
         name for one in quantities for name in by_quantity.get(one, ())
     )
