@@ -367,9 +367,9 @@ def formula(holds: bool, printed: str, measured: str, *, proved: bool = False) -
     return Part(holds=bool(holds), printed=printed, measured=measured, proved=proved, formula=True)
 
 
-def statements(printed: str, parts: Mapping[str, tuple[bool, str]]) -> dict[str, Part]:
+def statements(printed: str, found: Mapping[str, tuple[bool, str]]) -> dict[str, Part]:
     """Several statements with the same printed words, each with a truth value and the result."""
-    return {name: statement(holds, printed, measured) for name, (holds, measured) in parts.items()}
+    return {name: statement(holds, printed, measured) for name, (holds, measured) in found.items()}
 
 
 def untestable(printed: str, measured: str = "-") -> Part:

@@ -1,6 +1,6 @@
 """Sections 1 and 2.3: the derived formulas as a table of identities for every body and state.
 
-An entry's ``parts`` are (name, left, right, shown) in the words of ``_words``; {0}, {1} are its
+An entry's ``equations`` are (name, left, right, shown) in the words of ``_words``; {0}, {1} are its
 printed formulas. Its control puts ``wrong`` in the place of the first.
 """
 
@@ -17,7 +17,7 @@ from tt_precise.claims.verdicts import JudgedClaim
 from tt_precise.mechanics.vectors import cross, dot, scaled
 from tt_precise.runtime.values import Scalar
 
-Parts = tuple[tuple[str, str, str, str], ...]
+Equations = tuple[tuple[str, str, str, str], ...]
 LOSS = "-mu*g_n*(nu_x**2 + nu_y**2)"
 MODIFIED_ENERGY = (
     "(I1*phi_dot**2*sin(theta)**2 + I1*theta_dot**2 + I3*omega_3**2)/2"
@@ -65,7 +65,7 @@ def identity(
     statement: str,
     remark: str,
     *,
-    parts: Parts,
+    equations: Equations,
     printed: tuple[str, ...],
     wrong: str,
     where: str = "",
@@ -80,12 +80,12 @@ def identity(
         where=where or f"Sec. {section}",
         definition=definition,
         control=(control, {"printed": (wrong, *printed[1:])}),
-    )(partial(_judge, parts, remark, printed=printed))
+    )(partial(_judge, equations, remark, printed=printed))
 
 
-def _judge(parts: Parts, remark: str, printed: tuple[str, ...]) -> JudgedClaim:
+def _judge(equations: Equations, remark: str, printed: tuple[str, ...]) -> JudgedClaim:
     return v.all_of(
-        {name: _compare(*(text.format(*printed) for text in texts)) for name, *texts in parts},
+        {name: _compare(*(text.format(*printed) for text in texts)) for name, *texts in equations},
         remark,
     )
 
@@ -119,7 +119,7 @@ in_section_1(
     "-L.a is constant, because a_dot = (R alpha/I1) L x 3.",
     "L_dot.a = (a x F).a vanishes for every force at A, and L.a_dot is a triple product with "
     "L twice.",
-    parts=(
+    equations=(
         ("a_dot", "scaled({0}, cross(L, axis))", "scaled(R*alpha, axis_dot)",
          "a_dot = {0}*cross(L, axis)"),
         ("lambda_dot", "0", "-dot(L_dot, a) - dot(L, scaled(R*alpha, axis_dot))", "lambda_dot = 0"),
@@ -131,7 +131,7 @@ in_section_1(
     "The energy falls at the rate v_A.F = -mu g_n |v_A|^2.",
     "E is differentiated along the equations of motion, with the g_n of the contact constraint; "
     "v_A has no vertical component, so the normal force does no work.",
-    parts=(
+    equations=(
         ("E_dot", "{0}", "rate_of('E')", "E_dot = {0}"),
         ("v_A.F", "{0}", "dot(v_A, F)", "dot(v_A, F) = {0}"),
     ),
@@ -141,7 +141,7 @@ in_section_1(
     "EQ-15", "E~=... (with s_dot=-omega x a)",
     "The energy with s_dot = -omega x a is the printed expression in Euler angles.",
     "Expanded from m (omega x a)^2/2 + omega.L/2 + m g s.z.",
-    parts=(("", "{0}", "quantity('E_tilde')", "E_tilde = {0}"),),
+    equations=(("", "{0}", "quantity('E_tilde')", "E_tilde = {0}"),),
     where="eq (8)",
     control="refuted", printed=(MODIFIED_ENERGY,),
     wrong=MODIFIED_ENERGY.replace("+ 2*omega_3", "- 2*omega_3"),
@@ -150,7 +150,7 @@ in_section_1(
     "EQ-16", "D=omega_3 sqrt(I1 I3+...)=I3 omega_3 sqrt(d(cos theta))",
     "The two printed forms of Routh's function agree, with d(cos theta) as printed.",
     "Both forms are omega_3 times a positive root, so comparing the radicands is enough.",
-    parts=(("", "{0}", "I3**2*({1})", "{0} = I3**2*({1})"),),
+    equations=(("", "{0}", "I3**2*({1})", "{0} = I3**2*({1})"),),
     where="eq (9)",
     control="refuted", printed=(ROUTH_SQUARED, D_OF_Z),
     wrong=ROUTH_SQUARED.replace("R**2*I1", "R**2*I3"),
@@ -159,14 +159,14 @@ in_section_1(
     "EQ-17", "d/dt lambda=0",
     "lambda is constant along the gliding motion.",
     "Differentiated along the equations of motion.",
-    parts=(("", "0", "rate_of('{0}')", "ddt({0}) = 0"),),
+    equations=(("", "0", "rate_of('{0}')", "ddt({0}) = 0"),),
     where="eq (10)", control="refuted", printed=("lambda",), wrong="L_z",
 )  # fmt: skip
 in_section_1(
     "EQ-18", "d/dt D=gamma m/(alpha sqrt(d)) (z x a).v_A_dot",
     "Routh's function changes at the rate gamma m/(alpha sqrt(d)) (z x a).v_A_dot.",
     "v_A_dot is the derivative of the vector v_A, not of its components in the turning frame.",
-    parts=(
+    equations=(
         ("", "{0}*dot(cross(z_hat, a), v_A_dot)", "rate_of('D')",
          "ddt(D) = {0}*dot(cross(z_hat, a), v_A_dot)"),
     ),
@@ -177,7 +177,7 @@ in_section_1(
     "EQ-19", "d/dt E~=m (omega x a).v_A_dot",
     "E~ changes at the rate m (omega x a).v_A_dot.",
     "Differentiated along the equations of motion, with g_n from the contact constraint.",
-    parts=(
+    equations=(
         ("", "{0}*dot(cross(omega, a), v_A_dot)", "rate_of('E_tilde')",
          "ddt(E_tilde) = {0}*dot(cross(omega, a), v_A_dot)"),
     ),
@@ -187,7 +187,7 @@ in_section_1(
     "EQ-20", "d/dt m r_dot=-mu g_n v_A",
     "The horizontal momentum of the centre of mass changes only by friction.",
     "r is the horizontal part of s, so the normal force and the weight drop out.",
-    parts=(
+    equations=(
         ("", "scaled({0}, v_A)[:2]",
          "(m*(rate(s_dot[0]) - phi_dot*s_dot[1]), m*(rate(s_dot[1]) + phi_dot*s_dot[0]))",
          "m*r_ddot = {0}*v_A"),
@@ -198,7 +198,7 @@ in_section_1(
     "EQ-22", "E~(t)=g(cos theta) theta_dot^2+V(cos theta,D(t),lambda)",
     "E~ = g(cos theta) theta_dot^2 + V with the printed g and V: the Main Equation.",
     "phi_dot and omega_3 are eliminated with lambda and D.",
-    parts=(
+    equations=(
         ("", "{0}*theta_dot**2 + {1}", "quantity('E_tilde')", "E_tilde = {0}*theta_dot**2 + V"),
     ),
     where="Sec. 1, eq (17)", control="refuted", printed=(EFFECTIVE_MASS, EFFECTIVE_POTENTIAL),
@@ -208,7 +208,7 @@ in_section_1(
     "EQ-23", "V(z,D(t),lambda)=...",
     "The effective potential with its three terms is E~ at theta_dot = 0.",
     "The part of E~ without theta_dot, with phi_dot and omega_3 expressed by lambda and D.",
-    parts=(("V", "{0}", f"quantity('E_tilde') - {EFFECTIVE_MASS}*theta_dot**2", "V = {0}"),),
+    equations=(("V", "{0}", f"quantity('E_tilde') - {EFFECTIVE_MASS}*theta_dot**2", "V = {0}"),),
     where="Sec. 1, eq (18)", control="refuted", printed=(EFFECTIVE_POTENTIAL,),
     wrong=EFFECTIVE_POTENTIAL.replace("- sigma*lambda_", "+ sigma*lambda_"),
 )  # fmt: skip
@@ -217,7 +217,7 @@ in_section_1(
     "lambda, D and E~ are integrals of motion of the rolling sphere.",
     "Differentiated along the rolling equations, v_A = 0. So the Main Equation has the form of the "
     "rolling sphere's separation equation.",
-    parts=(
+    equations=(
         ("lambda", "0", "rolling_rate('{0}')", "ddt({0}) = 0"),
         ("D", "0", "rolling_rate('{1}')", "ddt({1}) = 0"),
         ("E~", "0", "rolling_rate('{2}')", "ddt({2}) = 0"),
@@ -229,7 +229,7 @@ in_section_2_3(
     "EQ-31", "E=E_trans+E_rot+E_pot=...",
     "The three parts of the energy in Euler angles.",
     "The bracket of E_trans holds the components of s_dot = v_A - omega x a along 1, y, 3.",
-    parts=(
+    equations=(
         ("E_trans", "{0}", "quantity('E_trans')", "E_trans = {0}"),
         ("E_rot", "{1}", "quantity('E_rot')", "E_rot = {1}"),
         ("E_pot", "{2}", "quantity('E_pot')", "E_pot = {2}"),
@@ -242,7 +242,7 @@ in_section_2_3(
     "EQ-32", "E_dot=... (four lines)",
     "Every step of the derivation of E_dot = -mu g_n v_A^2 is right.",
     "Each expression of the chain equals E differentiated along the equations of motion.",
-    parts=tuple(
+    equations=tuple(
         (f"step {n + 1}", f"{{{n}}}", "rate_of('E')", f"E_dot = {{{n}}}") for n in range(len(CHAIN))
     ),
     where="Sec. 2.3, eq (23)", control="partly",
@@ -253,7 +253,7 @@ in_section_2_3(
     "potential energy E_pot",
     "m g s_dot.z passes from E_trans to E_pot.",
     "E_trans changes by -m g s_dot.z - omega.(a x F) + v_A.F_f.",
-    parts=(
+    equations=(
         ("E_pot gains it", "{0}", "rate_of('E_pot')", "E_pot_dot = {0}"),
         ("E_trans loses it", f"{TRANSFER} - {{0}}", "rate_of('E_trans')",
          f"E_trans_dot = {TRANSFER} - {{0}}"),
@@ -264,7 +264,7 @@ in_section_2_3(
     "EQ-49", "it transfers energy between the translational and rotational components",
     "omega.(a x F) passes between E_trans and E_rot.",
     "E_trans changes by -m g s_dot.z - omega.(a x F) + v_A.F_f.",
-    parts=(
+    equations=(
         ("E_rot gains it", "{0}", "rate_of('E_rot')", "E_rot_dot = {0}"),
         ("E_trans loses it", "dot(v_A, F_f) - m*g*dot(s_dot, z_hat) - {0}", "rate_of('E_trans')",
          "E_trans_dot = dot(v_A, F_f) - m*g*dot(s_dot, z_hat) - {0}"),
@@ -275,7 +275,7 @@ in_section_2_3(
     "EQ-35", "tau_x=..., tau_z=..., tau_y=...",
     "The components of the torque a x F in the frame (x, y, z).",
     "a x F with a = R(alpha 3 - z) and F = g_n(z - mu v_A).",
-    parts=tuple(
+    equations=tuple(
         (f"tau_{axis}", f"{{{n}}}", f"tau[{n}]", f"tau_{axis} = {{{n}}}")
         for n, axis in enumerate("xyz")
     ),
@@ -285,14 +285,14 @@ in_section_2_3(
     "EQ-36", "E~=E-m v_A^2/2+m v_A.(omega x a)",
     "E~ is E - m v_A^2/2 + m v_A.(omega x a).",
     "From m (v_A - omega x a)^2/2 with and without v_A.",
-    parts=(("", "{0}", "quantity('E_tilde') - quantity('E')", "E_tilde - E = {0}"),),
+    equations=(("", "{0}", "quantity('E_tilde') - quantity('E')", "E_tilde - E = {0}"),),
     control="refuted", printed=(DIFFERENCE,), wrong=DIFFERENCE.replace("/2", ""),
 )  # fmt: skip
 in_section_2_3(
     "EQ-41", "The components tau_x=... and tau_z=... are negative whenever nu_y>0",
     "tau_x and tau_z are negative where nu_y is positive.",
     "Both are nu_y times a negative factor.",
-    parts=(
+    equations=(
         ("tau_x per nu_y", "({0})/nu_y", f"-{SLOPE}", "tau_x = {0}"),
         ("tau_z per nu_y", "({1})/nu_y", "-mu*R*g_n*alpha*sin(theta)", "tau_z = {1}"),
     ),
@@ -304,7 +304,7 @@ in_section_2_3(
     "tau_y is negative where nu_x is negative or small.",
     f"tau_y is a positive factor times nu_x - {BOUND}: negative for nu_x below this positive "
     "bound, the meaning of sufficiently small.",
-    parts=(
+    equations=(
         ("tau_y < 0 below a bound on nu_x", "{0}", f"{SLOPE}*(nu_x - {BOUND})", "tau_y = {0}"),
     ),
     definition="where g_n > 0 and 0 < theta < pi",
