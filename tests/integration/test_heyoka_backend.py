@@ -10,7 +10,7 @@ import pytest
 
 from tt_precise.integration import Trajectory, heyoka_backend, integrate
 from tt_precise.integration.equations import Equations, terminal_functions
-from tt_precise.integration.heyoka_backend import KINDS, pooled
+from tt_precise.integration.heyoka_backend import POOLED_KINDS, pooled
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import integration_form
@@ -75,10 +75,10 @@ def test_integrators_are_lent_to_one_at_a_time_and_do_not_pile_up() -> None:
 
     with pooled(make, "a") as one, pooled(make, "a") as another:
         assert one is not another
-    for key in ("a", *map(str, range(KINDS)), "a"):  # of many kinds the oldest goes
+    for key in ("a", *map(str, range(POOLED_KINDS)), "a"):  # of many kinds the oldest goes
         with pooled(make, key):
             pass
-    assert made == ["a", "a", *map(str, range(KINDS)), "a"]
+    assert made == ["a", "a", *map(str, range(POOLED_KINDS)), "a"]
 
 
 @pytest.mark.parametrize("formulation", ["newton", "euler"])

@@ -42,12 +42,12 @@ def climbed(wanted: int, **runs: float) -> list[Any]:
 
 def test_rungs_of_the_ladder() -> None:
     """The first that mostly suffices; then what the estimate lacks and ``SPARE`` are added."""
-    assert all(climbed(n)[0].digits >= n + ladder.LOST for n in range(1, 60))
+    assert all(climbed(n)[0].digits >= n + ladder.LOSS for n in range(1, 60))
     assert climbed(6) == [ladder.LADDER[0]]
     assert [climbed(n)[0].precision for n in (34, 60)] == ["triple-double", "mp"]
     assert climbed(8, lost=2.5) == [ladder.LADDER[0], ladder.LADDER[1]]
     assert climbed(8, lost=6) == [ladder.LADDER[0], ladder.LADDER[2]]
-    enough = 10 - 8 - ladder.SPARE
+    enough = 10 - 8 - ladder.RESERVE
     assert climbed(8, lost=enough - 0.01) == [ladder.LADDER[0]]
     assert climbed(8, lost=enough + 0.01) == [ladder.LADDER[0], ladder.LADDER[1]]
     tried: list[Any] = []

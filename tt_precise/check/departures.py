@@ -25,8 +25,8 @@ from tt_precise.runtime.values import Array, Check
 OUTSTANDING = 30.0  # Times what the other columns are off from which on a column stands out.
 KNOWN = 1e-12  # Error of the solution, relative to the sizes of the rule of digits.
 LEAST = 1e-3  # Error of the other columns from which on they do not follow either.
-NEAR = 0.5  # Distance of a factor from 1 from which on it is printed with six digits.
-EXACT = 1e-6  # Part by which a factor may differ from a sign, or from a unit.
+FAR_FROM_ONE = 0.5  # Distance of a factor from 1 from which on it is printed with six digits.
+SAME_FACTOR = 1e-6  # Part by which a factor may differ from a sign, or from a unit.
 # Columns that can stand in each other's place.
 ALIKE = ("kx ky kz", "Lx Ly Lz", "vx vy", "wx wy wz", "vcx vcy vcz", "nu_x nu_y",
          "theta_dot phi_dot omega_3 psi_dot")  # fmt: skip
@@ -84,7 +84,7 @@ def departure_of(
     apart = count > 0 and gaps[count - 1] > OUTSTANDING and worst[names[count]] < LEAST
     if not apart:  # all are off: each may be another column
         count = len(names)
-    rest = worst[names[count]] if apart else EXACT
+    rest = worst[names[count]] if apart else SAME_FACTOR
     allowed = math.sqrt(OUTSTANDING) * rest
     wrong = [name for name in names[:count] if worst[name] > allowed]
     if not wrong or any(name not in sizes for name in wrong):
@@ -134,9 +134,11 @@ def _difference(
     x, y = numpy.nan_to_num(true[part]), numpy.nan_to_num(given[part])
     ratio = float(x @ y) / (float(x @ x) or math.nan)
     if explains(ratio * true, max(abs(ratio), 1.0)):
-        if abs(ratio + 1) < EXACT:
+        if abs(ratio + 1) < SAME_FACTOR:
             return _Wrong("the other sign", -1.0, first, last)
-        times = factor(float(f"{ratio - 1:.6e}")) if abs(ratio - 1) < NEAR else f"{ratio:.6g}"
+        times = (
+            factor(float(f"{ratio - 1:.6e}")) if abs(ratio - 1) < FAR_FROM_ONE else f"{ratio:.6g}"
+        )
         return _Wrong(f"{times} times the solution's", ratio, first, last)
     offset = float((y - x).mean())
     if explains(true + offset):

@@ -30,7 +30,7 @@ from tt_precise.check.conventions import (
     search,
     units_of_time,
 )
-from tt_precise.check.departures import EXACT, Departure, departure_of
+from tt_precise.check.departures import SAME_FACTOR, Departure, departure_of
 from tt_precise.check.fitting import BODY, NUMBERS, ROWS, Fitted, Motion, factor, number, unheld_by
 from tt_precise.check.force_free import norm
 from tt_precise.check.force_free_flow import (
@@ -61,7 +61,7 @@ NEARLY = 2.0  # Factor by which the trapezoidal rule may misjudge how fast the r
 ENOUGH = 0.01  # Part of what engines leave that is nothing.
 NEARER = 0.1  # Part of a failure that may be left with a cause: engines have errors of their own.
 FEWEST_STILL = 4  # Equal rows at the end of a file that are no chance.
-SPARE = 100.0  # Roundings that explain a failure.
+MOST_ROUNDINGS = 100.0  # Roundings that explain a failure.
 
 Judge = Callable[[Samples], list[Check]]
 
@@ -131,7 +131,7 @@ def _columns(found: Departure | None, certain: bool) -> list[Cause]:
     units = [u for unit in (LENGTH, ANGLE, LINEAR_MOMENTUM) for u in unit.values() if u != 1]
     better = (
         None in factors
-        or any(one and abs(one * u - 1) < EXACT for one in factors for u in units)
+        or any(one and abs(one * u - 1) < SAME_FACTOR for one in factors for u in units)
         or ({*factors} == {-1.0} and {*found.factors} in REVERSED)
     )
     return [] if certain and found.throughout and better else [Cause("columns", found.text)]
@@ -212,7 +212,7 @@ def _precision(rows: Samples, findings: Sequence[Check]) -> list[Cause]:
     exact = dict.fromkeys(half, 0.0)
     if not _obeys(rows, given, half):
         return []
-    if _obeys(rows, given._replace(t=rows.t), exact) and not worst <= SPARE * part:
+    if _obeys(rows, given._replace(t=rows.t), exact) and not worst <= MOST_ROUNDINGS * part:
         return []
     return [Cause("precision", f"the numbers are rounded ({said}): write 17 digits")]
 

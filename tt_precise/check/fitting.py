@@ -33,8 +33,9 @@ from tt_precise.mechanics.vectors import cross
 from tt_precise.runtime.values import Array
 
 ROWS = 160  # Rows from which a number is fitted.
-NUDGE = 1e-5  # Change of a number for its derivative.
-STEPS, TRIED = 8, 5  # Steps of Gauss and Newton; numbers that are fitted, the best aligned first.
+RELATIVE_CHANGE = 1e-5  # Change of a number for its derivative.
+ITERATIONS = 8  # Steps of Gauss and Newton.
+TRIED = 5  # Numbers that are fitted, the best aligned first.
 FALLS = 0.9  # Part of the square of the residual that a step may leave.
 FAR = 1e-3  # Step of a number from which on its derivative is computed again.
 ALIGNED = 0.3  # Cosine between residual and derivative below which a number explains nothing.
@@ -198,7 +199,7 @@ def fitted(
         return motion
 
     def slope_at(name: str, p: float, here: Array) -> Array:
-        return (residuals_of(at(name, p + NUDGE), unit) - here) / NUDGE
+        return (residuals_of(at(name, p + RELATIVE_CHANGE), unit) - here) / RELATIVE_CHANGE
 
     here = residuals_of(start, unit)
     size = float(numpy.sqrt(here @ here)) or 1.0
@@ -217,7 +218,7 @@ def fitted(
         if lifted and not given.vectors:
             p, left = lifted, residuals_of(at(name, lifted), unit)
             slope = slope_at(name, p, left)
-        for _ in range(STEPS):
+        for _ in range(ITERATIONS):
             step = float(left @ slope) / (float(slope @ slope) or 1.0)
             p -= step
             if not abs(p) < 1.5:

@@ -1,10 +1,10 @@
 """The power of friction in the rows, and the mean normal force: checks for every friction law.
 
 Derivatives are those of polynomials through windows of five rows. The distance from polynomials
-through the inner three rows measures how well the rows resolve the motion; ``MARGIN`` times the
-largest distance among a window and its neighbours is subtracted. If the remainder is above the
-limit, the check fails; if the subtracted bound is above the limit, the window is open. A check with
-more open than other windows is skipped.
+through the inner three rows measures how well the rows resolve the motion; the largest distance
+among a window and its neighbours, times ``MISFIT_FACTOR``, is subtracted. If the remainder is above
+the limit, the check fails; if the subtracted bound is above the limit, the window is open. A check
+with more open than other windows is skipped.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.values import Array
 
 ROWS = 5  # Rows in a window, through which a polynomial gives the rate in the middle.
-MARGIN = 20.0
+MISFIT_FACTOR = 20.0
 FARTHEST = 2.0  # rad by which the angular momentum lets the axis turn from row to row
 EVEN = 1e-9  # In widths of a window; evenly spaced rows differ by less.
 CLOSEST = 0.01  # sqrt(R/g) between rows: what is closer adds roundings only
@@ -122,7 +122,7 @@ def friction_power(samples: Samples, limit: float) -> Residual:
     force, speed = conserved.contact_force(q, (x, y, z)), numpy.hypot(vx, vy)
     omega = samples.first.omega
     unit = float(body.m * body.g * body.R * numpy.sqrt(dot(omega, omega))) or 1.0
-    bound = spread(MARGIN * body.m * numpy.hypot(off_x, off_y) * speed) / unit
+    bound = spread(MISFIT_FACTOR * body.m * numpy.hypot(off_x, off_y) * speed) / unit
     power = (force[0] * vx + force[1] * vy) / unit
     excess = seen * numpy.maximum(power - bound, 0.0)
     numpy.maximum.at(

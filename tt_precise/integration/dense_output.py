@@ -31,7 +31,7 @@ from tt_precise.taylor.machine import MOST_LIMBS
 from tt_precise.taylor.system import moments
 
 ARRIVED = ("complete", "contact_ignored")  # at the scene's horizon
-EXACT = 2**53  # integers up to this limit are doubles, so a quotient of two is rounded once
+LARGEST_EXACT = 2**53  # integers up to this limit are doubles, so a quotient of two is rounded once
 
 
 def is_doubles(times: Any) -> TypeGuard[numpy.ndarray]:
@@ -56,7 +56,7 @@ class Times(NamedTuple):
         if is_doubles(times):
             return cls._of_doubles(times, times.astype(numpy.longdouble), unit)
         above, below = [t.numerator for t in times], [t.denominator for t in times]
-        if max(map(abs, above + below), default=0) < EXACT:
+        if max(map(abs, above + below), default=0) < LARGEST_EXACT:
             numerator, denominator = (numpy.array(part, dtype=float) for part in (above, below))
             seconds = numerator / denominator
             exact = numerator.astype(numpy.longdouble) / denominator

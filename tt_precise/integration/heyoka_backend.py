@@ -39,7 +39,7 @@ MOST_CUTS = 4  # A failed propagation is cut back to its last good step so often
 OPTIMISATION = {"loop": 3, "compact": 1, "wide": 0}
 Key = TypeVar("Key", bound=Hashable)
 Made = TypeVar("Made")
-KINDS = 6  # Idle integrators of so many kinds are pooled: each takes 3 to 5 MB.
+POOLED_KINDS = 6  # Idle integrators of so many kinds are pooled: each takes 3 to 5 MB.
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
@@ -367,7 +367,7 @@ def _loss(heyoka: ModuleType, numerator: Scalar, fp_type: type, losses: list[Sca
     return heyoka.nt_event(numerator, callback, direction=heyoka_direction(-1), fp_type=fp_type)
 
 
-@lru_cache(maxsize=KINDS)
+@lru_cache(maxsize=POOLED_KINDS)
 def _idle(make: Callable[[Hashable], Any], key: Hashable) -> list[Any]:
     return []
 

@@ -41,13 +41,13 @@ Solution = TypeVar("Solution", bound=Judged)
 
 # Digits by which an estimate must exceed the wanted ones: a reference run that errs by a tenth of
 # the run's error is off by half of that.
-SPARE = 0.1
-LOST = 2.0  # Digits of the tolerance that most scenes lose.
+RESERVE = 0.1
+LOSS = 2.0  # Digits of the tolerance that most scenes lose.
 WORTH = 0.25  # Digits that a digit of the tolerance must win, or a finer arithmetic is tried.
 # A step in mp with 200 bits costs about this many seconds of a core, with its share of the reading:
 # 6 to 11 ms were measured on gliding, rolling, elastic and Coulomb scenes. The cost grows with the
 # square of the order and with the product of long numbers.
-SECONDS_A_STEP, BITS, GROWTH = 0.01, 200, 2.5
+SECONDS_A_STEP, BITS_TIMED, GROWTH = 0.01, 200, 2.5
 RUNS = 2  # Propagations: the run and its reference.
 MOST_SECONDS = 3600.0
 DIGITS_PER_BIT = math.log10(2)
@@ -96,17 +96,17 @@ def integrate_to_digits(
     """
     _require_practical(wanted, scene, euler, contact)
     levels = [level for level in ladder_of(scene, euler) if is_available(level.precision)]
-    needed, before, best, most = wanted + LOST, Level("", 1.0), -math.inf, 0
+    needed, before, best, most = wanted + LOSS, Level("", 1.0), -math.inf, 0
     while True:
         bits = max(128, math.ceil(needed / DIGITS_PER_BIT))
         level = next((r for r in levels if r.digits >= needed), Level("mp", 0.0, bits))
         trajectory = run(level)
         reached = 0.0 if trajectory.status == "failed" else trajectory.digits_throughout
-        if reached >= wanted + SPARE:
+        if reached >= wanted + RESERVE:
             return trajectory
         finer = level.precision != before.precision
         last, recorded = level.precision == "mp", trajectory.event_counts.total()
-        worth = SPARE if finer and not last else WORTH * (level.digits - before.digits)
+        worth = RESERVE if finer and not last else WORTH * (level.digits - before.digits)
         if reached < best + worth and (last or recorded <= most):
             if finer or last:
                 raise InputError(_missed(wanted, trajectory, reached))
@@ -114,7 +114,7 @@ def integrate_to_digits(
             levels = [other for other in levels if other.precision != level.precision]
         before, best, most = level, max(reached, best), max(recorded, most)
         # in mp at least as many as the estimate may be off by
-        needed = level.digits + max(wanted + SPARE - reached, LOST if level.bits else SPARE)
+        needed = level.digits + max(wanted + RESERVE - reached, LOSS if level.bits else RESERVE)
 
 
 def ladder_of(scene: Scene, euler: bool = False) -> tuple[Level, ...]:
@@ -148,20 +148,20 @@ def seconds_for(
     Raises ``InputError``: the scene cannot be integrated so.
     """
     whole_number(digits, "digits", 1, MOST_DIGITS)
-    if digits + LOST <= ladder_of(scene, euler)[-1].digits:
+    if digits + LOSS <= ladder_of(scene, euler)[-1].digits:
         return 0.0
     form = "euler" if euler else "newton"
     setup = Setup.of(scene, formulation=form, events=(), record=(), contact=contact)
-    bits = (digits + LOST) / DIGITS_PER_BIT
-    return RUNS * solve(scene, setup).steps * SECONDS_A_STEP * (bits / BITS) ** GROWTH
+    bits = (digits + LOSS) / DIGITS_PER_BIT
+    return RUNS * solve(scene, setup).steps * SECONDS_A_STEP * (bits / BITS_TIMED) ** GROWTH
 
 
 def _require_practical(wanted: int, scene: Scene, euler: bool, contact: str) -> None:
     seconds = seconds_for(wanted, scene, euler, contact)
     if seconds <= MOST_SECONDS:
         return
-    within_an_hour = int((wanted + LOST) * (MOST_SECONDS / seconds) ** (1 / GROWTH) - LOST)
-    most = max(within_an_hour, int(ladder_of(scene, euler)[-1].digits - LOST))
+    within_an_hour = int((wanted + LOSS) * (MOST_SECONDS / seconds) ** (1 / GROWTH) - LOSS)
+    most = max(within_an_hour, int(ladder_of(scene, euler)[-1].digits - LOSS))
     raise InputError(
         f"digits: got {wanted}, which would take about {seconds / 3600:.0f} h for "
         f"{float(scene.until):g} s of {scene.name}; expected at most {most}, which take an hour or "

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 WIDTH, PANEL = 7.0, 1.55  # inches
 # drawn for an exact zero on a logarithmic axis: a part of eps
-EXACT, TINIEST = 2.0**-8, 1e-300
+OF_EPS, TINIEST = 2.0**-8, 1e-300
 ENERGIES = ("E", "E_rot", "E_trans", "E_pot")
 LABELS = {
     "theta": r"$\theta$", "theta_dot": r"$\dot\theta$", "phi_dot": r"$\dot\varphi$",
@@ -99,7 +99,7 @@ def _panel(axes: Axes, samples: Mapping[str, Array], columns: tuple[Name, ...]) 
 
 def _drifts(axes: Axes, run: Solution, drifts: Mapping[str, Sequence[Scalar]]) -> None:
     times = [float(t) for t in run.sample_times]
-    floor = max(float(run.precision.eps) * EXACT, TINIEST)
+    floor = max(float(run.precision.eps) * OF_EPS, TINIEST)
     for name, values in drifts.items():
         floats = numpy.maximum([float(value) for value in values], floor)
         axes.semilogy(times, floats, label=name.replace("_", " "))

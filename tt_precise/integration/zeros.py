@@ -51,7 +51,7 @@ from tt_precise.taylor.interpolation import (
 )
 from tt_precise.taylor.series import Series, Sized, SizedFunctions
 
-DOUBLE = 2.0**-53  # Relative error of a rounding in double.
+ROUNDING = 2.0**-53  # Relative error of a rounding in double.
 # Relative errors of 2^-bits that a component has at the start, and that an evaluation adds.
 ROUNDINGS = 10
 # Ratio of successive terms of a series at the end of a step: with the order 1 - log(tolerance)/2
@@ -68,7 +68,7 @@ COARSE, FINE = 8, 14
 SINGLE, SHAPE = 2.0**-RIGHT_BITS, 2.0**-20
 # Limits of the division of steps: the intervals of a block, which bound memory to some MB, and the
 # halvings of a step, which leave 2^-30 of the step to a bend.
-MOST_INTERVALS, HALVINGS = 10_000, 30
+MOST_INTERVALS, BISECTIONS = 10_000, 30
 # Smallest value at a zero, relative to the values beside it, that shows a jump: halving ends at a
 # value of rounding, 2^-53 of them, where a function is continuous, and at 1 beside a step.
 JUMP = 2.0**-3
@@ -391,8 +391,8 @@ class Zeros:
 
         ``rows`` are arrays of one axis; ``lost`` are errors of the run relative to ``size``.
         """
-        in_double = ROUNDINGS * DOUBLE
-        error = self._sizes(rows, size * numpy.maximum(lost, in_double) / DOUBLE) * DOUBLE
+        in_double = ROUNDINGS * ROUNDING
+        error = self._sizes(rows, size * numpy.maximum(lost, in_double) / ROUNDING) * ROUNDING
         if self.setup.precision.is_float:
             return error, error
         rounding = 2.0**-self.setup.precision.bits
@@ -428,12 +428,12 @@ class Zeros:
         Raises ``InputError``: a function is undefined inside.
         """
         done = []
-        for halving in range(HALVINGS + 1):
+        for halving in range(BISECTIONS + 1):
             positions = low[:, None] + width[:, None] * nodes(FINE)
             f = self._values(steps, which, step, positions, doubt).T
             polynomials, largest = through(f, ~self._smooth[which]), abs(f).max(axis=0, initial=0)
             shaped = polynomials.tail <= numpy.maximum(SHAPE * largest, doubt)
-            last = halving == HALVINGS or len(which) > MOST_INTERVALS
+            last = halving == BISECTIONS or len(which) > MOST_INTERVALS
             self._require_defined_inside(steps, which, step, low, width, f, last)
             shaped |= last & numpy.isfinite(polynomials.tail)
             columns = which, step, low, width, error, doubt, f[0], largest, polynomials.tail
@@ -454,7 +454,7 @@ class Zeros:
         of = open_[of]
         position = low[of] + width[of] * inside
         value = self._values(steps, which[of], step[of], position, doubt[of])
-        flat = numpy.maximum(doubt, largest * DOUBLE / SHAPE)
+        flat = numpy.maximum(doubt, largest * ROUNDING / SHAPE)
         turning = Points(which[of], step[of] + position, value, error[of], flat[of], width[of])
         bounds = Points(which, step + low, first, error, flat, 0 * low)
         inner = Points(*(x[low > 0] for x in bounds))
