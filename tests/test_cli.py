@@ -256,6 +256,7 @@ def test_an_option_given_twice_is_refused_by_every_command(refused: Said) -> Non
         assert line.startswith(f"tt-precise: {option}: got it 2 times, expected it once")
 
 
+@pytest.mark.usefixtures("few_lanes")
 def test_options_that_are_lists_are_given_several_times(said: Said) -> None:
     said("sweep reference --vary mu=0.3 --vary omega_3=155 --until 0.01 --workers 1 --recheck 0")
 

@@ -150,6 +150,7 @@ def test_the_cause_in_an_engines_file_is_named(name: str, engine: str, cause: st
     assert [one.text for one in found.causes] == [cause]
 
 
+@pytest.mark.usefixtures("no_cause")
 def test_a_table_that_gives_way_is_allowed_its_depth() -> None:
     path = CASES / "mujoco_default_contact_rk4_2ms.csv"
     found = check(path, "reference", friction="other", engine="mujoco")

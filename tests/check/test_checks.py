@@ -9,6 +9,9 @@ from tests.check.conftest import EULER, VECTORS, Healthy, check, refuses
 from tt_precise.check.checks import CHECKS
 from tt_precise.mechanics.conserved import INTEGRALS
 
+# Causes are tested elsewhere.
+pytestmark = pytest.mark.usefixtures("no_cause")
+
 # Double holds the integrals to some eps (2e-16); the state passed 1,400 steps of one eps each,
 # the sums over 801 rows add as much again.
 DOUBLE = 1e-13

@@ -8,6 +8,9 @@ import tt_precise as tt
 from tests.check.conftest import EULER, VECTORS, Healthy, check
 from tt_precise.check.columns import choose_set, renamed, renaming
 
+# Causes are tested elsewhere.
+pytestmark = pytest.mark.usefixtures("no_cause")
+
 
 def test_a_rigid_body_is_checked_like_its_vectors(healthy: Healthy, rigid_body: Healthy) -> None:
     frame = rigid_body(healthy())

@@ -6,6 +6,9 @@ import pytest
 import tt_precise as tt
 from tests.check.conftest import VECTORS, check
 
+# Causes are tested elsewhere.
+pytestmark = pytest.mark.usefixtures("no_cause")
+
 
 @pytest.mark.parametrize(
     ("every", "phase"), [(0.005, 0.0), (0.008, 0.0), (0.01, 0.0), (0.01, 0.003), (0.01, 0.004)]
