@@ -294,3 +294,10 @@ def test_a_touch_is_no_event_and_claims_no_digits() -> None:
     assert found["name"].tolist() == ["theta_max"] * 2
     assert found["digits"].min() > 40
     assert [row[0] for row in events_table(run, ("t", "kx")).rows] == ["theta_max"] * 2
+
+
+@pytest.mark.parametrize("words", [{}, {"digits": 20, "until": "1"}], ids=["double", "20 digits"])
+def test_errors_of_events_have_the_times_of_the_events(words: dict[str, Any]) -> None:
+    run = integrate("reference", events=("theta_max", "theta_min"), **words)
+    both = run.events.merge(run.event_errors(), on=["name", "t"])
+    assert len(both) == len(run.events) > 20

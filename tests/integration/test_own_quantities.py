@@ -1,5 +1,6 @@
 """One's own functions of the motion, as columns and as events; and how numbers are shown."""
 
+import re
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -277,3 +278,15 @@ def test_a_motion_has_the_numbers_of_its_run(half: Scene) -> None:
     assert q.euler.theta == pytest.approx(float(fine.euler.theta), rel=1e-13)
     found = scipy.optimize.brentq(lambda t: double.motion(t).state.ky + 0.03, 0.1, 0.3)
     assert double.at(found).ky == pytest.approx(-0.03, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("function", "line"),
+    [
+        (lambda q: q.parameters, "got no 'parameters' of a Motion, expected one of: a, body, "),
+        (lambda q: q.state.theta, "got no 'theta' of a NewtonState, expected one of: L, Lx, "),
+    ],
+)
+def test_an_attribute_that_a_motion_lacks_is_named(function: Any, line: str) -> None:
+    with pytest.raises(InputError, match=re.escape(line)):
+        tt.integrate("reference", until="0.1", events=[function])

@@ -561,7 +561,10 @@ def _require_columns(names: tuple[str, ...]) -> bool:
         if is_drift(name) and name.removeprefix(DRIFT) in drifts:
             continue
         if name.removeprefix(ERROR) not in known and name != DIGITS:
-            raise InputError(f"--columns: got {name[:60]!r}, expected any of: {', '.join(known)}")
+            raise InputError(
+                f"--columns: got {name[:60]!r}, expected drift:NAME, error:NAME, "
+                f"digits, or any of: {', '.join(known)}"
+            )
     return bool(POSE_COLUMNS.keys() & set(names))
 
 

@@ -293,12 +293,13 @@ class Trajectory:
     def event_errors(self, *, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
         """Estimated errors of the recorded ``events``: columns name, t, error (s), and "digits".
 
-        "digits" are the correct digits of the event's time or of the worst component of the state
-        at this time, whichever are fewer.
+        The rows and times are those of ``events``. "digits" are the correct digits of the event's
+        time or of the worst component of the state at this time, whichever are fewer.
         """
         import pandas
 
-        return pandas.DataFrame(self._errors_against(beside).events())
+        errors = self._errors_against(beside).events()
+        return pandas.DataFrame({**errors, "t": self.events["t"].array})
 
     def _errors_against(self, others: Sequence[Trajectory]) -> Errors:
         return Errors(self.run, [other.run for other in others]) if others else self.errors

@@ -167,6 +167,12 @@ class UserFunction:
             value = self.function(q)
         except InputError:
             raise
+        except AttributeError as error:
+            there = [n for n in dir(error.obj) if not n.startswith("_")]
+            raise InputError(
+                f"{name}: got no {error.name!r} of a {type(error.obj).__name__}, expected one of: "
+                f"{', '.join(there)}"
+            ) from error
         except Exception as error:
             raise InputError(
                 f"{name}: got {type(error).__name__} ({str(error)[:120]}), expected a function "
