@@ -346,3 +346,22 @@ def test_a_world_is_named_and_the_file_passes_in_it(case: str, world: str, frict
     assert "golden" not in str(found).split("passed:")[1].split("\nopen")[0]
     found = check(file, "reference", friction=friction, world=world, axis="y")
     assert found.failures == ()
+
+
+@pytest.mark.parametrize("friction", ["scene", "other"])
+def test_rows_that_nobody_could_look_at_do_not_begin_to_fail(
+    healthy: Healthy, friction: str
+) -> None:
+    """Two faults, times in ms and a wrong vx: the first rows are too far apart, not right."""
+    rows = healthy("reference", 801)[VECTORS]
+    wrong = rows.assign(t=1000 * rows["t"], vx=1.01 * rows["vx"])
+    found = check(wrong, "reference", friction=friction)
+    assert (found.verdict, found.causes) == ("fail", ())
+    assert "cause" in str(found)
+
+
+def test_a_number_that_is_not_finite_needs_no_cause(healthy: Healthy) -> None:
+    rows = healthy("reference", 801)[VECTORS]
+    found = check(rows.assign(vx=rows["vx"].where(rows.index != 500)), "reference")
+    assert [one.name for one in found.failures] == ["finite"]
+    assert "not explained" not in str(found)

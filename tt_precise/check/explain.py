@@ -55,6 +55,8 @@ HELD = 1e-8  # Part by which a number varies that is held by a limit: the digits
 OUTSTANDING = 30.0  # Times what is left from which on a wrong row stands out.
 MOST_ROWS = 8  # Rows one behind the other that are left out together.
 NEIGHBOURS = 16  # Rows on either side of a wrong one that are judged alone.
+# Checks of which one group shows that rows obey the laws: of the scene, or of every force.
+DECIDING = (("equations",), ("kinematics", "contact_momentum"))
 OF_FILE = ("start", "agreement", "golden", "finite")  # Checks that are not made row by row.
 FEW = 160  # Rows of Euler angles that are judged in full in each convention.
 NEARLY = 2.0  # Factor by which the trapezoidal rule may misjudge how fast the rows turn.
@@ -535,13 +537,16 @@ def _rows(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]
         one.name: (one.value or 0.0) / OUTSTANDING for one in findings if one.verdict == "fail"
     }
 
-    def passes(wrong: int, begin: int = 0, end: int = count) -> bool:
-        """Leave out ``wrong`` rows."""
+    def passes(wrong: int, begin: int = 0, end: int = count, looked: bool = False) -> bool:
+        """Leave out ``wrong`` rows; with ``looked`` what is left has to be seen to pass."""
         kept = everything[begin:end]
         kept = kept[(kept < first) | (kept >= first + wrong)]
         part = rows.rows(kept)
         part = replace(part, setup=replace(rows.setup, start="other"))
         found = judge(part)
+        verdicts = {one.name: one.verdict for one in found}
+        if looked and not any(all(verdicts.get(n) == "pass" for n in way) for way in DECIDING):
+            return False
         return not _failing(found) and all(
             one.sense != "at most" or not (one.value or 0.0) > worst.get(one.name, math.inf)
             for one in found
@@ -550,7 +555,7 @@ def _rows(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]
     near = max(first - NEIGHBOURS, 0), first + NEIGHBOURS
     if passes(0, *near):  # an error that grows is at no row
         return []
-    before = first >= NEIGHBOURS and passes(0, near[0], first)
+    before = first >= NEIGHBOURS and passes(0, near[0], first) and passes(0, 0, first, looked=True)
     # what is barely seen may be an error of all rows
     seen = any(
         (one.value or 0.0) > OUTSTANDING * max(one.limit or 0.0, one.bound or 0.0)

@@ -334,7 +334,8 @@ class Result:
     def _remarks(self) -> list[tuple[str, str]]:
         """The causes, the digits of the solution, and the columns with few digits, by name."""
         causes = [cause.text for cause in self.causes]
-        if self.failures and not causes and self.rows:
+        # a number that is not finite is named by its line
+        if not causes and self.rows and any(one.name != "finite" for one in self.failures):
             causes = ["not explained"]
         remarks = [("cause", text) for text in causes]
         remarks += [("solution", text) for text in self._solution()]
