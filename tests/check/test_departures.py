@@ -124,3 +124,13 @@ def test_of_a_motion_that_is_wrong_as_a_whole_no_column_is_named(changed: dict[s
     found = check(other.frame(*VECTORS[1:]), "reference")
     assert not found.passed
     assert "columns" not in {cause.kind for cause in found.causes}
+
+
+@pytest.mark.parametrize("further", [0.0, 1e-5])
+def test_a_column_is_named_only_if_all_else_passes(healthy: Healthy, further: float) -> None:
+    """Lz 5 % off, alone or beside columns that fail by little."""
+    rows = healthy("reference", 801)[VECTORS]
+    bent = 1 + further * numpy.sin(40 * rows["t"])
+    others = {name: bent * rows[name] for name in VECTORS[1:]}
+    found = check(rows.assign(**(others | {"Lz": 1.05 * others["Lz"]})), "reference")
+    assert [one.kind for one in found.causes].count("columns") == (further == 0)

@@ -59,6 +59,20 @@ def test_conventions_of_another_motion_are_named(dry: pandas.DataFrame, text: st
     assert named == ([text] if text.strip("-") else [])
 
 
+@pytest.mark.parametrize("since", [9.0, 0.7])
+def test_a_convention_holds_in_all_rows(healthy: Healthy, since: float) -> None:
+    """Exchanged columns of a part, longer than what the search looks at, are no convention."""
+    rows = healthy("reference", 601, 1.2)[VECTORS]
+    right = rows["t"] >= since
+    given = rows.assign(
+        vx=rows["vx"].where(right, rows["vy"]), vy=rows["vy"].where(right, rows["vx"])
+    )
+    found = check(given, "reference", friction="other", start="other")
+    named = [cause.text for cause in found.causes if cause.kind == "convention"]
+    assert found.verdict == "fail"
+    assert named == (["vx, vy hold vy, vx"] if since > 2 else [])
+
+
 def test_another_motion_has_no_convention(dry: pandas.DataFrame) -> None:
     assert check(dry, "reference", friction="other").passed
     assert {cause.kind for cause in check(dry, "reference").causes} <= {"force", "rows"}

@@ -185,6 +185,7 @@ def conventions_of_vectors(
         if not keeps_jellett(one.k, one.L) or not moves(one.k, one.L, scale):
             continue
         ours = one.convert(few, body)
+        # an axis at rest, or one that turns more than is seen: a fit costs seconds, tells nothing
         turning = float(norm(ours.w)[0]) / body.I3 * float(numpy.diff(ours.t).max())
         if not 1e-6 < turning < FARTHEST:
             continue
