@@ -186,10 +186,9 @@ def test_wanted_digits_are_delivered(short: Scene, wanted: int, expected: str) -
     assert run.digits_throughout >= wanted
 
 
-def test_quad_without_80_bits_and_llvmlite(short: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("_has_80_bit_floats", "_has_llvmlite"):
-        monkeypatch.setattr(f"tt_precise.integration.precision.{name}", lambda: False)
-    assert integrate(short, digits=15).precision.name == "quad"
+def test_quad_without_80_bits(short: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tt_precise.integration.precision._has_80_bit_floats", lambda: False)
+    assert integrate(short, digits=15, formulation="euler").precision.name == "quad"
     assert not any(KINDS[level.precision].doubles for level in ladder.HEYOKAS)
 
 

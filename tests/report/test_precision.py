@@ -5,12 +5,10 @@ from __future__ import annotations
 import pytest
 
 from tt_precise.integration import integrate
-from tt_precise.integration.precision import is_available
 from tt_precise.report.precision import SCENE, precision_runs, state_distance
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not is_available("triple-double"), reason="no llvmlite on this machine")
 def test_the_finest_run_is_what_200_bits_give() -> None:
     *others, finest = precision_runs()
     assert finest.trajectory.precision.name == "triple-double"

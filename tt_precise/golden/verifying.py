@@ -49,7 +49,7 @@ from tt_precise.scene.scene import shipped as shipped_scenes
 FRESH_DIGITS = 28  # A fresh computation confirms so many digits of data with a proof.
 DIGITS_PER_BIT = math.log10(2)
 # The precision of the fresh computation, by another integrator than the data's if possible.
-FINE, WITHOUT_LLVM = "triple-double", "quad"
+FINE, WHERE_REFUSED = "triple-double", "quad"
 
 # A scene loses the same digits in every arithmetic. Where the fresh computation has less than 28
 # left, the scene is computed with as many bits as it needs, at most with those of the golden data.
@@ -223,11 +223,9 @@ def _other_digits(stored: Stored, file: str, fresh: Table) -> Iterator[str]:
 
 def _fine(stored: Stored) -> Task:
     """Return the fresh computation of proved data, if possible by another integrator."""
-    from tt_precise.integration.precision import is_available
     from tt_precise.integration.setup import refused_in_doubles
 
-    ours = is_available(FINE) and not refused_in_doubles(stored.scene)
-    precision = FINE if ours else WITHOUT_LLVM
+    precision = WHERE_REFUSED if refused_in_doubles(stored.scene) else FINE
     return Task(stored.name, stored.scene_text, precision, None, "newton")
 
 

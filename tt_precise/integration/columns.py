@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy
@@ -229,10 +229,11 @@ class Columns:
         NumPy's.
         """
         q, columns = self.array_motion(components, number, fn), {}
+        pose = cache(lambda: pose_of(q, self._recorded(components)))
         with numpy.errstate(all="ignore"):
             for name in names:
                 factor = self._factor(self.dimension(name), number)
-                values = self._column_value(name, components, q) * factor
+                values = self._column_value(name, components, q, pose) * factor
                 if not hasattr(values, "__len__"):
                     values = values * numpy.ones(len(components[0]))  # one number for all rows
                 columns[name] = values
@@ -269,7 +270,9 @@ class Columns:
         """A number for users: a float in double, else the mpmath number with guard bits."""
         return float(value) if self.precision.is_float and value is not None else value
 
-    def _column_value(self, name: Name, row: tuple[Scalar, ...], q: Motion) -> Scalar:
+    def _column_value(
+        self, name: Name, row: tuple[Scalar, ...], q: Motion, pose: Callable[[], Pose]
+    ) -> Scalar:
         if isinstance(name, Quantity):
             return _number(name, q)
         if name in self.record:
@@ -285,9 +288,7 @@ class Columns:
                     f"column: got {name} of a run without {', '.join(lacking)}, expected them "
                     "among its record"
                 )
-            if "pose" not in q.__dict__:
-                q.__dict__["pose"] = pose_of(q, self._recorded(row))
-            return getattr(q.__dict__["pose"], name)
+            return getattr(pose(), name)
         return QUANTITIES[name].evaluate(q)
 
     def _recorded(self, row: tuple[Scalar, ...]) -> dict[str, Scalar]:

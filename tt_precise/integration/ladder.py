@@ -73,7 +73,7 @@ LADDER = (
     Level("double-double", 1e-18), Level("double-double", 1e-23), Level("double-double", 1e-28),
     Level("triple-double", 1e-34), Level("triple-double", 1e-40), Level("triple-double", 3e-45),
 )  # fmt: skip
-# Levels of heyoka's arithmetics alone: for motions in segments, Euler angles, and without llvmlite.
+# Levels of heyoka's arithmetics alone: for motions in segments and Euler angles.
 HEYOKAS = (
     Level("double", 1e-10), Level("double", 9.3e-14), Level("extended", 1e-17),
     Level("quad", 1e-23), Level("quad", 1e-30),
@@ -119,8 +119,7 @@ def integrate_to_digits(
 
 def ladder_of(scene: Scene, euler: bool = False) -> tuple[Level, ...]:
     """Return the levels below mp for a scene, in vectors or in Euler angles."""
-    ours = is_available("double-double") and not (euler or refused_in_doubles(scene))
-    return LADDER if ours else HEYOKAS
+    return HEYOKAS if euler or refused_in_doubles(scene) else LADDER
 
 
 def _missed(wanted: int, trajectory: Judged, digits: float) -> str:

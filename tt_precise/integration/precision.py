@@ -13,7 +13,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, lru_cache
-from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import mpmath
@@ -228,8 +227,8 @@ def _printing_type(precision: Precision, context: Functions) -> type:
 def precision_named(name: str, bits: int | None = None) -> Precision:
     """The precision called ``name``; ``bits`` only for ``mp``.
 
-    Raises ``InputError``: unknown name, bits for a type that has its own, ``extended`` on a machine
-    without 80-bit floats, or several doubles without llvmlite.
+    Raises ``InputError``: unknown name, bits for a type that has its own, or ``extended`` on a
+    machine without 80-bit floats.
     """
     if name not in KINDS:
         raise InputError(f"precision: got {name!r}, expected one of: {', '.join(KINDS)}")
@@ -246,8 +245,6 @@ def precision_named(name: str, bits: int | None = None) -> Precision:
 
 def is_available(name: str) -> bool:
     """Return whether this machine has the precision called ``name``."""
-    if KINDS[name].doubles:
-        return _has_llvmlite()
     return name != "extended" or _has_80_bit_floats()
 
 
@@ -267,11 +264,6 @@ def _context(bits: int, thread: int) -> Functions:
     context = mpmath.MPContext()
     context.prec = bits + GUARD_BITS
     return context
-
-
-@cache
-def _has_llvmlite() -> bool:
-    return find_spec("llvmlite") is not None
 
 
 @cache

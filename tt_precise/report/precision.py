@@ -38,12 +38,10 @@ class PrecisionRun:
 def precision_runs() -> tuple[PrecisionRun, ...]:
     """The reference scene in every precision this machine has, the finest last.
 
-    That is triple-double, whose 46 digits are more than anything here needs, or else mp, which
-    takes a hundred times as long.
+    That is triple-double, whose 46 digits are more than anything here needs; mp would take a
+    hundred times as long.
     """
-    names = [name for name in KINDS if is_available(name)]
-    if "triple-double" in names:
-        names.remove("mp")
+    names = [name for name in KINDS if is_available(name) and name != "mp"]
     runs = [integrate(SCENE, name) for name in names]
     reference = runs[-1]
     return (

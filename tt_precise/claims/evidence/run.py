@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from tt_precise.golden.proofs import Established
 
-FINE, WHERE_MISSING = "double-double", "quad"
+FINE, WHERE_REFUSED = "double-double", "quad"
 CLOSER = 16  # Points that each refinement of an interval compares.
 GAUSS = 6  # Nodes of Gauss's rule in an interval; a nutation of 37 ms has 16 intervals.
 PAUSE_S = 0.2  # Twice the longest nutation in s; a longer gap between turning points is none.
@@ -276,7 +276,7 @@ class Run:
         """The smallest value of a quantity over the run, with the digits double confirms."""
         finer = confirming_precision()
         if finer == "double":  # which would confirm itself to any digit
-            finer = FINE if is_available(FINE) else WHERE_MISSING
+            finer = FINE
         extrema = (_extrema(self.scene, (name,), each)[name] for each in (finer, "double"))
         return Value.of(*(min(values) for _, values in extrema))
 
@@ -344,8 +344,8 @@ def rows_of(run: Trajectory, *names: str) -> pandas.DataFrame:
 @cache
 def _integrate(scene: SceneLike, precision: str) -> Trajectory:
     loaded = load_scene(scene)
-    if precision == FINE and (refused_in_doubles(loaded) or not is_available(FINE)):
-        precision = WHERE_MISSING
+    if precision == FINE and refused_in_doubles(loaded):
+        precision = WHERE_REFUSED
     return integrate(loaded, precision, events=catalogue(loaded.model))
 
 
