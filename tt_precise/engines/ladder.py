@@ -320,14 +320,18 @@ def _checks(test: LadderTest, runs: Sequence[ProgramRun]) -> dict[str, Json]:
     except InputError as error:  # rows that seem to have other units
         unread = Check("", "skipped", note=str(error))
         return {name: _summarise(unread, []) for name in EVERY_LAW}
+    causes = "; ".join(cause.text for cause in results[-1].causes)
     return {
-        name: _summarise(results[-1][name], [result[name].as_dict()["value"] for result in results])
+        name: _summarise(
+            results[-1][name], [result[name].as_dict()["value"] for result in results], causes
+        )
         for name in EVERY_LAW
     }
 
 
-def _summarise(last: Check, values: list[float | None]) -> dict[str, Json]:
-    return {"values": values, "limit": last.limit, "verdict": last.verdict, "note": last.note}
+def _summarise(last: Check, values: list[float | None], causes: str = "") -> dict[str, Json]:
+    note = causes if causes and last.verdict == "fail" else last.note
+    return {"values": values, "limit": last.limit, "verdict": last.verdict, "note": note}
 
 
 def _difference(states: States, other: States, test: LadderTest) -> float:
