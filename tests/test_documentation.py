@@ -287,10 +287,13 @@ def test_an_annotation_for_each_check_that_failed(tmp_path: Path, said: Said) ->
             said("check", tmp_path / f"{name}.csv", "--scene reference --json", status=status),
             "utf-8",
         )
-        checks = json.loads(file.read_text("utf-8"))["checks"]
-        failed = [one["name"] for one in checks if one["verdict"] == "fail"]
+        found = json.loads(file.read_text("utf-8"))
+        failed = [one["name"] for one in found["checks"] if one["verdict"] == "fail"]
         annotations = [sys.executable, str(CI / "annotations.py"), str(file)]
         lines = subprocess.run(annotations, capture_output=True, text=True, check=True).stdout
-        titles = [line.split("::")[1].split()[1] for line in lines.splitlines()]
-        assert titles == [f"title={one}" for one in failed]
+        said_of = [line.split("::", 2)[2].split(":")[0] for line in lines.splitlines()]
+        assert [one for one in said_of if one not in ("cause", "solution")] == failed
         assert bool(failed) == (name == "wrong")
+        words = f"title={tmp_path}/{name}.csv%3A {'FAIL' if failed else 'PASS'} ("
+        level = "error" if failed else "notice"
+        assert all(line.startswith(f"::{level} {words}") for line in lines.splitlines())

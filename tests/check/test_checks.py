@@ -134,8 +134,10 @@ def test_a_wrong_parameter_of_the_file_is_reported_from_conservation_alone(
 def test_limits_are_checked(healthy: Healthy) -> None:
     message = "limit: got 'jelett', expected one of: time, jellett"
     refuses(message, healthy(), limits={"jelett": 1})
-    below = check(healthy(), "reference", limits={"contact_momentum": -1.0})
-    assert [one.name for one in below.failures] == ["contact_momentum"]
+    refuses("limit of jellett: got -1e-09, expected 0 or", healthy(), limits={"jellett": -1e-9})
+    assert check(healthy(), "reference", limits={"contact": -1e-9}).passed
+    zero = check(healthy(), "reference", limits={"jellett": 0.0})
+    assert [one.name for one in zero.failures] == ["jellett"]
     # of a check that the scene has not
     with pytest.raises(AssertionError, match=r"fall: a limit was given, but .* of flight only"):
         tt.check.assert_conserves(healthy(), "reference", fall=1e-6)

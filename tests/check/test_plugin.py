@@ -64,8 +64,9 @@ def test_the_fixtures_pass_and_fail(project: pytest.Pytester, workers: list[str]
     result.assert_outcomes(passed=1, failed=4)
     printed = result.stdout.str()
     for line in (
-        "AssertionError: the table against reference:",
-        "jellett: 0.000101 at t = 5 s, expected at most 1e-06",
+        "AssertionError: the table: FAIL (reference, 501 rows, 0 to 5 s)",
+        "jellett: 0.0001, allowed 1e-06, from t = 4 s on",
+        "cause: not explained",
         "golden: ",
         "correct digits: vx ",
         "energy: a limit was given, but the check is open: needs the velocity",

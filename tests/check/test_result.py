@@ -1,6 +1,8 @@
 """The result in every form that it takes."""
 
 import json
+import subprocess
+import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,8 +13,8 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tests.check.conftest import Healthy, check, matches
-from tests.conftest import Patch
+from tests.check.conftest import VECTORS, Healthy, check, matches
+from tests.conftest import Patch, Printed, Said
 from tt_precise.check import run
 from tt_precise.check.checks import checks_of
 from tt_precise.check.result import MOST_POINTS, Residual, check_of_rows
@@ -80,8 +82,68 @@ def test_junit_counts_what_it_holds(failing: tt.check.Result) -> None:
     }
     message = suite.findall(".//failure")[0].attrib["message"]
     assert message.startswith("jellett: ")
-    assert "expected at most 1e-06" in message
+    assert "allowed 1e-06, from t = 4 s on" in message
     assert suite.findtext("system-out") == str(failing)
+
+
+@pytest.mark.parametrize("verdict", ["pass", "fail", "incomplete"])
+def test_five_formats_say_the_same(
+    healthy: Healthy, verdict: str, tmp_path: Path, printed: Printed, said: Said
+) -> None:
+    """Text, Markdown, JUnit, annotations and the assertion: first line, failures, cause."""
+    rows = healthy()[VECTORS]
+    rows.loc[400:, "Lz"] *= 1 + 1e-3 * (verdict == "fail")
+    path, xml, md = (tmp_path / name for name in ("run.csv", "out.xml", "out.md"))
+    options: dict[str, Any] = {"start": "other"} if verdict == "incomplete" else {}
+    rows = rows[VECTORS[:-2]] if options else rows
+    rows.to_csv(path, index=False)
+    words = ["check", path, "--scene reference", "--start other" if options else ""]
+    status = int(verdict != "pass")
+    found = printed(*words, "--junit", xml, "--markdown", md, status=status)
+    assert found["verdict"] == verdict
+    heading, *lines = found["summary"]
+    assert heading.startswith(f"{path}: {verdict.upper()}")
+    failures = [one["name"] for one in found["checks"] if one["verdict"] == "fail"]
+    causes = [one["text"] for one in found["causes"]]
+    assert bool(failures) == bool(causes) == (verdict == "fail")
+
+    text, plain = said(*words, status=status), " ".join(md.read_text().replace("\\", "").split())
+    assert text.splitlines()[0] == heading == md.read_text().splitlines()[0].replace("\\", "")[4:]
+    (suite,) = ElementTree.fromstring(xml.read_text())
+    assert (suite.findtext("system-out") or "").splitlines()[0] == heading
+    cases = {one.attrib["name"]: one for one in suite if one.find("failure") is not None}
+    assert [*cases] == (["looked_at"] if verdict == "incomplete" else failures)
+    (tmp_path / "check.json").write_text(json.dumps(found))
+    script = [sys.executable, "examples/ci/annotations.py", str(tmp_path / "check.json")]
+    notes = subprocess.run(script, capture_output=True, text=True, check=True).stdout
+    title = heading.translate({ord(":"): "%3A", ord(","): "%2C"})
+    assert all(f" title={title}::" in line for line in notes.splitlines())
+    assert {line.split()[0] for line in notes.splitlines()} == {
+        "::notice" if verdict == "pass" else "::error"
+    }
+    said_by_test = ""
+    if verdict != "pass":
+        with pytest.raises(AssertionError) as raised:
+            tt.check.assert_conserves(path, "reference", **options)
+        said_by_test = str(raised.value)
+        assert said_by_test.splitlines()[0] == run.in_python(heading)
+    for line in [one for one in lines if one.split(":")[0] in (*failures, "cause")]:
+        name, _, words_of_it = line.partition(": ")
+        assert f"  {name} " in text
+        assert words_of_it in " ".join(text.split())
+        assert line in notes
+        assert line in said_by_test
+        if name == "cause":
+            assert f"- {line}" in plain
+            assert all(line in (one.findtext("failure") or "") for one in cases.values())
+        else:
+            assert f"`{name}` | ❌ **fail**" in plain
+            (failure,) = cases[name]
+            assert failure.attrib["message"] == line
+    for what in found["unseen"]:
+        assert f"could not check {what}" in heading
+        (failure,) = cases["looked_at"]
+        assert what in failure.attrib["message"]
 
 
 def test_json_is_json_even_where_a_value_is_infinite(healthy: Healthy) -> None:
@@ -99,7 +161,7 @@ def test_the_plot_is_written(
     path = tmp_path / f"drift.{suffix}"
     axes = failing.plot(path).axes[0]
     assert path.read_bytes().startswith(begin)
-    assert axes.get_yscale() == "log"
+    assert axes.get_yscale() == "symlog"  # logarithmic, with a place for 0
     legend: Any = axes.get_legend()
     labels = [text.get_text() for text in legend.get_texts()]
     drifts = {"jellett", "energy", "energy_balance", "equations", "friction_power", "axis_norm"}
@@ -107,6 +169,27 @@ def test_the_plot_is_written(
     assert {*drifts, "limit"} <= {label.split()[0] for label in labels}
     assert any(label.endswith("allowed 1.0e-06") for label in labels)
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
+
+
+def test_curves_differ_zeros_are_drawn_and_the_first_time_is_marked(
+    failing: tt.check.Result,
+) -> None:
+    axes = failing.plot().axes[0]
+    curves = {str(line.get_label()).split()[0]: line for line in axes.lines}
+    drawn = [one.name for one in failing.checks if one.name in curves]
+    looks = {(curves[name].get_color(), curves[name].get_linestyle()) for name in drawn}
+    assert len(looks) == len(drawn) == 9
+    assert {failing[name].verdict for name in drawn[:1]} == {"fail"}
+    assert not numpy.asarray(curves["friction_power"].get_ydata()).any()
+    assert axes.get_ylim()[0] < 0 < axes.get_ylim()[1]
+    dots = [line for line in axes.lines if line.get_marker() == "o"]
+    assert len(dots) == sum(name in curves for name in (one.name for one in failing.failures))
+    assert all(numpy.asarray(dot.get_ydata())[0] > 1 for dot in dots)
+    assert {float(numpy.asarray(dot.get_xdata())[0]) for dot in dots} == {4.0}
+    assert "dashed: t = 4 s" in axes.get_xlabel()
+    broken = replace(failing["jellett"], curve=(numpy.arange(2.0), numpy.array([0, numpy.inf])))
+    lines = replace(failing, checks=(broken,)).plot().axes[0].lines
+    assert numpy.isfinite(numpy.asarray(lines[0].get_ydata())).all()
 
 
 def test_a_curve_keeps_the_worst_of_a_long_trajectory() -> None:
@@ -171,5 +254,6 @@ def test_a_failed_assertion_shows_a_file_s_name_in_one_line(
         with pytest.raises(AssertionError) as raised:
             checked("x", "reference")
         first, *lines = str(raised.value).splitlines()
-        assert first == "a\\n### forged: pass\\u001b[2J\\u2028.csv against reference:"
+        rows = "(reference, 801 rows, 0 to 8 s)"
+        assert first == f"a\\n### forged: pass\\u001b[2J\\u2028.csv: FAIL {rows}"
         assert all(line.startswith("  ") for line in lines)

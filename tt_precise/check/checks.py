@@ -346,12 +346,16 @@ DEFAULT_LIMITS = {check.name: check.limit for check in CHECKS}
 def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
     """The default limits, changed by the given limits.
 
-    Raises ``InputError``: a check of that name does not exist, or its limit is not a number.
+    Raises ``InputError``: a check of that name does not exist, or its limit is no number that a
+    value can pass.
     """
     require_names("limit", given, DEFAULT_LIMITS)
-    return DEFAULT_LIMITS | {
-        name: finite(f"limit of {name}", value) for name, value in given.items()
-    }
+    senses = {check.name: check.sense for check in CHECKS}
+    limits = {name: finite(f"limit of {name}", value) for name, value in given.items()}
+    for name, value in limits.items():
+        if value < 0 and senses[name] == "at most":
+            raise InputError(f"limit of {name}: got {value:g}, expected 0 or a number above 0")
+    return DEFAULT_LIMITS | limits
 
 
 def require_names(what: str, names: Iterable[str], checks: Iterable[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import operator
 import textwrap
@@ -73,6 +74,10 @@ class Checked(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_pre
     trajectory: Annotated[str, means("the checked file or table")]
     scene: Annotated[str, means("name of the scene")]
     columns: Annotated[str, means("the columns")]
+    summary: Annotated[
+        list[str],
+        means("the verdict in words, each failure, its cause, and the digits of the solution"),
+    ]
     verdict: Annotated[
         Literal["pass", "fail", "incomplete"],
         means("fail if a check failed, incomplete if a deciding check was not made, else pass"),
@@ -93,6 +98,8 @@ class Checked(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_pre
 SIGNS = {"at most": "<=", "above": ">", "at least": ">="}
 HOLDS = {"at most": operator.le, "above": operator.gt, "at least": operator.ge}
 MOST_POINTS = 4096  # Points of a curve in a plot; more are thinned out.
+LEAST = 1e-12  # A plot draws values below this part of the limit linearly, down to 0.
+HIGHEST = 1e12  # A plot draws values above this multiple of the limit, and infinite ones, here.
 
 
 class Residual(NamedTuple):
@@ -183,15 +190,6 @@ def _printable(text: str) -> str:
 
 
 FEW_DIGITS = 3  # fewer digits than these are shown over time
-
-
-def _failure(finding: Check) -> str:
-    if finding.value is None or finding.limit is None:
-        return finding.note
-    allowed = {"at most": "allowed", "above": "expected above", "at least": "expected at least"}
-    number = f"{finding.value:.2g}, {allowed[finding.sense]} {finding.limit:.2g}"
-    since = f", from t = {finding.since:.6g} s on" if finding.since is not None else ""
-    return f"{number}{since}" + (f": {finding.note}" if finding.note else "")
 
 
 def shortened(note: str) -> str:
@@ -289,6 +287,7 @@ class Result:
             trajectory=self.trajectory,
             scene=self.scene,
             columns=self.columns,
+            summary=self.summary(),
             verdict=self.verdict,
             unseen=list(self.unseen),
             written=self.written,
@@ -318,10 +317,16 @@ class Result:
         length = self.t_last - self.t_first
         return f"{length:.6g} s; times count from the first row, t = {self.t_first:.12g} s"
 
+    def summary(self) -> list[str]:
+        """Return the heading, and a line for each failure, its cause, and the digits."""
+        remarks = [f"{name}: {text}" for name, text in self._remarks()]
+        failures = [finding.sentence() for finding in self.failures]
+        return [one_line(text) for text in (self.heading, *failures, *remarks)]
+
     def __str__(self) -> str:
         """The verdict, each failure with its cause, the digits, and the names of other checks."""
         lines = [one_line(self.heading)]
-        pairs = [(finding.name, _failure(finding)) for finding in self.failures]
+        pairs = [(finding.name, finding.words()) for finding in self.failures]
         lines += _pairs([*pairs, *self._remarks()])
         passed, open_, skipped = self._with("pass"), self._with("open"), self._with("skipped")
         # digits that nobody asked for are reported, not passed
@@ -411,6 +416,7 @@ class Result:
             "errors": "0",
             "skipped": str(sum(finding.verdict in ("skipped", "open") for finding in self.checks)),
         }
+        causes = [_printable(f"{name}: {text}") for name, text in self._remarks()]
         classname = _printable(f"{self.scene}.{self.trajectory}")
         suites = ElementTree.Element("testsuites", counts)
         suite = ElementTree.SubElement(suites, "testsuite", {"name": "tt-precise check", **counts})
@@ -423,7 +429,8 @@ class Result:
                 ElementTree.SubElement(case, "skipped", message)
             elif finding.verdict == "fail":
                 message = {"message": _printable(finding.sentence())}
-                ElementTree.SubElement(case, "failure", message).text = finding.meaning
+                text = "\n".join([finding.meaning, *causes])
+                ElementTree.SubElement(case, "failure", message).text = text
             else:
                 ElementTree.SubElement(case, "system-out").text = _printable(finding.sentence())
         screen = "\n".join(map(_printable, str(self).splitlines()))
@@ -444,24 +451,37 @@ class Result:
         return drawn
 
     def _draw(self) -> Figure:
-        from tt_precise.runtime.plotting import new_figure
+        """Each residual over its limit; those that failed first, with the first time above."""
+        from tt_precise.runtime.plotting import BLACK, CYCLE, new_figure
 
         drawn = new_figure(8, 4.5)
         axes = drawn.add_subplot()
-        for finding in self.checks:
-            limit = finding.limit or 0.0
-            if finding.curve is None or finding.sense != "at most" or limit <= 0:
-                continue
-            t, values = finding.curve
+        # black is the limit; further curves have the same colours in dashes and dots
+        styles = itertools.product(("-", "-."), (colour for colour in CYCLE if colour != BLACK))
+        order = (*self.failures, *self._with("pass"), *self._with("open"))
+        shown = [
+            (finding, finding.limit, *finding.curve)
+            for finding in order
+            if finding.curve and finding.sense == "at most" and finding.limit
+        ]
+        for (finding, limit, t, values), (line, colour) in zip(shown, styles, strict=False):
+            with numpy.errstate(over="ignore"):
+                parts = numpy.minimum(values / limit, HIGHEST)
             label = f"{finding.name} {finding.value:.1e}, allowed {limit:.1e}"
-            parts = numpy.where(values > 0, values / limit, numpy.nan)
-            (line,) = axes.semilogy(t, parts, linewidth=1, label=label)
+            axes.plot(t, parts, color=colour, linestyle=line, linewidth=1, label=label)
             if finding.bound and math.isfinite(finding.bound):
-                axes.axhline(finding.bound / limit, color=line.get_color(), linestyle=":")
+                axes.axhline(finding.bound / limit, color=colour, linestyle=":")
             if finding.since is not None:
-                axes.axvline(finding.since, color=line.get_color(), linestyle="--", linewidth=0.8)
-        axes.axhline(1.0, color="black", linewidth=2, label="limit")
-        axes.set_xlabel("t (s); dashed: the first time above the limit")
+                axes.plot(finding.since, parts[parts > 1][0], "o", color=colour, markersize=4)
+        # a value of 0 has a place on the axis
+        axes.set_yscale("symlog", linthresh=LEAST, linscale=0.5)
+        axes.set_ylim(bottom=-LEAST / 4)
+        axes.axhline(1.0, color=BLACK, linewidth=2, label="limit")
+        since = [finding.since for finding in self.failures if finding.since is not None]
+        if since:
+            axes.axvline(min(since), color=BLACK, linestyle="--", linewidth=0.8)
+        first = f"; dashed: t = {min(since):.6g} s, the first above a limit" if since else ""
+        axes.set_xlabel(f"t (s){first}")
         axes.set_ylabel("value/limit; dotted: the error bound")
         axes.set_title(f"{Path(self.trajectory).name} against {self.scene}: {self.verdict}")
         axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))

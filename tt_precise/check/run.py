@@ -123,7 +123,8 @@ def conservation(
         raise InputError(in_python(str(error))) from None
     checks = tuple(replace(check, note=in_python(check.note)) for check in result.checks)
     causes = tuple(Cause(cause.kind, in_python(cause.text)) for cause in result.causes)
-    return replace(result, checks=checks, causes=causes)
+    unseen = tuple(map(in_python, result.unseen))
+    return replace(result, checks=checks, causes=causes, unseen=unseen)
 
 
 def in_python(text: str) -> str:
@@ -469,10 +470,7 @@ def assert_conserves(
     __tracebackhide__ = True
     demanded = {name: options.pop(name) for name in [*options] if name not in OPTIONS}
     result = conservation(trajectory, scene, limits={**(limits or {}), **demanded}, **options)
-    lines = [finding.sentence() for finding in result.failures]
-    lines += [f"cause: {cause.text}" for cause in result.causes]
-    if not lines:
-        lines += [f"could not check {in_python(what)}" for what in result.unseen]
+    lines: list[str] = []
     checks = {finding.name: finding for finding in result.checks}
     for name in demanded:
         if name not in checks:
@@ -480,8 +478,8 @@ def assert_conserves(
         elif checks[name].verdict in ("skipped", "open"):
             words = {"skipped": "does not apply", "open": "is open"}[checks[name].verdict]
             lines.append(f"{name}: a limit was given, but the check {words}: {checks[name].note}")
-    if lines:
-        raise _failure(result, lines)
+    if lines or not result.passed:
+        raise _failure([*result.summary(), *lines])
     return result
 
 
@@ -507,13 +505,10 @@ def assert_matches_golden(
     if golden.verdict != "pass":
         few = {name: correct for name, correct in golden.parts.items() if correct < digits}
         listed = ", ".join(f"{name} {correct:.1f}" for name, correct in few.items())
-        lines = [golden.sentence()]
-        lines += [f"correct digits: {listed}"] if few else []
-        lines.append(f"over time: {golden.history or 'nothing to compare'}")
-        raise _failure(result, lines)
+        lines = [*result.summary(), f"correct digits: {listed}"] if few else result.summary()
+        raise _failure([*lines, f"over time: {golden.history or 'nothing to compare'}"])
     return result
 
 
-def _failure(result: Result, lines: Sequence[str]) -> AssertionError:
-    heading = f"{result.trajectory} against {result.scene}:"
-    return AssertionError("\n  ".join(map(one_line, [heading, *lines])))
+def _failure(lines: Sequence[str]) -> AssertionError:
+    return AssertionError("\n  ".join(map(one_line, lines)))

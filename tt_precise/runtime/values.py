@@ -101,6 +101,10 @@ class Arithmetic:
 
 Verdict = Literal["pass", "fail", "open", "skipped"]
 Sense = Literal["at most", "above", "at least", "rounds to"]
+ALLOWED = {
+    "at most": "allowed", "above": "expected above", "at least": "expected at least",
+    "rounds to": "expected, rounded,",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -156,13 +160,20 @@ class Check:
             entry |= {"digits": self.parts, "digits_over_time": self.history}
         return entry
 
+    def words(self) -> str:
+        """Return the value, the limit, the time and the note, in one line."""
+        words = [] if self.value is None else [f"{self.value:.2g}"]
+        if words and self.limit is not None:
+            words.append(f"{ALLOWED[self.sense]} {self.limit:.2g}")
+            if self.since is not None:
+                words.append(f"from t = {self.since:.6g} s on")
+            elif self.at is not None:
+                words.append(f"at t = {self.at:.6g} s")
+        return ": ".join(filter(None, [", ".join(words), self.note]))
+
     def sentence(self) -> str:
-        """One line: check, value, limit, time."""
-        if self.value is None or self.limit is None:
-            return f"{self.name}: {self.note}"
-        where = f" at t = {self.at:.6g} s" if self.at is not None else ""
-        why = f" ({self.note})" if self.note else ""
-        return f"{self.name}: {self.value:.3g}{where}, expected {self.sense} {self.limit:.3g}{why}"
+        """Return the name and the words."""
+        return f"{self.name}: {self.words()}"
 
 
 Result = TypeVar("Result")
