@@ -116,6 +116,24 @@ def test_an_extremum_stands_beside_its_own_value(said: Said) -> None:
     assert found[2][2] == "theta_max"
 
 
+def test_columns_at_events_have_their_errors(said: Said, printed: Printed) -> None:
+    words = "events reference --until 0.1 --only theta_max --columns E,g_n"
+    plain = said(words).splitlines()[0]
+    assert re.search(r"  E 0\.042\d+ J  g_n 0\.19\d+ N$", plain)
+    exact = said(words, "--digits 12").splitlines()[0]
+    assert re.search(r"  E 0\.042\d+ \+- \S+ J  g_n 0\.19\d+ \+- \S+ N  t \+- \S+ s$", exact)
+    asked = said("events reference --until 0.1 --only theta_max --columns error:E,digits")
+    assert re.search(r"  E \S+ \+- \S+ J  digits 1\d\.\d$", asked.splitlines()[0])
+    (event, *_) = printed(words, "--digits 12")["events"]
+    assert list(event["columns"]) == ["E", "error:E", "g_n", "error:g_n"]
+    run = "run reference --until 0.1 --events theta_max --columns E,drift:E,g_n --digits 12"
+    assert printed(run)["events"][0] == event
+    for refused in ("drift:E", "pose", "lean"):
+        assert f"--columns: got {refused!r}, " in said(
+            f"events reference --columns {refused}", status=2
+        )
+
+
 def test_times_of_asked_digits_have_their_errors(said: Said, printed: Printed) -> None:
     words = "events reference --until 0.2 --only theta_max --digits 20"
     found = printed(words)["events"]

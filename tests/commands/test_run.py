@@ -288,7 +288,7 @@ def test_columns_are_the_panels_of_a_plot(tmp_path: Path, said: Said) -> None:
     assert (tmp_path / "a.csv").read_text("utf-8").startswith("t,drift:jellett,theta\n0.0,0.0,")
     text = said(SHORT, "--out", tmp_path / "a.csv", "--columns drift:lean", status=2)
     assert "--columns: got 'drift:lean'" in text
-    assert "without --out or --plot" in said(SHORT, "--columns theta", status=2)
+    assert "without --out, --plot or" in said(SHORT, "--columns theta", status=2)
 
 
 @pytest.mark.parametrize("option", ["--animate top.html", "--out a.csv --columns pose"])

@@ -213,6 +213,33 @@ def test_another_top_has_its_events_later(true_run: Trajectory, short: Scene, na
     assert stated == pytest.approx(apart, rel=1e-3, abs=1e-15)
 
 
+@pytest.mark.parametrize("name", ["g_n", "phi_dot", "E"])
+def test_an_error_of_a_value_at_an_event_is_the_error(
+    rough_run: Trajectory, true_run: Trajectory, name: str
+) -> None:
+    found, true = (run.event_frame(name, f"error:{name}") for run in (rough_run, true_run))
+    assert list(found["name"]) == list(true["name"])
+    error = numpy.array([abs(float(a - b)) for a, b in zip(found[name], true[name], strict=True)])
+    assert error.max() > 1e-13
+    # the reference errs about thirty times less
+    assert (numpy.abs(found[f"error:{name}"] - error) < 0.1 * error.max()).all()
+
+
+def test_a_value_at_a_switch_has_its_error_and_what_a_rest_leaves_is_one() -> None:
+    run, names = integrate("coulomb-stick-slip"), ("g_n", "gliding_speed")
+    fine = integrate("coulomb-stick-slip", digits=20)
+    found, true = (
+        run.event_frame(*names, "error:g_n", "error:gliding_speed"),
+        fine.event_frame("g_n"),
+    )
+    stick = found["name"] == "stick"
+    assert stick.sum() == 2
+    assert (found["error:gliding_speed"] >= found["gliding_speed"])[stick].all()
+    apart = [abs(float(a - b)) for a, b in zip(found["g_n"], true["g_n"], strict=True)]
+    assert max(apart) > 1e-16
+    assert (apart <= 1.1 * found["error:g_n"] + 1e-17).all()
+
+
 def test_an_event_at_the_very_end_is_looked_at_from_before(short: Scene) -> None:
     """Where three points around it do not fit before the end."""
     both, events = (short, short.perturbed(mu="1e-6")), ("phi_dot_zero",)

@@ -46,6 +46,7 @@ def test_a_function_is_a_column_and_an_event(reference: Scene, digits: int) -> N
     assert frame["half_up"].to_numpy() == pytest.approx(frame["kz"].to_numpy() - 0.5)
     assert (frame["energy"] == frame["E"]).all()
     own = run.error_over_time(energy, "E")
+    assert (run.frame(energy, "error:energy")["error:energy"] == own["energy"]).all()
     assert (own["energy"] == own["E"]).all()
     assert 0 < own["energy"].max() < 10.0**-digits
     assert run.plot(energy).axes[0].get_ylabel() == "energy / J"
@@ -290,3 +291,17 @@ def test_a_motion_has_the_numbers_of_its_run(half: Scene) -> None:
 def test_an_attribute_that_a_motion_lacks_is_named(function: Any, line: str) -> None:
     with pytest.raises(InputError, match=re.escape(line)):
         tt.integrate("reference", until="0.1", events=[function])
+
+
+@pytest.mark.parametrize("words", [{}, {"digits": 20}], ids=["double", "20 digits"])
+def test_an_own_value_at_an_event_has_its_error(reference: Scene, words: dict[str, Any]) -> None:
+    run = tt.integrate(reference.varied(until="0.1"), events=["extremum:g_n", energy], **words)
+    found = run.event_frame(energy, "error:energy", "E", "error:E", "error:t", slip, "error:slip")
+    assert (found["energy"] == found["E"]).all()
+    assert (found["error:energy"] == found["error:E"]).all()
+    assert (found["error:t"] == run.event_errors()["error"]).all()
+    assert (found["error:slip"] < 1e-14).all()
+    if words:
+        assert re.search(r" \+- \S+$", str(found["energy"][0]))
+    with pytest.raises(InputError, match="column: got 'drift:E', expected one of"):
+        run.event_frame("drift:E")

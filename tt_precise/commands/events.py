@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands import options
-from tt_precise.runtime.values import InputError, Scalar, listed
+from tt_precise.runtime.values import InputError, Scalar, distinct, listed
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
@@ -25,6 +25,10 @@ CLIMB = "climb"  # The name in --only for the times of the climb alone.
     "--only",
     help="Events, separated by commas; also extremum:QUANTITY, zero:QUANTITY, and climb.",
 )
+@click.option(
+    "--columns",
+    help="Columns to show at each event, separated by commas: quantities, error:NAME, digits.",
+)
 @options.JSON
 def command(
     scene: str | None,
@@ -32,22 +36,25 @@ def command(
     digits: int | None,
     until: str | None,
     only: str | None,
+    columns: str | None,
     as_json: bool,
 ) -> int:
     """List the catalogue of events; with SCENE, all events of that scene, and the climb.
 
     Each line has the time, the kind (minimum or maximum, up or down through zero; at the equator
-    theta rises or falls through pi/2), theta, and the value of the quantity at its extremum. With
-    --digits each time has its correct decimals, and the line ends with the error. Events
-    that switch or end a motion, such as stick, are recorded in every run.
+    theta rises or falls through pi/2), theta, the value of the quantity at its extremum, and the
+    --columns. With --digits each time and value has its correct decimals and its error; the line
+    ends with the error of the time. Events that switch or end a motion, such as stick, are recorded
+    in every run.
     """
     if scene is None:
-        if any(option is not None for option in (precision, digits, until, only)):
+        if any(option is not None for option in (precision, digits, until, only, columns)):
             raise InputError("events: got an option for a scene, expected the SCENE too")
         return _catalogue(as_json)
-    from tt_precise.commands.run import TOUCHES, event_rows
+    from tt_precise.commands.run import TOUCHES, event_rows, require_columns
     from tt_precise.integration import integrate
     from tt_precise.integration.events import JOINING, TERMINAL
+    from tt_precise.integration.reading import is_drift
     from tt_precise.integration.setup import asked_for
     from tt_precise.runtime.terminal import progress_bar
     from tt_precise.scene.scene import load_scene
@@ -56,6 +63,11 @@ def command(
     wanted = listed("all" if only is None else only)
     if not wanted:
         raise InputError(f"--only: got {only!r}, expected names separated by commas")
+    asked = listed(columns or "")
+    if require_columns(asked):
+        raise InputError(f"--columns: got {columns!r}, expected no pose; `run --columns` writes it")
+    if drifts := [name for name in asked if is_drift(name)]:
+        raise InputError(f"--columns: got {drifts[0]!r}, expected none; `run --columns` writes it")
     # recorded in every run, or derived from the events of the climb
     always = {*JOINING, *TERMINAL, CLIMB}
     names = asked_for([name for name in wanted if name not in always], loaded.model)
@@ -73,13 +85,15 @@ def command(
         "status": run.status,
         "t_end": text(run.t_end),
         "events": [
-            row for row in event_rows(run, exactly=exactly) if only is None or row["name"] in wanted
+            row
+            for row in event_rows(run, asked, exactly=exactly)
+            if only is None or row["name"] in wanted
         ],
         "touches": run.touches,
         "climb": {key: text(time) for key, time in climb.items()} or None,
         "climb_errors": {key: f"{errors[key]:.2g}" for key in climb if key in errors} or None,
     }
-    shown = _lines(run, None if only is None else wanted, exactly=exactly)
+    shown = _lines(run, None if only is None else wanted, asked, exactly=exactly)
     shown += [f"{name}: its function {TOUCHES}" for name in run.touches]
     if only is None or CLIMB in wanted:
         shown += [f"{key:>9}: {_seconds(time, errors.get(key))}" for key, time in climb.items()]
@@ -102,31 +116,43 @@ def _seconds(time: Scalar, error: float | None = None) -> str:
     return f"{with_error(str(time).partition(' ')[0], error)} s"
 
 
-def _lines(run: Trajectory, only: tuple[str, ...] | None, *, exactly: bool) -> list[str]:
+def _lines(
+    run: Trajectory, only: tuple[str, ...] | None, asked: tuple[str, ...], *, exactly: bool
+) -> list[str]:
+    from tt_precise.commands.run import with_errors
+    from tt_precise.integration.columns import expanded
+    from tt_precise.integration.errors import DIGITS, ERROR, ERROR_OF_TIME
     from tt_precise.integration.events import EXTREMUM, change
-    from tt_precise.mechanics.quantities import QUANTITIES
+    from tt_precise.mechanics.quantities import described
 
-    quantities = {
-        name: QUANTITIES[name.removeprefix(EXTREMUM)]
-        for name in run.setup.watched
-        if name.startswith(EXTREMUM)
-    }
-    columns = dict.fromkeys(["theta", *(quantity.name for quantity in quantities.values())])
-    events = run.event_table(list(columns))
-    if exactly:
-        events = {**events, "error": run.errors.events()["error"]}
+    extrema = [
+        name.removeprefix(EXTREMUM) for name in run.setup.watched if name.startswith(EXTREMUM)
+    ]
+    named = distinct("column", (name.removeprefix(ERROR) for name in asked))
+    read = ["theta", *extrema, *named, *asked]
+    events = run.event_table(expanded([ERROR_OF_TIME, *with_errors(read)] if exactly else read))
+
+    def value(name: str, row: dict[str, Scalar]) -> str:
+        error = row.get(f"{ERROR}{name}")
+        if name == DIGITS:
+            return f"  digits {row[name]:.1f}"
+        text = run.precision.with_error(row[name], error) if error else f"{float(row[name]):.9g}"
+        return f"  {name} {text} {described(name).unit}"
+
     lines = []
     for row in (dict(zip(events, row, strict=True)) for row in zip(*events.values(), strict=True)):
         if only is not None and row["name"] not in only:
             continue
         shown = "" if row["theta"] is None else f"theta {float(row['theta']):.6f}"
-        quantity = quantities.get(row["name"])
-        if quantity and row[quantity.name] is not None:
-            shown += f"  {quantity.name} {float(row[quantity.name]):.9g} {quantity.unit}"
+        own = row["name"].removeprefix(EXTREMUM)
+        for name in distinct("column", (*([own] if own in extrema else []), *named)):
+            shown += value(name, row) if row[name] is not None else ""
         what = change(row["name"], int(row["direction"]))
         time = f"{float(row['t']):18.12f} s"
         if exactly:
-            time, _, error = _seconds(run.precision.text(row["t"]), row["error"]).partition(" +- ")
+            time, _, error = _seconds(run.precision.text(row["t"]), row[ERROR_OF_TIME]).partition(
+                " +- "
+            )
             time, shown = f"{time:>18} s", f"{shown}  t +- {error}"
         lines.append(f"{time}  {row['name']:<20} {what:<8} {shown}")
     return lines

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
@@ -20,6 +21,7 @@ from tt_precise.scene.numerals import written
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
+    from tt_precise.integration.columns import Name
 
 UNFINISHED = 1
 LONG_S = 60.0  # Duration in s from which a run with --digits says first how long it takes.
@@ -122,6 +124,10 @@ class EventRecord(Record, frozen=True):
         means("up and down are through zero; empty for a switch between segments"),
     ]
     state: Annotated[State, STATE]
+    columns: Annotated[
+        State,
+        means("columns of --columns at the event (SI), with --digits also error:NAME; decimals"),
+    ]
 
 
 class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.run/1"):
@@ -185,8 +191,8 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
 @click.option("--record", help="Also integrate any of phi,psi,x,y, separated by commas.")
 @click.option(
     "--columns",
-    help="Columns of --out, or panels of --plot, separated by commas: quantities, pose, pose:xyzw, "
-    "error:NAME, drift:NAME, digits.",
+    help="Columns of --out and of the events of --json, or panels of --plot, separated by commas: "
+    "quantities, pose, pose:xyzw, error:NAME, drift:NAME, digits.",
 )
 @click.option(
     "--out",
@@ -250,9 +256,12 @@ def command(
 
         tables.format_of(out)
         _require_writable(Path(out), "--out")
-    elif wanted and plot is None:
-        raise InputError("--columns: got names without --out or --plot, expected one of the two")
-    posed = _require_columns(wanted)
+    elif wanted and plot is None and not (as_json and (events or loaded.events)):
+        raise InputError(
+            "--columns: got names without --out, --plot or --events with --json, expected one of "
+            "them; `tt-precise events SCENE --columns NAMES` shows values at events"
+        )
+    posed = require_columns(wanted)
     if posed or animate is not None:
         if loaded.start.theta.at_pole:
             raise InputError(
@@ -292,13 +301,18 @@ def command(
         with progress_bar(f"drawing {loaded.name}") as progress:
             trajectory.animate(animate, progress=progress)
     outcome = answers(trajectory, exactly=digits is not None)
-    content = summary(trajectory, outcome, exactly=digits is not None)
+    content = summary(trajectory, outcome, wanted, exactly=digits is not None)
     options.emit(as_json, content, lines(trajectory, outcome))
     return 0 if trajectory.status == "complete" else UNFINISHED
 
 
-def summary(trajectory: Trajectory, outcome: dict[str, Any], *, exactly: bool) -> RunRecord:
-    """The JSON object of the command, with the ``answers``; numbers beyond a count are strings."""
+def summary(
+    trajectory: Trajectory, outcome: dict[str, Any], columns: Sequence[str] = (), *, exactly: bool
+) -> RunRecord:
+    """The JSON object of the command, with the ``answers``; numbers beyond a count are strings.
+
+    The events have these ``columns``, without drifts.
+    """
     context = trajectory.precision.context
 
     def short(value: Scalar) -> str:
@@ -320,7 +334,9 @@ def summary(trajectory: Trajectory, outcome: dict[str, Any], *, exactly: bool) -
         error_estimate={name: short(e) for name, e in trajectory.error_estimate.items()},
         digits=round(trajectory.digits, 1),
         drift={name: short(value) for name, value in trajectory.drift.items()},
-        events=tuple(EventRecord(**row) for row in event_rows(trajectory, exactly=exactly)),
+        events=tuple(
+            EventRecord(**row) for row in event_rows(trajectory, columns, exactly=exactly)
+        ),
         touches=trajectory.touches,
     )
 
@@ -435,29 +451,44 @@ def _smallest_force(trajectory: Trajectory) -> NormalForceRecord | None:
     return NormalForceRecord(repr(force), repr(t))
 
 
-def event_rows(trajectory: Trajectory, *, exactly: bool = False) -> list[dict[str, Json]]:
-    """Return the recorded events for JSON: name, t, change, and the state as strings.
+def with_errors(names: Iterable[str]) -> tuple[Name, ...]:
+    """The columns, each followed by the column of its error."""
+    from tt_precise.integration.columns import expanded
+    from tt_precise.integration.errors import ERROR, is_estimate
 
-    ``exactly``: with the estimated errors of the times.
+    return expanded(n if is_estimate(n) else (n, f"{ERROR}{n}") for n in expanded(names))
+
+
+def event_rows(
+    trajectory: Trajectory, columns: Iterable[str] = (), *, exactly: bool = False
+) -> list[dict[str, Json]]:
+    """Return the recorded events for JSON: name, t, change, state and ``columns`` as strings.
+
+    ``exactly``: with the estimated errors of times and columns. Drifts are no columns of events.
     """
+    from tt_precise.integration.columns import expanded
+    from tt_precise.integration.errors import ERROR_OF_TIME, is_estimate
     from tt_precise.integration.events import change
+    from tt_precise.integration.reading import is_drift
 
-    text, events = trajectory.precision.text, trajectory.event_table()
-    if exactly:
-        errors = trajectory.errors.events()["error"]
-        events = {**events, "error": [f"{error:.2g}" for error in errors]}
-    rows = [dict(zip(events, row, strict=True)) for row in zip(*events.values(), strict=True)]
+    state, asked = trajectory.run.columns.names, [n for n in columns if not is_drift(n)]
+    further = with_errors(asked) if exactly else expanded(asked)
+    table = trajectory.event_table(expanded([state, further, ERROR_OF_TIME if exactly else ()]))
+
+    def decimals(name: Name, value: Scalar) -> str | None:
+        if value is None or value != value:
+            return None
+        return f"{value:.2g}" if is_estimate(name) else str(trajectory.precision.text(value))
+
+    rows = (dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True))
     return [
         {
             "name": row["name"],
-            "t": text(row["t"]),
-            "error": row.get("error"),
+            "t": decimals("t", row["t"]),
+            "error": decimals(ERROR_OF_TIME, row.get(ERROR_OF_TIME)),
             "change": change(row["name"], int(row["direction"])),
-            "state": {
-                name: text(value)
-                for name, value in row.items()
-                if name not in ("name", "t", "direction", "error")
-            },
+            "state": {name: decimals(name, row[name]) for name in state},
+            "columns": {str(name): decimals(name, row[name]) for name in further},
         }
         for row in rows
     ]
@@ -548,7 +579,7 @@ def with_error(time: str, error: float) -> str:
     return f"{shown:f} +- {error:.2g}"
 
 
-def _require_columns(names: tuple[str, ...]) -> bool:
+def require_columns(names: tuple[str, ...]) -> bool:
     """Refuse unknown columns; return whether the pose is among them."""
     from tt_precise.integration.columns import POSE_COLUMNS
     from tt_precise.integration.errors import DIGITS, ERROR

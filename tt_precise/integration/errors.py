@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from fractions import Fraction
 from functools import cache, cached_property
 from types import SimpleNamespace
@@ -22,6 +22,7 @@ import numpy
 from tt_precise.integration.columns import (
     POSE_NAMES,
     Name,
+    Row,
     digits_of_time,
     digits_over_rows,
     worst_digits,
@@ -34,6 +35,7 @@ from tt_precise.integration.reading import (
     Numbers,
     drift_columns,
     end_state,
+    event_columns,
     is_drift,
     own_table,
     table,
@@ -41,13 +43,14 @@ from tt_precise.integration.reading import (
 )
 from tt_precise.integration.setup import Setup, full_tolerance
 from tt_precise.integration.solution import Solution
-from tt_precise.mechanics.quantities import Quantity, UserFunction
+from tt_precise.mechanics.quantities import UNITLESS, Quantity, UserFunction
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 from tt_precise.scene.numerals import shortest_texts
 from tt_precise.taylor.series import Series
 
 ERROR, DIGITS = "error:", "digits"  # names of columns of errors, the first before another's
+TIME, ERROR_OF_TIME = "error", f"{ERROR}t"  # Errors of events' times: alone, and among columns.
 RATIO = 30  # Tolerance of a run over that of its reference run in the same arithmetic.
 # Time, in units of sqrt(R/g), from an event to the two values that give the slope of a user's
 # function, and terms of the state's series there: four digits of the slope suffice.
@@ -98,7 +101,7 @@ def table_with_errors(
 
     Raises ``InputError``: there are times and such columns.
     """
-    estimates = {name: str(name).removeprefix(ERROR) for name in wanted if is_estimate(name)}
+    estimates = _estimated(wanted)
     drifts = [str(name) for name in wanted if is_drift(name)]
     if not estimates and not drifts:
         return table(run, wanted, times, numbers, progress)
@@ -114,6 +117,27 @@ def table_with_errors(
         values = errors[column]
         columns[name] = shortest_texts(values) if numbers == "text" else values
     return {name: columns[name] for name in ("t", *wanted)}
+
+
+def _estimated(wanted: Sequence[Name]) -> dict[str, Name]:
+    """The columns of errors among ``wanted``, each with the column whose error it is."""
+    own = {name.name.removesuffix(UNITLESS): name for name in wanted if isinstance(name, Quantity)}
+    of = {str(name): str(name).removeprefix(ERROR) for name in wanted if is_estimate(name)}
+    return {name: own.get(column.removesuffix(UNITLESS), column) for name, column in of.items()}
+
+
+def events_with_errors(
+    run: Solution, wanted: Sequence[Name], at: Container[str] | None = None
+) -> dict[Any, Array]:
+    """Return ``reading.event_columns`` with columns of estimated errors, also of "error:t"."""
+    estimates = _estimated(wanted)
+    plain = [name for name in wanted if name not in estimates]
+    columns = event_columns(run, plain, at)
+    if estimates:
+        names = tuple(set(estimates.values()) - {DIGITS, "t"})
+        errors = errors_of(run).events(names)
+        columns |= {name: errors[TIME if of == "t" else of] for name, of in estimates.items()}
+    return {name: columns[name] for name in ("name", "t", "direction", *wanted)}
 
 
 def floats(values: Array | Sequence[Scalar]) -> Array:
@@ -216,9 +240,9 @@ class Errors:
         seconds = numpy.array([float(t) for t in times])
         return {"t": seconds, **{name: errors[name] for name in names}, "digits": digits}
 
-    def events(self) -> dict[str, Array]:
-        """Columns of the recorded events in order of time: name, t, error (s), and "digits"."""
-        return event_errors(self._run, self.references)
+    def events(self, names: Sequence[Name] = ()) -> dict[Any, Array]:
+        """Columns of the events: name, t, error (s), the errors of ``names`` (SI), "digits"."""
+        return event_errors(self._run, self.references, names)
 
     @cached_property
     def digits_throughout(self) -> float:
@@ -384,44 +408,53 @@ def _stages(run: Solution) -> list[Stage]:
     ]
 
 
-def event_errors(run: Solution, references: Sequence[Solution]) -> dict[str, Array]:
-    """Columns of the events in order of time: name, t, error (s), and "digits".
+def event_errors(
+    run: Solution, references: Sequence[Solution], wanted: Sequence[Name] = ()
+) -> dict[Any, Array]:
+    """Columns of the events in order of time: name, t, error (s), errors (SI), and "digits".
 
-    "digits" are the fewest correct digits of the state there and of the time. An error is the
-    largest of the distances from ``references``, infinite if one of them has ended before, or is in
-    another part of its motion.
+    The error of a column in ``wanted`` is that of its value as ``event_columns`` gives it, at the
+    event's own time. "digits" are the fewest correct digits of the state there and of the time. An
+    error is the largest of the distances from ``references``, infinite if one of them has ended
+    before, or is in another part of its motion.
     """
     unit = float(run.start.units.time)
     others = [(float(reference.end) / unit, _stages(reference)) for reference in references]
     names: list[str] = []
-    columns: list[tuple[Array, Array, Array]] = []
+    columns: list[tuple[Array, Array, Array, Array]] = []
     for part in _stages(run):
         hits = part.segment.output.propagation.found.hits
         names += [hit.name for hit in hits]
-        columns.append(_errors_within(part, hits, others))
+        columns.append(_errors_within(part, hits, others, wanted))
         if part.segment.ended:
             names.append(part.segment.ended)
-            columns.append(_errors_of_switch(part, [parts for _, parts in others]))
-    times, errors, digits = (numpy.concatenate(column) for column in zip(*columns, strict=True))
+            columns.append(_errors_of_switch(part, [parts for _, parts in others], wanted))
+    times, errors, digits, apart = (
+        numpy.concatenate(column, axis=-1) for column in zip(*columns, strict=True)
+    )
     most = run.precision.bits * math.log10(2)
     digits = numpy.minimum(numpy.minimum(digits, digits_of_time(errors, times, unit)), most)
     rows = numpy.array(names, dtype=object)
-    return {"name": rows, "t": times, "error": errors, "digits": digits}
+    known = dict(zip(wanted, apart, strict=True))
+    return {"name": rows, "t": times, TIME: errors, **known, "digits": digits}
 
 
 def _errors_within(
     part: Stage,
     hits: Sequence[EventRecord],
     others: Sequence[tuple[float, Sequence[Stage]]],
-) -> tuple[Array, Array, Array]:
-    """Times and errors (s) of the events inside a segment, and digits of their states.
+    wanted: Sequence[Name],
+) -> tuple[Array, Array, Array, Array]:
+    """Times and errors (s) of the events inside a segment, digits of their states, and errors.
 
-    ``others`` are the ends (dimensionless) and the parts of reference runs.
+    ``others`` are the ends (dimensionless) and the parts of reference runs. The last array has the
+    errors (SI) of the columns ``wanted``: axes (column, event).
     """
     of = part.segment.columns
     unit = float(of.start.units.time)
     times = numpy.array([float(part.segment.begin) + float(hit.time) for hit in hits]) * unit
     errors, digits = numpy.zeros(len(hits)), numpy.full(len(hits), math.inf)
+    apart = numpy.zeros((len(wanted), len(hits)))
     for last, parts in others:
         alike: dict[tuple[str, int], list[int]] = {}
         begins = [float(other.segment.begin) * unit for other in parts]
@@ -431,53 +464,71 @@ def _errors_within(
         for (name, at), places in alike.items():
             event = part.segment.output.setup.watched[name]
             there = [hits[place] for place in places]
-            late, right = _distances_of(part, there, event, parts[at], last)
+            late, right, far = _distances_of(part, there, event, parts[at], last, wanted)
             errors[places] = numpy.maximum(errors[places], late)
             digits[places] = numpy.minimum(digits[places], right)
-    return times, errors, digits
+            apart[:, places] = numpy.maximum(apart[:, places], far)
+    return times, errors, digits, apart
 
 
-def _errors_of_switch(part: Stage, others: Sequence[Sequence[Stage]]) -> tuple[Array, Array, Array]:
-    """Time and error (s) of the event that ends a segment, and digits of its state."""
-    of = part.segment.columns
-    time, state = _end(part)
-    error, digits = 0.0, math.inf
+def _errors_of_switch(
+    part: Stage, others: Sequence[Sequence[Stage]], wanted: Sequence[Name]
+) -> tuple[Array, Array, Array, Array]:
+    """Time, error (s), digits and errors, as ``_errors_within``, of the end of a segment."""
+    of, context = part.segment.columns, part.segment.columns.precision.context
+    (time, state), values = _end(part), of.of_rows(wanted, [_last(part)])
+    shown = {name: list(map(of.to_user, column)) for name, column in values.items()}
+    rest = [[abs(shown[n][0] or 0) if n in part.segment.cleared else 0.0] for n in wanted]
+    error, digits, far = 0.0, math.inf, numpy.array(rest, dtype=float).reshape(len(wanted), 1)
     for parts in others:
         same = [
             p for p in parts if (p.before, p.segment.ended) == (part.before, part.segment.ended)
         ]
         if not same:
-            error, digits = math.inf, 0.0
+            error, digits, far = math.inf, 0.0, numpy.full_like(far, math.inf)
             continue
         other_time, other_state = _end(same[0])
         error = max(error, float(abs(time - other_time)))
-        context = of.precision.context
+        if wanted:
+            there = of.of_rows(wanted, [_last(same[0])])
+            distances = [distance(shown[name], there[name], context) for name in wanted]
+            far = numpy.maximum(far, distances)
         apart = {name: distance(state[name], other_state[name], context) for name in state}
         values = {name: floats(column) for name, column in state.items()}
         right = digits_over_rows(values, apart, of.start, of.precision.bits)
         digits = min(digits, float(right[0]))
-    return numpy.array([float(time)]), numpy.array([error]), numpy.array([digits])
+    return numpy.array([float(time)]), numpy.array([error]), numpy.array([digits]), far
+
+
+def _last(part: Stage) -> Row:
+    return part.segment.output.end_row
 
 
 def _end(part: Stage) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
     """The time (s) at which a segment ends, and the columns of the state at this time."""
     of, output = part.segment.columns, part.segment.output
     time = (part.segment.begin + output.end_time) * of.start.units.time
-    state = of.of_rows(of.names, [output.end_row])
+    state = of.of_rows(of.names, [_last(part)])
     return time, state | {name: [time * 0] for name in part.segment.cleared if name in state}
 
 
 def _distances_of(
-    part: Stage, hits: Sequence[EventRecord], event: Event, other_part: Stage, last: float
-) -> tuple[Array, Array]:
-    """Distances in time (s), and digits of the states, of an event's times from a reference.
+    part: Stage,
+    hits: Sequence[EventRecord],
+    event: Event,
+    other_part: Stage,
+    last: float,
+    wanted: Sequence[Name],
+) -> tuple[Array, Array, Array]:
+    """Distances in time (s), digits of states, distances of ``wanted``, at an event's times.
 
-    The reference ends at the time ``last`` (dimensionless).
+    They are those from a reference that ends at the time ``last`` (dimensionless).
     """
     late, digits = numpy.full(len(hits), math.inf), numpy.zeros(len(hits))
+    far = numpy.full((len(wanted), len(hits)), math.inf)
     hits = [hit for hit in hits if float(part.segment.begin) + float(hit.time) <= last]
     if not hits or part.before != other_part.before:
-        return late, digits
+        return late, digits, far
     of, other = part.segment.columns, other_part.segment.columns
     mpf, mpfr = other.precision.context.mpf, other.precision.mpfr
     shift = mpf(part.segment.begin) - mpf(other_part.segment.begin)
@@ -489,13 +540,19 @@ def _distances_of(
         times = [mpf(hit.time) + shift for hit in hits]
         delay, there = _zeros(other_part.segment, times, event, number, fn)
         rows = zip(*([number(mpf(x)) for x in hit.state] for hit in hits), strict=True)
-        values = of.of_arrays(of.names, tuple(map(numpy.array, rows)), number, fn)
-        others = other.of_arrays(of.names, there, number, fn)
+        every = tuple(dict.fromkeys([*of.names, *wanted]))
+        values = of.of_arrays(every, tuple(map(numpy.array, rows)), number, fn)
+        others = other.of_arrays(every, there, number, fn)
         apart = {name: abs(values[name] - others[name]).astype(float) for name in of.names}
+        # what a user has of a run in double is rounded
+        shown = {n: values[n].astype(float) if of.precision.is_float else values[n] for n in wanted}
+        rounded = [abs(shown[name] - others[name]).astype(float) for name in wanted]
     inner, floating = slice(0, len(hits)), {name: floats(values[name]) for name in of.names}
     late[inner] = numpy.abs(delay) * float(of.start.units.time)
     digits[inner] = digits_over_rows(floating, apart, of.start, of.precision.bits)
-    return numpy.where(numpy.isfinite(late), late, math.inf), digits
+    if wanted:
+        far[:, inner] = rounded
+    return numpy.where(numpy.isfinite(late), late, math.inf), digits, far
 
 
 def _zeros(

@@ -203,39 +203,40 @@ def _converted(run: Solution, values: Array, numbers: Numbers) -> Array:
 
 
 def event_columns(
-    run: Solution, names: Sequence[str], at: Container[str] | None = None
-) -> dict[str, Array]:
-    """Columns of the events in order of time: name, t, direction, and the quantities ``names``.
+    run: Solution, names: Sequence[Name], at: Container[str] | None = None
+) -> dict[Any, Array]:
+    """Columns of the events in order of time: name, t, direction, and the columns ``names``.
 
-    In wide arithmetics, where quantities are slow, only ``at`` the events of these names, if
-    given; elsewhere they are missing.
+    An event that ends a segment has the values just before it. In wide arithmetics, where
+    quantities are slow, only ``at`` the events of these names, if given; elsewhere they are
+    missing.
     """
     if run.alone:
         return _events_of_segment(run, run.alone, names, at)
     context, to_user = run.precision.context, run.columns.to_user
-    columns: dict[str, Array] = {name: [] for name in ("name", "t", "direction", *names)}
+    columns: dict[Any, Array] = {name: [] for name in ("name", "t", "direction", *names)}
     for segment in run.segments:
         happened = _events_of_segment(run, segment, names, at)
         happened["t"] = [to_user(context.mpf(t) + segment.begin_s) for t in happened["t"]]
         for name, column in columns.items():
             column += list(happened[name])
         if segment.ended:
-            output = segment.output
-            (state,) = segment.columns.states([output.end_time], [output.end_row])
-            row = {"name": segment.ended, "t": to_user(segment.end_s), "direction": FALLING}
-            row |= state.values
-            for name, column in columns.items():
-                column.append(row.get(name))
+            values = segment.columns.of_rows(names, [segment.output.end_row])
+            columns["name"].append(segment.ended)
+            columns["t"].append(to_user(segment.end_s))
+            columns["direction"].append(FALLING)
+            for name, (value,) in values.items():
+                columns[name].append(to_user(value))
     return columns
 
 
 def _events_of_segment(
-    run: Solution, segment: Segment, names: Sequence[str], at: Container[str] | None
-) -> dict[str, Array]:
+    run: Solution, segment: Segment, names: Sequence[Name], at: Container[str] | None
+) -> dict[Any, Array]:
     of, unit = segment.columns, segment.output.start.units.time
     hits = segment.output.propagation.found.hits
     directions = numpy.array([hit.direction for hit in hits])
-    columns: dict[str, Array] = {"name": [hit.name for hit in hits]}
+    columns: dict[Any, Array] = {"name": [hit.name for hit in hits]}
     if run.in_arrays and hits:
         entries = tuple(numpy.array([hit.state for hit in hits], numpy.longdouble).T)
         times = numpy.array([hit.time for hit in hits], numpy.longdouble)

@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from tt_precise.integration.columns import POSE, State, expanded
 from tt_precise.integration.dense_output import is_doubles
-from tt_precise.integration.errors import Errors, errors_of, table_with_errors
+from tt_precise.integration.errors import (
+    ERROR,
+    TIME,
+    Errors,
+    errors_of,
+    events_with_errors,
+    table_with_errors,
+)
 from tt_precise.integration.events import not_alternating
 from tt_precise.integration.ladder import Level, integrate_to_digits
 from tt_precise.integration.precision import Precision
@@ -20,7 +27,6 @@ from tt_precise.integration.reading import (
     Numbers,
     drift_over_time,
     end_state,
-    event_columns,
     rows,
     states,
     values_at_end,
@@ -290,16 +296,18 @@ class Trajectory:
         named = {getattr(name, "name", name): column for name, column in columns.items()}
         return pandas.DataFrame(named)
 
-    def event_errors(self, *, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
+    def event_errors(self, *names: Any, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
         """Estimated errors of the recorded ``events``: columns name, t, error (s), and "digits".
 
-        The rows and times are those of ``events``. "digits" are the correct digits of the event's
-        time or of the worst component of the state at this time, whichever are fewer.
+        The rows and times are those of ``events``. ``names`` are columns of ``frame``, whose errors
+        (SI) at the event's time stand before "digits". "digits" are the correct digits of the time
+        or of the worst component of the state at this time, whichever are fewer.
         """
         import pandas
 
-        errors = self._errors_against(beside).events()
-        return pandas.DataFrame({**errors, "t": self.events["t"].array})
+        errors = self._errors_against(beside).events(expanded(names))
+        named = {getattr(name, "name", name): column for name, column in errors.items()}
+        return pandas.DataFrame({**named, "t": self.events["t"].array})
 
     def _errors_against(self, others: Sequence[Trajectory]) -> Errors:
         return Errors(self.run, [other.run for other in others]) if others else self.errors
@@ -322,24 +330,37 @@ class Trajectory:
         ``direction`` is +1 where the event's function rises through zero, -1 where it falls. A time
         wider than double prints with its error, if known.
         """
+        return self.event_frame(*self.run.columns.names)
+
+    def event_frame(self, *names: Any) -> pandas.DataFrame:
+        """The recorded events in order of time: name, t (s), direction, and the columns ``names``.
+
+        ``names`` are columns as in ``frame``, but no drifts: a quantity, one's own with its errors
+        ("error:NAME"), "error:t", and "digits". An event that ends a segment has the values just
+        before it. Numbers wider than double print with their errors, if known.
+        """
         import pandas
 
-        columns = event_columns(self.run, self.run.columns.names)
-        events = pandas.DataFrame(columns if columns["name"] else [], columns=list(columns))
-        if self.errors.available and not self.precision.is_float and len(events):
-            carrying, errors = self.precision.carrying, self.errors.events()["error"]
-            times = zip(events["t"], errors.tolist(), strict=True)
-            events["t"] = [carrying(t, error) for t, error in times]
-        return events
+        table = self.event_table(expanded(names))
+        named = {getattr(name, "name", name): column for name, column in table.items()}
+        if not len(named["name"]):
+            return pandas.DataFrame([], columns=list(named))
+        known = {name.removeprefix(ERROR): named[name] for name in named if name.startswith(ERROR)}
+        if self.errors.available:
+            known.setdefault("t", self.errors.events()[TIME])
+        for name in known.keys() & named.keys() if not self.precision.is_float else ():
+            pairs = zip(named[name], known[name].tolist(), strict=True)
+            named[name] = [self.precision.carrying(value, error) for value, error in pairs]
+        return pandas.DataFrame(named)
 
     def event_table(
-        self, names: Sequence[str] | None = None, at: Container[str] | None = None
-    ) -> dict[str, Array]:
-        """The columns of ``events`` by name, without pandas, with the ``names`` of the state.
+        self, names: Sequence[Any] | None = None, at: Container[str] | None = None
+    ) -> dict[Any, Array]:
+        """The columns of ``event_frame`` by name, without pandas; by default those of the state.
 
-        With ``at``, only the events of these names have the components of the state.
+        With ``at``, only the events of these names have them.
         """
-        return event_columns(self.run, self.run.columns.names if names is None else names, at)
+        return events_with_errors(self.run, self.run.columns.names if names is None else names, at)
 
     @property
     def event_counts(self) -> Counter[str]:

@@ -32,7 +32,7 @@ from tt_precise.scene.initial_state import InitialState
 GOES_ON = ("slow", "fast", "stick", "slip")
 # Columns that are zero at rest; what is left of them where a top sticks is the speed that counts
 # as zero.
-VELOCITY = ("vx", "vy", "nu_x", "nu_y")
+VELOCITY = ("vx", "vy", "nu_x", "nu_y", "gliding_speed")
 
 
 def sticking_and_slipping(
