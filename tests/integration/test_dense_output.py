@@ -208,7 +208,7 @@ def test_a_run_too_long_to_be_stored_is_read_piece_by_piece(
 
 
 def has_series(run: Trajectory) -> bool:
-    return run.run.segments[0].output._pieces is not None
+    return run.run.segments[0].output.has_series
 
 
 @pytest.mark.parametrize("events", [(), ("theta_min",)])

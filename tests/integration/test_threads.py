@@ -7,6 +7,7 @@ import pickletools
 import threading
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -47,7 +48,8 @@ def test_reading_in_threads_gives_what_one_thread_reads(half: Scene, precision: 
     trajectory.at("0.05")
     barrier = threading.Barrier(THREADS)
     output = trajectory.run.segments[0].output
-    output._pieces = tuple(MeetingBehind(one, barrier) for one in output._pieces or ())
+    series = tuple(MeetingBehind(one, barrier) for one in output.propagation.series or ())
+    output.propagation = replace(output.propagation, series=series)
     assert together(lambda n: trajectory.at(times[n])) == alone
 
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol, TypeGuard
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy
 
@@ -116,23 +116,13 @@ TIME_TOLERANCE = Fraction(1, 10**15)
 MOST_BYTES = 400_000_000  # The series of a run are stored up to this size.
 
 
-class Pieces(Protocol):
-    """A receiver of the dense outputs of a propagation."""
-
-    def append(self, output: ContinuousOutput, /) -> None:
-        """Take the next piece."""
-
-    def clear(self) -> None:
-        """Forget all pieces: the propagation starts again."""
-
-
 @dataclass(frozen=True)
 class Propagation:
     """The outcome of a propagation, in heyoka's numbers, dimensionless.
 
     The end is at ``time`` + ``time_low``, because a step to an event ends between two numbers.
-    ``found`` holds the events. ``samples`` are the states at the requested times, if all were
-    reached.
+    ``found`` holds the events, ``series`` the blocks of steps, if they were computed and fit.
+    ``samples`` are the states at the requested times, if all were reached.
     """
 
     status: str
@@ -142,15 +132,19 @@ class Propagation:
     steps: int
     order: int
     found: Found = NOTHING_FOUND
+    series: tuple[ContinuousOutput, ...] | None = field(default=None, compare=False, repr=False)
     samples: Array | None = field(default=None, compare=False, repr=False)
 
 
-Repeat = Callable[..., Propagation]
-"""A propagation once more, with the keywords ``dense`` and ``progress`` of ``propagate``."""
+Read = Callable[[ContinuousOutput], None]
+"""A reader of the blocks of a propagation, in order, while they are made."""
+
+Repeat = Callable[[Read, Progress | None], Propagation]
+"""The same propagation once more, for a reader of its blocks."""
 
 
-class StoredPieces:
-    """The pieces of a propagation, stored unless they become too large."""
+class StoredSeries:
+    """The series of a propagation, block by block, as long as they fit in ``MOST_BYTES``."""
 
     def __init__(self, setup: Setup):
         precision = setup.precision
@@ -158,23 +152,21 @@ class StoredPieces:
         if precision.bits > 113 and precision.in_software:
             number = precision.bits // 8 + 40
         order = precision.bits * 0.35 + 2  # about, of the finest tolerance
-        self._bytes_of_a_step = number * len(setup.layout.columns) * order
-        self.clear()
+        self._room = MOST_BYTES / (number * len(setup.layout.columns) * order)  # in steps
+        self._blocks: list[ContinuousOutput] = []
 
-    def clear(self) -> None:
-        """Forget all pieces."""
-        self._pieces: list[ContinuousOutput] = []
-        self._bytes = 0.0
-
-    def append(self, output: ContinuousOutput) -> None:
-        """Store one more piece."""
-        self._bytes += output.n_steps * self._bytes_of_a_step
-        self._pieces = [*self._pieces, output] if self._bytes <= MOST_BYTES else []
+    def append(self, block: ContinuousOutput) -> None:
+        """Store the next block, or forget all if they do not fit."""
+        self._room -= block.n_steps
+        if self._room < 0:
+            self._blocks.clear()
+        else:
+            self._blocks.append(block)
 
     @property
-    def pieces(self) -> tuple[ContinuousOutput, ...] | None:
-        """The pieces in order; None if too large."""
-        return tuple(self._pieces) if self._bytes <= MOST_BYTES else None
+    def blocks(self) -> tuple[ContinuousOutput, ...] | None:
+        """The blocks in order; None if they do not fit."""
+        return tuple(self._blocks) if self._room >= 0 else None
 
 
 class Span:
@@ -226,10 +218,10 @@ class Span:
 class DenseOutput(Span):
     """Rows over the time of a propagation, dimensionless: with guard bits or in double.
 
-    When the series of all steps are first needed, a second propagation computes and stores them;
-    for a run that is too long (``MOST_BYTES``) every call computes them again and reads them piece
-    by piece. The states at ``samples`` are stored by the first propagation, with the same bits, and
-    need no second propagation. Several threads may use it.
+    The series of the steps are stored where they fit (``MOST_BYTES``); otherwise each call repeats
+    the propagation and reads block by block. In double the first propagation computes no series,
+    which would take half of its time again, but stores the states at ``samples``, with the same
+    bits; the first call that reads other times repeats it. Several threads may use it.
     """
 
     def __init__(
@@ -237,15 +229,11 @@ class DenseOutput(Span):
         setup: Setup,
         start: InitialState,
         propagation: Propagation,
-        pieces: tuple[ContinuousOutput, ...] | None = None,
         again: Repeat | None = None,
         samples: SampleTimes | None = None,
     ):
         self.setup, self.start, self.propagation = setup, start, propagation
-        self._pieces, self._too_long = pieces, False
-        self.samples = samples
-        self._lock = threading.RLock()
-        self._propagate = again
+        self.samples, self._again, self._lock = samples, again, threading.RLock()
 
     @property
     def status(self) -> str:
@@ -255,18 +243,19 @@ class DenseOutput(Span):
     @property
     def has_series(self) -> bool:
         """True if the series of all steps are stored; a run to t = 0 has none."""
-        return bool(self._pieces)
+        return bool(self.propagation.series)
 
     def to_limbs(self, times: Array) -> Array:
         """States of a stored run in several doubles at rising times, both in parts.
 
         Axes (time, part, entry).
         """
-        assert self._pieces
-        ends = [float(piece.bounds[1]) for piece in self._pieces[:-1]]
+        blocks = self.propagation.series
+        assert blocks
+        ends = [float(block.bounds[1]) for block in blocks[:-1]]
         first = numpy.searchsorted(times[:, 0], ends, side="right")
-        parts = zip(self._pieces, numpy.split(times, first), strict=True)
-        return numpy.concatenate([piece.at(part) for piece, part in parts])
+        parts = zip(blocks, numpy.split(times, first), strict=True)
+        return numpy.concatenate([block.at(part) for block, part in parts])
 
     @cached_property
     def end_time(self) -> Scalar:
@@ -398,29 +387,30 @@ class DenseOutput(Span):
     def _visit(
         self, visit: Callable[[ContinuousOutput, Scalar, Scalar], None], progress: Progress | None
     ) -> None:
-        """Call ``visit`` with each piece and the interval of times for which the piece is needed.
+        """Call ``visit`` with each block and the interval of times for which it is needed.
 
         None stands for all earlier and for all later times.
         """
         if not self.propagation.steps:  # a horizon of zero
             return
-        with self._lock:
-            if self._pieces is None and not self._too_long:
-                stored = StoredPieces(self.setup)
-                self._again(stored, progress)
-                self._pieces, self._too_long = stored.pieces, stored.pieces is None
-            reader = _Reader(visit, self.propagation.time)
-            if self._pieces is None:
-                self._again(reader, progress)
-            else:
-                for piece in self._pieces:
-                    reader.append(piece)
+        low, end = None, self.propagation.time
 
-    def _again(self, pieces: Pieces, progress: Progress | None) -> None:
-        assert self._propagate, "a propagation without its series can be repeated"
-        again = self._propagate(dense=pieces, progress=progress)
-        if again.state != self.propagation.state:
-            raise RuntimeError("the same integration gave another result when it was repeated")
+        def take(block: ContinuousOutput) -> None:
+            nonlocal low
+            high = block.bounds[1]
+            visit(block, low, high if high < end else None)
+            low = high
+
+        with self._lock:
+            if self.propagation.series is not None:
+                for block in self.propagation.series:
+                    take(block)
+                return
+            assert self._again, "a propagation without its series can be repeated"
+            again = self._again(take, progress)
+            if again.state != self.propagation.state:
+                raise RuntimeError("the same integration gave another result when it was repeated")
+            self.propagation = replace(self.propagation, series=again.series)
 
     def _shift(self, row: Row, delay: Scalar) -> Row:
         # heyoka's times are rounded to its precision, which costs up to t eps of state at late
@@ -429,20 +419,6 @@ class DenseOutput(Span):
             return row
         rates = self.setup.layout.rates(self.start.body, row, self.precision.context)
         return tuple(x + rate * delay for x, rate in zip(row, rates, strict=True))
-
-
-class _Reader:
-    def __init__(self, visit: Callable[[ContinuousOutput, Scalar, Scalar], None], end: Scalar):
-        self._visit, self._end = visit, end
-        self.clear()
-
-    def clear(self) -> None:
-        self._low: Scalar = None
-
-    def append(self, output: ContinuousOutput) -> None:
-        high = output.bounds[1]
-        self._visit(output, self._low, high if high < self._end else None)
-        self._low = high
 
 
 def shift_arrays(

@@ -8,27 +8,26 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cache, lru_cache, partial
+from functools import cache, lru_cache
 from types import ModuleType
 from typing import Any, TypeVar
 
 from tt_precise.integration.dense_output import (
     ARRIVED,
     DenseOutput,
-    Pieces,
     Propagation,
+    Read,
     Repeat,
     SampleTimes,
     Segment,
-    StoredPieces,
+    StoredSeries,
 )
 from tt_precise.integration.equations import Equations, longest_step
-from tt_precise.integration.events import Found
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import Adaptive, Array, ContinuousOutput, Scalar
+from tt_precise.runtime.values import Adaptive, Array, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
@@ -57,24 +56,30 @@ def run(
     progress: Progress | None,
 ) -> list[Segment]:
     """The run from ``start``, in one segment."""
-    if setup.precision.is_float and not setup.events:
-        taken = None if samples is None else samples.doubles.rounded[1:]
-        propagation = propagate(setup, start, samples=taken, progress=progress)
-        pieces = None
-    else:
-        # events need the series of the steps, and wider arithmetics take longer than the series
-        stored = StoredPieces(setup)
-        propagation = propagate(setup, start, dense=stored, progress=progress)
-        pieces, samples = stored.pieces, None
+    samples = None if needs_series(setup) else samples
+    propagation = propagate(setup, start, samples=samples, progress=progress)
     again = repeating(setup, start, propagation)
-    output = DenseOutput(setup, start, propagation, pieces, again, samples)
+    output = DenseOutput(setup, start, propagation, again, samples)
     return [Segment(start.until * 0, output)]
 
 
+def needs_series(setup: Setup) -> bool:
+    """True if the series of the steps are computed at once.
+
+    Events need them, and wider arithmetics take longer than the series.
+    """
+    return bool(setup.events) or not setup.precision.is_float
+
+
 def repeating(setup: Setup, start: InitialState, first: Propagation) -> Repeat:
-    """Return a function that repeats a propagation, for the dense outputs of its pieces."""
+    """Return a function that repeats a propagation, for a reader of its series."""
     until = first.time if first.status == "failed" else None
-    return partial(propagate, setup, start, until=until)
+
+    def again(read: Read, progress: Progress | None) -> Propagation:
+        plain = setup.but(events=())
+        return propagate(plain, start, until=until, read=read, progress=progress)
+
+    return again
 
 
 def propagate(
@@ -82,16 +87,16 @@ def propagate(
     start: InitialState,
     *,
     until: Scalar = None,
-    dense: Pieces | None = None,
-    samples: Array | None = None,
+    read: Read | None = None,
+    samples: SampleTimes | None = None,
     progress: Progress | None = None,
     cuts: int = MOST_CUTS,
 ) -> Propagation:
     """Propagate once from ``start``; returns the outcome in heyoka's numbers.
 
-    ``until`` (a number of heyoka's type) replaces the horizon of the start. ``dense`` receives
-    heyoka's dense output of each bounded piece, in order. ``samples`` are rising times up to the
-    horizon, at which a run in double stores its states. A propagation that produces NaN is cut back
+    ``until`` (a number of heyoka's type) replaces the horizon of the start. ``read`` receives
+    heyoka's dense output of each bounded block, in order. At ``samples`` a run in double stores its
+    states. A propagation that produces NaN is cut back
     to its last good step, at most ``cuts`` times, and has the status "failed", as has a propagation
     whose steps are too short ever to reach the horizon.
 
@@ -107,8 +112,16 @@ def propagate(
         horizon = until
     first = number(exact(setup.phase.first_step))
     goals = [first, horizon] if setup.phase.first_step and first < horizon else [horizon]
-    watched = Watched(setup, start, dense) if setup.events else None
-    dense = watched or dense
+    zeros, readers = None, [read] if read else []
+    if setup.events:
+        from tt_precise.integration.steps import of_dense_output
+        from tt_precise.integration.zeros import Zeros
+
+        zeros = Zeros(setup, start)
+        readers.append(lambda block: zeros.search(of_dense_output(block, setup, start)))
+    stored = StoredSeries(setup) if read or needs_series(setup) else None
+    if stored:
+        readers.append(stored.append)
     with pooled_integrator(setup.but(events=())) as integrator:
         integrator.begin(setup, start)
         longest = longest_step(
@@ -116,7 +129,7 @@ def propagate(
         )
         limits = {} if longest is None else {"max_delta_t": number(longest)}
         outcome, steps, taken = _advance(
-            integrator, goals, dense, samples, progress, setup.precision, limits
+            integrator, goals, readers, samples, progress, setup.precision, limits
         )
         status = status_of(outcome, integrator.terminal)
         if (
@@ -127,39 +140,39 @@ def propagate(
             status = "contact_ignored"
         if status != "failed":
             propagation = _propagation_of(integrator, status, steps)
-            if watched:
-                end = None if status in ARRIVED else propagation.state
-                propagation = replace(propagation, found=watched.collect(end))
-            return replace(propagation, samples=taken)
+            if zeros:
+                with_guard_bits = setup.precision.with_guard_bits
+                end = None if status in ARRIVED else [*map(with_guard_bits, propagation.state)]
+                propagation = replace(propagation, found=zeros.collect(end))
+            series = stored.blocks if stored else None
+            return replace(propagation, series=series, samples=taken)
         last_good = integrator.adaptive.time
         if outcome == outcomes().err_nf_state:
             last_good = _time_before_failure(setup, start, integrator, horizon)
         if last_good == number(zero):
             integrator.begin(setup, start)
             return _propagation_of(integrator, status, 0)
-    if dense is not None:
-        dense.clear()
     if not cuts:  # no time is good
         last_good = number(zero)
-    propagation = propagate(setup, start, until=last_good, dense=dense, cuts=cuts - 1)
+    propagation = propagate(setup, start, until=last_good, cuts=cuts - 1)
     return replace(propagation, status="failed")
 
 
 def _advance(
     integrator: Integrator,
     goals: list[Scalar],
-    dense: Pieces | None,
-    samples: Array | None,
+    readers: Sequence[Read],
+    samples: SampleTimes | None,
     progress: Progress | None,
     precision: Precision,
     limits: dict[str, Any],
 ) -> tuple[Any, int, Array | None]:
-    """Outcome, steps and states at ``samples`` of a propagation from goal to goal, by pieces.
+    """Outcome, steps and states at ``samples`` of a propagation from goal to goal, by blocks.
 
-    Between the pieces, and between the steps of wide arithmetics, Python runs: then progress is
-    reported and Ctrl-C works. The outcome is ``step_limit`` if a whole piece covered less than eps
-    of the horizon (mu = 1e300): the rest would take 1/eps more pieces. There are states, axes
-    (time, entry), if the first piece after the tiny piece reaches the last sample: otherwise heyoka
+    Between the blocks, and between the steps of wide arithmetics, Python runs: then progress is
+    reported and Ctrl-C works. The outcome is ``step_limit`` if a whole block covered less than eps
+    of the horizon (mu = 1e300): the rest would take 1/eps more blocks. There are states, axes
+    (time, entry), if the first block after the tiny block reaches the last sample: otherwise heyoka
     would begin another grid a rounding away from the end of the last step.
     """
     kinds, taken = outcomes(), None
@@ -182,17 +195,17 @@ def _advance(
         while outcome == kinds.step_limit and advance >= crawl:
             before = integrator.adaptive.time
             if samples is not None and goal == goals[-1]:
+                wanted, samples = samples.doubles.rounded[1:], None
                 outcome, _, _, count, _, states = integrator.adaptive.propagate_grid(
-                    [before, *samples], **keywords
+                    [before, *wanted], **keywords
                 )
-                taken = states[1:] if len(states) > len(samples) else None
-                samples = None
+                taken = states[1:] if len(states) > len(wanted) else None
             else:
                 outcome, _, _, count, output, _ = integrator.adaptive.propagate_until(
-                    goal, c_output=dense is not None, **keywords
+                    goal, c_output=bool(readers), **keywords
                 )
-                if dense is not None and output is not None:
-                    dense.append(output)
+                for read in readers if output is not None else ():
+                    read(output)
             steps += count
             advance = with_guard_bits(integrator.adaptive.time - before)
             report(integrator.adaptive)
@@ -209,34 +222,6 @@ def _propagation_of(integrator: Integrator, status: str, steps: int) -> Propagat
         steps=steps,
         order=integrator.adaptive.order,
     )
-
-
-class Watched:
-    """A receiver of heyoka's dense outputs that finds events and passes the outputs on."""
-
-    def __init__(self, setup: Setup, start: InitialState, to: Pieces | None):
-        from tt_precise.integration.zeros import Zeros
-
-        self.setup, self.start, self.to, self.zeros = setup, start, to, Zeros(setup, start)
-
-    def clear(self) -> None:
-        """Forget all dense outputs: the propagation starts again."""
-        self.zeros.clear()
-        if self.to is not None:
-            self.to.clear()
-
-    def collect(self, end: Sequence[Scalar] | None) -> Found:
-        """Return the events; ``end`` is the state where the model ended before the horizon."""
-        with_guard_bits = self.setup.precision.with_guard_bits
-        return self.zeros.collect(None if end is None else [*map(with_guard_bits, end)])
-
-    def append(self, output: ContinuousOutput) -> None:
-        """Find the events in the next dense output."""
-        from tt_precise.integration.steps import of_dense_output
-
-        self.zeros.search(of_dense_output(output, self.setup, self.start))
-        if self.to is not None:
-            self.to.append(output)
 
 
 def _time_before_failure(

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, NamedTuple
 from tt_precise.integration.dense_output import (
     ARRIVED,
     DenseOutput,
-    Pieces,
     Propagation,
+    Read,
     SampleTimes,
     Segment,
-    StoredPieces,
+    StoredSeries,
 )
 from tt_precise.integration.equations import longest_step, terminal_functions
 from tt_precise.integration.events import NOTHING_FOUND, TERMINAL, Event, EventRecord
@@ -83,10 +83,12 @@ def propagate_in_doubles(
     setup: Setup,
     start: InitialState,
     *,
-    dense: Pieces | None = None,
+    read: Read | None = None,
     progress: Progress | None = None,
 ) -> Propagation:
     """Propagate once; numbers have guard bits, and are rounded on conversion to doubles.
+
+    ``read`` receives the blocks of steps in order.
 
     Raises ``InputError``: there are more than ``MOST_EVENTS`` events, or an event needs a function
     that does not exist here.
@@ -105,7 +107,7 @@ def propagate_in_doubles(
         math.inf if longest is None else float(longest),
     )
     end = _End("complete", fn.mpf(0), row, 0)
-    steps, zeros = 0, None
+    steps, zeros, stored = 0, None, StoredSeries(setup)
     if setup.events:
         from tt_precise.integration.steps import of_block
         from tt_precise.integration.zeros import Zeros
@@ -116,8 +118,10 @@ def propagate_in_doubles(
         steps += end.steps
         if zeros:
             zeros.search(of_block(piece, float(end.time), setup))
-        if dense is not None:
-            dense.append(ReadPiece(piece, end.time, run.size, fn))
+        block = ReadPiece(piece, end.time, run.size, fn)
+        stored.append(block)
+        if read:
+            read(block)
         if progress:
             progress(min(1.0, float(end.time / until)))
         if end.status:
@@ -126,7 +130,9 @@ def propagate_in_doubles(
     found = NOTHING_FOUND
     if zeros:
         found = zeros.collect(None if end.status in ARRIVED else end.state)
-    return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order, found)
+    return Propagation(
+        end.status, end.time, fn.mpf(0), end.state, steps, order, found, stored.blocks
+    )
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
@@ -151,11 +157,12 @@ def run(
     progress: Progress | None,
 ) -> list[Segment]:
     """The run from ``start``, in one segment whose series are stored."""
-    stored = StoredPieces(setup)
-    propagation = propagate_in_doubles(setup, start, dense=stored, progress=progress)
+    propagation = propagate_in_doubles(setup, start, progress=progress)
 
-    again = partial(propagate_in_doubles, setup, start)
-    output = DenseOutput(setup, start, propagation, stored.pieces, again, samples)
+    def again(read: Read, progress: Progress | None) -> Propagation:
+        return propagate_in_doubles(setup.but(events=()), start, read=read, progress=progress)
+
+    output = DenseOutput(setup, start, propagation, again, samples)
     return [Segment(start.until * 0, output)]
 
 

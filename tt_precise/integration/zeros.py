@@ -121,10 +121,6 @@ class Zeros:
         self._smooth = numpy.array([event.name in smooth for event in self.events], dtype=bool)
         self._mpfr = setup.precision.mpfr
         self._body = self._body_of(float)
-        self.clear()
-
-    def clear(self) -> None:
-        """Forget all steps: the run starts again."""
         self._hits: list[EventRecord] = []
         self._lost: Array = None  # errors of the components so far, relative to their sizes
         self._sign = numpy.zeros(len(self.events))  # the last sign of each function that counts

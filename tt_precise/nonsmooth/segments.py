@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.integration.columns import Row
-from tt_precise.integration.dense_output import DenseOutput, StoredPieces, Times
+from tt_precise.integration.dense_output import DenseOutput, Times
 from tt_precise.integration.heyoka_backend import propagate, repeating
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.quantities import Motion
@@ -113,16 +113,14 @@ class RegularisedTimeOutput(RowwiseOutput):
 
 def propagated(setup: Setup, start: InitialState) -> DenseOutput:
     """Return the segment from ``start``, readable over t."""
-    stored = StoredPieces(setup) if setup.precision.in_software or setup.events else None
-    propagation = propagate(setup, start, dense=stored)
-    pieces = stored.pieces if stored else None
+    propagation = propagate(setup, start)
     again = repeating(setup, start, propagation)
     if not setup.phase.has_clock:
-        return DenseOutput(setup, start, propagation, pieces, again)
+        return DenseOutput(setup, start, propagation, again)
     t = setup.formulation.columns.index("t")
     found = propagation.found
     found = found._replace(hits=tuple(hit._replace(time=hit.state[t]) for hit in found.hits))
-    return RegularisedTimeOutput(setup, start, replace(propagation, found=found), pieces, again)
+    return RegularisedTimeOutput(setup, start, replace(propagation, found=found), again)
 
 
 class SegmentStart(NamedTuple):
