@@ -33,12 +33,14 @@ def test_json_has_the_rows_and_the_ratios(capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_a_table_for_a_screen(said: Said) -> None:
-    text = said("tradeoff contact-lost")
+    text = said("tradeoff contact-lost --until 0.5")
     head, _, titles, first, *_ = text.splitlines()
-    assert head.startswith("contact-lost, 0 to 1.33 s")
+    assert head.startswith("contact-lost, 0 to 0.5 s")
     assert titles.split() == [
         "method", "setting", "arithmetic", "digits", "seconds", "first", "drift"
     ]  # fmt: skip
     assert first.split()[:3] == ["tt_precise", "digits=6", "double"]
     assert all(len(line) <= 88 for line in text.splitlines()[1:])
+    assert "atol: in SI for each entry: 1 for k, kg m^2/s for L" in text
+    assert "until: got -1, expected seconds" in said("tradeoff reference --until -1", status=2)
     assert "got 'nowhere'" in said("tradeoff nowhere", status=2)

@@ -36,8 +36,8 @@ def test_every_row_delivers_the_digits_that_were_asked(
         assert row.digits == pytest.approx(-math.log10(row.error))
         assert row.steps
         assert row.seconds > 0
-    dop853, lsoda = (row for row in found.rows if row.method != measure.OWN)
-    for row in (dop853, lsoda):  # a digit or two below their tolerance
+    dop853, lsoda = peers = [row for row in found.rows if row.method != measure.OWN]
+    for row in peers:  # a digit or two below their tolerance
         assert 1e-9 < row.error < 1e-6
         assert row.precision == "double"
         assert 1e-16 < (row.jellett_drift or 0) < 1e-6
@@ -78,6 +78,7 @@ def test_a_scene_in_pieces_and_a_slow_method_are_left_out_with_a_sentence(
     assert [line.partition(":")[0] for line in slow.left_out] == [
         "20 digits and more", "SciPy DOP853 from 0.001 on", "SciPy LSODA from 0.001 on"
     ]  # fmt: skip
+    assert slow.left_out[-1].endswith("beyond 0 s; --until T is shorter")
 
 
 def row(method: str, digits: float, seconds: float) -> Row:

@@ -35,7 +35,7 @@ DOUBLE_DIGITS = 15
 TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
 SMALLEST_RTOL = 2.3e-14  # Smallest relative tolerance that solve_ivp accepts.
 MOST_SAMPLES = 40  # Most samples at which rows are compared.
-BUDGET_S = 3.0  # Time in s for this integrator, and for each of SciPy's.
+BUDGET_S = 2.5  # Time in s for this integrator, and for each of SciPy's.
 SHARE = 1 / 3  # Largest share of the budget for a row; a slower row is the last.
 OWN = "tt_precise"
 PEERS = ("DOP853", "LSODA")
@@ -190,7 +190,9 @@ def _peer_rows(
         try:
             yield _peer_row(scene, method, tolerance, truth, deadline)
         except _TooLongError:
-            leave_out(f"SciPy {method} from {tolerance:g} on: beyond {BUDGET_S:g} s")
+            leave_out(
+                f"SciPy {method} from {tolerance:g} on: beyond {BUDGET_S:g} s; --until T is shorter"
+            )
             return
         except ArithmeticError as error:
             leave_out(f"SciPy {method} at {tolerance:g}: {error}")
