@@ -286,6 +286,10 @@ def test_columns_are_the_panels_of_a_plot(tmp_path: Path, said: Said) -> None:
     assert one.read_text("utf-8") != all_of_it.read_text("utf-8")
     said(SHORT, "--out", tmp_path / "a.csv", "--columns drift:jellett,theta")
     assert (tmp_path / "a.csv").read_text("utf-8").startswith("t,drift:jellett,theta\n0.0,0.0,")
+    text = said(SHORT, "--out", tmp_path / "a.csv", "--columns drift:E,drift:lambda")
+    assert text.endswith(
+        "  drift:E: changes since the start, no errors; this motion conserves jellett, axis_norm\n"
+    )
     text = said(SHORT, "--out", tmp_path / "a.csv", "--columns drift:lean", status=2)
     assert "--columns: got 'drift:lean'" in text
     assert "without --out, --plot or" in said(SHORT, "--columns theta", status=2)

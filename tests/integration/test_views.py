@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.reading import changes
 from tt_precise.integration.views import (
     ELEVATION,
     PEG,
@@ -59,7 +60,8 @@ def test_columns_of_ones_choice(short: Trajectory) -> None:
 
 def test_the_drift_of_every_quantity_can_be_drawn(short: Trajectory) -> None:
     jellett, energy, theta = short.plot("drift:jellett", "drift:E", "theta").axes
-    assert jellett.get_ylabel() == "relative drift of jellett"
+    assert jellett.get_ylabel() == "relative drift\nof jellett"
+    assert energy.get_ylabel() == "relative change\nof $E$"  # friction takes it: no error
     assert max(np.asarray(jellett.lines[0].get_ydata(), float)) == float(short.drift["jellett"])
     E = short.frame("E")["E"]
     assert np.asarray(energy.lines[0].get_ydata(), float)[-1] == pytest.approx(
@@ -89,8 +91,33 @@ def test_a_drift_is_a_column_of_frames_too(rough: Scene, precision: str) -> None
         assert float(table["drift:E"][-1]) == pytest.approx(
             abs(float((energy[-1] - energy[0]) / energy[0])), rel=1e-9
         )
+    assert list(run.frame("drift:lambda")["drift:lambda"]) == list(tables[0]["drift:jellett"])
     with pytest.raises(InputError, match="times: got times with estimated errors or drifts"):
         run.frame("drift:jellett", times=[0.01])
+
+
+@pytest.mark.parametrize(
+    ("name", "kept", "lost"),
+    [
+        ("reference", ["lambda", "axis_norm"], ["E", "omega_3", "L_z", "s_dot_x", "D"]),
+        ("frictionless", ["E", "omega_3", "L_z", "s_dot_x"], ["D", "E_tilde", "theta"]),
+        ("rolling", ["E", "D", "E_tilde", "E_tilde_main"], ["omega_3", "E_rot"]),
+        ("flight", ["E", "E_rot", "omega_3"], ["E_pot"]),
+    ],
+)
+def test_a_change_of_what_a_motion_does_not_conserve_is_no_error(
+    name: str, kept: list[str], lost: list[str]
+) -> None:
+    run = integrate(name, until="0.1")
+    asked = [f"drift:{one}" for one in (*kept, *lost)]
+    note = changes(run.run, asked)
+    named = note.partition(": changes since")[0]
+    assert named == ", ".join(f"drift:{one}" for one in lost)
+    assert note.endswith(f"this motion conserves {', '.join(run.drift)}")
+    assert changes(run.run, [f"drift:{one}" for one in kept]) == ""
+    table = run.frame(*asked)
+    assert all(table[f"drift:{one}"].max() < 1e-13 for one in kept)
+    assert all(table[f"drift:{one}"].max() > 1e-9 for one in lost)
 
 
 def test_a_run_that_ended_early_says_so(rough: Scene) -> None:

@@ -192,7 +192,8 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
 @click.option(
     "--columns",
     help="Columns of --out and of the events of --json, or panels of --plot, separated by commas: "
-    "quantities, pose, pose:xyzw, error:NAME, drift:NAME, digits.",
+    "quantities, pose, pose:xyzw, error:NAME, drift:NAME (an error only where the motion conserves "
+    "NAME), digits.",
 )
 @click.option(
     "--out",
@@ -302,7 +303,7 @@ def command(
             trajectory.animate(animate, progress=progress)
     outcome = answers(trajectory, exactly=digits is not None)
     content = summary(trajectory, outcome, wanted, exactly=digits is not None)
-    options.emit(as_json, content, lines(trajectory, outcome))
+    options.emit(as_json, content, lines(trajectory, outcome, wanted))
     return 0 if trajectory.status == "complete" else UNFINISHED
 
 
@@ -494,8 +495,12 @@ def event_rows(
     ]
 
 
-def lines(trajectory: Trajectory, outcome: dict[str, Any]) -> list[str]:
-    """Return the text: the end, the ``answers``, the last state and its digits."""
+def lines(
+    trajectory: Trajectory, outcome: dict[str, Any], columns: Sequence[str] = ()
+) -> list[str]:
+    """Return the text: the end, the ``answers``, the last state, its digits, notes on columns."""
+    from tt_precise.integration.reading import changes
+
     context = trajectory.precision.context
 
     def short(value: Scalar) -> str:
@@ -513,6 +518,7 @@ def lines(trajectory: Trajectory, outcome: dict[str, Any]) -> list[str]:
     ]
     shown += [f"  {count} x {name}" for name, count in trajectory.event_counts.most_common()]
     shown += [f"  {name}: its function {TOUCHES}" for name in trajectory.touches]
+    shown += [f"  {note}" for note in [changes(trajectory.run, columns)] if note]
     if trajectory.status == "contact_ignored":
         shown.append("  CONTACT IGNORED: g_n < 0 on the way, where no table holds the top")
     elif trajectory.status != "complete":

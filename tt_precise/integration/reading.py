@@ -16,7 +16,7 @@ import numpy
 from tt_precise.integration.columns import POSE_NAMES, Name, Row, State
 from tt_precise.integration.dense_output import ARRIVED, Segment, is_doubles, long_double
 from tt_precise.integration.solution import Solution
-from tt_precise.mechanics.conserved import conserved, drift
+from tt_precise.mechanics.conserved import Integral, conserved, drift
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar
@@ -255,23 +255,38 @@ def _events_of_segment(
     return columns
 
 
-def drift_over_time(run: Solution) -> dict[str, Sequence[Scalar]]:
-    """Relative change since the start of each conserved quantity, at ``sample_times``.
-
-    In double a float64 array for each, otherwise a list of mpmath numbers.
-    """
-    integrals = [
+def integrals(run: Solution) -> list[Integral]:
+    """The integrals of the motion that the run's state determines."""
+    return [
         integral
         for integral in conserved(run.scene.model, run.scene.body)
         if run.columns.has_azimuth or not integral.azimuth
         if run.setup.formulation.coordinates == "newton" or integral.name != "axis_norm"
     ]
+
+
+def changes(run: Solution, names: Iterable[Name]) -> str:
+    """Return a sentence on the drifts in ``names`` of what the motion does not conserve, or ""."""
+    known = {name for one in integrals(run) for name in (one.name, *one.quantities)}
+    drifts = (str(name) for name in names if is_drift(name))
+    others = [name for name in drifts if name.removeprefix(DRIFT) not in known]
+    if not others:
+        return ""
+    kept = ", ".join(integral.name for integral in integrals(run))
+    return f"{', '.join(others)}: changes since the start, no errors; this motion conserves {kept}"
+
+
+def drift_over_time(run: Solution) -> dict[str, Sequence[Scalar]]:
+    """Relative change since the start of each conserved quantity, at ``sample_times``.
+
+    In double a float64 array for each, otherwise a list of mpmath numbers.
+    """
     times, output = run.sample_times, run.segments[0].output
     if not (run.in_arrays and run.alone):
         zero = run.start.until * 0
         inner = [zero, *map(run.dimensionless_time, times[:-1]), run.end_time]
         along = motions(run, inner)
-        return {integral.name: drift(integral, along)[1:] for integral in integrals}
+        return {integral.name: drift(integral, along)[1:] for integral in integrals(run)}
 
     entries = output.arrays(output.times(times), long_double)
     if run.status not in ARRIVED:
@@ -281,7 +296,8 @@ def drift_over_time(run: Solution) -> dict[str, Sequence[Scalar]]:
     both = [run.columns.array_motion(there, long_double) for there in (start, entries)]
     ones = numpy.ones(len(times))  # an integral may be one number for all rows
     return {
-        integral.name: (drift(integral, both)[1] * ones).astype(float) for integral in integrals
+        integral.name: (drift(integral, both)[1] * ones).astype(float)
+        for integral in integrals(run)
     }
 
 
@@ -295,13 +311,15 @@ def drift_columns(
 ) -> dict[str, Array]:
     """The relative drifts of the columns "drift:NAME" at the samples.
 
-    NAME is a conserved quantity of the scene, whose drift is computed in finer arithmetic, or any
-    quantity: the change since the start over its value there, or over its largest value if it
-    starts at 0.
+    NAME is an integral of the motion or a quantity with its value, whose drift is computed in finer
+    arithmetic, or any quantity: the change since the start over its value there, or over its
+    largest value if it starts at 0 (``changes``).
 
     Raises ``InputError``: there is no such quantity.
     """
-    known = drift_over_time(run)
+    known = dict(drift_over_time(run))
+    for integral in integrals(run):
+        known |= dict.fromkeys(integral.quantities, known[integral.name])
     columns: dict[str, Any] = {}
     for name in names:
         wanted = name.removeprefix(DRIFT)

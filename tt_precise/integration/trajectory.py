@@ -219,8 +219,9 @@ class Trajectory:
             the azimuth is 0 unless phi is recorded).
             "pose" means the columns of the pose, "pose:xyzw" these columns with the scalar of the
             quaternion last, "error:NAME" the estimated error of a column, "digits" the digits of
-            the state's worst component (``error_over_time``), "drift:NAME" the relative drift of a
-            conserved or of any other quantity.
+            the state's worst component (``error_over_time``), "drift:NAME" the relative change of a
+            quantity since the start; it is an error only where the motion conserves the quantity,
+            such as lambda, or E without friction.
         times
             In s, one or several; by default the scene's samples.
         numbers

@@ -12,6 +12,7 @@ from tt_precise.integration.columns import Name, expanded
 from tt_precise.integration.errors import DIGITS, ERROR, table_with_errors
 from tt_precise.integration.reading import (
     DRIFT,
+    changes,
     drift_over_time,
     event_columns,
     is_drift,
@@ -104,7 +105,8 @@ def _drifts(axes: Axes, run: Solution, drifts: Mapping[str, Sequence[Scalar]]) -
         floats = numpy.maximum([float(value) for value in values], floor)
         axes.semilogy(times, floats, label=name.replace("_", " "))
     one = next(iter(drifts)) if len(drifts) == 1 else ""
-    axes.set_ylabel(f"relative drift of {_label(one)}" if one else "relative drift")
+    what = "change" if changes(run, [f"{DRIFT}{name}" for name in drifts]) else "drift"
+    axes.set_ylabel(f"relative {what}\nof {_label(one)}" if one else "relative drift")
     if not one:
         axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
 

@@ -21,6 +21,7 @@ class Integral:
     """A conserved value: name, function, scale, models and bodies, and source.
 
     ``azimuth`` marks integrals that need the direction of the axis; an Euler state leaves it open.
+    ``quantities`` are the quantities with this value, up to a constant factor.
     """
 
     name: str
@@ -29,6 +30,7 @@ class Integral:
     holds: Callable[[str, Parameters], bool]
     meaning: str
     azimuth: bool = False
+    quantities: tuple[str, ...] = ()
 
 
 def _always(model: str, body: Parameters) -> bool:
@@ -67,27 +69,28 @@ def _energy_holds(model: str, body: Parameters) -> bool:
 _ALL = (
     Integral("jellett", quantities.jellett,
              lambda q: abs(quantities.jellett(q)) or q.body.R * _angular_momentum(q), _always,
-             "lambda = -L.a; after eq (1)"),
+             "lambda = -L.a; after eq (1)", quantities=("lambda",)),
     Integral("axis_norm", lambda q: dot(q.k, q.k), lambda q: 1, _always, "k.k = 1"),
     Integral("energy", quantities.E, _own_size(quantities.E), _energy_holds,
-             "E, where no contact force does work"),
+             "E, where no contact force does work", quantities=("E",)),
     Integral("spin", lambda q: dot(q.state.L, q.k), _angular_momentum, _frictionless,
-             "L.k = I3 omega_3; eq (4) with mu = 0"),
+             "L.k = I3 omega_3; eq (4) with mu = 0", quantities=("omega_3",)),
     Integral("vertical_angular_momentum", quantities.L_z, _angular_momentum, _frictionless,
-             "L.z; eq (1) with mu = 0"),
+             "L.z; eq (1) with mu = 0", quantities=("L_z",)),
     Integral("momentum_x", lambda q: q.body.m * q.s_dot[0], _momentum, _frictionless,
-             "m s_dot.X; eq (1) with mu = 0", azimuth=True),
+             "m s_dot.X; eq (1) with mu = 0", azimuth=True, quantities=("s_dot_x",)),
     Integral("momentum_y", lambda q: q.body.m * q.s_dot[1], _momentum, _frictionless,
-             "m s_dot.Y; eq (1) with mu = 0", azimuth=True),
+             "m s_dot.Y; eq (1) with mu = 0", azimuth=True, quantities=("s_dot_y",)),
     Integral("angular_momentum_x", lambda q: q.state.Lx, _angular_momentum, _flight,
              "L.X; no torque in flight", azimuth=True),
     Integral("angular_momentum_y", lambda q: q.state.Ly, _angular_momentum, _flight,
              "L.Y; no torque in flight", azimuth=True),
     Integral("rotational_energy", quantities.E_rot, _own_size(quantities.E_rot), _flight,
-             "omega.L/2; no torque in flight"),
-    Integral("routh", quantities.D, _angular_momentum, _rolling, "D; eq (9), rolling"),
+             "omega.L/2; no torque in flight", quantities=("E_rot",)),
+    Integral("routh", quantities.D, _angular_momentum, _rolling, "D; eq (9), rolling",
+             quantities=("D",)),
     Integral("modified_energy", quantities.E_tilde, _own_size(quantities.E_tilde), _rolling,
-             "E~; eq (8), rolling"),
+             "E~; eq (8), rolling", quantities=("E_tilde", "E_tilde_main")),
 )  # fmt: skip
 OF_FLIGHT = ("angular_momentum_x", "angular_momentum_y", "rotational_energy")
 INTEGRALS = {integral.name: integral for integral in _ALL}
