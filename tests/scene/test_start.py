@@ -93,6 +93,11 @@ def test_centre_of_mass_at_rest_with_all_rates() -> None:
         ({"theta": "0.1"}, r"missing key start\.omega_3, expected a value \(or psi_dot\)"),
         ({"omega_3": "1"}, r"missing key start\.theta"),
         ({**PLAIN, "psi_dot": "1"}, r"start\.psi_dot: got omega_3 too"),
+        (
+            {"theta_deg": "5", "omega_3": "1"},
+            'unknown key start.theta_deg, expected theta = "5 deg", or',
+        ),
+        ({**PLAIN, "omega_3_deg_s": 9}, 'expected omega_3 = "9 deg/s", or omega_3 in SI'),
         ({**PLAIN, "psi": "1"}, r"unknown key start\.psi, expected only: at_rest, height, nu_x"),
         ({**PLAIN, "at_rest": "peg"}, r"start\.at_rest: got 'peg', expected \"contact point\""),
         ({**PLAIN, "at_rest": "contact point", "nu_x": "0"}, "expected either at_rest or"),

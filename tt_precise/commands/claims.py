@@ -31,10 +31,8 @@ SHOWN_IN_FULL = 3  # Most claims that are printed with their quotes and notes.
 
 @click.command("claims")
 @click.argument("ids", nargs=-1, metavar="[ID]...")
-@click.option("--verdict", multiple=True, type=click.Choice(VERDICTS), help="Only these verdicts.")
-@click.option(
-    "--kind", multiple=True, type=click.Choice(list(CLAIM_KINDS.values())), help="Only these kinds."
-)
+@options.several(VERDICTS, "--verdict", "Only these verdicts")
+@options.several(CLAIM_KINDS.values(), "--kind", "Only these kinds")
 @click.option("--full", is_flag=True, help="Show quotes, definitions and notes too.")
 @click.option("--again", is_flag=True, help="Recompute the verdicts.")
 @options.workers("with --again; by default one for each core, at most 4")
@@ -126,20 +124,20 @@ def _table(rows: Sequence[JudgedClaim]) -> None:
     from rich.table import Table
 
     screen = console()
-    table = Table(box=None, pad_edge=False, expand=screen.width < UNCUT)
+    table = Table(box=None, pad_edge=False)
     for heading, longest in (("id", 7), ("verdict", 10)):
         table.add_column(heading, no_wrap=True, min_width=longest)
-    for heading, ratio in (("claim", 4), ("printed", 2), ("measured", 3)):
-        table.add_column(heading, no_wrap=True, overflow="ellipsis", ratio=ratio)
+    shown = ("statement", "printed", "measured") if screen.width == UNCUT else ("statement",)
+    for name in shown:
+        table.add_column("claim" if name == "statement" else name)
     for claim in rows:
         coloured = f"[{COLOURS[claim.verdict]}]{claim.verdict}[/]"
-        cells = map(escape, (claim.statement, claim.printed, claim.measured))
-        table.add_row(claim.id, coloured, *cells)
+        table.add_row(claim.id, coloured, *(escape(getattr(claim, name)) for name in shown))
     counted = ", ".join(f"{number} {name}" for name, number in _counts(rows).items() if number)
     if rows:
         screen.print(table)
     screen.print(f"{len(rows)} claims: {counted or 'none'}.", highlight=False)
-    screen.print("`tt-precise claims ID` shows one in full.\n", highlight=False)
+    screen.print("`tt-precise claims ID` shows what is printed and measured.\n", highlight=False)
 
 
 def _counts(rows: Sequence[JudgedClaim]) -> dict[str, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable
@@ -10,7 +11,7 @@ from typing import Any, TypeVar
 
 import click
 
-from tt_precise.runtime.values import Json
+from tt_precise.runtime.values import Json, listed
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -22,6 +23,26 @@ PRECISION = click.option(
     type=click.Choice(["double", "extended", "double-double", "quad", "triple-double", "mp"]),
     help="The arithmetic: 53 bits (the default), 64, 104, 113, 155 or 200.",
 )
+
+
+class Several(click.Choice):
+    """Some of several names, separated by commas; with ``several``, of all values of an option."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, ...]:
+        return tuple(super(Several, self).convert(name, param, ctx) for name in listed(value))
+
+
+def several(names: Iterable[str], option: str, text: str) -> Callable[[F], F]:
+    """Return an option that takes some of ``names``, separated by commas or repeated."""
+    return click.option(
+        option,
+        multiple=True,
+        type=Several(list(names)),
+        callback=lambda _, __, given: tuple(itertools.chain.from_iterable(given)),
+        help=f"{text}; separated by commas, or repeated.",
+    )
 
 
 class Group(click.Group):

@@ -167,6 +167,8 @@ class LiftedStart(Start):
             object.__setattr__(self, name, value)
 
 
+# Entries that may be in degrees, and the unit behind their number.
+ANGLES = {"theta": "deg"} | dict.fromkeys(("theta_dot", "phi_dot", "omega_3", PSI_DOT), "deg/s")
 _ENTRIES = tuple(field.name for field in fields(Start))
 LIFTED = ("height", "rise")
 START_KEYS = (*_ENTRIES, *LIFTED, PSI_DOT, AT_REST)
@@ -178,13 +180,15 @@ def is_derived(given: Mapping[str, Json]) -> bool:
 
 
 def _check_keys(given: Mapping[str, Json]) -> None:
-    for name in given:
+    for name, value in given.items():
         if name not in START_KEYS:
             shown = str(name)[:60]
             shown = shown if shown.isprintable() else repr(shown)
-            raise InputError(
-                f"unknown key start.{shown}, expected only: {', '.join(sorted(START_KEYS))}"
-            )
+            entry, in_degrees, _ = shown.partition("_deg")
+            expected = f"only: {', '.join(sorted(START_KEYS))}"
+            if in_degrees and entry in ANGLES:
+                expected = f'{entry} = "{str(value)[:20]} {ANGLES[entry]}", or {entry} in SI'
+            raise InputError(f"unknown key start.{shown}, expected {expected}")
     if "omega_3" in given and PSI_DOT in given:
         raise InputError(
             "start.psi_dot: got omega_3 too, expected one of the two "
