@@ -417,7 +417,7 @@ class Trajectory:
         """A matplotlib ``Figure`` over time with a panel for each of ``names`` (as in ``frame``).
 
         Without names: theta, energies, normal force, relative drift of the conserved quantities.
-        Recorded events are marked. ``tt_precise.runtime.plotting.save`` writes the figure.
+        Recorded events are marked. ``plot().savefig("top.png")`` saves it.
         """
         from tt_precise.integration.views import figure
 

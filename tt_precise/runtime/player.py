@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -24,9 +25,12 @@ DECIMALS = {"theta": 4, "phi": 3, "psi": 2, "x": 3, "y": 3, "lift": 3}
 # Positions of map and graph in the drawing of 520 x 400 units: left, top, width, height.
 MAP = (312.0, 22.0, 196.0, 176.0)
 GRAPH = (34.0, 300.0, 474.0, 74.0)
+# Speeds of a play over that of the motion, with their labels.
 SPEEDS = {
-    0.001: "1/1000", 0.0025: "1/400", 0.01: "1/100", 0.025: "1/40", 0.05: "1/20", 0.1: "1/10",
-    0.25: "1/4", 1.0: "as fast as it is", 4.0: "4 times as fast", 20.0: "20 times as fast",
+    float(Fraction(speed)): f"speed {speed}"
+    for speed in (
+        "1/1000", "1/400", "1/100", "1/40", "1/20", "1/10", "1/4", "1", "4", "20",
+    )
 }  # fmt: skip
 WATCHED_S = 30.0  # Seconds of a whole play, about, at the speed that is chosen first.
 TRAIL_S = 0.9  # Seconds of the contact's track that are drawn on the table, at most.
