@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy
 import pytest
 
 from tt_precise.integration import catalogue, integrate, zeros
@@ -221,6 +222,20 @@ def test_what_ends_in_noise_is_named() -> None:
     assert run.unresolved == run.touches == names
     assert 170 < run.event_counts["theta_max"] < 212
     assert integrate("below-threshold", until=8, events=names).unresolved == ()
+
+
+@pytest.mark.parametrize(
+    ("precision", "tolerance"), [("double", 1e-6), ("double", 1e-10), ("double-double", 1e-12)]
+)
+def test_the_noise_of_a_component_that_decays_is_no_event(precision: str, tolerance: float) -> None:
+    """The errors of k and L carry into the velocity, whose own errors decay with it."""
+    names = ("zero:s_dot_x", "zero:s_dot_y")
+    fine = integrate("below-threshold", "double-double", until=40, events=names)
+    run = integrate("below-threshold", precision, until=40, events=names, tolerance=tolerance)
+    times = numpy.array(fine.events["t"], dtype=float)
+    assert run.unresolved == names
+    assert 120 < len(run.events) < len(times) == 147
+    assert all(abs(times - t).min() < 1e-3 for t in run.events["t"].astype(float))
 
 
 def test_without_errors_tangencies_are_zeros(monkeypatch: pytest.MonkeyPatch) -> None:

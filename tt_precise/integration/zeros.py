@@ -6,8 +6,9 @@ value exceeds its error; elsewhere the value is undecided. Only the signs in ord
 extrema is lost in noise.
 
 The errors of the state determine the error of a function. Each step adds to the relative error of a
-component a rounding and the terms that the step leaves out. This is a model, not a bound: the model
-ignores how the motion amplifies errors.
+component a rounding and the terms that the step leaves out; a component has at least the error that
+its rate makes of the errors of the others in a step. This is a model, not a bound: the model ignores
+how the motion amplifies errors.
 
 Values at Chebyshev nodes give a polynomial on each step, so that a function only needs to be
 evaluated. Most polynomials have evidently no zero, or one. Other polynomials are divided until
@@ -185,7 +186,7 @@ class Zeros:
         columns = list(zip(*rows, strict=True))
         doubles = [numpy.array(column, dtype=float) for column in columns]
         size = numpy.array([abs(column).max() for column in doubles])[:, None]
-        lost = numpy.full_like(size, ROUNDINGS * 2.0**-self.setup.precision.bits)
+        lost = size * ROUNDINGS * 2.0**-self.setup.precision.bits
         mpfr, count = self._mpfr, range(len(self.events))
         with mpfr.precision(), numpy.errstate(all="ignore"):
             _, error = self._propagated(doubles, size, lost)
@@ -356,43 +357,56 @@ class Zeros:
         """Return errors of the functions at the ends of the steps: in the run, and in double.
 
         The size of a component in a step is its largest term. A step adds the terms that it omits,
-        and a rounding of the component or of the summands of its rate, whichever is larger.
+        and a rounding of the component or of the summands of its rate, whichever is larger. Where
+        a component is small, the errors of the others are more: at least those that its rate makes
+        of them in one step.
         """
         terms = steps.terms
         size = numpy.maximum(terms.max(axis=1), -terms.min(axis=1))
         left = OMITTED * (abs(terms[:, -1]) + OMITTED * abs(terms[:, -2]))
         rounding = 2.0**-self.setup.precision.bits
         if self._lost is None:
-            self._lost = numpy.full(len(size), ROUNDINGS * rounding)
-        left += rounding * numpy.maximum(size, self._sizes_of_rates(steps) * steps.length)
+            self._lost = numpy.full((2, len(size), 1), ROUNDINGS * rounding)
+        own = self._lost[0] + numpy.cumsum(numpy.where(size > 0, left / size, 0) + rounding, axis=1)
+        sizes, coupled = self._sizes_of_rates(steps, size * own / rounding) * steps.length
+        left += rounding * numpy.maximum(size, sizes)
+        coupled = coupled * rounding
         each = numpy.where(size > 0, left / size, rounding)
-        lost = self._lost[:, None] + numpy.cumsum(each, axis=1)
-        self._lost, self._error = lost[:, -1], (size * lost)[:, -1]
+        lost = self._lost[1] + numpy.cumsum(each, axis=1)
+        self._lost = numpy.array([own[:, -1:], lost[:, -1:]])
+        self._error = numpy.maximum(size * lost, coupled)[:, -1]
         ends = [*numpy.append(terms[:, 0], terms[:, :, -1:].sum(axis=1), axis=1)]
-        size, lost = (numpy.append(x, x[:, -1:], axis=1) for x in (size, lost))
-        size[:, 1:-1] = numpy.maximum(size[:, 1:-1], size[:, :-2])
-        return self._propagated(ends, size, lost)[::-1]
+        size, lost, coupled = (numpy.append(x, x[:, -1:], axis=1) for x in (size, lost, coupled))
+        for x in (size, coupled):
+            x[:, 1:-1] = numpy.maximum(x[:, 1:-1], x[:, :-2])
+        return self._propagated(ends, size, numpy.maximum(size * lost, coupled))[::-1]
 
-    def _sizes_of_rates(self, steps: Steps) -> Array:
-        """Return the sizes of the summands of the components' rates where the steps begin."""
-        row = [Sized(x, abs(x)) for x in steps.terms[:, 0]]
+    def _sizes_of_rates(self, steps: Steps, errors: Array) -> Array:
+        """Return the sizes of the summands of the components' rates where the steps begin.
+
+        The axes are (without errors, with ``errors`` in roundings; component; step).
+        """
+        row = [
+            Sized(x, numpy.array([abs(x), e]))
+            for x, e in zip(steps.terms[:, 0], errors, strict=True)
+        ]
         rates = self.setup.layout.rates(self._body, row, SizedFunctions())
-        sizes = numpy.zeros((len(row), len(steps)))
+        sizes = numpy.zeros((2, len(row), len(steps)))
         for i, rate in enumerate(rates):
-            sizes[i] = rate.size if isinstance(rate, Sized) else abs(rate)
+            sizes[:, i] = rate.size if isinstance(rate, Sized) else abs(rate)
         return sizes
 
-    def _propagated(self, rows: Sequence[Array], size: Array, lost: Array) -> tuple[Array, Array]:
+    def _propagated(self, rows: Sequence[Array], size: Array, errors: Array) -> tuple[Array, Array]:
         """Return the errors of the functions from errors of components: in double, and in the run.
 
-        ``rows`` are arrays of one axis; ``lost`` are errors of the run relative to ``size``.
+        ``rows`` are arrays of one axis; ``errors`` are those of the run.
         """
         in_double = ROUNDINGS * ROUNDING
-        error = self._sizes(rows, size * numpy.maximum(lost, in_double) / ROUNDING) * ROUNDING
+        error = self._sizes(rows, numpy.maximum(errors, size * in_double) / ROUNDING) * ROUNDING
         if self.setup.precision.is_float:
             return error, error
         rounding = 2.0**-self.setup.precision.bits
-        return error, self._sizes(rows, size * lost / rounding) * rounding
+        return error, self._sizes(rows, errors / rounding) * rounding
 
     def _sizes(self, rows: Sequence[Array], errors: Array) -> Array:
         """Return the sizes of the functions' summands, from errors of components in roundings."""
