@@ -7,8 +7,8 @@ extrema is lost in noise.
 
 The errors of the state determine the error of a function. Each step adds to the relative error of a
 component a rounding and the terms that the step leaves out; a component has at least the error that
-its rate makes of the errors of the others in a step. This is a model, not a bound: the model ignores
-how the motion amplifies errors.
+its rate makes of the errors of the others in a step. This is a model, not a bound: the model
+ignores how the motion amplifies errors.
 
 Values at Chebyshev nodes give a polynomial on each step, so that a function only needs to be
 evaluated. Most polynomials have evidently no zero, or one. Other polynomials are divided until
