@@ -120,6 +120,22 @@ def test_csv_says_the_same(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> 
         assert np.abs(found["vcy"] - pose["vcy"]).max() < 1e-13
 
 
+@pytest.mark.parametrize("engine", ["bullet", "drake"])
+def test_components_may_have_their_own_names(
+    pose: pd.DataFrame, scene: Scene, tmp_path: Path, engine: str
+) -> None:
+    """The letters say the order of the quaternion, whatever the engine's."""
+    arrays = written(pose, scene, engine)
+    velocity, omega = arrays["velocity"], arrays["angular_velocity"]
+    table = {"time": pose["t"], **{name: pose[name] for name in ("qx", "qy", "qz", "qw")}}
+    table |= dict(zip(("vx", "vy", "vz", "wx", "wy", "wz"), (*velocity.T, *omega.T), strict=True))
+    pd.DataFrame(table).to_csv(tmp_path / "run.csv", index=False)
+    assert check(tmp_path / "run.csv", engine) == 0
+    found = rows_of(tmp_path / "run.csv", engine, scene)
+    assert all((found[name] == pose[name]).all() for name in ("qw", "qx", "qz"))
+    assert np.abs(found["vcy"] - pose["vcy"]).max() < 1e-13
+
+
 def test_the_origin_can_be_said(pose: pd.DataFrame, saved: Saved) -> None:
     def of_the_centre_of_mass(arrays: Columns) -> None:
         arrays["qvel"][:, :3] = pose[["vcx", "vcy", "vcz"]]
@@ -146,7 +162,7 @@ def test_the_name_of_the_file_is_shown(saved: Saved, said: Said) -> None:
     [
         ("havok", "", "--from: got 'havok', expected one of: mujoco, drake"),
         ("mujoco:peg", "", "--from: got 'mujoco:peg'"),
-        ("mujoco", "qvel", "qvel: got none, expected shape"),
+        ("mujoco", "qvel", "no qvel among the columns t, qpos; expected an array of shape"),
         ("mujoco", "t", "no array t or time among the columns qpos, qvel"),
     ],
 )
@@ -162,7 +178,7 @@ def test_no_file_and_no_numbers(scene: Scene, tmp_path: Path) -> None:
     np.savez(tmp_path / "b.npz", t=np.array([object()]), allow_pickle=True)
     for name, message in (
         ("a.npz", "expected a .npz file"),
-        ("a.csv", "line 2, column qpos0: got 'x', expected a number|qpos: got none"),
+        ("a.csv", "line 2, column qpos0: got 'x', expected a number|no qpos among"),
         ("b.npz", "expected a .npz file"),
         ("none.npz", "No such file"),
     ):

@@ -92,3 +92,10 @@ def test_columns_in_two_groups_are_not_guessed(tmp_path: Path) -> None:
     with h5py.File(path, "w") as file:
         file["a/t"] = file["b/t"] = [0.0, 1.0]
     refuses("columns in the groups /a, /b, and not at root", path)
+
+
+def test_an_older_file_of_matlab_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "old.mat"
+    path.write_bytes(b"MATLAB 5.0 MAT-file, Platform: GLNXA64".ljust(200))
+    said = refuses("old.mat: no HDF5 data, which MATLAB writes with save", path)
+    assert said.endswith("expected a .mat file")

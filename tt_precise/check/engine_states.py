@@ -50,6 +50,13 @@ CONVENTIONS = {
 }
 # Each array of an engine's state by its name, and its width.
 _STATE = {"quaternion": 4, "velocity": 3, "angular_velocity": 3}
+# The same by the names of their components, the scalar last.
+_COMPONENTS = {
+    "quaternion": ("qx", "qy", "qz", "qw"),
+    "velocity": ("vx", "vy", "vz"),
+    "angular_velocity": ("wx", "wy", "wz"),
+    "position": ("x", "y", "z"),
+}
 _RIGID = ("t", *RigidBodyState._fields, "x", "y", "z")
 _MUJOCO = {"qpos": 7, "qvel": 6}
 
@@ -70,7 +77,8 @@ def engine_source(
     """
     convention = _convention(engine)
     with closing(open_source(source, rename)) as given:
-        arrays = _arrays(given, _MUJOCO if engine.startswith("mujoco") else _STATE)
+        widths = _MUJOCO if engine.startswith("mujoco") else _STATE
+        arrays = _arrays(given, widths, convention.scalar_first)
         where = given.where
     columns = _rigid_body(arrays, convention, scene, world)
     converted = ColumnSource(list(columns), lambda name: columns[str(name)], {}, where)
@@ -139,45 +147,53 @@ def _convention(engine: str) -> Convention:
     return convention._replace(origin=origin) if origin else convention
 
 
-def _arrays(source: RowSource, widths: Mapping[str, int]) -> dict[str, Array]:
+def _arrays(source: RowSource, widths: Mapping[str, int], scalar_first: bool) -> dict[str, Array]:
     """Return the times (rows,) and arrays (rows, width) of a source.
 
-    An array stands under its own name, or as columns with its name and a number: qpos0 or qpos_0;
-    the position may be x, y, z.
+    An array stands under its own name, or as columns (``_columns_of``).
     """
-    names = {name: [_column_of(source, name, n) for n in range(width)]
-             for name, width in {**widths, "position": 3}.items()}  # fmt: skip
-    if None in names["position"] and {"x", "y", "z"} <= set(source.names):
-        names["position"] = ["x", "y", "z"]
+    every = {**widths, "position": 3}
+    names = {name: _columns_of(source, name, width) for name, width in every.items()}
     if "t" not in source.names:
         raise InputError(f"{source.where}: no array t or time among {listed(source.names)}")
-    separate = [one for each in names.values() if None not in each for one in each]
-    arrays: dict[str, Array] = {}
-    rows = source.load(["t", *filter(None, separate)]).values
-    arrays["t"] = rows["t"]
+    rows = source.load(["t", *(one for columns in names.values() for one in columns)]).values
+    arrays = {"t": rows["t"]}
     for name, columns in names.items():
-        if None not in columns:
-            arrays[name] = numpy.column_stack([rows[str(column)] for column in columns])
+        if columns:
+            if scalar_first and columns == _COMPONENTS["quaternion"]:
+                columns = (columns[3], *columns[:3])
+            arrays[name] = numpy.column_stack([rows[column] for column in columns])
         elif isinstance(source, ColumnSource) and name in source.names:
-            arrays[name] = _matrix(source, name, (len(rows["t"]), len(columns)))
+            arrays[name] = _matrix(source, name, (len(rows["t"]), every[name]))
         elif name in widths:
             raise InputError(
-                f"{source.where}: {name}: got none, expected shape ({len(rows['t'])}, "
-                f"{len(columns)}), or columns {name}0 to {name}{len(columns) - 1}"
+                f"{source.where}: no {name} among {listed(source.names)}; expected an array of "
+                f"shape ({len(rows['t'])}, {widths[name]}), or columns {_columns_in_words(name)}"
             )
     return arrays
 
 
-def _column_of(source: RowSource, name: str, number: int) -> str | None:
-    """Return the column with an array's name and number, or None."""
-    return next(
-        (one for one in (f"{name}{number}", f"{name}_{number}") if one in source.names), None
-    )
+def _columns_of(source: RowSource, name: str, width: int) -> tuple[str, ...]:
+    """Return the columns of an array, such as qpos0, qpos_0 or qx, in order; () if there are none.
+
+    The components of a quaternion are those of ``_COMPONENTS``.
+    """
+    numbered = (tuple(f"{name}{mark}{n}" for n in range(width)) for mark in ("", "_"))
+    forms = (*numbered, _COMPONENTS.get(name, ()))
+    return next((form for form in forms if form and {*form} <= {*source.names}), ())
+
+
+def _columns_in_words(name: str) -> str:
+    width = {**_MUJOCO, **_STATE}[name]
+    words = f"{name}0 to {name}{width - 1}"
+    return f"{words}, or {' '.join(_COMPONENTS[name])}" if name in _COMPONENTS else words
 
 
 def _matrix(source: ColumnSource, name: str, shape: tuple[int, int]) -> Array:
     try:
         array = numpy.asarray(source.column(name), dtype=float)
+    except InputError:
+        raise
     except (TypeError, ValueError) as error:
         raise InputError(f"{source.where}: {name}: {error}; expected numbers") from None
     if array.shape == shape[::-1] != shape:  # MATLAB writes the other way round

@@ -73,6 +73,8 @@ class Hdf5(Columns):
     def __init__(self, path: Path):
         self._h5py = _needed("h5py", "hdf5")
         self._path = path
+        if path.is_file() and not self._h5py.is_hdf5(path):
+            raise ValueError("no HDF5 data, which MATLAB writes with save(..., '-v7.3')")
         with self._h5py.File(path, "r") as file:
             places = self._data_sets(file, "", DEEPEST)
         found = {group: names for group, names in places.items() if names}
