@@ -3,8 +3,8 @@
 Rows of the reference scene as an engine writes them, 2 s at 60, 240 and 960 Hz, with one thing
 wrong: a number of the body that the simulator has, or a column of the file. Each fault is planted
 in amounts of a tenth, a hundredth ... of what is right, and the file is checked with the scene's
-friction and with another. Writes ``reports/measured/fault-amounts.csv`` and prints the table of the
-documentation.
+friction and with another. Writes ``reports/measured/fault-amounts.csv``, which the documentation
+and the report show.
 
 Each term of the paper's Euler equations is also dropped by itself, and the rows of the equations
 without it are checked: ``reports/measured/dropped-terms.csv`` has the drift of lambda and the
@@ -81,12 +81,14 @@ def faults() -> Iterator[Fault]:
     yield Fault("the clock", _changed(lambda f, a: f.assign(t=(1 + a) * f["t"])))
     for said, columns in COLUMNS.items():
         yield Fault(said, _changed(partial(_scaled, columns, 0.0)))
-    yield Fault("one row of wz", _changed(_row))
+    for name in ("wz", "vcx"):
+        yield Fault(f"one row of {name}", _changed(partial(_row, name)))
     yield Fault(
         "the angular velocity from 1 s on",
         _changed(partial(_scaled, ("wx", "wy", "wz"), UNTIL / 2)),
     )
     yield Fault("the attitude turns too fast", _changed(_turning))
+    yield Fault("the attitude tilts, in rad", _changed(_tilting))
     yield Fault("velocities late, in rows", _changed(_late))
 
 
@@ -108,9 +110,10 @@ def _scaled(
     return frame.assign(**{name: factor * frame[name] for name in columns})
 
 
-def _row(frame: pandas.DataFrame, amount: float) -> pandas.DataFrame:
+def _row(name: str, frame: pandas.DataFrame, amount: float) -> pandas.DataFrame:
+    """One cell is off by the ``amount`` of the column's largest value."""
     wrong = numpy.arange(len(frame)) == len(frame) // 2
-    return frame.assign(wz=numpy.where(wrong, (1 + amount) * frame["wz"], frame["wz"]))
+    return frame.assign(**{name: frame[name] + wrong * amount * frame[name].abs().max()})
 
 
 def _turning(frame: pandas.DataFrame, amount: float) -> pandas.DataFrame:
@@ -119,6 +122,14 @@ def _turning(frame: pandas.DataFrame, amount: float) -> pandas.DataFrame:
     c, s = numpy.cos(half), numpy.sin(half)
     w, x, y, z = (frame[name].to_numpy() for name in POSE[:4])
     return frame.assign(qw=w * c - z * s, qx=x * c + y * s, qy=y * c - x * s, qz=z * c + w * s)
+
+
+def _tilting(frame: pandas.DataFrame, amount: float) -> pandas.DataFrame:
+    """The body tilts about the x axis, by the ``amount`` of 1 rad until the last row."""
+    half = amount * frame["t"].to_numpy() / UNTIL / 2
+    c, s = numpy.cos(half), numpy.sin(half)
+    w, x, y, z = (frame[name].to_numpy() for name in POSE[:4])
+    return frame.assign(qw=w * c - x * s, qx=x * c + w * s, qy=y * c - z * s, qz=z * c + y * s)
 
 
 def _late(frame: pandas.DataFrame, amount: float) -> pandas.DataFrame:
@@ -214,17 +225,8 @@ def table(progress: Progress = silent) -> pandas.DataFrame:
     return pandas.DataFrame(rows)
 
 
-def markdown(found: pandas.DataFrame) -> str:
-    """Return the table of the documentation."""
-    lines = ["| " + " | ".join(found.columns) + " |", "|" + " --- |" * len(found.columns)]
-    for row in found.itertuples(index=False):
-        cells = ["-" if cell != cell or cell is None else f"{cell:.0e}" for cell in row[1:]]
-        lines.append(f"| {row[0]} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
-
-
 def main() -> None:
-    """Measure, write the table, and print it."""
+    """Measure, and write the tables."""
     from tt_precise.runtime.files import atomic_write
     from tt_precise.runtime.terminal import progress_bar
 
@@ -234,7 +236,6 @@ def main() -> None:
     with progress_bar("dropping terms") as progress:
         terms = dropped(progress=progress)
     atomic_write(DROPPED, terms.to_csv(index=False, float_format="%.1e", lineterminator="\n"))
-    print(markdown(found))
 
 
 if __name__ == "__main__":

@@ -166,9 +166,16 @@ def peers(_: str) -> Iterator[str]:
     yield from table(("program", *(f"error {level:g}" for level in LEVELS)), shown)
 
 
+def faults(_: str) -> Iterator[str]:
+    """The smallest amount of each planted fault that a check fails."""
+    with (DOCS.parent / "reports/measured/fault-amounts.csv").open(encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    yield from table(header, [[cell or "-" for cell in row] for row in rows])
+
+
 MAKERS: dict[str, Callable[[str], Iterator[str]]] = {
     made.__name__: made
-    for made in (columns, scenes, events, quantities, schema, digits, peers, switches)
+    for made in (columns, scenes, events, quantities, schema, digits, peers, faults, switches)
 }
 
 

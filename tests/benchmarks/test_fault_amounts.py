@@ -8,7 +8,7 @@ import pytest
 import tt_precise as tt
 from benchmarks import fault_amounts
 from benchmarks.dropped_terms import term_names
-from benchmarks.fault_amounts import Fault, dropped, faults, markdown, right, smallest, without_term
+from benchmarks.fault_amounts import Fault, dropped, faults, right, smallest, without_term
 
 
 @pytest.mark.parametrize("friction", ["scene", "other"])
@@ -57,8 +57,8 @@ def test_every_dropped_term_fails() -> None:
     assert (found["fails"] != "").all()
 
 
-def test_the_table_of_the_documentation_is_the_measured_one() -> None:
+def test_the_table_has_every_fault_and_the_page_shows_it() -> None:
     found = pandas.read_csv(fault_amounts.OUT)
     page = Path("docs/explanation/measured.md").read_text("utf-8")
     assert [one.name for one in faults()] == found["fault"].tolist()
-    assert markdown(found) in page
+    assert "```{generated} faults\n```" in page
