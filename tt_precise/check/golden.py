@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.columns import TRACK, Block, Samples
-from tt_precise.golden.measuring import FewestDigits, Measured
+from tt_precise.golden.measuring import Measured
 from tt_precise.golden.solution import Rows, Solution
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
@@ -33,81 +33,56 @@ PART = 0.1  # Share of the span without a row, from which rows count as missing.
 EVEN = 1e-3  # relative, by which most intervals of evenly spaced rows differ
 
 
-class Evidence:
-    """The rows that were compared with the true solution, and the gaps between rows.
+def widest_gap(t: Array, end: float, spacing: float) -> tuple[float, float, float]:
+    """The first gap up to time ``end`` that is too wide, or the largest: from, to, allowed.
 
-    ``compared`` of ``rows``; the first row counts in neither, as it is given.
+    All in s. ``spacing`` of the rows is never too wide. Rows must reach so far that no other one
+    would fit before the end.
     """
-
-    def __init__(self) -> None:
-        self.rows = self.compared = 0
-        self.missed: float | None = None  # time (s) of the first row that was not compared
-        self._t = numpy.empty(0)
-
-    def add(self, t: Array, compared: Array) -> None:
-        self.rows, self.compared = len(t) - 1, int(compared[1:].sum())
-        missed = t[1:][~compared[1:]]
-        self.missed = float(missed[0]) if len(missed) else None
-        self._t = t
-
-    def gap(self, end: float, spacing: float) -> tuple[float, float, float]:
-        """The first gap up to time ``end`` that is too wide, or the largest: from, to, allowed.
-
-        All in s. ``spacing`` of the rows is never too wide. Rows must reach so far that no other
-        one would fit before the end.
-        """
-        t = self._t
-        steps = numpy.diff(t)
-        # numpy.median would import numpy.ma
-        usual = float(numpy.sort(steps)[len(steps) // 2]) if len(steps) else math.inf
-        even = len(steps) > 1 and (abs(steps - usual) <= EVEN * usual).mean() > 1 - PART
-        widest = max(PART * (end - t[0]), HOLE * spacing)
-        if even:
-            widest = min(widest, HOLE * usual)
-        rest = usual * (1 - EVEN) if even else widest
-        if end - t[-1] > rest:
-            return float(t[-1]), end, rest
-        position = int(numpy.argmax(steps)) if len(steps) else 0
-        return float(t[position]), float(t[min(position + 1, len(t) - 1)]), widest
+    steps = numpy.diff(t)
+    # numpy.median would import numpy.ma
+    usual = float(numpy.sort(steps)[len(steps) // 2]) if len(steps) else math.inf
+    even = len(steps) > 1 and (abs(steps - usual) <= EVEN * usual).mean() > 1 - PART
+    widest = max(PART * (end - t[0]), HOLE * spacing)
+    if even:
+        widest = min(widest, HOLE * usual)
+    rest = usual * (1 - EVEN) if even else widest
+    if end - t[-1] > rest:
+        return float(t[-1]), end, rest
+    position = int(numpy.argmax(steps)) if len(steps) else 0
+    return float(t[position]), float(t[min(position + 1, len(t) - 1)]), widest
 
 
-class DigitsOverTime:
-    """Summarises measured rows, as in "9 digits until 1.2 s, none from 5 s"."""
+STEPS_OF_DIGITS = (12, 10, 8, 6, 4, 2, 1)  # The numbers of digits whose end is searched.
 
-    STEPS = (12, 10, 8, 6, 4, 2, 1)  # numbers of digits whose end is searched
-    MOST = 3  # of them are named
-    EARLY = 0.02  # part of the span before which an end is not worth a word
-    FURTHER = 1.2  # times the end before, for another one to be named
 
-    def __init__(self, measured: Measured, begin: float):
-        rows = measured.compared & ~measured.start
-        self._t, self._errors = measured.t[rows] - begin, measured.worst()[rows]
+def digits_over_time(measured: Measured, begin: float) -> str:
+    """Summarise measured rows, as in "9 digits until 1.2 s, none from 5 s".
 
-    def __str__(self) -> str:
-        t, errors = self._t, self._errors
-        if not len(t):
-            return ""
-        worst = numpy.maximum.accumulate(errors)
-        spans: list[tuple[int, float]] = []
-        for digits in self.STEPS:
-            good = int(numpy.searchsorted(worst, 10.0**-digits, side="right"))
-            if good == len(t):
-                spans.append((digits, float(t[-1])))
-                break
-            until = float(t[good - 1]) if good else 0.0
-            if until > self.EARLY * t[-1] and (not spans or until > self.FURTHER * spans[-1][1]):
-                spans.append((digits, until))
-        whole = bool(spans) and spans[-1][1] == t[-1]
-        named = spans[:1] + spans[1:][-(self.MOST - 1) :]
-        words = [
-            f"{digits} {'digit' if digits == 1 else 'digits'} "
-            + ("to the end" if until == t[-1] else f"until {until:.3g} s")
-            for digits, until in named
-        ]
-        if not whole:
-            beyond = numpy.flatnonzero(worst > 0.1)
-            words.append(f"none from {t[beyond[0]]:.3g} s" if len(beyond) else "fewer then")
-        return ", ".join(words)
+    The times count from ``begin`` (s). Three numbers of digits are named at most: the first, and
+    the last that end a fifth later than the one before; none that ends in the first 2 %.
+    """
+    rows = measured.compared & ~measured.start
+    t, worst = measured.t[rows] - begin, numpy.maximum.accumulate(measured.worst()[rows])
+    if not len(t):
+        return ""
+    spans: list[tuple[int, float]] = []
+    for digits in STEPS_OF_DIGITS:
+        good = int(numpy.searchsorted(worst, 10.0**-digits, side="right"))
+        until = float(t[good - 1]) if good else 0.0
+        if good == len(t) or until > max(0.02 * t[-1], 1.2 * spans[-1][1] if spans else 0.0):
+            spans.append((digits, until))
+        if good == len(t):
+            break
+    words = [
+        f"{digits} {'digit' if digits == 1 else 'digits'} "
+        + ("to the end" if until == t[-1] else f"until {until:.3g} s")
+        for digits, until in spans[:1] + spans[1:][-2:]
+    ]
+    if not spans or spans[-1][1] < t[-1]:
+        beyond = numpy.flatnonzero(worst > 0.1)
+        words.append(f"none from {t[beyond[0]]:.3g} s" if len(beyond) else "fewer then")
+    return ", ".join(words)
 
 
 class Compared(NamedTuple):
@@ -155,7 +130,6 @@ def distance_from_solution(
     """
     begin, asked, broken = position.begin, wanted.digits, wanted.broken
     rows = _rows(samples, block, position)
-    fewest, evidence = FewestDigits(), Evidence()
     solution.require_golden()
     try:
         distance = solution.distance(rows, asked, wanted.columns)
@@ -163,26 +137,28 @@ def distance_from_solution(
         if asked is not None:
             raise
         return Compared(Check(NAME, "open", note=str(error), meaning=MEANING))
-    measured = distance.measured
-    fewest.add(measured)
-    evidence.add(rows.t, measured.compared)
-    ended = distance.ended
-    if not fewest.rows or (not evidence.compared and fewest.worst >= 1):
+    measured, ended = distance.measured, distance.ended
+    digits = measured.fewest()
+    worst = min(digits.values(), default=0.0)
+    # the first row does not count, as it is given
+    count, compared = len(rows.t) - 1, int(measured.compared[1:].sum())
+    if not measured.compared.any() or (not compared and worst >= 1):
         reason = broken or ended or "no row after the start could be compared with the solution"
         if asked is None:
             return Compared(Check(NAME, "open", note=reason, meaning=MEANING))
         if broken:
             return Compared(Check(NAME, "fail", note=reason, meaning=MEANING))
         raise InputError(f"digits: {reason}")
-    few = fewest.worst < (asked or 0.0)
+    few = worst < (asked or 0.0)
     # a log that begins elsewhere is a part of a longer one, and ends where it does
     last = min(begin + wanted.until, distance.last) if position.whole else float(rows.t[-1])
-    since, to, allowed = evidence.gap(last, float(samples.setup.scene.sample_every))
+    since, to, allowed = widest_gap(rows.t, last, float(samples.setup.scene.sample_every))
     if asked is not None and not (few or broken):
-        if evidence.compared < evidence.rows:
+        if compared < count:
+            missed = rows.t[1:][~measured.compared[1:]][0]
             raise InputError(
-                f"digits: {evidence.compared} of {evidence.rows} rows after the start could be "
-                f"compared to {asked:g} digits, not that at t = {evidence.missed:.6g} s"
+                f"digits: {compared} of {count} rows after the start could be compared to "
+                f"{asked:g} digits, not that at t = {missed:.6g} s"
                 + (f"; {ended}" if ended else "")
             )
         if to - since > allowed:
@@ -191,19 +167,20 @@ def distance_from_solution(
                 f"one every {allowed:.3g} s"
                 + (f", or --until {since:.6g} where no more is wanted" if since > 0 else "")
             )
-    notes = [f"{evidence.compared} rows compared {distance.how}"]
-    if evidence.compared < evidence.rows:
-        notes.append(f"{evidence.compared} of {evidence.rows} rows after the start in all")
+    notes = [f"{compared} rows compared {distance.how}"]
+    if compared < count:
+        notes.append(f"{compared} of {count} rows after the start in all")
     notes.append(f"largest gap {to - since:.3g} s")
     notes += [text for text in (broken, ended) if text]
     verdict: Verdict = "fail" if few or (broken and asked is not None) else "pass"
-    digits = {name: round(value, 2) for name, value in fewest.digits.items()}
+    digits = {name: round(value, 2) for name, value in digits.items()}
+    at = None if measured.at is None else measured.at - begin
     finding = Check(
-        NAME, verdict, fewest.worst, asked, _after(fewest.at, begin), "; ".join(notes), MEANING,
-        "at least", digits, history=str(DigitsOverTime(measured, begin)),
+        NAME, verdict, worst, asked, at, "; ".join(notes), MEANING, "at least", digits,
+        history=digits_over_time(measured, begin),
     )  # fmt: skip
     good = frozenset(name for name, value in digits.items() if value >= DECIDING)
-    return Compared(finding, good if evidence.compared == evidence.rows else frozenset())
+    return Compared(finding, good if compared == count else frozenset())
 
 
 def decides(finding: Check) -> bool:
@@ -226,10 +203,6 @@ def decide_alone(finding: Check, written: float) -> Check:
         verdict = "open"
         finding = replace(finding, note=f"the file has too few digits; {finding.note}")
     return replace(finding, verdict=verdict, limit=limit)
-
-
-def _after(t: float | None, begin: float) -> float | None:
-    return None if t is None else t - begin
 
 
 # Columns that count from anywhere: from 0 in a solution that begins at the start.

@@ -14,7 +14,7 @@ import numpy
 import pandas
 
 from tt_precise.golden.digits import DIGITS, as_decimal
-from tt_precise.golden.measuring import FewestDigits, TrueRows
+from tt_precise.golden.measuring import TrueRows
 from tt_precise.golden.solution import Rows, Solution
 from tt_precise.golden.store import Folder, read_whole
 from tt_precise.mechanics.digits import RULE
@@ -130,12 +130,10 @@ def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None
         lambda row: Fraction(numbers["t"][order[row]] or 0),
     )
     measured = solution.distance(rows).measured
-    fewest = FewestDigits()
-    fewest.add(measured)
     over_time = pandas.DataFrame({"t": measured.t, **measured.digits()})[measured.compared]
     return Comparison(
         stored.name,
-        pandas.Series(fewest.digits, dtype=float).reindex(names),
+        pandas.Series(measured.fewest(), dtype=float).reindex(names),
         over_time.reset_index(drop=True),
         len(frame) - len(over_time),
     )

@@ -58,6 +58,23 @@ class Measured(NamedTuple):
             worst = numpy.fmax(worst, numpy.where(errors > self.bounds[name], errors, 0.0))
         return worst
 
+    @property
+    def at(self) -> float | None:
+        """The time (s) of the largest error of the compared rows; None if there are none."""
+        if not self.compared.any():
+            return None
+        return float(self.t[numpy.argmax(numpy.where(self.compared, self.worst(), -1.0))])
+
+    def fewest(self) -> dict[str, float]:
+        """The fewest digits of each column; a lower bound where errors lie within their bounds."""
+        found = {}
+        for name, errors in self.errors.items():
+            bounds, there = self.bounds[name], ~numpy.isnan(errors)
+            if there.any():
+                largest = numpy.where(errors > bounds, errors, bounds)[there].max()
+                found[name] = correct_digits(float(largest))
+        return found
+
     def digits(self) -> dict[str, numpy.ndarray]:
         """Correct digits of every entry; a lower bound where the error is within its bound."""
         with numpy.errstate(divide="ignore"):
@@ -234,45 +251,3 @@ def turned_back(name: str, apart: Scalar) -> Scalar:
         turns = EXACTLY.divide(apart, TURN).to_integral_value()
         return EXACTLY.subtract(apart, EXACTLY.multiply(turns, TURN))
     return apart - float(TURN) * numpy.rint(apart / float(TURN))
-
-
-class FewestDigits:
-    """The fewest digits of each column over blocks of measured rows.
-
-    ``rows`` is the number of compared rows, ``at`` the time (s) of the largest error of all.
-    """
-
-    def __init__(self) -> None:
-        self.rows = 0
-        self.at: float | None = None
-        self._worst = -1.0
-        self._errors: dict[str, float] = {}  # the largest that are not within their bounds
-        self._bounds: dict[str, float] = {}  # the largest of those that errors were within
-
-    def add(self, measured: Measured) -> None:
-        self.rows += int(measured.compared.sum())
-        for name, errors in measured.errors.items():
-            bounds, there = measured.bounds[name], ~numpy.isnan(errors)
-            if not there.any():
-                continue
-            own = errors > bounds
-            before, bound = self._errors.get(name, 0.0), self._bounds.get(name, 0.0)
-            self._errors[name] = float(numpy.max(errors, where=own, initial=before))
-            self._bounds[name] = float(numpy.max(bounds, where=there & ~own, initial=bound))
-        worst = measured.worst()
-        if measured.compared.any():
-            row = int(numpy.argmax(numpy.where(measured.compared, worst, -1.0)))
-            if worst[row] > self._worst:
-                self._worst, self.at = float(worst[row]), float(measured.t[row])
-
-    @property
-    def digits(self) -> dict[str, float]:
-        """The digits of each column; a lower bound where errors lie within their bounds."""
-        return {
-            name: correct_digits(max(error, self._bounds[name]))
-            for name, error in self._errors.items()
-        }
-
-    @property
-    def worst(self) -> float:
-        return min(self.digits.values())
