@@ -14,6 +14,9 @@ from tt_precise.check.columns import COLUMN_SETS, CheckSetup
 from tt_precise.check.equations import Differences, differences
 from tt_precise.check.sources import open_source
 
+# What explains a failure is tested elsewhere.
+without_causes = pytest.mark.usefixtures("no_cause")
+
 
 def apart(frame: pandas.DataFrame, columns: str, scene: str = "reference") -> Differences:
     setup = CheckSetup(tt.load_scene(scene), COLUMN_SETS[columns], True)
@@ -31,6 +34,7 @@ def test_the_error_bound_holds(healthy: Healthy, columns: str, rows: int) -> Non
     assert resolved.all()
 
 
+@without_causes
 def test_dense_rows_are_all_looked_at(healthy: Healthy) -> None:
     """A cell of one of 20,001 rows 25 us apart; a drift of one column that is as small in each."""
     frame = healthy("reference", 20001, 0.5)[VECTORS]
@@ -61,6 +65,7 @@ def test_coarse_rows_are_reported_with_the_spacing_that_would_do(healthy: Health
     assert (closer.verdict, "too wide" in closer.note) == ("pass", False)
 
 
+@without_causes
 def test_a_few_resolved_intervals_do_not_vouch_for_the_others(healthy: Healthy) -> None:
     """The last four rows are of a top that has stopped gliding, at once."""
     few = healthy().iloc[[0, 1, 2, *range(200, 801, 200)]].copy()
@@ -71,6 +76,7 @@ def test_a_few_resolved_intervals_do_not_vouch_for_the_others(healthy: Healthy) 
         assert "; 4 of 6 intervals too wide" in result[name].note
 
 
+@without_causes
 @pytest.mark.parametrize(("name", "columns"), [("Ly", VECTORS), ("theta_dot", EULER)])
 @pytest.mark.parametrize("size", [1e-3, 1e6, 1e30])
 def test_a_wrong_first_row_fails_however_wrong_it_is(
@@ -105,6 +111,7 @@ def test_a_wrong_row_is_named_and_nothing_else_is_blamed(scene: str, name: str, 
         assert "--friction other" not in finding.note
 
 
+@without_causes
 def test_the_series_of_a_far_row_leaves_no_table(healthy: Healthy) -> None:
     frame = healthy("reference", 161)[VECTORS]
     note = check(frame.assign(t=1.5 * frame["t"]), "reference")["equations"].note
@@ -112,6 +119,7 @@ def test_the_series_of_a_far_row_leaves_no_table(healthy: Healthy) -> None:
     assert "leaves the table" not in note
 
 
+@without_causes
 @pytest.mark.parametrize("every_ms", [1, 2, 5, 10, 20])
 def test_a_wrong_term_is_found_at_every_spacing(engine: Engine, every_ms: int) -> None:
     def found(**words: Any) -> Any:
@@ -127,6 +135,7 @@ def test_a_wrong_term_is_found_at_every_spacing(engine: Engine, every_ms: int) -
         assert size / 4 < wrong.value < 4 * size, words
 
 
+@without_causes
 def test_between_sticking_and_slipping_other_equations_are_found() -> None:
     scene = tt.load_scene("coulomb-stick-slip")
     frame = pandas.DataFrame(tt.golden.load(scene.name))[VECTORS]

@@ -130,8 +130,21 @@ CONVENTIONS: dict[str, Callable[[pandas.DataFrame], pandas.DataFrame]] = {
 }
 
 
+# Of a family of units one member is in the default run.
+MORE_UNITS = (
+    "the angular velocity is in revolutions per minute", "the time is in microseconds",
+    "the time is in ns", "the time is in minutes", "lengths are in cm",
+)  # fmt: skip
+
+
 @pytest.mark.parametrize("friction", SLOW_IN_SCENE)
-@pytest.mark.parametrize("convention", CONVENTIONS)
+@pytest.mark.parametrize(
+    "convention",
+    [
+        pytest.param(one, marks=[pytest.mark.slow] if one in MORE_UNITS else [])
+        for one in CONVENTIONS
+    ],
+)
 def test_other_conventions_are_named(
     healthy: Healthy, rigid_body: Healthy, convention: str, friction: str
 ) -> None:
@@ -182,7 +195,7 @@ def test_another_body_is_named(healthy: Healthy, rigid_body: Healthy) -> None:
     assert [one.text for one in found.causes] == ["the row at t = 0.03 s (number 4) alone is wrong"]
 
 
-@pytest.mark.parametrize("rows", [41, 101, 401, 12001])
+@pytest.mark.parametrize("rows", [41, pytest.param(101, marks=pytest.mark.slow), 401, 12001])
 def test_no_sampling_makes_a_healthy_trajectory_suspicious(
     healthy: Healthy, rigid_body: Healthy, rows: int
 ) -> None:
@@ -201,6 +214,8 @@ def test_rows_near_a_multiple_of_the_nutation_are_right(scene: str, step: str) -
         assert (found.failures, found.causes) == ((), ())
 
 
+# With the scene's friction all rows pass in tests/check/test_golden.py.
+@pytest.mark.parametrize("friction", SLOW_IN_SCENE)
 @pytest.mark.parametrize(
     ("rows", "every"),
     [
@@ -210,14 +225,15 @@ def test_rows_near_a_multiple_of_the_nutation_are_right(scene: str, step: str) -
     ],
 )
 @pytest.mark.parametrize("scene", store.scenes())
-def test_golden_data_are_above_suspicion(scene: str, rows: int | None, every: int) -> None:
+def test_golden_data_are_above_suspicion(
+    scene: str, rows: int | None, every: int, friction: str
+) -> None:
     golden = pandas.DataFrame(tt.golden.load(scene))[:rows:every]
     for columns in (VECTORS, EULER):
         if not golden[columns].isna().any(axis=None):
-            for friction in ("scene", "other"):
-                found = check(golden[columns], scene, friction=friction)
-                assert not found.failures, str(found)
-                assert rows or friction == "other" or found.passed, str(found)
+            found = check(golden[columns], scene, friction=friction)
+            assert not found.failures, str(found)
+            assert rows or friction == "other" or found.passed, str(found)
 
 
 def healthy_files(seed: int, count: int) -> list[str]:

@@ -21,7 +21,7 @@ WIDE = {"I1 a hundredth more": 100, "mu a tenth more": 33}  # Hz
 
 @pytest.mark.parametrize("fault", NUMBERS)
 def test_the_number_is_named(engine: Engine, fault: str) -> None:
-    for hertz in (500, WIDE.get(fault, 500)):
+    for hertz in {500, WIDE.get(fault, 500)}:
         assert NUMBERS[fault] in causes(engine(hertz, 0.5, fault=fault))
 
 
