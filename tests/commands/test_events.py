@@ -95,7 +95,10 @@ def test_a_touch_is_said_once(said: Said, printed: Printed) -> None:
 
 
 def test_a_rolling_scene_has_its_own_catalogue(printed: Printed) -> None:
-    names = {event["name"] for event in printed("events rolling --precision extended")["events"]}
+    names = {
+        event["name"]
+        for event in printed("events rolling --until 2 --precision extended")["events"]
+    }
     assert {"theta_min", "theta_max"} <= names <= set(catalogue("rolling"))
 
 

@@ -111,7 +111,9 @@ def test_a_full_disk_leaves_the_old_files_and_no_other(
     assert list(tmp_path.rglob(".*")) == []
 
 
-@pytest.mark.parametrize("ending", [".h5", ".parquet", ".arrow", ".json"])
+@pytest.mark.parametrize(
+    "ending", [".h5", ".parquet", pytest.param(".arrow", marks=pytest.mark.slow), ".json"]
+)
 def test_a_disk_that_fills_up_while_a_library_writes_leaves_nothing(
     start: Shell, tmp_path: Path, ending: str
 ) -> None:

@@ -35,6 +35,12 @@ def quad() -> Trajectory:
 
 
 @pytest.fixture(scope="session")
+def fine() -> Trajectory:
+    """What others are compared with: in triple-double, with its reference runs."""
+    return integrate("reference", digits=30, events=catalogue("gliding"))
+
+
+@pytest.fixture(scope="session")
 def half(reference: Scene) -> Scene:
     """The first half second: the wide arithmetics need a tenth of the time."""
     return reference.varied(until="0.5")

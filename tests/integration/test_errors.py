@@ -33,12 +33,12 @@ def truth(short: Scene) -> Trajectory:
     return integrate(short, "mp", bits=240)
 
 
-def test_the_estimate_in_double_is_the_error(double: Trajectory, quad: Trajectory) -> None:
+def test_the_estimate_in_double_is_the_error(double: Trajectory, fine: Trajectory) -> None:
     """Extended precision, which makes the estimate, errs 2,000 times less."""
-    errors = true_errors(double, quad)
+    errors = true_errors(double, fine)
     assert set(double.error_estimate) == {"t_end", *errors}
     assert_estimated(double, errors)
-    true_digits = worst_digits(quad.state, errors, quad.start)
+    true_digits = worst_digits(fine.state, errors, fine.start)
     assert double.digits == pytest.approx(true_digits, abs=0.01)
 
 

@@ -56,32 +56,32 @@ def misplaced(trajectory: Trajectory, events: pandas.DataFrame, reach: Any) -> l
     return wrong
 
 
-def test_times_agree_between_double_and_quad(double: Trajectory, quad: Trajectory) -> None:
-    assert list(double.events["name"]) == list(quad.events["name"])
-    assert list(double.events["direction"]) == list(quad.events["direction"])
-    apart = abs(double.events["t"] - quad.events["t"])
+def test_times_agree_between_double_and_triple_double(double: Trajectory, fine: Trajectory) -> None:
+    assert list(double.events["name"]) == list(fine.events["name"])
+    assert list(double.events["direction"]) == list(fine.events["direction"])
+    apart = abs(double.events["t"] - fine.events["t"])
     assert 0 < max(apart) < 1e-12  # s; the bar. Measured: 2e-14
 
 
-def test_every_event_lies_where_its_meaning_says(quad: Trajectory) -> None:
-    events = pandas.concat([rows.iloc[::9] for _, rows in quad.events.groupby("name")])
+def test_every_event_lies_where_its_meaning_says(fine: Trajectory) -> None:
+    events = pandas.concat([rows.iloc[::9] for _, rows in fine.events.groupby("name")])
     assert set(events["name"]) == set(ALL) == set(EVENTS)
     for name, rising in (("theta_min", 1), ("theta_max", -1)):
         (direction,) = set(events["direction"][events["name"] == name])
         assert MEANINGS[name][1] * direction == rising
-    reach = quad.precision.context.mpf("1e-28")  # s; the last digit of 8 s is 1e-33
-    assert misplaced(quad, events, reach) == []
+    reach = fine.precision.context.mpf("1e-28")  # s
+    assert misplaced(fine, events, reach) == []
     late = events.assign(t=events["t"] + 3 * reach)
-    assert len(misplaced(quad, late, reach)) == len(events)
+    assert len(misplaced(fine, late, reach)) == len(events)
 
 
-def test_the_state_is_that_of_the_event_and_not_of_the_step(quad: Trajectory) -> None:
-    events = quad.events.iloc[::40]
-    dense = quad.frame(times=events["t"], numbers="exact")
+def test_the_state_is_that_of_the_event_and_not_of_the_step(fine: Trajectory) -> None:
+    events = fine.events.iloc[::40]
+    dense = fine.frame(times=events["t"], numbers="exact")
     for name in ("kx", "ky", "kz", "theta_dot", "omega_3", "nu_x", "nu_y"):
         scale = max(abs(value) for value in events[name])
         apart = max(abs(a - b) for a, b in zip(events[name], dense[name], strict=True))
-        # times are rounded to quad; nothing changes faster than 1e4 of its scale in a second
+        # times are rounded; nothing changes faster than 1e4 of its scale in a second
         assert apart < 1e4 * 8 * 2.0**-112 * scale, name
 
 
@@ -97,8 +97,8 @@ def test_none_is_missing(double: Trajectory) -> None:
     assert set(counts) == set(MEANINGS) - {"theta_max"}
 
 
-def test_an_event_at_the_horizon_is_in_or_out(quad: Trajectory, reference: Scene) -> None:
-    crossing = quad.events[quad.events["name"] == "equator"]["t"].iloc[0]
+def test_an_event_at_the_horizon_is_in_or_out(fine: Trajectory, reference: Scene) -> None:
+    crossing = fine.events[fine.events["name"] == "equator"]["t"].iloc[0]
     at = Fraction(mpmath.nstr(crossing, 30))
     for aside, count in ((Fraction(1, 10**12), 1), (Fraction(-1, 10**12), 0)):
         short = integrate(reference, until=at + aside, events=ALL)

@@ -78,12 +78,15 @@ def test_several_doubles_have_an_exponential(precision: str, digits: int) -> Non
 
 def test_a_run_goes_on_from_any_of_its_states() -> None:
     """Exactly, but for the error of the former run; turned about the vertical by the azimuth."""
-    for name, t in (("reference", "3"), ("phi-dot-195", "7"), ("elastic-linear", "0.05")):
-        whole = tt.integrate(name, "quad", events=(), record=())
+    wide, quad = "triple-double", "quad"
+    for name, t, precision in (
+        ("reference", "3", wide), ("phi-dot-195", "7", wide), ("elastic-linear", "0.05", quad),
+    ):  # fmt: skip
+        whole = tt.integrate(name, precision, events=(), record=())
         scene = whole.scene
         begun = scene.from_state(whole.at(t), until="0.05")
         last = whole.at(Fraction(t) + Fraction("0.05"))
-        state = tt.integrate(begun, "quad", events=(), record=()).state
+        state = tt.integrate(begun, precision, events=(), record=()).state
         for entry in ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"):
             one, other = getattr(state, entry), getattr(last, entry)
             assert abs(one - other) <= abs(other) * 1e-20 + 1e-22, (name, entry)

@@ -34,13 +34,13 @@ def test_events_of_an_earlier_run_are_forgotten(double: Trajectory, half: Scene)
     assert first.events["t"].equals(second.events["t"])
 
 
-def test_recorded_quadratures_do_not_disturb_the_state(quad: Trajectory) -> None:
+def test_recorded_quadratures_do_not_disturb_the_state(fine: Trajectory) -> None:
     """psi grows to 450 rad, far above the rest of the state, and phi has a spike of its rate."""
 
     def error(tolerance: float) -> float:
         recorded = integrate("reference", record=("phi", "psi", "x", "y"), tolerance=tolerance)
         assert abs(recorded.state.psi) > 100
-        apart = [recorded.state.values[k] - float(quad.state.values[k]) for k in ("kx", "ky", "kz")]
+        apart = [recorded.state.values[k] - float(fine.state.values[k]) for k in ("kx", "ky", "kz")]
         return max(map(abs, apart))
 
     assert error(0) < 1e-13  # the bar for double without quadratures

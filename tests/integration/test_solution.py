@@ -33,10 +33,10 @@ def assert_never_nan(trajectory: Trajectory) -> None:
         assert all(error >= 0 for error in trajectory.error_estimate.values())
 
 
-def test_double_agrees_with_quad(double: Trajectory, quad: Trajectory) -> None:
-    assert (double.status, quad.status) == ("complete", "complete")
-    assert double.t_end == quad.t_end == 8
-    pairs = zip(double.motion(8).state, quad.motion(8).state, strict=True)
+def test_double_agrees_with_triple_double(double: Trajectory, fine: Trajectory) -> None:
+    assert (double.status, fine.status) == ("complete", "complete")
+    assert double.t_end == fine.t_end == 8
+    pairs = zip(double.motion(8).state, fine.motion(8).state, strict=True)
     # the bar, absolute, dimensionless. Measured: 1e-14
     assert 0 < max(abs(mpmath.mpf(a) - b) for a, b in pairs) < 1e-13
 
