@@ -238,7 +238,7 @@ def of_all(rows: pandas.DataFrame, holds: pandas.Series, printed: str, more: str
     """Test a statement about all rows, which ``holds`` for some; see ``verdicts.of_all``."""
     others = rows[~holds]
     count, left = int(holds.sum()), undecided(others)
-    until = number(others["t_stop"].max())
+    until = short(others["t_stop"].max())
     open_ones = (
         f"; {left} have not inverted at {until} s, which nothing excludes later" if left else ""
     )
@@ -261,7 +261,7 @@ def climbed(rows: pandas.DataFrame) -> str:
     return f"{rows['t_end_A'].notna().sum()} of {len(rows)}"
 
 
-def reference() -> pandas.Series:
+def reference_row() -> pandas.Series:
     """The row of the reference solution."""
     rows = starts("phi_dot", "held")
     return rows[rows["phi_dot"] == 0].iloc[0]
@@ -269,7 +269,7 @@ def reference() -> pandas.Series:
 
 def others(rows: pandas.DataFrame) -> pandas.DataFrame:
     """The rows that do not begin as the reference solution does."""
-    start = reference()[[*STARTS]]
+    start = reference_row()[[*STARTS]]
     return rows[(rows[[*STARTS]] != start).any(axis=1)]
 
 
@@ -283,11 +283,11 @@ def greatest(rows: pandas.DataFrame, name: str) -> pandas.Series:
     return rows.sort_values(name).iloc[-rows[name].isna().sum() - 1]
 
 
-def share(part: float) -> str:
+def percent(part: float) -> str:
     """A fraction in percent."""
     return f"{100 * part:.1f} %"
 
 
-def number(value: float, digits: int = 4) -> str:
+def short(value: float, digits: int = 4) -> str:
     """A measured number of a sweep in short."""
     return f"{value:.{digits}g}"

@@ -9,11 +9,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache, partial
 
-from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence.formulas import (
+    chart,
+    equal,
+    equal_vectors,
+    motion,
+    names,
+    parse,
+    quantity,
+    rate,
+    rate_of,
+    rolling_rate,
+    vector_rates,
+)
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import JudgedClaim
+from tt_precise.claims.verdicts import JudgedClaim, Part, all_of
 from tt_precise.mechanics.vectors import cross, dot, scaled
 from tt_precise.runtime.values import Scalar
 
@@ -84,32 +95,32 @@ def identity(
 
 
 def _judge(equations: Equations, remark: str, printed: tuple[str, ...]) -> JudgedClaim:
-    return v.all_of(
+    return all_of(
         {name: _compare(*(text.format(*printed) for text in texts)) for name, *texts in equations},
         remark,
     )
 
 
 @cache
-def _compare(left: str, right: str, equation: str) -> v.Part:
+def _compare(left: str, right: str, equation: str) -> Part:
     """Compare two formulas; a control changes one part of a claim and reuses the other parts."""
-    printed, derived = (f.parse(side, _words()) for side in (left, right))
-    compared = f.equal_vectors if isinstance(derived, tuple) else f.equal
+    printed, derived = (parse(side, _words()) for side in (left, right))
+    compared = equal_vectors if isinstance(derived, tuple) else equal
     return compared(printed, derived, equation)
 
 
 @cache
 def _words() -> Mapping[str, Scalar]:
-    q, rates = f.motion(), f.vector_rates()
+    q, rates = motion(), vector_rates()
     F = q.force
     return {
-        **f.names(), "dot": dot, "cross": cross, "scaled": scaled, "s_dot": q.s_dot,
+        **names(), "dot": dot, "cross": cross, "scaled": scaled, "s_dot": q.s_dot,
         "v_A": q.state.v, "v_A_dot": (rates.vx, rates.vy, 0), "omega": q.omega, "a": q.a,
         "axis": q.k, "axis_dot": (rates.kx, rates.ky, rates.kz), "L": q.state.L,
         "L_dot": (rates.Lx, rates.Ly, rates.Lz), "F": F, "F_f": (F[0], F[1], 0),
-        "tau": q.torque, "z_hat": (0, 0, 1), "z": f.chart().c, "D": f.quantity("D"),
-        "lambda_": f.quantity("lambda"), "quantity": f.quantity, "rate": f.rate,
-        "rate_of": f.rate_of, "rolling_rate": f.rolling_rate,
+        "tau": q.torque, "z_hat": (0, 0, 1), "z": chart().c, "D": quantity("D"),
+        "lambda_": quantity("lambda"), "quantity": quantity, "rate": rate,
+        "rate_of": rate_of, "rolling_rate": rolling_rate,
     }  # fmt: skip
 
 

@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from functools import cache, partial
 
-from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence.formulas import (
+    chart,
+    equal,
+    equal_vectors,
+    motion,
+    parse,
+    prove_identity,
+    quantity,
+    rate,
+)
 from tt_precise.claims.evidence.run import REFERENCE, Run
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import JudgedClaim
+from tt_precise.claims.verdicts import JudgedClaim, all_of, decimal, misprint, statement, untestable
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.euler import vectors_from_euler
 from tt_precise.mechanics.quantities import Motion
@@ -64,16 +72,16 @@ NORMAL_FORCE = (
 )
 def arm(along_3: str = "R*alpha", along_z: str = "-R") -> JudgedClaim:
     """The vector from the centre of mass to the contact point is a = R alpha 3 - R z."""
-    q, body = f.motion(), f.chart().body
-    printed = added(scaled(f.parse(along_3), q.k), (0, 0, f.parse(along_z)))
+    q, body = motion(), chart().body
+    printed = added(scaled(parse(along_3), q.k), (0, 0, parse(along_z)))
     from_centre = added(printed, scaled(-body.R * body.alpha, q.k))
-    height = f.quantity("E_pot") / (body.m * body.g)
+    height = quantity("E_pot") / (body.m * body.g)
     shown = f"a = {along_3}*axis + ({along_z})*z_hat"
-    lowest = f.equal_vectors(from_centre, (0, 0, -body.R), shown)
-    return v.all_of(
+    lowest = equal_vectors(from_centre, (0, 0, -body.R), shown)
+    return all_of(
         {
             "A is the lowest point of the sphere": lowest,
-            "CM stands -a.z above the table, as in E_pot": f.equal(-printed[2], height, shown),
+            "CM stands -a.z above the table, as in E_pot": equal(-printed[2], height, shown),
         },
         "O lies at R alpha along 3 from the centre of mass, and A, the lowest point of the sphere, "
         "at R below O. So -a.z is the height R(1 - alpha cos theta) in the potential energy.",
@@ -89,8 +97,8 @@ def arm(along_3: str = "R*alpha", along_z: str = "-R") -> JudgedClaim:
 def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> JudgedClaim:
     """The angular velocity in the frame (1, 2, 3), from the Euler angles."""
     parts = zip("123", printed, _rotation_of_the_body(), strict=True)
-    return v.all_of(
-        {axis: f.equal(text, value) for axis, text, value in parts},
+    return all_of(
+        {axis: equal(text, value) for axis, text, value in parts},
         "The frame turns with (2_dot.3, 3_dot.1, 1_dot.2), and the body in it with psi_dot about "
         "3.",
     )
@@ -99,11 +107,11 @@ def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> JudgedClaim:
 @cache
 def _rotation_of_the_body() -> tuple[Scalar, Scalar, Scalar]:
     """The components of the angular velocity along 1, 2, 3, from the derivatives of the frame."""
-    symbols = f.chart()
+    symbols = chart()
     c, s, C, S = symbols.c, symbols.s, symbols.C, symbols.S
     one, two, three = (c * C, c * S, -s), (-S, C, 0 * c), (s * C, s * S, c)
-    one_dot, two_dot, three_dot = (tuple(map(f.rate, axis)) for axis in (one, two, three))
-    spin = dot(one_dot, two) + f.parse("psi_dot")
+    one_dot, two_dot, three_dot = (tuple(map(rate, axis)) for axis in (one, two, three))
+    spin = dot(one_dot, two) + parse("psi_dot")
     return dot(two_dot, three), dot(three_dot, one), spin
 
 
@@ -116,14 +124,14 @@ def _rotation_of_the_body() -> tuple[Scalar, Scalar, Scalar]:
 def axis_turns(inverse_inertia: str = "1/I1") -> JudgedClaim:
     """The axis changes at the rate omega x 3 = L x 3/I1."""
     q = _at_any_azimuth()
-    geometric = tuple(f.rate(component) for component in q.k)
-    printed = scaled(f.parse(inverse_inertia), cross(q.state.L, q.k))
-    return v.all_of(
+    geometric = tuple(rate(component) for component in q.k)
+    printed = scaled(parse(inverse_inertia), cross(q.state.L, q.k))
+    return all_of(
         {
-            "omega x 3": f.equal_vectors(
+            "omega x 3": equal_vectors(
                 cross(q.omega, q.k), geometric, "axis_dot = cross(omega, axis)"
             ),
-            "L x 3": f.equal_vectors(
+            "L x 3": equal_vectors(
                 printed, geometric, f"axis_dot = {inverse_inertia}*cross(L, axis)"
             ),
         },
@@ -138,11 +146,11 @@ def axis_turns(inverse_inertia: str = "1/I1") -> JudgedClaim:
 )
 def contact_constraint(along_3: str = "R*alpha") -> JudgedClaim:
     """The contact point stays on the table: (s + a).z = 0."""
-    q, body = _at_any_azimuth(), f.chart().body
-    height = f.quantity("E_pot") / (body.m * body.g)
-    a_z = f.parse(along_3) * q.k[2] - body.R
-    return v.all_of(
-        f.equal(height + a_z, 0 * height, "dot(s + a, z_hat) = 0"),
+    q, body = _at_any_azimuth(), chart().body
+    height = quantity("E_pot") / (body.m * body.g)
+    a_z = parse(along_3) * q.k[2] - body.R
+    return all_of(
+        equal(height + a_z, 0 * height, "dot(s + a, z_hat) = 0"),
         "With a of EQ-01, and s.z = R(1 - alpha cos theta) as in E_pot.",
     )
 
@@ -155,16 +163,18 @@ def contact_constraint(along_3: str = "R*alpha") -> JudgedClaim:
 def contact_velocity(rate_of_a: str = "R*alpha") -> JudgedClaim:
     """The derivative of the contact constraint is v_A.z = 0."""
     q = _at_any_azimuth()
-    rate = q.s_dot[2] + f.parse(rate_of_a) * f.rate(q.k[2])
-    return v.all_of(
-        f.equal(rate, q.state.v[2] + 0 * rate, "dot(s_dot + a_dot, z_hat) = dot(v_A, z_hat) = 0"),
+    velocity = q.s_dot[2] + parse(rate_of_a) * rate(q.k[2])
+    return all_of(
+        equal(
+            velocity, q.state.v[2] + 0 * velocity, "dot(s_dot + a_dot, z_hat) = dot(v_A, z_hat) = 0"
+        ),
         "a_dot = R alpha 3_dot is not omega x a, but the two differ by the horizontal R omega x z.",
     )
 
 
 @cache
 def _at_any_azimuth() -> Motion:
-    symbols = f.chart()
+    symbols = chart()
     vectors = vectors_from_euler(symbols.body, symbols.state, symbols, symbols.phi)
     return Motion(symbols.body, vectors, symbols)
 
@@ -177,8 +187,8 @@ def _at_any_azimuth() -> Motion:
 )
 def frames() -> JudgedClaim:
     """In Fig. 1 the axis 2 points behind the plane of the picture."""
-    return v.all_of(
-        v.untestable("2 points behind the plane of the picture"),
+    return all_of(
+        untestable("2 points behind the plane of the picture"),
         "The available source has no pictures. If the top of Fig. 1 leans to the right, 2 = z x x "
         "points away from the viewer, as the text says. The directions x, 1 and 2 are undefined "
         "while the axis is vertical.",
@@ -195,8 +205,8 @@ def jellett_in_euler_angles(
     printed: str = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))",
 ) -> JudgedClaim:
     """Jellett's integral in Euler angles."""
-    return v.misprint(
-        (f.equal(text, f.quantity("lambda"), f"lambda = {text}")
+    return misprint(
+        (equal(text, quantity("lambda"), f"lambda = {text}")
           for text in (printed, JELLETT_WITH_R)),
         "The second term lacks the factor R, without which the two terms have different "
         "dimensions; sections 2.1 and 2.2 print it.",
@@ -218,12 +228,12 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> JudgedClaim:
     steps = int((values.diff().iloc[1:] >= 0).sum())
     proved = quantity == "E" and run.proofs.energy_falls
     never, down = fastest <= 0, steps == 0
-    shown = f"at most {v.decimal(fastest, 3)} W"
+    shown = f"at most {decimal(fastest, 3)} W"
     steps_up = f"{steps} of {len(values) - 1} steps up"
-    return v.all_of(
+    return all_of(
         {
-            f"{quantity}_dot": v.statement(never, "never positive", shown, proved=proved and never),
-            quantity: v.statement(down, "decreasing", steps_up, proved=proved and down),
+            f"{quantity}_dot": statement(never, "never positive", shown, proved=proved and never),
+            quantity: statement(down, "decreasing", steps_up, proved=proved and down),
         },
         "E_dot = -mu g_n v_A^2 (EQ-05) vanishes only at instants, such as the start. The claim "
         "requires g_n >= 0 and gliding.",
@@ -231,11 +241,11 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> JudgedClaim:
 
 
 def _rate(name: str, printed: str) -> JudgedClaim:
-    symbols = f.chart()
+    symbols = chart()
     derived = getattr(euler.rates(symbols.body, symbols.state, symbols), name)
-    return v.all_of(
-        {"as printed": f.equal(printed, derived, f"{_dotted(name)} = {printed}"),
-         FORMS: f.prove_identity(FORMS)},
+    return all_of(
+        {"as printed": equal(printed, derived, f"{_dotted(name)} = {printed}"),
+         FORMS: prove_identity(FORMS)},
         "Derived from eq (1) by expressing the vectors in Euler angles, with g_n from the contact "
         "constraint; all parameters and the state are symbols.",
     )  # fmt: skip
@@ -260,6 +270,6 @@ for number, (id, name, printed, wrong) in enumerate(RATES, start=2):
 )
 def normal_force(printed: str = NORMAL_FORCE) -> JudgedClaim:
     """The normal force."""
-    derived = newton.normal_force(f.chart().body, f.motion().state)
-    checks = {"g_n": f.equal(printed, derived, "g_n = " + printed)}
-    return v.all_of(checks, "From the vertical part of v_A_dot = 0, eq (1).")
+    derived = newton.normal_force(chart().body, motion().state)
+    checks = {"g_n": equal(printed, derived, "g_n = " + printed)}
+    return all_of(checks, "From the vertical part of v_A_dot = 0, eq (1).")

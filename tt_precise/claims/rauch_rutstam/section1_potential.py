@@ -9,14 +9,23 @@ from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
-from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence.formulas import chart, equal, evaluate, motion, parse, quantity
 from tt_precise.claims.evidence.motions import minima, minimum, swing_time
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, rising, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.identities import ROUTH_RATE
-from tt_precise.claims.verdicts import JudgedClaim
+from tt_precise.claims.verdicts import (
+    JudgedClaim,
+    Part,
+    all_of,
+    decimal,
+    formula,
+    interpretations,
+    misprint,
+    statement,
+    statements,
+)
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.newton import NewtonState
@@ -73,9 +82,9 @@ BESIDE = (
 )
 def equivalent_form(factor: str = DETERMINANT) -> JudgedClaim:
     """The rates of lambda, D, E~ and m r_dot are equivalent to eqs (2) to (6)."""
-    symbols = f.chart()
+    symbols = chart()
     determinant = symbols.field(_determinant())
-    known = f.equal(factor, determinant)
+    known = equal(factor, determinant)
     theta_dot = symbols.symbol["theta_dot"].numer
     at_turns = symbols.field(determinant.numer.subs(theta_dot, 0))
     regular = not symbols.remainder(at_turns).vanishes
@@ -87,9 +96,9 @@ def equivalent_form(factor: str = DETERMINANT) -> JudgedClaim:
             regular, "determinant not zero" if regular else "determinant zero"
         ),
     }  # fmt: skip
-    return v.all_of(
+    return all_of(
         {
-            name: v.statement(holds, "equivalent", measured, proved=True)
+            name: statement(holds, "equivalent", measured, proved=True)
             for name, (holds, measured) in parts.items()
         },
         "The rate of E~ contains theta_ddot only as theta_dot theta_ddot, so motions with constant "
@@ -101,7 +110,7 @@ def _determinant() -> Scalar:
     """The determinant of the integrated form in the derivatives of the last five components."""
     from sympy.polys.matrices import DomainMatrix
 
-    symbols, q = f.chart(), f.motion()
+    symbols, q = chart(), motion()
     body, field = symbols.body, symbols.field
 
     def row(conserved: Scalar, pushed: Sequence[Scalar] = (field.zero, field.zero)) -> list[Scalar]:
@@ -109,11 +118,11 @@ def _determinant() -> Scalar:
         entries = [field(conserved).diff(entry) for entry in symbols.state[1:]]
         return [*entries[:3], entries[3] - pushed[0], entries[4] - pushed[1]]
 
-    along_y = f.parse(ROUTH_RATE) * cross((0, 0, 1), q.a)[1]
+    along_y = parse(ROUTH_RATE) * cross((0, 0, 1), q.a)[1]
     rows = [
-        row(f.quantity("lambda")),
-        row(f.quantity("D"), (field.zero, along_y)),
-        row(f.quantity("E_tilde"), (body.m * q.omega_cross_a[0], body.m * q.omega_cross_a[1])),
+        row(quantity("lambda")),
+        row(quantity("D"), (field.zero, along_y)),
+        row(quantity("E_tilde"), (body.m * q.omega_cross_a[0], body.m * q.omega_cross_a[1])),
         row(body.m * q.s_dot[0]),
         row(body.m * q.s_dot[1]),
     ]
@@ -129,7 +138,7 @@ def _determinant() -> Scalar:
 )
 def rationality_condition(printed: str = CONDITION) -> JudgedClaim:
     """The printed relation of sigma, gamma and alpha makes d(z) a square."""
-    return v.misprint(map(_square, (printed, CORRECT_CONDITION)), SQUARE_NOTE)
+    return misprint(map(_square, (printed, CORRECT_CONDITION)), SQUARE_NOTE)
 
 
 @claim(
@@ -141,26 +150,26 @@ def rationality_condition(printed: str = CONDITION) -> JudgedClaim:
 )
 def rational_potential(printed: str = CONDITION) -> JudgedClaim:
     """V is a rational function of cos theta when the printed condition holds."""
-    return v.misprint(
+    return misprint(
         map(_square, (printed, CORRECT_CONDITION)),
         "V contains sqrt(d) once, in the product of lambda and D, and so is rational if and only "
         "if d is a square. " + SQUARE_NOTE,
     )
 
 
-def _square(text: str) -> v.Part:
+def _square(text: str) -> Part:
     """Test for a double root of d(z), which makes it a square, when sigma is ``text``."""
     import sympy
 
     alpha, gamma, z = sympy.symbols("alpha gamma z", positive=True)
-    sigma = f.parse(text, {"gamma": gamma, "alpha": alpha})
+    sigma = parse(text, {"gamma": gamma, "alpha": alpha})
     body: Any = SimpleNamespace(alpha=alpha, gamma=gamma, sigma=sigma)
     discriminant = sympy.discriminant(d(body, z), z)
     toy = load_scene("reference").body
     at_toy = discriminant.subs({symbol: sympy.Rational(str(getattr(toy, str(symbol))))
                                 for symbol in (alpha, gamma)})  # fmt: skip
-    value = v.decimal(Fraction(str(at_toy)), 4)
-    return v.formula(
+    value = decimal(Fraction(str(at_toy)), 4)
+    return formula(
         sympy.simplify(discriminant) == 0,
         f"sigma = {text}",
         f"discriminant of d(z): {value} for the toy's alpha and gamma",
@@ -204,14 +213,14 @@ def energy_of_the_spins(printed: Mapping[str, str] = ENERGY_OF_SPIN) -> JudgedCl
 
 
 def _of_the_spins(printed: Mapping[str, str]) -> JudgedClaim:
-    return v.all_of(
+    return all_of(
         {name: _of_the_spin(name, text) for name, text in printed.items()},
         "Compared with the function of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for "
         "symbolic parameters.",
     )
 
 
-def _of_the_spin(name: str, text: str) -> v.Part:
+def _of_the_spin(name: str, text: str) -> Part:
     import sympy
 
     body = Parameters(*sympy.symbols("m R alpha I1 I3 g mu", positive=True))
@@ -219,9 +228,9 @@ def _of_the_spin(name: str, text: str) -> v.Part:
     upright = name.endswith(("0", "upright spin"))
     q = Motion(body, NewtonState(0, 0, 1 if upright else -1, 0, 0, spin, 0, 0), sympy)
     lambda_ = QUANTITIES["lambda"].evaluate(q)
-    value = f.evaluate(text, body, sympy, lambda_=lambda_, L0=spin, L1=spin)
+    value = evaluate(text, body, sympy, lambda_=lambda_, L0=spin, L1=spin)
     difference = sympy.simplify(value - QUANTITIES[QUANTITY[name[0]]].evaluate(q))
-    return v.formula(
+    return formula(
         difference == 0,
         f"{SYMBOL[name]} = {text.replace('lambda_', 'lambda')}",
         "equal, for every body" if difference == 0 else f"off by {difference}",
@@ -248,12 +257,12 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> JudgedClaim:
         D = D1 + fn.mpf(10) ** -power * abs(D1)
         z = minimum(body, D, lambda_, fn)
         off.append(abs(effective_potential(body, z, D, lambda_, fn) / target - 1))
-    check = v.statement(
+    check = statement(
         all(10**3 * later < earlier for earlier, later in pairwise(off)),
         "lim V(z_min, D, lambda) = E1",
-        "V(z_min)/E1 - 1 = " + ", ".join(v.decimal(difference, 2) for difference in off),
+        "V(z_min)/E1 - 1 = " + ", ".join(decimal(difference, 2) for difference in off),
     )
-    return v.all_of(
+    return all_of(
         {"V(z_min)": check},
         "The distance falls in proportion to D - D1. In the limit z_min = -1, where V is of the "
         "form 0/0 and only the joint limit exists.",
@@ -302,10 +311,10 @@ def _minimum_near_a_pole(pole: int, multiples: tuple[str, ...], claimed: int) ->
         # delta falls by 100 from one to the next, and so should the distance from the pole
         parts[f"lambda = {multiple} lambda_thres"] = (
             all(50 * later < earlier for earlier, later in pairwise(away)),
-            f"|z_min - ({claimed})| from {v.decimal(away[0], 2)} to {v.decimal(away[-1], 2)}",
+            f"|z_min - ({claimed})| from {decimal(away[0], 2)} to {decimal(away[-1], 2)}",
         )
-    return v.all_of(
-        v.statements(f"z_min -> {claimed}", parts),
+    return all_of(
+        statements(f"z_min -> {claimed}", parts),
         "The distance of the minimum from the pole is proportional to delta, so a delta exists for "
         "every eps.",
     )
@@ -328,11 +337,11 @@ def minimum_moves_from_pole_to_pole(until: float = 1.0) -> JudgedClaim:
     wells = [minima(body, begin + (end - begin) * share, lambda_) for share in shares]
     alone = all(len(well) == 1 for well in wells)
     path = [well[0] for well in wells]
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             alone and rising(path) and path[0] < 0.1 and path[-1] > math.pi - 0.1,
             "from z = 1 to z = -1",
-            f"theta_min from {v.decimal(path[0], 3)} to {v.decimal(path[-1], 6)} rad, "
+            f"theta_min from {decimal(path[0], 3)} to {decimal(path[-1], 6)} rad, "
             f"{'one minimum' if alone else 'several minima'}, "
             f"{'monotonically' if rising(path) else 'not monotonically'}",
         ),
@@ -362,16 +371,16 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
     parts = {
         "motion of the solution": (
             end - begin <= bound,
-            f"a gap of {v.decimal(end - begin, 6)} s from t = {v.decimal(begin, 6)} s, "
-            f"T_upp at most {v.decimal(bound, 4)} s",
+            f"a gap of {decimal(end - begin, 6)} s from t = {decimal(begin, 6)} s, "
+            f"T_upp at most {decimal(bound, 4)} s",
         ),
         "motion in the potential of one instant": (
-            largest <= 1, f"at most {v.decimal(largest, 4)} T_upp"
+            largest <= 1, f"at most {decimal(largest, 4)} T_upp"
         ),
     }  # fmt: skip
-    return v.interpretations(
-        v.statements("gap <= T_upp", parts),
-        f"Between these two turning points theta rises steadily by {v.decimal(rise, 2)} rad, "
+    return interpretations(
+        statements("gap <= T_upp", parts),
+        f"Between these two turning points theta rises steadily by {decimal(rise, 2)} rad, "
         "because the potential changes while theta swings in it.",
     )
 
@@ -392,10 +401,10 @@ def several_oscillations(run: Run = REFERENCE) -> JudgedClaim:
     inside = sum(climb.t_init < t < climb.t_end for t in turns) if climb.duration else 0
     ratio = (climb.duration or 0) / longest
     checks = {
-        "T_inv/T_upp": v.statement(ratio > 10, "> 10", v.decimal(ratio, 6)),
-        "oscillations": v.statement(inside > 1, "several", str(inside)),
+        "T_inv/T_upp": statement(ratio > 10, "> 10", decimal(ratio, 6)),
+        "oscillations": statement(inside > 1, "several", str(inside)),
     }
-    return v.all_of(checks, "The first implies the second only if the bound of TH-11 holds.")
+    return all_of(checks, "The first implies the second only if the bound of TH-11 holds.")
 
 
 @claim(
@@ -421,17 +430,17 @@ def theta_goes_to_the_minimum(end: str = "10") -> JudgedClaim:
     parts = {
         "all the time": (
             highest == first,
-            f"E~ - V_min from {v.decimal(first, 3)} J up to {v.decimal(highest, 3)} J at "
-            f"{v.decimal(peak, 4)} s",
+            f"E~ - V_min from {decimal(first, 3)} J up to {decimal(highest, 3)} J at "
+            f"{decimal(peak, 4)} s",
         ),
         "in the long run": (
-            100 * last < highest, f"E~ - V_min down to {v.decimal(last, 3)} J at {end} s"
+            100 * last < highest, f"E~ - V_min down to {decimal(last, 3)} J at {end} s"
         ),
     }  # fmt: skip
-    return v.interpretations(
-        v.statements("goes toward the minimum", parts),
-        f"Until {v.decimal(peak, 3)} s the moving potential raises E~ - V_min by the factor "
-        f"{v.decimal(highest / first, 2)}. Dissipation dominates only after that.",
+    return interpretations(
+        statements("goes toward the minimum", parts),
+        f"Until {decimal(peak, 3)} s the moving potential raises E~ - V_min by the factor "
+        f"{decimal(highest / first, 2)}. Dissipation dominates only after that.",
     )
 
 
@@ -452,12 +461,12 @@ def reflections(phase: str = "climb", run: Run = REFERENCE) -> JudgedClaim:
     wells = [minima(body, D, lambda_)[0]
              for D in run.columns(["D"], [float(t) for t in lower["t"]])["D"]]  # fmt: skip
     beyond = sum(float(theta) > well for theta, well in zip(lower["theta"], wells, strict=True))
-    return v.all_of(
+    return all_of(
         {
-            "many times": v.statement(
+            "many times": statement(
                 len(turns) >= MANY, "many times", f"{len(turns)} turning points"
             ),
-            "between the walls": v.statement(
+            "between the walls": statement(
                 beyond == 0,
                 "between the walls of V",
                 f"{beyond} of {len(lower)} lower turning points lie beyond the minimum of V",

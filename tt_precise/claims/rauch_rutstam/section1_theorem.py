@@ -8,15 +8,32 @@ from itertools import pairwise
 
 from msgspec.structs import replace
 
-from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import formulas as f
-from tt_precise.claims.evidence import run as runs
+from tt_precise.claims.evidence.formulas import chart, equal, evaluate, names, parse
 from tt_precise.claims.evidence.motions import cases, growth, paper_odeint, past, tumbles
 from tt_precise.claims.evidence.proved import count, proofs_of
-from tt_precise.claims.evidence.run import REFERENCE, Run, variant
+from tt_precise.claims.evidence.run import (
+    MANY,
+    REFERENCE,
+    Run,
+    confirming_precision,
+    exact,
+    variant,
+)
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import JudgedClaim
+from tt_precise.claims.verdicts import (
+    JudgedClaim,
+    Part,
+    Value,
+    agrees,
+    all_of,
+    approximate,
+    decimal,
+    formula,
+    misprint,
+    statement,
+    untestable,
+)
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.stability import INVERTED, UPRIGHT
 from tt_precise.integration import Trajectory, integrate
@@ -51,7 +68,7 @@ CONFIGURATION = ("theta", "phi", "psi", "x", "y", "height")
 )
 def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> JudgedClaim:
     """Above both thresholds the inverted spin is stable and the upright spin is not."""
-    return v.all_of(
+    return all_of(
         _spins(multiples),
         "Linear stability, transversally to the family of spins with other lambda. TH-03 excludes "
         "tumbling motions.",
@@ -68,7 +85,7 @@ def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> JudgedClaim:
 def only_stable_nongliding_motion(multiples: tuple[str, str] = ABOVE) -> JudgedClaim:
     """Only the inverted spin is stable among all motions without gliding."""
     none = sum(not tumbles(case) for case in cases(COUNT, multiples))
-    return v.all_of(
+    return all_of(
         {
             "v_A = 0 with constant theta": _tumbling_condition(),
             **_spins(multiples),
@@ -80,7 +97,7 @@ def only_stable_nongliding_motion(multiples: tuple[str, str] = ABOVE) -> JudgedC
     )
 
 
-def _spins(multiples: tuple[str, str]) -> dict[str, v.Part]:
+def _spins(multiples: tuple[str, str]) -> dict[str, Part]:
     drawn = cases(COUNT, multiples)
     stable = sum(growth(case, INVERTED) < 0 for case in drawn)
     unstable = sum(growth(case, UPRIGHT) > 0 for case in drawn)
@@ -90,13 +107,13 @@ def _spins(multiples: tuple[str, str]) -> dict[str, v.Part]:
     }
 
 
-def _all_bodies(count: int, what: str) -> v.Part:
-    return v.statement(count == COUNT, what, f"{count} of {COUNT} bodies")
+def _all_bodies(count: int, what: str) -> Part:
+    return statement(count == COUNT, what, f"{count} of {COUNT} bodies")
 
 
-def _tumbling_condition() -> v.Part:
+def _tumbling_condition() -> Part:
     """Eqs (2) and (5) at theta_dot = v = 0 combine to omega_3 = phi_dot (cos theta - alpha)."""
-    symbols = f.chart()
+    symbols = chart()
     zero = symbols.field.zero
     body, c, s = symbols.body, symbols.c, symbols.s
     state = symbols.state._replace(theta_dot=zero, nu_x=zero, nu_y=zero)
@@ -104,7 +121,7 @@ def _tumbling_condition() -> v.Part:
     height = 1 - body.alpha * c
     combined = body.I1 * (height * rates.theta_dot + rates.nu_x / body.R) / s
     wanted = body.I1 * state.phi_dot * (state.phi_dot * (c - body.alpha) - state.omega_3)
-    part = f.equal(combined, wanted, "omega_3 = phi_dot*(cos(theta) - alpha)")
+    part = equal(combined, wanted, "omega_3 = phi_dot*(cos(theta) - alpha)")
     return replace(part, measured=f"{part.measured}, where theta_ddot = nu_x_dot = 0")
 
 
@@ -121,13 +138,13 @@ def thresholds_in_order(lowest: str = "1 - alpha**2") -> JudgedClaim:
 
     w, u = sympy.symbols("w u", positive=True)
     alpha = 1 / (1 + w)  # w > 0 runs through 0 < alpha < 1, u > 0 through gamma > lowest
-    gamma = f.parse(lowest, {"alpha": alpha}) + u
+    gamma = parse(lowest, {"alpha": alpha}) + u
     difference = (1 + alpha) ** 4 * (alpha + gamma - 1) - (1 - alpha) ** 4 * (1 + alpha - gamma)
     numerator = sympy.Poly(sympy.numer(sympy.together(difference)), w, u)
     chain = sympy.Poly(sympy.numer(sympy.together((1 - alpha**2) - (1 - alpha))), w)
     signs = [bool(c > 0) for c in numerator.coeffs()]
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             all(signs) and all(c > 0 for c in chain.coeffs()),
             f"lambda_thres > lambda_up for gamma > {lowest}",
             f"{sum(signs)} of {len(signs)} coefficients positive",
@@ -148,8 +165,8 @@ def thresholds_in_order(lowest: str = "1 - alpha**2") -> JudgedClaim:
 def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> JudgedClaim:
     """Above both thresholds the asymptotic set M contains only one solution."""
     steady = _steady(candidates)
-    return v.all_of(
-        v.statement(len(steady) == 1, "only one solution", _for_ever(steady)),
+    return all_of(
+        statement(len(steady) == 1, "only one solution", _for_ever(steady)),
         "The upright spin 3 = z, L = lambda/(R(1 - alpha)) z satisfies eq (1) with v_A = 0 for "
         "every lambda. It is unstable: only one stable solution exists, as Theorem 1.1 says.",
     )
@@ -167,8 +184,8 @@ def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> JudgedC
 def every_solution_inverts(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> JudgedClaim:
     """Above both thresholds every solution with g_n > 0 approaches the inverted spin."""
     steady = _steady(candidates)
-    return v.all_of(
-        v.statement(_NAMES[UPRIGHT] not in steady, "every solution", _for_ever(steady)),
+    return all_of(
+        statement(_NAMES[UPRIGHT] not in steady, "every solution", _for_ever(steady)),
         "The upright spin and the motions on its stable manifold have g_n > 0 and do not invert. "
         'The sentence "every Tippe Top satisfying theorem 1.1 has to invert" has the same '
         "exceptions, and those that lose contact (TH-07).",
@@ -218,12 +235,12 @@ def inverted_state(axis: int = 1) -> JudgedClaim:
 
     R, alpha, lambda_ = sympy.symbols("R alpha lambda", positive=True)
 
-    def has_its_lambda(k: int) -> v.Part:
+    def has_its_lambda(k: int) -> Part:
         spin, arm = lambda_ / (R * (1 + alpha)), R * (alpha * k - 1)
         ratio = sympy.factor(sympy.simplify(-spin * arm / lambda_))
-        return v.formula(ratio == 1, state(k), f"-L.a is lambda times {ratio}", proved=True)
+        return formula(ratio == 1, state(k), f"-L.a is lambda times {ratio}", proved=True)
 
-    return v.misprint(
+    return misprint(
         map(has_its_lambda, (axis, -1)),
         "With 3 = z the state is an upright spin with too small a lambda; the inverted spin has "
         "3 = -z. The error occurs at both places.",
@@ -242,19 +259,19 @@ def negative_normal_force(phi_dot: str = "-300") -> JudgedClaim:
     run = Run(variant(phi_dot=phi_dot, until="2"))
     solution = integrate(run.loaded, "double")
     end = solution.t_end
-    before, after = runs.exact(solution, "g_n", end * 0.999, end)
+    before, after = exact(solution, "g_n", end * 0.999, end)
     falling = solution.status == "contact_lost" and before > 1e-6 > after
     known = run.thresholds.quantities
     ratio = known["lambda"].value / known["lambda_thres"].value
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             falling,
             "g_n < 0 is possible",
             f"g_n {'falls through 0' if falling else 'stays positive to'} at t = "
-            f"{v.decimal(end, 12)} s with phi_dot(0) = {phi_dot} rad/s",
+            f"{decimal(end, 12)} s with phi_dot(0) = {phi_dot} rad/s",
             proved=falling and proofs_of(LEAVES).contact_lost is not None,
         ),
-        f"At lambda = {v.decimal(ratio, 4)} lambda_thres, from a start with g_n > 0. The equations "
+        f"At lambda = {decimal(ratio, 4)} lambda_thres, from a start with g_n > 0. The equations "
         f"continue with g_n < 0, but a real top leaves the table. The proof is that of scene "
         f"{LEAVES}.",
     )
@@ -273,9 +290,9 @@ def sufficient_conditions(starts: tuple[str, ...] = ("90", "120", "155", "200"))
     """The conditions of Theorem 1.1 are sufficient for inversion."""
     motions = [integrate(variant(omega_3=omega_3, until="40")) for omega_3 in starts]
     on_table = [run for run in motions if run.status != "contact_lost"]
-    angles = ", ".join(v.decimal(run.state.theta, 6) for run in on_table)
-    return v.all_of(
-        v.statement(
+    angles = ", ".join(decimal(run.state.theta, 6) for run in on_table)
+    return all_of(
+        statement(
             bool(on_table) and all(map(_inverts, on_table)),
             "sufficient",
             f"theta(40 s) = {angles}; contact lost by {len(motions) - len(on_table)}",
@@ -297,11 +314,11 @@ def sufficient_conditions(starts: tuple[str, ...] = ("90", "120", "155", "200"))
 def necessary_conditions(omega_3: str = "47.6") -> JudgedClaim:
     """The conditions of Theorem 1.1 are necessary for inversion."""
     outside = integrate(variant(I1="0.26", theta="0.8", phi_dot="120", omega_3=omega_3, until="40"))
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             not _inverts(outside),
             "necessary",
-            f"with gamma < 1 - alpha theta(40 s) = {v.decimal(outside.state.theta, 6)}",
+            f"with gamma < 1 - alpha theta(40 s) = {decimal(outside.state.theta, 6)}",
         ),
         "A start with large theta can invert without the conditions. Section 1 calls them "
         "sufficient, as they are (TH-16).",
@@ -324,12 +341,12 @@ def limits_in_the_past(run: Run = REFERENCE) -> JudgedClaim:
     end, again = past(run.scene), past(run.scene, 1e-10)
     start = float(run.loaded.start.theta.offset)
     how = "contact is made at" if end.contact_lost else "still gliding at"
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             not end.contact_lost and end.theta <= 2 * start,
             "theta -> 0, L -> L0 z",
-            f"{how} t = {v.Value.of(end.t, again.t)} s with theta = "
-            f"{v.decimal(end.theta, 4)} rad and {v.decimal(end.energy_ratio, 3)} times the "
+            f"{how} t = {Value.of(end.t, again.t)} s with theta = "
+            f"{decimal(end.theta, 4)} rad and {decimal(end.energy_ratio, 3)} times the "
             "energy",
         ),
         "Backwards in time friction increases the gliding, E grows, and the solution ends where "
@@ -365,9 +382,9 @@ def _tends_to(names: tuple[str, str], run: Run) -> JudgedClaim:
     away = _distances(run)
     checks = {name: _falling(away[name]) for name in names if name in away}
     if not checks:
-        checks[names[0]] = v.statement(False, "tends to its limit", "leaves the table before")
+        checks[names[0]] = statement(False, "tends to its limit", "leaves the table before")
     proved = run.proofs.inverts
-    return v.all_of(
+    return all_of(
         {name: replace(part, proved=proved and part.holds) for name, part in checks.items()},
         "The approach is exponential, and the inverted spin with this lambda attracts (TH-01).",
     )
@@ -384,24 +401,24 @@ def _tends_to(names: tuple[str, str], run: Run) -> JudgedClaim:
 )
 def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> JudgedClaim:
     """All inverting solutions with one lambda share the limits of (D, E~) at both ends of time."""
-    checks: dict[str, v.Part] = {}
+    checks: dict[str, Part] = {}
     for phi_dot in PRECESSIONS:
         away = _distances(Run(_with_the_same_lambda(phi_dot)))
         if away:
             parts = [_falling(away[name]) for name in ("D", "E_tilde")]
-            checks[f"t -> inf, phi_dot(0) = {phi_dot}"] = v.statement(
+            checks[f"t -> inf, phi_dot(0) = {phi_dot}"] = statement(
                 all(part.holds for part in parts),
                 "D -> D1, E~ -> E~1",
                 ", ".join(part.measured for part in parts),
             )
     for phi_dot in pasts:
         begin = past(_with_the_same_lambda(phi_dot))
-        checks[f"t -> -inf, phi_dot(0) = {phi_dot}"] = v.statement(
+        checks[f"t -> -inf, phi_dot(0) = {phi_dot}"] = statement(
             not begin.contact_lost,
             "D -> D0, E~ -> E~0",
-            f"begins at t = {v.decimal(begin.t, 6)} s, where g_n = 0",
+            f"begins at t = {decimal(begin.t, 6)} s, where g_n = 0",
         )
-    return v.all_of(
+    return all_of(
         checks,
         "The limits for t -> inf follow from lambda alone. Only motions on the unstable manifold "
         "of the upright spin have the limits for t -> -inf (TH-14).",
@@ -413,7 +430,7 @@ def _distances(run: Run) -> dict[str, list[float]]:
 
     Empty where the top leaves the table before.
     """
-    solution = Run(variant(run.scene, until=TIMES[-1])).trajectory(runs.confirming_precision())
+    solution = Run(variant(run.scene, until=TIMES[-1])).trajectory(confirming_precision())
     if solution.status != "complete":
         return {}
     fn = solution.precision.context
@@ -432,10 +449,10 @@ def _distances(run: Run) -> dict[str, list[float]]:
     }
 
 
-def _falling(away: list[float]) -> v.Part:
+def _falling(away: list[float]) -> Part:
     holds = all(10 * later < earlier for earlier, later in pairwise(away))
-    shown = ", ".join(v.decimal(distance, 2) for distance in away)
-    return v.statement(holds, "tends to its limit", f"distances {shown}")
+    shown = ", ".join(decimal(distance, 2) for distance in away)
+    return statement(holds, "tends to its limit", f"distances {shown}")
 
 
 def _with_the_same_lambda(phi_dot: str) -> Scene:
@@ -458,7 +475,7 @@ def _with_the_same_lambda(phi_dot: str) -> Scene:
 )
 def balanced_equation(printed: str = SIMPLIFIED) -> JudgedClaim:
     """With xi = 0 throughout the motion, theta_dot is the printed expression."""
-    symbols = f.chart()
+    symbols = chart()
     body, state = symbols.body, symbols.state
     c, s = symbols.c, symbols.s
     balanced = state._replace(omega_3=body.gamma * state.phi_dot * c)
@@ -468,13 +485,13 @@ def balanced_equation(printed: str = SIMPLIFIED) -> JudgedClaim:
         - body.I1 * rates.phi_dot * c
         + body.I1 * state.phi_dot * s * state.theta_dot
     )
-    known = dict(f.names()) | {
+    known = dict(names()) | {
         "g_n": euler.normal_force(body, balanced, symbols),
         "lambda_": euler.jellett(body, balanced, symbols),
     }
-    claimed = body.I1 * state.phi_dot / s * (state.theta_dot - f.parse(printed, known))
-    return v.all_of(
-        f.equal(claimed, xi_rate, f"theta_dot = {printed}"),
+    claimed = body.I1 * state.phi_dot / s * (state.theta_dot - parse(printed, known))
+    return all_of(
+        equal(claimed, xi_rate, f"theta_dot = {printed}"),
         "Along eqs (3) and (4), xi_dot at xi = 0 is (I1 phi_dot/sin theta)(theta_dot - the printed "
         "expression); eq (2) is not used and would be violated.",
     )
@@ -492,14 +509,14 @@ def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> JudgedCla
     whole = run.sampled(("theta_dot_simplified", "nu_y"))
     table = whole[whole["nu_y"] > 0]
     share = float((sign * table["theta_dot_simplified"] > 0).mean())
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             share == 1,
             "increasing",
-            f"theta_dot > 0 for {v.decimal(100 * share, 3)} % of the time with nu_y > 0",
+            f"theta_dot > 0 for {decimal(100 * share, 3)} % of the time with nu_y > 0",
         ),
         "theta_dot has the sign of nu_y, as g_n and lambda are positive. In the reference solution "
-        f"nu_y is positive for {v.decimal(100 * len(table) / len(whole), 3)} % of the time.",
+        f"nu_y is positive for {decimal(100 * len(table) / len(whole), 3)} % of the time.",
     )
 
 
@@ -517,9 +534,9 @@ def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> Jud
     near = abs(table["theta"] - middle) < 0.3
     xi, size = (float(square[near].mean() ** 0.5) for square in squares.values())
     start = float(squares["xi"].iloc[0] / squares["L"].iloc[0]) ** 0.5
-    return v.all_of(
-        {"xi/|L|": v.approximate("xi approximately 0", xi, size, "xi/|L| =")},
-        f"At the start xi is {v.decimal(start, 3)} of |L|.",
+    return all_of(
+        {"xi/|L|": approximate("xi approximately 0", xi, size, "xi/|L| =")},
+        f"At the start xi is {decimal(start, 3)} of |L|.",
     )
 
 
@@ -552,10 +569,10 @@ def upper_threshold_of_the_toy(printed: str = UPPER) -> JudgedClaim:
 def _threshold(name: str, printed: str, run: Run = REFERENCE) -> JudgedClaim:
     known = run.thresholds
     quantity = known.quantities[name]
-    value = f.evaluate(printed, run.body(known.context), known.context)
+    value = evaluate(printed, run.body(known.context), known.context)
     shown = f"{name} = {printed}"
-    return v.all_of(
-        v.agrees(shown, value, quantity.independent, THRESHOLD_DIGITS),
+    return all_of(
+        agrees(shown, value, quantity.independent, THRESHOLD_DIGITS),
         "The toy's value in kg m^3/s; the eigenvalues come from the equations of motion with the "
         "scene's friction, and again with another, which leaves the threshold where it is.",
     )
@@ -571,12 +588,12 @@ def slow_spin() -> JudgedClaim:
     slow = Run(variant(omega_3="40", until="20"))
     first, last = slow.columns(["E_rot"], list(slow.whole))["E_rot"]
     theta = slow.value("theta", slow.whole.end)
-    return v.all_of(
-        v.untestable("wobbles, comes to a standstill"),
+    return all_of(
+        untestable("wobbles, comes to a standstill"),
         "About the real toy. The paper's model has no spinning friction: lambda is constant, so no "
         "motion with lambda > 0 ever stops. With omega_3(0) = 40 rad/s, below the threshold, "
-        f"{v.decimal(100 * (last / first), 3)} % of the rotational energy is left after 20 s and "
-        f"theta is {v.decimal(theta, 2)} rad: it does not invert.",
+        f"{decimal(100 * (last / first), 3)} % of the rotational energy is left after 20 s and "
+        f"theta is {decimal(theta, 2)} rad: it does not invert.",
     )
 
 
@@ -588,11 +605,11 @@ def slow_spin() -> JudgedClaim:
 )
 def software() -> JudgedClaim:
     """The simulations were made with SciPy under Python 2.7."""
-    return v.all_of(
-        v.untestable("Python 2.7, SciPy"),
+    return all_of(
+        untestable("Python 2.7, SciPy"),
         "Which routine and which tolerances were used is not said. SciPy's odeint, the same LSODA "
         "as then, with default tolerances on eqs (2) to (7) keeps lambda to "
-        f"{v.decimal(paper_odeint()[1], 1)} of its value, which fits the stated 1e-6 (NUM-03).",
+        f"{decimal(paper_odeint()[1], 1)} of its value, which fits the stated 1e-6 (NUM-03).",
     )
 
 
@@ -600,7 +617,7 @@ def software() -> JudgedClaim:
     "QUAL-01",
     where="Abstract; Sec. 1; 2.1",
     control=("refuted", {"run": Run("smoothest")}),
-    definition=f"turning points of theta between 0.2 and pi - 0.2; many: at least {runs.MANY}",
+    definition=f"turning points of theta between 0.2 and pi - 0.2; many: at least {MANY}",
     quote="theta(t) oscillates (meaning that theta_dot(t) changes sign many times)",
 )
 def oscillation(run: Run = REFERENCE) -> JudgedClaim:
@@ -613,15 +630,15 @@ def oscillation(run: Run = REFERENCE) -> JudgedClaim:
     turning = run.proofs.events("theta_min", "theta_max")
     surely = count(turning, "theta", Fraction(near), Fraction(far)) if turning is not None else ()
     proved = bool(surely) and all(number == len(inside) for number in surely)
-    return v.all_of(
-        v.statement(
-            len(inside) >= runs.MANY,
+    return all_of(
+        statement(
+            len(inside) >= MANY,
             "theta_dot changes sign many times",
             f"{len(inside)} times during the inversion, {len(turns)} times in all",
             proved=proved,
         ),
-        f"The longest time without a turning point is {v.decimal(gap, 3)} s, from "
-        f"{v.decimal(begin, 4)} s on.",
+        f"The longest time without a turning point is {decimal(gap, 3)} s, from "
+        f"{decimal(begin, 4)} s on.",
     )
 
 
@@ -634,8 +651,8 @@ def number_of_unknowns(printed: int = 6) -> JudgedClaim:
     """Eqs (2) to (6) are a system for 6 unknowns."""
     unknowns = len(EulerState._fields)
     shown = f"{unknowns}: {', '.join(EulerState._fields)}"
-    return v.all_of(
-        v.statement(unknowns == printed, f"{printed} unknowns", shown),
+    return all_of(
+        statement(unknowns == printed, f"{printed} unknowns", shown),
         "Five printed equations and theta_dot as the derivative of theta.",
     )
 
@@ -651,8 +668,8 @@ def degrees_of_freedom(printed: int = 6) -> JudgedClaim:
     """The top is a dynamical system of 6 degrees of freedom."""
     freedoms = len(CONFIGURATION) - 1
     shown = f"{freedoms}: 3 angles and 3 coordinates less the contact"
-    return v.all_of(
-        v.statement(freedoms == printed, f"{printed} degrees of freedom", shown),
+    return all_of(
+        statement(freedoms == printed, f"{printed} degrees of freedom", shown),
         "Section 3 gives the number of first-order unknowns (TH-17) as the number of degrees of "
         "freedom. That the system is not integrable is neither shown nor tested.",
     )

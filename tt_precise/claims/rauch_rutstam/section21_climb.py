@@ -8,14 +8,37 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import proved as proofs
-from tt_precise.claims.evidence import run as runs
 from tt_precise.claims.evidence.motions import paper_odeint, state_errors
-from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
+from tt_precise.claims.evidence.proved import precession, reversal
+from tt_precise.claims.evidence.run import (
+    DEFINITIONS,
+    FINE,
+    MANY,
+    REFERENCE,
+    Run,
+    Span,
+    rising,
+    rows_of,
+    variant,
+)
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import JudgedClaim
+from tt_precise.claims.verdicts import (
+    JudgedClaim,
+    Part,
+    Value,
+    about,
+    all_of,
+    at_most_order,
+    decade,
+    decimal,
+    fraction_of,
+    interpretations,
+    misprint,
+    statement,
+    statements,
+    untestable,
+)
 from tt_precise.golden.proofs import Interval
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.inversion import NEEDED
@@ -61,10 +84,10 @@ def initiation_time(printed: str = START, run: Run = REFERENCE) -> JudgedClaim:
     """The climb starts at about 3.2 s."""
     times = _in_all_definitions("t_init", run)
     values = [time.value for time in times.values()]
-    return v.interpretations(
-        {name: v.about(printed, time, "s") for name, time in times.items()},
+    return interpretations(
+        {name: about(printed, time, "s") for name, time in times.items()},
         "The three definitions of the initiation time differ by "
-        f"{v.decimal(max(values) - min(values), 2)} s; the printed digit resolves a tenth of one.",
+        f"{decimal(max(values) - min(values), 2)} s; the printed digit resolves a tenth of one.",
     )
 
 
@@ -78,13 +101,13 @@ def ending_time(printed: str = END, run: Run = REFERENCE) -> JudgedClaim:
     """The climb ends at about 7.87 s."""
     times = _in_all_definitions("t_end", run)
     highest = run.confirm(
-        lambda solution: runs.rows_of(solution, "theta_max").sort_values("theta")["t"].iloc[-1]
+        lambda solution: rows_of(solution, "theta_max").sort_values("theta")["t"].iloc[-1]
     )
     times[TOP] = highest.within(_highest(run))
-    off = min(abs(v.fraction_of(time) - Fraction(printed)) for time in times.values())
-    return v.interpretations(
-        {name: v.about(printed, time, "s") for name, time in times.items()},
-        f"The nearest of these times is off by {v.decimal(off, 2)} s. Section 2.1 says 7.86 s in "
+    off = min(abs(fraction_of(time) - Fraction(printed)) for time in times.values())
+    return interpretations(
+        {name: about(printed, time, "s") for name, time in times.items()},
+        f"The nearest of these times is off by {decimal(off, 2)} s. Section 2.1 says 7.86 s in "
         "two other places (NUM-06, QUAL-24).",
     )
 
@@ -99,18 +122,18 @@ def ending_time(printed: str = END, run: Run = REFERENCE) -> JudgedClaim:
 def climbing_time(run: Run = REFERENCE) -> JudgedClaim:
     """The climbing time is T_inv = t_end - t_init."""
     shown = ", ".join(
-        f"{v.decimal(v.fraction_of(time), 5)} s ({meaning})"
+        f"{decimal(fraction_of(time), 5)} s ({meaning})"
         for meaning, time in _in_all_definitions("duration", run).items()
     )
-    return v.all_of(
-        v.untestable("T_inv = t_end - t_init", shown),
+    return all_of(
+        untestable("T_inv = t_end - t_init", shown),
         "A definition: the paper prints no number for T_inv. Its two times, "
         f"{END} s and {START} s, are NUM-05 and NUM-04.",
     )
 
 
-def _in_all_definitions(which: str, run: Run) -> dict[str, v.Value]:
-    return {meaning: run.moment(name, which) for name, meaning in runs.DEFINITIONS.items()}
+def _in_all_definitions(which: str, run: Run) -> dict[str, Value]:
+    return {meaning: run.moment(name, which) for name, meaning in DEFINITIONS.items()}
 
 
 def _highest(run: Run) -> Interval | None:
@@ -133,18 +156,17 @@ def _highest(run: Run) -> Interval | None:
 def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERENCE) -> JudgedClaim:
     """The climbing phase lasts from 3.2 to 7.86 s."""
     parts = {}
-    for name, meaning in runs.DEFINITIONS.items():
+    for name, meaning in DEFINITIONS.items():
         ends = [
-            v.about(text, run.moment(name, which))
-            for text, which in zip(printed, ENDS, strict=True)
+            about(text, run.moment(name, which)) for text, which in zip(printed, ENDS, strict=True)
         ]
-        parts[meaning] = v.statement(
+        parts[meaning] = statement(
             all(end.holds for end in ends),
             f"{' to '.join(printed)} s",
             f"{' to '.join(end.measured for end in ends)} s",
             proved=all(end.proved for end in ends),
         )
-    return v.interpretations(
+    return interpretations(
         parts,
         "Each printed time counts as right within one unit of its last digit. The same section "
         "gives the ending time as 7.87 s and as 7.86 s.",
@@ -167,18 +189,18 @@ def precession_at_initiation(printed: str = "80", run: Run = REFERENCE) -> Judge
         "last maximum of theta before": lambda solution: _precession_at_top(solution, 0),
         "first maximum of theta after": lambda solution: _precession_at_top(solution, 1),
     }
-    pairs = zip(values.items(), proofs.precession(run.scene), strict=True)
+    pairs = zip(values.items(), precession(run.scene), strict=True)
     parts = {
-        name: v.about(printed, run.confirm(value).within(interval), "rad/s")
+        name: about(printed, run.confirm(value).within(interval), "rad/s")
         for (name, value), interval in pairs
     }
     tops = run.events("theta_max")
     courses = [float(x) for x in tops["phi_dot"][tops["t"].map(run.climb.has)]]
     rises = sum(b > a for a, b in pairwise(courses))
-    return v.interpretations(
+    return interpretations(
         parts,
-        f"At the maxima of theta in the climb phi_dot goes from {v.decimal(courses[0], 3)} to "
-        f"{v.decimal(courses[-1], 3)} rad/s, and rises in {rises} of {len(courses) - 1} steps.",
+        f"At the maxima of theta in the climb phi_dot goes from {decimal(courses[0], 3)} to "
+        f"{decimal(courses[-1], 3)} rad/s, and rises in {rises} of {len(courses) - 1} steps.",
     )
 
 
@@ -199,21 +221,21 @@ def reversals(
     values = [value for pair in jumps for value in pair]
     large = all(abs(value) > LARGE for value in values)
     peaks = [
-        *proofs.reversal(run.scene, "theta_min", "t_init"),
-        *proofs.reversal(run.scene, "theta_max", "t_end"),
+        *reversal(run.scene, "theta_min", "t_init"),
+        *reversal(run.scene, "theta_max", "t_end"),
     ]
     proved = large and all(
         peak is not None and all(end * value > 0 and abs(end) > LARGE for end in peak)
         for peak, value in zip(peaks, values, strict=True)
     )
-    shown = "; ".join(f"from {v.decimal(a, 3)} to {v.decimal(b, 3)} rad/s" for a, b in jumps)
+    shown = "; ".join(f"from {decimal(a, 3)} to {decimal(b, 3)} rad/s" for a, b in jumps)
 
-    def read_as(wanted: Sequence[tuple[str, str]]) -> v.Part:
+    def read_as(wanted: Sequence[tuple[str, str]]) -> Part:
         texts = (f"from large {SIGNS[a]} to large {SIGNS[b]} values" for a, b in wanted)
         text = " at the first moment, ".join(texts) + " at the second"
-        return v.statement(large and wanted == signs, text, shown, proved=proved)
+        return statement(large and wanted == signs, text, shown, proved=proved)
 
-    return v.misprint(
+    return misprint(
         map(read_as, (printed, (("-", "+"), ("+", "-")))),
         "The heights of these peaks are ill conditioned, their signs are not. For the first moment "
         "alone, of which Summary c) speaks, the sentence is right (QUAL-26).",
@@ -253,11 +275,11 @@ def _nearest_to_a_pole(turn: str, when: str, pole: float, half: float, run: Run)
         ((float(t), float(theta)) for t, theta in zip(events["t"], events["theta"], strict=True)),
         key=lambda pair: abs(pair[0] - moment),
     )
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             abs(t - moment) < half and abs(theta - pole) < 0.001,
             f"{turn.replace('_', ' ')} close to {'pi' if pole else '0'} at {when}",
-            f"{v.decimal(abs(theta - pole), 3)} rad from the pole at {v.decimal(t, 6)} s",
+            f"{decimal(abs(theta - pole), 3)} rad from the pole at {decimal(t, 6)} s",
         ),
         "The distance from the pole is ill conditioned, and so is the height of phi_dot.",
     )
@@ -279,10 +301,10 @@ def growth_of_amplitudes(name: str = "phi_dot", run: Run = REFERENCE) -> JudgedC
     for when, moment in zip(ENDS, run.climb, strict=True):
         near = max(swings[abs(times[1:] - moment) < 0.1], default=0.0)
         before = max(swings[abs(times[1:] - moment + 1) < 0.1], default=near)
-        shown = f"{v.decimal(before, 3)} a second before, {v.decimal(near, 3)} at {when}"
+        shown = f"{decimal(before, 3)} a second before, {decimal(near, 3)} at {when}"
         parts[when] = near > 100 * before, shown
-    return v.all_of(
-        v.statements("by orders of magnitude", parts),
+    return all_of(
+        statements("by orders of magnitude", parts),
         "The amplitude grows like the reciprocal of the smallest distance of the axis from the "
         "pole. The largest value depends on this distance and is ill conditioned.",
     )
@@ -292,7 +314,7 @@ def growth_of_amplitudes(name: str = "phi_dot", run: Run = REFERENCE) -> JudgedC
     "QUAL-25",
     control=("partly", {"run": Run("phi-dot-195")}),
     definition="the middle of the nutation band: at the last turning point before t_init lower "
-    f"than at the first, of at least {runs.MANY}; rising from each to the next from t_init to "
+    f"than at the first, of at least {MANY}; rising from each to the next from t_init to "
     "t_end; within 0.05 rad of pi after t_end (definition A)",
     quote="consisting of three main phases separated by two moments",
 )
@@ -305,33 +327,33 @@ def three_phases(run: Run = REFERENCE) -> JudgedClaim:
     lowest = min(middles[: len(middles) // 2 + 1], key=lambda pair: pair[1])
     furthest = max((math.pi - middle for middle in after), default=math.inf)
     fall = (
-        f", the middle falls from {v.decimal(before[0], 3)} to {v.decimal(before[-1], 3)} rad"
+        f", the middle falls from {decimal(before[0], 3)} to {decimal(before[-1], 3)} rad"
         if before
         else ""
     )
-    rise = f"from {v.decimal(during[0], 3)} to {v.decimal(during[-1], 4)} rad without a fall"
-    return v.all_of(
+    rise = f"from {decimal(during[0], 3)} to {decimal(during[-1], 4)} rad without a fall"
+    return all_of(
         {
-            "synchronisation": v.statement(
-                len(before) >= runs.MANY and before[-1] < before[0],
+            "synchronisation": statement(
+                len(before) >= MANY and before[-1] < before[0],
                 "theta does not climb before t_init",
                 f"{len(before)} turning points{fall}",
             ),
-            "climb": v.statement(
-                runs.rising(during), "theta climbs from t_init to t_end", f"the middle rises {rise}"
+            "climb": statement(
+                rising(during), "theta climbs from t_init to t_end", f"the middle rises {rise}"
             ),
-            "stabilisation": v.statement(
+            "stabilisation": statement(
                 furthest < 0.05,
                 "theta near pi after t_end",
-                f"at most {v.decimal(furthest, 2)} rad away" if after else "not seen",
+                f"at most {decimal(furthest, 2)} rad away" if after else "not seen",
             ),
         },
-        f"The middle is lowest at {v.decimal(lowest[0], 6)} s, where the axis passes the pole.",
+        f"The middle is lowest at {decimal(lowest[0], 6)} s, where the axis passes the pole.",
     )
 
 
 def _precession_at_top(run: Trajectory, which: int) -> Scalar:
-    return _around(runs.rows_of(run, "theta_max"), run.inversion.A.t_init)[which]
+    return _around(rows_of(run, "theta_max"), run.inversion.A.t_init)[which]
 
 
 def _reversal(run: Run, turn: str, which: int) -> tuple[float, float]:
@@ -363,17 +385,17 @@ def logistic_curve(name: str = "theta", run: Run = REFERENCE) -> JudgedClaim:
     falls = sum(b.middle < a.middle for a, b in pairwise(belts))
     half = run.equator
     shown = f"falls {falls} of {len(belts) - 1} times"
-    return v.all_of(
+    return all_of(
         {
-            "logistic": v.statement(
+            "logistic": statement(
                 left <= 0.01,
                 "logistic type curve",
                 f"k = {rate:.2f} 1/s, t0 = {centre:.2f} s leave {100 * left:.2g} % of the variance",
             ),
-            "middle of the band": v.statement(falls == 0, "rises", shown),
+            "middle of the band": statement(falls == 0, "rises", shown),
         },
-        f"The curve is not symmetric: theta needs {v.decimal(half - span.begin, 3)} s to pi/2 and "
-        f"{v.decimal(span.end - half, 3)} s from there.",
+        f"The curve is not symmetric: theta needs {decimal(half - span.begin, 3)} s to pi/2 and "
+        f"{decimal(span.end - half, 3)} s from there.",
     )
 
 
@@ -387,9 +409,9 @@ def logistic_curve(name: str = "theta", run: Run = REFERENCE) -> JudgedClaim:
 def small_oscillations(share: float = 0.1, run: Run = REFERENCE) -> JudgedClaim:
     """The oscillations of theta about the logistic curve are small."""
     width = max(turn.width for turn in run.band if run.climb.has(turn.t))
-    shown = f"the band is at most {v.decimal(width, 3)} rad wide"
-    return v.all_of(
-        v.statement(width < share * math.pi, "small amplitude", shown),
+    shown = f"the band is at most {decimal(width, 3)} rad wide"
+    return all_of(
+        statement(width < share * math.pi, "small amplitude", shown),
         "QUAL-08 says where the band is widest.",
     )
 
@@ -408,24 +430,24 @@ def nutation_band(widest: float = math.pi / 2, run: Run = REFERENCE) -> JudgedCl
     widest_one = max(belts, key=lambda belt: belt.width)
     fastest = run.extreme("theta_dot", largest=True)
     times, speeds = run.extrema("theta_dot")
-    return v.interpretations(
+    return interpretations(
         {
-            "wider than at t_init": v.statement(
+            "wider than at t_init": statement(
                 at.width > start.width,
                 "widening",
-                f"{v.decimal(start.width, 3)} rad at t_init, {v.decimal(at.width, 3)} rad at "
-                f"theta = {v.decimal(at.middle, 3)}",
+                f"{decimal(start.width, 3)} rad at t_init, {decimal(at.width, 3)} rad at "
+                f"theta = {decimal(at.middle, 3)}",
             ),
-            "widest there": v.statement(
+            "widest there": statement(
                 abs(widest_one.middle - widest) < 0.1,
-                f"widest at theta = {v.decimal(widest, 3)}",
-                f"widest, {v.decimal(widest_one.width, 3)} rad, at theta = "
-                f"{v.decimal(widest_one.middle, 3)} ({v.decimal(widest_one.t, 4)} s)",
+                f"widest at theta = {decimal(widest, 3)}",
+                f"widest, {decimal(widest_one.width, 3)} rad, at theta = "
+                f"{decimal(widest_one.middle, 3)} ({decimal(widest_one.t, 4)} s)",
             ),
         },
-        f"The largest theta_dot, {v.decimal(fastest.value, 5)} rad/s, comes at "
-        f"{v.decimal(times[speeds.argmax()], 4)} s, and theta first passes pi/2 at "
-        f"{v.decimal(run.equator, 4)} s.",
+        f"The largest theta_dot, {decimal(fastest.value, 5)} rad/s, comes at "
+        f"{decimal(times[speeds.argmax()], 4)} s, and theta first passes pi/2 at "
+        f"{decimal(run.equator, 4)} s.",
     )
 
 
@@ -439,14 +461,14 @@ def nutation_band(widest: float = math.pi / 2, run: Run = REFERENCE) -> JudgedCl
 def narrowing_band(run: Run = REFERENCE) -> JudgedClaim:
     """The nutation band narrows on the way to the south pole."""
     at, last = min(run.band, key=lambda belt: abs(belt.middle - math.pi / 2)), run.band[-1]
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             last.width < at.width,
             "narrowing",
-            f"{v.decimal(at.width, 3)} rad at theta = {v.decimal(at.middle, 3)}, "
-            f"{v.decimal(last.width, 2)} rad at {v.decimal(last.middle, 4)}",
+            f"{decimal(at.width, 3)} rad at theta = {decimal(at.middle, 3)}, "
+            f"{decimal(last.width, 2)} rad at {decimal(last.middle, 4)}",
         ),
-        f"It is {v.decimal(100 * last.width / at.width, 2)} % as wide at the end.",
+        f"It is {decimal(100 * last.width / at.width, 2)} % as wide at the end.",
     )
 
 
@@ -487,19 +509,17 @@ def small_perturbations(share: str = "0.01", run: Run = REFERENCE) -> JudgedClai
             singular += [pair] if min(pair) > SINGULAR else []
     least = min(map(min, singular), default=0.0)
     highest = max(map(max, singular), default=0.0)
-    spread = (
-        f"{v.decimal(min(begins)[0], 3)} to {v.decimal(max(begins)[0], 3)} s" if begins else "none"
-    )
+    spread = f"{decimal(min(begins)[0], 3)} to {decimal(max(begins)[0], 3)} s" if begins else "none"
     own = run.climb.begin
     farthest = max(begins, key=lambda pair: abs(pair[0] - own))[1] if begins else "nothing"
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             len(singular) == len(starts),
             "not affected",
             f"{len(singular)} of {len(starts)} perturbed starts show both reversals, "
-            f"with |phi_dot| of at least {v.decimal(least, 3)} rad/s",
+            f"with |phi_dot| of at least {decimal(least, 3)} rad/s",
         ),
-        f"The peaks go up to {v.decimal(highest, 3)} rad/s. t_init is {spread}, farthest from the "
+        f"The peaks go up to {decimal(highest, 3)} rad/s. t_init is {spread}, farthest from the "
         f"reference's where {farthest}(0) is changed.",
     )
 
@@ -516,17 +536,17 @@ def small_perturbations(share: str = "0.01", run: Run = REFERENCE) -> JudgedClai
 def restart(before: str = "0", run: Run = REFERENCE) -> JudgedClaim:
     """Started from its state at t_init the top climbs at once."""
     parts = {}
-    for name, reading in runs.DEFINITIONS.items():
+    for name, reading in DEFINITIONS.items():
         again = Run(_restarted(run, name, Fraction(before)))
         t_init = again.inversion.A.t_init
         parts[reading] = (
-            t_init == 0 and runs.rising([turn.middle for turn in again.band[:EARLY]]),
-            f"t_init = {'none' if t_init is None else v.decimal(t_init, 4)} s, theta passes "
-            f"pi/2 after {v.decimal(again.equator, 5)} s",
+            t_init == 0 and rising([turn.middle for turn in again.band[:EARLY]]),
+            f"t_init = {'none' if t_init is None else decimal(t_init, 4)} s, theta passes "
+            f"pi/2 after {decimal(again.equator, 5)} s",
         )
-    return v.all_of(
-        v.statements("climbs immediately", parts),
-        f"The reference start itself needs {v.decimal(run.equator, 5)} s to pass pi/2.",
+    return all_of(
+        statements("climbs immediately", parts),
+        f"The reference start itself needs {decimal(run.equator, 5)} s to pass pi/2.",
     )
 
 
@@ -545,7 +565,7 @@ def _peaks(run: Trajectory) -> tuple[float, float] | None:
     climb = run.inversion.A
     if not climb.t_init or climb.t_end is None:
         return None
-    turns = runs.rows_of(run, "theta_min", "theta_max")
+    turns = rows_of(run, "theta_min", "theta_max")
     first, last = (
         float(abs(turns["phi_dot"][abs(turns["t"] - moment) < 0.1]).max())
         for moment in (climb.t_init, climb.t_end)
@@ -554,7 +574,7 @@ def _peaks(run: Trajectory) -> tuple[float, float] | None:
 
 
 def _restarted(run: Run, definition: str, before: Fraction) -> Scene:
-    solution = run.trajectory(runs.FINE)
+    solution = run.trajectory(FINE)
     texts = solution.at(getattr(solution.inversion, definition).t_init - float(before)).as_text()
     values = {name: text for name in EulerState._fields if (text := texts[name]) is not None}
     return variant(run.scene, **values, until="6")
@@ -570,11 +590,11 @@ def _restarted(run: Run, definition: str, before: Fraction) -> Scene:
 def jellett_drift(printed: str = "1e-6", run: Run = REFERENCE) -> JudgedClaim:
     """The paper's computation keeps Jellett's integral to about 1e-6 of its value."""
     off = state_errors(run.scene)
-    return v.all_of(
+    return all_of(
         # one digit of odeint's drift is the same on every machine
-        v.at_most_order(printed, v.Value(paper_odeint(run.scene)[1], 1)),
+        at_most_order(printed, Value(paper_odeint(run.scene)[1], 1)),
         "1e-6 in lambda does not bound the error of the state: in odeint's run theta was off by up "
-        f"to {v.decimal(off['theta'], 1)} rad, theta_dot by {v.decimal(off['theta_dot'], 1)} "
-        f"rad/s, omega_3 by {v.decimal(off['omega_3'], 1)} rad/s, and phi_dot at one output time "
-        f"by more than {v.decimal(Fraction(10) ** v.decade(Fraction(off['phi_dot'])), 1)} rad/s.",
+        f"to {decimal(off['theta'], 1)} rad, theta_dot by {decimal(off['theta_dot'], 1)} "
+        f"rad/s, omega_3 by {decimal(off['omega_3'], 1)} rad/s, and phi_dot at one output time "
+        f"by more than {decimal(Fraction(10) ** decade(Fraction(off['phi_dot'])), 1)} rad/s.",
     )

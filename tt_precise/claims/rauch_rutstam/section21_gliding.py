@@ -6,13 +6,27 @@ import math
 
 from msgspec.structs import replace
 
-from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence.formulas import parse
 from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.section1_potential import CONDITION, CORRECT_CONDITION
-from tt_precise.claims.verdicts import JudgedClaim
+from tt_precise.claims.verdicts import (
+    JudgedClaim,
+    Part,
+    Value,
+    about,
+    all_of,
+    approximate,
+    decimal,
+    formula,
+    interpretations,
+    misprint,
+    rounds_to,
+    statement,
+    statements,
+    untestable,
+)
 from tt_precise.scene.scene import load_scene
 
 claim = claims_of(RAUCH_RUTSTAM, "2.1")
@@ -41,12 +55,12 @@ def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) 
     """The toy satisfies the printed rationality condition."""
     body = run.loaded.body
 
-    def satisfied(text: str) -> v.Part:
-        value = f.parse(text, {"gamma": body.gamma, "alpha": body.alpha})
-        both = f"left {v.decimal(body.sigma, 6)}, right {v.decimal(value, 6)}"
-        return v.formula(body.sigma == value, f"m*R**2/I3 = {text}", both, proved=True)
+    def satisfied(text: str) -> Part:
+        value = parse(text, {"gamma": body.gamma, "alpha": body.alpha})
+        both = f"left {decimal(body.sigma, 6)}, right {decimal(value, 6)}"
+        return formula(body.sigma == value, f"m*R**2/I3 = {text}", both, proved=True)
 
-    return v.misprint(
+    return misprint(
         map(satisfied, (printed, CORRECT_CONDITION)),
         "Computed with exact fractions.",
     )
@@ -63,10 +77,8 @@ def toy_lies_between(run: Run = REFERENCE) -> JudgedClaim:
     """The toy has 1 - alpha^2 < gamma < 1."""
     body = run.loaded.body
     lower, gamma = 1 - body.alpha**2, body.gamma
-    return v.all_of(
-        v.statement(
-            lower < gamma < 1, "1-alpha^2 < gamma < 1", f"{lower}, {gamma}, 1", proved=True
-        ),
+    return all_of(
+        statement(lower < gamma < 1, "1-alpha^2 < gamma < 1", f"{lower}, {gamma}, 1", proved=True),
         "Computed with exact fractions. The condition on sigma is TH-19.",
     )
 
@@ -81,10 +93,10 @@ def reference_lambda(printed: str = "2", run: Run = REFERENCE) -> JudgedClaim:
     known = run.thresholds.quantities
     ratio = known["lambda"].value / known["lambda_thres"].value
     check = known["lambda"].independent / known["lambda_thres"].independent
-    return v.all_of(
-        v.about(printed, v.Value.of(ratio, check), "lambda_thres"),
-        f"lambda = {v.decimal(known['lambda'].value, 12)} kg m^3/s and lambda_thres = "
-        f"{v.decimal(known['lambda_thres'].value, 12)} kg m^3/s.",
+    return all_of(
+        about(printed, Value.of(ratio, check), "lambda_thres"),
+        f"lambda = {decimal(known['lambda'].value, 12)} kg m^3/s and lambda_thres = "
+        f"{decimal(known['lambda_thres'].value, 12)} kg m^3/s.",
     )
 
 
@@ -98,12 +110,12 @@ def realistic_values() -> JudgedClaim:
     """The parameters are those of a typical toy, close to other authors' values."""
     body = load_scene("reference").body
     inertia = body.m * body.R**2
-    return v.all_of(
-        v.untestable("realistic, close to [Coh, Ued]"),
+    return all_of(
+        untestable("realistic, close to [Coh, Ued]"),
         'The paper does not have the values of the cited authors, and "close" has no measure. The '
-        f"body is possible: I1 = {v.decimal(body.I1 / inertia, 4)}, I3 = "
-        f"{v.decimal(body.I3 / inertia, 4)} m R^2 with I3 < 2 I1, "
-        f"m = {v.decimal(1000 * body.m, 2)} g, R = {v.decimal(100 * body.R, 2)} cm. mu = 0.3 lacks "
+        f"body is possible: I1 = {decimal(body.I1 / inertia, 4)}, I3 = "
+        f"{decimal(body.I3 / inertia, 4)} m R^2 with I3 < 2 I1, "
+        f"m = {decimal(1000 * body.m, 2)} g, R = {decimal(100 * body.R, 2)} cm. mu = 0.3 lacks "
         "its unit, s/m.",
     )
 
@@ -146,9 +158,9 @@ def _growth(orders: tuple[float, float], run: Run = REFERENCE) -> JudgedClaim:
     parts = {}
     for name, ratio in ratios.items():
         size = math.log10(ratio)
-        shown = f"factor {v.decimal(ratio, 4)}, {size:.2f} orders"
-        parts[name] = v.statement(low <= size <= high, f"{low} to {high} orders", shown)
-    return v.interpretations(
+        shown = f"factor {decimal(ratio, 4)}, {size:.2f} orders"
+        parts[name] = statement(low <= size <= high, f"{low} to {high} orders", shown)
+    return interpretations(
         parts,
         "Section 2.1 says about two orders (NUM-37), the summary one to two (NUM-36).",
     )
@@ -164,9 +176,9 @@ def positive_at_first(sign: int = 1, run: Run = REFERENCE) -> JudgedClaim:
     """At first nu_x is positive."""
     span = _initially(run)
     least = sign * run.value("nu_x", span.middle)
-    return v.all_of(
-        v.statement(least > 0, "positive", f"until {v.decimal(span.end, 5)} s"),
-        f"Its mean until then is {v.decimal(run.mean('nu_x', span), 3)} m/s.",
+    return all_of(
+        statement(least > 0, "positive", f"until {decimal(span.end, 5)} s"),
+        f"Its mean until then is {decimal(run.mean('nu_x', span), 3)} m/s.",
     )
 
 
@@ -184,13 +196,13 @@ def larger_at_first(
     crossing = float(run.events("nu_crossing")["t"].iloc[0])
     middle = run.columns((larger, smaller), [span.middle])
     above = bool(middle[larger][0] > middle[smaller][0])
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             above and crossing > span.end,
             f"{larger} > {smaller}",
-            f"no crossing until {v.decimal(crossing, 5)} s",
+            f"no crossing until {decimal(crossing, 5)} s",
         ),
-        f"nu_x first vanishes at {v.decimal(span.end, 5)} s.",
+        f"nu_x first vanishes at {decimal(span.end, 5)} s.",
     )
 
 
@@ -207,14 +219,14 @@ def close_to_zero_at_first(name: str = "nu_y", run: Run = REFERENCE) -> JudgedCl
     mean, other = run.mean(name, span), run.mean("nu_x", span)
     changes = len(run.zeros(name, span))
     size = _largest_size(name, run, run.synchronisation)
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             changes > 1 and abs(mean) < other / 5,
             "oscillates close to 0",
-            f"mean {v.decimal(mean, 3)} against {v.decimal(other, 3)} m/s until "
-            f"{v.decimal(span.end, 5)} s, {changes} changes of sign",
+            f"mean {decimal(mean, 3)} against {decimal(other, 3)} m/s until "
+            f"{decimal(span.end, 5)} s, {changes} changes of sign",
         ),
-        f"The oscillation of {name} grows before the climb, to {v.decimal(size, 2)} m/s.",
+        f"The oscillation of {name} grows before the climb, to {decimal(size, 2)} m/s.",
     )
 
 
@@ -235,15 +247,15 @@ def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> JudgedCla
     crossings = _crossings(run, rising=True, early=True)
     nearest = min(crossings, key=lambda t: abs(t - run.climb.begin))
     every = _crossings(run, early=True)
-    return v.interpretations(
+    return interpretations(
         {
-            "the crossing nearest to t_init": v.about(printed, nearest, "s"),
-            "the last crossing": v.about(printed, crossings[-1], "s"),
-            "the first crossing": v.about(printed, crossings[0], "s"),
+            "the crossing nearest to t_init": about(printed, nearest, "s"),
+            "the last crossing": about(printed, crossings[-1], "s"),
+            "the first crossing": about(printed, crossings[0], "s"),
         },
-        f"nu_y crosses nu_x {len(every)} times, both ways, between {v.decimal(every[0], 5)} "
-        f"and {v.decimal(every[-1], 5)} s; from the last one on nu_y stays above until "
-        f"{v.decimal(_crossings(run, early=False)[0], 5)} s.",
+        f"nu_y crosses nu_x {len(every)} times, both ways, between {decimal(every[0], 5)} "
+        f"and {decimal(every[-1], 5)} s; from the last one on nu_y stays above until "
+        f"{decimal(_crossings(run, early=False)[0], 5)} s.",
     )
 
 
@@ -260,12 +272,12 @@ def minima_in_the_climb(
     """During the climb the minima of nu_y lie above those of nu_x ("minimal": minima)."""
     spans = run.nutations(run.climb)
     above = _count_above(higher, lower, spans, run)
-    check = v.statement(
+    check = statement(
         0 < above == len(spans),
         f"minima of {higher} above those of {lower}",
         f"in {above} of {len(spans)} nutations of the climb",
     )
-    return v.all_of(
+    return all_of(
         {"in every nutation": check},
         'The sentence has "minimal of nu_y(t)" for "minima of nu_y(t)".',
     )
@@ -289,14 +301,14 @@ def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> JudgedCla
     parts = {
         "at every instant": (
             below == 0,
-            f"negative for {100 * below:.3g} % of the climb, down to {v.decimal(least, 4)} m/s",
+            f"negative for {100 * below:.3g} % of the climb, down to {decimal(least, 4)} m/s",
         ),
-        "averaged over each nutation": (average > 0, f"least average {v.decimal(average, 3)} m/s"),
+        "averaged over each nutation": (average > 0, f"least average {decimal(average, 3)} m/s"),
     }
-    return v.interpretations(
-        v.statements("positive", parts),
+    return interpretations(
+        statements("positive", parts),
         "Positive at every instant only between "
-        f"{v.decimal(max(early), 5)} and {v.decimal(min(late), 5)} s."
+        f"{decimal(max(early), 5)} and {decimal(min(late), 5)} s."
         if late
         else "It changes sign throughout.",
     )
@@ -313,9 +325,9 @@ def oscillations_of_nu_x(
 ) -> JudgedClaim:
     """In the climb the oscillations of nu_x grow."""
     first, then = (run.largest_swing("nu_x", getattr(run, phase)) for phase in phases)
-    shown = f"from {v.decimal(first, 3)} to {v.decimal(then, 3)} m/s"
-    return v.all_of(
-        v.statement(then > first, "increase", shown),
+    shown = f"from {decimal(first, 3)} to {decimal(then, 3)} m/s"
+    return all_of(
+        statement(then > first, "increase", shown),
         f"From the phase of {phases[0]} to that of {phases[1]}.",
     )
 
@@ -331,9 +343,9 @@ def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> JudgedClaim:
     """In the climb the mean of nu_x is slightly negative."""
     average, swing = run.mean(name, run.climb), run.largest_swing(name, run.climb)
     before = run.mean(name, run.synchronisation)
-    return v.all_of(
-        v.statement(-swing / 5 < average < 0, "slightly negative", f"{v.decimal(average, 4)} m/s"),
-        f"Before the climb the mean is {v.decimal(before, 3)} m/s.",
+    return all_of(
+        statement(-swing / 5 < average < 0, "slightly negative", f"{decimal(average, 4)} m/s"),
+        f"Before the climb the mean is {decimal(before, 3)} m/s.",
     )
 
 
@@ -349,9 +361,9 @@ def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> JudgedCl
     """At 7.86 s, at the end of the climb, nu_y crosses nu_x from above."""
     falling = _crossings(run, rising=False, early=False)
     last = run.confirm(lambda solution: solution.events.query(LAST_FALLING)["t"].iloc[-1])
-    shown = ", ".join(v.decimal(t, 5) for t in falling)
-    return v.all_of(
-        v.about(printed, last, "s"),
+    shown = ", ".join(decimal(t, 5) for t in falling)
+    return all_of(
+        about(printed, last, "s"),
         f"nu_y crosses nu_x from above at {shown} s; the last crossing is final. Only the time is "
         "wrong, like that of NUM-05.",
     )
@@ -371,13 +383,13 @@ def minima_after_the_climb(
     longer = Run(variant(run.scene, until=LATER))
     spans = longer.nutations(Span(last, float(LATER)))
     above = _count_above(higher, lower, spans, longer)
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             0 < above == len(spans),
             f"minima of {lower} below those of {higher}",
             f"in {above} of {len(spans)} nutations",
         ),
-        f"From {v.decimal(last, 5)} s on.",
+        f"From {decimal(last, 5)} s on.",
     )
 
 
@@ -410,15 +422,15 @@ def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Judg
     known = run.thresholds.quantities
     ours = known["lambda"]
     factors = {
-        name: v.Value.of(ours.value / threshold.value, ours.independent / threshold.independent)
+        name: Value.of(ours.value / threshold.value, ours.independent / threshold.independent)
         for name, threshold in known.items()
         if name in ("lambda", "lambda_thres")
     }
     parts = [
-        replace(v.rounds_to("2", factors[name]), printed=f"lambda about 2 {name}")
+        replace(rounds_to("2", factors[name]), printed=f"lambda about 2 {name}")
         for name in (behind, "lambda_thres")
     ]
-    return v.misprint(parts, "No lambda is twice itself.")
+    return misprint(parts, "No lambda is twice itself.")
 
 
 @claim(
@@ -430,8 +442,8 @@ def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Judg
 )
 def weight(printed: str = "0.2", run: Run = REFERENCE) -> JudgedClaim:
     """The weight of the toy top is 0.2 (N)."""
-    return v.all_of(
-        v.rounds_to(printed, run.weight, "N"),
+    return all_of(
+        rounds_to(printed, run.weight, "N"),
         "m g = 0.02 kg times 9.82 m/s^2; the caption omits the unit.",
     )
 
@@ -444,8 +456,8 @@ def weight(printed: str = "0.2", run: Run = REFERENCE) -> JudgedClaim:
 )
 def spin_at_the_start(printed: str = "155", run: Run = REFERENCE) -> JudgedClaim:
     """The spin about the axis is 155 rad/s at the start."""
-    return v.all_of(
-        v.rounds_to(printed, run.at("psi_dot", "0"), "rad/s"),
+    return all_of(
+        rounds_to(printed, run.at("psi_dot", "0"), "rad/s"),
         "It equals omega_3(0), because phi_dot(0) = 0.",
     )
 
@@ -458,8 +470,8 @@ def spin_at_the_start(printed: str = "155", run: Run = REFERENCE) -> JudgedClaim
 )
 def spelling() -> JudgedClaim:
     """Wording and spelling of the text."""
-    return v.all_of(
-        v.untestable("as quoted"),
+    return all_of(
+        untestable("as quoted"),
         "Nothing to compute. To correct: sychronisation, synchronatisation (synchronisation), "
         "monotononous, monotonously (monotonically), transfered (transferred), 'the minimal of "
         "nu_y' (minima), 'lambda approx 2 lambda' (2 lambda_thres), 'features that does not', 'its "
@@ -477,8 +489,8 @@ def spin_as_a_sum(run: Run = REFERENCE, phi_dot: str = "200") -> JudgedClaim:
     """At the start omega_3 is about phi_dot + psi_dot."""
     start = run.loaded.start
     error = float(phi_dot) * (1 - math.cos(float(start.theta.offset)))
-    return v.all_of(
-        v.approximate("phi_dot + psi_dot", error, start.omega_3, "off by at most"),
+    return all_of(
+        approximate("phi_dot + psi_dot", error, start.omega_3, "off by at most"),
         "omega_3 = psi_dot + phi_dot cos theta; at the reference start phi_dot(0) = 0 and both are "
         "equal.",
     )
@@ -492,7 +504,7 @@ def spin_as_a_sum(run: Run = REFERENCE, phi_dot: str = "200") -> JudgedClaim:
 def cosine_of_the_start(run: Run = REFERENCE) -> JudgedClaim:
     """At the start cos theta is about 1."""
     cosine = math.cos(float(run.loaded.start.theta.offset))
-    return v.all_of(
-        v.approximate("cos theta = 1", 1 - cosine, 1),
+    return all_of(
+        approximate("cos theta = 1", 1 - cosine, 1),
         "omega_3 differs from phi_dot + psi_dot by phi_dot (1 - cos theta).",
     )

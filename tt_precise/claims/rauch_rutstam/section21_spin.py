@@ -6,14 +6,32 @@ from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 
-from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import formulas as f
-from tt_precise.claims.evidence import run as runs
+from tt_precise.claims.evidence.formulas import chart, equal, names, parse, quantity
 from tt_precise.claims.evidence.proved import sign_of_precession
-from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
+from tt_precise.claims.evidence.run import (
+    DEFINITIONS,
+    MANY,
+    REFERENCE,
+    Run,
+    Span,
+    exact,
+    rows_of,
+    variant,
+)
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import JudgedClaim
+from tt_precise.claims.verdicts import (
+    JudgedClaim,
+    Part,
+    about,
+    all_of,
+    decimal,
+    fraction_of,
+    interpretations,
+    misprint,
+    statement,
+    statements,
+)
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
@@ -43,8 +61,8 @@ def quotient_before(phase: str = "synchronisation", run: Run = REFERENCE) -> Jud
     """Before t_init 1 - q changes sign many times."""
     span = getattr(run, phase)
     zeros = [t for t in run.events("phi_dot_zero")["t"] if span.has(float(t))]
-    return v.all_of(
-        v.statement(len(zeros) >= runs.MANY, "changes sign many times", f"{len(zeros)} times"),
+    return all_of(
+        statement(len(zeros) >= MANY, "changes sign many times", f"{len(zeros)} times"),
         "The changes of sign are the zeros of phi_dot, found as events.",
     )
 
@@ -64,8 +82,8 @@ def quotient_close_to_one(phase: str = "synchronisation", run: Run = REFERENCE) 
         abs(run.extreme_of(bracket, ("omega_3", "kz"), largest=largest, span=span)[1])
         for largest in (False, True)
     )
-    return v.all_of(
-        v.statement(size < 0.05, "close to 1", f"|1 - q| at most {v.decimal(size, 3)}"),
+    return all_of(
+        statement(size < 0.05, "close to 1", f"|1 - q| at most {decimal(size, 3)}"),
         "So the right side of the equation is small (EQ-29 judges its form).",
     )
 
@@ -88,10 +106,10 @@ def quotient_after(
     inside = run.value("phi_dot", climb.middle)
     proved = not zeros and sign_of_precession(run.scene) * inside > 0
     nearest = float(run.events("theta_min").sort_values("theta")["t"].iloc[0])  # to the pole
-    return v.all_of(
+    return all_of(
         {
-            "at t_init": v.about(printed, last, "s"),
-            "during the climb": v.statement(
+            "at t_init": about(printed, last, "s"),
+            "during the climb": statement(
                 not zeros and (inside > 0) == (sign == "positive"),
                 f"stays {sign}",
                 f"{'positive' if inside > 0 else 'negative'}, {len(zeros)} changes",
@@ -99,7 +117,7 @@ def quotient_after(
             ),
         },
         "Before the climb the axis passes nearest to the pole "
-        f"{v.decimal(nearest - float(last), 3)} s after the last change of sign.",
+        f"{decimal(nearest - float(last), 3)} s after the last change of sign.",
     )
 
 
@@ -130,12 +148,12 @@ def amplitude_falls(name: str = "phi_dot", run: Run = REFERENCE) -> JudgedClaim:
     tenths = numpy.minimum(10 * (times[:-1] - span.begin) / span.length, 9).astype(int)
     largest = [float(swings[tenths == tenth].max()) for tenth in range(10)]
     falls = sum(b < a for a, b in pairwise(largest))
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             falls == 9,
             "decreases",
-            f"falls in {falls} of 9 steps, from {v.decimal(largest[0], 3)} to "
-            f"{v.decimal(largest[-1], 3)} rad/s",
+            f"falls in {falls} of 9 steps, from {decimal(largest[0], 3)} to "
+            f"{decimal(largest[-1], 3)} rad/s",
         ),
         "The amplitude is largest where the axis passes the pole, at the beginning.",
     )
@@ -153,10 +171,10 @@ def final_spin(printed: str = "-85", run: Run = REFERENCE) -> JudgedClaim:
     body = run.loaded.body
     limit = -run.lambda_ / (body.R * (1 + body.alpha) * body.I3)
     off = abs(float(spin) / float(printed) - 1)
-    return v.all_of(
-        v.about(printed, spin, "rad/s"),
-        f"It ends at {v.decimal(spin, 7)} rad/s, {100 * off:.1f} % from the printed value, and "
-        f"tends to {v.decimal(limit, 7)} rad/s.",
+    return all_of(
+        about(printed, spin, "rad/s"),
+        f"It ends at {decimal(spin, 7)} rad/s, {100 * off:.1f} % from the printed value, and "
+        f"tends to {decimal(limit, 7)} rad/s.",
     )
 
 
@@ -170,10 +188,10 @@ def final_spin(printed: str = "-85", run: Run = REFERENCE) -> JudgedClaim:
 def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> JudgedClaim:
     """At the initiation time omega_3 is about 154 rad/s."""
     checks = {
-        reading: v.about(printed, run.confirm(partial(_spin_at, name)), "rad/s")
-        for name, reading in runs.DEFINITIONS.items()
+        reading: about(printed, run.confirm(partial(_spin_at, name)), "rad/s")
+        for name, reading in DEFINITIONS.items()
     }
-    return v.interpretations(checks, "Until then friction has reduced the spin only slightly.")
+    return interpretations(checks, "Until then friction has reduced the spin only slightly.")
 
 
 @claim(
@@ -196,11 +214,11 @@ def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
         )
         parts[when] = (
             100 * both < min(phi, psi),
-            f"phi_dot swings by {v.decimal(phi, 3)}, psi_dot by {v.decimal(psi, 3)}, "
-            f"{sum_} by {v.decimal(both, 3)} rad/s",
+            f"phi_dot swings by {decimal(phi, 3)}, psi_dot by {decimal(psi, 3)}, "
+            f"{sum_} by {decimal(both, 3)} rad/s",
         )
-    return v.all_of(
-        v.statements("compensate each other", parts),
+    return all_of(
+        statements("compensate each other", parts),
         "omega_3 = psi_dot + phi_dot cos(theta), and cos(theta) is near 1 and -1 there. The height "
         "of the peaks is ill conditioned, the compensation is not.",
     )
@@ -216,11 +234,11 @@ def monotonous_spin(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
     """omega_3 decreases almost monotonically."""
     rise, fall = run.rises_and_falls(name)
     values = run.extrema(name)[1]
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             rise < 0.01 * (fall - rise),
             "almost monotonously decreasing",
-            f"rises sum up to {v.decimal(rise, 4)}, falls to {v.decimal(fall, 5)} rad/s",
+            f"rises sum up to {decimal(rise, 4)}, falls to {decimal(fall, 5)} rad/s",
         ),
         f"It has {len(values) - 2} local extrema, wherever nu_y vanishes, and starts with a "
         f"{'rise' if values[1] > values[0] else 'fall'}.",
@@ -245,13 +263,13 @@ def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
     parts = {
         when: (
             abs(slope) < 0.02 * most,
-            f"slope {v.decimal(slope, 3)} against {v.decimal(most, 4)} rad/s^2",
+            f"slope {decimal(slope, 3)} against {decimal(most, 4)} rad/s^2",
         )
         for when, slope in (("beginning", slopes[0]), ("end", slopes[-1]))
     }
-    return v.all_of(
-        v.statements("almost horizontal", parts),
-        f"The steepest half second begins at {v.decimal(begin, 2)} s.",
+    return all_of(
+        statements("almost horizontal", parts),
+        f"The steepest half second begins at {decimal(begin, 2)} s.",
     )
 
 
@@ -277,13 +295,13 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> JudgedCl
         return numpy.degrees(numpy.arctan2(numpy.sqrt(dot(across, across)), dot(omega, to)))
 
     when, largest = run.extreme_of(angle, VECTORS, largest=True)
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             largest < CLOSE_DEG,
             f"parallel to {axis}, within {CLOSE_DEG} degrees",
-            f"largest angle {v.decimal(largest, 5)} degrees, at {v.decimal(when, 5)} s",
+            f"largest angle {decimal(largest, 5)} degrees, at {decimal(when, 5)} s",
         ),
-        f"theta is {v.decimal(run.value('theta', when), 3)} rad there.",
+        f"theta is {decimal(run.value('theta', when), 3)} rad there.",
     )
 
 
@@ -297,8 +315,8 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> JudgedCl
 def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
     """During the climb the projection of omega on the symmetry axis changes sign."""
     zeros_in_double, known = run.zeros(name), run.proofs
-    first = run.confirm(lambda solution: runs.rows_of(solution, "omega_3_zero")["t"].iloc[0])
-    at = f", at {v.decimal(first.value, 16)} s" if zeros_in_double else ""
+    first = run.confirm(lambda solution: rows_of(solution, "omega_3_zero")["t"].iloc[0])
+    at = f", at {decimal(first.value, 16)} s" if zeros_in_double else ""
     holds = len(zeros_in_double) == 1 and run.climb.has(zeros_in_double[0])
     zeros = known.events("omega_3_zero") if name == "omega_3" else None
     begin, end = (known.moment("A", which) for which in ("t_init", "t_end"))
@@ -308,14 +326,14 @@ def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClai
         and len(zeros) == 1
         and begin.high < zeros[0]["t"].low <= zeros[0]["t"].high < end.low
     )  # fmt: skip
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             holds,
             "changes sign during the climb",
             f"{len(zeros_in_double)} change{'' if len(zeros_in_double) == 1 else 's'} of sign{at}",
             proved=proved,
         ),
-        f"theta first passes pi/2 at {v.decimal(run.equator, 6)} s.",
+        f"theta first passes pi/2 at {decimal(run.equator, 6)} s.",
     )
 
 
@@ -337,11 +355,11 @@ def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> JudgedCl
     ]
     early = [t for t in run.zeros(name) if run.climb.has(t) and t < t_init + 2]
     last = f" The last positive spike before mid-climb ends at {early[-1]:.3f} s." if early else ""
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             len(near) > 1,
             "positive spikes",
-            f"{len(near)} positive maxima, up to {v.decimal(max(near, default=0.0), 4)} rad/s^2",
+            f"{len(near)} positive maxima, up to {decimal(max(near, default=0.0), 4)} rad/s^2",
         ),
         f"omega_3_dot has the sign of -nu_y, as the paper says.{last}",
     )
@@ -349,7 +367,7 @@ def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> JudgedCl
 
 def _spin_at(definition: str, run: Trajectory) -> Scalar:
     t = getattr(run.inversion, definition).t_init
-    return runs.exact(run, "omega_3", t)[0]
+    return exact(run, "omega_3", t)[0]
 
 
 @claim(
@@ -364,14 +382,14 @@ def normal_force_stays_positive(run: Run = REFERENCE) -> JudgedClaim:
     least = run.least("g_n")
     ended = run.trajectory().status
     holds = ended == "complete" and least.value > 0
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             holds,
             "g_n > 0",
             f"least g_n {least} N, {ended}",
             proved=holds and run.proofs.g_n_positive,
         ),
-        f"The least g_n is {v.decimal(v.fraction_of(least) / run.weight, 4)} of m g.",
+        f"The least g_n is {decimal(fraction_of(least) / run.weight, 4)} of m g.",
     )
 
 
@@ -387,13 +405,13 @@ def strong_normal_force(phase: str = "climb", run: Run = REFERENCE) -> JudgedCla
     """g_n oscillates strongly in the climb."""
     phases = ("synchronisation", phase)
     before, during = (run.largest_swing("g_n", getattr(run, each)) / 2 for each in phases)
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             during > 10 * before,
             "strongly in the climb",
-            f"{v.decimal(before, 2)} N in {phases[0]} and {v.decimal(during, 2)} N in {phase}",
+            f"{decimal(before, 2)} N in {phases[0]} and {decimal(during, 2)} N in {phase}",
         ),
-        f"The weight is {v.decimal(run.weight, 3)} N.",
+        f"The weight is {decimal(run.weight, 3)} N.",
     )
 
 
@@ -415,11 +433,11 @@ def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Judg
         crossings = sum((a - weight) * (b - weight) < 0 for a, b in pairwise(values))
         average = run.mean("g_n", span)
         parts[phase] = (
-            abs(average / weight - 1) < 0.01 and crossings >= runs.MANY,
-            f"mean {v.decimal(average / weight, 5)} m g, {crossings} crossings",
+            abs(average / weight - 1) < 0.01 and crossings >= MANY,
+            f"mean {decimal(average / weight, 5)} m g, {crossings} crossings",
         )
-    return v.all_of(
-        v.statements("oscillates about m g", parts),
+    return all_of(
+        statements("oscillates about m g", parts),
         "The mean has to be m g wherever the vertical velocity of the centre of mass ends as it "
         "began.",
     )
@@ -433,13 +451,13 @@ def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Judg
 )
 def precession_from_jellett(printed: str = PRECESSION) -> JudgedClaim:
     """Jellett's integral solved for phi_dot sin^2 theta."""
-    known = dict(f.names()) | {"lambda_": f.quantity("lambda")}
-    left = f.parse("phi_dot*sin(theta)**2")
+    known = dict(names()) | {"lambda_": quantity("lambda")}
+    left = parse("phi_dot*sin(theta)**2")
 
-    def compare(text: str) -> v.Part:
-        return f.equal(f.parse(text, known), left, f"phi_dot*sin(theta)**2 = {text}")
+    def compare(text: str) -> Part:
+        return equal(parse(text, known), left, f"phi_dot*sin(theta)**2 = {text}")
 
-    return v.misprint(
+    return misprint(
         map(compare, (printed, CORRECT_PRECESSION)),
         "The printed right side is gamma phi_dot sin^2 theta, gamma = I1/I3. The factor is "
         "positive, so the paper's statements about signs hold.",
@@ -458,13 +476,13 @@ def factored_form(printed: str = "w0*(1 - w/w0)") -> JudgedClaim:
     """The last step takes w0 out of -w0 + w."""
     correct = "-w0*(1 - w/w0)"
     # w and w0 are independent quantities: any two symbols of the chart stand for them
-    symbols = f.chart()
+    symbols = chart()
     known = {"w": symbols.state.nu_x, "w0": symbols.state.nu_y}
 
-    def compare(text: str) -> v.Part:
-        return f.equal(f.parse(text, known), f.parse("-w0 + w", known), f"-w0 + w = {text}")
+    def compare(text: str) -> Part:
+        return equal(parse(text, known), parse("-w0 + w", known), f"-w0 + w = {text}")
 
-    return v.misprint(
+    return misprint(
         map(compare, (printed, correct)),
         "The sign is lost. Because alpha - cos theta(0) < 0, phi_dot has the sign of 1 - quotient "
         "only with the minus, as the following text requires.",
@@ -480,11 +498,11 @@ def factored_form(printed: str = "w0*(1 - w/w0)") -> JudgedClaim:
 )
 def jellett_of_the_start(printed: str = JELLETT_AT_START) -> JudgedClaim:
     """lambda of a start with phi_dot(0) = 0."""
-    symbols = f.chart()
-    started = symbols.field(f.quantity("lambda"))
+    symbols = chart()
+    started = symbols.field(quantity("lambda"))
     phi_dot = symbols.symbol["phi_dot"].numer
     at_rest = symbols.field(started.numer.subs(phi_dot, 0)) / symbols.field(started.denom)
-    return v.all_of(
-        f.equal(printed, at_rest, f"lambda = {printed}"),
+    return all_of(
+        equal(printed, at_rest, f"lambda = {printed}"),
         "Jellett's integral at phi_dot(0) = 0, for every theta(0) and omega_3(0).",
     )

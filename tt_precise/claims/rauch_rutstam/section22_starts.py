@@ -10,11 +10,24 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.run import DEFINITIONS, FINE, REFERENCE, Run, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import JudgedClaim
+from tt_precise.claims.verdicts import (
+    JudgedClaim,
+    Value,
+    about,
+    all_of,
+    at_most,
+    at_most_order,
+    decimal,
+    fraction_of,
+    interpretations,
+    misprint,
+    rounds_to,
+    statement,
+    statements,
+)
 from tt_precise.integration import Trajectory
 from tt_precise.integration.precision import precision_named
 from tt_precise.runtime.values import Scalar
@@ -35,11 +48,11 @@ VISIBLE = 1e-3  # Smallest visible fall in rad, a third of a promille of a graph
 
 def _range(name: str, unit: str, printed: str, run: Run = REFERENCE) -> JudgedClaim:
     low, high = (run.extreme(name, largest=largest) for largest in (False, True))
-    larger = max(low, high, key=lambda extreme: abs(v.fraction_of(extreme)))
-    size = v.Value(abs(larger.value), larger.digits)
+    larger = max(low, high, key=lambda extreme: abs(fraction_of(extreme)))
+    size = Value(abs(larger.value), larger.digits)
     excess = 100 * (float(size) / float(printed) - 1)
-    part = v.at_most(printed, size, unit)
-    return v.all_of(
+    part = at_most(printed, size, unit)
+    return all_of(
         replace(
             part,
             printed=f"-{printed} to {printed} {unit}",
@@ -75,7 +88,7 @@ for id, name, unit, printed, wrong in (
 )
 def cosine(printed: str = "0.995", theta: str = "0.1") -> JudgedClaim:
     """The cosine of 0.1 rad is 0.995."""
-    return v.all_of(v.rounds_to(printed, math.cos(float(theta))), "Correctly rounded.")
+    return all_of(rounds_to(printed, math.cos(float(theta))), "Correctly rounded.")
 
 
 @claim(
@@ -88,12 +101,12 @@ def sine(printed: str = "0.01", theta: str = "0.1") -> JudgedClaim:
     """The sine of 0.1 rad is 0.01."""
     sine = math.sin(float(theta))
     parts = (
-        replace(v.rounds_to(text, sine), printed=f"sin(theta) = {text}", formula=True)
+        replace(rounds_to(text, sine), printed=f"sin(theta) = {text}", formula=True)
         for text in (printed, "0.10")
     )
-    return v.misprint(
+    return misprint(
         parts,
-        f"0.01 is its square, sin^2 = {v.decimal(sine**2, 3)}, which is what lambda contains.",
+        f"0.01 is its square, sin^2 = {decimal(sine**2, 3)}, which is what lambda contains.",
     )
 
 
@@ -111,13 +124,13 @@ def share_of_the_precession(printed: str = "1", phi_dot: str = "200") -> JudgedC
     share = float(100 * body.I1 * Fraction(phi_dot) / (body.I3 * start.omega_3))
     share *= math.sin(theta) ** 2 / (math.cos(theta) - float(body.alpha))
     kept = share / 100 + 1 + float(phi_dot) * math.cos(theta) / float(start.omega_3)
-    return v.interpretations(
+    return interpretations(
         {
-            "of the order of 1 %": v.at_most_order(printed, share, "%"),
-            "1 %, correctly rounded": v.rounds_to(printed, share, "%"),
+            "of the order of 1 %": at_most_order(printed, share, "%"),
+            "1 %, correctly rounded": rounds_to(printed, share, "%"),
         },
         "(I1/I3)(phi_dot/omega_3) sin^2(theta)/(cos(theta) - alpha). With psi_dot(0) kept instead "
-        f"of omega_3(0), lambda would be multiplied by {v.decimal(kept, 4)}.",
+        f"of omega_3(0), lambda would be multiplied by {decimal(kept, 4)}.",
     )
 
 
@@ -133,12 +146,12 @@ def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> 
     """The initiation time vanishes when phi_dot(0) is about 83.1 rad/s."""
     root = threshold(theta)
     below, above = (initiations(theta, root.value, side) for side in (-1, 1))
-    shown = ", ".join(f"{name} {v.decimal(value, 3)}" for name, value in below.items())
+    shown = ", ".join(f"{name} {decimal(value, 3)}" for name, value in below.items())
     later = str(above) if any(above.values()) else "0 s in A, B and C"
-    return v.all_of(
+    return all_of(
         {
-            "where t_init vanishes": v.about(printed, root, "rad/s"),
-            "t_init beyond": v.statement(not any(above.values()), "0 s", later),
+            "where t_init vanishes": about(printed, root, "rad/s"),
+            "t_init beyond": statement(not any(above.values()), "0 s", later),
         },
         f"Just below the threshold t_init is the time of the first minimum of theta, {shown} s. "
         "SWP-01 judges how it goes to zero.",
@@ -156,18 +169,18 @@ def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> JudgedClaim:
     """With phi_dot(0) in [195, 200] and theta(0) = 0.1, theta grows monotonically from 0.8 on."""
     angles = [last_turn(theta, phi_dot)[1] for phi_dot in PHI_DOTS]
     low, high = min(angles), max(angles)
-    measured = f"theta turns for the last time at {v.decimal(low, 4)} to {v.decimal(high, 4)} rad"
+    measured = f"theta turns for the last time at {decimal(low, 4)} to {decimal(high, 4)} rad"
     begins = abs(high - float(printed)) < AT_ONCE
-    return v.interpretations(
+    return interpretations(
         {
-            f"monotonic beyond {printed}": v.statement(
+            f"monotonic beyond {printed}": statement(
                 high <= float(printed), f"from theta = {printed}", measured
             ),
-            f"monotony begins at {printed}": v.statement(
+            f"monotony begins at {printed}": statement(
                 begins, f"begins at theta = {printed}", measured
             ),
         },
-        f"The last turning point lies {v.decimal(float(printed) - high, 2)} rad below the "
+        f"The last turning point lies {decimal(float(printed) - high, 2)} rad below the "
         "printed angle.",
     )
 
@@ -186,22 +199,22 @@ def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") 
     turns = [last_turn(theta, phi_dot) for phi_dot in PHI_DOTS]
     times, angles = zip(*turns, strict=True)
     fall = max(_largest_fall(theta, phi_dot, float(time)) for phi_dot in PHI_DOTS)
-    return v.interpretations(
+    return interpretations(
         {
-            "no turning point after that": v.statement(
+            "no turning point after that": statement(
                 max(times) <= float(time) and max(angles) <= float(angle),
                 f"monotonous from {time} s, {angle} rad on",
-                f"turns for the last time at {v.decimal(min(times), 3)} to "
-                f"{v.decimal(max(times), 3)} s, {v.decimal(min(angles), 3)} to "
-                f"{v.decimal(max(angles), 3)} rad",
+                f"turns for the last time at {decimal(min(times), 3)} to "
+                f"{decimal(max(times), 3)} s, {decimal(min(angles), 3)} to "
+                f"{decimal(max(angles), 3)} rad",
             ),
-            "no fall that a graph shows": v.statement(
+            "no fall that a graph shows": statement(
                 fall < VISIBLE,
                 f"monotonic from {time} s on",
-                f"falls by at most {v.decimal(fall, 2)} rad",
+                f"falls by at most {decimal(fall, 2)} rad",
             ),
         },
-        f"A fall of {v.decimal(fall, 1)} rad is {v.decimal(fall / math.pi, 1)} of the "
+        f"A fall of {decimal(fall, 1)} rad is {decimal(fall / math.pi, 1)} of the "
         "height of a graph of theta.",
     )
 
@@ -219,10 +232,10 @@ def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> 
     for name, meaning in DEFINITIONS.items():
         ends = [float(getattr(_run(theta, p).inversion, name).t_end) for p in PHI_DOTS]
         nearest = min(max(min(ends), float(printed)), max(ends))
-        shown = f"{v.decimal(min(ends), 4)} to {v.decimal(max(ends), 4)} s"
-        part = v.about(printed, nearest, "s")
+        shown = f"{decimal(min(ends), 4)} to {decimal(max(ends), 4)} s"
+        part = about(printed, nearest, "s")
         parts[meaning] = replace(part, measured=shown, rounded=False)
-    return v.interpretations(parts, "The ending time depends on phi_dot(0).")
+    return interpretations(parts, "The ending time depends on phi_dot(0).")
 
 
 @claim(
@@ -238,8 +251,8 @@ def no_initiation(starts: tuple[str, ...] = PHI_DOTS) -> JudgedClaim:
     zero = sum(t_init == 0 for t_init in times)
     positive = sum(_first_minimum(run.trajectory())["phi_dot"] > 0 for run in runs)
     shown = f"0 in {zero} of {len(times)} cases (start and definition)"
-    return v.all_of(
-        v.statement(zero == len(times), "t_init = 0", shown),
+    return all_of(
+        statement(zero == len(times), "t_init = 0", shown),
         f"phi_dot > 0 at the first minimum of theta in {positive} of {len(runs)} starts.",
     )
 
@@ -259,12 +272,12 @@ def exceptionally_smooth(phi_dot: str = "195") -> JudgedClaim:
     for name in ("theta_dot", "nu_x", "nu_y", "g_n"):
         here = _variation(name, phi_dot)
         others = [_variation(name, other) for other in ("0", "50", "100", "150")]
-        shown = f"{v.decimal(min(others), 3)} to {v.decimal(max(others), 3)}"
-        parts[name] = 3 * here < min(others), f"{v.decimal(here, 3)} against {shown}"
-    return v.all_of(
-        v.statements("exceptionally smooth", parts),
+        shown = f"{decimal(min(others), 3)} to {decimal(max(others), 3)}"
+        parts[name] = 3 * here < min(others), f"{decimal(here, 3)} against {shown}"
+    return all_of(
+        statements("exceptionally smooth", parts),
         "With phi_dot(0) = 200 the total variation of theta_dot is "
-        f"{v.decimal(_variation('theta_dot', '200'), 3)} rad/s.",
+        f"{decimal(_variation('theta_dot', '200'), 3)} rad/s.",
     )
 
 
@@ -273,10 +286,10 @@ def _run(theta: str, phi_dot: str) -> Run:
 
 
 @cache
-def threshold(theta: str) -> v.Value:
+def threshold(theta: str) -> Value:
     """Root in phi_dot(0) of the signed first perigee, fine, with double's confirmation."""
     fine, rough = (_root(theta, precision) for precision in (FINE, "double"))
-    return v.Value.of(fine, rough)
+    return Value.of(fine, rough)
 
 
 def _root(theta: str, precision: str) -> Scalar:

@@ -9,12 +9,35 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import sweeps as s
 from tt_precise.claims.evidence.run import REFERENCE, Run, variant
+from tt_precise.claims.evidence.sweeps import (
+    ALONE,
+    AMPLITUDES,
+    CONTACTS,
+    HORIZON,
+    both_ways,
+    climbed,
+    counted,
+    greatest,
+    losing_contact,
+    of_all,
+    percent,
+    reference_row,
+    short,
+    starts,
+    width,
+)
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import JudgedClaim
+from tt_precise.claims.verdicts import (
+    JudgedClaim,
+    Part,
+    about,
+    all_of,
+    interpretations,
+    statement,
+    statements,
+)
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import E, Motion, jellett
@@ -33,12 +56,12 @@ VANISHES = "83.1"
 CONTINUOUS = 1e-3  # A last value below this share of the first is invisible at three digits.
 NEXT = "from each theta(0) to the next, 0.005 rad on; omega_3(0) = 155 rad/s"
 RANGES = f"Ranges of nu_x, nu_y and theta_dot along the trajectory, {NEXT}."
-CLIMBING_TIMES = f"Climbing time in definition A, {NEXT}. {s.HORIZON}"
+CLIMBING_TIMES = f"Climbing time in definition A, {NEXT}. {HORIZON}"
 FLATTER = ("0.1", "0.08", "0.06", "0.04", "0.02", "0.01")
 STEEPER = ("0.1", "0.3")
 LIMITS = {"nu_x": "0.3", "nu_y": "0.8", "theta_dot": "15"}
 BOUNDS = tuple(f"{end}_{name}" for name in LIMITS for end in ("min", "max"))
-EVERY = (*s.ALONE, "box")
+EVERY = (*ALONE, "box")
 TESTED = (
     "nu_x(0) in [-0.3, 0.3], nu_y(0) in [-0.8, 0.8] and theta_dot(0) in [-15, 15] one at a time, "
     "and 2,048 starts of the box of the three and phi_dot(0) in [-200, 200]."
@@ -61,17 +84,17 @@ AMONG = (
 )  # fmt: skip
 def shortened(printed: str = VANISHES) -> JudgedClaim:
     """From phi_dot(0) = 0 to 83.1 rad/s t_init falls."""
-    rows = s.starts("phi_dot", "held")
+    rows = starts("phi_dot", "held")
     rows = rows[rows["phi_dot"].between(0, float(printed))]
     parts = {}
     for definition in ABC:
         times = rows[f"t_init_{definition}"]
         down, steps = trend(times)
-        first, last = (s.number(times.iloc[end], 3) for end in (0, -1))
+        first, last = (short(times.iloc[end], 3) for end in (0, -1))
         shown = f"falls in {steps}, from {first} to {last} s"
         parts[f"definition {definition}"] = down, shown
-    return v.interpretations(
-        v.statements("shortened", parts),
+    return interpretations(
+        statements("shortened", parts),
         f"{lost_between('0', printed)} starts lose contact.",
     )
 
@@ -84,20 +107,20 @@ def shortened(printed: str = VANISHES) -> JudgedClaim:
 )  # fmt: skip
 def goes_to_zero(printed: str = VANISHES) -> JudgedClaim:
     """t_init goes to zero at phi_dot(0) = 83.1 rad/s."""
-    coarse, fine = s.starts("phi_dot", "held"), s.starts("phi_dot near the end", "held")
+    coarse, fine = starts("phi_dot", "held"), starts("phi_dot near the end", "held")
     last = fine[fine["t_init_A"] > 0].iloc[-1]
     after = fine[fine["phi_dot"] > last["phi_dot"]].iloc[0]
     longest = coarse[coarse["phi_dot"] == 0]["t_init_A"].iloc[0]
     zero = [fine["phi_dot"][fine[f"t_init_{definition}"] == 0].min() for definition in ABC]
-    gone = all(v.about(printed, where, "rad/s").holds for where in zero)
+    gone = all(about(printed, where, "rad/s").holds for where in zero)
     shown = (
-        f"{s.number(last['t_init_A'], 2)} s at {s.number(last['phi_dot'])} rad/s, "
-        f"{s.number(after['t_init_A'], 2)} s at {s.number(after['phi_dot'])} rad/s"
+        f"{short(last['t_init_A'], 2)} s at {short(last['phi_dot'])} rad/s, "
+        f"{short(after['t_init_A'], 2)} s at {short(after['phi_dot'])} rad/s"
     )
-    return v.interpretations(
+    return interpretations(
         {
-            "it is zero from there on": v.statement(gone, "to zero", shown),
-            "it tends to zero": v.statement(
+            "it is zero from there on": statement(gone, "to zero", shown),
+            "it tends to zero": statement(
                 gone and last["t_init_A"] < CONTINUOUS * longest, "to zero", shown
             ),
         },
@@ -112,15 +135,15 @@ def goes_to_zero(printed: str = VANISHES) -> JudgedClaim:
 )  # fmt: skip
 def gone_beyond(beyond: str = VANISHES) -> JudgedClaim:
     """Beyond phi_dot(0) = 83.1 rad/s the climb is under way from the start."""
-    rows = s.starts(("phi_dot", "phi_dot near the end"), "held")
+    rows = starts(("phi_dot", "phi_dot near the end"), "held")
     rows = rows[rows["phi_dot"] > float(beyond)]
     none = {definition: int((rows[f"t_init_{definition}"] == 0).sum()) for definition in ABC}
     parts = {
         f"definition {definition}": (0 < count == len(rows), f"{count} of {len(rows)} starts")
         for definition, count in none.items()
     }
-    return v.interpretations(
-        v.statements("no synchronisation", parts),
+    return interpretations(
+        statements("no synchronisation", parts),
         f"{lost_between(beyond, '200')} starts up to 200 rad/s lose contact.",
     )
 
@@ -133,56 +156,56 @@ def gone_beyond(beyond: str = VANISHES) -> JudgedClaim:
 )
 def climb_shortened(near: str = "150", far: str = "200") -> JudgedClaim:
     """Beyond phi_dot(0) = 83.1 rad/s the climbing time falls with phi_dot(0)."""
-    rows = s.starts("phi_dot", "held")
+    rows = starts("phi_dot", "held")
     rows = rows[rows["phi_dot"] > float(VANISHES)]
-    least, most = rows.sort_values("climb_A").iloc[0], s.greatest(rows, "climb_A")
+    least, most = rows.sort_values("climb_A").iloc[0], greatest(rows, "climb_A")
     quickest = {
         definition: rows.sort_values(f"climb_{definition}").iloc[0]["phi_dot"] for definition in ABC
     }
 
-    def check(end: str) -> v.Part:
+    def check(end: str) -> Part:
         some = rows[rows["phi_dot"] <= float(end)]["climb_A"]
-        shown = f"from {s.number(some.iloc[0])} s to {s.number(some.iloc[-1])} s at {end} rad/s"
-        return v.statement(trend(some)[0], "falls", shown)
+        shown = f"from {short(some.iloc[0])} s to {short(some.iloc[-1])} s at {end} rad/s"
+        return statement(trend(some)[0], "falls", shown)
 
-    return v.all_of(
+    return all_of(
         {name: check(end) for name, end in ((f"up to {near} rad/s", near), ("up to the end", far))},
-        f"The climbing time has a minimum, {s.number(least['climb_A'])} s at "
-        f"{s.number(least['phi_dot'])} rad/s, and grows from there to "
-        f"{s.number(most['climb_A'])} s at {s.number(most['phi_dot'])} rad/s; in definition B it "
-        f"is at {s.number(quickest['B'])} rad/s, in C at {s.number(quickest['C'])}.",
+        f"The climbing time has a minimum, {short(least['climb_A'])} s at "
+        f"{short(least['phi_dot'])} rad/s, and grows from there to "
+        f"{short(most['climb_A'])} s at {short(most['phi_dot'])} rad/s; in definition B it "
+        f"is at {short(quickest['B'])} rad/s, in C at {short(quickest['C'])}.",
     )
 
 
 @claim(
     "SWP-04",
     control=("refuted", {"peak": "0"}),
-    definition=f"t_init in definition A. {s.HORIZON}",
+    definition=f"t_init in definition A. {HORIZON}",
     quote="The initiation time t_{theta≈0} also decreases as phi_dot(0) becomes negative",
 )
 def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> JudgedClaim:
     """t_init falls from phi_dot(0) = 0 towards negative phi_dot(0)."""
-    top = s.greatest(s.starts("phi_dot near the peak", "held"), "t_init_A")
-    every = s.starts("phi_dot", "unilateral")
+    top = greatest(starts("phi_dot near the peak", "held"), "t_init_A")
+    every = starts("phi_dot", "unilateral")
     lost = every[every["outcome"] == "contact_lost"]["phi_dot"].max()
 
-    def check(start: str, contact: str) -> v.Part:
-        rows = s.starts("phi_dot", contact)
+    def check(start: str, contact: str) -> Part:
+        rows = starts("phi_dot", contact)
         rows = rows[rows["phi_dot"] <= float(start)].iloc[::-1]
         down, steps = trend(rows["t_init_A"])
-        first, last = (s.number(rows["t_init_A"].iloc[end]) for end in (0, -1))
-        at = s.number(rows["phi_dot"].iloc[-1])
+        first, last = (short(rows["t_init_A"].iloc[end]) for end in (0, -1))
+        at = short(rows["phi_dot"].iloc[-1])
         shown = f"in {steps}, from {first} s at {start} rad/s to {last} s at {at} rad/s"
-        return v.statement(down, "falls", shown)
+        return statement(down, "falls", shown)
 
-    return v.all_of(
+    return all_of(
         {
             f"from {start} rad/s on, {which}": check(start, contact)
             for start in (first, peak)
-            for contact, which in s.CONTACTS.items()
+            for contact, which in CONTACTS.items()
         },
-        f"Left of zero t_init first rises, to {s.number(top['t_init_A'])} s at "
-        f"{s.number(top['phi_dot'])} rad/s. Starts with phi_dot(0) of {s.number(lost)} rad/s and "
+        f"Left of zero t_init first rises, to {short(top['t_init_A'])} s at "
+        f"{short(top['phi_dot'])} rad/s. Starts with phi_dot(0) of {short(lost)} rad/s and "
         "less lose contact.",
     )
 
@@ -195,17 +218,17 @@ def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> JudgedClaim:
 )  # fmt: skip
 def longest_at_zero(zero: str = "0") -> JudgedClaim:
     """The longest initiation time of the range belongs to phi_dot(0) of about 0."""
-    rows = s.starts(("phi_dot", "phi_dot near the peak"), "through")
+    rows = starts(("phi_dot", "phi_dot near the peak"), "through")
     parts = {}
     for definition in ABC:
-        peak = s.greatest(rows, f"t_init_{definition}")
-        shown = f"{s.number(peak[f't_init_{definition}'])} s at {s.number(peak['phi_dot'])} rad/s"
+        peak = greatest(rows, f"t_init_{definition}")
+        shown = f"{short(peak[f't_init_{definition}'])} s at {short(peak['phi_dot'])} rad/s"
         distance = abs(peak["phi_dot"] - float(zero))
         parts[f"definition {definition}"] = distance <= 5, shown
-    return v.interpretations(
-        v.statements("at about 0", parts),
+    return interpretations(
+        statements("at about 0", parts),
         "The peak is sharp and lies next to zero, where t_init_A is "
-        f"{s.number(s.reference()['t_init_A'])} s.",
+        f"{short(reference_row()['t_init_A'])} s.",
     )
 
 
@@ -214,21 +237,21 @@ def longest_at_zero(zero: str = "0") -> JudgedClaim:
     quote="Numerical simulations confirm that all such sample solutions invert",
     where="Sec. 2.2, Summary",
     control=("partly", {"series": "box"}),
-    definition=f"{INVERTS} {s.HORIZON}",
+    definition=f"{INVERTS} {HORIZON}",
 )
 def all_invert(series: str = "phi_dot") -> JudgedClaim:
     """Every start with phi_dot(0) in [-200, 200] inverts."""
-    return v.all_of(
-        s.both_ways(series, inverting),
-        f"But {s.losing_contact(series)} lose contact, and the paper's theorem does not cover "
+    return all_of(
+        both_ways(series, inverting),
+        f"But {losing_contact(series)} lose contact, and the paper's theorem does not cover "
         "these starts.",
     )
 
 
 def lost_between(low: str, high: str) -> str:
     """Count the starts with phi_dot(0) in a range that lose contact: "0 of 201"."""
-    rows = s.starts(("phi_dot", "phi_dot near the end"), "unilateral")
-    return s.counted(rows[rows["phi_dot"].between(float(low), float(high))], "contact_lost")
+    rows = starts(("phi_dot", "phi_dot near the end"), "unilateral")
+    return counted(rows[rows["phi_dot"].between(float(low), float(high))], "contact_lost")
 
 
 def trend(column: pandas.Series, sign: int = -1) -> tuple[bool, str]:
@@ -237,9 +260,9 @@ def trend(column: pandas.Series, sign: int = -1) -> tuple[bool, str]:
     return bool((steps > 0).all()), f"{(steps > 0).sum()} of {len(steps)} steps"
 
 
-def inverting(rows: pandas.DataFrame, how: str = " invert") -> v.Part:
+def inverting(rows: pandas.DataFrame, how: str = " invert") -> Part:
     """Test for the end of all climbs, in definition A."""
-    return s.of_all(rows, rows["t_end_A"].notna(), "all invert", how)
+    return of_all(rows, rows["t_end_A"].notna(), "all invert", how)
 
 
 @claim(
@@ -248,10 +271,10 @@ def inverting(rows: pandas.DataFrame, how: str = " invert") -> v.Part:
 )  # fmt: skip
 def flatter_is_calmer(upper: str = "0.1") -> JudgedClaim:
     """Below theta(0) = 0.1 oscillations grow with theta(0)."""
-    rows, every = s.starts("theta", "through"), s.starts("theta", "unilateral")
-    return v.all_of(
+    rows, every = starts("theta", "through"), starts("theta", "unilateral")
+    return all_of(
         _wider(rows[rows["theta"] <= float(upper)]),
-        f"{s.counted(every[every['theta'] <= float(upper)], 'contact_lost')} starts lose contact.",
+        f"{counted(every[every['theta'] <= float(upper)], 'contact_lost')} starts lose contact.",
     )
 
 
@@ -269,10 +292,10 @@ def flatter_is_smoother(inclinations: tuple[str, ...] = FLATTER) -> JudgedClaim:
     for name in ("theta_dot", "nu_x", "nu_y", "g_n"):
         sums = [sum(Run(variant(theta=theta)).rises_and_falls(name)) for theta in inclinations]
         falls = sum(later < earlier for earlier, later in pairwise(sums))
-        shown = f"falls in {falls} of {len(sums) - 1} steps, from {s.number(sums[0], 3)} to "
-        parts[name] = falls == len(sums) - 1, shown + s.number(sums[-1], 3)
-    return v.all_of(
-        v.statements("smoother", parts),
+        shown = f"falls in {falls} of {len(sums) - 1} steps, from {short(sums[0], 3)} to "
+        parts[name] = falls == len(sums) - 1, shown + short(sums[-1], 3)
+    return all_of(
+        statements("smoother", parts),
         "Half as steep a start leaves about half of the total variation.",
     )
 
@@ -283,9 +306,9 @@ def flatter_is_smoother(inclinations: tuple[str, ...] = FLATTER) -> JudgedClaim:
 )  # fmt: skip
 def flatter_is_slower(upper: str = "0.1") -> JudgedClaim:
     """Below theta(0) = 0.1 the climbing time falls with theta(0)."""
-    rows = s.starts("theta", "through")
+    rows = starts("theta", "through")
     rows = rows[rows["theta"] <= float(upper)]
-    return v.all_of(_quicker(rows), f"From {s.number(rows['theta'].iloc[0])} rad on.")
+    return all_of(_quicker(rows), f"From {short(rows['theta'].iloc[0])} rad on.")
 
 
 @claim(
@@ -295,18 +318,18 @@ def flatter_is_slower(upper: str = "0.1") -> JudgedClaim:
 def steeper_is_wilder(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> JudgedClaim:
     """From theta(0) = 0.1 up, oscillations grow with theta(0)."""
 
-    def check(rows: pandas.DataFrame) -> v.Part:
+    def check(rows: pandas.DataFrame) -> Part:
         rows = rows[rows["theta"].between(float(lower), float(upper))]
         parts = _wider(rows)
         shown = "; ".join(f"{name} {part.measured}" for name, part in parts.items())
-        return v.statement(
+        return statement(
             all(part.holds for part in parts.values()),
             "larger amplitudes",
-            f"to {s.number(rows['theta'].max())} rad: {shown}",
+            f"to {short(rows['theta'].max())} rad: {shown}",
         )
 
-    return v.all_of(
-        s.both_ways("theta", check),
+    return all_of(
+        both_ways("theta", check),
         f"Up to 0.3 rad, where the paper's remark on omega_3(0) begins. {_lost_by_inclination()}",
     )
 
@@ -317,18 +340,18 @@ def steeper_is_wilder(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> Judge
 )  # fmt: skip
 def steeper_is_quicker(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> JudgedClaim:
     """From theta(0) = 0.1 up, the climbing time falls with theta(0)."""
-    through = s.starts("theta", "through")
+    through = starts("theta", "through")
     quick = through[through["theta"] <= float(upper)].sort_values("climb_A").iloc[0]
 
-    def check(rows: pandas.DataFrame) -> v.Part:
+    def check(rows: pandas.DataFrame) -> Part:
         rows = rows[rows["theta"].between(float(lower), float(upper))]
         part = _quicker(rows)
-        return replace(part, measured=f"to {s.number(rows['theta'].max())} rad: {part.measured}")
+        return replace(part, measured=f"to {short(rows['theta'].max())} rad: {part.measured}")
 
-    return v.all_of(
-        s.both_ways("theta", check),
+    return all_of(
+        both_ways("theta", check),
         f"{_lost_by_inclination()} With g_n < 0 allowed, the climb is quickest from "
-        f"{s.number(quick['theta'])} rad, in {s.number(quick['climb_A'])} s.",
+        f"{short(quick['theta'])} rad, in {short(quick['climb_A'])} s.",
     )
 
 
@@ -339,16 +362,16 @@ def steeper_is_quicker(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> Judg
 )  # fmt: skip
 def inclination_counts(beyond: str = "0.3") -> JudgedClaim:
     """Beyond theta(0) = 0.3 the inclination makes lambda smaller."""
-    free = s.starts("theta", "unilateral")
+    free = starts("theta", "unilateral")
     ratio = free[free["theta"] >= float(beyond)]["lambda_ratio"]
-    known = s.reference()["lambda_ratio"]
-    return v.all_of(
-        v.statement(
+    known = reference_row()["lambda_ratio"]
+    return all_of(
+        statement(
             bool((ratio < known).all()),
             "lambda too small",
-            f"{s.number(ratio.iloc[0])} lambda_thres, {s.number(ratio.iloc[-1])} at 1 rad",
+            f"{short(ratio.iloc[0])} lambda_thres, {short(ratio.iloc[-1])} at 1 rad",
         ),
-        f"At {beyond} rad lambda is {s.share(1 - ratio.iloc[0] / known)} smaller than the "
+        f"At {beyond} rad lambda is {percent(1 - ratio.iloc[0] / known)} smaller than the "
         "reference's.",
     )
 
@@ -360,41 +383,41 @@ def inclination_counts(beyond: str = "0.3") -> JudgedClaim:
 )  # fmt: skip
 def more_spin_needed(beyond: str = "0.3") -> JudgedClaim:
     """Beyond theta(0) = 0.3 more spin is needed for the same lambda."""
-    fixed = s.starts("theta at lambda", "unilateral")
+    fixed = starts("theta at lambda", "unilateral")
     spins = fixed[fixed["theta"] >= float(beyond)]["omega_3"]
-    spin = float(s.reference()["omega_3"])
-    return v.all_of(
-        v.statement(
+    spin = float(reference_row()["omega_3"])
+    return all_of(
+        statement(
             bool((spins > spin).all() and (spins.diff().iloc[1:] > 0).all()),
             "omega_3(0) increased",
-            f"{s.number(spins.iloc[0])} rad/s, {s.number(spins.iloc[-1])} at 1 rad",
+            f"{short(spins.iloc[0])} rad/s, {short(spins.iloc[-1])} at 1 rad",
         ),
-        f"At {beyond} rad omega_3(0) has to be {s.share(spins.iloc[0] / spin - 1)} higher.",
+        f"At {beyond} rad omega_3(0) has to be {percent(spins.iloc[0] / spin - 1)} higher.",
     )
 
 
-def _wider(rows: pandas.DataFrame) -> dict[str, v.Part]:
+def _wider(rows: pandas.DataFrame) -> dict[str, Part]:
     """Test whether the ranges of the gliding velocities and of theta_dot grow from row to row."""
     parts = {}
-    for name in s.AMPLITUDES:
-        up, steps = trend(s.width(rows, name), 1)
-        parts[f"range of {name}"] = v.statement(up, "grows", f"grows in {steps}")
+    for name in AMPLITUDES:
+        up, steps = trend(width(rows, name), 1)
+        parts[f"range of {name}"] = statement(up, "grows", f"grows in {steps}")
     return parts
 
 
-def _quicker(rows: pandas.DataFrame) -> v.Part:
+def _quicker(rows: pandas.DataFrame) -> Part:
     """Test whether the climbing time falls from row to row."""
     times = rows["climb_A"]
     down, steps = trend(times)
-    shown = f"falls in {steps}, from {s.number(times.iloc[0])} s to {s.number(times.iloc[-1])} s"
-    return v.statement(down, "falls", shown)
+    shown = f"falls in {steps}, from {short(times.iloc[0])} s to {short(times.iloc[-1])} s"
+    return statement(down, "falls", shown)
 
 
 def _lost_by_inclination() -> str:
     """The inclinations from which the top loses contact, as a sentence."""
-    every = s.starts("theta", "unilateral")
+    every = starts("theta", "unilateral")
     lost = every[every["outcome"] == "contact_lost"]["theta"]
-    return f"Starts from {s.number(lost.min())} to {s.number(lost.max())} rad lose contact."
+    return f"Starts from {short(lost.min())} to {short(lost.max())} rad lose contact."
 
 
 @claim(
@@ -407,18 +430,18 @@ def _lost_by_inclination() -> str:
 def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> JudgedClaim:
     """Gliding or nodding makes some starts that climb at once need a synchronisation phase."""
 
-    def check(rows: pandas.DataFrame) -> v.Part:
+    def check(rows: pandas.DataFrame) -> Part:
         some = rows[rows["phi_dot"] > float(beyond)]
         count = int((some["t_init_A"] > 0).sum())
-        return v.statement(count > 0, "may reappear", f"in {count} of {len(some)} starts")
+        return statement(count > 0, "may reappear", f"in {count} of {len(some)} starts")
 
-    every = s.starts(series, "unilateral")
-    through = s.starts(series, "through")
+    every = starts(series, "unilateral")
+    through = starts(series, "through")
     waiting = through[(through["phi_dot"] > float(beyond)) & (through["t_init_A"] > 0)]
     again = every[every["index"].isin(waiting["index"])]
-    return v.all_of(
-        s.both_ways(series, check),
-        f"{s.counted(again, 'contact_lost')} starts in which it reappears lose contact.",
+    return all_of(
+        both_ways(series, check),
+        f"{counted(again, 'contact_lost')} starts in which it reappears lose contact.",
     )
 
 
@@ -426,35 +449,35 @@ def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Jud
     "SWP-11",
     control=("refuted", {"limit": "6"}),
     quote="the climbing time remains below 7-8 s",
-    definition=f"t_end - t_init in definition A, of the starts that invert. {TESTED} {s.HORIZON}",
+    definition=f"t_end - t_init in definition A, of the starts that invert. {TESTED} {HORIZON}",
 )
 def climb_stays_short(limit: str = "8") -> JudgedClaim:
     """The climb takes less than 7 to 8 s."""
 
-    def check(rows: pandas.DataFrame) -> v.Part:
-        longest = s.greatest(rows, "climb_A")["climb_A"]
-        shown = f"up to {s.number(longest)} s"
-        return v.statement(longest < float(limit), f"below {limit} s", shown)
+    def check(rows: pandas.DataFrame) -> Part:
+        longest = greatest(rows, "climb_A")["climb_A"]
+        shown = f"up to {short(longest)} s"
+        return statement(longest < float(limit), f"below {limit} s", shown)
 
-    longest = s.greatest(s.starts(EVERY, "through"), "climb_A")
-    start = ", ".join(f"{name}(0) = {s.number(longest[name], 3)}" for name in ("phi_dot", *s.ALONE))
+    longest = greatest(starts(EVERY, "through"), "climb_A")
+    start = ", ".join(f"{name}(0) = {short(longest[name], 3)}" for name in ("phi_dot", *ALONE))
     note = f"The longest climb that ends within the horizon starts with {start}."
-    return v.all_of(s.both_ways(EVERY, check), note)
+    return all_of(both_ways(EVERY, check), note)
 
 
 @claim(
     "SWP-12",
     where="Sec. 2.2, Summary",
     control=("untestable", {"series": ("theta",)}),
-    definition=f"{INVERTS} {TESTED} {s.HORIZON}",
+    definition=f"{INVERTS} {TESTED} {HORIZON}",
     quote="the main qualitative features of inverting remain intact",
 )
 def still_inverts(series: tuple[str, ...] = EVERY) -> JudgedClaim:
     """All these starts invert."""
-    return v.all_of(
-        s.both_ways(series, partial(inverting, how="")),
-        f"{s.losing_contact(series)} lose contact; without these "
-        f"{s.climbed(s.starts(series, 'held'))} invert. The paper's theorem does not cover a "
+    return all_of(
+        both_ways(series, partial(inverting, how="")),
+        f"{losing_contact(series)} lose contact; without these "
+        f"{climbed(starts(series, 'held'))} invert. The paper's theorem does not cover a "
         "start that loses contact.",
     )
 
@@ -463,31 +486,31 @@ def still_inverts(series: tuple[str, ...] = EVERY) -> JudgedClaim:
     "SWP-13",
     control=("reproduced", {"factor": "5"}),
     definition="Each range is the wider one of the printed and the reference solution's own. "
-    f"{TESTED} {s.HORIZON}",
+    f"{TESTED} {HORIZON}",
     quote="oscillate strongly with amplitudes staying within the same maximal range variability "
     "nu_x in [-0.3,0.3], nu_y in [-0.8,0.8] and theta_dot in [-15,15]",
 )
 def stays_in_the_range(factor: str = "1") -> JudgedClaim:
     """nu_x, nu_y and theta_dot stay within the ranges named for the reference solution."""
-    reference = s.reference()
+    reference = reference_row()
 
-    def check(rows: pandas.DataFrame) -> v.Part:
+    def check(rows: pandas.DataFrame) -> Part:
         inside = rows["index"] >= 0
         largest = []
         for name, limit in LIMITS.items():
             size = rows[[f"min_{name}", f"max_{name}"]].abs().max(axis=1)
             own = reference[[f"min_{name}", f"max_{name}"]].abs().max()
             inside &= size <= max(float(limit), own) * float(factor)
-            largest.append(f"{name} up to {s.number(size.max(), 3)}")
-        return v.statement(
+            largest.append(f"{name} up to {short(size.max(), 3)}")
+        return statement(
             bool(inside.all()),
             "within the range",
             f"{inside.sum()} of {len(rows)} starts; {', '.join(largest)}",
         )
 
-    known = {str(name): s.number(value, 3) for name, value in reference[list(BOUNDS)].items()}
-    return v.all_of(
-        s.both_ways(EVERY, check),
+    known = {str(name): short(value, 3) for name, value in reference[list(BOUNDS)].items()}
+    return all_of(
+        both_ways(EVERY, check),
         "The reference solution itself has nu_y up to {max_nu_y} m/s, nu_x within "
         "[{min_nu_x}, {max_nu_x}] m/s and theta_dot within [{min_theta_dot}, {max_theta_dot}] "
         "rad/s.".format(**known),
@@ -498,23 +521,23 @@ def stays_in_the_range(factor: str = "1") -> JudgedClaim:
     "SWP-14",
     control=("refuted", {"tolerance": "0.01"}),
     definition='"Not much": at most 10 %, as much as was perturbed. 512 starts within a tenth of '
-    f"the three ranges, phi_dot(0) = 0; definition A. {s.HORIZON}",
+    f"the three ranges, phi_dot(0) = 0; definition A. {HORIZON}",
     quote="Small perturbations not exceeding 10 % of the range of variability ... do not change "
     "much the parameters and behaviour of inverting solutions",
 )
 def small_changes(tolerance: str = "0.1") -> JudgedClaim:
     """Perturbations of a tenth of the ranges change the inverting solution little."""
-    known = s.reference()
+    known = reference_row()
     parts = {}
-    for contact, which in s.CONTACTS.items():
-        rows = s.starts("tenth", contact)
+    for contact, which in CONTACTS.items():
+        rows = starts("tenth", contact)
         for name, what in (("climb_A", "climbing time"), ("t_init_A", "initiation time")):
             # NaN, and so no small change, where a start has no such time
             change = float((rows[name] / known[name] - 1).abs().max(skipna=False))
-            parts[f"{what}, {which}"] = change <= float(tolerance), f"by up to {s.share(change)}"
-    return v.all_of(
-        v.statements("not much", parts),
-        f"{s.climbed(s.starts('tenth', 'through'))} starts invert. The initiation time has "
+            parts[f"{what}, {which}"] = change <= float(tolerance), f"by up to {percent(change)}"
+    return all_of(
+        statements("not much", parts),
+        f"{climbed(starts('tenth', 'through'))} starts invert. The initiation time has "
         "a sharp peak next to the reference start (SWP-05).",
     )
 
@@ -533,9 +556,9 @@ def very_smooth(starts: tuple[str, ...] = ENDS) -> JudgedClaim:
     for name in EulerState._fields:
         own = REFERENCE.oscillation(name)[0]
         share = max(run.oscillation(name)[0] for run in runs) / own
-        parts[name] = share < 1 / 3, f"at most {s.number(share, 2)} of the reference's"
-    return v.all_of(
-        v.statements("very small", parts),
+        parts[name] = share < 1 / 3, f"at most {short(share, 2)} of the reference's"
+    return all_of(
+        statements("very small", parts),
         "phi_dot peaks where the axis passes near a pole, in every inverting solution (SUM-06).",
     )
 
@@ -550,19 +573,19 @@ def even_smoother(theta: str = "0.01") -> JudgedClaim:
     """With theta(0) = 0.01 these solutions are smoother still."""
     rows, others = _smooth_rows(theta), _smooth_rows("0.1")
     parts = {}
-    for name in s.AMPLITUDES:
-        shares = s.width(rows, name) / s.width(others, name)
-        shown = f"{s.number(shares.min(), 3)} to {s.number(shares.max(), 3)} of that at 0.1 rad"
+    for name in AMPLITUDES:
+        shares = width(rows, name) / width(others, name)
+        shown = f"{short(shares.min(), 3)} to {short(shares.max(), 3)} of that at 0.1 rad"
         parts[f"range of {name}"] = bool((shares < 1).all()), shown
-    lost = s.starts(SMOOTH, "unilateral")
+    lost = starts(SMOOTH, "unilateral")
     lost = lost[lost["theta"] == float(theta)]
-    return v.all_of(
-        v.statements("smaller", parts), f"{s.counted(lost, 'contact_lost')} starts lose contact."
+    return all_of(
+        statements("smaller", parts), f"{counted(lost, 'contact_lost')} starts lose contact."
     )
 
 
 def _smooth_rows(theta: str) -> pandas.DataFrame:
-    rows = s.starts(SMOOTH, "held")
+    rows = starts(SMOOTH, "held")
     return rows[rows["theta"] == float(theta)].reset_index(drop=True)
 
 
@@ -574,21 +597,21 @@ def _smooth_rows(theta: str) -> pandas.DataFrame:
 def longest_where_energy_is_least(close: str = CLOSE) -> JudgedClaim:
     """The energy is close to its minimum where the synchronisation phase is longest."""
     least = least_energy()
-    peak = s.starts("phi_dot near the peak", "held")
-    longest = float(s.greatest(peak, "t_init_A")["phi_dot"])
-    there = v.statement(
+    peak = starts("phi_dot near the peak", "held")
+    longest = float(greatest(peak, "t_init_A")["phi_dot"])
+    there = statement(
         abs(least["phi_dot"] - longest) <= 5,
         "related",
-        f"t_init is longest at {s.number(longest)} rad/s, the energy least at "
-        f"{s.number(least['phi_dot'])} rad/s",
+        f"t_init is longest at {short(longest)} rad/s, the energy least at "
+        f"{short(least['phi_dot'])} rad/s",
     )
-    return v.all_of(
+    return all_of(
         {
             "the energy is close to its minimum": closeness(close, least["E"]),
             "the energy is least there": there,
         },
-        f"At fixed lambda it is {s.number(_energy({'phi_dot': 0.0}))} J at phi_dot(0) = 0 and "
-        f"{s.number(_energy({'phi_dot': 200.0}))} J at 200 rad/s, where there is no "
+        f"At fixed lambda it is {short(_energy({'phi_dot': 0.0}))} J at phi_dot(0) = 0 and "
+        f"{short(_energy({'phi_dot': 200.0}))} J at 200 rad/s, where there is no "
         "synchronisation phase: closeness to the minimum does not make the phase long.",
     )
 
@@ -606,24 +629,24 @@ def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -
     state = EulerState(*sympy.symbols(" ".join(EulerState._fields), real=True))
     lambda_ = jellett(Motion(body, vectors_from_euler(body, state, sympy), sympy))
 
-    def check(name: str) -> v.Part:
+    def check(name: str) -> Part:
         slope = sympy.simplify(sympy.diff(lambda_, getattr(state, name)))
-        return v.statement(slope == 0, "0", str(slope), proved=True)
+        return statement(slope == 0, "0", str(slope), proved=True)
 
-    return v.all_of(
+    return all_of(
         {f"d lambda/d {name}": check(name) for name in names},
         "Differentiated symbolically; lambda depends only on theta, phi_dot and omega_3.",
     )
 
 
-def closeness(close: str, least: float) -> v.Part:
+def closeness(close: str, least: float) -> Part:
     """Test for a reference energy at most the fraction ``close`` above ``least``."""
     energy = _energy({"phi_dot": 0.0})
     above = energy / least - 1
-    return v.statement(
+    return statement(
         above <= float(close),
         "close to minimal",
-        f"{s.number(energy)} J, {s.share(above)} above {s.number(least)} J",
+        f"{short(energy)} J, {percent(above)} above {short(least)} J",
     )
 
 

@@ -7,11 +7,21 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 
-from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import JudgedClaim
+from tt_precise.claims.verdicts import (
+    JudgedClaim,
+    Part,
+    about,
+    all_of,
+    decimal,
+    interpretations,
+    misprint,
+    statement,
+    statements,
+    untestable,
+)
 from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.mechanics import newton
 from tt_precise.mechanics import thresholds as formulas
@@ -85,8 +95,8 @@ def _torque(sign: str, words: str, limit: float, run: Run = REFERENCE) -> Judged
         for part in (shares, climb)
     )
     holds, measured = min(shares.values()) > limit, f"{sign} for {shown} of the time"
-    return v.all_of(
-        v.statement(holds, f"{sign} {words}", measured),
+    return all_of(
+        statement(holds, f"{sign} {words}", measured),
         f"In the climb alone they are negative for {in_climb} of the time; tau_x and tau_z "
         "have the sign of -nu_y.",
     )
@@ -104,15 +114,15 @@ def _asymptotic(
         each: _lambda_of(_formula(each, body, fn), fn.mpf(value), guess, fn)
         for each, value in {**PRINTED, name: printed}.items()
     }
-    every = ", ".join(v.decimal(implied[each], 3) for each in PRINTED)
-    return v.interpretations(
+    every = ", ".join(decimal(implied[each], 3) for each in PRINTED)
+    return interpretations(
         {
-            "lambda of the reference start": v.about(printed, values[name].value, unit),
-            "lambda = 2 lambda_thres": v.about(printed, double, unit),
-            f"the value at {time} s itself": v.about(printed, run.at(quantity, time), unit),
+            "lambda of the reference start": about(printed, values[name].value, unit),
+            "lambda = 2 lambda_thres": about(printed, double, unit),
+            f"the value at {time} s itself": about(printed, run.at(quantity, time), unit),
         },
-        f"The printed value belongs to lambda = {v.decimal(implied[name], 4)}, not to the "
-        f"reference start's {v.decimal(guess, 4)} kg m^3/s. The four printed boundary values "
+        f"The printed value belongs to lambda = {decimal(implied[name], 4)}, not to the "
+        f"reference start's {decimal(guess, 4)} kg m^3/s. The four printed boundary values "
         f"belong to {every}: no single lambda has all four.",
     )
 
@@ -172,15 +182,15 @@ def ends_of_the_curve(
     limits = [known[name].value for name in ("D0", "E0", "D1", "E1")]
     parts = {}
     for reading, numbers in (("the curve's own ends", own), ("the limits", limits)):
-        checks = [v.about(text, value) for text, value in zip(printed, numbers, strict=True)]
+        checks = [about(text, value) for text, value in zip(printed, numbers, strict=True)]
         shown = "({}, {}) to ({}, {})".format(*(check.measured for check in checks))
         parts[reading] = all(check.holds for check in checks), shown
     off = [
         100 * float(abs(number.value / limit - 1))
         for number, limit in zip(own[:2], limits[:2], strict=True)
     ]
-    return v.interpretations(
-        v.statements("({}, {}) to ({}, {})".format(*printed), parts),
+    return interpretations(
+        statements("({}, {}) to ({}, {})".format(*printed), parts),
         f"At the start, theta(0) = 0.1, D is {off[0]:.1f} % and E~ {off[1]:.1f} % off the limit "
         "for t to -infinity. For the printed limits see NUM-26 to NUM-29.",
     )
@@ -208,8 +218,8 @@ def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> JudgedClaim:
             every < 0.01, f"{len(rises)} rises, in sum {100 * every:.1f} % of the fall"
         ),
     }  # fmt: skip
-    return v.interpretations(
-        v.statements("almost monotonously decreasing", parts),
+    return interpretations(
+        statements("almost monotonously decreasing", parts),
         "The paper's reason, D = I3 omega_3 sqrt(d(cos theta)), ignores the oscillation of "
         "d(cos theta), which is larger than the oscillation of omega_3.",
     )
@@ -228,8 +238,8 @@ def oscillation_of_the_modified_energy(
     """E~ oscillates relative to E."""
     changes = len(_sign_changes(pair, run))
     turns = len(run.extrema(pair[0])[0]) - 2
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             min(changes, turns) >= MANY,
             f"{pair[0]} oscillates relative to {pair[1]}",
             f"{turns} local extrema, {changes} changes of sign of the difference",
@@ -269,14 +279,14 @@ def modified_energy_is_larger(
         ),
         "averaged over each nutation": (
             min(averages) > 0,
-            f"average difference from {v.decimal(min(averages), 2)} to "
-            f"{v.decimal(max(averages), 2)} J",
+            f"average difference from {decimal(min(averages), 2)} to "
+            f"{decimal(max(averages), 2)} J",
         ),
     }  # fmt: skip
-    return v.interpretations(
-        v.statements(f"{pair[0]} > {pair[1]}", parts),
-        f"The difference goes from {v.decimal(depth[1], 3)} to {v.decimal(height[1], 3)} J; "
-        f"around its maximum it is positive from {v.decimal(begin, 4)} to {v.decimal(until, 4)} s.",
+    return interpretations(
+        statements(f"{pair[0]} > {pair[1]}", parts),
+        f"The difference goes from {decimal(depth[1], 3)} to {decimal(height[1], 3)} J; "
+        f"around its maximum it is positive from {decimal(begin, 4)} to {decimal(until, 4)} s.",
     )
 
 
@@ -293,9 +303,9 @@ def largest_in_the_middle(
     climb = run.climb
     when, value = _largest_difference(pair, run)
     middle = climb.begin + climb.length / 3 < when < climb.end - climb.length / 3
-    return v.all_of(
-        v.statement(middle, "in the middle of inversion", f"at {v.decimal(when, 5)} s"),
-        f"There {pair[0]} exceeds {pair[1]} by {v.decimal(value, 4)} J.",
+    return all_of(
+        statement(middle, "in the middle of inversion", f"at {decimal(when, 5)} s"),
+        f"There {pair[0]} exceeds {pair[1]} by {decimal(value, 4)} J.",
     )
 
 
@@ -310,9 +320,9 @@ def largest_at_the_equator(angle: str = "", run: Run = REFERENCE) -> JudgedClaim
     when, _ = _largest_difference(("E_tilde", "E"), run)
     theta = run.value("theta", when)
     near = abs(theta - float(angle or math.pi / 2)) < 0.2
-    return v.all_of(
-        v.statement(near, f"theta about {angle or 'pi/2'}", f"theta = {v.decimal(theta, 4)}"),
-        f"theta first passes pi/2 at {v.decimal(run.equator, 5)} s.",
+    return all_of(
+        statement(near, f"theta about {angle or 'pi/2'}", f"theta = {decimal(theta, 4)}"),
+        f"theta first passes pi/2 at {decimal(run.equator, 5)} s.",
     )
 
 
@@ -336,10 +346,10 @@ def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> JudgedCla
         return side * _along_y(_omega_cross_a(body, columns), columns)
 
     when, least = run.extreme_of(along_y, VECTORS, largest=False, span=run.climb)
-    shown = f"least value {v.decimal(least, 4)} m/s at {v.decimal(when, 5)} s"
+    shown = f"least value {decimal(least, 4)} m/s at {decimal(when, 5)} s"
     parts = {"at every instant": (least > 0, shown), **_averages(along_y, run)}
-    return v.interpretations(
-        v.statements("points behind the plane", parts),
+    return interpretations(
+        statements("points behind the plane", parts),
         "The component is R alpha omega_z sin(theta) > 0 where omega is exactly vertical. Near the "
         "pole the small horizontal part of omega decides its sign.",
     )
@@ -399,16 +409,16 @@ def _trend(
     steps = sign * numpy.diff(values)
     back = float(-steps[steps < 0].sum())
     words = "growing" if sign > 0 else "decreasing"
-    first, last = (f"{v.decimal(values[end], 4)} {unit}".strip() for end in (0, -1))
-    return v.interpretations(
+    first, last = (f"{decimal(values[end], 4)} {unit}".strip() for end in (0, -1))
+    return interpretations(
         {
-            "from one end to the other": v.statement(
+            "from one end to the other": statement(
                 sign * (values[-1] - values[0]) > 0, words, f"from {first} to {last}"
             ),
-            "at every instant": v.statement(
+            "at every instant": statement(
                 back == 0,
                 words,
-                f"goes back by {v.decimal(back, 3)} {unit} in total".replace("  ", " "),
+                f"goes back by {decimal(back, 3)} {unit} in total".replace("  ", " "),
             ),
         },
         "It follows the nutation of the axis.",
@@ -433,9 +443,9 @@ def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> JudgedClaim:
         return factor * _length(_omega_cross_a(body, columns)) - nu_y
 
     when, least = run.extreme_of(term, VECTORS, largest=False, span=run.climb)
-    return v.all_of(
-        v.statements("positive", _averages(term, run)),
-        f"At single instants it falls to {v.decimal(least, 4)} m/s, at {v.decimal(when, 5)} s.",
+    return all_of(
+        statements("positive", _averages(term, run)),
+        f"At single instants it falls to {decimal(least, 4)} m/s, at {decimal(when, 5)} s.",
     )
 
 
@@ -456,9 +466,9 @@ def _averages(
     lowest, highest = min(averages), max(averages)
     return {
         "averaged over each nutation": (
-            lowest > 0, f"averages from {v.decimal(lowest, 2)} to {v.decimal(highest, 2)} m/s"
+            lowest > 0, f"averages from {decimal(lowest, 2)} to {decimal(highest, 2)} m/s"
         ),
-        "averaged over the climb": (over_all > 0, f"average {v.decimal(over_all, 3)} m/s"),
+        "averaged over the climb": (over_all > 0, f"average {decimal(over_all, 3)} m/s"),
     }  # fmt: skip
 
 
@@ -514,17 +524,17 @@ def _length(vector: Vector) -> Array:
 def cross_references(references: Mapping[str, str] = REFERRED) -> JudgedClaim:
     """The last two references to figures name the panels that show the quantities discussed."""
 
-    def compare(named: Mapping[str, str]) -> v.Part:
+    def compare(named: Mapping[str, str]) -> Part:
         shown = (
             f"Fig. {panel} shows {', '.join(sorted(PANELS[panel]))}" for panel in named.values()
         )
-        return v.statement(
+        return statement(
             all(NEEDED[what] <= PANELS[panel] for what, panel in named.items()),
             ", ".join(f"Fig. {panel} for the {what}" for what, panel in named.items()),
             ", ".join(shown),
         )
 
-    return v.misprint(
+    return misprint(
         map(compare, (references, CORRECT_REFERENCE)),
         "Fig. 3b shows the spin and Fig. 3c the normal force.",
     )
@@ -538,8 +548,8 @@ def cross_references(references: Mapping[str, str] = REFERRED) -> JudgedClaim:
 )
 def colours() -> JudgedClaim:
     """The figures show the curves in the colours that captions and text name."""
-    return v.all_of(
-        v.untestable("colours of curves"),
+    return all_of(
+        untestable("colours of curves"),
         "The available source has no pictures, so the colours cannot be checked. The captions of "
         "Figs 4 and 6 name no colour, and Fig. 7 names only the colour of E.",
     )

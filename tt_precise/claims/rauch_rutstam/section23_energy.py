@@ -7,12 +7,33 @@ from itertools import pairwise
 
 from msgspec.structs import replace
 
-from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence.formulas import (
+    chart,
+    equal,
+    equal_vectors,
+    motion,
+    parse,
+    rate_of,
+    vector_rates,
+)
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span, exact, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import JudgedClaim
+from tt_precise.claims.verdicts import (
+    JudgedClaim,
+    Part,
+    Value,
+    about,
+    all_of,
+    approximate,
+    decimal,
+    formula,
+    interpretations,
+    misprint,
+    rounds_to,
+    statement,
+    statements,
+)
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics.vectors import cross, dot
 from tt_precise.runtime.values import Scalar
@@ -35,10 +56,10 @@ def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENC
     ratio = run.confirm(
         lambda solution: exact(solution, "E_trans", "0")[0] / exact(solution, "E_pot", "0")[0]
     )
-    return v.all_of(
-        v.about(printed, ratio),
+    return all_of(
+        about(printed, ratio),
         "m (R sin(0.1) omega_3)^2/2 over m g R (1 - alpha cos(0.1)): "
-        f"{v.decimal(ratio.value, 2)}, when rounded.",
+        f"{decimal(ratio.value, 2)}, when rounded.",
     )
 
 
@@ -49,8 +70,8 @@ def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENC
 )
 def potential_energy_at_8_s(printed: str = AT_8_S, run: Run = REFERENCE) -> JudgedClaim:
     """E_pot of the reference solution at 8 s."""
-    return v.all_of(
-        v.rounds_to(printed, run.at("E_pot", "8"), "J"),
+    return all_of(
+        rounds_to(printed, run.at("E_pot", "8"), "J"),
         "m g R (1 - alpha cos theta) at the state that double-double and extended agree on.",
     )
 
@@ -62,8 +83,8 @@ def potential_energy_at_8_s(printed: str = AT_8_S, run: Run = REFERENCE) -> Judg
 )
 def potential_energy_at_the_start(printed: str = AT_0_S, run: Run = REFERENCE) -> JudgedClaim:
     """E_pot of the reference solution at the start."""
-    return v.all_of(
-        v.rounds_to(printed, run.at("E_pot", "0"), "J"),
+    return all_of(
+        rounds_to(printed, run.at("E_pot", "0"), "J"),
         "m g R (1 - alpha cos 0.1): closed form in the start values.",
     )
 
@@ -75,10 +96,10 @@ def potential_energy_at_the_start(printed: str = AT_0_S, run: Run = REFERENCE) -
 )
 def ratio_of_potential_energies(printed: str = "1.8534", run: Run = REFERENCE) -> JudgedClaim:
     """E_pot(8 s)/E_pot(0) of the reference solution."""
-    quotient = v.rounds_to(printed, Fraction(AT_8_S) / Fraction(AT_0_S))
-    return v.interpretations(
+    quotient = rounds_to(printed, Fraction(AT_8_S) / Fraction(AT_0_S))
+    return interpretations(
         {
-            "ratio of the energies": v.rounds_to(printed, _ratio(run)),
+            "ratio of the energies": rounds_to(printed, _ratio(run)),
             "quotient of the two rounded numbers": quotient,
         },
         "The quotient of the printed energies is right, but its fourth decimal comes from their "
@@ -90,8 +111,8 @@ def ratio_of_potential_energies(printed: str = "1.8534", run: Run = REFERENCE) -
 def theoretical_ratio(printed: str = THEORY, alpha: str = "0.3") -> JudgedClaim:
     """In theory E_pot grows by the factor (1 + alpha)/(1 - alpha)."""
     exact = (1 + Fraction(alpha)) / (1 - Fraction(alpha))
-    return v.all_of(
-        v.rounds_to(printed, exact),
+    return all_of(
+        rounds_to(printed, exact),
         "(1 + alpha)/(1 - alpha) = 13/7 at alpha = 3/10: m, g, R cancel.",
     )
 
@@ -110,10 +131,10 @@ def difference_of_the_ratios(printed: str = "0.2", run: Run = REFERENCE) -> Judg
     known = _ratio(run).enclosure
     ends = known and (off(known[1]), off(known[0]))  # it falls as the ratio grows
     difference = run.confirm(lambda solution: off(_last_over_first(solution))).within(ends)
-    return v.interpretations(
+    return interpretations(
         {
-            "difference of the solution's ratio": v.rounds_to(printed, difference, "%"),
-            "difference of the printed ratio": v.rounds_to(
+            "difference of the solution's ratio": rounds_to(printed, difference, "%"),
+            "difference of the printed ratio": rounds_to(
                 printed, off(Fraction(AT_8_S) / Fraction(AT_0_S)), "%"
             ),
         },
@@ -122,7 +143,7 @@ def difference_of_the_ratios(printed: str = "0.2", run: Run = REFERENCE) -> Judg
     )
 
 
-def _ratio(run: Run) -> v.Value:
+def _ratio(run: Run) -> Value:
     """E_pot(8 s)/E_pot(0)."""
     first, last = (run.proofs.potential_energy(t) for t in ("0", "8"))
     return run.confirm(_last_over_first).within(last / first if first and last else None)
@@ -140,12 +161,12 @@ def _last_over_first(solution: Trajectory) -> Scalar:
 )
 def symmetry_of_inertia(factor: int = 1) -> JudgedClaim:
     """omega_dot.L = omega.L_dot."""
-    q, rates = f.motion(), f.vector_rates()
+    q, rates = motion(), vector_rates()
     L_dot = (rates.Lx, rates.Ly, rates.Lz)
     # (omega.L)_dot = 2 (E_rot)_dot, so omega_dot.L is what L_dot leaves of it
-    omega_dot_L = 2 * f.rate_of("E_rot") - dot(q.omega, L_dot)
-    return v.all_of(
-        f.equal(factor * omega_dot_L, dot(q.omega, L_dot), "dot(omega_dot, L) = dot(omega, L_dot)"),
+    omega_dot_L = 2 * rate_of("E_rot") - dot(q.omega, L_dot)
+    return all_of(
+        equal(factor * omega_dot_L, dot(q.omega, L_dot), "dot(omega_dot, L) = dot(omega, L_dot)"),
         "Both are half the derivative of omega.L. EQ-48 judges the reason.",
     )
 
@@ -177,8 +198,8 @@ def symmetry_as_the_reason(equality: str = "omega_dot.L=omega.L_dot") -> JudgedC
 
     needed = holds(A, A, C) and not holds(A, B, C)
     shown = "needs axial symmetry" if needed else "holds for every rigid body"
-    return v.all_of(
-        v.statement(needed, "valid due to axial symmetry", shown, proved=True),
+    return all_of(
+        statement(needed, "valid due to axial symmetry", shown, proved=True),
         "The inertia tensor is a symmetric matrix in every rigid body, which is all that is used.",
     )
 
@@ -201,8 +222,8 @@ def estimate_of_the_difference(factor: float = 2, run: Run = REFERENCE) -> Judge
     estimate = mass / 2 * (climb["nu_y"] * (factor * length - climb["nu_y"]) - climb["nu_x"] ** 2)
     error = float(((estimate - truth) ** 2).mean() ** 0.5)
     scale = float((truth**2).mean() ** 0.5)
-    return v.all_of(
-        v.approximate("approximately equal", error, scale, "relative error"),
+    return all_of(
+        approximate("approximately equal", error, scale, "relative error"),
         "omega x a is taken to point along y. For the line before it see EQ-43.",
     )
 
@@ -216,20 +237,20 @@ def estimate_of_the_difference(factor: float = 2, run: Run = REFERENCE) -> Judge
 )
 def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> JudgedClaim:
     """|omega x a| is |omega||a| sin theta."""
-    symbols, q = f.chart(), f.motion()
+    symbols, q = chart(), motion()
     spin = (0, 0, symbols.state.phi_dot)
     truth = dot(cross(spin, q.a), cross(spin, q.a)) / symbols.state.phi_dot**2
     correct = "R*alpha*sin(theta)"
 
-    def squared(text: str) -> v.Part:
+    def squared(text: str) -> Part:
         # |a| is a root, not a rational function of the symbols: |a|^2 stands for it twice
-        factor = f.parse(text.replace("absolute_a*", ""))
+        factor = parse(text.replace("absolute_a*", ""))
         times = dot(q.a, q.a) if "absolute_a" in text else 1
         shown = f"abs(cross(omega, a)) = abs(omega)*{text.replace('absolute_a', 'abs(a)')}"
-        part = f.equal(factor**2 * times, truth, shown)
+        part = equal(factor**2 * times, truth, shown)
         return replace(part, measured=part.measured.replace("its size", "the squares' size"))
 
-    return v.misprint(
+    return misprint(
         map(squared, (printed, correct)),
         "theta is the angle between z and 3, not between omega and a. With a = R(alpha 3 - z) the "
         "part along omega drops out; |a| is between R(1 - alpha) and R(1 + alpha).",
@@ -246,17 +267,17 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> JudgedCla
 )
 def vector_in_the_bracket(printed: str = "2*cross(omega, a)*y_hat") -> JudgedClaim:
     """In the line before eq (25) the term 2(omega x a) y is a vector along y."""
-    symbols, q = f.chart(), f.motion()
+    symbols, q = chart(), motion()
     turned = cross((0, 0, symbols.state.phi_dot), q.a)
-    along_y = f.equal_vectors(turned, (0 * turned[0], turned[1], 0 * turned[2]), "")
+    along_y = equal_vectors(turned, (0 * turned[0], turned[1], 0 * turned[2]), "")
     correct = "2*abs(cross(omega, a))*y_hat"
 
-    def vector(text: str) -> v.Part:
+    def vector(text: str) -> Part:
         is_vector = "abs(" in text
         what = "a vector along y_hat" if is_vector else "a product of two vectors is no vector"
-        return v.formula(is_vector and bool(along_y.holds), text, what, proved=True)
+        return formula(is_vector and bool(along_y.holds), text, what, proved=True)
 
-    return v.misprint(
+    return misprint(
         map(vector, (printed, correct)),
         "With omega along z, omega x a points along y. Its length stands in eq (25).",
     )
@@ -278,8 +299,8 @@ def sum_of_the_energy(names: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> J
     energy = columns["E"][0]
     work = run.mean("E_dot", span) * span.length
     off = abs(last - (energy + work)) / energy + abs(first / energy - 1)
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             off < float(CLOSED),
             "parts add up to E",
             f"off by {'less' if off < float(CLOSED) else 'more'} than {CLOSED} E(0) from E(0) "
@@ -300,12 +321,12 @@ def sum_of_the_energy(names: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> J
 def falling_energy(name: str = "E", run: Run = REFERENCE) -> JudgedClaim:
     """The energy in Fig. 4 decreases monotonically."""
     rise, fall = run.rises_and_falls(name)
-    risen = f"rises by {v.decimal(rise, 3)} J" if rise else "never rises"
-    return v.all_of(
-        v.statement(
+    risen = f"rises by {decimal(rise, 3)} J" if rise else "never rises"
+    return all_of(
+        statement(
             rise == 0 and not run.zeros(f"{name}_dot"),
             "monotonically decreasing",
-            f"falls by {v.decimal(fall, 12)} J, and {risen}",
+            f"falls by {decimal(fall, 12)} J, and {risen}",
         ),
         "Section 1 has the same statement (EQ-06).",
     )
@@ -326,14 +347,14 @@ def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Jud
     falling = sum(b < a for a, b in pairwise(averages))
     parts = {
         "from start to end": (
-            last > first, f"from {v.decimal(first, 6)} to {v.decimal(last, 6)} J"
+            last > first, f"from {decimal(first, 6)} to {decimal(last, 6)} J"
         ),
         "in the climb, averaged over each nutation": (
             falling == 0 and len(averages) > 1, f"falls {falling} of {len(averages) - 1} times"
         ),
-        "at every instant": (fall == 0, f"all falls sum up to {v.decimal(fall, 4)} J"),
+        "at every instant": (fall == 0, f"all falls sum up to {decimal(fall, 4)} J"),
     }  # fmt: skip
-    return v.interpretations(v.statements("increases", parts), "It oscillates with theta.")
+    return interpretations(statements("increases", parts), "It oscillates with theta.")
 
 
 @claim(
@@ -353,9 +374,9 @@ def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> JudgedClaim:
         swing, t = run.oscillation(part)
         share = swing / height
         parts[part] = share < 0.01, f"swings of at most {100 * share:.2f} % of the height"
-        when.append(f"{v.decimal(t, 3)} s")
+        when.append(f"{decimal(t, 3)} s")
     note = f"They are largest at {', '.join(when)}, in this order."
-    return v.all_of(v.statements("not seen", parts), note)
+    return all_of(statements("not seen", parts), note)
 
 
 @claim(
@@ -371,8 +392,8 @@ def rates_change_sign(
     """The derivatives of E_trans, E_rot and E_pot change sign many times."""
     changes = {name: len(run.zeros(name)) for name in names}
     parts = {name: (number >= MANY, f"{number} times") for name, number in changes.items()}
-    return v.all_of(
-        v.statements("changes sign many times", parts),
+    return all_of(
+        statements("changes sign many times", parts),
         "E_trans, E_rot and E_pot oscillate with theta.",
     )
 
@@ -387,11 +408,11 @@ def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -
     """E_trans tends to zero as the top inverts."""
     last = run.at(name, "8")
     share = float(last.value / run.at(name, "0").value)
-    shown = f"{last} J at 8 s, {v.decimal(share, 2)} of its first value"
-    return v.all_of(
-        v.statement(share < 0.01, "goes to zero", shown),
+    shown = f"{last} J at 8 s, {decimal(share, 2)} of its first value"
+    return all_of(
+        statement(share < 0.01, "goes to zero", shown),
         "It does not fall monotonically: in the climb it oscillates up to "
-        f"{v.decimal(run.extrema(name, run.climb)[1].max(), 3)} J.",
+        f"{decimal(run.extrema(name, run.climb)[1].max(), 3)} J.",
     )
 
 
@@ -409,8 +430,8 @@ def rotational_energy_is_the_greatest(name: str = "E_rot", run: Run = REFERENCE)
     largest = {part: run.extreme(part, largest=True) for part in PARTS if part != name}
     shown = ", ".join(f"{part} {value} J" for part, value in largest.items())
     lost = 1 - float(least) / run.value(name, 0.0)
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             float(least) > sum(map(float, largest.values())),
             f"{name} is the greatest part",
             f"least {name} {least} J; largest {shown}",
@@ -438,23 +459,23 @@ def vanishing_rate(moment: str = "", run: Run = REFERENCE) -> JudgedClaim:
     names = ("nu_x", "nu_y", "gliding_speed")
     nu_x, nu_y, speed = (run.value(name, times[best]) for name in names)
     fastest = run.extrema("gliding_speed", span)[1].max()
-    return v.all_of(
+    return all_of(
         {
-            "E_dot": v.statement(
+            "E_dot": statement(
                 abs(rates[best]) < 0.01 * abs(peak),
                 "close to zero",
-                f"{v.decimal(rates[best], 3)} W at {v.decimal(times[best], 5)} s, against peaks of "
-                f"{v.decimal(peak, 3)} W",
+                f"{decimal(rates[best], 3)} W at {decimal(times[best], 5)} s, against peaks of "
+                f"{decimal(peak, 3)} W",
             ),
-            "gliding velocity": v.statement(
+            "gliding velocity": statement(
                 speed < 0.01 * fastest,
                 "both close to zero",
-                f"nu_x = {v.decimal(nu_x, 2)}, nu_y = {v.decimal(nu_y, 2)} m/s there, against "
-                f"speeds up to {v.decimal(fastest, 3)} m/s",
+                f"nu_x = {decimal(nu_x, 2)}, nu_y = {decimal(nu_y, 2)} m/s there, against "
+                f"speeds up to {decimal(fastest, 3)} m/s",
             ),
         },
         "|v_A| has a minimum in each nutation; the deepest of them comes "
-        f"{v.decimal(times[best] - centre, 2)} s after t_init.",
+        f"{decimal(times[best] - centre, 2)} s after t_init.",
     )
 
 
@@ -470,8 +491,8 @@ def sign_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFEREN
     """E_trans_dot is mostly negative."""
     climb = run.climb
     shares = [run.share_below_zero(name, span) for span in (run.whole, climb)]
-    return v.all_of(
-        v.statement(
+    return all_of(
+        statement(
             shares[1] > 2 / 3,
             "predominantly negative",
             f"negative for {100 * shares[0]:.1f} % of the time, "
@@ -492,8 +513,8 @@ def sign_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFEREN
 def shape_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERENCE) -> JudgedClaim:
     """E_trans_dot is shaped like E_dot."""
     alike = _correlation(name, run)
-    return v.all_of(
-        v.statement(alike > 0.7, "similar to E_dot", f"correlation {alike:.2f}"),
+    return all_of(
+        statement(alike > 0.7, "similar to E_dot", f"correlation {alike:.2f}"),
         "The description fits E_rot_dot, whose correlation is "
         f"{_correlation('E_rot_dot', run):.2f}.",
     )
@@ -515,14 +536,12 @@ def where_the_energy_comes_from(
     lost = {name: float(first - last) for name, (first, last) in ends.items()}
     share = {name: lost[name] / lost["E"] for name in PARTS}
     shown = ", ".join(f"{name} {100 * value:.1f} %" for name, value in share.items())
-    return v.all_of(
+    return all_of(
         {
-            name: v.statement(
-                share[name] > 0.1, "most of it from both", f"{100 * share[name]:.1f} %"
-            )
+            name: statement(share[name] > 0.1, "most of it from both", f"{100 * share[name]:.1f} %")
             for name in from_
         },
-        f"Of {v.decimal(lost['E'], 5)} J lost: {shown}. A negative share is a gain.",
+        f"Of {decimal(lost['E'], 5)} J lost: {shown}. A negative share is a gain.",
     )
 
 
@@ -552,7 +571,7 @@ def rates_oscillate(run: Run = REFERENCE) -> JudgedClaim:
         oscillates = extrema > MANY and (changes > MANY or name == "E_dot")
         parts[name] = oscillates, f"{extrema} extrema, {changes} changes of sign"
     highest = float(run.extrema("E_dot")[1].max())
-    return v.all_of(
-        v.statements("oscillates", parts),
-        f"E_dot is at most {v.decimal(highest, 3)} W, so it oscillates without changing sign.",
+    return all_of(
+        statements("oscillates", parts),
+        f"E_dot is at most {decimal(highest, 3)} W, so it oscillates without changing sign.",
     )

@@ -6,16 +6,49 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING
 
-from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import formulas as f
-from tt_precise.claims.evidence import sweeps as s
+from tt_precise.claims.evidence.formulas import equal, motion, names, parse, prove_identity, rate_of
 from tt_precise.claims.evidence.run import REFERENCE, Run, Span, rows_of, variant
+from tt_precise.claims.evidence.sweeps import (
+    AMPLITUDES,
+    CONTACTS,
+    HORIZON,
+    both_ways,
+    of_all,
+    others,
+    percent,
+    reference_row,
+    short,
+    starts,
+    width,
+)
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.rauch_rutstam import section22_sweeps as section22
 from tt_precise.claims.rauch_rutstam.section1_equations import FORMS
 from tt_precise.claims.rauch_rutstam.section22_starts import initiations, threshold
-from tt_precise.claims.verdicts import JudgedClaim
+from tt_precise.claims.rauch_rutstam.section22_sweeps import (
+    ABC,
+    AMONG,
+    CLOSE,
+    EVERY,
+    T_INIT,
+    TESTED,
+    closeness,
+    inverting,
+    least_energy,
+    reference_body,
+    reference_lambda,
+)
+from tt_precise.claims.verdicts import (
+    JudgedClaim,
+    Part,
+    all_of,
+    decimal,
+    interpretations,
+    misprint,
+    rounds_to,
+    statement,
+    statements,
+)
 from tt_precise.mechanics import euler, thresholds
 from tt_precise.mechanics.vectors import cross, dot
 
@@ -40,12 +73,12 @@ def cross_reference(first: int = 2, last: int = 6) -> JudgedClaim:
     moving = {"theta_dot": "ddth", "phi_dot": "ddph", "omega_3": "dot_om"}
     needed = [moving.get(name, name) for name in euler.EulerState._fields[1:]]
     begin, end = (RAUCH_RUTSTAM.equations.index(name) + 1 for name in (needed[0], needed[-1]))
-    return v.all_of(
+    return all_of(
         {
-            "the numbers": v.statement(
+            "the numbers": statement(
                 list(cited) == needed, f"({first})-({last})", f"({begin})-({end})"
             ),
-            FORMS: f.prove_identity(FORMS),
+            FORMS: prove_identity(FORMS),
         },
         "Five equations for the rates of theta_dot, phi_dot, omega_3, nu_x, nu_y. Eq (7) for g_n "
         "closes the system; the captions include it.",
@@ -71,15 +104,15 @@ def reversal_at_initiation(phase: str = "synchronisation", run: Run = REFERENCE)
     usual = float(abs(tops["phi_dot"]).max())
     after = Span(span.end, run.equator if span.end < run.equator else run.whole.end)
     highest = run.extreme("phi_dot", largest=True, span=after)
-    against = f"against {v.decimal(usual, 3)} rad/s at the maxima of theta"
-    return v.all_of(
+    against = f"against {decimal(usual, 3)} rad/s at the maxima of theta"
+    return all_of(
         {
-            "before": v.statement(
+            "before": statement(
                 float(lowest) < -FACTOR * usual,
                 "large negative values",
                 f"{lowest} rad/s, {against}",
             ),
-            "after": v.statement(
+            "after": statement(
                 float(highest) > FACTOR * usual,
                 "large positive values",
                 f"{highest} rad/s, {against}",
@@ -107,13 +140,13 @@ def climbing_interval(printed: str = "shifted", run: Run = REFERENCE) -> JudgedC
         "climb": (climb.end, "from t_init to t_end"),
     }
 
-    def check(which: str) -> v.Part:
+    def check(which: str) -> Part:
         end, words = ends[which]
         theta = run.value("theta", end)
-        shown = f"theta = {v.decimal(theta, 4)} rad at its end, {v.decimal(end, 5)} s"
-        return v.statement(math.pi - theta < 0.05, words, shown)
+        shown = f"theta = {decimal(theta, 4)} rad at its end, {decimal(end, 5)} s"
+        return statement(math.pi - theta < 0.05, words, shown)
 
-    return v.misprint(
+    return misprint(
         map(check, (printed, "climb")),
         "The climb has this length, but begins at t_init.",
     )
@@ -131,16 +164,16 @@ def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> JudgedC
     root = threshold(theta)
     between = (float(printed) + float(root.value)) / 2
     t_init = initiations(theta, between, 0)["A"]
-    return v.interpretations(
+    return interpretations(
         {
-            "as a threshold of two digits": v.rounds_to(printed, root, "rad/s"),
-            "as it stands": v.statement(
+            "as a threshold of two digits": rounds_to(printed, root, "rad/s"),
+            "as it stands": statement(
                 not t_init,
                 f"direct above {printed}",
-                f"t_init = {v.decimal(t_init, 3)} s at {v.decimal(between, 5)} rad/s",
+                f"t_init = {decimal(t_init, 3)} s at {decimal(between, 5)} rad/s",
             ),
         },
-        f"Section 2.2 has the better value 83.1; up to {v.decimal(root.value, 7)} rad/s there is "
+        f"Section 2.2 has the better value 83.1; up to {decimal(root.value, 7)} rad/s there is "
         "still a synchronisation phase. SWP-22 has the starts below it.",
     )
 
@@ -148,7 +181,7 @@ def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> JudgedC
 @claim(
     "SWP-22",
     where="Summary",
-    definition=section22.T_INIT,
+    definition=T_INIT,
     control=("refuted", {"limit": "90"}),
     quote="solutions with phi_dot(0)<=83 require a synchronisation time-interval for phi_dot(t), "
     "nu_x(t) and nu_y(t) before theta(t) starts to climb",
@@ -156,16 +189,12 @@ def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> JudgedC
 def needed_up_to(limit: str = "83") -> JudgedClaim:
     """Up to phi_dot(0) = 83 rad/s a synchronisation phase comes before the climb."""
 
-    def check(rows: pandas.DataFrame) -> v.Part:
+    def check(rows: pandas.DataFrame) -> Part:
         some = rows[rows["phi_dot"] <= float(limit)]
-        waiting = int(
-            some[[f"t_init_{definition}" for definition in section22.ABC]].gt(0).all(axis=1).sum()
-        )
-        return v.statement(
-            0 < waiting == len(some), "t_init > 0", f"{waiting} of {len(some)} starts"
-        )
+        waiting = int(some[[f"t_init_{definition}" for definition in ABC]].gt(0).all(axis=1).sum())
+        return statement(0 < waiting == len(some), "t_init > 0", f"{waiting} of {len(some)} starts")
 
-    return v.all_of(s.both_ways("phi_dot", check), "In all three definitions.")
+    return all_of(both_ways("phi_dot", check), "In all three definitions.")
 
 
 @claim(
@@ -174,16 +203,16 @@ def needed_up_to(limit: str = "83") -> JudgedClaim:
     where="Summary",
     control=("untestable", {"series": ("theta",)}),
     definition="The climb ends in definition A, whose time is that of the reversal of phi_dot. "
-    f"{section22.TESTED} {s.HORIZON}",
+    f"{TESTED} {HORIZON}",
     quote="For all tested IC the climbing time-interval ends at the ending time distinguished by "
     "another reversal of high amplitude oscillations of phi_dot(t)",
 )
 def ends_with_a_reversal(
-    series: tuple[str, ...] = ("phi_dot", *section22.EVERY),
+    series: tuple[str, ...] = ("phi_dot", *EVERY),
 ) -> JudgedClaim:
     """Every climb ends with a reversal of phi_dot."""
-    return v.all_of(
-        s.both_ways(series, partial(section22.inverting, how=" end so")),
+    return all_of(
+        both_ways(series, partial(inverting, how=" end so")),
         "SUM-06 judges the height of these oscillations.",
     )
 
@@ -194,7 +223,7 @@ def ends_with_a_reversal(
     where="Summary",
     control=("refuted", {"tolerance": "0.01"}),
     definition="The first time after theta = pi/2 at which nu_y falls through nu_x, and its "
-    f"distance from t_end in definition A, at most 0.1 s. {section22.TESTED} {s.HORIZON}",
+    f"distance from t_end in definition A, at most 0.1 s. {TESTED} {HORIZON}",
     quote="At t_{theta≈pi} the graph of nu_y(t) crosses the graph of nu_x(t) from above",
 )
 def ends_with_a_crossing(tolerance: str = "0.1") -> JudgedClaim:
@@ -204,15 +233,15 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> JudgedClaim:
         apart = (rows["nu_crossing_end"] - rows["t_end_A"]).abs()
         return apart <= float(tolerance), apart
 
-    def check(rows: pandas.DataFrame) -> v.Part:
+    def check(rows: pandas.DataFrame) -> Part:
         near, apart = close(rows)
-        shown = f", at most {s.number(apart.max(), 2)} s apart"
-        return s.of_all(rows, near, "for all tested IC", shown)
+        shown = f", at most {short(apart.max(), 2)} s apart"
+        return of_all(rows, near, "for all tested IC", shown)
 
-    held = s.starts(("phi_dot", *section22.EVERY), "held")
+    held = starts(("phi_dot", *EVERY), "held")
     held = held[held["t_end_A"].notna()]
-    return v.all_of(
-        s.both_ways(("phi_dot", *section22.EVERY), check),
+    return all_of(
+        both_ways(("phi_dot", *EVERY), check),
         f"Of the starts that invert and keep contact, {close(held)[0].sum()} of {len(held)} have "
         "both within that time.",
     )
@@ -224,47 +253,45 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> JudgedClaim:
     control=("reproduced", {"usually": "0.1"}),
     definition="Range of the quantity along the trajectory, against the reference's; "
     '"usually": for more than half of the other starts, in each of nu_x, nu_y, theta_dot. '
-    f"{section22.TESTED}",
+    f"{TESTED}",
     quote="amplitudes of oscillations for all dynamical variables usually increases",
 )
 def amplitudes_increase(usually: str = "0.5") -> JudgedClaim:
     """Starts that glide or nod usually oscillate more than the reference solution."""
 
     def wider(rows: pandas.DataFrame, name: str) -> float:
-        return float((s.width(s.others(rows), name) > s.width(s.reference(), name)).mean())
+        return float((width(others(rows), name) > width(reference_row(), name)).mean())
 
-    ahead = s.starts("nu_y", "through")
+    ahead = starts("nu_y", "through")
     parts = {}
-    for series in section22.EVERY:
-        for contact, reading in s.CONTACTS.items():
-            larger = {name: wider(s.starts(series, contact), name) for name in s.AMPLITUDES}
-            shown = ", ".join(f"{name} {s.share(part)}" for name, part in larger.items())
+    for series in EVERY:
+        for contact, reading in CONTACTS.items():
+            larger = {name: wider(starts(series, contact), name) for name in AMPLITUDES}
+            shown = ", ".join(f"{name} {percent(part)}" for name, part in larger.items())
             parts[f"{series}, {reading}"] = min(larger.values()) > float(usually), shown
-    return v.all_of(
-        v.statements("usually increase", parts),
+    return all_of(
+        statements("usually increase", parts),
         "With nu_y(0) > 0 alone, theta_dot ranges wider for "
-        f"{s.share(wider(ahead[ahead['nu_y'] > 0], 'theta_dot'))} of the starts.",
+        f"{percent(wider(ahead[ahead['nu_y'] > 0], 'theta_dot'))} of the starts.",
     )
 
 
 @claim(
     "SWP-21",
     where="Summary",
-    definition=section22.AMONG,
+    definition=AMONG,
     control=("refuted", {"close": "0.01"}),
     quote="the total energy for the reference solution is close to the minimal value of total "
     "energy among solutions having lambda≈2lambda_thres",
 )
-def energy_close_to_least_energy(close: str = section22.CLOSE) -> JudgedClaim:
+def energy_close_to_least_energy(close: str = CLOSE) -> JudgedClaim:
     """The energy of the reference solution is close to the least energy with its lambda."""
-    body = section22.reference_body()
-    inverted = float(thresholds.E1(body, section22.reference_lambda()))
-    return v.interpretations(
+    body = reference_body()
+    inverted = float(thresholds.E1(body, reference_lambda()))
+    return interpretations(
         {
-            "among starts with theta(0) = 0.1": section22.closeness(
-                close, section22.least_energy()["E"]
-            ),
-            "among all states": section22.closeness(close, inverted),
+            "among starts with theta(0) = 0.1": closeness(close, least_energy()["E"]),
+            "among all states": closeness(close, inverted),
         },
         "The inverted spin, in which the top ends, has the least energy with this lambda.",
     )
@@ -278,19 +305,19 @@ def energy_close_to_least_energy(close: str = section22.CLOSE) -> JudgedClaim:
 )
 def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> JudgedClaim:
     """The torque transfers the energy between the three modes."""
-    q = f.motion()
+    q = motion()
     known = {"omega": q.omega, "a": q.a, "F": q.force, "dot": dot, "cross": cross}
-    power = f.parse(torque, {**f.names(), **known})
-    rotation = f.equal(power, f.rate_of("E_rot"), "E_rot_dot = dot(omega, cross(a, F))")
-    potential = f.equal("0", f.rate_of("E_pot"), "E_pot_dot = 0")
+    power = parse(torque, {**names(), **known})
+    rotation = equal(power, rate_of("E_rot"), "E_rot_dot = dot(omega, cross(a, F))")
+    potential = equal("0", rate_of("E_pot"), "E_pot_dot = 0")
     work = "" if potential.holds else ": m g s_dot.z is the work of the weight"
-    every = v.statement(
+    every = statement(
         bool(rotation.holds and potential.holds),
         "due to the torque",
         f"E_pot changes without a torque{work}",
         proved=True,
     )
-    return v.all_of(
+    return all_of(
         {"between translation and rotation": rotation, "between all three modes": every},
         "E_trans and E_rot exchange omega.(a x F). E_trans and E_pot exchange m g s_dot.z, to "
         "which the torque does not contribute (EQ-34).",
@@ -314,17 +341,17 @@ def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = START
     parts = {
         name: (
             ratio >= limit,
-            f"at least {v.decimal(ratio, 3)} times; {len(inverting)} of {len(starts)} solutions",
+            f"at least {decimal(ratio, 3)} times; {len(inverting)} of {len(starts)} solutions",
         )
         for name, ratio, limit in (
             ("twice as high as anything before", largest, 2),
             ("ten times as high as usual (median)", usual, 10),
         )
     }
-    return v.interpretations(
-        v.statements("well visible in all graphs", parts),
+    return interpretations(
+        statements("well visible in all graphs", parts),
         "The peaks are computed as events, so no peak is missed. For the start of Fig. 8, which "
-        f"the paper calls exceptionally smooth, the peak is {v.decimal(smooth[0], 3)} times as "
+        f"the paper calls exceptionally smooth, the peak is {decimal(smooth[0], 3)} times as "
         "high.",
     )
 
