@@ -26,10 +26,7 @@ MODULES = [
 every_module = pytest.mark.parametrize(
     ("package", "module"), MODULES, ids=[path.stem for _, path in MODULES]
 )
-# which is the note
-RULES = {
-    "all_of": 1, "interpretations": 1, "misprint": 1, "in_section_1": 3, "in_section_2_3": 3
-}  # fmt: skip
+IDENTITIES = ("in_section_1", "in_section_2_3")  # Their note is the fourth argument.
 UNITS = r"(?:s|m|rad|J|N|W|%|rad/s|m/s|rad/s\^2|degrees)"
 TYPED = re.compile(
     rf"(?<![\w.^=]) ?\d+(?:\.\d+)? {UNITS}(?![\w(/])|\b(?:all|none) of (?:these|them inv|them los)"
@@ -39,22 +36,27 @@ PRINTED = {"7.86 s", "7.87 s", "0.02 kg", "9.82 m/s", "0.3 rad", "40 rad/s", "20
 
 
 def name_of(node: ast.expr) -> str:
-    """The last word of a name: "all_of" of ``v.all_of``."""
+    """The last word of a name: "Part" of ``verdicts.Part``."""
     return ast.unparse(node).rpartition(".")[2]
+
+
+def notes(source: str) -> Iterator[ast.expr]:
+    """The notes of a module: what its functions return behind the parts, and of its identities."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Return) and isinstance(node.value, ast.Tuple):
+            yield from node.value.elts[1:]
+        if isinstance(node, ast.Call) and name_of(node.func) in IDENTITIES:
+            yield node.args[3]
 
 
 def typed_into_notes(source: str) -> Iterator[str]:
     """What is typed into the notes of a module though it is measured."""
-    for call in ast.walk(ast.parse(source)):
-        if not (isinstance(call, ast.Call) and name_of(call.func) in RULES):
-            continue
-        place = RULES[name_of(call.func)]
-        for note in call.args[place : place + 1]:
-            for part in ast.walk(note):
-                if isinstance(part, ast.Constant) and isinstance(part.value, str):
-                    for found in TYPED.finditer(part.value.lower()):
-                        if found[0].strip() not in PRINTED:
-                            yield f"line {call.lineno}: {found[0].strip()!r}"
+    for note in notes(source):
+        for part in ast.walk(note):
+            if isinstance(part, ast.Constant) and isinstance(part.value, str):
+                for found in TYPED.finditer(part.value.lower()):
+                    if found[0].strip() not in PRINTED:
+                        yield f"line {note.lineno}: {found[0].strip()!r}"
 
 
 NEAR = ("phi_dot", "phi_dot near the end")
@@ -99,13 +101,13 @@ def test_a_note_follows_what_is_computed(
 
 
 def verdicts_typed_in(source: str) -> list[str]:
-    """Parts and claims made by hand, and names of verdicts outside of controls."""
+    """Parts and claims made by hand, and names of verdicts outside of controls and rules."""
     found, tree = [], ast.parse(source)
     words = (word for word in ast.walk(tree) if isinstance(word, ast.keyword | ast.arg))
-    controls = {
+    declared = {
         part
         for word in words
-        if word.arg == "control" and isinstance(word, ast.keyword)
+        if word.arg in ("control", "rule") and isinstance(word, ast.keyword)
         for part in ast.walk(word.value)
     }
     for node in ast.walk(tree):
@@ -113,7 +115,7 @@ def verdicts_typed_in(source: str) -> list[str]:
             found.append(f"line {node.lineno}: a verdict made by hand")
         if isinstance(node, ast.Name | ast.Attribute) and name_of(node) == "Verdict":
             found.append(f"line {node.lineno}: Verdict")
-        if isinstance(node, ast.Constant) and node.value in list(Verdict) and node not in controls:
+        if isinstance(node, ast.Constant) and node.value in list(Verdict) and node not in declared:
             found.append(f"line {node.lineno}: {node.value!r}")
     return found
 
@@ -129,9 +131,9 @@ def test_no_verdict_and_no_measured_number_in_a_note_is_typed_in(
 @pytest.mark.parametrize(
     ("looks", "spoiled"),
     [
-        (typed_into_notes, "v.all_of(check, 'All of them invert.')"),
-        (typed_into_notes, "v.all_of(check, 'None of these starts.')"),
-        (typed_into_notes, "v.all_of(check, f'It ends at 3.19 s, {x}.')"),
+        (typed_into_notes, "def f(): return check, 'All of them invert.'"),
+        (typed_into_notes, "def f(): return check, 'None of these starts.'"),
+        (typed_into_notes, "def f(): return check, f'It ends at 3.19 s, {x}.'"),
         (verdicts_typed_in, "v.Part(holds=True, printed='a', measured='b')"),
         (verdicts_typed_in, "JudgedClaim(verdict=x, note='b')"),
         (verdicts_typed_in, "x = v.Verdict.REFUTED"),

@@ -19,7 +19,7 @@ from tt_precise.claims import (
 )
 from tt_precise.claims.claim import Claim, calls_for, claims_of
 from tt_precise.claims.paper import CLAIM_KINDS, RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import all_of, untestable
+from tt_precise.claims.verdicts import untestable
 from tt_precise.runtime.values import InputError
 
 CHEAP = ("NUM-23", "EQ-26", "EQ-29", "TH-17")  # of four chapters
@@ -29,7 +29,7 @@ def entry(**changes: Any) -> Claim:
     given: dict[str, Any] = {
         "id": "NUM-20", "paper": RAUCH_RUTSTAM, "section": "2.3", "statement": "E_pot.",
         "quote": "0.005106", "where": "Sec. 2.3", "definition": "",
-        "function": lambda: all_of(untestable("so"), "Why."), "control": ("refuted", {"a": 1}),
+        "function": lambda: (untestable("so"), "Why."), "control": ("refuted", {"a": 1}),
     }  # fmt: skip
     return Claim(**given | changes)
 

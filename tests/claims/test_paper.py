@@ -30,7 +30,7 @@ OTHER = Paper(
 CHAPTER = '''
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.paper import PAPERS
-from tt_precise.claims.verdicts import all_of, rounds_to
+from tt_precise.claims.verdicts import rounds_to
 
 claim = claims_of(PAPERS[-1], "4")
 
@@ -38,7 +38,7 @@ claim = claims_of(PAPERS[-1], "4")
 @claim("NUM-01", quote="1.8571", control=("refuted", {"printed": "1.8"}))
 def ratio(printed="1.8571"):
     """13/7."""
-    return all_of(rounds_to(printed, 13 / 7), "As computed.")
+    return rounds_to(printed, 13 / 7), "As computed."
 '''
 
 

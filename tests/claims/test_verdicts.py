@@ -44,29 +44,29 @@ def test_a_part_at_the_edges_of_its_rule(check: Callable[[Fraction], v.Part], ed
     for edge in edges.split(", "):
         value, verdict = edge.split()
         found = check(Fraction(value))
-        assert found.verdict == v.all_of(found, "A note.").verdict == verdict, edge
+        assert found.verdict == v.conclude("all of", (found, "A note.")).verdict == verdict, edge
 
 
 @pytest.mark.parametrize(
     ("rule", "parts", "verdict", "note"),
     [
-        (v.all_of, (TRUE, TRUE), "reproduced", ""),
-        (v.all_of, (ROUNDED, ROUNDED), "rounded", ""),
-        (v.all_of, (ROUNDED, TRUE), "reproduced", ""),
-        (v.all_of, (TRUE, FALSE), "partly", " Holds: a. Fails: b."),
-        (v.all_of, (TRUE, OPEN), "partly", " Holds: a. Open: b."),
-        (v.all_of, (FALSE, OPEN), "refuted", ""),
-        (v.all_of, (OPEN, OPEN), "untestable", ""),
-        (v.all_of, (FALSE, FALSE), "refuted", ""),
-        (v.interpretations, (TRUE, TRUE), "reproduced", ""),
-        (v.interpretations, (FALSE, FALSE), "refuted", ""),
-        (v.interpretations, (TRUE, FALSE), "ambiguous", " Holds if read as: a. Fails as: b."),
+        ("all of", (TRUE, TRUE), "reproduced", ""),
+        ("all of", (ROUNDED, ROUNDED), "rounded", ""),
+        ("all of", (ROUNDED, TRUE), "reproduced", ""),
+        ("all of", (TRUE, FALSE), "partly", " Holds: a. Fails: b."),
+        ("all of", (TRUE, OPEN), "partly", " Holds: a. Open: b."),
+        ("all of", (FALSE, OPEN), "refuted", ""),
+        ("all of", (OPEN, OPEN), "untestable", ""),
+        ("all of", (FALSE, FALSE), "refuted", ""),
+        ("interpretations", (TRUE, TRUE), "reproduced", ""),
+        ("interpretations", (FALSE, FALSE), "refuted", ""),
+        ("interpretations", (TRUE, FALSE), "ambiguous", " Holds if read as: a. Fails as: b."),
     ],
 )
 def test_a_rule_makes_the_verdict_of_the_parts(
-    rule: Any, parts: tuple[v.Part, v.Part], verdict: str, note: str
+    rule: v.Rule, parts: tuple[v.Part, v.Part], verdict: str, note: str
 ) -> None:
-    judged = rule(dict(zip("ab", parts, strict=True)), "A note.")
+    judged = v.conclude(rule, (dict(zip("ab", parts, strict=True)), "A note."))
     assert (judged.verdict, judged.note, judged.remark) == (verdict, "A note." + note, "A note.")
     assert [part.verdict for part in judged.parts] == [part.verdict for part in parts]
     if parts == (TRUE, FALSE):
@@ -87,7 +87,7 @@ def test_a_rule_makes_the_verdict_of_the_parts(
 def test_misprint_needs_the_printed_form_to_fail_and_the_corrected_to_hold(
     printed: v.Part, corrected: v.Part, verdict: str
 ) -> None:
-    judged = v.misprint((printed, corrected), "A note.")
+    judged = v.conclude("misprint", ((printed, corrected), "A note."))
     assert judged.verdict == verdict
     assert judged.correction == (corrected.printed if verdict == "misprint" else "")
 
@@ -127,8 +127,8 @@ def test_a_statement_about_all_is_open_while_an_outcome_is_undecided(
 
 def test_a_claim_is_proved_if_every_part_is() -> None:
     proved = v.rounds_to("1.5", Fraction(3, 2))
-    assert v.all_of({"a": proved, "b": proved}, "A note.").proved
-    assert not v.all_of({"a": proved, "b": TRUE}, "A note.").proved
+    assert v.conclude("all of", ({"a": proved, "b": proved}, "A note.")).proved
+    assert not v.conclude("all of", ({"a": proved, "b": TRUE}, "A note.")).proved
 
 
 @pytest.mark.parametrize("bad", ["", "1,5", "0x10", "nan", "1.5 s"])
@@ -136,7 +136,7 @@ def test_a_printed_number_is_a_number(bad: str) -> None:
     with pytest.raises(ValueError, match="printed number"):
         v.rounds_to(bad, 1)
     with pytest.raises(ValueError, match="expected one or more"):  # a claim needs a part
-        v.all_of({}, "A note.")
+        v.conclude("all of", ({}, "A note."))
 
 
 @pytest.mark.parametrize(

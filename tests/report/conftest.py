@@ -67,10 +67,12 @@ def drawn(section: Section) -> list[str]:
     return [figure.name for figure in figures]
 
 
-def _judged(id: str, judged: JudgedClaim, section: str = "1") -> JudgedClaim:
+def _judged(
+    id: str, grounds: verdicts.Grounds, section: str = "1", rule: verdicts.Rule = "all of"
+) -> JudgedClaim:
     claim = Claim(
         id, RAUCH_RUTSTAM, section, f"claim {id} <b> of theta_dot", "a quote", f"Sec. {section}",
-        "as in theta", lambda: judged, None,
+        "as in theta", lambda: grounds, None, rule,
     )  # fmt: skip
     return claim.judge()
 
@@ -83,13 +85,13 @@ def judged() -> list[JudgedClaim]:
     right = verdicts.formula(True, CORRECT, "equal", proved=True)
     wrong = verdicts.formula(False, PRINTED, "off by 40 % of its size", proved=True)
     return [
-        _judged("EQ-01", verdicts.misprint((wrong, right), "A factor R.")),
-        _judged("NUM-01", verdicts.all_of(holds, "As printed."), "2.1"),
-        _judged("NUM-02", verdicts.all_of(fails, "It is 3."), "2.2"),
-        _judged("NUM-03", verdicts.all_of(verdicts.rounds_to("1.5", 1.49), "Rounded."), "2.3"),
-        _judged("NUM-04", verdicts.interpretations({"so": holds, "or so": fails}, "Either."), "3"),
-        _judged("NUM-05", verdicts.all_of({"first": holds, "second": fails}, "Both."), "2.1"),
-        _judged("NT-01", verdicts.all_of(verdicts.untestable("words"), "Words."), "2.1"),
+        _judged("EQ-01", ((wrong, right), "A factor R."), rule="misprint"),
+        _judged("NUM-01", (holds, "As printed."), "2.1"),
+        _judged("NUM-02", (fails, "It is 3."), "2.2"),
+        _judged("NUM-03", (verdicts.rounds_to("1.5", 1.49), "Rounded."), "2.3"),
+        _judged("NUM-04", ({"so": holds, "or so": fails}, "Either."), "3", rule="interpretations"),
+        _judged("NUM-05", ({"first": holds, "second": fails}, "Both."), "2.1"),
+        _judged("NT-01", (verdicts.untestable("words"), "Words."), "2.1"),
     ]
 
 

@@ -5,11 +5,12 @@
     @claim("NUM-20", quote="0.005106", control=("refuted", {"printed": "0.005107"}))
     def potential_energy_at_8_s(printed="0.005106", run=REFERENCE):
         '''E_pot at 8 s.'''
-        return all_of(rounds_to(printed, run.at("E_pot", "8"), "J"), "m g R (1 - alpha cos theta).")
+        return rounds_to(printed, run.at("E_pot", "8"), "J"), "m g R (1 - alpha cos theta)."
 
 The docstring states the claim. The keyword arguments are the printed value or formula and the run;
-their defaults are the paper's. ``control`` replaces some of them by other values and states the
-verdict that the claim must get then.
+their defaults are the paper's. The function returns a part or several and a note; ``rule`` makes
+the verdict of them. ``control`` replaces some arguments by other values and states the verdict that
+the claim must get then.
 """
 
 from __future__ import annotations
@@ -23,15 +24,13 @@ from dataclasses import dataclass, field
 from functools import cache
 from types import MappingProxyType
 
-from msgspec.structs import replace
-
 from tt_precise.claims import paper as papers
 from tt_precise.claims.paper import CLAIM_KINDS, Paper, look_up
-from tt_precise.claims.verdicts import JudgedClaim, Verdict
+from tt_precise.claims.verdicts import Grounds, JudgedClaim, Rule, Verdict, conclude
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
-Function = Callable[..., JudgedClaim]
+Function = Callable[..., Grounds]
 Control = tuple[str, Mapping[str, object]]  # the verdict it must get, and the changed arguments
 
 
@@ -52,10 +51,12 @@ class Claim:
     definition
         The definitions used where the paper leaves them open.
     function
-        The function that judges the claim: takes keyword arguments (defaults from the paper),
-        returns the parts.
+        The function of the claim: takes keyword arguments (defaults from the paper), returns the
+        parts and a note.
     control
         Changed keyword arguments and the required verdict; None if nothing can be computed.
+    rule
+        The rule that makes the verdict of the parts.
     finding
         The id of the claim that represents the same finding in a count; by default the claim's own.
     """
@@ -69,6 +70,7 @@ class Claim:
     definition: str
     function: Function = field(repr=False)
     control: Control | None = field(repr=False)
+    rule: Rule = "all of"
     finding: str = ""
 
     def __post_init__(self) -> None:
@@ -101,9 +103,8 @@ class Claim:
         """Judge the claim, with some of its arguments changed."""
         own = ("id", "kind", "section", "statement", "quote", "where", "definition")
         identity = {name: getattr(self, name) for name in own}
-        finding = self.finding or self.id
-        judged = self.function(**changes)
-        return replace(judged, paper=self.paper.name, finding=finding, **identity)
+        identity |= {"paper": self.paper.name, "finding": self.finding or self.id}
+        return conclude(self.rule, self.function(**changes), **identity)
 
 
 # ---- the registry --------------------------------------------------------------------------------
@@ -121,6 +122,7 @@ def claims_of(paper: Paper, section: str) -> Callable[..., Callable[[Function], 
         control: Control | None,
         where: str = f"Sec. {section}",
         definition: str = "",
+        rule: Rule = "all of",
         statement: str = "",
         finding: str = "",
     ) -> Callable[[Function], Function]:
@@ -130,7 +132,7 @@ def claims_of(paper: Paper, section: str) -> Callable[..., Callable[[Function], 
                 raise ValueError(f"claim {name}: got it twice, expected each id once")
             _registered[name] = Claim(
                 name, paper, section, text, quote, where, definition.removesuffix("."), function,
-                control, finding and paper.prefix + finding,
+                control, rule, finding and paper.prefix + finding,
             )  # fmt: skip
             return function
 

@@ -2,13 +2,13 @@
 
 A *value* has the digits on which two computations with independent errors agree, and its rigorous
 enclosure where there is one. A *part* compares words or a number of the paper with a value; a part
-is proved if the comparison has the same result at both ends of the enclosure. A *judged claim*
-combines parts by one of three rules, and no claim names its own verdict:
+is proved if the comparison has the same result at both ends of the enclosure. A claim's function
+returns its *grounds*, one part or several and a note. The claim's rule makes the verdict of them
+(``conclude``), and no claim names its own verdict:
 
-- ``all_of(parts)``: the assertions of the statement; "partly" if some parts hold and some fail;
-- ``interpretations(parts)``: the meanings that its words admit; "ambiguous" if some hold and some
-  fail;
-- ``misprint((printed, corrected))``: the formula or number as printed and as it should be.
+- "all of": the parts are the assertions of the statement; "partly" if some hold and some fail;
+- "interpretations": the meanings that its words admit; "ambiguous" if some hold and some fail;
+- "misprint": two parts, the formula or number as printed and as it should be.
 
 A statement that cannot be computed has the part ``untestable``. A part is open, neither true nor
 false, while the outcome of some motions is undecided (``of_all``).
@@ -182,12 +182,12 @@ class Part(Record, frozen=True, kw_only=True):
         return "open" if self.holds is None else self.verdict
 
 
-class JudgedClaim(Record, frozen=True, kw_only=True):
-    """A claim and its verdict, with the parts from which the verdict follows.
+# One part, named parts, or the two parts of a misprint; and the note.
+Grounds: TypeAlias = tuple[Part | Mapping[str, Part] | Iterable[Part], str]
 
-    A claim function returns a ``JudgedClaim`` by ``all_of``, ``interpretations`` or ``misprint``;
-    the registry adds the fields that identify the claim.
-    """
+
+class JudgedClaim(Record, frozen=True, kw_only=True):
+    """A claim and its verdict, with the parts from which the verdict follows."""
 
     id: Annotated[str, means("id of the claim")] = ""
     verdict: Verdicts
@@ -235,8 +235,13 @@ def _verdict(rule: Rule, parts: tuple[Part, ...]) -> Verdict:
     return Verdict.AMBIGUOUS if rule == "interpretations" else Verdict.PARTLY
 
 
-def _judge(rule: Rule, parts: Part | Mapping[str, Part], remark: str) -> JudgedClaim:
-    listed = {"": parts} if isinstance(parts, Part) else parts
+def conclude(rule: Rule, grounds: Grounds, **identity: str) -> JudgedClaim:
+    """Judge a claim by its rule, from the parts and the note that its function returns."""
+    listed, remark = grounds
+    if isinstance(listed, Part):
+        listed = {"": listed}
+    elif not isinstance(listed, Mapping):
+        listed = dict(zip(("as printed", "as corrected"), listed, strict=True))
     named = tuple(replace(part, name=name) for name, part in listed.items())
     if not named:
         raise ValueError("claim: got no parts, expected one or more")
@@ -268,23 +273,8 @@ def _judge(rule: Rule, parts: Part | Mapping[str, Part], remark: str) -> JudgedC
         remark=remark,
         proved=all(part.proved for part in named),
         correction=correction,
+        **identity,
     )
-
-
-def all_of(parts: Part | Mapping[str, Part], note: str) -> JudgedClaim:
-    """Judge a statement whose parts all have to hold."""
-    return _judge("all of", parts, note)
-
-
-def interpretations(parts: Mapping[str, Part], note: str) -> JudgedClaim:
-    """Judge a statement by the meanings that its words admit."""
-    return _judge("interpretations", parts, note)
-
-
-def misprint(parts: Iterable[Part], note: str) -> JudgedClaim:
-    """Judge a formula or number by two parts: as printed, and as corrected."""
-    named = dict(zip(("as printed", "as corrected"), parts, strict=True))
-    return _judge("misprint", named, note)
 
 
 def _join(parts: tuple[Part, ...], field: str) -> str:

@@ -24,7 +24,7 @@ from tt_precise.claims.evidence.formulas import (
     vector_rates,
 )
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import JudgedClaim, Part, all_of
+from tt_precise.claims.verdicts import Grounds, Part
 from tt_precise.mechanics.vectors import cross, dot, scaled
 from tt_precise.runtime.values import Scalar
 
@@ -94,11 +94,11 @@ def identity(
     )(partial(_judge, equations, remark, printed=printed))
 
 
-def _judge(equations: Equations, remark: str, printed: tuple[str, ...]) -> JudgedClaim:
-    return all_of(
-        {name: _compare(*(text.format(*printed) for text in texts)) for name, *texts in equations},
-        remark,
-    )
+def _judge(equations: Equations, remark: str, printed: tuple[str, ...]) -> Grounds:
+    parts = {
+        name: _compare(*(text.format(*printed) for text in texts)) for name, *texts in equations
+    }
+    return parts, remark
 
 
 @cache

@@ -17,7 +17,7 @@ from tt_precise.claims.evidence.formulas import (
 )
 from tt_precise.claims.evidence.run import REFERENCE, Run
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import JudgedClaim, all_of, decimal, misprint, statement, untestable
+from tt_precise.claims.verdicts import Grounds, decimal, statement, untestable
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.euler import vectors_from_euler
 from tt_precise.mechanics.quantities import Motion
@@ -70,7 +70,7 @@ NORMAL_FORCE = (
     control=("refuted", {"along_3": "-R*alpha"}),
     quote="a=R(alpha 3-z)",
 )
-def arm(along_3: str = "R*alpha", along_z: str = "-R") -> JudgedClaim:
+def arm(along_3: str = "R*alpha", along_z: str = "-R") -> Grounds:
     """The vector from the centre of mass to the contact point is a = R alpha 3 - R z."""
     q, body = motion(), chart().body
     printed = added(scaled(parse(along_3), q.k), (0, 0, parse(along_z)))
@@ -78,7 +78,7 @@ def arm(along_3: str = "R*alpha", along_z: str = "-R") -> JudgedClaim:
     height = quantity("E_pot") / (body.m * body.g)
     shown = f"a = {along_3}*axis + ({along_z})*z_hat"
     lowest = equal_vectors(from_centre, (0, 0, -body.R), shown)
-    return all_of(
+    return (
         {
             "A is the lowest point of the sphere": lowest,
             "CM stands -a.z above the table, as in E_pot": equal(-printed[2], height, shown),
@@ -94,10 +94,10 @@ def arm(along_3: str = "R*alpha", along_z: str = "-R") -> JudgedClaim:
     definition="the body is turned by phi about z, then theta about y, then psi about 3",
     quote="omega=-phi_dot sin theta 1 + theta_dot 2 + (psi_dot+phi_dot cos theta) 3",
 )
-def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> JudgedClaim:
+def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> Grounds:
     """The angular velocity in the frame (1, 2, 3), from the Euler angles."""
     parts = zip("123", printed, _rotation_of_the_body(), strict=True)
-    return all_of(
+    return (
         {axis: equal(text, value) for axis, text, value in parts},
         "The frame turns with (2_dot.3, 3_dot.1, 1_dot.2), and the body in it with psi_dot about "
         "3.",
@@ -121,12 +121,12 @@ def _rotation_of_the_body() -> tuple[Scalar, Scalar, Scalar]:
     control=("partly", {"inverse_inertia": "1/I3"}),
     quote="3_dot=omega x 3=(L x 3)/I1",
 )
-def axis_turns(inverse_inertia: str = "1/I1") -> JudgedClaim:
+def axis_turns(inverse_inertia: str = "1/I1") -> Grounds:
     """The axis changes at the rate omega x 3 = L x 3/I1."""
     q = _at_any_azimuth()
     geometric = tuple(rate(component) for component in q.k)
     printed = scaled(parse(inverse_inertia), cross(q.state.L, q.k))
-    return all_of(
+    return (
         {
             "omega x 3": equal_vectors(
                 cross(q.omega, q.k), geometric, "axis_dot = cross(omega, axis)"
@@ -144,15 +144,13 @@ def axis_turns(inverse_inertia: str = "1/I1") -> JudgedClaim:
     quote="(s+a).z=0",
     control=("refuted", {"along_3": "-R*alpha"}),
 )
-def contact_constraint(along_3: str = "R*alpha") -> JudgedClaim:
+def contact_constraint(along_3: str = "R*alpha") -> Grounds:
     """The contact point stays on the table: (s + a).z = 0."""
     q, body = _at_any_azimuth(), chart().body
     height = quantity("E_pot") / (body.m * body.g)
     a_z = parse(along_3) * q.k[2] - body.R
-    return all_of(
-        equal(height + a_z, 0 * height, "dot(s + a, z_hat) = 0"),
-        "With a of EQ-01, and s.z = R(1 - alpha cos theta) as in E_pot.",
-    )
+    check = equal(height + a_z, 0 * height, "dot(s + a, z_hat) = 0")
+    return check, "With a of EQ-01, and s.z = R(1 - alpha cos theta) as in E_pot."
 
 
 @claim(
@@ -160,11 +158,11 @@ def contact_constraint(along_3: str = "R*alpha") -> JudgedClaim:
     quote="and its derivative satisfy v_A.z=0",
     control=("refuted", {"rate_of_a": "R"}),
 )
-def contact_velocity(rate_of_a: str = "R*alpha") -> JudgedClaim:
+def contact_velocity(rate_of_a: str = "R*alpha") -> Grounds:
     """The derivative of the contact constraint is v_A.z = 0."""
     q = _at_any_azimuth()
     velocity = q.s_dot[2] + parse(rate_of_a) * rate(q.k[2])
-    return all_of(
+    return (
         equal(
             velocity, q.state.v[2] + 0 * velocity, "dot(s_dot + a_dot, z_hat) = dot(v_A, z_hat) = 0"
         ),
@@ -185,9 +183,9 @@ def _at_any_azimuth() -> Motion:
     control=None,
     quote="The axis 2 points behind the plane of the picture of Fig. 1",
 )
-def frames() -> JudgedClaim:
+def frames() -> Grounds:
     """In Fig. 1 the axis 2 points behind the plane of the picture."""
-    return all_of(
+    return (
         untestable("2 points behind the plane of the picture"),
         "The available source has no pictures. If the top of Fig. 1 leans to the right, 2 = z x x "
         "points away from the viewer, as the text says. The directions x, 1 and 2 are undefined "
@@ -197,20 +195,21 @@ def frames() -> JudgedClaim:
 
 @claim(
     "EQ-14",
+    rule="misprint",
     where="Sec. 1, after eq (7)",
     control=("reproduced", {"printed": JELLETT_WITH_R}),
     quote="lambda=R I1 phi_dot sin^2 theta - I3 omega_3 (alpha - cos theta)",
 )
 def jellett_in_euler_angles(
     printed: str = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))",
-) -> JudgedClaim:
+) -> Grounds:
     """Jellett's integral in Euler angles."""
-    return misprint(
-        (equal(text, quantity("lambda"), f"lambda = {text}")
-          for text in (printed, JELLETT_WITH_R)),
-        "The second term lacks the factor R, without which the two terms have different "
+    return (
+(equal(text, quantity("lambda"), f"lambda = {text}")
+      for text in (printed, JELLETT_WITH_R)),
+"The second term lacks the factor R, without which the two terms have different "
         "dimensions; sections 2.1 and 2.2 print it.",
-    )  # fmt: skip
+)  # fmt: skip
 
 
 @claim(
@@ -221,7 +220,7 @@ def jellett_in_euler_angles(
     "events, and E at samples every millisecond",
     quote="The total energy ... is monotonically decreasing",
 )
-def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> JudgedClaim:
+def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Grounds:
     """The total energy decreases monotonically."""
     fastest = float(run.extrema(f"{quantity}_dot")[1].max())
     values = run.sampled((quantity,))[quantity]
@@ -230,7 +229,7 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> JudgedClaim:
     never, down = fastest <= 0, steps == 0
     shown = f"at most {decimal(fastest, 3)} W"
     steps_up = f"{steps} of {len(values) - 1} steps up"
-    return all_of(
+    return (
         {
             f"{quantity}_dot": statement(never, "never positive", shown, proved=proved and never),
             quantity: statement(down, "decreasing", steps_up, proved=proved and down),
@@ -240,15 +239,15 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> JudgedClaim:
     )
 
 
-def _rate(name: str, printed: str) -> JudgedClaim:
+def _rate(name: str, printed: str) -> Grounds:
     symbols = chart()
     derived = getattr(euler.rates(symbols.body, symbols.state, symbols), name)
-    return all_of(
-        {"as printed": equal(printed, derived, f"{_dotted(name)} = {printed}"),
-         FORMS: prove_identity(FORMS)},
-        "Derived from eq (1) by expressing the vectors in Euler angles, with g_n from the contact "
+    return (
+{"as printed": equal(printed, derived, f"{_dotted(name)} = {printed}"),
+     FORMS: prove_identity(FORMS)},
+"Derived from eq (1) by expressing the vectors in Euler angles, with g_n from the contact "
         "constraint; all parameters and the state are symbols.",
-    )  # fmt: skip
+)  # fmt: skip
 
 
 def _dotted(name: str) -> str:
@@ -268,8 +267,8 @@ for number, (id, name, printed, wrong) in enumerate(RATES, start=2):
     control=("refuted", {"printed": NORMAL_FORCE.replace("*mu*nu_x", "*mu*nu_y")}),
     quote="g_n=...",
 )
-def normal_force(printed: str = NORMAL_FORCE) -> JudgedClaim:
+def normal_force(printed: str = NORMAL_FORCE) -> Grounds:
     """The normal force."""
     derived = newton.normal_force(chart().body, motion().state)
     checks = {"g_n": equal(printed, derived, "g_n = " + printed)}
-    return all_of(checks, "From the vertical part of v_A_dot = 0, eq (1).")
+    return checks, "From the vertical part of v_A_dot = 0, eq (1)."

@@ -16,13 +16,10 @@ from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, rising, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.identities import ROUTH_RATE
 from tt_precise.claims.verdicts import (
-    JudgedClaim,
+    Grounds,
     Part,
-    all_of,
     decimal,
     formula,
-    interpretations,
-    misprint,
     statement,
     statements,
 )
@@ -80,7 +77,7 @@ BESIDE = (
     "determinant of the integrated form does not vanish",
     quote="equations of motion (2)-(6) are equivalent to the following equations",
 )
-def equivalent_form(factor: str = DETERMINANT) -> JudgedClaim:
+def equivalent_form(factor: str = DETERMINANT) -> Grounds:
     """The rates of lambda, D, E~ and m r_dot are equivalent to eqs (2) to (6)."""
     symbols = chart()
     determinant = symbols.field(_determinant())
@@ -96,7 +93,7 @@ def equivalent_form(factor: str = DETERMINANT) -> JudgedClaim:
             regular, "determinant not zero" if regular else "determinant zero"
         ),
     }  # fmt: skip
-    return all_of(
+    return (
         {
             name: statement(holds, "equivalent", measured, proved=True)
             for name, (holds, measured) in parts.items()
@@ -131,26 +128,28 @@ def _determinant() -> Scalar:
 
 @claim(
     "EQ-26",
+    rule="misprint",
     where="Sec. 1 and Sec. 2.1",
     control=("reproduced", {"printed": CORRECT_CONDITION}),
     definition="the condition under which d(z) is the square of a polynomial",
     quote="sigma=(1-alpha)/(gamma+alpha^2-1)",
 )
-def rationality_condition(printed: str = CONDITION) -> JudgedClaim:
+def rationality_condition(printed: str = CONDITION) -> Grounds:
     """The printed relation of sigma, gamma and alpha makes d(z) a square."""
-    return misprint(map(_square, (printed, CORRECT_CONDITION)), SQUARE_NOTE)
+    return map(_square, (printed, CORRECT_CONDITION)), SQUARE_NOTE
 
 
 @claim(
     "EQ-27",
+    rule="misprint",
     finding="EQ-26",
     control=("reproduced", {"printed": CORRECT_CONDITION}),
     definition="for all lambda and D",
     quote="V(z,D(t),lambda) is a rational function of cos theta",
 )
-def rational_potential(printed: str = CONDITION) -> JudgedClaim:
+def rational_potential(printed: str = CONDITION) -> Grounds:
     """V is a rational function of cos theta when the printed condition holds."""
-    return misprint(
+    return (
         map(_square, (printed, CORRECT_CONDITION)),
         "V contains sqrt(d) once, in the product of lambda and D, and so is rational if and only "
         "if d is a square. " + SQUARE_NOTE,
@@ -185,7 +184,7 @@ def _square(text: str) -> Part:
     ),
     quote="lambda=R(1-alpha)L0=R(1+alpha)L1",
 )
-def jellett_of_the_spins(printed: Mapping[str, str] = JELLETT_OF_SPIN) -> JudgedClaim:
+def jellett_of_the_spins(printed: Mapping[str, str] = JELLETT_OF_SPIN) -> Grounds:
     """The formulas for lambda of the upright and the inverted spin."""
     return _of_the_spins(printed)
 
@@ -196,7 +195,7 @@ def jellett_of_the_spins(printed: Mapping[str, str] = JELLETT_OF_SPIN) -> Judged
     quote="D0=lambda sqrt(d(1))/(R(1-alpha)), lim_{t->inf} D(t)=D1=-lambda sqrt(d(-1))/"
     "(R(1+alpha))",
 )
-def routh_of_the_spins(printed: Mapping[str, str] = ROUTH_OF_SPIN) -> JudgedClaim:
+def routh_of_the_spins(printed: Mapping[str, str] = ROUTH_OF_SPIN) -> Grounds:
     """The formulas for D of the upright and the inverted spin."""
     return _of_the_spins(printed)
 
@@ -207,13 +206,13 @@ def routh_of_the_spins(printed: Mapping[str, str] = ROUTH_OF_SPIN) -> JudgedClai
     quote="E~0=lambda^2/(2R^2 I3(1-alpha)^2)+m g R(1-alpha), lim_{t->inf} E~(t)=E~1="
     "lambda^2/(2R^2 I3(1+alpha)^2)+m g R(1+alpha)",
 )
-def energy_of_the_spins(printed: Mapping[str, str] = ENERGY_OF_SPIN) -> JudgedClaim:
+def energy_of_the_spins(printed: Mapping[str, str] = ENERGY_OF_SPIN) -> Grounds:
     """The formulas for E~ of the upright and the inverted spin."""
     return _of_the_spins(printed)
 
 
-def _of_the_spins(printed: Mapping[str, str]) -> JudgedClaim:
-    return all_of(
+def _of_the_spins(printed: Mapping[str, str]) -> Grounds:
+    return (
         {name: _of_the_spin(name, text) for name, text in printed.items()},
         "Compared with the function of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for "
         "symbolic parameters.",
@@ -245,7 +244,7 @@ def _of_the_spin(name: str, text: str) -> Part:
     definition="the toy with the reference lambda, D = D1 + e |D1| for e = 1e-4 ... 1e-12; E1 is "
     "the energy of the inverted spin",
 )
-def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> JudgedClaim:
+def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Grounds:
     """The minimum of V tends to the energy of the inverted spin as D tends to D1."""
     fn = own_context(DIGITS)
     body = run.body(fn)
@@ -262,7 +261,7 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> JudgedClaim:
         "lim V(z_min, D, lambda) = E1",
         "V(z_min)/E1 - 1 = " + ", ".join(decimal(difference, 2) for difference in off),
     )
-    return all_of(
+    return (
         {"V(z_min)": check},
         "The distance falls in proportion to D - D1. In the limit z_min = -1, where V is of the "
         "form 0/0 and only the joint limit exists.",
@@ -276,7 +275,7 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> JudgedClaim:
     definition=BESIDE,
     quote="has a minimum z_min in the interval [-1,-1+eps] for D=D1+delta/(...)",
 )
-def minimum_near_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> JudgedClaim:
+def minimum_near_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> Grounds:
     """For D slightly above D1 the potential has a minimum close to z = -1."""
     return _minimum_near_a_pole(-1, multiples, -1)
 
@@ -290,12 +289,12 @@ def minimum_near_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> Ju
 )
 def minimum_near_the_upright_pole(
     multiples: tuple[str, ...] = MULTIPLES, claimed: int = 1
-) -> JudgedClaim:
+) -> Grounds:
     """For D slightly below D0 the potential has a minimum close to z = 1."""
     return _minimum_near_a_pole(1, multiples, claimed)
 
 
-def _minimum_near_a_pole(pole: int, multiples: tuple[str, ...], claimed: int) -> JudgedClaim:
+def _minimum_near_a_pole(pole: int, multiples: tuple[str, ...], claimed: int) -> Grounds:
     fn = own_context(DIGITS)
     body = REFERENCE.body(fn)
     root = fn.sqrt(body.gamma + body.alpha**2 - 1)
@@ -313,7 +312,7 @@ def _minimum_near_a_pole(pole: int, multiples: tuple[str, ...], claimed: int) ->
             all(50 * later < earlier for earlier, later in pairwise(away)),
             f"|z_min - ({claimed})| from {decimal(away[0], 2)} to {decimal(away[-1], 2)}",
         )
-    return all_of(
+    return (
         statements(f"z_min -> {claimed}", parts),
         "The distance of the minimum from the pole is proportional to delta, so a delta exists for "
         "every eps.",
@@ -329,7 +328,7 @@ def _minimum_near_a_pole(pole: int, multiples: tuple[str, ...], claimed: int) ->
     "0.1 rad",
     quote="the minimum z_min is moving from an eps-neighborhood of z=1 to ... z=-1",
 )
-def minimum_moves_from_pole_to_pole(until: float = 1.0) -> JudgedClaim:
+def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Grounds:
     """The minimum of V moves from z = 1 to z = -1 as D goes from D0 to D1."""
     body, lambda_ = _double_body(REFERENCE)
     begin, end = thresholds.D0(body, lambda_, math), thresholds.D1(body, lambda_, math)
@@ -337,26 +336,25 @@ def minimum_moves_from_pole_to_pole(until: float = 1.0) -> JudgedClaim:
     wells = [minima(body, begin + (end - begin) * share, lambda_) for share in shares]
     alone = all(len(well) == 1 for well in wells)
     path = [well[0] for well in wells]
-    return all_of(
-        statement(
-            alone and rising(path) and path[0] < 0.1 and path[-1] > math.pi - 0.1,
-            "from z = 1 to z = -1",
-            f"theta_min from {decimal(path[0], 3)} to {decimal(path[-1], 6)} rad, "
-            f"{'one minimum' if alone else 'several minima'}, "
-            f"{'monotonically' if rising(path) else 'not monotonically'}",
-        ),
-        "Minima are sought on a grid of theta that ends just short of both poles.",
+    check = statement(
+        alone and rising(path) and path[0] < 0.1 and path[-1] > math.pi - 0.1,
+        "from z = 1 to z = -1",
+        f"theta_min from {decimal(path[0], 3)} to {decimal(path[-1], 6)} rad, "
+        f"{'one minimum' if alone else 'several minima'}, "
+        f"{'monotonically' if rising(path) else 'not monotonically'}",
     )
+    return check, "Minima are sought on a grid of theta that ends just short of both poles."
 
 
 @claim(
     "TH-11",
+    rule="interpretations",
     control=("refuted", {"factor": 0.1}),
     definition="reference solution. T_upp at the most favourable D of each gap; the frozen motion "
     f"has the D and E~ of the solution, every {EVERY} s",
     quote="the time of passage for theta(t) between two turning points has a uniform bound T_upp",
 )
-def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -> JudgedClaim:
+def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -> Grounds:
     """The time between two turning points of theta is at most T_upp."""
     body, lambda_ = _double_body(run)
     table = run.sampled(("theta", "D", "E_tilde"), EVERY)
@@ -378,7 +376,7 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
             largest <= 1, f"at most {decimal(largest, 4)} T_upp"
         ),
     }  # fmt: skip
-    return interpretations(
+    return (
         statements("gap <= T_upp", parts),
         f"Between these two turning points theta rises steadily by {decimal(rise, 2)} rad, "
         "because the potential changes while theta swings in it.",
@@ -392,7 +390,7 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
     definition="reference solution, T_inv in definition A, T_upp at its largest, D = D1; an "
     "oscillation is a minimum of theta during the climb",
 )
-def several_oscillations(run: Run = REFERENCE) -> JudgedClaim:
+def several_oscillations(run: Run = REFERENCE) -> Grounds:
     """T_inv is more than 10 T_upp, and theta oscillates several times during the climb."""
     body, lambda_ = _double_body(run)
     longest = thresholds.T_upp(body, lambda_, thresholds.D1(body, lambda_, math), math)
@@ -404,17 +402,18 @@ def several_oscillations(run: Run = REFERENCE) -> JudgedClaim:
         "T_inv/T_upp": statement(ratio > 10, "> 10", decimal(ratio, 6)),
         "oscillations": statement(inside > 1, "several", str(inside)),
     }
-    return all_of(checks, "The first implies the second only if the bound of TH-11 holds.")
+    return checks, "The first implies the second only if the bound of TH-11 holds."
 
 
 @claim(
     "TH-13",
+    rule="interpretations",
     control=("refuted", {"end": "0.05"}),
     definition="distance: E~ above the minimum of V, on the reference solution continued to 10 s; "
     "its peak is the largest of values 0.01 s apart",
     quote="due to energy dissipation, its position theta(t) goes toward the minimum theta_min(t)",
 )
-def theta_goes_to_the_minimum(end: str = "10") -> JudgedClaim:
+def theta_goes_to_the_minimum(end: str = "10") -> Grounds:
     """Dissipation brings theta towards the minimum of the moving potential."""
     run = Run(variant(until=end))
     body, lambda_ = _double_body(run)
@@ -437,7 +436,7 @@ def theta_goes_to_the_minimum(end: str = "10") -> JudgedClaim:
             100 * last < highest, f"E~ - V_min down to {decimal(last, 3)} J at {end} s"
         ),
     }  # fmt: skip
-    return interpretations(
+    return (
         statements("goes toward the minimum", parts),
         f"Until {decimal(peak, 3)} s the moving potential raises E~ - V_min by the factor "
         f"{decimal(highest / first, 2)}. Dissipation dominates only after that.",
@@ -452,7 +451,7 @@ def theta_goes_to_the_minimum(end: str = "10") -> JudgedClaim:
     "instant",
     quote="In a generic situation the particle reflects many times between the walls of V",
 )
-def reflections(phase: str = "climb", run: Run = REFERENCE) -> JudgedClaim:
+def reflections(phase: str = "climb", run: Run = REFERENCE) -> Grounds:
     """The particle is reflected many times between the walls of V."""
     body, lambda_ = _double_body(run)
     span = getattr(run, phase)
@@ -461,7 +460,7 @@ def reflections(phase: str = "climb", run: Run = REFERENCE) -> JudgedClaim:
     wells = [minima(body, D, lambda_)[0]
              for D in run.columns(["D"], [float(t) for t in lower["t"]])["D"]]  # fmt: skip
     beyond = sum(float(theta) > well for theta, well in zip(lower["theta"], wells, strict=True))
-    return all_of(
+    return (
         {
             "many times": statement(
                 len(turns) >= MANY, "many times", f"{len(turns)} turning points"

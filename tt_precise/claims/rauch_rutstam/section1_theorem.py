@@ -22,15 +22,13 @@ from tt_precise.claims.evidence.run import (
 )
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
-    JudgedClaim,
+    Grounds,
     Part,
     Value,
     agrees,
-    all_of,
     approximate,
     decimal,
     formula,
-    misprint,
     statement,
     untestable,
 )
@@ -66,9 +64,9 @@ CONFIGURATION = ("theta", "phi", "psi", "x", "y", "height")
     "the gliding top linearised about the upright and the inverted spin",
     quote="an inverted spinning solution is the only Lyapunov stable state",
 )
-def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> JudgedClaim:
+def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> Grounds:
     """Above both thresholds the inverted spin is stable and the upright spin is not."""
-    return all_of(
+    return (
         _spins(multiples),
         "Linear stability, transversally to the family of spins with other lambda. TH-03 excludes "
         "tumbling motions.",
@@ -82,10 +80,10 @@ def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> JudgedClaim:
     definition=BODIES + "tumbling: constant theta strictly between the poles without gliding",
     quote="only Lyapunov stable state in the asymptotic set of nongliding solutions M",
 )
-def only_stable_nongliding_motion(multiples: tuple[str, str] = ABOVE) -> JudgedClaim:
+def only_stable_nongliding_motion(multiples: tuple[str, str] = ABOVE) -> Grounds:
     """Only the inverted spin is stable among all motions without gliding."""
     none = sum(not tumbles(case) for case in cases(COUNT, multiples))
-    return all_of(
+    return (
         {
             "v_A = 0 with constant theta": _tumbling_condition(),
             **_spins(multiples),
@@ -132,7 +130,7 @@ def _tumbling_condition() -> Part:
     definition="every coefficient of a polynomial in positive variables is positive",
     quote="When 1-alpha<1-alpha^2<gamma<1+alpha, then lambda_thres>lambda_up",
 )
-def thresholds_in_order(lowest: str = "1 - alpha**2") -> JudgedClaim:
+def thresholds_in_order(lowest: str = "1 - alpha**2") -> Grounds:
     """For 1 - alpha^2 < gamma < 1 + alpha, lambda_thres is the larger threshold."""
     import sympy
 
@@ -143,7 +141,7 @@ def thresholds_in_order(lowest: str = "1 - alpha**2") -> JudgedClaim:
     numerator = sympy.Poly(sympy.numer(sympy.together(difference)), w, u)
     chain = sympy.Poly(sympy.numer(sympy.together((1 - alpha**2) - (1 - alpha))), w)
     signs = [bool(c > 0) for c in numerator.coeffs()]
-    return all_of(
+    return (
         statement(
             all(signs) and all(c > 0 for c in chain.coeffs()),
             f"lambda_thres > lambda_up for gamma > {lowest}",
@@ -162,10 +160,10 @@ def thresholds_in_order(lowest: str = "1 - alpha**2") -> JudgedClaim:
     definition="M with the given lambda, here twice lambda_thres of the toy",
     quote="the asymptotic set M contains only one solution",
 )
-def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> JudgedClaim:
+def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> Grounds:
     """Above both thresholds the asymptotic set M contains only one solution."""
     steady = _steady(candidates)
-    return all_of(
+    return (
         statement(len(steady) == 1, "only one solution", _for_ever(steady)),
         "The upright spin 3 = z, L = lambda/(R(1 - alpha)) z satisfies eq (1) with v_A = 0 for "
         "every lambda. It is unstable: only one stable solution exists, as Theorem 1.1 says.",
@@ -181,10 +179,10 @@ def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> JudgedC
     quote="every solution with g_n(t)>0 is asymptotically approaching the inverted spinning "
     "solution",
 )
-def every_solution_inverts(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> JudgedClaim:
+def every_solution_inverts(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> Grounds:
     """Above both thresholds every solution with g_n > 0 approaches the inverted spin."""
     steady = _steady(candidates)
-    return all_of(
+    return (
         statement(_NAMES[UPRIGHT] not in steady, "every solution", _for_ever(steady)),
         "The upright spin and the motions on its stable manifold have g_n > 0 and do not invert. "
         'The sentence "every Tippe Top satisfying theorem 1.1 has to invert" has the same '
@@ -220,12 +218,13 @@ def _stays(q: Motion) -> bool:
 
 @claim(
     "TH-06",
+    rule="misprint",
     where="Corollary 1 and, again, the end of Sec. 1",
     control=("reproduced", {"axis": -1}),
     definition="the state must have the lambda it is named after",
     quote="(L,3,v_A)=(lambda/(R(1+alpha)) z, z, 0)",
 )
-def inverted_state(axis: int = 1) -> JudgedClaim:
+def inverted_state(axis: int = 1) -> Grounds:
     """The inverted spinning solution as printed."""
     import sympy
 
@@ -240,7 +239,7 @@ def inverted_state(axis: int = 1) -> JudgedClaim:
         ratio = sympy.factor(sympy.simplify(-spin * arm / lambda_))
         return formula(ratio == 1, state(k), f"-L.a is lambda times {ratio}", proved=True)
 
-    return misprint(
+    return (
         map(has_its_lambda, (axis, -1)),
         "With 3 = z the state is an upright spin with too small a lambda; the inverted spin has "
         "3 = -z. The error occurs at both places.",
@@ -254,7 +253,7 @@ def inverted_state(axis: int = 1) -> JudgedClaim:
     definition="the toy with theta = 0.1, omega_3 = 155 rad/s and the given phi_dot",
     quote="does not exclude existence of solutions having negative g_n(t)<0",
 )
-def negative_normal_force(phi_dot: str = "-300") -> JudgedClaim:
+def negative_normal_force(phi_dot: str = "-300") -> Grounds:
     """Solutions exist on which g_n becomes negative."""
     run = Run(variant(phi_dot=phi_dot, until="2"))
     solution = integrate(run.loaded, "double")
@@ -263,7 +262,7 @@ def negative_normal_force(phi_dot: str = "-300") -> JudgedClaim:
     falling = solution.status == "contact_lost" and before > 1e-6 > after
     known = run.thresholds.quantities
     ratio = known["lambda"].value / known["lambda_thres"].value
-    return all_of(
+    return (
         statement(
             falling,
             "g_n < 0 is possible",
@@ -286,12 +285,12 @@ def negative_normal_force(phi_dot: str = "-300") -> JudgedClaim:
     definition="toy starts with lambda above both thresholds and g_n > 0 throughout; inverts: "
     "theta beyond 3.1 rad within 40 s",
 )
-def sufficient_conditions(starts: tuple[str, ...] = ("90", "120", "155", "200")) -> JudgedClaim:
+def sufficient_conditions(starts: tuple[str, ...] = ("90", "120", "155", "200")) -> Grounds:
     """The conditions of Theorem 1.1 are sufficient for inversion."""
     motions = [integrate(variant(omega_3=omega_3, until="40")) for omega_3 in starts]
     on_table = [run for run in motions if run.status != "contact_lost"]
     angles = ", ".join(decimal(run.state.theta, 6) for run in on_table)
-    return all_of(
+    return (
         statement(
             bool(on_table) and all(map(_inverts, on_table)),
             "sufficient",
@@ -311,10 +310,10 @@ def sufficient_conditions(starts: tuple[str, ...] = ("90", "120", "155", "200"))
     definition="a body with gamma = 0.65 < 1 - alpha, started at theta = 0.8 rad, phi_dot = 120, "
     "omega_3 = 47.6 rad/s; inverts: theta beyond 3.1 rad within 40 s",
 )
-def necessary_conditions(omega_3: str = "47.6") -> JudgedClaim:
+def necessary_conditions(omega_3: str = "47.6") -> Grounds:
     """The conditions of Theorem 1.1 are necessary for inversion."""
     outside = integrate(variant(I1="0.26", theta="0.8", phi_dot="120", omega_3=omega_3, until="40"))
-    return all_of(
+    return (
         statement(
             not _inverts(outside),
             "necessary",
@@ -336,12 +335,12 @@ def _inverts(run: Trajectory) -> bool:
     "limit if it glides on to -45 s with theta at most twice its value at the start",
     quote="For inverting solutions lim_{t->-inf} theta(t)=0 ... L(t)=L0 z",
 )
-def limits_in_the_past(run: Run = REFERENCE) -> JudgedClaim:
+def limits_in_the_past(run: Run = REFERENCE) -> Grounds:
     """Inverting solutions come from the upright spin as t goes to minus infinity."""
     end, again = past(run.scene), past(run.scene, 1e-10)
     start = float(run.loaded.start.theta.offset)
     how = "contact is made at" if end.contact_lost else "still gliding at"
-    return all_of(
+    return (
         statement(
             not end.contact_lost and end.theta <= 2 * start,
             "theta -> 0, L -> L0 z",
@@ -361,7 +360,7 @@ def limits_in_the_past(run: Run = REFERENCE) -> JudgedClaim:
     f"distance falls at least tenfold between {', '.join(TIMES)} s",
     quote="lim_{t->inf} theta(t)=pi ... L(t)=L1 z",
 )
-def limits_in_the_future(run: Run = REFERENCE) -> JudgedClaim:
+def limits_in_the_future(run: Run = REFERENCE) -> Grounds:
     """The reference solution tends to theta = pi and L = L1 z."""
     return _tends_to(("theta", "Lz"), run)
 
@@ -372,19 +371,19 @@ def limits_in_the_future(run: Run = REFERENCE) -> JudgedClaim:
     definition="as for TH-15",
     quote="lim_{t->inf} D(t)=D1 ... lim_{t->inf} E~(t)=E~1",
 )
-def curve_ends_in_the_limit(run: Run = REFERENCE) -> JudgedClaim:
+def curve_ends_in_the_limit(run: Run = REFERENCE) -> Grounds:
     """D and E~ of the reference solution tend to D1 and E~1."""
     return _tends_to(("D", "E_tilde"), run)
 
 
-def _tends_to(names: tuple[str, str], run: Run) -> JudgedClaim:
+def _tends_to(names: tuple[str, str], run: Run) -> Grounds:
     """Test whether quantities of a solution tend to their values in the inverted spin."""
     away = _distances(run)
     checks = {name: _falling(away[name]) for name in names if name in away}
     if not checks:
         checks[names[0]] = statement(False, "tends to its limit", "leaves the table before")
     proved = run.proofs.inverts
-    return all_of(
+    return (
         {name: replace(part, proved=proved and part.holds) for name, part in checks.items()},
         "The approach is exponential, and the inverted spin with this lambda attracts (TH-01).",
     )
@@ -399,7 +398,7 @@ def _tends_to(names: tuple[str, str], run: Run) -> JudgedClaim:
     "TH-24, backwards as in TH-14",
     quote="all pairs D(t), E~(t) satisfy the same asymptotic conditions",
 )
-def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> JudgedClaim:
+def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> Grounds:
     """All inverting solutions with one lambda share the limits of (D, E~) at both ends of time."""
     checks: dict[str, Part] = {}
     for phi_dot in PRECESSIONS:
@@ -418,7 +417,7 @@ def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> JudgedClaim:
             "D -> D0, E~ -> E~0",
             f"begins at t = {decimal(begin.t, 6)} s, where g_n = 0",
         )
-    return all_of(
+    return (
         checks,
         "The limits for t -> inf follow from lambda alone. Only motions on the unstable manifold "
         "of the upright spin have the limits for t -> -inf (TH-14).",
@@ -473,7 +472,7 @@ def _with_the_same_lambda(phi_dot: str) -> Scene:
     definition="xi = I3 omega_3 - I1 phi_dot cos theta and its rate both zero",
     quote="theta_dot=mu g_n R^2 (1-alpha cos theta)^2 nu_y/lambda",
 )
-def balanced_equation(printed: str = SIMPLIFIED) -> JudgedClaim:
+def balanced_equation(printed: str = SIMPLIFIED) -> Grounds:
     """With xi = 0 throughout the motion, theta_dot is the printed expression."""
     symbols = chart()
     body, state = symbols.body, symbols.state
@@ -490,7 +489,7 @@ def balanced_equation(printed: str = SIMPLIFIED) -> JudgedClaim:
         "lambda_": euler.jellett(body, balanced, symbols),
     }
     claimed = body.I1 * state.phi_dot / s * (state.theta_dot - parse(printed, known))
-    return all_of(
+    return (
         equal(claimed, xi_rate, f"theta_dot = {printed}"),
         "Along eqs (3) and (4), xi_dot at xi = 0 is (I1 phi_dot/sin theta)(theta_dot - the printed "
         "expression); eq (2) is not used and would be violated.",
@@ -504,12 +503,12 @@ def balanced_equation(printed: str = SIMPLIFIED) -> JudgedClaim:
     "reference solution; the cited work has a nu_y of its own",
     quote="providing a monotonously increasing theta(t) as a solution",
 )
-def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> JudgedClaim:
+def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> Grounds:
     """The simplified equation makes theta increase monotonically."""
     whole = run.sampled(("theta_dot_simplified", "nu_y"))
     table = whole[whole["nu_y"] > 0]
     share = float((sign * table["theta_dot_simplified"] > 0).mean())
-    return all_of(
+    return (
         statement(
             share == 1,
             "increasing",
@@ -527,17 +526,15 @@ def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> JudgedCla
     "reference solution",
     quote="approximately satisfied in a certain neighborhood of the angle theta=pi/2",
 )
-def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> JudgedClaim:
+def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> Grounds:
     """xi = I3 omega_3 - I1 phi_dot cos theta is close to zero near theta = pi/2."""
     table = run.sampled(("theta", "xi", "Lx", "Ly", "Lz"))
     squares = {"xi": table["xi"] ** 2, "L": (table[["Lx", "Ly", "Lz"]] ** 2).sum(axis=1)}
     near = abs(table["theta"] - middle) < 0.3
     xi, size = (float(square[near].mean() ** 0.5) for square in squares.values())
     start = float(squares["xi"].iloc[0] / squares["L"].iloc[0]) ** 0.5
-    return all_of(
-        {"xi/|L|": approximate("xi approximately 0", xi, size, "xi/|L| =")},
-        f"At the start xi is {decimal(start, 3)} of |L|.",
-    )
+    parts = {"xi/|L|": approximate("xi approximately 0", xi, size, "xi/|L| =")}
+    return parts, f"At the start xi is {decimal(start, 3)} of |L|."
 
 
 @claim(
@@ -548,7 +545,7 @@ def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> Jud
     "the inverted spin, crosses the imaginary axis",
     quote="lambda_thres=sqrt(m g R^3 alpha I3)(1+alpha)^2/sqrt(1+alpha-gamma)",
 )
-def threshold_of_the_toy(printed: str = THRESHOLD) -> JudgedClaim:
+def threshold_of_the_toy(printed: str = THRESHOLD) -> Grounds:
     """The formula for lambda_thres gives the spin at which the inverted spin becomes stable."""
     return _threshold("lambda_thres", printed)
 
@@ -561,17 +558,17 @@ def threshold_of_the_toy(printed: str = THRESHOLD) -> JudgedClaim:
     "the upright spin, crosses the imaginary axis",
     quote="lambda_up=sqrt(m g R^3 alpha I3)(1-alpha)^2/sqrt(alpha+gamma-1)",
 )
-def upper_threshold_of_the_toy(printed: str = UPPER) -> JudgedClaim:
+def upper_threshold_of_the_toy(printed: str = UPPER) -> Grounds:
     """The formula for lambda_up gives the spin at which the stability of a spin changes."""
     return _threshold("lambda_up", printed)
 
 
-def _threshold(name: str, printed: str, run: Run = REFERENCE) -> JudgedClaim:
+def _threshold(name: str, printed: str, run: Run = REFERENCE) -> Grounds:
     known = run.thresholds
     quantity = known.quantities[name]
     value = evaluate(printed, run.body(known.context), known.context)
     shown = f"{name} = {printed}"
-    return all_of(
+    return (
         agrees(shown, value, quantity.independent, THRESHOLD_DIGITS),
         "The toy's value in kg m^3/s; the eigenvalues come from the equations of motion with the "
         "scene's friction, and again with another, which leaves the threshold where it is.",
@@ -583,12 +580,12 @@ def _threshold(name: str, printed: str, run: Run = REFERENCE) -> JudgedClaim:
     control=None,
     quote="comes to a standstill due to loss of energy caused by spinning friction",
 )
-def slow_spin() -> JudgedClaim:
+def slow_spin() -> Grounds:
     """A slowly spun top wobbles and stops, because of spinning friction."""
     slow = Run(variant(omega_3="40", until="20"))
     first, last = slow.columns(["E_rot"], list(slow.whole))["E_rot"]
     theta = slow.value("theta", slow.whole.end)
-    return all_of(
+    return (
         untestable("wobbles, comes to a standstill"),
         "About the real toy. The paper's model has no spinning friction: lambda is constant, so no "
         "motion with lambda > 0 ever stops. With omega_3(0) = 40 rad/s, below the threshold, "
@@ -603,9 +600,9 @@ def slow_spin() -> JudgedClaim:
     control=None,
     quote="the Python 2.7 open source library SciPy",
 )
-def software() -> JudgedClaim:
+def software() -> Grounds:
     """The simulations were made with SciPy under Python 2.7."""
-    return all_of(
+    return (
         untestable("Python 2.7, SciPy"),
         "Which routine and which tolerances were used is not said. SciPy's odeint, the same LSODA "
         "as then, with default tolerances on eqs (2) to (7) keeps lambda to "
@@ -620,7 +617,7 @@ def software() -> JudgedClaim:
     definition=f"turning points of theta between 0.2 and pi - 0.2; many: at least {MANY}",
     quote="theta(t) oscillates (meaning that theta_dot(t) changes sign many times)",
 )
-def oscillation(run: Run = REFERENCE) -> JudgedClaim:
+def oscillation(run: Run = REFERENCE) -> Grounds:
     """During the inversion theta oscillates: theta_dot changes sign many times."""
     turns = run.turns
     near, far = 0.2, math.pi - 0.2
@@ -630,7 +627,7 @@ def oscillation(run: Run = REFERENCE) -> JudgedClaim:
     turning = run.proofs.events("theta_min", "theta_max")
     surely = count(turning, "theta", Fraction(near), Fraction(far)) if turning is not None else ()
     proved = bool(surely) and all(number == len(inside) for number in surely)
-    return all_of(
+    return (
         statement(
             len(inside) >= MANY,
             "theta_dot changes sign many times",
@@ -647,14 +644,12 @@ def oscillation(run: Run = REFERENCE) -> JudgedClaim:
     control=("refuted", {"printed": 7}),
     quote="a complicated nonlinear dynamical system for 6 unknowns",
 )
-def number_of_unknowns(printed: int = 6) -> JudgedClaim:
+def number_of_unknowns(printed: int = 6) -> Grounds:
     """Eqs (2) to (6) are a system for 6 unknowns."""
     unknowns = len(EulerState._fields)
     shown = f"{unknowns}: {', '.join(EulerState._fields)}"
-    return all_of(
-        statement(unknowns == printed, f"{printed} unknowns", shown),
-        "Five printed equations and theta_dot as the derivative of theta.",
-    )
+    check = statement(unknowns == printed, f"{printed} unknowns", shown)
+    return check, "Five printed equations and theta_dot as the derivative of theta."
 
 
 @claim(
@@ -664,11 +659,11 @@ def number_of_unknowns(printed: int = 6) -> JudgedClaim:
     definition="degrees of freedom: coordinates of the configuration less contact constraints",
     quote="a nonlinear, nonintegrable dynamical system of 6 degrees of freedom",
 )
-def degrees_of_freedom(printed: int = 6) -> JudgedClaim:
+def degrees_of_freedom(printed: int = 6) -> Grounds:
     """The top is a dynamical system of 6 degrees of freedom."""
     freedoms = len(CONFIGURATION) - 1
     shown = f"{freedoms}: 3 angles and 3 coordinates less the contact"
-    return all_of(
+    return (
         statement(freedoms == printed, f"{printed} degrees of freedom", shown),
         "Section 3 gives the number of first-order unknowns (TH-17) as the number of degrees of "
         "freedom. That the system is not integrable is neither shown nor tested.",

@@ -12,16 +12,13 @@ from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.section1_potential import CONDITION, CORRECT_CONDITION
 from tt_precise.claims.verdicts import (
-    JudgedClaim,
+    Grounds,
     Part,
     Value,
     about,
-    all_of,
     approximate,
     decimal,
     formula,
-    interpretations,
-    misprint,
     rounds_to,
     statement,
     statements,
@@ -47,11 +44,12 @@ PERIOD = "a nutation period is the time from one maximum of theta to the next"
 
 @claim(
     "TH-19",
+    rule="misprint",
     finding="EQ-26",
     control=("reproduced", {"printed": CORRECT_CONDITION}),
     quote="They satisfy the rationality condition m R^2/I3=(1-alpha)/(gamma+alpha^2-1)",
 )
-def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) -> JudgedClaim:
+def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) -> Grounds:
     """The toy satisfies the printed rationality condition."""
     body = run.loaded.body
 
@@ -60,10 +58,7 @@ def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) 
         both = f"left {decimal(body.sigma, 6)}, right {decimal(value, 6)}"
         return formula(body.sigma == value, f"m*R**2/I3 = {text}", both, proved=True)
 
-    return misprint(
-        map(satisfied, (printed, CORRECT_CONDITION)),
-        "Computed with exact fractions.",
-    )
+    return map(satisfied, (printed, CORRECT_CONDITION)), "Computed with exact fractions."
 
 
 @claim(
@@ -73,14 +68,14 @@ def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) 
     definition="the toy of section 2.1",
     quote="1-alpha^2<gamma<1 ... conditions that may be realized by parameters of a real toy TT",
 )
-def toy_lies_between(run: Run = REFERENCE) -> JudgedClaim:
+def toy_lies_between(run: Run = REFERENCE) -> Grounds:
     """The toy has 1 - alpha^2 < gamma < 1."""
     body = run.loaded.body
     lower, gamma = 1 - body.alpha**2, body.gamma
-    return all_of(
-        statement(lower < gamma < 1, "1-alpha^2 < gamma < 1", f"{lower}, {gamma}, 1", proved=True),
-        "Computed with exact fractions. The condition on sigma is TH-19.",
+    check = statement(
+        lower < gamma < 1, "1-alpha^2 < gamma < 1", f"{lower}, {gamma}, 1", proved=True
     )
+    return check, "Computed with exact fractions. The condition on sigma is TH-19."
 
 
 @claim(
@@ -88,12 +83,12 @@ def toy_lies_between(run: Run = REFERENCE) -> JudgedClaim:
     control=("refuted", {"run": Run(variant(omega_3="300"))}),
     quote="initial conditions (IC) with lambda≈2lambda_thres",
 )
-def reference_lambda(printed: str = "2", run: Run = REFERENCE) -> JudgedClaim:
+def reference_lambda(printed: str = "2", run: Run = REFERENCE) -> Grounds:
     """lambda of the reference start is about twice the threshold."""
     known = run.thresholds.quantities
     ratio = known["lambda"].value / known["lambda_thres"].value
     check = known["lambda"].independent / known["lambda_thres"].independent
-    return all_of(
+    return (
         about(printed, Value.of(ratio, check), "lambda_thres"),
         f"lambda = {decimal(known['lambda'].value, 12)} kg m^3/s and lambda_thres = "
         f"{decimal(known['lambda_thres'].value, 12)} kg m^3/s.",
@@ -106,11 +101,11 @@ def reference_lambda(printed: str = "2", run: Run = REFERENCE) -> JudgedClaim:
     quote="realistic values of the physical parameters for a typical toy TT ... close to the "
     "parameter values used in simulations by other authors",
 )
-def realistic_values() -> JudgedClaim:
+def realistic_values() -> Grounds:
     """The parameters are those of a typical toy, close to other authors' values."""
     body = load_scene("reference").body
     inertia = body.m * body.R**2
-    return all_of(
+    return (
         untestable("realistic, close to [Coh, Ued]"),
         'The paper does not have the values of the cited authors, and "close" has no measure. The '
         f"body is possible: I1 = {decimal(body.I1 / inertia, 4)}, I3 = "
@@ -122,29 +117,31 @@ def realistic_values() -> JudgedClaim:
 
 @claim(
     "NUM-36",
+    rule="interpretations",
     where="Summary d)",
     control=("refuted", {"orders": (3.5, 4.5)}),
     definition=f"{ORDERS}; 1-2 orders: 1 to 2",
     quote="increases by 1-2 orders of magnitude",
 )
-def growth_of_nu_y(orders: tuple[float, float] = (1, 2)) -> JudgedClaim:
+def growth_of_nu_y(orders: tuple[float, float] = (1, 2)) -> Grounds:
     """At the initiation time nu_y increases by one to two orders of magnitude."""
     return _growth(orders)
 
 
 @claim(
     "NUM-37",
+    rule="interpretations",
     control=("reproduced", {"orders": (0.5, 3)}),
     definition=f"{ORDERS}; about two: 1.5 to 2.5",
     quote="its values increase by about two orders of magnitude in comparison with values during "
     "the synchronatisation phase",
 )
-def growth_by_two_orders(orders: tuple[float, float] = (1.5, 2.5)) -> JudgedClaim:
+def growth_by_two_orders(orders: tuple[float, float] = (1.5, 2.5)) -> Grounds:
     """In the climb nu_y is about two orders of magnitude larger than before."""
     return _growth(orders)
 
 
-def _growth(orders: tuple[float, float], run: Run = REFERENCE) -> JudgedClaim:
+def _growth(orders: tuple[float, float], run: Run = REFERENCE) -> Grounds:
     before, during = run.synchronisation, run.climb
     first = next(value for value in run.extrema("nu_y")[1] if value > 0)
     peak, earlier = (_largest_size("nu_y", run, span) for span in (during, before))
@@ -160,10 +157,7 @@ def _growth(orders: tuple[float, float], run: Run = REFERENCE) -> JudgedClaim:
         size = math.log10(ratio)
         shown = f"factor {decimal(ratio, 4)}, {size:.2f} orders"
         parts[name] = statement(low <= size <= high, f"{low} to {high} orders", shown)
-    return interpretations(
-        parts,
-        "Section 2.1 says about two orders (NUM-37), the summary one to two (NUM-36).",
-    )
+    return parts, "Section 2.1 says about two orders (NUM-37), the summary one to two (NUM-36)."
 
 
 @claim(
@@ -172,14 +166,12 @@ def _growth(orders: tuple[float, float], run: Run = REFERENCE) -> JudgedClaim:
     definition=INITIALLY,
     quote="initially nu_x (blue) is positive",
 )
-def positive_at_first(sign: int = 1, run: Run = REFERENCE) -> JudgedClaim:
+def positive_at_first(sign: int = 1, run: Run = REFERENCE) -> Grounds:
     """At first nu_x is positive."""
     span = _initially(run)
     least = sign * run.value("nu_x", span.middle)
-    return all_of(
-        statement(least > 0, "positive", f"until {decimal(span.end, 5)} s"),
-        f"Its mean until then is {decimal(run.mean('nu_x', span), 3)} m/s.",
-    )
+    check = statement(least > 0, "positive", f"until {decimal(span.end, 5)} s")
+    return check, f"Its mean until then is {decimal(run.mean('nu_x', span), 3)} m/s."
 
 
 @claim(
@@ -188,22 +180,18 @@ def positive_at_first(sign: int = 1, run: Run = REFERENCE) -> JudgedClaim:
     definition=f"{INITIALLY}; larger: no crossing of the two before",
     quote="and has larger value than nu_y (green)",
 )
-def larger_at_first(
-    larger: str = "nu_x", smaller: str = "nu_y", run: Run = REFERENCE
-) -> JudgedClaim:
+def larger_at_first(larger: str = "nu_x", smaller: str = "nu_y", run: Run = REFERENCE) -> Grounds:
     """At first nu_x is larger than nu_y."""
     span = _initially(run)
     crossing = float(run.events("nu_crossing")["t"].iloc[0])
     middle = run.columns((larger, smaller), [span.middle])
     above = bool(middle[larger][0] > middle[smaller][0])
-    return all_of(
-        statement(
-            above and crossing > span.end,
-            f"{larger} > {smaller}",
-            f"no crossing until {decimal(crossing, 5)} s",
-        ),
-        f"nu_x first vanishes at {decimal(span.end, 5)} s.",
+    check = statement(
+        above and crossing > span.end,
+        f"{larger} > {smaller}",
+        f"no crossing until {decimal(crossing, 5)} s",
     )
+    return check, f"nu_x first vanishes at {decimal(span.end, 5)} s."
 
 
 @claim(
@@ -213,21 +201,19 @@ def larger_at_first(
     "nu_y changes sign",
     quote="nu_y (green) that oscillates close to 0",
 )
-def close_to_zero_at_first(name: str = "nu_y", run: Run = REFERENCE) -> JudgedClaim:
+def close_to_zero_at_first(name: str = "nu_y", run: Run = REFERENCE) -> Grounds:
     """At first nu_y oscillates close to zero."""
     span = _initially(run)
     mean, other = run.mean(name, span), run.mean("nu_x", span)
     changes = len(run.zeros(name, span))
     size = _largest_size(name, run, run.synchronisation)
-    return all_of(
-        statement(
-            changes > 1 and abs(mean) < other / 5,
-            "oscillates close to 0",
-            f"mean {decimal(mean, 3)} against {decimal(other, 3)} m/s until "
-            f"{decimal(span.end, 5)} s, {changes} changes of sign",
-        ),
-        f"The oscillation of {name} grows before the climb, to {decimal(size, 2)} m/s.",
+    check = statement(
+        changes > 1 and abs(mean) < other / 5,
+        "oscillates close to 0",
+        f"mean {decimal(mean, 3)} against {decimal(other, 3)} m/s until "
+        f"{decimal(span.end, 5)} s, {changes} changes of sign",
     )
+    return check, f"The oscillation of {name} grows before the climb, to {decimal(size, 2)} m/s."
 
 
 def _initially(run: Run) -> Span:
@@ -237,17 +223,18 @@ def _initially(run: Run) -> Span:
 
 @claim(
     "QUAL-20",
+    rule="interpretations",
     where="Sec. 2.1; Summary d)",
     control=("refuted", {"printed": "3.5"}),
     definition="events nu_y = nu_x at which nu_y - nu_x rises, before mid-climb",
     quote="the graph of nu_y(t) crosses the graph of nu_x(t) at t_{theta≈0}≈3.2s",
 )
-def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> JudgedClaim:
+def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> Grounds:
     """nu_y crosses nu_x from below at the initiation time."""
     crossings = _crossings(run, rising=True, early=True)
     nearest = min(crossings, key=lambda t: abs(t - run.climb.begin))
     every = _crossings(run, early=True)
-    return interpretations(
+    return (
         {
             "the crossing nearest to t_init": about(printed, nearest, "s"),
             "the last crossing": about(printed, crossings[-1], "s"),
@@ -266,9 +253,7 @@ def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> JudgedCla
     quote="from this moment the minimal of nu_y(t) are consistently higher than the minima of "
     "nu_x(t)",
 )
-def minima_in_the_climb(
-    higher: str = "nu_y", lower: str = "nu_x", run: Run = REFERENCE
-) -> JudgedClaim:
+def minima_in_the_climb(higher: str = "nu_y", lower: str = "nu_x", run: Run = REFERENCE) -> Grounds:
     """During the climb the minima of nu_y lie above those of nu_x ("minimal": minima)."""
     spans = run.nutations(run.climb)
     above = _count_above(higher, lower, spans, run)
@@ -277,19 +262,18 @@ def minima_in_the_climb(
         f"minima of {higher} above those of {lower}",
         f"in {above} of {len(spans)} nutations of the climb",
     )
-    return all_of(
-        {"in every nutation": check},
-        'The sentence has "minimal of nu_y(t)" for "minima of nu_y(t)".',
-    )
+    parts = {"in every nutation": check}
+    return parts, 'The sentence has "minimal of nu_y(t)" for "minima of nu_y(t)".'
 
 
 @claim(
     "QUAL-22",
+    rule="interpretations",
     control=("refuted", {"name": "nu_x"}),
     definition=f"climb: initiation to ending time, definition A; {PERIOD}",
     quote="During the climbing phase the oscillatory function nu_y(t) is positive",
 )
-def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> JudgedClaim:
+def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Grounds:
     """nu_y is positive during the climb."""
     climb = run.climb
     below = run.share_below_zero(name, climb)
@@ -305,7 +289,7 @@ def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> JudgedCla
         ),
         "averaged over each nutation": (average > 0, f"least average {decimal(average, 3)} m/s"),
     }
-    return interpretations(
+    return (
         statements("positive", parts),
         "Positive at every instant only between "
         f"{decimal(max(early), 5)} and {decimal(min(late), 5)} s."
@@ -322,14 +306,12 @@ def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> JudgedCla
 )
 def oscillations_of_nu_x(
     phases: tuple[str, str] = ("synchronisation", "climb"), run: Run = REFERENCE
-) -> JudgedClaim:
+) -> Grounds:
     """In the climb the oscillations of nu_x grow."""
     first, then = (run.largest_swing("nu_x", getattr(run, phase)) for phase in phases)
     shown = f"from {decimal(first, 3)} to {decimal(then, 3)} m/s"
-    return all_of(
-        statement(then > first, "increase", shown),
-        f"From the phase of {phases[0]} to that of {phases[1]}.",
-    )
+    check = statement(then > first, "increase", shown)
+    return check, f"From the phase of {phases[0]} to that of {phases[1]}."
 
 
 @claim(
@@ -339,14 +321,12 @@ def oscillations_of_nu_x(
     "oscillation",
     quote="the mean value of nu_x becomes slightly negative",
 )
-def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> JudgedClaim:
+def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Grounds:
     """In the climb the mean of nu_x is slightly negative."""
     average, swing = run.mean(name, run.climb), run.largest_swing(name, run.climb)
     before = run.mean(name, run.synchronisation)
-    return all_of(
-        statement(-swing / 5 < average < 0, "slightly negative", f"{decimal(average, 4)} m/s"),
-        f"Before the climb the mean is {decimal(before, 3)} m/s.",
-    )
+    check = statement(-swing / 5 < average < 0, "slightly negative", f"{decimal(average, 4)} m/s")
+    return check, f"Before the climb the mean is {decimal(before, 3)} m/s."
 
 
 @claim(
@@ -357,12 +337,12 @@ def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> JudgedClaim:
     quote="When the climbing is finished at t_{theta≈pi}≈7.86s the graph of nu_y again crosses the "
     "graph of nu_x from above",
 )
-def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> JudgedClaim:
+def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> Grounds:
     """At 7.86 s, at the end of the climb, nu_y crosses nu_x from above."""
     falling = _crossings(run, rising=False, early=False)
     last = run.confirm(lambda solution: solution.events.query(LAST_FALLING)["t"].iloc[-1])
     shown = ", ".join(decimal(t, 5) for t in falling)
-    return all_of(
+    return (
         about(printed, last, "s"),
         f"nu_y crosses nu_x from above at {shown} s; the last crossing is final. Only the time is "
         "wrong, like that of NUM-05.",
@@ -377,20 +357,18 @@ def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> JudgedCl
 )
 def minima_after_the_climb(
     higher: str = "nu_x", lower: str = "nu_y", run: Run = REFERENCE
-) -> JudgedClaim:
+) -> Grounds:
     """After the climb the minima of nu_y lie below those of nu_x."""
     last = _crossings(run, rising=False, early=False)[-1]
     longer = Run(variant(run.scene, until=LATER))
     spans = longer.nutations(Span(last, float(LATER)))
     above = _count_above(higher, lower, spans, longer)
-    return all_of(
-        statement(
-            0 < above == len(spans),
-            f"minima of {lower} below those of {higher}",
-            f"in {above} of {len(spans)} nutations",
-        ),
-        f"From {decimal(last, 5)} s on.",
+    check = statement(
+        0 < above == len(spans),
+        f"minima of {lower} below those of {higher}",
+        f"in {above} of {len(spans)} nutations",
     )
+    return check, f"From {decimal(last, 5)} s on."
 
 
 def _crossings(run: Run, *, early: bool, rising: bool | None = None) -> list[float]:
@@ -413,11 +391,12 @@ def _largest_size(name: str, run: Run, span: Span) -> float:
 
 @claim(
     "NUM-02",
+    rule="misprint",
     control=("rounded", {"behind": "lambda_thres"}),
     definition="the ratio of lambda of the reference start and the quantity after the 2",
     quote="inverting solutions with lambda≈2lambda",
 )
-def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> JudgedClaim:
+def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Grounds:
     """The universal behaviour belongs to solutions whose lambda is about twice something."""
     known = run.thresholds.quantities
     ours = known["lambda"]
@@ -430,7 +409,7 @@ def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Judg
         replace(rounds_to("2", factors[name]), printed=f"lambda about 2 {name}")
         for name in (behind, "lambda_thres")
     ]
-    return misprint(parts, "No lambda is twice itself.")
+    return parts, "No lambda is twice itself."
 
 
 @claim(
@@ -440,12 +419,10 @@ def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Judg
     definition="m g of the toy top, N",
     quote="oscillates about mg=0.2",
 )
-def weight(printed: str = "0.2", run: Run = REFERENCE) -> JudgedClaim:
+def weight(printed: str = "0.2", run: Run = REFERENCE) -> Grounds:
     """The weight of the toy top is 0.2 (N)."""
-    return all_of(
-        rounds_to(printed, run.weight, "N"),
-        "m g = 0.02 kg times 9.82 m/s^2; the caption omits the unit.",
-    )
+    check = rounds_to(printed, run.weight, "N")
+    return check, "m g = 0.02 kg times 9.82 m/s^2; the caption omits the unit."
 
 
 @claim(
@@ -454,12 +431,10 @@ def weight(printed: str = "0.2", run: Run = REFERENCE) -> JudgedClaim:
     control=("refuted", {"printed": "154"}),
     definition="psi_dot = omega_3 - phi_dot cos(theta)",
 )
-def spin_at_the_start(printed: str = "155", run: Run = REFERENCE) -> JudgedClaim:
+def spin_at_the_start(printed: str = "155", run: Run = REFERENCE) -> Grounds:
     """The spin about the axis is 155 rad/s at the start."""
-    return all_of(
-        rounds_to(printed, run.at("psi_dot", "0"), "rad/s"),
-        "It equals omega_3(0), because phi_dot(0) = 0.",
-    )
+    check = rounds_to(printed, run.at("psi_dot", "0"), "rad/s")
+    return check, "It equals omega_3(0), because phi_dot(0) = 0."
 
 
 @claim(
@@ -468,9 +443,9 @@ def spin_at_the_start(printed: str = "155", run: Run = REFERENCE) -> JudgedClaim
     control=None,
     quote="sychronisation, monotononous, They asks",
 )
-def spelling() -> JudgedClaim:
+def spelling() -> Grounds:
     """Wording and spelling of the text."""
-    return all_of(
+    return (
         untestable("as quoted"),
         "Nothing to compute. To correct: sychronisation, synchronatisation (synchronisation), "
         "monotononous, monotonously (monotonically), transfered (transferred), 'the minimal of "
@@ -485,11 +460,11 @@ def spelling() -> JudgedClaim:
     definition="for |phi_dot(0)| up to 200 rad/s, the range of section 2.2, relative to omega_3(0)",
     quote="initially omega_3(0)≈phi_dot(0)+psi_dot(0)",
 )
-def spin_as_a_sum(run: Run = REFERENCE, phi_dot: str = "200") -> JudgedClaim:
+def spin_as_a_sum(run: Run = REFERENCE, phi_dot: str = "200") -> Grounds:
     """At the start omega_3 is about phi_dot + psi_dot."""
     start = run.loaded.start
     error = float(phi_dot) * (1 - math.cos(float(start.theta.offset)))
-    return all_of(
+    return (
         approximate("phi_dot + psi_dot", error, start.omega_3, "off by at most"),
         "omega_3 = psi_dot + phi_dot cos theta; at the reference start phi_dot(0) = 0 and both are "
         "equal.",
@@ -501,10 +476,8 @@ def spin_as_a_sum(run: Run = REFERENCE, phi_dot: str = "200") -> JudgedClaim:
     control=("refuted", {"run": Run(variant(theta="1.2"))}),
     quote="since theta(0)=0.1 and cos theta≈1",
 )
-def cosine_of_the_start(run: Run = REFERENCE) -> JudgedClaim:
+def cosine_of_the_start(run: Run = REFERENCE) -> Grounds:
     """At the start cos theta is about 1."""
     cosine = math.cos(float(run.loaded.start.theta.offset))
-    return all_of(
-        approximate("cos theta = 1", 1 - cosine, 1),
-        "omega_3 differs from phi_dot + psi_dot by phi_dot (1 - cos theta).",
-    )
+    check = approximate("cos theta = 1", 1 - cosine, 1)
+    return check, "omega_3 differs from phi_dot + psi_dot by phi_dot (1 - cos theta)."

@@ -21,14 +21,11 @@ from tt_precise.claims.evidence.run import (
 )
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
-    JudgedClaim,
+    Grounds,
     Part,
     about,
-    all_of,
     decimal,
     fraction_of,
-    interpretations,
-    misprint,
     statement,
     statements,
 )
@@ -57,14 +54,12 @@ JELLETT_AT_START = "-R*I3*omega_3*(alpha - cos(theta))"
     definition=f"changes of sign of 1 - q before t_init (A); {QUOTIENT}",
     quote="the quantity (1-...) changes sign many times",
 )
-def quotient_before(phase: str = "synchronisation", run: Run = REFERENCE) -> JudgedClaim:
+def quotient_before(phase: str = "synchronisation", run: Run = REFERENCE) -> Grounds:
     """Before t_init 1 - q changes sign many times."""
     span = getattr(run, phase)
     zeros = [t for t in run.events("phi_dot_zero")["t"] if span.has(float(t))]
-    return all_of(
-        statement(len(zeros) >= MANY, "changes sign many times", f"{len(zeros)} times"),
-        "The changes of sign are the zeros of phi_dot, found as events.",
-    )
+    check = statement(len(zeros) >= MANY, "changes sign many times", f"{len(zeros)} times")
+    return check, "The changes of sign are the zeros of phi_dot, found as events."
 
 
 @claim(
@@ -75,17 +70,15 @@ def quotient_before(phase: str = "synchronisation", run: Run = REFERENCE) -> Jud
     "(bisected in the dense output)",
     quote="the quotient is close to 1",
 )
-def quotient_close_to_one(phase: str = "synchronisation", run: Run = REFERENCE) -> JudgedClaim:
+def quotient_close_to_one(phase: str = "synchronisation", run: Run = REFERENCE) -> Grounds:
     """Before t_init the printed quotient q is close to 1."""
     span, bracket = getattr(run, phase), _printed_bracket(run)
     size = max(
         abs(run.extreme_of(bracket, ("omega_3", "kz"), largest=largest, span=span)[1])
         for largest in (False, True)
     )
-    return all_of(
-        statement(size < 0.05, "close to 1", f"|1 - q| at most {decimal(size, 3)}"),
-        "So the right side of the equation is small (EQ-29 judges its form).",
-    )
+    check = statement(size < 0.05, "close to 1", f"|1 - q| at most {decimal(size, 3)}")
+    return check, "So the right side of the equation is small (EQ-29 judges its form)."
 
 
 @claim(
@@ -96,9 +89,7 @@ def quotient_close_to_one(phase: str = "synchronisation", run: Run = REFERENCE) 
     f"{QUOTIENT}",
     quote="At time t_{theta≈0} the term (1-...) acquires a positive sign",
 )
-def quotient_after(
-    sign: str = "positive", printed: str = "3.2", run: Run = REFERENCE
-) -> JudgedClaim:
+def quotient_after(sign: str = "positive", printed: str = "3.2", run: Run = REFERENCE) -> Grounds:
     """At t_init 1 - q becomes positive, and it stays so during the climb."""
     climb = run.climb
     last = run.moment("C", "t_init")
@@ -106,7 +97,7 @@ def quotient_after(
     inside = run.value("phi_dot", climb.middle)
     proved = not zeros and sign_of_precession(run.scene) * inside > 0
     nearest = float(run.events("theta_min").sort_values("theta")["t"].iloc[0])  # to the pole
-    return all_of(
+    return (
         {
             "at t_init": about(printed, last, "s"),
             "during the climb": statement(
@@ -138,7 +129,7 @@ def _printed_bracket(run: Run) -> Callable[[dict[str, Array]], Array]:
     "the equator, the largest in each tenth of that time; decreases: from each tenth to the next",
     quote="the amplitude of phi_dot(t) decreases with rising angle theta(t)",
 )
-def amplitude_falls(name: str = "phi_dot", run: Run = REFERENCE) -> JudgedClaim:
+def amplitude_falls(name: str = "phi_dot", run: Run = REFERENCE) -> Grounds:
     """From t_init on the amplitude of phi_dot decreases as theta rises."""
     import numpy
 
@@ -148,15 +139,13 @@ def amplitude_falls(name: str = "phi_dot", run: Run = REFERENCE) -> JudgedClaim:
     tenths = numpy.minimum(10 * (times[:-1] - span.begin) / span.length, 9).astype(int)
     largest = [float(swings[tenths == tenth].max()) for tenth in range(10)]
     falls = sum(b < a for a, b in pairwise(largest))
-    return all_of(
-        statement(
-            falls == 9,
-            "decreases",
-            f"falls in {falls} of 9 steps, from {decimal(largest[0], 3)} to "
-            f"{decimal(largest[-1], 3)} rad/s",
-        ),
-        "The amplitude is largest where the axis passes the pole, at the beginning.",
+    check = statement(
+        falls == 9,
+        "decreases",
+        f"falls in {falls} of 9 steps, from {decimal(largest[0], 3)} to "
+        f"{decimal(largest[-1], 3)} rad/s",
     )
+    return check, "The amplitude is largest where the axis passes the pole, at the beginning."
 
 
 @claim(
@@ -165,13 +154,13 @@ def amplitude_falls(name: str = "phi_dot", run: Run = REFERENCE) -> JudgedClaim:
     definition="omega_3 at 8 s, the end of the graphs; it tends to -lambda/(R (1 + alpha) I3)",
     quote="from the initial value of 155 rad/s to about -85 rad/s",
 )
-def final_spin(printed: str = "-85", run: Run = REFERENCE) -> JudgedClaim:
+def final_spin(printed: str = "-85", run: Run = REFERENCE) -> Grounds:
     """omega_3 falls from 155 rad/s to about -85 rad/s."""
     spin = run.at("omega_3", "8")
     body = run.loaded.body
     limit = -run.lambda_ / (body.R * (1 + body.alpha) * body.I3)
     off = abs(float(spin) / float(printed) - 1)
-    return all_of(
+    return (
         about(printed, spin, "rad/s"),
         f"It ends at {decimal(spin, 7)} rad/s, {100 * off:.1f} % from the printed value, and "
         f"tends to {decimal(limit, 7)} rad/s.",
@@ -180,18 +169,19 @@ def final_spin(printed: str = "-85", run: Run = REFERENCE) -> JudgedClaim:
 
 @claim(
     "NUM-10",
+    rule="interpretations",
     where="Sec. 2.1, after eq. (phi_dot_equ)",
     control=("refuted", {"printed": "152"}),
     definition="omega_3 at the initiation time in definitions A, B and C",
     quote="in the quotient omega_3(t) (≈154 rad/s) is close to omega_3(0)=155 rad/s",
 )
-def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> JudgedClaim:
+def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> Grounds:
     """At the initiation time omega_3 is about 154 rad/s."""
     checks = {
         reading: about(printed, run.confirm(partial(_spin_at, name)), "rad/s")
         for name, reading in DEFINITIONS.items()
     }
-    return interpretations(checks, "Until then friction has reduced the spin only slightly.")
+    return checks, "Until then friction has reduced the spin only slightly."
 
 
 @claim(
@@ -202,7 +192,7 @@ def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> JudgedClai
     "omega_3 swings less than a hundredth of either",
     quote="The strong oscillations of phi_dot(t), psi_dot(t) ... compensate each other",
 )
-def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
+def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> Grounds:
     """Near both moments the oscillations of phi_dot and psi_dot cancel in omega_3."""
     import numpy
 
@@ -217,7 +207,7 @@ def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
             f"phi_dot swings by {decimal(phi, 3)}, psi_dot by {decimal(psi, 3)}, "
             f"{sum_} by {decimal(both, 3)} rad/s",
         )
-    return all_of(
+    return (
         statements("compensate each other", parts),
         "omega_3 = psi_dot + phi_dot cos(theta), and cos(theta) is near 1 and -1 there. The height "
         "of the peaks is ill conditioned, the compensation is not.",
@@ -230,11 +220,11 @@ def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
     definition="almost: all rises between its extrema (events) together are below 1 % of its fall",
     quote="is (unexpectedly) an almost monotonously decreasing function",
 )
-def monotonous_spin(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
+def monotonous_spin(name: str = "omega_3", run: Run = REFERENCE) -> Grounds:
     """omega_3 decreases almost monotonically."""
     rise, fall = run.rises_and_falls(name)
     values = run.extrema(name)[1]
-    return all_of(
+    return (
         statement(
             rise < 0.01 * (fall - rise),
             "almost monotonously decreasing",
@@ -252,7 +242,7 @@ def monotonous_spin(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
     "second of the run; almost horizontal: below 2 % of that",
     quote="The curve omega_3(t) is in the beginning and at the end almost horizontal",
 )
-def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
+def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> Grounds:
     """omega_3 is almost constant in the beginning and at the end."""
     end = run.whole.end
     times = [0.5 * k for k in range(int(2 * end) + 1)]
@@ -267,7 +257,7 @@ def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
         )
         for when, slope in (("beginning", slopes[0]), ("end", slopes[-1]))
     }
-    return all_of(
+    return (
         statements("almost horizontal", parts),
         f"The steepest half second begins at {decimal(begin, 2)} s.",
     )
@@ -281,7 +271,7 @@ def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
     "degrees at every instant (the largest angle is bisected in the dense output)",
     quote="the angular velocity omega remains close to be parallel with the z axis",
 )
-def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> JudgedClaim:
+def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> Grounds:
     """The angular velocity stays close to vertical."""
     body = run.loaded.body.numbers(float)
 
@@ -295,14 +285,12 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> JudgedCl
         return numpy.degrees(numpy.arctan2(numpy.sqrt(dot(across, across)), dot(omega, to)))
 
     when, largest = run.extreme_of(angle, VECTORS, largest=True)
-    return all_of(
-        statement(
-            largest < CLOSE_DEG,
-            f"parallel to {axis}, within {CLOSE_DEG} degrees",
-            f"largest angle {decimal(largest, 5)} degrees, at {decimal(when, 5)} s",
-        ),
-        f"theta is {decimal(run.value('theta', when), 3)} rad there.",
+    check = statement(
+        largest < CLOSE_DEG,
+        f"parallel to {axis}, within {CLOSE_DEG} degrees",
+        f"largest angle {decimal(largest, 5)} degrees, at {decimal(when, 5)} s",
     )
+    return check, f"theta is {decimal(run.value('theta', when), 3)} rad there."
 
 
 @claim(
@@ -312,7 +300,7 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> JudgedCl
     quote="the projection omega.3 of the predominantly vertical angular velocity omega on 3 "
     "changes sign",
 )
-def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClaim:
+def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> Grounds:
     """During the climb the projection of omega on the symmetry axis changes sign."""
     zeros_in_double, known = run.zeros(name), run.proofs
     first = run.confirm(lambda solution: rows_of(solution, "omega_3_zero")["t"].iloc[0])
@@ -326,15 +314,13 @@ def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClai
         and len(zeros) == 1
         and begin.high < zeros[0]["t"].low <= zeros[0]["t"].high < end.low
     )  # fmt: skip
-    return all_of(
-        statement(
-            holds,
-            "changes sign during the climb",
-            f"{len(zeros_in_double)} change{'' if len(zeros_in_double) == 1 else 's'} of sign{at}",
-            proved=proved,
-        ),
-        f"theta first passes pi/2 at {decimal(run.equator, 6)} s.",
+    check = statement(
+        holds,
+        "changes sign during the climb",
+        f"{len(zeros_in_double)} change{'' if len(zeros_in_double) == 1 else 's'} of sign{at}",
+        proved=proved,
     )
+    return check, f"theta first passes pi/2 at {decimal(run.equator, 6)} s."
 
 
 @claim(
@@ -346,7 +332,7 @@ def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> JudgedClai
     quote="the graph for omega_3_dot(t) in Fig. 3b acquires positive spikes in a neighborhood of "
     "t_{theta≈0}",
 )
-def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> JudgedClaim:
+def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> Grounds:
     """The derivative of omega_3 has positive spikes near the initiation time."""
     t_init = run.climb.begin
     times, values = run.extrema(name)
@@ -355,14 +341,12 @@ def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> JudgedCl
     ]
     early = [t for t in run.zeros(name) if run.climb.has(t) and t < t_init + 2]
     last = f" The last positive spike before mid-climb ends at {early[-1]:.3f} s." if early else ""
-    return all_of(
-        statement(
-            len(near) > 1,
-            "positive spikes",
-            f"{len(near)} positive maxima, up to {decimal(max(near, default=0.0), 4)} rad/s^2",
-        ),
-        f"omega_3_dot has the sign of -nu_y, as the paper says.{last}",
+    check = statement(
+        len(near) > 1,
+        "positive spikes",
+        f"{len(near)} positive maxima, up to {decimal(max(near, default=0.0), 4)} rad/s^2",
     )
+    return check, f"omega_3_dot has the sign of -nu_y, as the paper says.{last}"
 
 
 def _spin_at(definition: str, run: Trajectory) -> Scalar:
@@ -377,20 +361,18 @@ def _spin_at(definition: str, run: Trajectory) -> Scalar:
     control=("refuted", {"run": Run(variant(phi_dot="-1000", until="1"))}),
     definition="the smallest of all local minima of g_n, found as events, and of both ends",
 )
-def normal_force_stays_positive(run: Run = REFERENCE) -> JudgedClaim:
+def normal_force_stays_positive(run: Run = REFERENCE) -> Grounds:
     """The normal force of the reference solution is positive all the time."""
     least = run.least("g_n")
     ended = run.trajectory().status
     holds = ended == "complete" and least.value > 0
-    return all_of(
-        statement(
-            holds,
-            "g_n > 0",
-            f"least g_n {least} N, {ended}",
-            proved=holds and run.proofs.g_n_positive,
-        ),
-        f"The least g_n is {decimal(fraction_of(least) / run.weight, 4)} of m g.",
+    check = statement(
+        holds,
+        "g_n > 0",
+        f"least g_n {least} N, {ended}",
+        proved=holds and run.proofs.g_n_positive,
     )
+    return check, f"The least g_n is {decimal(fraction_of(least) / run.weight, 4)} of m g."
 
 
 @claim(
@@ -401,18 +383,16 @@ def normal_force_stays_positive(run: Run = REFERENCE) -> JudgedClaim:
     "extrema exceeds that before the climb (definition A) ten times",
     quote="it oscillates strongly during the climbing phase",
 )
-def strong_normal_force(phase: str = "climb", run: Run = REFERENCE) -> JudgedClaim:
+def strong_normal_force(phase: str = "climb", run: Run = REFERENCE) -> Grounds:
     """g_n oscillates strongly in the climb."""
     phases = ("synchronisation", phase)
     before, during = (run.largest_swing("g_n", getattr(run, each)) / 2 for each in phases)
-    return all_of(
-        statement(
-            during > 10 * before,
-            "strongly in the climb",
-            f"{decimal(before, 2)} N in {phases[0]} and {decimal(during, 2)} N in {phase}",
-        ),
-        f"The weight is {decimal(run.weight, 3)} N.",
+    check = statement(
+        during > 10 * before,
+        "strongly in the climb",
+        f"{decimal(before, 2)} N in {phases[0]} and {decimal(during, 2)} N in {phase}",
     )
+    return check, f"The weight is {decimal(run.weight, 3)} N."
 
 
 @claim(
@@ -423,7 +403,7 @@ def strong_normal_force(phase: str = "climb", run: Run = REFERENCE) -> JudgedCla
     "climb (definition A) is m g within 1 %, and consecutive extrema lie on both sides of m g",
     quote="Values of g_n(t) are oscillating about mg",
 )
-def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> JudgedClaim:
+def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Grounds:
     """g_n oscillates about m g."""
     weight = float(about or run.weight)
     parts = {}
@@ -436,7 +416,7 @@ def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Judg
             abs(average / weight - 1) < 0.01 and crossings >= MANY,
             f"mean {decimal(average / weight, 5)} m g, {crossings} crossings",
         )
-    return all_of(
+    return (
         statements("oscillates about m g", parts),
         "The mean has to be m g wherever the vertical velocity of the centre of mass ends as it "
         "began.",
@@ -445,11 +425,12 @@ def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Judg
 
 @claim(
     "EQ-28",
+    rule="misprint",
     where="Sec. 2.1, eq (21)",
     control=("reproduced", {"printed": CORRECT_PRECESSION}),
     quote="phi_dot sin^2 theta=lambda/(R I3)+omega_3(alpha-cos theta)",
 )
-def precession_from_jellett(printed: str = PRECESSION) -> JudgedClaim:
+def precession_from_jellett(printed: str = PRECESSION) -> Grounds:
     """Jellett's integral solved for phi_dot sin^2 theta."""
     known = dict(names()) | {"lambda_": quantity("lambda")}
     left = parse("phi_dot*sin(theta)**2")
@@ -457,7 +438,7 @@ def precession_from_jellett(printed: str = PRECESSION) -> JudgedClaim:
     def compare(text: str) -> Part:
         return equal(parse(text, known), left, f"phi_dot*sin(theta)**2 = {text}")
 
-    return misprint(
+    return (
         map(compare, (printed, CORRECT_PRECESSION)),
         "The printed right side is gamma phi_dot sin^2 theta, gamma = I1/I3. The factor is "
         "positive, so the paper's statements about signs hold.",
@@ -466,13 +447,14 @@ def precession_from_jellett(printed: str = PRECESSION) -> JudgedClaim:
 
 @claim(
     "EQ-29",
+    rule="misprint",
     where="Sec. 2.1, eq (21)",
     control=("reproduced", {"printed": "-w0*(1 - w/w0)"}),
     definition="w0 = omega_3(0)(alpha - cos theta(0)), w = omega_3(alpha - cos theta), quotient "
     "w/w0",
     quote="-omega_3(0)(alpha-cos theta(0))+... =omega_3(0)(alpha-cos theta(0))(1-quotient)",
 )
-def factored_form(printed: str = "w0*(1 - w/w0)") -> JudgedClaim:
+def factored_form(printed: str = "w0*(1 - w/w0)") -> Grounds:
     """The last step takes w0 out of -w0 + w."""
     correct = "-w0*(1 - w/w0)"
     # w and w0 are independent quantities: any two symbols of the chart stand for them
@@ -482,7 +464,7 @@ def factored_form(printed: str = "w0*(1 - w/w0)") -> JudgedClaim:
     def compare(text: str) -> Part:
         return equal(parse(text, known), parse("-w0 + w", known), f"-w0 + w = {text}")
 
-    return misprint(
+    return (
         map(compare, (printed, correct)),
         "The sign is lost. Because alpha - cos theta(0) < 0, phi_dot has the sign of 1 - quotient "
         "only with the minus, as the following text requires.",
@@ -496,13 +478,11 @@ def factored_form(printed: str = "w0*(1 - w/w0)") -> JudgedClaim:
     definition="at the reference start, phi_dot(0) = 0",
     control=("refuted", {"printed": JELLETT_AT_START.replace("I3", "I1")}),
 )
-def jellett_of_the_start(printed: str = JELLETT_AT_START) -> JudgedClaim:
+def jellett_of_the_start(printed: str = JELLETT_AT_START) -> Grounds:
     """lambda of a start with phi_dot(0) = 0."""
     symbols = chart()
     started = symbols.field(quantity("lambda"))
     phi_dot = symbols.symbol["phi_dot"].numer
     at_rest = symbols.field(started.numer.subs(phi_dot, 0)) / symbols.field(started.denom)
-    return all_of(
-        equal(printed, at_rest, f"lambda = {printed}"),
-        "Jellett's integral at phi_dot(0) = 0, for every theta(0) and omega_3(0).",
-    )
+    check = equal(printed, at_rest, f"lambda = {printed}")
+    return check, "Jellett's integral at phi_dot(0) = 0, for every theta(0) and omega_3(0)."

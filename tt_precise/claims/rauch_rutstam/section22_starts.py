@@ -14,16 +14,13 @@ from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.run import DEFINITIONS, FINE, REFERENCE, Run, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
-    JudgedClaim,
+    Grounds,
     Value,
     about,
-    all_of,
     at_most,
     at_most_order,
     decimal,
     fraction_of,
-    interpretations,
-    misprint,
     rounds_to,
     statement,
     statements,
@@ -46,13 +43,13 @@ AT_ONCE = 0.05  # Tolerance in rad of where monotony begins.
 VISIBLE = 1e-3  # Smallest visible fall in rad, a third of a promille of a graph's height.
 
 
-def _range(name: str, unit: str, printed: str, run: Run = REFERENCE) -> JudgedClaim:
+def _range(name: str, unit: str, printed: str, run: Run = REFERENCE) -> Grounds:
     low, high = (run.extreme(name, largest=largest) for largest in (False, True))
     larger = max(low, high, key=lambda extreme: abs(fraction_of(extreme)))
     size = Value(abs(larger.value), larger.digits)
     excess = 100 * (float(size) / float(printed) - 1)
     part = at_most(printed, size, unit)
-    return all_of(
+    return (
         replace(
             part,
             printed=f"-{printed} to {printed} {unit}",
@@ -86,25 +83,26 @@ for id, name, unit, printed, wrong in (
     definition="theta(0) = 0.1",
     quote="cos theta=0.995≈1",
 )
-def cosine(printed: str = "0.995", theta: str = "0.1") -> JudgedClaim:
+def cosine(printed: str = "0.995", theta: str = "0.1") -> Grounds:
     """The cosine of 0.1 rad is 0.995."""
-    return all_of(rounds_to(printed, math.cos(float(theta))), "Correctly rounded.")
+    return rounds_to(printed, math.cos(float(theta))), "Correctly rounded."
 
 
 @claim(
     "NUM-16",
+    rule="misprint",
     control=("rounded", {"printed": "0.10"}),
     definition="theta(0) = 0.1",
     quote="sin theta=0.01≈0",
 )
-def sine(printed: str = "0.01", theta: str = "0.1") -> JudgedClaim:
+def sine(printed: str = "0.01", theta: str = "0.1") -> Grounds:
     """The sine of 0.1 rad is 0.01."""
     sine = math.sin(float(theta))
     parts = (
         replace(rounds_to(text, sine), printed=f"sin(theta) = {text}", formula=True)
         for text in (printed, "0.10")
     )
-    return misprint(
+    return (
         parts,
         f"0.01 is its square, sin^2 = {decimal(sine**2, 3)}, which is what lambda contains.",
     )
@@ -112,19 +110,20 @@ def sine(printed: str = "0.01", theta: str = "0.1") -> JudgedClaim:
 
 @claim(
     "NUM-17",
+    rule="interpretations",
     control=("refuted", {"printed": "0.1"}),
     definition="the change of lambda between phi_dot(0) = 0 and 200 rad/s, relative to lambda; "
     "theta(0) = 0.1 and omega_3(0) = 155 rad/s stay as they are",
     quote="phi_dot(0) in [-200,200] affects the value of lambda as little as 1%",
 )
-def share_of_the_precession(printed: str = "1", phi_dot: str = "200") -> JudgedClaim:
+def share_of_the_precession(printed: str = "1", phi_dot: str = "200") -> Grounds:
     """A precession of 200 rad/s at the start changes lambda by only 1 %."""
     body, start = load_scene("reference").body, load_scene("reference").start
     theta = float(start.theta.offset)
     share = float(100 * body.I1 * Fraction(phi_dot) / (body.I3 * start.omega_3))
     share *= math.sin(theta) ** 2 / (math.cos(theta) - float(body.alpha))
     kept = share / 100 + 1 + float(phi_dot) * math.cos(theta) / float(start.omega_3)
-    return interpretations(
+    return (
         {
             "of the order of 1 %": at_most_order(printed, share, "%"),
             "1 %, correctly rounded": rounds_to(printed, share, "%"),
@@ -142,13 +141,13 @@ def share_of_the_precession(printed: str = "1", phi_dot: str = "200") -> JudgedC
     "t_init = 0 in definitions A, B and C",
     quote="t_{theta≈0} goes to zero when phi_dot(0)≈83.1",
 )
-def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> JudgedClaim:
+def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> Grounds:
     """The initiation time vanishes when phi_dot(0) is about 83.1 rad/s."""
     root = threshold(theta)
     below, above = (initiations(theta, root.value, side) for side in (-1, 1))
     shown = ", ".join(f"{name} {decimal(value, 3)}" for name, value in below.items())
     later = str(above) if any(above.values()) else "0 s in A, B and C"
-    return all_of(
+    return (
         {
             "where t_init vanishes": about(printed, root, "rad/s"),
             "t_init beyond": statement(not any(above.values()), "0 s", later),
@@ -160,18 +159,19 @@ def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> 
 
 @claim(
     "NUM-31",
+    rule="interpretations",
     control=("refuted", {"printed": "0.3"}),
     definition=f"{SMOOTH_STARTS}, theta(0) = 0.1; the last turning point of theta below pi - "
     f"{TO_THE_POLE}; monotony begins there: within {AT_ONCE} rad",
     quote="The increase of theta(t) becomes monotonous starting from theta=0.8",
 )
-def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> JudgedClaim:
+def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> Grounds:
     """With phi_dot(0) in [195, 200] and theta(0) = 0.1, theta grows monotonically from 0.8 on."""
     angles = [last_turn(theta, phi_dot)[1] for phi_dot in PHI_DOTS]
     low, high = min(angles), max(angles)
     measured = f"theta turns for the last time at {decimal(low, 4)} to {decimal(high, 4)} rad"
     begins = abs(high - float(printed)) < AT_ONCE
-    return interpretations(
+    return (
         {
             f"monotonic beyond {printed}": statement(
                 high <= float(printed), f"from theta = {printed}", measured
@@ -187,6 +187,7 @@ def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> JudgedClaim:
 
 @claim(
     "NUM-32",
+    rule="interpretations",
     control=("reproduced", {"time": "0.9", "angle": "0.04"}),
     definition=f"{SMOOTH_STARTS}, theta(0) = 0.01; turning points and falls of theta (from a "
     f"maximum to the next minimum) after the printed time and below pi - {TO_THE_POLE}; a graph "
@@ -194,12 +195,12 @@ def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> JudgedClaim:
     quote="the increase of theta(t) is monotononous starting from time 0.3s and angle "
     "theta(t)=0.02",
 )
-def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") -> JudgedClaim:
+def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") -> Grounds:
     """With theta(0) = 0.01, theta grows monotonically from 0.3 s, 0.02 rad on."""
     turns = [last_turn(theta, phi_dot) for phi_dot in PHI_DOTS]
     times, angles = zip(*turns, strict=True)
     fall = max(_largest_fall(theta, phi_dot, float(time)) for phi_dot in PHI_DOTS)
-    return interpretations(
+    return (
         {
             "no turning point after that": statement(
                 max(times) <= float(time) and max(angles) <= float(angle),
@@ -221,12 +222,13 @@ def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") 
 
 @claim(
     "NUM-33",
+    rule="interpretations",
     control=("refuted", {"printed": "7.9"}),
     quote="their ending time is about t_{theta≈pi}=7.77",
     definition=f"{SMOOTH_STARTS}, theta(0) = 0.01; t_end in each definition, from the least to the "
     "largest of these starts; the one nearest to the printed time counts",
 )
-def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> JudgedClaim:
+def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> Grounds:
     """With theta(0) = 0.01 and phi_dot(0) in [195, 200] the climb ends at about 7.77 s."""
     parts = {}
     for name, meaning in DEFINITIONS.items():
@@ -235,7 +237,7 @@ def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> 
         shown = f"{decimal(min(ends), 4)} to {decimal(max(ends), 4)} s"
         part = about(printed, nearest, "s")
         parts[meaning] = replace(part, measured=shown, rounded=False)
-    return interpretations(parts, "The ending time depends on phi_dot(0).")
+    return parts, "The ending time depends on phi_dot(0)."
 
 
 @claim(
@@ -244,17 +246,15 @@ def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> 
     quote="Their initiation time is zero",
     definition=f"{SMOOTH_STARTS}, theta(0) = 0.1 and 0.01; t_init in definitions A, B and C",
 )
-def no_initiation(starts: tuple[str, ...] = PHI_DOTS) -> JudgedClaim:
+def no_initiation(starts: tuple[str, ...] = PHI_DOTS) -> Grounds:
     """With phi_dot(0) in [195, 200] the initiation time is zero."""
     runs = [_run(theta, phi_dot) for theta in ("0.1", "0.01") for phi_dot in starts]
     times = [getattr(run.inversion, name).t_init for run in runs for name in DEFINITIONS]
     zero = sum(t_init == 0 for t_init in times)
     positive = sum(_first_minimum(run.trajectory())["phi_dot"] > 0 for run in runs)
     shown = f"0 in {zero} of {len(times)} cases (start and definition)"
-    return all_of(
-        statement(zero == len(times), "t_init = 0", shown),
-        f"phi_dot > 0 at the first minimum of theta in {positive} of {len(runs)} starts.",
-    )
+    check = statement(zero == len(times), "t_init = 0", shown)
+    return check, f"phi_dot > 0 at the first minimum of theta in {positive} of {len(runs)} starts."
 
 
 @claim(
@@ -266,7 +266,7 @@ def no_initiation(starts: tuple[str, ...] = PHI_DOTS) -> JudgedClaim:
     "exceptionally smooth: below a third of the least of theirs",
     quote="The behaviour of the dynamical variables is exceptionally smooth",
 )
-def exceptionally_smooth(phi_dot: str = "195") -> JudgedClaim:
+def exceptionally_smooth(phi_dot: str = "195") -> Grounds:
     """The solution with phi_dot(0) = 195 is exceptionally smooth."""
     parts = {}
     for name in ("theta_dot", "nu_x", "nu_y", "g_n"):
@@ -274,7 +274,7 @@ def exceptionally_smooth(phi_dot: str = "195") -> JudgedClaim:
         others = [_variation(name, other) for other in ("0", "50", "100", "150")]
         shown = f"{decimal(min(others), 3)} to {decimal(max(others), 3)}"
         parts[name] = 3 * here < min(others), f"{decimal(here, 3)} against {shown}"
-    return all_of(
+    return (
         statements("exceptionally smooth", parts),
         "With phi_dot(0) = 200 the total variation of theta_dot is "
         f"{decimal(_variation('theta_dot', '200'), 3)} rad/s.",

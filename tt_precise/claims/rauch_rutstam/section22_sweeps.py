@@ -30,11 +30,9 @@ from tt_precise.claims.evidence.sweeps import (
 )
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
-    JudgedClaim,
+    Grounds,
     Part,
     about,
-    all_of,
-    interpretations,
     statement,
     statements,
 )
@@ -78,11 +76,11 @@ AMONG = (
 
 
 @claim(
-    "SWP-01", definition=T_INIT, control=("refuted", {"printed": "90"}),
+    "SWP-01", rule="interpretations", definition=T_INIT, control=("refuted", {"printed": "90"}),
     quote="An increase of phi_dot(0) from 0 to 83.1 shortens the length of the initial "
     "synchronisation phase",
 )  # fmt: skip
-def shortened(printed: str = VANISHES) -> JudgedClaim:
+def shortened(printed: str = VANISHES) -> Grounds:
     """From phi_dot(0) = 0 to 83.1 rad/s t_init falls."""
     rows = starts("phi_dot", "held")
     rows = rows[rows["phi_dot"].between(0, float(printed))]
@@ -93,19 +91,16 @@ def shortened(printed: str = VANISHES) -> JudgedClaim:
         first, last = (short(times.iloc[end], 3) for end in (0, -1))
         shown = f"falls in {steps}, from {first} to {last} s"
         parts[f"definition {definition}"] = down, shown
-    return interpretations(
-        statements("shortened", parts),
-        f"{lost_between('0', printed)} starts lose contact.",
-    )
+    return statements("shortened", parts), f"{lost_between('0', printed)} starts lose contact."
 
 
 @claim(
-    "SWP-23", definition=f"{T_INIT} Tends to zero: "
+    "SWP-23", rule="interpretations", definition=f"{T_INIT} Tends to zero: "
     "falls below a thousandth of its first value before it vanishes.",
     control=("refuted", {"printed": "80.1"}),
     quote="so that t_{theta≈0} goes to zero when phi_dot(0)≈83.1",
 )  # fmt: skip
-def goes_to_zero(printed: str = VANISHES) -> JudgedClaim:
+def goes_to_zero(printed: str = VANISHES) -> Grounds:
     """t_init goes to zero at phi_dot(0) = 83.1 rad/s."""
     coarse, fine = starts("phi_dot", "held"), starts("phi_dot near the end", "held")
     last = fine[fine["t_init_A"] > 0].iloc[-1]
@@ -117,7 +112,7 @@ def goes_to_zero(printed: str = VANISHES) -> JudgedClaim:
         f"{short(last['t_init_A'], 2)} s at {short(last['phi_dot'])} rad/s, "
         f"{short(after['t_init_A'], 2)} s at {short(after['phi_dot'])} rad/s"
     )
-    return interpretations(
+    return (
         {
             "it is zero from there on": statement(gone, "to zero", shown),
             "it tends to zero": statement(
@@ -130,10 +125,10 @@ def goes_to_zero(printed: str = VANISHES) -> JudgedClaim:
 
 
 @claim(
-    "SWP-02", definition=T_INIT, control=("refuted", {"beyond": "70"}),
+    "SWP-02", rule="interpretations", definition=T_INIT, control=("refuted", {"beyond": "70"}),
     quote="With further increase of phi_dot(0) the synchronisation phase disappears",
 )  # fmt: skip
-def gone_beyond(beyond: str = VANISHES) -> JudgedClaim:
+def gone_beyond(beyond: str = VANISHES) -> Grounds:
     """Beyond phi_dot(0) = 83.1 rad/s the climb is under way from the start."""
     rows = starts(("phi_dot", "phi_dot near the end"), "held")
     rows = rows[rows["phi_dot"] > float(beyond)]
@@ -142,7 +137,7 @@ def gone_beyond(beyond: str = VANISHES) -> JudgedClaim:
         f"definition {definition}": (0 < count == len(rows), f"{count} of {len(rows)} starts")
         for definition, count in none.items()
     }
-    return interpretations(
+    return (
         statements("no synchronisation", parts),
         f"{lost_between(beyond, '200')} starts up to 200 rad/s lose contact.",
     )
@@ -154,7 +149,7 @@ def gone_beyond(beyond: str = VANISHES) -> JudgedClaim:
     definition="Climbing time in definition A.",
     quote="With further increase of phi_dot(0) ... the climbing time is shortened",
 )
-def climb_shortened(near: str = "150", far: str = "200") -> JudgedClaim:
+def climb_shortened(near: str = "150", far: str = "200") -> Grounds:
     """Beyond phi_dot(0) = 83.1 rad/s the climbing time falls with phi_dot(0)."""
     rows = starts("phi_dot", "held")
     rows = rows[rows["phi_dot"] > float(VANISHES)]
@@ -168,7 +163,7 @@ def climb_shortened(near: str = "150", far: str = "200") -> JudgedClaim:
         shown = f"from {short(some.iloc[0])} s to {short(some.iloc[-1])} s at {end} rad/s"
         return statement(trend(some)[0], "falls", shown)
 
-    return all_of(
+    return (
         {name: check(end) for name, end in ((f"up to {near} rad/s", near), ("up to the end", far))},
         f"The climbing time has a minimum, {short(least['climb_A'])} s at "
         f"{short(least['phi_dot'])} rad/s, and grows from there to "
@@ -183,7 +178,7 @@ def climb_shortened(near: str = "150", far: str = "200") -> JudgedClaim:
     definition=f"t_init in definition A. {HORIZON}",
     quote="The initiation time t_{theta≈0} also decreases as phi_dot(0) becomes negative",
 )
-def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> JudgedClaim:
+def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Grounds:
     """t_init falls from phi_dot(0) = 0 towards negative phi_dot(0)."""
     top = greatest(starts("phi_dot near the peak", "held"), "t_init_A")
     every = starts("phi_dot", "unilateral")
@@ -198,7 +193,7 @@ def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> JudgedClaim:
         shown = f"in {steps}, from {first} s at {start} rad/s to {last} s at {at} rad/s"
         return statement(down, "falls", shown)
 
-    return all_of(
+    return (
         {
             f"from {start} rad/s on, {which}": check(start, contact)
             for start in (first, peak)
@@ -211,12 +206,12 @@ def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> JudgedClaim:
 
 
 @claim(
-    "SWP-05", control=("refuted", {"zero": "40"}),
+    "SWP-05", rule="interpretations", control=("refuted", {"zero": "40"}),
     definition='"phi_dot(0)≈0": within 5 rad/s of it, a fortieth of the half range. ' + T_INIT,
     quote="Remarkably the IC with phi_dot(0)≈0 have the longest synchronatisation phase for the "
     "whole range phi_dot(0) in [-200,200]",
 )  # fmt: skip
-def longest_at_zero(zero: str = "0") -> JudgedClaim:
+def longest_at_zero(zero: str = "0") -> Grounds:
     """The longest initiation time of the range belongs to phi_dot(0) of about 0."""
     rows = starts(("phi_dot", "phi_dot near the peak"), "through")
     parts = {}
@@ -225,7 +220,7 @@ def longest_at_zero(zero: str = "0") -> JudgedClaim:
         shown = f"{short(peak[f't_init_{definition}'])} s at {short(peak['phi_dot'])} rad/s"
         distance = abs(peak["phi_dot"] - float(zero))
         parts[f"definition {definition}"] = distance <= 5, shown
-    return interpretations(
+    return (
         statements("at about 0", parts),
         "The peak is sharp and lies next to zero, where t_init_A is "
         f"{short(reference_row()['t_init_A'])} s.",
@@ -239,9 +234,9 @@ def longest_at_zero(zero: str = "0") -> JudgedClaim:
     control=("partly", {"series": "box"}),
     definition=f"{INVERTS} {HORIZON}",
 )
-def all_invert(series: str = "phi_dot") -> JudgedClaim:
+def all_invert(series: str = "phi_dot") -> Grounds:
     """Every start with phi_dot(0) in [-200, 200] inverts."""
-    return all_of(
+    return (
         both_ways(series, inverting),
         f"But {losing_contact(series)} lose contact, and the paper's theorem does not cover "
         "these starts.",
@@ -269,10 +264,10 @@ def inverting(rows: pandas.DataFrame, how: str = " invert") -> Part:
     "SWP-15", definition=RANGES, control=("partly", {"upper": "0.4"}),
     quote="decreasing theta(0) below 0.1 reduces oscillations",
 )  # fmt: skip
-def flatter_is_calmer(upper: str = "0.1") -> JudgedClaim:
+def flatter_is_calmer(upper: str = "0.1") -> Grounds:
     """Below theta(0) = 0.1 oscillations grow with theta(0)."""
     rows, every = starts("theta", "through"), starts("theta", "unilateral")
-    return all_of(
+    return (
         _wider(rows[rows["theta"] <= float(upper)]),
         f"{counted(every[every['theta'] <= float(upper)], 'contact_lost')} starts lose contact.",
     )
@@ -286,7 +281,7 @@ def flatter_is_calmer(upper: str = "0.1") -> JudgedClaim:
     "falls from each to the next",
     quote="smooths out solution curves",
 )
-def flatter_is_smoother(inclinations: tuple[str, ...] = FLATTER) -> JudgedClaim:
+def flatter_is_smoother(inclinations: tuple[str, ...] = FLATTER) -> Grounds:
     """From theta(0) = 0.1 down, the curves of the solutions become smoother."""
     parts = {}
     for name in ("theta_dot", "nu_x", "nu_y", "g_n"):
@@ -294,7 +289,7 @@ def flatter_is_smoother(inclinations: tuple[str, ...] = FLATTER) -> JudgedClaim:
         falls = sum(later < earlier for earlier, later in pairwise(sums))
         shown = f"falls in {falls} of {len(sums) - 1} steps, from {short(sums[0], 3)} to "
         parts[name] = falls == len(sums) - 1, shown + short(sums[-1], 3)
-    return all_of(
+    return (
         statements("smoother", parts),
         "Half as steep a start leaves about half of the total variation.",
     )
@@ -304,18 +299,18 @@ def flatter_is_smoother(inclinations: tuple[str, ...] = FLATTER) -> JudgedClaim:
     "SWP-25", definition=CLIMBING_TIMES, control=("refuted", {"upper": "0.4"}),
     quote="decreasing theta(0) below 0.1 ... increases the climbing time",
 )  # fmt: skip
-def flatter_is_slower(upper: str = "0.1") -> JudgedClaim:
+def flatter_is_slower(upper: str = "0.1") -> Grounds:
     """Below theta(0) = 0.1 the climbing time falls with theta(0)."""
     rows = starts("theta", "through")
     rows = rows[rows["theta"] <= float(upper)]
-    return all_of(_quicker(rows), f"From {short(rows['theta'].iloc[0])} rad on.")
+    return _quicker(rows), f"From {short(rows['theta'].iloc[0])} rad on."
 
 
 @claim(
     "SWP-16", definition=RANGES, control=("reproduced", {"upper": "0.13"}),
     quote="Increase of theta(0) makes amplitudes of oscillations larger",
 )  # fmt: skip
-def steeper_is_wilder(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> JudgedClaim:
+def steeper_is_wilder(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> Grounds:
     """From theta(0) = 0.1 up, oscillations grow with theta(0)."""
 
     def check(rows: pandas.DataFrame) -> Part:
@@ -328,7 +323,7 @@ def steeper_is_wilder(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> Judge
             f"to {short(rows['theta'].max())} rad: {shown}",
         )
 
-    return all_of(
+    return (
         both_ways("theta", check),
         f"Up to 0.3 rad, where the paper's remark on omega_3(0) begins. {_lost_by_inclination()}",
     )
@@ -338,7 +333,7 @@ def steeper_is_wilder(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> Judge
     "SWP-26", definition=CLIMBING_TIMES, control=("reproduced", {"upper": "0.13"}),
     quote="Increase of theta(0) ... decreases the climbing time",
 )  # fmt: skip
-def steeper_is_quicker(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> JudgedClaim:
+def steeper_is_quicker(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> Grounds:
     """From theta(0) = 0.1 up, the climbing time falls with theta(0)."""
     through = starts("theta", "through")
     quick = through[through["theta"] <= float(upper)].sort_values("climb_A").iloc[0]
@@ -348,7 +343,7 @@ def steeper_is_quicker(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> Judg
         part = _quicker(rows)
         return replace(part, measured=f"to {short(rows['theta'].max())} rad: {part.measured}")
 
-    return all_of(
+    return (
         both_ways("theta", check),
         f"{_lost_by_inclination()} With g_n < 0 allowed, the climb is quickest from "
         f"{short(quick['theta'])} rad, in {short(quick['climb_A'])} s.",
@@ -360,12 +355,12 @@ def steeper_is_quicker(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> Judg
     definition="lambda of the starts that keep omega_3(0).",
     quote="Beyond the angle theta(0)=0.3 the term alpha-cos theta starts to play a role",
 )  # fmt: skip
-def inclination_counts(beyond: str = "0.3") -> JudgedClaim:
+def inclination_counts(beyond: str = "0.3") -> Grounds:
     """Beyond theta(0) = 0.3 the inclination makes lambda smaller."""
     free = starts("theta", "unilateral")
     ratio = free[free["theta"] >= float(beyond)]["lambda_ratio"]
     known = reference_row()["lambda_ratio"]
-    return all_of(
+    return (
         statement(
             bool((ratio < known).all()),
             "lambda too small",
@@ -381,12 +376,12 @@ def inclination_counts(beyond: str = "0.3") -> JudgedClaim:
     definition="omega_3(0) with which the other start values at rest give the reference's lambda.",
     quote="omega_3(0) has to be increased to keep lambda≈2lambda_thres",
 )  # fmt: skip
-def more_spin_needed(beyond: str = "0.3") -> JudgedClaim:
+def more_spin_needed(beyond: str = "0.3") -> Grounds:
     """Beyond theta(0) = 0.3 more spin is needed for the same lambda."""
     fixed = starts("theta at lambda", "unilateral")
     spins = fixed[fixed["theta"] >= float(beyond)]["omega_3"]
     spin = float(reference_row()["omega_3"])
-    return all_of(
+    return (
         statement(
             bool((spins > spin).all() and (spins.diff().iloc[1:] > 0).all()),
             "omega_3(0) increased",
@@ -427,7 +422,7 @@ def _lost_by_inclination() -> str:
     quote="with adding large nonzero nu_x(0), nu_y(0) or theta_dot(0) the synchronisation phase "
     "may reappear",
 )  # fmt: skip
-def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> JudgedClaim:
+def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Grounds:
     """Gliding or nodding makes some starts that climb at once need a synchronisation phase."""
 
     def check(rows: pandas.DataFrame) -> Part:
@@ -439,7 +434,7 @@ def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Jud
     through = starts(series, "through")
     waiting = through[(through["phi_dot"] > float(beyond)) & (through["t_init_A"] > 0)]
     again = every[every["index"].isin(waiting["index"])]
-    return all_of(
+    return (
         both_ways(series, check),
         f"{counted(again, 'contact_lost')} starts in which it reappears lose contact.",
     )
@@ -451,7 +446,7 @@ def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Jud
     quote="the climbing time remains below 7-8 s",
     definition=f"t_end - t_init in definition A, of the starts that invert. {TESTED} {HORIZON}",
 )
-def climb_stays_short(limit: str = "8") -> JudgedClaim:
+def climb_stays_short(limit: str = "8") -> Grounds:
     """The climb takes less than 7 to 8 s."""
 
     def check(rows: pandas.DataFrame) -> Part:
@@ -462,7 +457,7 @@ def climb_stays_short(limit: str = "8") -> JudgedClaim:
     longest = greatest(starts(EVERY, "through"), "climb_A")
     start = ", ".join(f"{name}(0) = {short(longest[name], 3)}" for name in ("phi_dot", *ALONE))
     note = f"The longest climb that ends within the horizon starts with {start}."
-    return all_of(both_ways(EVERY, check), note)
+    return both_ways(EVERY, check), note
 
 
 @claim(
@@ -472,9 +467,9 @@ def climb_stays_short(limit: str = "8") -> JudgedClaim:
     definition=f"{INVERTS} {TESTED} {HORIZON}",
     quote="the main qualitative features of inverting remain intact",
 )
-def still_inverts(series: tuple[str, ...] = EVERY) -> JudgedClaim:
+def still_inverts(series: tuple[str, ...] = EVERY) -> Grounds:
     """All these starts invert."""
-    return all_of(
+    return (
         both_ways(series, partial(inverting, how="")),
         f"{losing_contact(series)} lose contact; without these "
         f"{climbed(starts(series, 'held'))} invert. The paper's theorem does not cover a "
@@ -490,7 +485,7 @@ def still_inverts(series: tuple[str, ...] = EVERY) -> JudgedClaim:
     quote="oscillate strongly with amplitudes staying within the same maximal range variability "
     "nu_x in [-0.3,0.3], nu_y in [-0.8,0.8] and theta_dot in [-15,15]",
 )
-def stays_in_the_range(factor: str = "1") -> JudgedClaim:
+def stays_in_the_range(factor: str = "1") -> Grounds:
     """nu_x, nu_y and theta_dot stay within the ranges named for the reference solution."""
     reference = reference_row()
 
@@ -509,7 +504,7 @@ def stays_in_the_range(factor: str = "1") -> JudgedClaim:
         )
 
     known = {str(name): short(value, 3) for name, value in reference[list(BOUNDS)].items()}
-    return all_of(
+    return (
         both_ways(EVERY, check),
         "The reference solution itself has nu_y up to {max_nu_y} m/s, nu_x within "
         "[{min_nu_x}, {max_nu_x}] m/s and theta_dot within [{min_theta_dot}, {max_theta_dot}] "
@@ -525,7 +520,7 @@ def stays_in_the_range(factor: str = "1") -> JudgedClaim:
     quote="Small perturbations not exceeding 10 % of the range of variability ... do not change "
     "much the parameters and behaviour of inverting solutions",
 )
-def small_changes(tolerance: str = "0.1") -> JudgedClaim:
+def small_changes(tolerance: str = "0.1") -> Grounds:
     """Perturbations of a tenth of the ranges change the inverting solution little."""
     known = reference_row()
     parts = {}
@@ -535,7 +530,7 @@ def small_changes(tolerance: str = "0.1") -> JudgedClaim:
             # NaN, and so no small change, where a start has no such time
             change = float((rows[name] / known[name] - 1).abs().max(skipna=False))
             parts[f"{what}, {which}"] = change <= float(tolerance), f"by up to {percent(change)}"
-    return all_of(
+    return (
         statements("not much", parts),
         f"{climbed(starts('tenth', 'through'))} starts invert. The initiation time has "
         "a sharp peak next to the reference start (SWP-05).",
@@ -549,7 +544,7 @@ def small_changes(tolerance: str = "0.1") -> JudgedClaim:
     f"= {', '.join(ENDS)} rad/s over 8 s.",
     quote="solutions with very small amplitude oscillations for all dynamical variables",
 )  # fmt: skip
-def very_smooth(starts: tuple[str, ...] = ENDS) -> JudgedClaim:
+def very_smooth(starts: tuple[str, ...] = ENDS) -> Grounds:
     """With phi_dot(0) in [195, 200] all dynamical variables oscillate very little."""
     runs = [Run(variant(phi_dot=phi_dot)) for phi_dot in starts]
     parts = {}
@@ -557,7 +552,7 @@ def very_smooth(starts: tuple[str, ...] = ENDS) -> JudgedClaim:
         own = REFERENCE.oscillation(name)[0]
         share = max(run.oscillation(name)[0] for run in runs) / own
         parts[name] = share < 1 / 3, f"at most {short(share, 2)} of the reference's"
-    return all_of(
+    return (
         statements("very small", parts),
         "phi_dot peaks where the axis passes near a pole, in every inverting solution (SUM-06).",
     )
@@ -569,7 +564,7 @@ def very_smooth(starts: tuple[str, ...] = ENDS) -> JudgedClaim:
     "than those with theta(0) = 0.1 and the same phi_dot(0).",
     quote="Solutions with phi_dot(0) in [195,200] become even more smooth when theta(0)=0.01",
 )  # fmt: skip
-def even_smoother(theta: str = "0.01") -> JudgedClaim:
+def even_smoother(theta: str = "0.01") -> Grounds:
     """With theta(0) = 0.01 these solutions are smoother still."""
     rows, others = _smooth_rows(theta), _smooth_rows("0.1")
     parts = {}
@@ -579,9 +574,7 @@ def even_smoother(theta: str = "0.01") -> JudgedClaim:
         parts[f"range of {name}"] = bool((shares < 1).all()), shown
     lost = starts(SMOOTH, "unilateral")
     lost = lost[lost["theta"] == float(theta)]
-    return all_of(
-        statements("smaller", parts), f"{counted(lost, 'contact_lost')} starts lose contact."
-    )
+    return statements("smaller", parts), f"{counted(lost, 'contact_lost')} starts lose contact."
 
 
 def _smooth_rows(theta: str) -> pandas.DataFrame:
@@ -594,7 +587,7 @@ def _smooth_rows(theta: str) -> pandas.DataFrame:
     quote="It may be related to the fact that the total energy is close to its minimal value when "
     "lambda=2lambda_thres is kept fixed",
 )  # fmt: skip
-def longest_where_energy_is_least(close: str = CLOSE) -> JudgedClaim:
+def longest_where_energy_is_least(close: str = CLOSE) -> Grounds:
     """The energy is close to its minimum where the synchronisation phase is longest."""
     least = least_energy()
     peak = starts("phi_dot near the peak", "held")
@@ -605,7 +598,7 @@ def longest_where_energy_is_least(close: str = CLOSE) -> JudgedClaim:
         f"t_init is longest at {short(longest)} rad/s, the energy least at "
         f"{short(least['phi_dot'])} rad/s",
     )
-    return all_of(
+    return (
         {
             "the energy is close to its minimum": closeness(close, least["E"]),
             "the energy is least there": there,
@@ -621,7 +614,7 @@ def longest_where_energy_is_least(close: str = CLOSE) -> JudgedClaim:
     definition="Derivatives of -L.a by the start values, with symbols for all of them.",
     quote="lambda ... does not depend on theta_dot, nu_x or nu_y",
 )  # fmt: skip
-def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -> JudgedClaim:
+def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -> Grounds:
     """lambda does not depend on theta_dot, nu_x and nu_y."""
     import sympy
 
@@ -633,7 +626,7 @@ def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -
         slope = sympy.simplify(sympy.diff(lambda_, getattr(state, name)))
         return statement(slope == 0, "0", str(slope), proved=True)
 
-    return all_of(
+    return (
         {f"d lambda/d {name}": check(name) for name in names},
         "Differentiated symbolically; lambda depends only on theta, phi_dot and omega_3.",
     )

@@ -11,13 +11,10 @@ from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
-    JudgedClaim,
+    Grounds,
     Part,
     about,
-    all_of,
     decimal,
-    interpretations,
-    misprint,
     statement,
     statements,
     untestable,
@@ -67,7 +64,7 @@ CORRECT_REFERENCE = {"sizes of the terms in nu_x, nu_y": "3a", "difference E~ - 
     definition=f"{TORQUE_SHARE}; predominantly: two thirds",
     quote="These components are all predominantly negative",
 )
-def torque_is_mostly_negative(sign: str = "negative") -> JudgedClaim:
+def torque_is_mostly_negative(sign: str = "negative") -> Grounds:
     """The components of the torque are predominantly negative."""
     return _torque(sign, "for most of the time", 2 / 3)
 
@@ -79,12 +76,12 @@ def torque_is_mostly_negative(sign: str = "negative") -> JudgedClaim:
     definition=f"{TORQUE_SHARE}; almost all: 95 %",
     quote="All components are negative almost all the time",
 )
-def torque_is_negative(sign: str = "negative", almost_all: float = 0.95) -> JudgedClaim:
+def torque_is_negative(sign: str = "negative", almost_all: float = 0.95) -> Grounds:
     """The components of the torque are negative almost all the time."""
     return _torque(sign, "almost all the time", almost_all)
 
 
-def _torque(sign: str, words: str, limit: float, run: Run = REFERENCE) -> JudgedClaim:
+def _torque(sign: str, words: str, limit: float, run: Run = REFERENCE) -> Grounds:
     shares = {name: run.share_below_zero(name) for name in COMPONENTS}
     climb = {name: run.share_below_zero(name, run.climb) for name in COMPONENTS}
     if sign == "positive":
@@ -95,7 +92,7 @@ def _torque(sign: str, words: str, limit: float, run: Run = REFERENCE) -> Judged
         for part in (shares, climb)
     )
     holds, measured = min(shares.values()) > limit, f"{sign} for {shown} of the time"
-    return all_of(
+    return (
         statement(holds, f"{sign} {words}", measured),
         f"In the climb alone they are negative for {in_climb} of the time; tau_x and tau_z "
         "have the sign of -nu_y.",
@@ -104,7 +101,7 @@ def _torque(sign: str, words: str, limit: float, run: Run = REFERENCE) -> Judged
 
 def _asymptotic(
     name: str, quantity: str, time: str, unit: str, printed: str, run: Run = REFERENCE
-) -> JudgedClaim:
+) -> Grounds:
     known = run.thresholds
     values, fn = known.quantities, known.context
     body = run.loaded.body.numbers(rounding_to(fn))
@@ -115,7 +112,7 @@ def _asymptotic(
         for each, value in {**PRINTED, name: printed}.items()
     }
     every = ", ".join(decimal(implied[each], 3) for each in PRINTED)
-    return interpretations(
+    return (
         {
             "lambda of the reference start": about(printed, values[name].value, unit),
             "lambda = 2 lambda_thres": about(printed, double, unit),
@@ -152,7 +149,7 @@ for id, name, quote, wrong, subject, quantity, time, unit in (
 ):  # fmt: skip
     claim(
         id, statement=f"{subject} with the reference lambda is {PRINTED[name]} {unit}.",
-        quote=quote, finding=FINDING,
+        quote=quote, finding=FINDING, rule="interpretations",
         definition="lambda is that of the reference start, or exactly 2 lambda_thres",
         control=("ambiguous", {"printed": wrong}),
     )(partial(_asymptotic, name, quantity, time, unit, printed=PRINTED[name]))  # fmt: skip
@@ -160,6 +157,7 @@ for id, name, quote, wrong, subject, quantity, time, unit in (
 
 @claim(
     "NUM-30",
+    rule="interpretations",
     finding=FINDING,
     where="Sec. 2.3, Fig. 7a",
     control=(
@@ -174,7 +172,7 @@ def ends_of_the_curve(
     initial: tuple[str, str] = ("9.381e-4", "4.912e-2"),
     final: tuple[str, str] = ("-6.667e-4", "1.734e-2"),
     run: Run = REFERENCE,
-) -> JudgedClaim:
+) -> Grounds:
     """The curve (D(t), E~(t)) goes from the printed initial to the printed final point."""
     printed = (*initial, *final)
     own = [run.at(name, t) for t in ("0", "8") for name in ("D", "E_tilde")]
@@ -189,7 +187,7 @@ def ends_of_the_curve(
         100 * float(abs(number.value / limit - 1))
         for number, limit in zip(own[:2], limits[:2], strict=True)
     ]
-    return interpretations(
+    return (
         statements("({}, {}) to ({}, {})".format(*printed), parts),
         f"At the start, theta(0) = 0.1, D is {off[0]:.1f} % and E~ {off[1]:.1f} % off the limit "
         "for t to -infinity. For the printed limits see NUM-26 to NUM-29.",
@@ -198,13 +196,14 @@ def ends_of_the_curve(
 
 @claim(
     "FIG-10",
+    rule="interpretations",
     where="Sec. 2.3, Fig. 7b",
     control=("refuted", {"name": "E_tilde"}),
     definition="rises between extrema found as events, relative to the whole fall of D: the "
     "largest single one (what a graph shows), and all of them together; almost: below 1 %",
     quote="D(t) (in Fig. 7b) is almost monotonously decreasing",
 )
-def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> JudgedClaim:
+def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> Grounds:
     """D(t) decreases almost monotonically."""
     values = run.extrema(name)[1]
     fall = float(values[0] - values[-1])
@@ -218,7 +217,7 @@ def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> JudgedClaim:
             every < 0.01, f"{len(rises)} rises, in sum {100 * every:.1f} % of the fall"
         ),
     }  # fmt: skip
-    return interpretations(
+    return (
         statements("almost monotonously decreasing", parts),
         "The paper's reason, D = I3 omega_3 sqrt(d(cos theta)), ignores the oscillation of "
         "d(cos theta), which is larger than the oscillation of omega_3.",
@@ -234,22 +233,21 @@ def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> JudgedClaim:
 )
 def oscillation_of_the_modified_energy(
     pair: tuple[str, str] = ("E_tilde", "E"), run: Run = REFERENCE
-) -> JudgedClaim:
+) -> Grounds:
     """E~ oscillates relative to E."""
     changes = len(_sign_changes(pair, run))
     turns = len(run.extrema(pair[0])[0]) - 2
-    return all_of(
-        statement(
-            min(changes, turns) >= MANY,
-            f"{pair[0]} oscillates relative to {pair[1]}",
-            f"{turns} local extrema, {changes} changes of sign of the difference",
-        ),
-        f"E itself has {len(run.extrema('E')[0]) - 2} local extrema.",
+    check = statement(
+        min(changes, turns) >= MANY,
+        f"{pair[0]} oscillates relative to {pair[1]}",
+        f"{turns} local extrema, {changes} changes of sign of the difference",
     )
+    return check, f"E itself has {len(run.extrema('E')[0]) - 2} local extrema."
 
 
 @claim(
     "FIG-12",
+    rule="interpretations",
     control=("refuted", {"pair": ("E", "E_tilde")}),
     definition="E~ - E at every instant of the climb (definition A; zeros bracketed by the turning "
     "points of theta and of E~), and averaged over each nutation (from one maximum of theta to the "
@@ -258,7 +256,7 @@ def oscillation_of_the_modified_energy(
 )
 def modified_energy_is_larger(
     pair: tuple[str, str] = ("E_tilde", "E"), run: Run = REFERENCE
-) -> JudgedClaim:
+) -> Grounds:
     """During the inversion E~ is larger than E."""
     climb = run.climb
     changes = [t for t in _sign_changes(pair, run) if climb.has(t)]
@@ -283,7 +281,7 @@ def modified_energy_is_larger(
             f"{decimal(max(averages), 2)} J",
         ),
     }  # fmt: skip
-    return interpretations(
+    return (
         statements(f"{pair[0]} > {pair[1]}", parts),
         f"The difference goes from {decimal(depth[1], 3)} to {decimal(height[1], 3)} J; "
         f"around its maximum it is positive from {decimal(begin, 4)} to {decimal(until, 4)} s.",
@@ -298,15 +296,13 @@ def modified_energy_is_larger(
 )
 def largest_in_the_middle(
     pair: tuple[str, str] = ("E_tilde", "E"), run: Run = REFERENCE
-) -> JudgedClaim:
+) -> Grounds:
     """E~ - E is largest in the middle of the inversion."""
     climb = run.climb
     when, value = _largest_difference(pair, run)
     middle = climb.begin + climb.length / 3 < when < climb.end - climb.length / 3
-    return all_of(
-        statement(middle, "in the middle of inversion", f"at {decimal(when, 5)} s"),
-        f"There {pair[0]} exceeds {pair[1]} by {decimal(value, 4)} J.",
-    )
+    check = statement(middle, "in the middle of inversion", f"at {decimal(when, 5)} s")
+    return check, f"There {pair[0]} exceeds {pair[1]} by {decimal(value, 4)} J."
 
 
 @claim(
@@ -315,15 +311,13 @@ def largest_in_the_middle(
     definition=f"{LARGEST}; theta about pi/2: within 0.2 rad",
     quote="becomes largest in the middle of inversion when theta≈pi/2",
 )
-def largest_at_the_equator(angle: str = "", run: Run = REFERENCE) -> JudgedClaim:
+def largest_at_the_equator(angle: str = "", run: Run = REFERENCE) -> Grounds:
     """E~ - E is largest where theta is about pi/2."""
     when, _ = _largest_difference(("E_tilde", "E"), run)
     theta = run.value("theta", when)
     near = abs(theta - float(angle or math.pi / 2)) < 0.2
-    return all_of(
-        statement(near, f"theta about {angle or 'pi/2'}", f"theta = {decimal(theta, 4)}"),
-        f"theta first passes pi/2 at {decimal(run.equator, 5)} s.",
-    )
+    check = statement(near, f"theta about {angle or 'pi/2'}", f"theta = {decimal(theta, 4)}")
+    return check, f"theta first passes pi/2 at {decimal(run.equator, 5)} s."
 
 
 def _largest_difference(pair: tuple[str, str], run: Run) -> tuple[float, float]:
@@ -332,13 +326,14 @@ def _largest_difference(pair: tuple[str, str], run: Run) -> tuple[float, float]:
 
 @claim(
     "QUAL-27",
+    rule="interpretations",
     control=("refuted", {"side": -1}),
     definition="(omega x a).y-hat = R sin(theta)(omega_3 + phi_dot (alpha - cos(theta))), where "
     "y-hat points behind the plane: its sign at every instant, and averaged over each nutation "
     "(from one maximum of theta to the next) and over the climb (definition A)",
     quote="the product omega x a points behind the plane of the picture",
 )
-def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> JudgedClaim:
+def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Grounds:
     """omega x a points to y-hat, behind the plane of Fig. 1."""
     body = run.loaded.body.numbers(float)
 
@@ -348,7 +343,7 @@ def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> JudgedCla
     when, least = run.extreme_of(along_y, VECTORS, largest=False, span=run.climb)
     shown = f"least value {decimal(least, 4)} m/s at {decimal(when, 5)} s"
     parts = {"at every instant": (least > 0, shown), **_averages(along_y, run)}
-    return interpretations(
+    return (
         statements("points behind the plane", parts),
         "The component is R alpha omega_z sin(theta) > 0 where omega is exactly vertical. Near the "
         "pole the small horizontal part of omega decides its sign.",
@@ -357,11 +352,12 @@ def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> JudgedCla
 
 @claim(
     "QUAL-28",
+    rule="interpretations",
     control=("refuted", {"sign": -1}),
     definition=TREND,
     quote="|a| is growing during inversion",
 )
-def arm_in_the_climb(sign: int = 1, run: Run = REFERENCE) -> JudgedClaim:
+def arm_in_the_climb(sign: int = 1, run: Run = REFERENCE) -> Grounds:
     """In the climb |a| grows."""
     body = run.loaded.body.numbers(float)
     return _trend(
@@ -371,12 +367,13 @@ def arm_in_the_climb(sign: int = 1, run: Run = REFERENCE) -> JudgedClaim:
 
 @claim(
     "QUAL-40",
+    rule="interpretations",
     finding="QUAL-28",
     control=("refuted", {"sign": 1}),
     definition=TREND,
     quote="|omega| is decreasing",
 )
-def spin_in_the_climb(sign: int = -1, run: Run = REFERENCE) -> JudgedClaim:
+def spin_in_the_climb(sign: int = -1, run: Run = REFERENCE) -> Grounds:
     """In the climb |omega| decreases."""
     body = run.loaded.body.numbers(float)
     return _trend(
@@ -386,12 +383,13 @@ def spin_in_the_climb(sign: int = -1, run: Run = REFERENCE) -> JudgedClaim:
 
 @claim(
     "QUAL-41",
+    rule="interpretations",
     finding="QUAL-28",
     control=("refuted", {"sign": -1}),
     definition=f"{TREND}; here from t_init until theta first passes pi/2",
     quote="sin theta is growing until the axis 3 passes theta=pi/2",
 )
-def sine_in_the_climb(sign: int = 1, run: Run = REFERENCE) -> JudgedClaim:
+def sine_in_the_climb(sign: int = 1, run: Run = REFERENCE) -> Grounds:
     """In the climb sin(theta) grows until pi/2."""
     span = Span(run.climb.begin, run.equator)
     return _trend(lambda state: _length((state.kx, state.ky, 0)), "", sign, span, run)
@@ -399,7 +397,7 @@ def sine_in_the_climb(sign: int = 1, run: Run = REFERENCE) -> JudgedClaim:
 
 def _trend(
     function: Callable[[NewtonState], Array], unit: str, sign: int, span: Span, run: Run
-) -> JudgedClaim:
+) -> Grounds:
     """Test whether a function of the vectors grows (``sign`` 1) or falls (-1) over ``span``."""
     import numpy
 
@@ -410,19 +408,17 @@ def _trend(
     back = float(-steps[steps < 0].sum())
     words = "growing" if sign > 0 else "decreasing"
     first, last = (f"{decimal(values[end], 4)} {unit}".strip() for end in (0, -1))
-    return interpretations(
-        {
-            "from one end to the other": statement(
-                sign * (values[-1] - values[0]) > 0, words, f"from {first} to {last}"
-            ),
-            "at every instant": statement(
-                back == 0,
-                words,
-                f"goes back by {decimal(back, 3)} {unit} in total".replace("  ", " "),
-            ),
-        },
-        "It follows the nutation of the axis.",
-    )
+    parts = {
+        "from one end to the other": statement(
+            sign * (values[-1] - values[0]) > 0, words, f"from {first} to {last}"
+        ),
+        "at every instant": statement(
+            back == 0,
+            words,
+            f"goes back by {decimal(back, 3)} {unit} in total".replace("  ", " "),
+        ),
+    }
+    return parts, "It follows the nutation of the axis."
 
 
 @claim(
@@ -434,7 +430,7 @@ def _trend(
     quote="This may altogether keep the term (2|omega x a|-nu_y) positive and sufficiently large "
     "to make (25) positive",
 )
-def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> JudgedClaim:
+def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> Grounds:
     """2|omega x a| - nu_y may stay positive in the climb."""
     body = run.loaded.body.numbers(float)
 
@@ -443,7 +439,7 @@ def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> JudgedClaim:
         return factor * _length(_omega_cross_a(body, columns)) - nu_y
 
     when, least = run.extreme_of(term, VECTORS, largest=False, span=run.climb)
-    return all_of(
+    return (
         statements("positive", _averages(term, run)),
         f"At single instants it falls to {decimal(least, 4)} m/s, at {decimal(when, 5)} s.",
     )
@@ -514,6 +510,7 @@ def _length(vector: Vector) -> Array:
 
 @claim(
     "FIG-14",
+    rule="misprint",
     where="Sec. 2.3, end",
     control=("reproduced", {"references": CORRECT_REFERENCE}),
     definition="the panel named must show, by its caption, what the sentence speaks about; labels "
@@ -521,7 +518,7 @@ def _length(vector: Vector) -> Array:
     quote="In Fig. 3b we cannot estimate the size of each term ... the graph 3c where the "
     "difference E~-E becomes largest",
 )
-def cross_references(references: Mapping[str, str] = REFERRED) -> JudgedClaim:
+def cross_references(references: Mapping[str, str] = REFERRED) -> Grounds:
     """The last two references to figures name the panels that show the quantities discussed."""
 
     def compare(named: Mapping[str, str]) -> Part:
@@ -534,10 +531,8 @@ def cross_references(references: Mapping[str, str] = REFERRED) -> JudgedClaim:
             ", ".join(shown),
         )
 
-    return misprint(
-        map(compare, (references, CORRECT_REFERENCE)),
-        "Fig. 3b shows the spin and Fig. 3c the normal force.",
-    )
+    check = map(compare, (references, CORRECT_REFERENCE))
+    return check, "Fig. 3b shows the spin and Fig. 3c the normal force."
 
 
 @claim(
@@ -546,9 +541,9 @@ def cross_references(references: Mapping[str, str] = REFERRED) -> JudgedClaim:
     control=None,
     quote="(blue), (yellow), (grey), (green), (red); light blue line",
 )
-def colours() -> JudgedClaim:
+def colours() -> Grounds:
     """The figures show the curves in the colours that captions and text name."""
-    return all_of(
+    return (
         untestable("colours of curves"),
         "The available source has no pictures, so the colours cannot be checked. The captions of "
         "Figs 4 and 6 name no colour, and Fig. 7 names only the colour of E.",

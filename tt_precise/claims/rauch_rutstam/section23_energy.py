@@ -20,16 +20,13 @@ from tt_precise.claims.evidence.formulas import (
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span, exact, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
-    JudgedClaim,
+    Grounds,
     Part,
     Value,
     about,
-    all_of,
     approximate,
     decimal,
     formula,
-    interpretations,
-    misprint,
     rounds_to,
     statement,
     statements,
@@ -51,12 +48,12 @@ CLOSED = "1e-9"  # A difference below this share of E(0) is rounding.
     quote="is initially small, about 0.34E_pot(t=0)",
     definition=f"E_trans(0)/E_pot(0) of the reference solution: {START}",
 )
-def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENCE) -> JudgedClaim:
+def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENCE) -> Grounds:
     """The translational energy at the start is about 0.34 of the potential energy there."""
     ratio = run.confirm(
         lambda solution: exact(solution, "E_trans", "0")[0] / exact(solution, "E_pot", "0")[0]
     )
-    return all_of(
+    return (
         about(printed, ratio),
         "m (R sin(0.1) omega_3)^2/2 over m g R (1 - alpha cos(0.1)): "
         f"{decimal(ratio.value, 2)}, when rounded.",
@@ -68,9 +65,9 @@ def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENC
     quote="E_pot(t=8)/E_pot(t=0)=0.005106/0.002755",
     control=("refuted", {"printed": "0.005107"}),
 )
-def potential_energy_at_8_s(printed: str = AT_8_S, run: Run = REFERENCE) -> JudgedClaim:
+def potential_energy_at_8_s(printed: str = AT_8_S, run: Run = REFERENCE) -> Grounds:
     """E_pot of the reference solution at 8 s."""
-    return all_of(
+    return (
         rounds_to(printed, run.at("E_pot", "8"), "J"),
         "m g R (1 - alpha cos theta) at the state that double-double and extended agree on.",
     )
@@ -81,23 +78,22 @@ def potential_energy_at_8_s(printed: str = AT_8_S, run: Run = REFERENCE) -> Judg
     quote="E_pot(t=8)/E_pot(t=0)=0.005106/0.002755",
     control=("refuted", {"printed": "0.002756"}),
 )
-def potential_energy_at_the_start(printed: str = AT_0_S, run: Run = REFERENCE) -> JudgedClaim:
+def potential_energy_at_the_start(printed: str = AT_0_S, run: Run = REFERENCE) -> Grounds:
     """E_pot of the reference solution at the start."""
-    return all_of(
-        rounds_to(printed, run.at("E_pot", "0"), "J"),
-        "m g R (1 - alpha cos 0.1): closed form in the start values.",
-    )
+    check = rounds_to(printed, run.at("E_pot", "0"), "J")
+    return check, "m g R (1 - alpha cos 0.1): closed form in the start values."
 
 
 @claim(
     "NUM-22",
+    rule="interpretations",
     quote="E_pot(t=8)/E_pot(t=0)=0.005106/0.002755=1.8534",
     control=("refuted", {"printed": "1.8544"}),
 )
-def ratio_of_potential_energies(printed: str = "1.8534", run: Run = REFERENCE) -> JudgedClaim:
+def ratio_of_potential_energies(printed: str = "1.8534", run: Run = REFERENCE) -> Grounds:
     """E_pot(8 s)/E_pot(0) of the reference solution."""
     quotient = rounds_to(printed, Fraction(AT_8_S) / Fraction(AT_0_S))
-    return interpretations(
+    return (
         {
             "ratio of the energies": rounds_to(printed, _ratio(run)),
             "quotient of the two rounded numbers": quotient,
@@ -108,21 +104,20 @@ def ratio_of_potential_energies(printed: str = "1.8534", run: Run = REFERENCE) -
 
 
 @claim("NUM-23", quote="1.3/0.7=1.8571", control=("refuted", {"printed": "1.8572"}))
-def theoretical_ratio(printed: str = THEORY, alpha: str = "0.3") -> JudgedClaim:
+def theoretical_ratio(printed: str = THEORY, alpha: str = "0.3") -> Grounds:
     """In theory E_pot grows by the factor (1 + alpha)/(1 - alpha)."""
     exact = (1 + Fraction(alpha)) / (1 - Fraction(alpha))
-    return all_of(
-        rounds_to(printed, exact),
-        "(1 + alpha)/(1 - alpha) = 13/7 at alpha = 3/10: m, g, R cancel.",
-    )
+    check = rounds_to(printed, exact)
+    return check, "(1 + alpha)/(1 - alpha) = 13/7 at alpha = 3/10: m, g, R cancel."
 
 
 @claim(
     "NUM-24",
+    rule="interpretations",
     quote="differs from the theoretical value ... only by 0.2%",
     control=("refuted", {"printed": "0.1"}),
 )
-def difference_of_the_ratios(printed: str = "0.2", run: Run = REFERENCE) -> JudgedClaim:
+def difference_of_the_ratios(printed: str = "0.2", run: Run = REFERENCE) -> Grounds:
     """The ratio of potential energies at 8 s and 0 differs by 0.2 % from the theoretical one."""
 
     def off(ratio: Scalar) -> Scalar:
@@ -131,7 +126,7 @@ def difference_of_the_ratios(printed: str = "0.2", run: Run = REFERENCE) -> Judg
     known = _ratio(run).enclosure
     ends = known and (off(known[1]), off(known[0]))  # it falls as the ratio grows
     difference = run.confirm(lambda solution: off(_last_over_first(solution))).within(ends)
-    return interpretations(
+    return (
         {
             "difference of the solution's ratio": rounds_to(printed, difference, "%"),
             "difference of the printed ratio": rounds_to(
@@ -159,16 +154,16 @@ def _last_over_first(solution: Trajectory) -> Scalar:
     control=("refuted", {"factor": 2}),
     quote="the equality omega_dot.L=omega.L_dot",
 )
-def symmetry_of_inertia(factor: int = 1) -> JudgedClaim:
+def symmetry_of_inertia(factor: int = 1) -> Grounds:
     """omega_dot.L = omega.L_dot."""
     q, rates = motion(), vector_rates()
     L_dot = (rates.Lx, rates.Ly, rates.Lz)
     # (omega.L)_dot = 2 (E_rot)_dot, so omega_dot.L is what L_dot leaves of it
     omega_dot_L = 2 * rate_of("E_rot") - dot(q.omega, L_dot)
-    return all_of(
-        equal(factor * omega_dot_L, dot(q.omega, L_dot), "dot(omega_dot, L) = dot(omega, L_dot)"),
-        "Both are half the derivative of omega.L. EQ-48 judges the reason.",
+    check = equal(
+        factor * omega_dot_L, dot(q.omega, L_dot), "dot(omega_dot, L) = dot(omega, L_dot)"
     )
+    return check, "Both are half the derivative of omega.L. EQ-48 judges the reason."
 
 
 @claim(
@@ -178,7 +173,7 @@ def symmetry_of_inertia(factor: int = 1) -> JudgedClaim:
     "for three different moments of inertia",
     quote="the equality omega_dot.L=omega.L_dot valid due to axial symmetry of TT",
 )
-def symmetry_as_the_reason(equality: str = "omega_dot.L=omega.L_dot") -> JudgedClaim:
+def symmetry_as_the_reason(equality: str = "omega_dot.L=omega.L_dot") -> Grounds:
     """Axial symmetry is why omega_dot.L = omega.L_dot."""
     import sympy
 
@@ -198,7 +193,7 @@ def symmetry_as_the_reason(equality: str = "omega_dot.L=omega.L_dot") -> JudgedC
 
     needed = holds(A, A, C) and not holds(A, B, C)
     shown = "needs axial symmetry" if needed else "holds for every rigid body"
-    return all_of(
+    return (
         statement(needed, "valid due to axial symmetry", shown, proved=True),
         "The inertia tensor is a symmetric matrix in every rigid body, which is all that is used.",
     )
@@ -212,7 +207,7 @@ def symmetry_as_the_reason(equality: str = "omega_dot.L=omega.L_dot") -> JudgedC
     "millisecond",
     quote="≈-m nu_x^2/2+m nu_y(2|omega x a|-nu_y)/2",
 )
-def estimate_of_the_difference(factor: float = 2, run: Run = REFERENCE) -> JudgedClaim:
+def estimate_of_the_difference(factor: float = 2, run: Run = REFERENCE) -> Grounds:
     """E~ - E is approximately -m nu_x^2/2 + m nu_y (2 |omega x a| - nu_y)/2."""
     climb = run.during_the_climb(("nu_x", "nu_y", "E", "E_tilde", "E_pot", "E_rot"))
     mass = float(run.loaded.body.m)
@@ -222,20 +217,19 @@ def estimate_of_the_difference(factor: float = 2, run: Run = REFERENCE) -> Judge
     estimate = mass / 2 * (climb["nu_y"] * (factor * length - climb["nu_y"]) - climb["nu_x"] ** 2)
     error = float(((estimate - truth) ** 2).mean() ** 0.5)
     scale = float((truth**2).mean() ** 0.5)
-    return all_of(
-        approximate("approximately equal", error, scale, "relative error"),
-        "omega x a is taken to point along y. For the line before it see EQ-43.",
-    )
+    check = approximate("approximately equal", error, scale, "relative error")
+    return check, "omega x a is taken to point along y. For the line before it see EQ-43."
 
 
 @claim(
     "EQ-38",
+    rule="misprint",
     where="Sec. 2.3, after eq (25)",
     control=("reproduced", {"printed": "R*alpha*sin(theta)"}),
     definition="for omega parallel to z, which the paper assumes there",
     quote="2|omega x a|-nu_y=2|omega||a| sin theta-nu_y>0",
 )
-def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> JudgedClaim:
+def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Grounds:
     """|omega x a| is |omega||a| sin theta."""
     symbols, q = chart(), motion()
     spin = (0, 0, symbols.state.phi_dot)
@@ -250,7 +244,7 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> JudgedCla
         part = equal(factor**2 * times, truth, shown)
         return replace(part, measured=part.measured.replace("its size", "the squares' size"))
 
-    return misprint(
+    return (
         map(squared, (printed, correct)),
         "theta is the angle between z and 3, not between omega and a. With a = R(alpha 3 - z) the "
         "part along omega drops out; |a| is between R(1 - alpha) and R(1 + alpha).",
@@ -259,13 +253,14 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> JudgedCla
 
 @claim(
     "EQ-43",
+    rule="misprint",
     where="Sec. 2.3, before eq (25)",
     control=("reproduced", {"printed": "2*abs(cross(omega, a))*y_hat"}),
     definition="for omega parallel to z, which the paper assumes there; the bracket must be a "
     "vector",
     quote="(nu_x x+nu_y y).(2(omega x a)y-(nu_x x+nu_y y))",
 )
-def vector_in_the_bracket(printed: str = "2*cross(omega, a)*y_hat") -> JudgedClaim:
+def vector_in_the_bracket(printed: str = "2*cross(omega, a)*y_hat") -> Grounds:
     """In the line before eq (25) the term 2(omega x a) y is a vector along y."""
     symbols, q = chart(), motion()
     turned = cross((0, 0, symbols.state.phi_dot), q.a)
@@ -277,10 +272,8 @@ def vector_in_the_bracket(printed: str = "2*cross(omega, a)*y_hat") -> JudgedCla
         what = "a vector along y_hat" if is_vector else "a product of two vectors is no vector"
         return formula(is_vector and bool(along_y.holds), text, what, proved=True)
 
-    return misprint(
-        map(vector, (printed, correct)),
-        "With omega along z, omega x a points along y. Its length stands in eq (25).",
-    )
+    check = map(vector, (printed, correct))
+    return check, "With omega along z, omega x a points along y. Its length stands in eq (25)."
 
 
 @claim(
@@ -291,7 +284,7 @@ def vector_in_the_bracket(printed: str = "2*cross(omega, a)*y_hat") -> JudgedCla
     "(the integral of mu g_n v_A^2, Gauss's rule between extrema)",
     quote="E_trans, E_rot and E_pot add up to the total energy E(t)",
 )
-def sum_of_the_energy(names: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> JudgedClaim:
+def sum_of_the_energy(names: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> Grounds:
     """The three parts add up to the energy."""
     span = run.whole
     columns = run.columns(("E", *names), list(span))
@@ -299,7 +292,7 @@ def sum_of_the_energy(names: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> J
     energy = columns["E"][0]
     work = run.mean("E_dot", span) * span.length
     off = abs(last - (energy + work)) / energy + abs(first / energy - 1)
-    return all_of(
+    return (
         statement(
             off < float(CLOSED),
             "parts add up to E",
@@ -318,28 +311,27 @@ def sum_of_the_energy(names: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> J
     definition="the energy has no local extremum (events), and its derivative no zero",
     quote="the total energy E(t) that is monotonically decreasing",
 )
-def falling_energy(name: str = "E", run: Run = REFERENCE) -> JudgedClaim:
+def falling_energy(name: str = "E", run: Run = REFERENCE) -> Grounds:
     """The energy in Fig. 4 decreases monotonically."""
     rise, fall = run.rises_and_falls(name)
     risen = f"rises by {decimal(rise, 3)} J" if rise else "never rises"
-    return all_of(
-        statement(
-            rise == 0 and not run.zeros(f"{name}_dot"),
-            "monotonically decreasing",
-            f"falls by {decimal(fall, 12)} J, and {risen}",
-        ),
-        "Section 1 has the same statement (EQ-06).",
+    check = statement(
+        rise == 0 and not run.zeros(f"{name}_dot"),
+        "monotonically decreasing",
+        f"falls by {decimal(fall, 12)} J, and {risen}",
     )
+    return check, "Section 1 has the same statement (EQ-06)."
 
 
 @claim(
     "FIG-02",
+    rule="interpretations",
     control=("refuted", {"name": "E_rot"}),
     definition="between 0 and 8 s; and at every instant, or averaged over each nutation (from one "
     "maximum of theta to the next)",
     quote="the potential energy E_pot (light blue line) increases",
 )
-def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> JudgedClaim:
+def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Grounds:
     """E_pot increases."""
     first, last = run.columns([name], list(run.whole))[name]
     _, fall = run.rises_and_falls(name)
@@ -354,7 +346,7 @@ def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Jud
         ),
         "at every instant": (fall == 0, f"all falls sum up to {decimal(fall, 4)} J"),
     }  # fmt: skip
-    return interpretations(statements("increases", parts), "It oscillates with theta.")
+    return statements("increases", parts), "It oscillates with theta."
 
 
 @claim(
@@ -366,7 +358,7 @@ def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Jud
     quote="These oscillations are not directly seen in the main graph because the relative "
     "variation of the energy components are small",
 )
-def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> JudgedClaim:
+def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> Grounds:
     """The oscillations of the parts are too small to be seen in the main graph."""
     height = run.value("E", 0.0)
     parts, when = {}, []
@@ -376,7 +368,7 @@ def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> JudgedClaim:
         parts[part] = share < 0.01, f"swings of at most {100 * share:.2f} % of the height"
         when.append(f"{decimal(t, 3)} s")
     note = f"They are largest at {', '.join(when)}, in this order."
-    return all_of(statements("not seen", parts), note)
+    return statements("not seen", parts), note
 
 
 @claim(
@@ -388,11 +380,11 @@ def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> JudgedClaim:
 )
 def rates_change_sign(
     names: tuple[str, ...] = ("E_trans_dot", "E_rot_dot", "E_pot_dot"), run: Run = REFERENCE
-) -> JudgedClaim:
+) -> Grounds:
     """The derivatives of E_trans, E_rot and E_pot change sign many times."""
     changes = {name: len(run.zeros(name)) for name in names}
     parts = {name: (number >= MANY, f"{number} times") for name, number in changes.items()}
-    return all_of(
+    return (
         statements("changes sign many times", parts),
         "E_trans, E_rot and E_pot oscillate with theta.",
     )
@@ -404,12 +396,12 @@ def rates_change_sign(
     quote="it goes to zero as TT inverts",
     definition="E_trans at 8 s against E_trans(0); goes to zero: below 1 % of it",
 )
-def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -> JudgedClaim:
+def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -> Grounds:
     """E_trans tends to zero as the top inverts."""
     last = run.at(name, "8")
     share = float(last.value / run.at(name, "0").value)
     shown = f"{last} J at 8 s, {decimal(share, 2)} of its first value"
-    return all_of(
+    return (
         statement(share < 0.01, "goes to zero", shown),
         "It does not fall monotonically: in the climb it oscillates up to "
         f"{decimal(run.extrema(name, run.climb)[1].max(), 3)} J.",
@@ -424,20 +416,18 @@ def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -
     quote="During the inversion the greatest part of the energy is contained in the rotational "
     "energy mode E_rot(t)",
 )
-def rotational_energy_is_the_greatest(name: str = "E_rot", run: Run = REFERENCE) -> JudgedClaim:
+def rotational_energy_is_the_greatest(name: str = "E_rot", run: Run = REFERENCE) -> Grounds:
     """Most of the energy is rotational all the time."""
     least = run.extreme(name, largest=False)
     largest = {part: run.extreme(part, largest=True) for part in PARTS if part != name}
     shown = ", ".join(f"{part} {value} J" for part, value in largest.items())
     lost = 1 - float(least) / run.value(name, 0.0)
-    return all_of(
-        statement(
-            float(least) > sum(map(float, largest.values())),
-            f"{name} is the greatest part",
-            f"least {name} {least} J; largest {shown}",
-        ),
-        f"Until then it has lost {100 * lost:.0f} % of its first value.",
+    check = statement(
+        float(least) > sum(map(float, largest.values())),
+        f"{name} is the greatest part",
+        f"least {name} {least} J; largest {shown}",
     )
+    return check, f"Until then it has lost {100 * lost:.0f} % of its first value."
 
 
 @claim(
@@ -450,7 +440,7 @@ def rotational_energy_is_the_greatest(name: str = "E_rot", run: Run = REFERENCE)
     quote="it becomes close to zero at some instants of time when both nu_x(t) and nu_y(t) are "
     "close to zero in a neighborhood of the initiation time t_{theta≈0}=3.2 s",
 )
-def vanishing_rate(moment: str = "", run: Run = REFERENCE) -> JudgedClaim:
+def vanishing_rate(moment: str = "", run: Run = REFERENCE) -> Grounds:
     """Near t_init E_dot comes close to zero where nu_x and nu_y both do."""
     centre = float(moment) if moment else run.climb.begin
     span = Span(centre - 0.2, centre + 0.2)
@@ -459,7 +449,7 @@ def vanishing_rate(moment: str = "", run: Run = REFERENCE) -> JudgedClaim:
     names = ("nu_x", "nu_y", "gliding_speed")
     nu_x, nu_y, speed = (run.value(name, times[best]) for name in names)
     fastest = run.extrema("gliding_speed", span)[1].max()
-    return all_of(
+    return (
         {
             "E_dot": statement(
                 abs(rates[best]) < 0.01 * abs(peak),
@@ -487,11 +477,11 @@ def vanishing_rate(moment: str = "", run: Run = REFERENCE) -> JudgedClaim:
     "predominantly: two thirds of the climb at least",
     quote="The graph of E_trans_dot is predominantly negative",
 )
-def sign_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERENCE) -> JudgedClaim:
+def sign_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERENCE) -> Grounds:
     """E_trans_dot is mostly negative."""
     climb = run.climb
     shares = [run.share_below_zero(name, span) for span in (run.whole, climb)]
-    return all_of(
+    return (
         statement(
             shares[1] > 2 / 3,
             "predominantly negative",
@@ -510,10 +500,10 @@ def sign_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFEREN
     definition="correlation with E_dot over 0..8 s; similar: above 0.7",
     quote="and has general shape similar to E_dot(t)",
 )
-def shape_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERENCE) -> JudgedClaim:
+def shape_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERENCE) -> Grounds:
     """E_trans_dot is shaped like E_dot."""
     alike = _correlation(name, run)
-    return all_of(
+    return (
         statement(alike > 0.7, "similar to E_dot", f"correlation {alike:.2f}"),
         "The description fits E_rot_dot, whose correlation is "
         f"{_correlation('E_rot_dot', run):.2f}.",
@@ -530,19 +520,17 @@ def shape_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERE
 )
 def where_the_energy_comes_from(
     from_: tuple[str, str] = ("E_rot", "E_trans"), run: Run = REFERENCE
-) -> JudgedClaim:
+) -> Grounds:
     """The energy lost to friction comes mostly from rotation and translation."""
     ends = run.columns(("E", *PARTS), list(run.whole))
     lost = {name: float(first - last) for name, (first, last) in ends.items()}
     share = {name: lost[name] / lost["E"] for name in PARTS}
     shown = ", ".join(f"{name} {100 * value:.1f} %" for name, value in share.items())
-    return all_of(
-        {
-            name: statement(share[name] > 0.1, "most of it from both", f"{100 * share[name]:.1f} %")
-            for name in from_
-        },
-        f"Of {decimal(lost['E'], 5)} J lost: {shown}. A negative share is a gain.",
-    )
+    check = {
+        name: statement(share[name] > 0.1, "most of it from both", f"{100 * share[name]:.1f} %")
+        for name in from_
+    }
+    return check, f"Of {decimal(lost['E'], 5)} J lost: {shown}. A negative share is a gain."
 
 
 def _correlation(name: str, run: Run) -> float:
@@ -561,7 +549,7 @@ def _correlation(name: str, run: Run) -> float:
     f"{MANY} extrema and, except for E_dot, which cannot change sign, {MANY + 1} changes of sign",
     quote="The graphs for (E_dot, E_pot_dot, E_trans_dot) ... are oscillatory",
 )
-def rates_oscillate(run: Run = REFERENCE) -> JudgedClaim:
+def rates_oscillate(run: Run = REFERENCE) -> Grounds:
     """E_dot, E_pot_dot and E_trans_dot oscillate."""
     parts = {}
     for name in ("E_dot", "E_pot_dot", "E_trans_dot"):
@@ -571,7 +559,7 @@ def rates_oscillate(run: Run = REFERENCE) -> JudgedClaim:
         oscillates = extrema > MANY and (changes > MANY or name == "E_dot")
         parts[name] = oscillates, f"{extrema} extrema, {changes} changes of sign"
     highest = float(run.extrema("E_dot")[1].max())
-    return all_of(
+    return (
         statements("oscillates", parts),
         f"E_dot is at most {decimal(highest, 3)} W, so it oscillates without changing sign.",
     )

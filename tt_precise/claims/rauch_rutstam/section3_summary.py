@@ -39,12 +39,9 @@ from tt_precise.claims.rauch_rutstam.section22_sweeps import (
     reference_lambda,
 )
 from tt_precise.claims.verdicts import (
-    JudgedClaim,
+    Grounds,
     Part,
-    all_of,
     decimal,
-    interpretations,
-    misprint,
     rounds_to,
     statement,
     statements,
@@ -67,13 +64,13 @@ STARTS = ("0", "50", "83", "100", "150", "180", "195", "200")
     control=("partly", {"last": 5}),
     definition="numbers counted in the order of the printed equations",
 )
-def cross_reference(first: int = 2, last: int = 6) -> JudgedClaim:
+def cross_reference(first: int = 2, last: int = 6) -> Grounds:
     """The dynamical equations are (2) to (6)."""
     cited = RAUCH_RUTSTAM.equations[first - 1 : last]
     moving = {"theta_dot": "ddth", "phi_dot": "ddph", "omega_3": "dot_om"}
     needed = [moving.get(name, name) for name in euler.EulerState._fields[1:]]
     begin, end = (RAUCH_RUTSTAM.equations.index(name) + 1 for name in (needed[0], needed[-1]))
-    return all_of(
+    return (
         {
             "the numbers": statement(
                 list(cited) == needed, f"({first})-({last})", f"({begin})-({end})"
@@ -95,7 +92,7 @@ def cross_reference(first: int = 2, last: int = 6) -> JudgedClaim:
     quote="by reversal of amplitude of oscillations of phi_dot(t) from large negative values to "
     "large positive values of phi_dot(t)",
 )
-def reversal_at_initiation(phase: str = "synchronisation", run: Run = REFERENCE) -> JudgedClaim:
+def reversal_at_initiation(phase: str = "synchronisation", run: Run = REFERENCE) -> Grounds:
     """At t_init phi_dot goes from large negative to large positive values."""
     span = getattr(run, phase)
     lowest = run.extreme("phi_dot", largest=False, span=span)
@@ -105,7 +102,7 @@ def reversal_at_initiation(phase: str = "synchronisation", run: Run = REFERENCE)
     after = Span(span.end, run.equator if span.end < run.equator else run.whole.end)
     highest = run.extreme("phi_dot", largest=True, span=after)
     against = f"against {decimal(usual, 3)} rad/s at the maxima of theta"
-    return all_of(
+    return (
         {
             "before": statement(
                 float(lowest) < -FACTOR * usual,
@@ -125,6 +122,7 @@ def reversal_at_initiation(phase: str = "synchronisation", run: Run = REFERENCE)
 
 @claim(
     "SUM-07",
+    rule="misprint",
     where="Summary",
     control=("reproduced", {"printed": "climb"}),
     definition="theta at the end of each interval, with the times of definition A; to pi: within "
@@ -132,7 +130,7 @@ def reversal_at_initiation(phase: str = "synchronisation", run: Run = REFERENCE)
     quote="a naturally defined climbing time interval [0,t_{theta≈pi}-t_{theta≈0}] ... during "
     "which the angle theta increases to pi",
 )
-def climbing_interval(printed: str = "shifted", run: Run = REFERENCE) -> JudgedClaim:
+def climbing_interval(printed: str = "shifted", run: Run = REFERENCE) -> Grounds:
     """During the interval from 0 to t_end - t_init the angle theta increases to pi."""
     climb = run.climb
     ends = {
@@ -146,25 +144,23 @@ def climbing_interval(printed: str = "shifted", run: Run = REFERENCE) -> JudgedC
         shown = f"theta = {decimal(theta, 4)} rad at its end, {decimal(end, 5)} s"
         return statement(math.pi - theta < 0.05, words, shown)
 
-    return misprint(
-        map(check, (printed, "climb")),
-        "The climb has this length, but begins at t_init.",
-    )
+    return map(check, (printed, "climb")), "The climb has this length, but begins at t_init."
 
 
 @claim(
     "NUM-19",
+    rule="interpretations",
     where="Summary",
     control=("refuted", {"printed": "82"}),
     definition="t_init = 0 or not, in definition A; threshold as for NUM-18",
     quote="solutions with phi_dot(0)>83 rad/s start to invert directly",
 )
-def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> JudgedClaim:
+def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> Grounds:
     """Starts with phi_dot(0) above 83 rad/s climb at once."""
     root = threshold(theta)
     between = (float(printed) + float(root.value)) / 2
     t_init = initiations(theta, between, 0)["A"]
-    return interpretations(
+    return (
         {
             "as a threshold of two digits": rounds_to(printed, root, "rad/s"),
             "as it stands": statement(
@@ -186,7 +182,7 @@ def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> JudgedC
     quote="solutions with phi_dot(0)<=83 require a synchronisation time-interval for phi_dot(t), "
     "nu_x(t) and nu_y(t) before theta(t) starts to climb",
 )
-def needed_up_to(limit: str = "83") -> JudgedClaim:
+def needed_up_to(limit: str = "83") -> Grounds:
     """Up to phi_dot(0) = 83 rad/s a synchronisation phase comes before the climb."""
 
     def check(rows: pandas.DataFrame) -> Part:
@@ -194,7 +190,7 @@ def needed_up_to(limit: str = "83") -> JudgedClaim:
         waiting = int(some[[f"t_init_{definition}" for definition in ABC]].gt(0).all(axis=1).sum())
         return statement(0 < waiting == len(some), "t_init > 0", f"{waiting} of {len(some)} starts")
 
-    return all_of(both_ways("phi_dot", check), "In all three definitions.")
+    return both_ways("phi_dot", check), "In all three definitions."
 
 
 @claim(
@@ -209,12 +205,10 @@ def needed_up_to(limit: str = "83") -> JudgedClaim:
 )
 def ends_with_a_reversal(
     series: tuple[str, ...] = ("phi_dot", *EVERY),
-) -> JudgedClaim:
+) -> Grounds:
     """Every climb ends with a reversal of phi_dot."""
-    return all_of(
-        both_ways(series, partial(inverting, how=" end so")),
-        "SUM-06 judges the height of these oscillations.",
-    )
+    check = both_ways(series, partial(inverting, how=" end so"))
+    return check, "SUM-06 judges the height of these oscillations."
 
 
 @claim(
@@ -226,7 +220,7 @@ def ends_with_a_reversal(
     f"distance from t_end in definition A, at most 0.1 s. {TESTED} {HORIZON}",
     quote="At t_{theta≈pi} the graph of nu_y(t) crosses the graph of nu_x(t) from above",
 )
-def ends_with_a_crossing(tolerance: str = "0.1") -> JudgedClaim:
+def ends_with_a_crossing(tolerance: str = "0.1") -> Grounds:
     """Every climb ends where nu_y falls below nu_x."""
 
     def close(rows: pandas.DataFrame) -> tuple[pandas.Series, pandas.Series]:
@@ -240,7 +234,7 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> JudgedClaim:
 
     held = starts(("phi_dot", *EVERY), "held")
     held = held[held["t_end_A"].notna()]
-    return all_of(
+    return (
         both_ways(("phi_dot", *EVERY), check),
         f"Of the starts that invert and keep contact, {close(held)[0].sum()} of {len(held)} have "
         "both within that time.",
@@ -256,7 +250,7 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> JudgedClaim:
     f"{TESTED}",
     quote="amplitudes of oscillations for all dynamical variables usually increases",
 )
-def amplitudes_increase(usually: str = "0.5") -> JudgedClaim:
+def amplitudes_increase(usually: str = "0.5") -> Grounds:
     """Starts that glide or nod usually oscillate more than the reference solution."""
 
     def wider(rows: pandas.DataFrame, name: str) -> float:
@@ -269,7 +263,7 @@ def amplitudes_increase(usually: str = "0.5") -> JudgedClaim:
             larger = {name: wider(starts(series, contact), name) for name in AMPLITUDES}
             shown = ", ".join(f"{name} {percent(part)}" for name, part in larger.items())
             parts[f"{series}, {reading}"] = min(larger.values()) > float(usually), shown
-    return all_of(
+    return (
         statements("usually increase", parts),
         "With nu_y(0) > 0 alone, theta_dot ranges wider for "
         f"{percent(wider(ahead[ahead['nu_y'] > 0], 'theta_dot'))} of the starts.",
@@ -278,23 +272,22 @@ def amplitudes_increase(usually: str = "0.5") -> JudgedClaim:
 
 @claim(
     "SWP-21",
+    rule="interpretations",
     where="Summary",
     definition=AMONG,
     control=("refuted", {"close": "0.01"}),
     quote="the total energy for the reference solution is close to the minimal value of total "
     "energy among solutions having lambda≈2lambda_thres",
 )
-def energy_close_to_least_energy(close: str = CLOSE) -> JudgedClaim:
+def energy_close_to_least_energy(close: str = CLOSE) -> Grounds:
     """The energy of the reference solution is close to the least energy with its lambda."""
     body = reference_body()
     inverted = float(thresholds.E1(body, reference_lambda()))
-    return interpretations(
-        {
-            "among starts with theta(0) = 0.1": closeness(close, least_energy()["E"]),
-            "among all states": closeness(close, inverted),
-        },
-        "The inverted spin, in which the top ends, has the least energy with this lambda.",
-    )
+    parts = {
+        "among starts with theta(0) = 0.1": closeness(close, least_energy()["E"]),
+        "among all states": closeness(close, inverted),
+    }
+    return parts, "The inverted spin, in which the top ends, has the least energy with this lambda."
 
 
 @claim(
@@ -303,7 +296,7 @@ def energy_close_to_least_energy(close: str = CLOSE) -> JudgedClaim:
     definition="the power of the torque is omega.(a x F)",
     quote="This transfer is due to the torque that ... performs work needed for energy transfer",
 )
-def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> JudgedClaim:
+def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Grounds:
     """The torque transfers the energy between the three modes."""
     q = motion()
     known = {"omega": q.omega, "a": q.a, "F": q.force, "dot": dot, "cross": cross}
@@ -317,7 +310,7 @@ def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> JudgedCla
         f"E_pot changes without a torque{work}",
         proved=True,
     )
-    return all_of(
+    return (
         {"between translation and rotation": rotation, "between all three modes": every},
         "E_trans and E_rot exchange omega.(a x F). E_trans and E_pot exchange m g s_dot.z, to "
         "which the torque does not contribute (EQ-34).",
@@ -326,13 +319,14 @@ def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> JudgedCla
 
 @claim(
     "SUM-06",
+    rule="interpretations",
     control=("refuted", {"around": 0.001}),
     definition=f"phi_dot(0) = {', '.join(STARTS)} rad/s, otherwise the reference start, 12 s; "
     "those that invert. Peak: largest |phi_dot| at turning points of theta within 0.3 s of the "
     "ending time (definition A), against those from the equator to 0.3 s before it",
     quote="These oscillations are well visible in all graphs of a fully inverting Tippe Top",
 )
-def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = STARTS) -> JudgedClaim:
+def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = STARTS) -> Grounds:
     """phi_dot oscillates with high amplitude at the ending time of every inverting solution."""
     peaks = [_peak(phi_dot, around) for phi_dot in starts]
     inverting = [peak for peak in peaks if peak is not None]
@@ -348,7 +342,7 @@ def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = START
             ("ten times as high as usual (median)", usual, 10),
         )
     }
-    return interpretations(
+    return (
         statements("well visible in all graphs", parts),
         "The peaks are computed as events, so no peak is missed. For the start of Fig. 8, which "
         f"the paper calls exceptionally smooth, the peak is {decimal(smooth[0], 3)} times as "
