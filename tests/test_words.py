@@ -28,6 +28,22 @@ PARTICIPLE = re.compile(
     r"|reached|rounded|said|settled|shown|sized|stored|supplied|taken|told|turned|wanted)s?"
 )
 
+# Words of a dialect that readers had to learn, and what the package says instead.
+DIALECT = {
+    "begins": "initial state", "begun": "initial state", "beside": "against, relative to",
+    "carried": "propagated", "carry": "propagate", "entries": "components", "entry": "component",
+    "held": "confined, constant", "joining": "mode switch", "joins": "mode switch",
+    "joint": "mode switch", "joints": "mode switches", "known": "what it is", "lent": "pooled",
+    "made": "what it is", "otherwise": "alternative", "parts": "limbs; parts of a claim: grounds",
+    "place": "index, position, time", "places": "indices, positions, times", "reach": "bound",
+    "reached": "bound", "reading": "convention, interpretation", "readings": "conventions",
+    "rough": "approximate", "rung": "level", "settled": "verified", "shown": "printed",
+    "stretch": "segment", "told": "message", "touch": "tangency, double zero",
+    "touches": "tangencies",
+}  # fmt: skip
+# Names that users write, or that packaging has: the console's entry point.
+ALLOWED = {"beside", "entry", "touches"}
+
 
 def clauses(source: str) -> Iterator[str]:
     """Docstrings of classes and functions that begin with a clause."""
@@ -45,12 +61,22 @@ def participles(source: str) -> Iterator[str]:
             yield node.name
 
 
+def dialect(source: str) -> Iterator[str]:
+    """Functions, classes and arguments whose names have a word of the dialect."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.arg):
+            name = node.arg if isinstance(node, ast.arg) else node.name
+            words = re.split(r"_|(?<=[a-z])(?=[A-Z])", name)
+            for word in {word.lower() for word in words} & set(DIALECT) - ALLOWED:
+                yield f"{name}: say {DIALECT[word]}"
+
+
 def continuations(source: str) -> Iterator[str]:
     """Comments that continue the name of a constant."""
     return (line for line in source.splitlines() if CONTINUATION.match(line))
 
 
-@pytest.mark.parametrize("habit", [clauses, continuations, participles])
+@pytest.mark.parametrize("habit", [clauses, continuations, dialect, participles])
 def test_no_file_of_the_package_has_the_habit(habit: Habit) -> None:
     files = sorted(PACKAGE.rglob("*.py"))
     found = {file.name: lines for file in files if (lines := list(habit(file.read_text())))}
@@ -64,6 +90,8 @@ def test_no_file_of_the_package_has_the_habit(habit: Habit) -> None:
         (clauses, 'def f():\n    """Whether it is."""', 'def f():\n    """True if x is 0."""'),
         (clauses, 'class A:\n    """The same in Euler angles."""', 'class A:\n    """A state."""'),
         (continuations, "STEPS = 512  # of a block", "STEPS = 512  # Taylor steps in one block."),
+        (dialect, "def f(entries): ...", "def f(components): ..."),
+        (dialect, "class LastStretch: ...", "class LastSegment: ..."),
         (participles, "def _read(path): ...", "def read_table(path): ..."),
     ],
 )

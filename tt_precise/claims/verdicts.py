@@ -224,14 +224,14 @@ class JudgedClaim(Record, frozen=True, kw_only=True):
         return self.parts[0] if self.rule == "misprint" else failing[0]
 
 
-def _verdict(rule: Rule, parts: tuple[Part, ...]) -> Verdict:
-    holding = [part.holds for part in parts]
+def _verdict(rule: Rule, named: tuple[Part, ...]) -> Verdict:
+    holding = [part.holds for part in named]
     if rule == "misprint":
-        return Verdict.MISPRINT if holding == [False, True] else parts[0].verdict
+        return Verdict.MISPRINT if holding == [False, True] else named[0].verdict
     if not any(holding):
         return Verdict.REFUTED if False in holding else Verdict.UNTESTABLE
     if all(holding):
-        return Verdict.ROUNDED if all(part.rounded for part in parts) else Verdict.REPRODUCED
+        return Verdict.ROUNDED if all(part.rounded for part in named) else Verdict.REPRODUCED
     return Verdict.AMBIGUOUS if rule == "interpretations" else Verdict.PARTLY
 
 
@@ -277,8 +277,8 @@ def conclude(rule: Rule, grounds: Grounds, **identity: str) -> JudgedClaim:
     )
 
 
-def _join(parts: tuple[Part, ...], field: str) -> str:
-    texts = {part.name: getattr(part, field) for part in parts if getattr(part, field)}
+def _join(named: tuple[Part, ...], field: str) -> str:
+    texts = {part.name: getattr(part, field) for part in named if getattr(part, field)}
     if len(set(texts.values())) <= 1:
         return next(iter(texts.values()), "")
     return "; ".join(f"{name}: {text}" for name, text in texts.items())
