@@ -267,7 +267,7 @@ class CheckSetup:
         return self.scene.model == "flight"
 
     @property
-    def joins(self) -> bool:
+    def may_switch(self) -> bool:
         """True if the motion may change its equations."""
         return self.height_given if self.flies else self.scene.in_pieces
 

@@ -106,7 +106,7 @@ def differences(samples: Samples) -> Differences:
     """Return the differences of all rows, computed once for all checks."""
     if "differences" not in samples.shared:
         found = _row_differences(samples, sizes_of(samples))
-        if samples.setup.joins:
+        if samples.setup.may_switch:
             found = _integrate_switches(samples, found)
         samples.shared["differences"] = found
     there: Differences = samples.shared["differences"]
