@@ -13,7 +13,7 @@ FOLDER = Path(__file__).parents[1] / "schemas"
 DOCUMENTS = {
     "results": "tt_precise.report.build:Results",
     "golden-manifest": "tt_precise.golden.documents:Manifest",
-    "golden-proof": "tt_precise.golden.documents:Proof",
+    "golden-proof": "tt_precise.golden.documents:ProofRecord",
     "run": "tt_precise.commands.run:RunRecord",
     "check": "tt_precise.check.result:Checked",
     "sweep": "tt_precise.sweeps.summary:Summary",

@@ -22,7 +22,7 @@ from tests.certify.forged import OF_TABLES, altered_table
 from tests.conftest import Patch
 from tests.golden.tables import edit_json, other_digit, with_cell
 from tt_precise.certify import NotProved, Proof, prove
-from tt_precise.certify.compare import Comparison, compare
+from tt_precise.certify.compare import TableComparison, compare
 from tt_precise.certify.files import certificate_of, certify, check
 from tt_precise.commands.golden import certify_command as command
 from tt_precise.golden import proofs, store
@@ -77,7 +77,7 @@ def _run(*arguments: str) -> int:
     return status
 
 
-def compared(stored: Stored, proof: Proof) -> Comparison:
+def compared(stored: Stored, proof: Proof) -> TableComparison:
     return compare(stored, proof.observations)
 
 

@@ -11,7 +11,7 @@ from flint import arb, arb_poly, fmpq
 from tests.certify.harness import Mutant
 from tests.certify.mutants import assert_noticed, mutants_of
 from tt_precise.certify.balls import NotProved, ball, bounds
-from tt_precise.certify.models import Dual, Frame, Series, TaylorModel
+from tt_precise.certify.models import Dual, Frame, PowerSeries, TaylorModel
 
 END = Fraction(1, 6)
 BITS = 100
@@ -103,7 +103,7 @@ def test_derivatives_of_a_root_and_of_an_exponential() -> None:
 
 def test_power_series_of_a_root_and_of_an_exponential() -> None:
     with flint.ctx.workprec(BITS):
-        x = Series(lambda c, n: arb(0), [arb(1), arb(1)])  # 1 + t
+        x = PowerSeries(lambda c, n: arb(0), [arb(1), arb(1)])  # 1 + t
         root = [1, arb(1) / 2, -arb(1) / 8, arb(1) / 16]
         assert all(x.sqrt()[n].overlaps(arb(c)) for n, c in enumerate(root))
         e = arb(1).exp()
@@ -111,7 +111,7 @@ def test_power_series_of_a_root_and_of_an_exponential() -> None:
             assert x.exp()[n].overlaps(c)
         # in whole numbers, which are as good as their units
         bits = 80
-        whole = Series(lambda c, n: 0, [1 << bits, 1 << bits], bits)
+        whole = PowerSeries(lambda c, n: 0, [1 << bits, 1 << bits], bits)
         for n, c in enumerate((e, e, e / 2, e / 6, e / 24)):
             assert abs(arb(int(whole.exp()[n])) / 2**bits - c) < 1e-20
 

@@ -17,7 +17,7 @@ from tests.certify.harness import Mutant
 from tests.certify.mutants import assert_noticed, mutants_of
 from tt_precise.certify import Enclosure, NotProved, Problem, enclose, problem_of
 from tt_precise.certify.balls import Balls, ball
-from tt_precise.certify.problem import Kind, Phase
+from tt_precise.certify.problem import EventKind, ProblemPhase
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 
 BITS = 120
@@ -32,15 +32,15 @@ def precision() -> Any:
 
 
 def problem(
-    rates: Callable[..., Sequence[Any]], start: Sequence[Any], until: Any, **kinds: Kind
+    rates: Callable[..., Sequence[Any]], start: Sequence[Any], until: Any, **kinds: EventKind
 ) -> Problem:
     """A motion that only goes on: ``rates`` of the components of the state."""
-    phase = Phase("landed", lambda y: rates(*y), lambda state: state, lambda y: y[0] * 0 + 1)
+    phase = ProblemPhase("landed", lambda y: rates(*y), lambda state: state, lambda y: y[0] * 0 + 1)
     onset = SimpleNamespace(order=lambda function: 1)
     return Problem((phase,), [arb(x) for x in start], arb(until), onset, kinds)
 
 
-def oscillator(frequency: Any, until: Any, **kinds: Kind) -> Problem:
+def oscillator(frequency: Any, until: Any, **kinds: EventKind) -> Problem:
     w = frequency
     return problem(lambda x, v: (v, -w * w * x), [1, 0], until, **kinds)
 
@@ -121,7 +121,7 @@ def test_a_steady_precession_is_contained(seed: int) -> None:
 
 
 def test_zeros_of_an_oscillator() -> None:
-    kinds = {"x": Kind(lambda y: y[0]), "rising": Kind(lambda y: y[1], 1)}
+    kinds = {"x": EventKind(lambda y: y[0]), "rising": EventKind(lambda y: y[1], 1)}
     found = enclose(oscillator(2, 10, **kinds), BITS, 40)
     assert len(found.events["x"]) == 6
     for k, zero in enumerate(found.events["x"]):
@@ -133,14 +133,14 @@ def test_zeros_of_an_oscillator() -> None:
     assert {zero.direction for zero in found.events["rising"]} == {1}
     # x - 1 and its derivative vanish at each period; no arithmetic with errors can show that
     with pytest.raises(NotProved, match="undecided"):
-        enclose(oscillator(2, 4, touching=Kind(lambda y: y[0] - 1)), BITS, 40)
+        enclose(oscillator(2, 4, touching=EventKind(lambda y: y[0] - 1)), BITS, 40)
 
 
 def test_zeros_of_a_component_that_is_tiny_beside_another() -> None:
     # two oscillators that share a tube, one 1e-25 of the other: the coarse models cannot show it
     # where the small one vanishes, the sharp ones can
     start = [arb(1), arb(0), arb("1e-25").mid(), arb(0)]
-    small = Kind(lambda y: y[2])
+    small = EventKind(lambda y: y[2])
     found = enclose(problem(lambda x, v, y, w: (v, -x, w, -y), start, 6, small=small), 200, 60)
     zeros = found.events["small"]
     assert len(zeros) == 2

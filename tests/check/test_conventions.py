@@ -17,7 +17,7 @@ from tt_precise.check.conventions import (
     OURS,
     TIME,
     Convention,
-    Found,
+    FoundConvention,
     Given,
     fit,
     search,
@@ -121,7 +121,7 @@ def draw(rng: numpy.random.Generator, hertz: int) -> Convention:
 
 class Tried(NamedTuple):
     wanted: Convention
-    found: list[Found]
+    found: list[FoundConvention]
 
 
 def tries(seed: int, count: int) -> list[Tried]:
@@ -143,7 +143,7 @@ def wrong(tried: Tried) -> str:
     return "" if same & first else str((tried.wanted, tried.found[:1]))
 
 
-def _alike(one: Found, tried: Tried) -> bool:
+def _alike(one: FoundConvention, tried: Tried) -> bool:
     return one.exactly and one.convention.changes == tried.found[0].convention.changes
 
 

@@ -11,7 +11,7 @@ from tests.check.conftest import Engine, check
 from tt_precise.check.columns import Block, CheckSetup, Samples, choose_set
 from tt_precise.check.force_free import differences, misfits
 from tt_precise.check.force_free_flow import (
-    Rows,
+    RigidMotion,
     Way,
     by_guidance,
     by_interpolation,
@@ -42,7 +42,7 @@ def pose(scene: str, hertz: float, rows: int) -> pandas.DataFrame:
     return run.frame(*POSE, times=[i / hertz for i in range(count)], numbers="float")
 
 
-def motion(scene: str, hertz: float, rows: int = 81) -> Rows:
+def motion(scene: str, hertz: float, rows: int = 81) -> RigidMotion:
     return movement_of(samples_of(pose(scene, hertz, rows), scene)).rows
 
 

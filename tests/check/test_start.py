@@ -6,7 +6,7 @@ import pytest
 import tt_precise as tt
 from tests.check.conftest import VECTORS, Healthy, check
 from tt_precise.check.start import LIMIT
-from tt_precise.golden.solution import Solution
+from tt_precise.golden.solution import TrueSolution
 from tt_precise.runtime.values import Array
 
 
@@ -56,13 +56,13 @@ def test_a_restart_with_a_new_clock_is_a_state_of_the_solution(healthy: Healthy)
 
 def test_a_state_is_sought_at_few_times_of_a_short_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its series, in pieces, takes milliseconds for each time."""
-    read, vectors = [], Solution.vectors
+    read, vectors = [], TrueSolution.vectors
 
-    def counted(own: Solution, times: Array) -> Array | None:
+    def counted(own: TrueSolution, times: Array) -> Array | None:
         read.append(len(times))
         return vectors(own, times)
 
-    monkeypatch.setattr(Solution, "vectors", counted)
+    monkeypatch.setattr(TrueSolution, "vectors", counted)
     rows = pandas.DataFrame(tt.golden.load("coulomb-stick-slip"))[VECTORS].iloc[9:]
     found = check(rows.assign(t=rows["t"] - rows["t"].iloc[0]), "coulomb-stick-slip")
     assert found["start"].note == "the solution at t = 0.018 s"

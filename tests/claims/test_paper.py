@@ -17,13 +17,13 @@ from tt_precise.claims import (
     paper,
 )
 from tt_precise.claims.committed import run_record
-from tt_precise.claims.paper import RAUCH_RUTSTAM, Paper, Section
-from tt_precise.report.document import Claims, Text
+from tt_precise.claims.paper import RAUCH_RUTSTAM, Paper, PaperSection
+from tt_precise.report.document import ClaimList, Text
 from tt_precise.report.overview import Headlines, all_claims, errata, overview
 
 OTHER = Paper(
     name="Somebody", package="somebody_else", title="Another top", authors="A. Body",
-    sections=(Section("4", "Section 4: a number"),), prefix="OTHER-",
+    sections=(PaperSection("4", "Section 4: a number"),), prefix="OTHER-",
 )  # fmt: skip
 
 
@@ -76,7 +76,7 @@ def test_another_paper_is_a_folder_and_an_entry_filed_under_its_name(another_pap
     assert judge("OTHER-NUM-01", printed="1.8").verdict == "refuted"
     run = run_record(1, 1, {"date": "today", "commit": "abc", "versions": "heyoka 1"})
     section = all_claims(judge_all(["NUM-23", "OTHER-NUM-01"]), run)
-    blocks = [block for block in section.blocks if isinstance(block, Claims)]
+    blocks = [block for block in section.blocks if isinstance(block, ClaimList)]
     groups = {block.title: [one.id for one in block.entries] for block in blocks}
     assert groups == {
         f"{RAUCH_RUTSTAM.name}, Section 2.3: energy, torque, potential": ["NUM-23"],

@@ -7,14 +7,14 @@ import pytest
 
 from tests.conftest import Printed, Said
 from tt_precise.extremes import ExtremeCase
-from tt_precise.extremes.case import Finding
+from tt_precise.extremes.case import CaseOutcome
 
 GOOD = ExtremeCase(
-    "contact", "mu = {mu}", "mu = 1", "all [well]", "theory", Finding,
+    "contact", "mu = {mu}", "mu = 1", "all [well]", "theory", CaseOutcome,
     {"measured": "1 eps", "value": 1.0}, quick=True,
 )  # fmt: skip
 BAD = ExtremeCase(
-    "contact", "a start", "a start", "a refusal", "theory", Finding,
+    "contact", "a start", "a start", "a refusal", "theory", CaseOutcome,
     {"measured": "accepted", "holds": False},
 )  # fmt: skip
 

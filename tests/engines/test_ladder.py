@@ -9,7 +9,7 @@ import numpy
 import pytest
 
 from tt_precise.engines.ladder import STEP_SIZES, LadderTest, judge_runs, ladder_tests
-from tt_precise.engines.protocol import ProgramRun, States
+from tt_precise.engines.protocol import ProgramRun, SampledMotion
 from tt_precise.engines.results import VERDICTS
 from tt_precise.mechanics.laws import COULOMB, LAWS, VISCOUS, Law
 
@@ -24,7 +24,9 @@ def off(test: LadderTest, error: float) -> ProgramRun:
     truth = test.truth
     assert truth is not None
     t = numpy.linspace(0, 1, len(truth.k))[:, None]
-    return ProgramRun("done", "", States(truth.k, truth.omega + error * test.spin * t, truth.s_dot))
+    return ProgramRun(
+        "done", "", SampledMotion(truth.k, truth.omega + error * test.spin * t, truth.s_dot)
+    )
 
 
 def judged(test: LadderTest, error: Any, promised: float | None = None) -> Any:

@@ -19,7 +19,7 @@ from tt_precise.extremes.case import NotFiniteError
 from tt_precise.integration import integrate
 
 
-def one(function: Any = registry.Finding, name: str = "name", **arguments: Any) -> Any:
+def one(function: Any = registry.CaseOutcome, name: str = "name", **arguments: Any) -> Any:
     arguments = arguments or {"measured": "well"}
     return registry.ExtremeCase("topic", "family", name, "well", "theory", function, arguments)
 
@@ -58,7 +58,7 @@ def test_findings_of_a_case_are_one() -> None:
     assert both.measured == "1 (allowed: 2); a, not b"
     both = registry.merged((registry.equal("a", "a"), registry.within(3, 4)))
     assert (both.holds, both.value) == (True, 3)
-    drawn = registry.merged((registry.Finding("a", data={"x": 1.0}), registry.Finding("b")))
+    drawn = registry.merged((registry.CaseOutcome("a", data={"x": 1.0}), registry.CaseOutcome("b")))
     assert drawn.data == {"x": 1.0}
     assert registry.finite([1.0, None, 2]) == [1.0, 2]
     with pytest.raises(registry.NotFiniteError):

@@ -9,7 +9,15 @@ import pytest
 import tt_precise as tt
 from tests.conftest import Printed, Said
 from tt_precise.extremes import edges
-from tt_precise.extremes.edges import REFUSED, Edge, Outcome, findings, outcome, shortened, table
+from tt_precise.extremes.edges import (
+    REFUSED,
+    Edge,
+    EdgeOutcome,
+    findings,
+    outcome,
+    shortened,
+    table,
+)
 
 
 @pytest.fixture
@@ -55,13 +63,13 @@ def test_contact_that_is_lost_and_digits_are_those_of_the_run() -> None:
     assert "expected" in refused.note
 
 
-def row(change: str, digits: float | None, status: str = "complete", t: float = 1.0) -> Outcome:
-    return Outcome(change, "double", status, 8.0, t, digits, 0.1, 10)
+def row(change: str, digits: float | None, status: str = "complete", t: float = 1.0) -> EdgeOutcome:
+    return EdgeOutcome(change, "double", status, 8.0, t, digits, 0.1, 10)
 
 
 def test_findings_name_the_fewest_digits_and_every_end() -> None:
     rows = [row("", 12.0), row("a", 3.0), row("b", 9.0, "contact_lost"),
-            Outcome("c", "double", REFUSED, 8.0, None, None, None, None, "why")]  # fmt: skip
+            EdgeOutcome("c", "double", REFUSED, 8.0, None, None, None, None, "why")]  # fmt: skip
     assert list(findings(rows)) == [
         "fewest digits in double: 3.0, a",
         "contact is lost: 1 of 4, first b at 1 s",

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 import mpmath
 
 from tt_precise.exact.arithmetic import arithmetic_of
-from tt_precise.golden.runs import Run, columns
+from tt_precise.golden.runs import GoldenRun, columns
 from tt_precise.golden.table import Table
 from tt_precise.mechanics import flight, newton
 from tt_precise.mechanics.conversion import RigidBodyState, vectors_from_rigid_body
@@ -32,7 +32,7 @@ LABEL = "closed form"
 BITS, DECIMALS = 400, 80
 
 
-def closed_form(scene: Scene) -> Run | None:
+def closed_form(scene: Scene) -> GoldenRun | None:
     """The flight or the steady spin of ``scene`` as a run; None for other motions."""
     start = scene.start
     if scene.model == "flight":
@@ -60,7 +60,7 @@ def closed_form(scene: Scene) -> Run | None:
     return _run("complete", names, [(t, *state.values()) for t in times], [])
 
 
-def _flight(scene: Scene) -> Run:
+def _flight(scene: Scene) -> GoldenRun:
     context = mpmath.MPContext()
     context.prec = BITS
     flown, names = ClosedFlight(scene, context), columns(scene)
@@ -81,8 +81,8 @@ def _flight(scene: Scene) -> Run:
     return _run("complete" if down is None else "landed", names, rows, events)
 
 
-def _run(status: str, names: Row, rows: Sequence[Row], events: Sequence[Row]) -> Run:
-    return Run(
+def _run(status: str, names: Row, rows: Sequence[Row], events: Sequence[Row]) -> GoldenRun:
+    return GoldenRun(
         label=LABEL,
         formulation=LABEL,
         bits=BITS,

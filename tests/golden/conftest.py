@@ -8,7 +8,7 @@ import pytest
 
 from tt_precise.golden import building, store
 from tt_precise.golden.building import Built, derive
-from tt_precise.golden.runs import LADDER, Run, perform, tasks
+from tt_precise.golden.runs import LADDER, GoldenRun, perform, tasks
 from tt_precise.golden.store import MANIFEST
 from tt_precise.scene.scene import Scene, load_scene, parse_scene
 
@@ -18,7 +18,7 @@ class Small:
     """The first 0.06 s of the reference scene, its runs, and where its data were built."""
 
     scene: Scene
-    runs: list[Run]
+    runs: list[GoldenRun]
     folder: Path
     built: Built
 

@@ -22,7 +22,7 @@ from tt_precise.golden.building import (
     constancies,
     derive,
 )
-from tt_precise.golden.runs import LADDER, Run, tasks
+from tt_precise.golden.runs import LADDER, GoldenRun, tasks
 from tt_precise.golden.store import FILES, MANIFEST, PROOF, TRAJECTORY, read_files, read_whole
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.conserved import conserved, drift
@@ -35,7 +35,7 @@ from tt_precise.scene.numerals import to_mpmath
 
 
 def again(
-    small: Small, *, replace: bool = False, other: dict[str, Run] | None = None
+    small: Small, *, replace: bool = False, other: dict[str, GoldenRun] | None = None
 ) -> building.Built:
     """Build from the runs that the small scene has, or from ``other`` ones, by their labels."""
     runs = {run.label: run for run in small.runs} | (other or {})

@@ -13,7 +13,7 @@ from tests.conftest import Patch
 from tt_precise.check.golden import digits_over_time
 from tt_precise.golden import measuring
 from tt_precise.golden.digits import EXACTLY
-from tt_precise.golden.measuring import Measured, TrueRows
+from tt_precise.golden.measuring import RowDistances, TrueRows
 from tt_precise.golden.store import read_files
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.newton import NewtonState
@@ -109,13 +109,13 @@ def test_sparing_decimals_changes_no_figure(scene: str, monkeypatch: Patch) -> N
 NAN = numpy.nan
 
 
-def measured(t: list[float], **columns: list[tuple[float, float]]) -> Measured:
+def measured(t: list[float], **columns: list[tuple[float, float]]) -> RowDistances:
     """Columns as (error, bound) for each row; what is NaN in all of them was not compared."""
     errors = {name: numpy.array([e for e, _ in rows]) for name, rows in columns.items()}
     bounds = {name: numpy.array([b for _, b in rows]) for name, rows in columns.items()}
     compared = ~numpy.all([numpy.isnan(one) for one in errors.values()], axis=0)
     times = numpy.array(t)
-    return Measured(times, errors, bounds, compared, times == 0)
+    return RowDistances(times, errors, bounds, compared, times == 0)
 
 
 START = (0.0, 0.0)

@@ -13,12 +13,19 @@ from tests.golden.closed_form import closed_form
 from tests.golden.conftest import Small, shortened
 from tests.golden.tables import other_digit, with_cell
 from tt_precise.golden.digits import EXACTLY, ZERO, agreement, digits_of
-from tt_precise.golden.runs import Run, Task, exact_decimal, ordered_events, perform, reconcile
+from tt_precise.golden.runs import (
+    GoldenRun,
+    Task,
+    exact_decimal,
+    ordered_events,
+    perform,
+    reconcile,
+)
 from tt_precise.golden.table import Table
 from tt_precise.scene.scene import Scene, load_scene, parse_scene
 
 
-def spoiled(run: Run, row: int, column: str, change: Callable[[str], str]) -> Run:
+def spoiled(run: GoldenRun, row: int, column: str, change: Callable[[str], str]) -> GoldenRun:
     return replace(run, trajectory=with_cell(run.trajectory, row, column, change))
 
 
@@ -47,7 +54,7 @@ def test_a_last_digit_that_agrees_by_luck_is_not_enough(small: Small) -> None:
     assert not consensus.complete
 
 
-def cut(run: Run, rows: int, events: int) -> Run:
+def cut(run: GoldenRun, rows: int, events: int) -> GoldenRun:
     """The first rows and events of a run."""
     return replace(
         run,
@@ -56,7 +63,7 @@ def cut(run: Run, rows: int, events: int) -> Run:
     )
 
 
-def other_direction(run: Run) -> Run:
+def other_direction(run: GoldenRun) -> GoldenRun:
     return replace(run, events=with_cell(run.events, 0, "direction", lambda way: str(-int(way))))
 
 
@@ -70,7 +77,7 @@ def other_direction(run: Run) -> Run:
     ],
 )
 def test_what_happened_otherwise_is_a_contradiction(
-    small: Small, spoil: Callable[[Run], Run], words: str
+    small: Small, spoil: Callable[[GoldenRun], GoldenRun], words: str
 ) -> None:
     with pytest.raises(ArithmeticError, match=words):
         reconcile(small.scene, [small.runs[0], spoil(small.runs[1])])
@@ -154,14 +161,14 @@ def test_what_does_not_alternate_is_suspect(small: Small, monkeypatch: Patch) ->
 # Steady spins and flights are known without an integrator, and integration finds them again.
 
 
-def known(scene: Scene) -> Run:
+def known(scene: Scene) -> GoldenRun:
     """The closed form, of a scene that has one."""
     found = closed_form(scene)
     assert found is not None
     return found
 
 
-def computed(scene: Scene) -> Run:
+def computed(scene: Scene) -> GoldenRun:
     return perform(Task(scene.name, scene.text, "mp", 160, "newton"))
 
 

@@ -18,7 +18,7 @@ from tests.golden.conftest import Small, rehash, shortened
 from tests.golden.tables import edit_cell, edit_json, other_digit
 from tt_precise.golden import build, store, verifying
 from tt_precise.golden.building import derive
-from tt_precise.golden.runs import Run, Task, perform
+from tt_precise.golden.runs import GoldenRun, Task, perform
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.golden.verifying import (
@@ -35,7 +35,7 @@ from tt_precise.scene.scene import parse_scene
 
 
 @pytest.fixture(scope="module")
-def fresh(small_built: Small) -> Run:
+def fresh(small_built: Small) -> GoldenRun:
     """A fresh computation of the small scene, in quad."""
     return perform(Task(small_built.scene.name, small_built.scene.text, "quad", None, "newton"))
 
@@ -70,7 +70,7 @@ def problems(small: Small) -> str:
     return "\n".join(inspect(small.scene.name, small.folder)[1])
 
 
-def judged(small: Small, fresh: Run) -> str:
+def judged(small: Small, fresh: GoldenRun) -> str:
     """What is found though somebody has made the hashes fit."""
     rehash(small.folder / small.scene.name)
     stored, found = inspect(small.scene.name, small.folder)
@@ -148,7 +148,7 @@ def wrong(cell: str) -> str:
 )
 def test_a_wrong_cell_under_right_hashes_is_found(
     small: Small,
-    fresh: Run,
+    fresh: GoldenRun,
     file: str,
     line: int,
     column: str,
@@ -159,7 +159,7 @@ def test_a_wrong_cell_under_right_hashes_is_found(
     assert f"{file}, line {line}, {column}: {words}" in judged(small, fresh)
 
 
-def test_a_missing_event_under_right_hashes_is_found(small: Small, fresh: Run) -> None:
+def test_a_missing_event_under_right_hashes_is_found(small: Small, fresh: GoldenRun) -> None:
     edit_table(small, EVENTS, lambda lines: lines.pop())
     assert "events.csv: " in judged(small, fresh)
 
@@ -278,7 +278,7 @@ def test_data_that_ship_are_of_the_scene_that_ships(small: Small, monkeypatch: P
     assert "scene.toml: another scene than the reference that ships" in problems(small)
 
 
-def test_what_cannot_be_compared_does_not_pass(small: Small, fresh: Run) -> None:
+def test_what_cannot_be_compared_does_not_pass(small: Small, fresh: GoldenRun) -> None:
     """Without ``inspect``, which finds other columns too."""
     stored, _ = inspect(small.scene.name, small.folder)
     assert stored is not None
@@ -396,7 +396,7 @@ def said(stored: Stored) -> tuple[object, ...]:
 @pytest.mark.parametrize(
     "seeds", [range(300), pytest.param(range(1000, 11_000), marks=pytest.mark.fuzz)], ids=len
 )
-def test_damage_is_found(small: Small, fresh: Run, tmp_path: Path, seeds: range) -> None:
+def test_damage_is_found(small: Small, fresh: GoldenRun, tmp_path: Path, seeds: range) -> None:
     whole, place = said(store.read_files("reference", small.folder)), tmp_path / "spoiled"
     for seed in seeds:
         shutil.rmtree(place, ignore_errors=True)

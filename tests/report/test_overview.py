@@ -17,7 +17,7 @@ from tt_precise.claims import JudgedClaim
 from tt_precise.claims.committed import committed, run_record
 from tt_precise.claims.rauch_rutstam.proofreading import ANSWERS
 from tt_precise.report import overview
-from tt_precise.report.document import Card, Claims, Section, Text
+from tt_precise.report.document import Card, ClaimList, Section, Text
 from tt_precise.report.overview import TRACK, answer, findings, motion, verdict
 from tt_precise.report.render import names
 from tt_precise.runtime import player
@@ -123,7 +123,7 @@ RUN = run_record(1, 1, {"date": "today", "commit": "abc", "versions": "heyoka 1"
 
 
 def _claims(section: Section) -> dict[str, list[str]]:
-    blocks = [block for block in section.blocks if isinstance(block, Claims)]
+    blocks = [block for block in section.blocks if isinstance(block, ClaimList)]
     return {block.title: [one.id for one in block.entries] for block in blocks}
 
 
@@ -138,7 +138,7 @@ def test_errata_hold_what_fails_and_only_that(judged: list[JudgedClaim]) -> None
     first, *others = section.blocks
     assert isinstance(first, Text)
     assert first.text.startswith("2 statements of the paper fail as printed; they are 2 findings")
-    assert all(isinstance(block, Claims) and block.errata for block in others)
+    assert all(isinstance(block, ClaimList) and block.errata for block in others)
 
 
 def test_all_claims_stand_by_section_of_the_paper(

@@ -92,9 +92,12 @@ def test_a_size_bounds_what_errors_of_the_summands_make(name: str) -> None:
 
 def test_series_take_arrays_on_either_side() -> None:
     array = numpy.array([2.0, 3.0])
-    for h in (series.Truncated(numpy.ones((2, 2))), series.Series(lambda c, k: 1.0 + 0 * array)):
+    for h in (
+        series.Truncated(numpy.ones((2, 2))),
+        series.TaylorSeries(lambda c, k: 1.0 + 0 * array),
+    ):
         for found in (array * h, h * array):
-            assert isinstance(found, series.Series)
+            assert isinstance(found, series.TaylorSeries)
             assert [found[k].tolist() for k in (0, 1)] == [[2, 3], [2, 3]]
         assert [(array + h)[k].tolist() for k in (0, 1)] == [[3, 4], [1, 1]]
         assert [(array - h)[k].tolist() for k in (0, 1)] == [[1, 2], [-1, -1]]
@@ -118,7 +121,7 @@ def test_a_truncated_series_is_the_series() -> None:
         lambda x, y: fn.sqrt(1 + x * x) * y / (1 + x),
     ):
         whole = function(*map(series.Truncated, random[:2])).upto(5)
-        lazy = function(*(series.Series(lambda c, k: 0.0, c) for c in random[:2])).upto(5)
+        lazy = function(*(series.TaylorSeries(lambda c, k: 0.0, c) for c in random[:2])).upto(5)
         assert numpy.array(whole) == pytest.approx(numpy.array(lazy), rel=1e-12)
 
 

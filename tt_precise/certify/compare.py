@@ -29,7 +29,7 @@ MOST_EXPONENT = 4  # Most digits of an exponent, its sign included.
 State = Mapping[str, arb | None]  # of one row or event, by column, SI; None where undefined
 
 
-class Happening(NamedTuple):
+class TableEvent(NamedTuple):
     """An event: direction, time in s, and state."""
 
     direction: int
@@ -45,10 +45,10 @@ class Enclosed(NamedTuple):
     """
 
     rows: Sequence[tuple[Fraction, State]]
-    events: Mapping[str, Sequence[Happening]]
+    events: Mapping[str, Sequence[TableEvent]]
 
     @property
-    def end(self) -> Happening | None:
+    def end(self) -> TableEvent | None:
         """The event that ends the motion, such as the loss of contact."""
         return next((self.events[name][0] for name in TERMINAL if name in self.events), None)
 
@@ -64,7 +64,7 @@ class Tally(NamedTuple):
         return Tally(*(a + b for a, b in zip(self, other, strict=True)))
 
 
-class Comparison(NamedTuple):
+class TableComparison(NamedTuple):
     """The comparison of tables and enclosure.
 
     ``tallies`` has each column of each file. ``mismatches`` are differences of the tables other
@@ -100,7 +100,7 @@ class Comparison(NamedTuple):
         return ""
 
 
-def compare(stored: Stored, enclosed: Enclosed) -> Comparison:
+def compare(stored: Stored, enclosed: Enclosed) -> TableComparison:
     """Compare the golden tables ``stored`` with balls around their numbers."""
     trajectory = stored.trajectory
     scales = {name: scale_of(_numbers(trajectory.column(name))) for name in trajectory.columns}
@@ -111,7 +111,7 @@ def compare(stored: Stored, enclosed: Enclosed) -> Comparison:
     tallies = {
         file: _tallies(stored.table(file), states[file], scales) for file in (TRAJECTORY, EVENTS)
     }
-    return Comparison(tallies, [*misprints, *problems, *more])
+    return TableComparison(tallies, [*misprints, *problems, *more])
 
 
 def _rows(stored: Stored, enclosed: Enclosed) -> tuple[list[State], list[str]]:

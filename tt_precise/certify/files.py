@@ -16,7 +16,7 @@ from pathlib import Path
 from flint import arb
 
 from tt_precise.certify.balls import NotProved, bounds, outward, round_to
-from tt_precise.certify.compare import Comparison, compare
+from tt_precise.certify.compare import TableComparison, compare
 from tt_precise.certify.statements import BITS, Proof, prove
 from tt_precise.golden import store
 from tt_precise.golden.digits import malformed_cells
@@ -38,7 +38,7 @@ class Certificate:
     """Statements proved about one scene's golden data; ``content`` becomes ``proof.json``."""
 
     content: dict[str, Json]
-    compared: Comparison
+    compared: TableComparison
 
     @property
     def objection(self) -> str:
@@ -159,7 +159,7 @@ def certificate_of(stored: Stored, bits: int = BITS) -> Certificate:
         bits += MORE_BITS
 
 
-def statements(stored: Stored, proof: Proof, compared: Comparison) -> dict[str, Json]:
+def statements(stored: Stored, proof: Proof, compared: TableComparison) -> dict[str, Json]:
     """Return the statements of a proof about the golden tables ``stored``."""
     total = compared.total
     return {

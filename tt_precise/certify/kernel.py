@@ -68,7 +68,7 @@ LEAST = 2.0**-5  # Least off-diagonal entry, relative to the largest, where weig
 
 
 @dataclass(frozen=True)
-class Equations:
+class KernelEquations:
     """y' = ``rates``(y), the precision and the order of the polynomials that follow it."""
 
     rates: Rates
@@ -90,7 +90,7 @@ class StateSet:
     box: arb_mat
 
     @classmethod
-    def of(cls, equations: Equations, time: arb, state: Sequence[arb]) -> StateSet:
+    def of(cls, equations: KernelEquations, time: arb, state: Sequence[arb]) -> StateSet:
         """Return the states in a box of balls.
 
         Raises ``NotProved``: one of them is not finite.
@@ -122,7 +122,7 @@ class Step:
     and the growth exp(a S), by which a proposer chooses the next length.
     """
 
-    equations: Equations
+    equations: KernelEquations
     time: arb
     unit: arb
     length: arb
@@ -159,7 +159,7 @@ class Step:
 
 
 def advance(
-    equations: Equations,
+    equations: KernelEquations,
     states: StateSet,
     power: int,
     length: arb,
@@ -245,7 +245,9 @@ def _moving(rates: Rates, start: Sequence[arb]) -> list[int]:
         free = moving
 
 
-def _taylor(equations: Equations, start: Sequence[arb], power: int, length: arb) -> list[arb_poly]:
+def _taylor(
+    equations: KernelEquations, start: Sequence[arb], power: int, length: arb
+) -> list[arb_poly]:
     """Return exact polynomials near the solution; the theorem holds for any polynomials."""
     bits, (mantissa, exponent) = equations.bits + FINER, length.man_exp()
     # the unit of time in which whole numbers have about the same size as in a step of length 1

@@ -1,8 +1,8 @@
 """Arithmetics in which the kernel evaluates a problem: power series, Taylor models, dual numbers.
 
-A ``TaylorModel`` contains a function on the interval of a step. A ``Series`` is a power series; a
-series in whole numbers needs no trust, since the theorem holds for any polynomial. A ``Dual`` has
-derivatives by components of a state. ``Rates`` is a right-hand side as a list of operations.
+A ``TaylorModel`` contains a function on the interval of a step. A ``PowerSeries`` in whole numbers
+needs no trust, since the theorem holds for any polynomial. A ``Dual`` has derivatives by components
+of a state. ``Rates`` is a right-hand side as a list of operations.
 
 **No NaN.** In FLINT the product of the polynomial 0 with NaN is 0, exactly. So a NaN must never
 meet a model: reciprocals, roots and exponentials of models raise an error instead of returning NaN,
@@ -99,7 +99,7 @@ class Rates:
         return [value(x) for x in self.results]
 
 
-class Series(Field):
+class PowerSeries(Field):
     """A power series; ``rule(c, n)`` is the n-th coefficient from the earlier coefficients ``c``.
 
     Coefficients are of any arithmetic. With ``bits`` they are whole numbers in units of 2^-bits.
@@ -118,8 +118,8 @@ class Series(Field):
             self.c.append(self.rule(self.c, len(self.c)))
         return self.c[n]
 
-    def _series(self, rule: Callable[[list[Scalar], int], Scalar]) -> Series:
-        return Series(rule, bits=self.bits)
+    def _series(self, rule: Callable[[list[Scalar], int], Scalar]) -> PowerSeries:
+        return PowerSeries(rule, bits=self.bits)
 
     def _number(self, x: Scalar) -> Scalar:
         return fixed(arb(x), self.bits) if self.bits else x
@@ -133,17 +133,17 @@ class Series(Field):
     def _ratio(self, a: Scalar, b: Scalar) -> Scalar:
         return (a << self.bits) // b if self.bits else a / b
 
-    def __add__(self, other: Scalar) -> Series:
-        if isinstance(other, Series):
+    def __add__(self, other: Scalar) -> PowerSeries:
+        if isinstance(other, PowerSeries):
             return self._series(lambda c, n: self[n] + other[n])
         constant = self._number(other)
         return self._series(lambda c, n: self[n] if n else self[0] + constant)
 
-    def __neg__(self) -> Series:
+    def __neg__(self) -> PowerSeries:
         return self._series(lambda c, n: -self[n])
 
-    def __mul__(self, other: Scalar) -> Series:
-        if not isinstance(other, Series):
+    def __mul__(self, other: Scalar) -> PowerSeries:
+        if not isinstance(other, PowerSeries):
             factor = self._number(other)
             return self._series(lambda c, n: self._product(self[n] * factor))
 
@@ -153,7 +153,7 @@ class Series(Field):
 
         return self._series(rule)
 
-    def inverse(self) -> Series:
+    def inverse(self) -> PowerSeries:
         def rule(c: list[Scalar], n: int) -> Scalar:
             if not n:
                 return self._ratio(1 << self.bits, self[0])
@@ -162,7 +162,7 @@ class Series(Field):
 
         return self._series(rule)
 
-    def sqrt(self, root: Callable[[Scalar], Scalar] = Balls.sqrt) -> Series:
+    def sqrt(self, root: Callable[[Scalar], Scalar] = Balls.sqrt) -> PowerSeries:
         """The square root, by ``root`` of the first coefficient."""
 
         def rule(c: list[Scalar], n: int) -> Scalar:
@@ -172,7 +172,7 @@ class Series(Field):
 
         return self._series(rule)
 
-    def exp(self) -> Series:
+    def exp(self) -> PowerSeries:
         """The exponential e, from e' = f' e."""
 
         def rule(c: list[Scalar], n: int) -> Scalar:
@@ -191,27 +191,27 @@ class Series(Field):
 
 
 def solution(
-    rates: Callable[[list[Series]], Sequence[Scalar]], start: Sequence[Scalar], bits: int = 0
-) -> list[Series]:
+    rates: Callable[[list[PowerSeries]], Sequence[Scalar]], start: Sequence[Scalar], bits: int = 0
+) -> list[PowerSeries]:
     """Return the power series of the solution of y' = ``rates``(y) through ``start``."""
-    slopes: list[Series] = []
+    slopes: list[PowerSeries] = []
 
-    def component(i: int, first: Scalar) -> Series:
+    def component(i: int, first: Scalar) -> PowerSeries:
         def rule(c: list[Scalar], n: int) -> Scalar:
             slope = slopes[i][n - 1]
             return slope // n if bits else slope / n if n > 1 else slope
 
-        return Series(rule, [first], bits)
+        return PowerSeries(rule, [first], bits)
 
     components = [component(i, first) for i, first in enumerate(start)]
-    nothing = Series(lambda c, n: 0, bits=bits)
+    nothing = PowerSeries(lambda c, n: 0, bits=bits)
     slopes += [rate + nothing for rate in rates(components)]
     return components
 
 
 def coefficient(x: Scalar, n: int) -> Scalar:
     """Return the n-th coefficient of a series, or of a constant."""
-    if isinstance(x, Series):
+    if isinstance(x, PowerSeries):
         return x[n]
     return 0 if n else x
 

@@ -17,12 +17,12 @@ import flint
 from flint import arb, arb_poly
 
 from tt_precise.certify.balls import NotProved, require_outward_rounding
-from tt_precise.certify.kernel import LOW_BITS, Equations, StateSet, Step, advance
+from tt_precise.certify.kernel import LOW_BITS, KernelEquations, StateSet, Step, advance
 from tt_precise.certify.models import Rates
-from tt_precise.certify.problem import Kind, Phase, Problem
+from tt_precise.certify.problem import EventKind, Problem, ProblemPhase
 from tt_precise.certify.propose import Proposer
 from tt_precise.certify.start import Function
-from tt_precise.certify.zeros import Zeros
+from tt_precise.certify.zeros import StepZeros
 from tt_precise.runtime.terminal import Progress, silent
 
 ORDER = 70  # Of the Taylor polynomials; 90 to 100 are some 15 % faster, and their models wider.
@@ -33,20 +33,20 @@ MOST_PARTS = 100_000  # Of steps, for a bound: where models are too wide, it is 
 
 
 @dataclass(frozen=True)
-class Happening:
+class EnclosedEvent:
     """An event in one ``phase``: direction, and balls around time and state."""
 
     direction: int
     time: arb
     state: Sequence[arb]
-    phase: Phase
+    phase: ProblemPhase
 
 
 @dataclass(frozen=True)
-class Segment:
+class VerifiedStep:
     """A verified step of a phase, of which at most the part up to ``until`` is used."""
 
-    phase: Phase
+    phase: ProblemPhase
     step: Step
     until: arb
 
@@ -61,12 +61,12 @@ class Enclosure:
 
     problem: Problem
     bits: int
-    segments: Sequence[Segment]
-    samples: Sequence[tuple[Phase, Sequence[arb]]]
-    events: Mapping[str, Sequence[Happening]]
-    end: Happening | None
+    segments: Sequence[VerifiedStep]
+    samples: Sequence[tuple[ProblemPhase, Sequence[arb]]]
+    events: Mapping[str, Sequence[EnclosedEvent]]
+    end: EnclosedEvent | None
 
-    def state(self, time: arb) -> tuple[Phase, list[arb]]:
+    def state(self, time: arb) -> tuple[ProblemPhase, list[arb]]:
         """Return phase and state at a time up to the horizon.
 
         Raises ``NotProved``: the time is not surely in one segment.
@@ -106,7 +106,7 @@ class Enclosure:
         for segment in self.segments:
             step = segment.step
             end = min(step.length, ((segment.until - step.time) / step.unit).upper())
-            value, slope = Zeros(step, segment.phase.motion).with_slope(function)
+            value, slope = StepZeros(step, segment.phase.motion).with_slope(function)
             yield _Interval(value, slope, arb(0), end)
 
 
@@ -153,10 +153,10 @@ class _Walk:
     def __init__(self, problem: Problem, bits: int, order: int):
         self.problem, self.bits, self.order = problem, bits, order
         self.phases = list(problem.phases)
-        self.segments: list[Segment] = []
-        self.samples: list[tuple[Phase, Sequence[arb]]] = []
-        self.events: dict[str, list[Happening]] = {name: [] for name in problem.kinds}
-        self.end: Happening | None = None
+        self.segments: list[VerifiedStep] = []
+        self.samples: list[tuple[ProblemPhase, Sequence[arb]]] = []
+        self.events: dict[str, list[EnclosedEvent]] = {name: [] for name in problem.kinds}
+        self.end: EnclosedEvent | None = None
         self._enter(arb(0), list(problem.start))
 
     def _enter(self, time: arb, state: Sequence[arb]) -> None:
@@ -166,7 +166,7 @@ class _Walk:
             what = f"the motion is not proved to begin before {phase.ends}"
             raise NotProved("contact", what)
         rates = Rates(phase.rates, len(state))
-        self.equations = Equations(rates, self.bits, self.order)
+        self.equations = KernelEquations(rates, self.bits, self.order)
         self.states = StateSet.of(self.equations, time, state)
         self.proposer = Proposer(self.equations)
         self.entered = True
@@ -191,10 +191,10 @@ class _Walk:
             self.problem, self.bits, self.segments, self.samples, self.events, self.end
         )
 
-    def _happened(self, step: Step) -> Happening | None:
+    def _happened(self, step: Step) -> EnclosedEvent | None:
         """Record all that happens in a step, or nothing; return the end of its phase, if any."""
         phase, until = self.phases[0], self.problem.until
-        zeros = Zeros(step, phase.motion, self._order if self.entered else None)
+        zeros = StepZeros(step, phase.motion, self._order if self.entered else None)
         ended = _end_of(phase, zeros, step, until)
         end = until if ended is None else ended.time
         samples = []
@@ -212,10 +212,10 @@ class _Walk:
         self.samples += samples
         for name, happened in events.items():
             self.events[name] += happened
-        self.segments.append(Segment(phase, step, end if end < step.finish else step.finish))
+        self.segments.append(VerifiedStep(phase, step, end if end < step.finish else step.finish))
         return ended
 
-    def _switch(self, ended: Happening) -> None:
+    def _switch(self, ended: EnclosedEvent) -> None:
         phase = self.phases[0]
         self.events.setdefault(phase.ends, []).append(ended)
         if phase.is_last:
@@ -236,7 +236,7 @@ class _Walk:
         return 1
 
 
-def _end_of(phase: Phase, zeros: Zeros, step: Step, until: arb) -> Happening | None:
+def _end_of(phase: ProblemPhase, zeros: StepZeros, step: Step, until: arb) -> EnclosedEvent | None:
     """Return the event that ends a phase in a step, up to a time ``until``.
 
     Raises ``NotProved``: whether there is one is undecided, or the equations may end otherwise.
@@ -250,16 +250,18 @@ def _end_of(phase: Phase, zeros: Zeros, step: Step, until: arb) -> Happening | N
             if not (over or positive(phase.motion(step.state(zero.time))) > 0):
                 what = f"the equations may end otherwise at t = {float(zero.time):.6g}"
                 raise NotProved("contact", what)
-    return None if first is None else Happening(-1, first, step.state(first), phase)
+    return None if first is None else EnclosedEvent(-1, first, step.state(first), phase)
 
 
-def _events(kind: Kind, zeros: Zeros, phase: Phase, step: Step, end: arb) -> list[Happening]:
+def _events(
+    kind: EventKind, zeros: StepZeros, phase: ProblemPhase, step: Step, end: arb
+) -> list[EnclosedEvent]:
     double: list[arb] = []
     if kind.double is not None:
         turn, way = kind.double
         double = [zero.time for zero in zeros.of(turn, end) if zero.direction == way]
     return [
-        Happening(zero.direction, zero.time, step.state(zero.time), phase)
+        EnclosedEvent(zero.direction, zero.time, step.state(zero.time), phase)
         for zero in zeros.of(kind.function, end, double)
         if kind.direction in (0, zero.direction)
     ]

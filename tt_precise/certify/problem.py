@@ -31,7 +31,7 @@ BALLS = Arithmetic(Balls, ball)
 
 
 @dataclass(frozen=True)
-class Kind:
+class EventKind:
     """A kind of event: the zeros of a function in one ``direction``, or in both (0).
 
     Those that are ``gliding`` exist only where the contact point can glide. At the zeros of
@@ -45,7 +45,7 @@ class Kind:
 
 
 @dataclass(frozen=True)
-class Phase:
+class ProblemPhase:
     """Equations that hold until ``function`` falls to zero, which is the event ``ends``.
 
     ``motion`` turns a state into the argument of functions. A phase that begins ``positive`` has
@@ -76,11 +76,11 @@ class Problem:
     ``samples`` the times at which the state is.
     """
 
-    phases: tuple[Phase, ...]
+    phases: tuple[ProblemPhase, ...]
     start: Sequence[arb]
     until: arb
     onset: Any
-    kinds: Mapping[str, Kind] = field(default_factory=dict)
+    kinds: Mapping[str, EventKind] = field(default_factory=dict)
     samples: Sequence[arb] = ()
 
 
@@ -93,7 +93,7 @@ def problem_of(scene: Scene) -> Problem:
     forms = _forms(scene)
     start = _pressed(scene, InitialState.of(scene, BALLS), Balls)
     phases = tuple(
-        Phase(
+        ProblemPhase(
             ends,
             _rates(form, scene, start),
             _motion(form, start),
@@ -171,12 +171,12 @@ def _onset(scene: Scene, form: Formulation) -> Onset:
     )
 
 
-def _kinds(scene: Scene, onset: Onset) -> dict[str, Kind]:
+def _kinds(scene: Scene, onset: Onset) -> dict[str, EventKind]:
     kinds = {}
     for name in catalogue(scene.model):
         event = event_named(name, scene.model)
         double = _mirrored(scene, onset) if name == "phi_dot_zero" else None
-        kinds[name] = Kind(event.function, event.direction, event.gliding, double)
+        kinds[name] = EventKind(event.function, event.direction, event.gliding, double)
     return kinds
 
 

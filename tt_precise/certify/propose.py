@@ -12,7 +12,7 @@ import math
 from flint import arb, fmpz
 
 from tt_precise.certify.balls import NotProved
-from tt_precise.certify.kernel import LOW, Equations, Step
+from tt_precise.certify.kernel import LOW, KernelEquations, Step
 
 FIRST = 2.0**-3  # Length of the first step, in the problem's unit of time.
 LONGER = 1.25  # A step is at most so much longer than the one before it.
@@ -30,7 +30,7 @@ GROWTH = 1e5  # Largest exp(a S): the bound within a step over the bound at its 
 class Proposer:
     """The unit and length of the next step: ``power`` and ``length`` (units of 2^power)."""
 
-    def __init__(self, equations: Equations):
+    def __init__(self, equations: KernelEquations):
         self.equations, self.power, self._size, self.failures = equations, 0, FIRST, 0
         self._why: ArithmeticError = NotProved("time", "the solution may end here")
 

@@ -14,7 +14,7 @@ from typing import Any
 from flint import arb, fmpq, fmpq_poly
 
 from tt_precise.certify.balls import NotProved
-from tt_precise.certify.models import Field, Series, coefficient
+from tt_precise.certify.models import Field, PowerSeries, coefficient
 from tt_precise.runtime.values import Scalar
 
 VANISHING = 6  # The highest order that is tried; each costs a term of two power series.
@@ -120,14 +120,14 @@ class FormalFunctions:
         return arb.nan()
 
     def exp(self, x: Scalar) -> Scalar:
-        return x.exp() if isinstance(x, Series) else Formal.of(x).exp()
+        return x.exp() if isinstance(x, PowerSeries) else Formal.of(x).exp()
 
     def sqrt(self, x: Scalar) -> Scalar:
         """Return the root of a rational number.
 
         Raises ``NotProved``: it is not rational, or the second irrational root.
         """
-        if isinstance(x, Series):
+        if isinstance(x, PowerSeries):
             return x.sqrt(self.sqrt)
         y = Formal.of(x)
         if y.b or max(y.a.degree(), y.c.degree()) > 0:

@@ -12,10 +12,10 @@ import flint
 from flint import arb
 
 from tt_precise.certify.balls import NotProved, ball, largest
-from tt_precise.certify.compare import Enclosed, Happening
+from tt_precise.certify.compare import Enclosed, TableEvent
 from tt_precise.certify.kernel import GUARD
 from tt_precise.certify.motion import Enclosure, enclose
-from tt_precise.certify.problem import BALLS, Phase, contact_force, problem_of
+from tt_precise.certify.problem import BALLS, ProblemPhase, contact_force, problem_of
 from tt_precise.certify.well import TrappingRegion, forever
 from tt_precise.integration.equations import QUADRATURE_SCALE
 from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
@@ -76,7 +76,7 @@ class Proof:
             ]
             events = {
                 name: [
-                    Happening(
+                    TableEvent(
                         one.direction,
                         one.time * self._start.units.time,
                         self._columns(one.phase, one.state),
@@ -87,7 +87,7 @@ class Proof:
             }
         return Enclosed(rows, events)
 
-    def _columns(self, phase: Phase, state: Sequence[arb]) -> dict[str, arb | None]:
+    def _columns(self, phase: ProblemPhase, state: Sequence[arb]) -> dict[str, arb | None]:
         """Vectors, Euler angles and quadratures in SI; None for a value that does not exist."""
         motion, record = phase.motion(state), self.scene.record
         vectors = zip(motion.state._fields, motion.state, strict=True)

@@ -22,7 +22,7 @@ from flint import arb, arb_poly
 
 from tt_precise.certify.balls import NotProved
 from tt_precise.certify.kernel import Step
-from tt_precise.certify.models import Series, polynomial, solution
+from tt_precise.certify.models import PowerSeries, polynomial, solution
 from tt_precise.certify.start import Function
 
 CLOSEST = arb(2) ** -200  # Shortest part of a step, relative to it: the search ends there.
@@ -36,7 +36,7 @@ class Zero(NamedTuple):
     time: arb
 
 
-class Zeros:
+class StepZeros:
     """The zeros of functions in a step.
 
     ``motion`` turns a state into the argument of the functions. ``order`` says to which order a
@@ -84,8 +84,8 @@ class Zeros:
         return polynomial(along, 0), polynomial(along, 1)
 
     @cached_property
-    def _sharper(self) -> Zeros:
-        return Zeros(self.step, self.motion, self.order, sharp=True)
+    def _sharper(self) -> StepZeros:
+        return StepZeros(self.step, self.motion, self.order, sharp=True)
 
     def _end(self, until: arb) -> arb:
         local = ((until - self.step.time) / self.step.unit).upper()
@@ -124,7 +124,7 @@ class Zeros:
             raise self._undecided
         return zeros
 
-    def _past_the_start(self, function: Function, along: Series) -> arb:
+    def _past_the_start(self, function: Function, along: PowerSeries) -> arb:
         """Return some b such that a function that vanishes at the start has no zero in (0, b].
 
         By Taylor's theorem its first derivative that does not vanish there would have one as well.

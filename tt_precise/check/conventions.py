@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.force_free import EPS, Misfit, Rounding, misfits, norm
-from tt_precise.check.force_free_flow import NO_TERMS, Rows, Terms, axis_of, lift_of
+from tt_precise.check.force_free_flow import NO_TERMS, RigidMotion, Terms, axis_of, lift_of
 from tt_precise.check.worlds import AXES, OMEGA, POLAR, QUATERNION, WORLDS
 from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.parameters import Parameters
@@ -178,7 +178,7 @@ class Given(NamedTuple):
         v, x = (None if one is None else one[:, rows] for one in (self.v, self.x))
         return Given(self.t[rows], self.q[:, rows], self.w[:, rows], v, x, self.vectors)
 
-    def rows(self, body: Parameters) -> Rows:
+    def rows(self, body: Parameters) -> RigidMotion:
         """Return the motion of ``body``; where v is not known, as if the top rolled."""
         k = axis_of(self.q)
         a = contact_arm(body, k)
@@ -188,7 +188,7 @@ class Given(NamedTuple):
         v = self.v
         if v is None or self.vectors:
             v = (0.0 if v is None else v) - numpy.array(cross(_vector(w), a))
-        return Rows(self.t, self.q, L, v, self.x)
+        return RigidMotion(self.t, self.q, L, v, self.x)
 
 
 def _turn(q: Quaternion | Array, vector: Array) -> Array:
@@ -489,7 +489,7 @@ def by_geometry(given: Given, body: Parameters, partial: Convention) -> Iterator
             yield replace(one, length=length, place=place, point=point, velocity_in_body=frame)
 
 
-class Found(NamedTuple):
+class FoundConvention(NamedTuple):
     """A convention in which the rows obey the laws, and how; ``exactly`` or as engines do."""
 
     convention: Convention
@@ -499,7 +499,7 @@ class Found(NamedTuple):
 
 def search(
     given: Given, body: Parameters, rounding: Mapping[str, float], scenes_jellett: float
-) -> tuple[Fit, list[Found]]:
+) -> tuple[Fit, list[FoundConvention]]:
     """Return the fit of the rows as given, and fitting conventions, fewest changes first."""
     given = given.part(slice(0, LOOKED_AT))
     as_given = Fit({}, True, True, scenes_jellett)
@@ -508,7 +508,7 @@ def search(
         as_given = fit(body, convert(given, OURS, body), rounding)
     mirrored = as_given.jellett * scenes_jellett < 0
     if as_given.passes:
-        hand = [Found(replace(OURS, hand="left"), as_given, True)] if mirrored else []
+        hand = [FoundConvention(replace(OURS, hand="left"), as_given, True)] if mirrored else []
         return as_given, hand
     candidates: dict[Convention, tuple[int, float]] = {}
     with numpy.errstate(all="ignore"):
@@ -516,8 +516,8 @@ def search(
         for off, partial in partials[:PARTIALS]:
             for one in by_geometry(given, body, partial):
                 candidates.setdefault(one, (one.changes, off))
-    passing: list[Found] = []
-    nearly: list[Found] = []
+    passing: list[FoundConvention] = []
+    nearly: list[FoundConvention] = []
     for one, (changes, _) in sorted(candidates.items(), key=lambda pair: pair[1])[:TRIES]:
         if one == OURS:
             continue
@@ -527,9 +527,9 @@ def search(
             break
         found = fit(body, convert(given, one, body), _scaled(rounding, one))
         if found.passes:
-            passing.append(Found(one, found, True))
+            passing.append(FoundConvention(one, found, True))
         elif as_given.size > 1 and found.size < min(1.0, as_given.size / NEARER):
-            nearly.append(Found(one, found, False))
+            nearly.append(FoundConvention(one, found, False))
     order = passing or sorted(
         nearly,
         key=lambda near: (len(near.fit.failing(LIMITS)), near.fit.remainder),

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 CENTRE_OF_SPHERE, CENTRE_OF_MASS = "centre", "cm"
 
 
-class Convention(NamedTuple):
+class EngineFormat(NamedTuple):
     """The columns and conventions of an engine's file of body states.
 
     ``scalar_first``: the order of its quaternion; ``in_body_frame``: the angular velocity's frame;
@@ -41,10 +41,10 @@ class Convention(NamedTuple):
     origin: str
 
 
-_CENTRAL = Convention(scalar_first=False, in_body_frame=False, origin=CENTRE_OF_MASS)
+_CENTRAL = EngineFormat(scalar_first=False, in_body_frame=False, origin=CENTRE_OF_MASS)
 CONVENTIONS = {
-    "mujoco": Convention(scalar_first=True, in_body_frame=True, origin=CENTRE_OF_SPHERE),
-    "drake": Convention(scalar_first=True, in_body_frame=False, origin=CENTRE_OF_SPHERE),
+    "mujoco": EngineFormat(scalar_first=True, in_body_frame=True, origin=CENTRE_OF_SPHERE),
+    "drake": EngineFormat(scalar_first=True, in_body_frame=False, origin=CENTRE_OF_SPHERE),
     **dict.fromkeys(("dart", "exudyn", "ode"), _CENTRAL._replace(scalar_first=True)),
     **dict.fromkeys(("bullet", "cannon-es", "jolt", "newton", "rapier"), _CENTRAL),
 }
@@ -101,7 +101,7 @@ def engine_source(
 
 
 def _rigid_body(
-    arrays: Mapping[str, Array], convention: Convention, scene: Scene, world: World | None
+    arrays: Mapping[str, Array], convention: EngineFormat, scene: Scene, world: World | None
 ) -> dict[str, Array]:
     """Return the rigid-body columns (SI) of an engine's arrays."""
     position: Array
@@ -136,7 +136,7 @@ def _rigid_body(
     return columns
 
 
-def _convention(engine: str) -> Convention:
+def _convention(engine: str) -> EngineFormat:
     name, colon, origin = engine.partition(":")
     if name not in CONVENTIONS or (colon and origin not in (CENTRE_OF_SPHERE, CENTRE_OF_MASS)):
         raise InputError(

@@ -24,14 +24,23 @@ from tt_precise.check.conventions import (
     LIMITS,
     OURS,
     RESOLVED,
-    Found,
+    FoundConvention,
     Given,
     fit,
     search,
     units_of_time,
 )
 from tt_precise.check.departures import SAME_FACTOR, Departure, departure_of
-from tt_precise.check.fitting import BODY, NUMBERS, ROWS, Fitted, Motion, factor, number, unheld_by
+from tt_precise.check.fitting import (
+    BODY,
+    NUMBERS,
+    ROWS,
+    Fitted,
+    TrialMotion,
+    factor,
+    number,
+    unheld_by,
+)
 from tt_precise.check.force_free import norm
 from tt_precise.check.force_free_flow import (
     by_guidance,
@@ -302,7 +311,9 @@ def _mirrored(rows: Samples, scenes: float) -> list[Cause]:
     return [Cause("convention", "the world is left-handed, or the top spins the other way")]
 
 
-def _beyond(rows: Samples, given: Given, half: dict[str, float], best: Found) -> list[Cause]:
+def _beyond(
+    rows: Samples, given: Given, half: dict[str, float], best: FoundConvention
+) -> list[Cause]:
     """Return the cause of a convention that an engine's file obeys only approximately."""
     ours = conventions.convert(given.part(slice(0, ROWS)), best.convention, rows.setup.body)
 
@@ -445,7 +456,7 @@ def _number(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Caus
             numbers = replace(body, **{one.name: (1 + one.p) * getattr(body, one.name)})
             return _nearer(replace(setup, assumed=numbers).samples(Block(values)), findings, judge)
         else:
-            motion = NUMBERS[one.name](Motion(body, whole), one.p)
+            motion = NUMBERS[one.name](TrialMotion(body, whole), one.p)
             left = fit(motion.body, motion.given, half, motion.terms)
             unheld = unheld_by(one)
             return left.size_of(unheld) <= max(

@@ -46,7 +46,7 @@ NONE = 0.02  # Part of a number that counts as none of it.
 LARGE = 1e-9  # Change of a number that is none.
 
 
-class Motion(NamedTuple):
+class TrialMotion(NamedTuple):
     """The effect of a number: the body, the rows, the terms of the equations."""
 
     body: Parameters
@@ -55,11 +55,11 @@ class Motion(NamedTuple):
 
 
 FROM_CENTRE = "alpha, of states of the sphere's centre"
-Change = Callable[[Motion, float], Motion]
+Change = Callable[[TrialMotion, float], TrialMotion]
 
 
 def _body(name: str) -> Change:
-    def change(motion: Motion, p: float) -> Motion:
+    def change(motion: TrialMotion, p: float) -> TrialMotion:
         body = motion.body
         return motion._replace(body=replace(body, **{name: (1 + p) * getattr(body, name)}))
 
@@ -70,11 +70,11 @@ def _term(name: str) -> Change:
     return lambda motion, p: motion._replace(terms=motion.terms._replace(**{name: p}))
 
 
-def _clock(motion: Motion, p: float) -> Motion:
+def _clock(motion: TrialMotion, p: float) -> TrialMotion:
     return motion._replace(given=motion.given._replace(t=(1 + p) * motion.given.t))
 
 
-def _late(motion: Motion, p: float) -> Motion:
+def _late(motion: TrialMotion, p: float) -> TrialMotion:
     given = motion.given
     v = None if given.v is None else _shifted(given.v, p)
     return motion._replace(given=given._replace(w=_shifted(given.w, p), v=v))
@@ -94,7 +94,7 @@ def _shifted(values: Array, p: float) -> Array:
     return numpy.einsum("np,cnp->cn", weights, values[:, rows])
 
 
-def _alpha(motion: Motion, p: float) -> Motion:
+def _alpha(motion: TrialMotion, p: float) -> TrialMotion:
     """Another alpha, where v and x were taken from the sphere's centre with the scene's."""
     body, given = motion.body, motion.given
     k = numpy.array(axis_of(given.q))
@@ -102,7 +102,9 @@ def _alpha(motion: Motion, p: float) -> Motion:
     swing = numpy.cross(given.w, apart, axis=0)
     v = None if given.v is None else given.v + swing
     x = None if given.x is None else given.x + apart
-    return Motion(replace(body, alpha=(1 + p) * body.alpha), given._replace(v=v, x=x), motion.terms)
+    return TrialMotion(
+        replace(body, alpha=(1 + p) * body.alpha), given._replace(v=v, x=x), motion.terms
+    )
 
 
 BODY = ("m", "R", "alpha", "I1", "I3", "g")
@@ -148,7 +150,7 @@ def torque_of(body: Parameters) -> float:
     return float(body.m * body.g * body.R * body.alpha)
 
 
-def residuals_of(motion: Motion, unit: float) -> Array:
+def residuals_of(motion: TrialMotion, unit: float) -> Array:
     """Return residuals of rows, without the ends, as one vector; smooth in every number.
 
     Torques are in the ``unit`` (N m), which no number changes.
@@ -190,9 +192,9 @@ def fitted(
 
     ``again`` reads the columns for another body where their convention needs one.
     """
-    start, unit = Motion(body, given), torque_of(body)
+    start, unit = TrialMotion(body, given), torque_of(body)
 
-    def at(name: str, p: float) -> Motion:
+    def at(name: str, p: float) -> TrialMotion:
         motion = NUMBERS[name](start, p)
         if again and motion.body != body:
             motion = motion._replace(given=again(motion.body))

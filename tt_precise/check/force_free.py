@@ -22,7 +22,7 @@ from tt_precise.check.force_free_flow import (
     FARTHEST,
     NO_TERMS,
     Ends,
-    Rows,
+    RigidMotion,
     Terms,
     Way,
     axis_of,
@@ -109,7 +109,7 @@ def norm(components: Array) -> Array:
     return size
 
 
-def differences(body: Parameters, rows: Rows, Q: Array, ends: Ends) -> Array:
+def differences(body: Parameters, rows: RigidMotion, Q: Array, ends: Ends) -> Array:
     """Return the differences of the rows from the ends of the flow, shape (10, intervals).
 
     Where an attitude has no known turn about its axis, the first component says nothing; nor does
@@ -153,7 +153,7 @@ def chunks(count: int) -> Iterator[tuple[slice, slice]]:
 
 def _solve(
     body: Parameters,
-    rows: Rows,
+    rows: RigidMotion,
     moving: bool,
     guide: bool,
     ways: tuple[Way, ...],
@@ -181,7 +181,7 @@ def _concatenate(chunks: list[tuple[_Chunk, slice]], name: str) -> Array:
 
 def misfits(
     body: Parameters,
-    rows: Rows,
+    rows: RigidMotion,
     rounding: Rounding,
     moving: bool = True,
     guide: bool = True,
@@ -300,7 +300,7 @@ def _guided(chunks: list[tuple[_Chunk, slice]], nutated: Array, bend: dict[str, 
     return values, local, summed
 
 
-def _bend(body: Parameters, rows: Rows) -> dict[str, Array]:
+def _bend(body: Parameters, rows: RigidMotion) -> dict[str, Array]:
     """The error of the guided flow where the lift is not linear from row to row."""
     lift, h = lift_of(body, rows), numpy.diff(rows.t)
     second = abs(numpy.diff(numpy.pad(lift, 1, mode="edge"), n=2)) / 8
@@ -316,7 +316,9 @@ def _bend(body: Parameters, rows: Rows) -> dict[str, Array]:
     }
 
 
-def _rounding_errors(body: Parameters, rows: Rows, u: Rounding) -> dict[str, tuple[Array, Array]]:
+def _rounding_errors(
+    body: Parameters, rows: RigidMotion, u: Rounding
+) -> dict[str, tuple[Array, Array]]:
     """Errors of each quantity by rounding: of the rows (n), and what the flow makes of them."""
     h, unit = numpy.diff(rows.t), body.m * body.g * body.R * body.alpha
     L, speed = norm(rows.L), norm(rows.v)

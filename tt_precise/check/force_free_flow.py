@@ -52,7 +52,7 @@ FARTHEST = 6.0  # rad of nutation from row to row above which nothing is seen in
 NEIGHBOURS = 3  # Intervals on either side of one from which its coefficient of friction is fitted.
 
 
-class Rows(NamedTuple):
+class RigidMotion(NamedTuple):
     """A motion at times ``t`` (s): attitude (4, n), L, v of the centre of mass, position (3, n).
 
     The quaternion, scalar first, turns the body's frame, whose z is the axis, to the inertial one.
@@ -64,10 +64,10 @@ class Rows(NamedTuple):
     v: Array
     x: Array | None = None
 
-    def part(self, rows: slice) -> Rows:
+    def part(self, rows: slice) -> RigidMotion:
         """Return some of the rows."""
         x = None if self.x is None else self.x[:, rows]
-        return Rows(self.t[rows], self.q[:, rows], self.L[:, rows], self.v[:, rows], x)
+        return RigidMotion(self.t[rows], self.q[:, rows], self.L[:, rows], self.v[:, rows], x)
 
 
 class Terms(NamedTuple):
@@ -114,7 +114,7 @@ def gauss(count: int) -> tuple[Array, Array, Array]:
     return (x + 1) / 2, matrix, w / 2
 
 
-def nodes_for(body: Parameters, rows: Rows) -> int:
+def nodes_for(body: Parameters, rows: RigidMotion) -> int:
     """Return the number of nodes for the intervals in which anything is seen."""
     turned = numpy.nanmax(turns(body, rows)[nutation(body, rows) < FARTHEST], initial=0.0)
     return min(FEWEST_NODES + math.ceil(NODES_PER_RADIAN * float(turned)), MOST_NODES)
@@ -126,19 +126,19 @@ def axis_of(q: Array) -> Vector:
     return (2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z)
 
 
-def momentum_at_contact(body: Parameters, rows: Rows) -> Array:
+def momentum_at_contact(body: Parameters, rows: RigidMotion) -> Array:
     """Return Q = L - a x m v, shape (3, n)."""
     a = contact_arm(body, axis_of(rows.q))
     return numpy.array(contact_momentum(body, a, _vector(rows.L), _vector(rows.v)))
 
 
-def lift_of(body: Parameters, rows: Rows) -> Array:
+def lift_of(body: Parameters, rows: RigidMotion) -> Array:
     """Return v_A.z of the contact point, m/s."""
     rising: Array = contact_lift(body, axis_of(rows.q), _vector(rows.L), rows.v[2])
     return rising
 
 
-def nutation(body: Parameters, rows: Rows) -> Array:
+def nutation(body: Parameters, rows: RigidMotion) -> Array:
     """Return the angle (rad) by which the axis nutates in each interval.
 
     The rate is that about the motion of constant inclination, where the swing of the axis has to
@@ -151,7 +151,7 @@ def nutation(body: Parameters, rows: Rows) -> Array:
     return turn
 
 
-def turns(body: Parameters, rows: Rows) -> Array:
+def turns(body: Parameters, rows: RigidMotion) -> Array:
     """Return the angle (rad) by which the body turns in each interval."""
     k, L = axis_of(rows.q), _vector(rows.L)
     along = dot(L, k)
@@ -199,7 +199,7 @@ def _write_turning(q: Array, omega: Vector, rates: Array) -> None:
     rates[3] = wz * q[0] + wx * q[2] - wy * q[1]
 
 
-class Rates(NamedTuple):
+class FlowRates(NamedTuple):
     """Rates of rows: of q (4, n), Q and k (3, n)."""
 
     q: Array
@@ -207,12 +207,12 @@ class Rates(NamedTuple):
     k: Array
 
 
-def rates_of(body: Parameters, rows: Rows) -> Rates:
+def rates_of(body: Parameters, rows: RigidMotion) -> FlowRates:
     """Return the rates of attitude and momentum in rows."""
     Q, written = momentum_at_contact(body, rows), numpy.empty((10, len(rows.t)))
     state = _State(body, rows.q, Q, rows.v[0], rows.v[1], lift_of(body, rows))
     state.write(body, rows.q, written)
-    return Rates(written[:4], written[4:7], numpy.array(state.k_dot))
+    return FlowRates(written[:4], written[4:7], numpy.array(state.k_dot))
 
 
 Sweep = Callable[[Array, Array], None]
@@ -284,7 +284,7 @@ def interpolate(t: Array, values: Array, way: Way, turn: Array, at: Array) -> Ar
 
 
 def by_interpolation(
-    body: Parameters, rows: Rows, ways: Sequence[Way], terms: Terms = NO_TERMS
+    body: Parameters, rows: RigidMotion, ways: Sequence[Way], terms: Terms = NO_TERMS
 ) -> list[Ends]:
     """Return the ends of each interval's motion, for each way to interpolate v_h and the lift."""
     Q, lift = momentum_at_contact(body, rows), lift_of(body, rows)
@@ -306,7 +306,7 @@ def by_interpolation(
     return ends
 
 
-def by_momentum(body: Parameters, rows: Rows, ways: Sequence[Way]) -> list[Ends]:
+def by_momentum(body: Parameters, rows: RigidMotion, ways: Sequence[Way]) -> list[Ends]:
     """Return the ends of each interval's turning alone, for each way to interpolate L."""
     h, count = numpy.diff(rows.t), nodes_for(body, rows)
     at, turn = gauss(count)[0], nutation(body, rows)
@@ -349,7 +349,7 @@ class Guided(NamedTuple):
 class _Guidance:
     """The fixed point of intervals whose v_h has to reach the next row's."""
 
-    def __init__(self, body: Parameters, rows: Rows, terms: Terms):
+    def __init__(self, body: Parameters, rows: RigidMotion, terms: Terms):
         self.body, self.terms, self.h = body, terms, numpy.diff(rows.t)
         self.count = nodes_for(body, rows)
         nodes = gauss(self.count)[0]
@@ -413,7 +413,7 @@ def _about(values: Array) -> Array:
     return numpy.convolve(padded, numpy.ones(2 * NEIGHBOURS + 1), "valid")
 
 
-def by_guidance(body: Parameters, rows: Rows, terms: Terms = NO_TERMS) -> Guided:
+def by_guidance(body: Parameters, rows: RigidMotion, terms: Terms = NO_TERMS) -> Guided:
     """Return motions of each interval under friction of unknown strength."""
     guidance = _Guidance(body, rows, terms)
     plain, _, _ = guidance.solve(False, False, False)

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.columns import TRACK, Block, Samples
-from tt_precise.golden.measuring import Measured
-from tt_precise.golden.solution import Rows, Solution
+from tt_precise.golden.measuring import RowDistances
+from tt_precise.golden.solution import Rows, TrueSolution
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.values import Array, Check, InputError, Verdict
@@ -56,7 +56,7 @@ def widest_gap(t: Array, end: float, spacing: float) -> tuple[float, float, floa
 STEPS_OF_DIGITS = (12, 10, 8, 6, 4, 2, 1)  # The numbers of digits whose end is searched.
 
 
-def digits_over_time(measured: Measured, begin: float) -> str:
+def digits_over_time(measured: RowDistances, begin: float) -> str:
     """Summarise measured rows, as in "9 digits until 1.2 s, none from 5 s".
 
     The times count from ``begin`` (s). Three numbers of digits are named at most: the first, and
@@ -122,7 +122,7 @@ class Wanted(NamedTuple):
 
 
 def distance_from_solution(
-    samples: Samples, block: Block, position: Position, solution: Solution, wanted: Wanted
+    samples: Samples, block: Block, position: Position, solution: TrueSolution, wanted: Wanted
 ) -> Compared:
     """Compare rows with the solution from the time ``position.begin`` on.
 

@@ -22,7 +22,7 @@ from tt_precise.check.force_free import DENSE, LOCAL, Misfit, Rounding, misfits,
 from tt_precise.check.force_free_flow import (
     BLIND,
     LEAST_NUTATION,
-    Rows,
+    RigidMotion,
     Way,
     axis_of,
     gauss,
@@ -83,7 +83,7 @@ class Movement:
     """
 
     body: Parameters
-    rows: Rows
+    rows: RigidMotion
     rounding: Rounding
     spin: bool
     moving: bool
@@ -138,7 +138,7 @@ def movement_of(samples: Samples) -> Movement:
         v = numpy.array(numpy.broadcast_arrays(*motion_as_given(samples).s_dot), dtype=float)
     elif numpy.isfinite(x[:2]).all() and count >= FEWEST_ROWS and not setup.scene.lifts:
         v = numpy.zeros((3, count))
-        v[:2], error = velocity_from(body, Rows(clock.t, q, L, v, x))
+        v[:2], error = velocity_from(body, RigidMotion(clock.t, q, L, v, x))
         a = contact_arm(body, (k[0], k[1], k[2]))
         along = (1 / body.I3 - 1 / body.I1) * (L * k).sum(axis=0)
         turning = L / body.I1 + along * k
@@ -153,7 +153,7 @@ def movement_of(samples: Samples) -> Movement:
         q = shortest_turn(k)
         # turning everything about the vertical leaves the inclination alone
         u_v = u_v + error * numpy.hypot(v[0], v[1])
-    rows = Rows(clock.t, q, L, v, x if known else None)
+    rows = RigidMotion(clock.t, q, L, v, x if known else None)
     rounding = Rounding(
         numpy.full(count, 2 * clock.rounding), u_q, u_L, u_v,
         numpy.full(count, half_unit("x", "y", "z")),
@@ -207,7 +207,7 @@ def about_vertical(vectors: Array, angle: Array) -> Array:
     return numpy.array([c * x - s * y, s * x + c * y, z])
 
 
-def velocity_from(body: Parameters, rows: Rows) -> tuple[Array, Array]:
+def velocity_from(body: Parameters, rows: RigidMotion) -> tuple[Array, Array]:
     """Return the horizontal velocity (2, n) from seven rows' positions, and its error (n,).
 
     By polynomials with and without the cosine and sine of the nutation, and by five rows: rows
@@ -237,7 +237,7 @@ def velocity_from(body: Parameters, rows: Rows) -> tuple[Array, Array]:
     return best, DERIVATIVE * spread(apart)
 
 
-def visited(body: Parameters, rows: Rows) -> Array:
+def visited(body: Parameters, rows: RigidMotion) -> Array:
     """Return indices of rows between which the top turns by ``DENSE``, or of all rows."""
     count = len(rows.t)
     turned = turns(body, rows) if count > 1 else numpy.zeros(0)
@@ -248,13 +248,13 @@ def visited(body: Parameters, rows: Rows) -> Array:
     return found if found[-1] == count - 1 else numpy.append(found, count - 1)
 
 
-def visited_rows(movement: Movement) -> tuple[Rows, Rounding]:
+def visited_rows(movement: Movement) -> tuple[RigidMotion, Rounding]:
     """Return the rows to visit, and their roundings."""
     at, rows = movement.visited, movement.rows
     if len(at) == len(rows.t):
         return rows, movement.rounding
     x = None if rows.x is None else rows.x[:, at]
-    fewer = Rows(rows.t[at], rows.q[:, at], rows.L[:, at], rows.v[:, at], x)
+    fewer = RigidMotion(rows.t[at], rows.q[:, at], rows.L[:, at], rows.v[:, at], x)
     return fewer, Rounding(*(part[at] for part in movement.rounding))
 
 
@@ -292,7 +292,7 @@ def _depth(body: Parameters, kz: Array, z: Array) -> Array:
     return depth if soft else 0 * z
 
 
-def _about_a_higher_point(body: Parameters, rows: Rows, torque: Misfit) -> Misfit:
+def _about_a_higher_point(body: Parameters, rows: RigidMotion, torque: Misfit) -> Misfit:
     """Return the misfit of the torque where a table gives way.
 
     The force acts at a height between the lowest point and the table, so that the torque about the

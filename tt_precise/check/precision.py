@@ -32,17 +32,17 @@ VECTORS = (
 )  # fmt: skip
 
 
-class Precision(NamedTuple):
+class ColumnRounding(NamedTuple):
     """Half a unit of the last place of the largest number, in its unit, and its description."""
 
     half_unit: float
     words: str
 
 
-FULL = Precision(0.0, "")
+FULL = ColumnRounding(0.0, "")
 
 
-def precision_of(values: Array) -> Precision:
+def precision_of(values: Array) -> ColumnRounding:
     """Return the precision of numbers that are printed alike."""
     numbers = values[values != 0]
     if len(numbers) < FEWEST or not numpy.isfinite(numbers).all():
@@ -54,32 +54,32 @@ def precision_of(values: Array) -> Precision:
     return max(found, key=lambda one: one.half_unit)
 
 
-def _kinds(numbers: Array) -> list[Precision]:
+def _kinds(numbers: Array) -> list[ColumnRounding]:
     size = abs(numbers)
     largest = float(size.max())
     top = math.floor(math.log10(largest))
-    found: list[Precision] = []
+    found: list[ColumnRounding] = []
     for decimals in range(1, MOST_DECIMALS - top):
         scaled = numbers * 10.0**decimals
         if (abs(scaled - numpy.rint(scaled)) < ROUNDED * (1 + abs(scaled))).all():
-            found.append(Precision(0.5 * 10.0**-decimals, f"{decimals} decimals"))
+            found.append(ColumnRounding(0.5 * 10.0**-decimals, f"{decimals} decimals"))
             break
     exponents = numpy.floor(numpy.log10(size))
     for digits in range(2, MOST_DIGITS + 1):
         scaled = numbers * 10.0 ** (digits - 1 - exponents)
         if (abs(scaled - numpy.rint(scaled)) < ROUNDED * 10.0**digits).all():
             half = 0.5 * 10.0 ** (top - digits + 1)
-            found.append(Precision(half, f"{digits} significant digits"))
+            found.append(ColumnRounding(half, f"{digits} significant digits"))
             break
     with numpy.errstate(over="ignore"):
         if (abs(numbers - numbers.astype(numpy.float32)) < 1e-9 * size).all():
-            found.append(Precision(6e-8 * largest, "32-bit floats"))
+            found.append(ColumnRounding(6e-8 * largest, "32-bit floats"))
     return found
 
 
-def precisions(given: Mapping[str, Array]) -> dict[str, Precision]:
+def precisions(given: Mapping[str, Array]) -> dict[str, ColumnRounding]:
     """Return the precision of every known column."""
-    found: dict[str, Precision] = {}
+    found: dict[str, ColumnRounding] = {}
     for names in VECTORS:
         there = [name for name in names if name in given]
         if there:
@@ -94,7 +94,7 @@ def resolution(given: Mapping[str, Array]) -> dict[str, float]:
     return {name: one.half_unit for name, one in precisions(given).items()}
 
 
-def described(found: Mapping[str, Precision]) -> str:
+def described(found: Mapping[str, ColumnRounding]) -> str:
     """Return words for the columns that are not full doubles, such as "kx ky kz: 6 decimals"."""
     by_words: dict[str, list[str]] = {}
     for name, one in found.items():
@@ -103,7 +103,7 @@ def described(found: Mapping[str, Precision]) -> str:
     return "; ".join(f"{' '.join(names)}: {words}" for words, names in by_words.items())
 
 
-class Times(NamedTuple):
+class RoundedTimes(NamedTuple):
     """Times (s) with their rounding (s); evenly spaced times without rounding, and ``words``."""
 
     t: Array
@@ -111,21 +111,21 @@ class Times(NamedTuple):
     words: str
 
 
-def times_of(t: Array) -> Times:
+def times_of(t: Array) -> RoundedTimes:
     """Return times; times that are evenly spaced up to rounding are made exactly even."""
     count = len(t)
     if count < 3:
-        return Times(t, 0.0, "")
+        return RoundedTimes(t, 0.0, "")
     rows, step = numpy.arange(count), (t[-1] - t[0]) / (count - 1)
     noise = 8 * EPS * float(abs(t).max())
     if float(abs(t - t[0] - step * rows).max()) < 1e-9 * step + noise:
-        return Times(t, noise, "")
+        return RoundedTimes(t, noise, "")
     found = precision_of(t[:: max(1, count // LOOKED_AT)])
     if not found.words:
-        return Times(t, noise, "")
+        return RoundedTimes(t, noise, "")
     steps = numpy.diff(t)
     if float(steps.max()) > GAP * float(numpy.sort(steps)[len(steps) // 2]):
-        return Times(t, found.half_unit, found.words)  # an even grid with a row missing
+        return RoundedTimes(t, found.half_unit, found.words)  # an even grid with a row missing
     # A file has a whole number of rows in a second, or of tenths of ms from row to row.
     for rate in (1.0, 1e-4, 1e-3):
         whole = numpy.rint(1 / step) if rate == 1.0 else numpy.rint(step / rate)
@@ -136,11 +136,11 @@ def times_of(t: Array) -> Times:
     places = step / (2 * found.half_unit)
     if "floats" not in found.words and abs(places - round(places)) < 1e-6:
         # a grid that is written without rounding is even, or the rows are not
-        return Times(t, found.half_unit, found.words)
+        return RoundedTimes(t, found.half_unit, found.words)
     off = t - step * rows
     off -= (off.max() + off.min()) / 2
     if float(abs(off).max()) <= 2.1 * found.half_unit:
-        return Times(
+        return RoundedTimes(
             t - off, EPS * float(abs(t).max()), f"{found.words}, evenly spaced but for that"
         )
-    return Times(t, found.half_unit, found.words)
+    return RoundedTimes(t, found.half_unit, found.words)

@@ -39,7 +39,7 @@ from tt_precise.check.result import Cause, Result, shortened
 from tt_precise.check.sources import NotFinite, RowSource, UsableRows, open_source, usable_rows
 from tt_precise.check.start import Begin, look_for_start, rounding
 from tt_precise.check.worlds import World
-from tt_precise.golden.solution import Solution
+from tt_precise.golden.solution import TrueSolution
 from tt_precise.golden.store import Folder
 from tt_precise.mechanics.digits import MOST_GOLDEN
 from tt_precise.mechanics.newton import NewtonState
@@ -193,7 +193,7 @@ def examine(
         setup = _setup(table, scene, friction, start)
         file = _load(table, setup, their_world, cutoff, progress)
         examination = _Examination(setup, file, wanted, digits, cutoff, allow)
-        return examination.result(Solution(scene, folder, progress))
+        return examination.result(TrueSolution(scene, folder, progress))
 
 
 OPTIONS = inspect.signature(conservation).parameters
@@ -201,7 +201,7 @@ OPTIONS = inspect.signature(conservation).parameters
 FURTHER = ("finite", "start", "agreement", "golden")
 
 
-class _File(NamedTuple):
+class _ReadTable(NamedTuple):
     """A trajectory as read: origin, columns and rows."""
 
     where: str
@@ -213,7 +213,7 @@ class _File(NamedTuple):
 
 def _load(
     table: RowSource, setup: CheckSetup, world: World, cutoff: float, progress: Progress
-) -> _File:
+) -> _ReadTable:
     height = setup.columns.height if setup.height_given else ()
     names = ("t", *(n for n in (*setup.columns.names, *height) if n in table.names))
     also = [name for name in recognised_columns(table.names) if name not in names]
@@ -233,7 +233,7 @@ def _load(
             + (f" up to t = {cutoff:g} s" if cutoff < math.inf else "")
             + ", expected a trajectory of at least two"
         )
-    return _File(table.where, table.names, table.alternatives, whole, usable)
+    return _ReadTable(table.where, table.names, table.alternatives, whole, usable)
 
 
 def _no_texts(whole: Block, world: World) -> Callable[[int, Sequence[str]], list[Any]]:
@@ -276,7 +276,7 @@ class _Examination:
     def __init__(
         self,
         setup: CheckSetup,
-        file: _File,
+        file: _ReadTable,
         limits: Mapping[str, float],
         digits: float | None,
         cutoff: float,
@@ -286,7 +286,7 @@ class _Examination:
         self._digits, self._cutoff, self._allow = digits, cutoff, allow
         self._block, self._broken = file.usable.block, file.usable.broken
 
-    def result(self, solution: Solution) -> Result:
+    def result(self, solution: TrueSolution) -> Result:
         """Return all findings and the verdict."""
         block, setup = self._block, self._setup
         also = [n for n in block.values if n not in ("t", *setup.columns.names)]
@@ -329,7 +329,7 @@ class _Examination:
         return [check.result(rows, limits[check.name]) for check in checks_of(rows.setup.scene)]
 
     def _against_solution(
-        self, rows: Samples, found: Sequence[Check], solution: Solution
+        self, rows: Samples, found: Sequence[Check], solution: TrueSolution
     ) -> list[Check]:
         """Return the checks of the start, of the columns' agreement, and of the solution."""
         setup, t_first = self._setup, self._file.usable.t_first
@@ -347,7 +347,7 @@ class _Examination:
             golden = decide_alone(golden, rounding(rows))
         return [begin.finding, agreement(rows, followed | compared.columns), golden]
 
-    def _true_rows(self, solution: Solution) -> Callable[[Array], Array | None]:
+    def _true_rows(self, solution: TrueSolution) -> Callable[[Array], Array | None]:
         """Return the solution at times (s) from the first row on, as vectors in the file's axes."""
         t_first, until = self._file.usable.t_first, float(self._setup.scene.until)
         begin, time = self._begin, self._begin.time
@@ -364,7 +364,7 @@ class _Examination:
         return true
 
     def _compare(
-        self, rows: Samples, begin: Begin, solution: Solution, further: frozenset[str]
+        self, rows: Samples, begin: Begin, solution: TrueSolution, further: frozenset[str]
     ) -> Compared:
         setup, t_first = self._setup, self._file.usable.t_first
         if setup.friction == "other":

@@ -22,7 +22,7 @@ CLAIM_KINDS = {
 
 
 @dataclass(frozen=True)
-class Section:
+class PaperSection:
     """A section of a paper: its number, its title, and the numbers of its equations and figures."""
 
     key: str
@@ -53,7 +53,7 @@ class Paper:
     package: str
     title: str
     authors: str
-    sections: Sequence[Section]
+    sections: Sequence[PaperSection]
     prefix: str = ""
     headlines: Mapping[str, str] = field(default_factory=dict)
     equations: Sequence[str] = ()
@@ -62,12 +62,12 @@ class Paper:
     def citation(self) -> str:
         return f"{self.authors}, {self.title}"
 
-    def section(self, key: str) -> Section:
+    def section(self, key: str) -> PaperSection:
         return next(section for section in self.sections if section.key == key)
 
 
 @dataclass(frozen=True)
-class Answer:
+class AnswerSentence:
     """A sentence of the answer to "does the paper hold?", and the claims on which it depends."""
 
     claims: Sequence[str]
@@ -91,11 +91,11 @@ RAUCH_RUTSTAM = Paper(
     "equations",
     authors="S. Rauch-Wojciechowski and N. Rutstam",
     sections=(
-        Section("1", "Section 1: the model", range(1, 19), (1,)),
-        Section("2.1", "Section 2.1: the reference solution", range(19, 22), (2, 3)),
-        Section("2.2", "Section 2.2: other starts", figures=(8,)),
-        Section("2.3", "Section 2.3: energy, torque, potential", range(22, 26), (4, 5, 6, 7)),
-        Section("3", "Section 3: summary"),
+        PaperSection("1", "Section 1: the model", range(1, 19), (1,)),
+        PaperSection("2.1", "Section 2.1: the reference solution", range(19, 22), (2, 3)),
+        PaperSection("2.2", "Section 2.2: other starts", figures=(8,)),
+        PaperSection("2.3", "Section 2.3: energy, torque, potential", range(22, 26), (4, 5, 6, 7)),
+        PaperSection("3", "Section 3: summary"),
     ),
     headlines={"NUM-22": "1.8534", "NUM-05": "7.87 s"},
     equations=("TTequ", "ddth", "ddph", "dot_om", "nu_x", "nu_y", "equ_for_g_n"),

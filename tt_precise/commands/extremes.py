@@ -9,7 +9,7 @@ import click
 
 from tt_precise.commands import options
 from tt_precise.extremes.case import TOPICS, Extremes, families, family_rows
-from tt_precise.extremes.edges import Outcome, explore, findings, table
+from tt_precise.extremes.edges import EdgeOutcome, explore, findings, table
 from tt_precise.runtime.files import require_writable
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import console, progress_bar
@@ -27,7 +27,7 @@ class Edges(Record, frozen=True, tag_field="schema", tag="tt_precise.extremes.sc
     """JSON document of `tt-precise extremes SCENE --json`."""
 
     scene: Annotated[str, means("name of the scene")]
-    outcomes: Annotated[tuple[Outcome, ...], means("one entry for each change and precision")]
+    outcomes: Annotated[tuple[EdgeOutcome, ...], means("one entry for each change and precision")]
     findings: Annotated[tuple[str, ...], means("where digits, contact or the model are lost")]
 
 

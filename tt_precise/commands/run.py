@@ -65,7 +65,7 @@ class ClimbsRecord(Record, frozen=True):
     C: Annotated[ClimbRecord, means("phi_dot > 0")]
 
 
-class StretchRecord(Record, frozen=True):
+class SegmentRecord(Record, frozen=True):
     """A segment of the motion under one model."""
 
     model: Annotated[str, means("gliding, rolling, flight, or contact (elastic table)")]
@@ -157,7 +157,7 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
         NormalForceRecord | None, means("smallest normal force between start and end")
     ]
     stretches: Annotated[
-        tuple[StretchRecord, ...], means("segments of gliding, rolling, flight, in order of time")
+        tuple[SegmentRecord, ...], means("segments of gliding, rolling, flight, in order of time")
     ]
     steps: Annotated[int, means("steps taken")]
     order: Annotated[int, means("order of the Taylor method")]
@@ -361,7 +361,7 @@ def answers(trajectory: Trajectory, *, exactly: bool = False) -> dict[str, Any]:
             smallest = _smallest_force(trajectory)
     theorem, equator, end = outcome_of(trajectory, passage)
     stretches = tuple(
-        StretchRecord(piece.model, text(piece.begin), text(piece.end), piece.status)
+        SegmentRecord(piece.model, text(piece.begin), text(piece.end), piece.status)
         for piece in trajectory.pieces
     )
     return {

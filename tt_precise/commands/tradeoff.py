@@ -15,7 +15,7 @@ from tt_precise.scene.scene import load_scene
 from tt_precise.tradeoff.measure import Row, Tradeoff, measure, ratios
 
 
-class Measured(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff/3"):
+class TradeoffRecord(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff/3"):
     """JSON document of `tt-precise tradeoff SCENE --json`."""
 
     scene: Annotated[str, means("name of the scene")]
@@ -44,7 +44,7 @@ def command(scene: str, until: str | None, as_json: bool) -> int:
     with progress_bar("digits and tolerances") as progress:
         measured = measure(loaded, progress)
     known = ratios(measured.rows)
-    record = Measured(loaded.name, measured.until_s, measured.rows, known, measured.left_out)
+    record = TradeoffRecord(loaded.name, measured.until_s, measured.rows, known, measured.left_out)
     emit(as_json, record, _lines(loaded.name, measured, known))
     return 0
 

@@ -21,7 +21,7 @@ from tt_precise.engines.protocol import (
     NO_FRICTION,
     TIME_LIMIT_S,
     ProgramRun,
-    States,
+    SampledMotion,
     friction_of,
     job,
     run,
@@ -65,7 +65,7 @@ class LadderTest:
     meaning: str
     scene: Scene
     conserved: tuple[str, ...]
-    reference: Callable[[Scene], States] | None
+    reference: Callable[[Scene], SampledMotion] | None
     friction: dict[str, Json] | None = None
     contact: Literal["rigid", "none"] = "rigid"
 
@@ -90,12 +90,12 @@ class LadderTest:
         return float(numpy.linalg.norm(numpy.array(self.start.omega, dtype=float)))
 
     @cached_property
-    def truth(self) -> States | None:
+    def truth(self) -> SampledMotion | None:
         """The reference at the sample times."""
         return self.reference(self.scene) if self.reference else None
 
 
-def fly_freely(scene: Scene) -> States:
+def fly_freely(scene: Scene) -> SampledMotion:
     """Free flight from the scene's start, in closed form."""
     content = job(scene, STEP_SIZES[0], NO_FRICTION, contact="none")
     start, body = content["start"], InitialState.in_si(scene, DOUBLE).body
@@ -105,32 +105,32 @@ def fly_freely(scene: Scene) -> States:
     rows = [flight.flown(body, initial, t, numpy) for t in content["sample_times"]]
     table = numpy.array(rows, dtype=float)
     axes = [rotate(row[:4], (0, 0, 1)) for row in rows]
-    return States(numpy.array(axes, dtype=float), table[:, 4:7], table[:, 7:10])
+    return SampledMotion(numpy.array(axes, dtype=float), table[:, 4:7], table[:, 7:10])
 
 
-def integrate_in_double(scene: Scene) -> States:
+def integrate_in_double(scene: Scene) -> SampledMotion:
     """The scene's solution, integrated in double to its full accuracy."""
     trajectory = integrate(scene, events=(), record=())
     return _of_columns(scene, trajectory.frame(*NewtonState._fields, numbers="float"))
 
 
-def load_golden(scene: Scene) -> States:
+def load_golden(scene: Scene) -> SampledMotion:
     """The scene's golden data."""
     return _of_columns(scene, golden.load(scene.name))
 
 
-def _of_columns(scene: Scene, frame: pandas.DataFrame) -> States:
+def _of_columns(scene: Scene, frame: pandas.DataFrame) -> SampledMotion:
     body = InitialState.in_si(scene, DOUBLE).body
     columns = [frame[name].to_numpy(dtype=float) for name in NewtonState._fields]
     q = Motion(body, NewtonState(*columns), numpy, scene.model)
     vectors = (numpy.broadcast_arrays(*vector) for vector in (q.k, q.omega, q.s_dot))
-    return States(*(numpy.stack(vector, axis=1).astype(float) for vector in vectors))
+    return SampledMotion(*(numpy.stack(vector, axis=1).astype(float) for vector in vectors))
 
 
-def sleep_vertically(scene: Scene) -> States:
+def sleep_vertically(scene: Scene) -> SampledMotion:
     """A steady spin about the vertical: the start at all times."""
     q, rows = InitialState.in_si(scene, DOUBLE).motion(numpy), len(scene.sample_times)
-    return States(
+    return SampledMotion(
         *(numpy.tile([float(x) for x in vector], (rows, 1)) for vector in (q.k, q.omega, q.s_dot))
     )
 
@@ -334,11 +334,11 @@ def _summarise(last: Check, values: list[float | None], causes: str = "") -> dic
     return {"values": values, "limit": last.limit, "verdict": last.verdict, "note": note}
 
 
-def _difference(states: States, other: States, test: LadderTest) -> float:
+def _difference(states: SampledMotion, other: SampledMotion, test: LadderTest) -> float:
     return float(states.distance(other, test.spin, float(test.start.body.R)).max())
 
 
-def _order(states: Sequence[States], test: LadderTest) -> tuple[float | None, float | None]:
+def _order(states: Sequence[SampledMotion], test: LadderTest) -> tuple[float | None, float | None]:
     """Observed order, and a bound on the distance of the smallest step from the engine's limit.
 
     The bound takes no order above 1 for granted: a coarse run outside the asymptotic range makes
@@ -354,10 +354,10 @@ def _order(states: Sequence[States], test: LadderTest) -> tuple[float | None, fl
     return order, fine / (2 ** min(order, 1.0) - 1) if order >= LEAST_ORDER else None
 
 
-def _extrapolated(states: Sequence[States], order: float) -> States:
+def _extrapolated(states: Sequence[SampledMotion], order: float) -> SampledMotion:
     weight = 1 / (2**order - 1)
     before, last = states[-2], states[-1]
-    return States(
+    return SampledMotion(
         *(
             getattr(last, name) + weight * (getattr(last, name) - getattr(before, name))
             for name in ("k", "omega", "s_dot")
@@ -365,18 +365,18 @@ def _extrapolated(states: Sequence[States], order: float) -> States:
     )
 
 
-def _equator(test: LadderTest, states: States) -> float | None:
+def _equator(test: LadderTest, states: SampledMotion) -> float | None:
     below = numpy.flatnonzero(numpy.sign(states.k[:, 2]) != numpy.sign(states.k[0, 2]))
     return float(test.scene.sample_times[int(below[0])]) if len(below) else None
 
 
-def _momentum(test: LadderTest, states: States) -> Array:
+def _momentum(test: LadderTest, states: SampledMotion) -> Array:
     """L at each row, axes (row, component)."""
     L = angular_momentum(test.start.body, tuple(states.k.T), tuple(states.omega.T))
     return numpy.stack(L, axis=1)
 
 
-def _motion(test: LadderTest, states: States) -> Motion:
+def _motion(test: LadderTest, states: SampledMotion) -> Motion:
     vectors = NewtonState(*(*states.k.T, *_momentum(test, states).T, 0.0, 0.0))
     return Motion(test.start.body, vectors, numpy, s_dot=lambda: tuple(states.s_dot.T))
 
@@ -385,7 +385,7 @@ def _relative(values: Array) -> float:
     return float((abs(values - values[0]) / abs(values[0])).max())
 
 
-DRIFTS: dict[str, Callable[[LadderTest, States], float]] = {
+DRIFTS: dict[str, Callable[[LadderTest, SampledMotion], float]] = {
     "jellett": lambda test, states: _relative(quantities.jellett(_motion(test, states))),
     "energy": lambda test, states: _relative(quantities.E(_motion(test, states))),
     "rotational_energy": lambda test, states: _relative(quantities.E_rot(_motion(test, states))),

@@ -95,7 +95,7 @@ FRICTION = {
 }
 
 
-class Start(Record, frozen=True, forbid_unknown_fields=True):
+class InitialPose(Record, frozen=True, forbid_unknown_fields=True):
     """Pose and twist at t = 0."""
 
     position: Annotated[Vector, means("m, of the centre of mass")]
@@ -122,7 +122,7 @@ class Job(
     gravity: Annotated[float, means("m/s^2, downwards", gt=0)]
     contact: Annotated[Literal["rigid", "none"], means("none: no table, free flight")]
     friction: Annotated[dict[str, Json], Meta(extra_json_schema=FRICTION)]
-    start: Start
+    start: InitialPose
     step: Annotated[float, means("s, the fixed step to use", gt=0)]
     sample_times: Annotated[
         list[float],
@@ -154,7 +154,7 @@ def job(
         float(body.g),
         contact,
         friction,
-        Start(
+        InitialPose(
             [0.0, 0.0, float(body.R * (1 - body.alpha * q.k[2]))],
             [w, x, y, z],
             [x, y, z, w],
@@ -174,18 +174,18 @@ def as_text(content: dict[str, Json]) -> str:
 
 
 @dataclass(frozen=True)
-class States:
+class SampledMotion:
     """A motion at the sample times: axis, angular velocity, velocity of CM, each (rows, 3); SI."""
 
     k: Array
     omega: Array
     s_dot: Array
 
-    def every(self, rows: int) -> States:
+    def every(self, rows: int) -> SampledMotion:
         """Every ``rows``-th row, including the first."""
-        return States(self.k[::rows], self.omega[::rows], self.s_dot[::rows])
+        return SampledMotion(self.k[::rows], self.omega[::rows], self.s_dot[::rows])
 
-    def distance(self, other: States, spin: float, radius: float) -> Array:
+    def distance(self, other: SampledMotion, spin: float, radius: float) -> Array:
         """Largest of |dk|, |d omega|/spin, |d s_dot|/(radius spin), row by row."""
         return numpy.max(
             [
@@ -209,7 +209,7 @@ class ProgramRun:
 
     status: str
     message: str = ""
-    states: States | None = None
+    states: SampledMotion | None = None
     name: str = ""
     columns: dict[str, Array] = field(default_factory=dict, repr=False)
 
@@ -297,7 +297,7 @@ def _parse(text: str, job: dict[str, Json]) -> ProgramRun:
         raise ValueError(f"quaternion of length {size[abs(size - 1).argmax()]:.3g}, expected 1")
     _require_start(table[0], job)
     k = numpy.stack(axis_of(*table[:, 1:5].T), axis=1)
-    states = States(k, table[:, 5:8], table[:, 8:11])
+    states = SampledMotion(k, table[:, 5:8], table[:, 8:11])
     return ProgramRun("done", "", states, columns=dict(zip(names, table.T, strict=True)))
 
 

@@ -78,9 +78,9 @@ class ExtremeCase:
     def failed(self, reason: str) -> CaseRecord:
         """The record of a case without a result; ``reason`` becomes one line."""
         line = " ".join(reason.split())
-        return self._record(Finding(line if len(line) <= 200 else line[:197] + "...", False))
+        return self._record(CaseOutcome(line if len(line) <= 200 else line[:197] + "...", False))
 
-    def _record(self, found: Finding) -> CaseRecord:
+    def _record(self, found: CaseOutcome) -> CaseRecord:
         return CaseRecord(
             topic=self.topic,
             family=self.family,
@@ -127,7 +127,7 @@ class NotFiniteError(ArithmeticError):
 
 
 @dataclass(frozen=True)
-class Finding:
+class CaseOutcome:
     """A measured outcome in words, its verdict ``holds``, and numbers for pictures."""
 
     measured: str
@@ -136,31 +136,31 @@ class Finding:
     data: dict[str, float] = field(default_factory=dict)
 
 
-Findings = Finding | tuple["Findings", ...]  # of a case; all have to hold
+Findings = CaseOutcome | tuple["Findings", ...]  # of a case; all have to hold
 
 
-def merged(findings: Findings) -> Finding:
+def merged(findings: Findings) -> CaseOutcome:
     """One finding that holds if all findings hold; its value is that of the first."""
-    if isinstance(findings, Finding):
+    if isinstance(findings, CaseOutcome):
         return findings
     each = [merged(one) for one in findings]
     value = next((one.value for one in each if one.value is not None), None)
     data = {name: number for one in each for name, number in one.data.items()}
     words = "; ".join(one.measured for one in each)
-    return Finding(words, all(one.holds for one in each), value, data)
+    return CaseOutcome(words, all(one.holds for one in each), value, data)
 
 
-def within(value: Scalar, limit: float, unit: str = "") -> Finding:
+def within(value: Scalar, limit: float, unit: str = "") -> CaseOutcome:
     """A finding that holds if ``value`` is at most ``limit``: "3.2 eps (allowed: 10)"."""
     number = float(value)
     text = f"{number:.2g} {unit}".rstrip() + f" (allowed: {limit:g})"
-    return Finding(text, number <= limit, number)
+    return CaseOutcome(text, number <= limit, number)
 
 
-def equal(got: object, expected: object, value: float | None = None) -> Finding:
+def equal(got: object, expected: object, value: float | None = None) -> CaseOutcome:
     """A finding that holds if ``got`` equals ``expected``, such as a status."""
     text = str(got) if got == expected else f"{got}, not {expected}"
-    return Finding(text, bool(got == expected), value)
+    return CaseOutcome(text, bool(got == expected), value)
 
 
 def finite(values: Iterable[Scalar], what: str = "output") -> list[Scalar]:

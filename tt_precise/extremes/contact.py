@@ -7,7 +7,7 @@ from functools import cache
 
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes import theory
-from tt_precise.extremes.case import Finding, Findings, case, equal, finite, within
+from tt_precise.extremes.case import CaseOutcome, Findings, case, equal, finite, within
 from tt_precise.extremes.runs import (
     EPS,
     Integrate,
@@ -190,7 +190,7 @@ def blow_up(motion: str, integrate: Integrate = integrate) -> Findings:
     left = _blow_up_time(motion) - fine.t_end
     return (
         within(abs(fn.mpf(run.t_end) - fine.t_end) / EPS, 30, "eps s from the fine run's"),
-        Finding(f"{float(left):.1e} s before the blow-up", bool(0 < left < 1e-12)),
+        CaseOutcome(f"{float(left):.1e} s before the blow-up", bool(0 < left < 1e-12)),
         equal(run.status, "singular_contact"),
     )
 
@@ -226,7 +226,10 @@ def lost_first(motion: str, contact: str = "unilateral") -> Findings:
     """A table that only pushes never sees the blow-up."""
     run = integrate(blowing_up(motion), contact=contact)
     earlier = float(_blow_up_time(motion) - run.t_end)
-    return (equal(run.status, "contact_lost"), Finding(f"{earlier:.3f} s before", earlier > 1e-6))
+    return (
+        equal(run.status, "contact_lost"),
+        CaseOutcome(f"{earlier:.3f} s before", earlier > 1e-6),
+    )
 
 
 @case(

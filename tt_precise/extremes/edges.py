@@ -28,7 +28,7 @@ MORE_STEPS = 10
 REFUSED = "refused"
 
 
-class Outcome(Record, frozen=True):
+class EdgeOutcome(Record, frozen=True):
     """The outcome of a change in one precision."""
 
     change: Annotated[str, means("what differs from the scene; empty for the scene itself")]
@@ -86,7 +86,7 @@ def _rate(scene: Scene) -> Fraction:
     return Fraction(max(*rates, Fraction(float(body.g / body.R) ** 0.5)))
 
 
-def explore(scene: Scene, progress: Progress = silent) -> tuple[Outcome, ...]:
+def explore(scene: Scene, progress: Progress = silent) -> tuple[EdgeOutcome, ...]:
     """The outcome of every change in every precision."""
     every = [(edge, precision) for edge in edges(scene) for precision in precisions(scene)]
     outcomes = []
@@ -96,15 +96,17 @@ def explore(scene: Scene, progress: Progress = silent) -> tuple[Outcome, ...]:
     return tuple(outcomes)
 
 
-def outcome(edge: Edge, precision: str) -> Outcome:
+def outcome(edge: Edge, precision: str) -> EdgeOutcome:
     """Integrate an edge in a precision."""
     until = float(edge.scene.until)
     try:
         run = integrate(edge.scene, precision, events=(), record=())
     except InputError as error:  # such as a start that the table would have to pull
-        return Outcome(edge.change, precision, REFUSED, until, None, None, None, None, str(error))
+        return EdgeOutcome(
+            edge.change, precision, REFUSED, until, None, None, None, None, str(error)
+        )
     theta = run.state.theta
-    return Outcome(
+    return EdgeOutcome(
         edge.change, precision, run.status, until, float(run.t_end),
         float(run.digits_throughout), None if theta is None else float(theta), run.steps,
     )  # fmt: skip
@@ -120,7 +122,7 @@ ENDINGS = {
 }
 
 
-def findings(outcomes: Sequence[Outcome]) -> Iterator[str]:
+def findings(outcomes: Sequence[EdgeOutcome]) -> Iterator[str]:
     """Sentences: where digits, contact or the model are lost."""
     for precision in dict.fromkeys(one.precision for one in outcomes):
         known = [one for one in outcomes if one.precision == precision and one.digits is not None]
@@ -139,7 +141,7 @@ def findings(outcomes: Sequence[Outcome]) -> Iterator[str]:
             yield f"{words}: {len(ended)} of {len(first)}, first {where}{when}{why}"
 
 
-def table(outcomes: Sequence[Outcome]) -> Iterator[str]:
+def table(outcomes: Sequence[EdgeOutcome]) -> Iterator[str]:
     """A table for a terminal, with a row for each change and the digits in each precision."""
     names = tuple(dict.fromkeys(one.precision for one in outcomes))
     heads = "".join(f"{name:>{len(name) + 2}}" for name in names)

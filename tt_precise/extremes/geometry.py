@@ -11,7 +11,7 @@ import numpy
 
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes import theory
-from tt_precise.extremes.case import Finding, Findings, case, equal, finite, within
+from tt_precise.extremes.case import CaseOutcome, Findings, case, equal, finite, within
 from tt_precise.extremes.runs import (
     EPS,
     Integrate,
@@ -126,7 +126,7 @@ def climb_is_delayed(k: int, integrate: Integrate = integrate) -> Findings:
         until = str(int(power * fn.log(10) / growth * start.units.time) + 5)
         run = integrate(varied(theta=f"1e-{power}", until=until), events=("equator",))
         if not len(run.events):
-            return Finding(f"no equator before {until} s ({run.status})", False)
+            return CaseOutcome(f"no equator before {until} s ({run.status})", False)
         times.append(run.events["t"][0])
     # a random walk: every step moves the logarithm of the tilt by about 1 eps
     walk = float(run.precision.eps / growth * start.units.time) * run.steps**0.5
@@ -211,12 +211,12 @@ def euler_passing(k: int, integrate: Integrate = integrate) -> Findings:
     euler = integrate(passage(k), formulation="euler", record=("phi",))
     newton = quad(passage(k))
     if euler.status != "complete":
-        return Finding(f"{euler.status} at {euler.t_end} s", False)
+        return CaseOutcome(f"{euler.status} at {euler.t_end} s", False)
     # the first 15 steps are those before the approach, as many as Newton's form takes in all
     a_decade = (euler.steps - 15) / k
     return (
         within(distance(euler, newton) / euler.precision.eps, 50, "eps"),
-        Finding(f"{a_decade:.0f} steps a decade", 24 < a_decade < 38),
+        CaseOutcome(f"{a_decade:.0f} steps a decade", 24 < a_decade < 38),
     )
 
 
@@ -239,7 +239,7 @@ def euler_overflowing(k: int) -> Findings:
     return (
         equal(euler.status, "failed"),
         within(abs(float(passed) - euler.t_end), 1e-12, "s before the passage"),
-        Finding(f"coefficients about 1e{size:.0f}", size > LARGEST_DOUBLE),
+        CaseOutcome(f"coefficients about 1e{size:.0f}", size > LARGEST_DOUBLE),
     )
 
 
@@ -415,7 +415,7 @@ def digits_of_theta_near_pi(precision: str, exact_sine: bool = False) -> Finding
     share = max(trip.tilt * FN.mpf(10) ** -k for k, trip in trips.items())
     return (
         within(share, 1.5, "eps 10^k"),
-        Finding("reached in part" if share > 0.3 else "never reached", bool(share > 0.3)),
+        CaseOutcome("reached in part" if share > 0.3 else "never reached", bool(share > 0.3)),
         within(max(trip.rate for trip in trips.values()), 40, "eps of the rates"),
     )
 
@@ -457,7 +457,7 @@ def euler_against_newton(pole: str, pole_of_the_law: str = "") -> Findings:
     # each of 25 steps rounds theta again
     return (
         within(share, 30, "eps 10^k" if lost else "eps"),
-        Finding("the law is reached in part" if visible else "the law is not reached", visible),
+        CaseOutcome("the law is reached in part" if visible else "the law is not reached", visible),
     )
 
 

@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy
 
-from tt_precise.extremes.case import Finding, Findings, case, equal, finite, within
+from tt_precise.extremes.case import CaseOutcome, Findings, case, equal, finite, within
 from tt_precise.extremes.runs import EPS, Integrate, distance, integrating, quad, varied
 from tt_precise.extremes.variational import sensitivity
 from tt_precise.integration import integrate
@@ -66,7 +66,7 @@ def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Fi
         within(late, 2, "eps t sqrt(steps) late"),
         within(drift, 2, "eps sqrt(steps) of drift"),
         equal(status, "complete"),
-        Finding(f"{turns:.2g} turns"),
+        CaseOutcome(f"{turns:.2g} turns"),
     )
 
 
@@ -116,11 +116,11 @@ def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Findin
     digits = max(0.0, float(working.context.log10(size / distance)))
     if allowed * working.eps > HOPELESS:
         # what comes back all the same has not been integrated
-        return Finding(f"{digits:.1f} digits come back, where none can", digits < 1, digits)
+        return CaseOutcome(f"{digits:.1f} digits come back, where none can", digits < 1, digits)
     least = max(0.0, -math.log10(float(allowed * working.eps)))
     return (
         within(distance / size / working.eps / allowed, 1, "of what the condition allows"),
-        Finding(f"{digits:.1f} digits come back, at least {least:.1f} have to"),
+        CaseOutcome(f"{digits:.1f} digits come back, at least {least:.1f} have to"),
     )
 
 

@@ -9,7 +9,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
-from tt_precise.extremes.case import Finding, Findings, case, equal, finite, within
+from tt_precise.extremes.case import CaseOutcome, Findings, case, equal, finite, within
 from tt_precise.extremes.runs import EPS, distance, quad, varied
 from tt_precise.extremes.variational import sensitivity
 from tt_precise.integration import Trajectory, integrate
@@ -63,7 +63,7 @@ def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Findings:
     return (
         within(distance(run, quad(plain)) / EPS, _allowed(HORIZON_S), "eps from quad"),
         equal(run.status, "complete"),
-        Finding(f"moved by {float(moved):.2g} eps"),
+        CaseOutcome(f"moved by {float(moved):.2g} eps"),
     )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.thresholds import Determination, thresholds
 from tt_precise.extremes import theory
-from tt_precise.extremes.case import Finding, Findings, case, equal, finite, within
+from tt_precise.extremes.case import CaseOutcome, Findings, case, equal, finite, within
 from tt_precise.extremes.runs import (
     EPS,
     Integrate,
@@ -198,8 +198,8 @@ def _threshold(sign: str, inwards: Fraction) -> Determination:
 
 def _none_with_a_reason(threshold: Determination) -> Findings:
     if threshold.value is not None:
-        return Finding(f"a threshold of {float(threshold.value):g}", False)
-    return Finding(f"none: {threshold.reason.partition(';')[0]}", bool(threshold.reason))
+        return CaseOutcome(f"a threshold of {float(threshold.value):g}", False)
+    return CaseOutcome(f"none: {threshold.reason.partition(';')[0]}", bool(threshold.reason))
 
 
 @case(
@@ -264,7 +264,7 @@ def near_the_threshold(sign: str, k: int, integrate: Integrate = integrate) -> F
     return (
         within(abs(rate - expected) / noise, 5, "roundings"),
         equal("grows" if rate > 0 else "decays", "grows" if sign == "-" else "decays"),
-        Finding(
+        CaseOutcome(
             f"{rate:.3e}/s for {expected:.3e}/s",
             data={"off": float(off), "rate": rate, "eigenvalue": expected},
         ),
@@ -361,7 +361,7 @@ def friction_in_double(mu: str, integrate: Integrate = integrate) -> Findings:
     return (
         within(apart / EPS, 30, "eps"),
         equal(run.status, "complete"),
-        Finding(
+        CaseOutcome(
             f"{run.steps} steps to {REFERENCE_S} s",
             data={"mu": float(mu), "steps": run.steps, "seconds": round(min(seconds), 5)},
         ),
@@ -381,7 +381,7 @@ def stiffness(frictions: tuple[str, str] = ("2e3", "2e4")) -> Findings:
     fewer, more = (integrate(varied(mu=mu, until=SHORT_S)).steps for mu in frictions)
     return (
         within(abs(more / fewer / 10 - 1), 0.1, "off a ratio of 10"),
-        Finding(f"{fewer} and {more} steps"),
+        CaseOutcome(f"{fewer} and {more} steps"),
     )
 
 
@@ -407,7 +407,7 @@ def slaved_gliding(mu: str, integrate: Integrate = integrate) -> Findings:
     return (
         # the coefficient of 1/mu, which is 1.3 in the limit
         within(off * fn.mpf(mu), 3, "/mu off, relative"),
-        Finding(
+        CaseOutcome(
             f"the axis is {apart:.1e} from the rolling one's",
             data={"mu": float(mu), "distance": apart},
         ),

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import theory
-from tt_precise.extremes.case import Finding, Findings, finite
+from tt_precise.extremes.case import CaseOutcome, Findings, finite
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics.newton import NewtonState
@@ -60,8 +60,8 @@ def refused(attempt: Callable[[], object]) -> Findings:
         got = attempt()
     except InputError as error:
         line = str(error)
-        return Finding(f"refused: {line}", "expected" in line and "\n" not in line)
-    return Finding(f"accepted: {got!r}", False)
+        return CaseOutcome(f"refused: {line}", "expected" in line and "\n" not in line)
+    return CaseOutcome(f"accepted: {got!r}", False)
 
 
 # ---- distances ----------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy
 
-from tt_precise.extremes.case import Finding, Findings, case, finite, within
+from tt_precise.extremes.case import CaseOutcome, Findings, case, finite, within
 from tt_precise.extremes.runs import EPS, Integrate, integrating
 from tt_precise.extremes.variational import Sensitivity, sensitivity
 from tt_precise.golden import load, scenes
@@ -55,7 +55,7 @@ def error_against_condition(scene: str, integrate: Integrate = integrate) -> Fin
     finite([*errors, *possible])
     return (
         within(ratio.max(), 1, "of what the condition allows"),
-        Finding(
+        CaseOutcome(
             f"condition up to {how.condition.max():.2g}, {how.condition[-1]:.2g} at the end; "
             f"at the worst time {-numpy.log10(errors.max()):.1f} digits"
         ),

@@ -24,7 +24,7 @@ from tt_precise.golden import store
 from tt_precise.golden.digits import DIGITS, RULE, column_digits, scales_of
 from tt_precise.golden.documents import Manifest
 from tt_precise.golden.measuring import ending
-from tt_precise.golden.runs import LADDER, Consensus, Run, perform, reconcile, tasks
+from tt_precise.golden.runs import LADDER, Consensus, GoldenRun, perform, reconcile, tasks
 from tt_precise.golden.store import (
     EVENTS,
     MANIFEST,
@@ -195,7 +195,7 @@ def first_difference(old: Table, new: Table) -> str:
 
 
 def _settle(
-    scene: Scene, consensus: Consensus, runs: Sequence[Run], folder: Path, replace: bool
+    scene: Scene, consensus: Consensus, runs: Sequence[GoldenRun], folder: Path, replace: bool
 ) -> tuple[str, str, int]:
     """Write the data of a scene or keep the old ones; returns outcome, note and claimed digits."""
     old, change = _first_change(scene.name, folder, consensus)
@@ -245,7 +245,7 @@ def _first_change(name: str, folder: Path, new: Consensus) -> tuple[Stored | Non
 def compose(
     scene: Scene,
     consensus: Consensus,
-    runs: Sequence[Run],
+    runs: Sequence[GoldenRun],
     constant: Sequence[Constancy],
 ) -> dict[str, Json]:
     """The manifest of the ``consensus`` of ``runs``."""
@@ -321,7 +321,7 @@ def _table(table: Table, scales: dict[str, Decimal]) -> dict[str, Json]:
     return {"rows": len(table.rows), "sha256": table.sha256, "columns": columns}
 
 
-def _run(run: Run) -> dict[str, Json]:
+def _run(run: GoldenRun) -> dict[str, Json]:
     content: dict[str, Json] = {
         "name": run.label,
         "formulation": run.formulation,

@@ -15,7 +15,7 @@ import pandas
 
 from tt_precise.golden.digits import DIGITS, as_decimal
 from tt_precise.golden.measuring import TrueRows
-from tt_precise.golden.solution import Rows, Solution
+from tt_precise.golden.solution import Rows, TrueSolution
 from tt_precise.golden.store import Folder, read_whole
 from tt_precise.mechanics.digits import RULE
 from tt_precise.mechanics.newton import NewtonState
@@ -103,7 +103,7 @@ def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None
         There are no golden data for the scene, no common column, or no time within them.
     """
     stored = read_whole(scene, folder)
-    solution = Solution(stored.scene, folder)
+    solution = TrueSolution(stored.scene, folder)
     golden = TrueRows(stored.scene, stored.trajectory)
     names = [name for name in golden.names if name in frame.columns]
     if "t" not in frame.columns or not names:

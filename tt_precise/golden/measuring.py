@@ -30,7 +30,7 @@ TURN = Decimal("6.28318530717958647692528676655900576839433879875021164194988918
 AGREEING = 1e-7  # relative; a row at an early end of the solution agrees with it to so much
 
 
-class Measured(NamedTuple):
+class RowDistances(NamedTuple):
     """The distance of rows from the true rows.
 
     ``t`` are the times (s) of the rows. ``errors`` and ``bounds`` have an array for each column:
@@ -46,7 +46,9 @@ class Measured(NamedTuple):
     start: numpy.ndarray
 
     @classmethod
-    def nothing(cls, t: numpy.ndarray, names: Sequence[str], compared: numpy.ndarray) -> Measured:
+    def nothing(
+        cls, t: numpy.ndarray, names: Sequence[str], compared: numpy.ndarray
+    ) -> RowDistances:
         """Return rows without a measured number."""
         errors, bounds = ({name: numpy.full(len(t), numpy.nan) for name in names} for _ in range(2))
         return cls(t, errors, bounds, compared.copy(), numpy.zeros(len(t), bool))
@@ -84,7 +86,7 @@ class Measured(NamedTuple):
             }
 
 
-class Columns(Protocol):
+class TrueColumns(Protocol):
     """Columns of true numbers: as text, and rounded to double."""
 
     @property
@@ -101,7 +103,7 @@ class Columns(Protocol):
 class TrueRows:
     """A table of true rows with the state as vectors, as Euler angles, or both."""
 
-    def __init__(self, scene: Scene, table: Columns):
+    def __init__(self, scene: Scene, table: TrueColumns):
         self._scene, self._table = scene, table
         self.names = [name for name in table.columns if name != "t"]
 
@@ -150,7 +152,7 @@ class TrueRows:
         agreeing: float = AGREEING,
         *,
         largest_only: bool = False,
-    ) -> Measured:
+    ) -> RowDistances:
         """The distance of rows with strictly increasing times ``t`` (s) from the true rows.
 
         ``values`` are the columns of the rows in double, NaN where there is no number.
@@ -163,7 +165,7 @@ class TrueRows:
         names = [name for name in values if name in self.names]
         nearest, delays = self._nearest(t)
         here = abs(delays) <= SAME_TIME * abs(t)
-        measured = Measured.nothing(t, names, here)
+        measured = RowDistances.nothing(t, names, here)
         measured.start[:] = here & (nearest == 0)
         with numpy.errstate(all="ignore"):  # a missing number has an infinite error
             at = numpy.flatnonzero(here)
@@ -172,7 +174,7 @@ class TrueRows:
                 at_end = (nearest == len(self.times) - 1) & ~measured.compared
                 at_end &= abs(delays) <= agreeing * self.times[-1]
                 at = numpy.flatnonzero(at_end)
-                ended = Measured.nothing(t, names, at_end)
+                ended = RowDistances.nothing(t, names, at_end)
                 self._measure_here(ended, at, nearest, values, exactly, largest_only)
                 at = at[ended.worst()[at] <= agreeing]
                 for name in names:
@@ -183,7 +185,7 @@ class TrueRows:
 
     def _measure_here(
         self,
-        measured: Measured,
+        measured: RowDistances,
         here: numpy.ndarray,
         nearest: numpy.ndarray,
         values: Mapping[str, numpy.ndarray],

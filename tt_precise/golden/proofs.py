@@ -18,7 +18,7 @@ from pathlib import Path
 
 from tt_precise.golden import store
 from tt_precise.golden.digits import DIGITS, ZERO, last_digit_exponent, malformed_cells
-from tt_precise.golden.documents import Proof
+from tt_precise.golden.documents import ProofRecord
 from tt_precise.golden.store import EVENTS, PROOF, TRAJECTORY, Stored
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -111,7 +111,7 @@ Event = dict[str, Interval]  # time and columns of the state there; and ``direct
 
 
 @dataclass(frozen=True)
-class Record:
+class TableProof:
     """The proof of one scene's golden tables, valid if ``complaints`` is empty."""
 
     content: dict[str, Json]
@@ -124,7 +124,7 @@ class Record:
         return {"digits": self.digits, **facts}
 
 
-def read_proof(name: str, folder: Path | None = None) -> Record | None:
+def read_proof(name: str, folder: Path | None = None) -> TableProof | None:
     """The proof of the golden tables ``name``; None if there is none.
 
     Raises ``InputError``: the file cannot be used.
@@ -133,14 +133,14 @@ def read_proof(name: str, folder: Path | None = None) -> Record | None:
     if not (place / PROOF).is_file():
         return None
     try:
-        content = records.read_as_record(place / PROOF, Proof, "a proof")
+        content = records.read_as_record(place / PROOF, ProofRecord, "a proof")
     except (InputError, OSError, ValueError) as error:
         again = f"run `tt-precise golden certify {name}`"
         raise InputError(f"{name}: the proof cannot be used ({error}); {again}") from None
-    return Record(content, store.read_files(name, place.parent).manifest["digits"])
+    return TableProof(content, store.read_files(name, place.parent).manifest["digits"])
 
 
-def complaints(stored: Stored, record: Record) -> list[str]:
+def complaints(stored: Stored, record: TableProof) -> list[str]:
     """Contradictions between golden tables and their proof; [] if none."""
     content, again = record.content, f"; run `tt-precise golden certify {stored.name}`"
     problems = []
@@ -184,7 +184,7 @@ class Established:
     """Statements of a valid, complete proof of a scene, in SI; without one nothing, and ``why``."""
 
     stored: Stored | None = None
-    record: Record | None = None
+    record: TableProof | None = None
     why: str = ""
 
     @property

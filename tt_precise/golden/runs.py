@@ -1,8 +1,8 @@
 """From computations of a scene to the published tables.
 
-A ``Task`` is a computation, a ``Run`` its result; ``reconcile`` keeps the digits that all runs
-share. heyoka's ``real`` numbers leak memory under NumPy 2.4 and later; therefore runs are text, and
-each scene is computed in a separate process.
+A ``Task`` is a computation, a ``GoldenRun`` its result; ``reconcile`` keeps the digits that all
+runs share. heyoka's ``real`` numbers leak memory under NumPy 2.4 and later; therefore runs are
+text, and each scene is computed in a separate process.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Run:
+class GoldenRun:
     """The outcome of a task: tables in full working precision, SI.
 
     ``trajectory`` has the scene's sample times and, as last row, an end of the solution before its
@@ -107,7 +107,7 @@ def columns(scene: Scene) -> tuple[str, ...]:
     return ("t", *VECTOR_COLUMNS, *EULER_COLUMNS, *scene.further_columns, *scene.record)
 
 
-def perform(task: Task) -> Run:
+def perform(task: Task) -> GoldenRun:
     """Compute a task."""
     from tt_precise.integration import catalogue, integrate
 
@@ -125,7 +125,7 @@ def perform(task: Task) -> Run:
     names = columns(scene)
     frame = trajectory.frame(*names[1:], numbers="text")
     happened = events_table(trajectory, names)
-    return Run(
+    return GoldenRun(
         label=task.label,
         formulation=task.formulation,
         bits=trajectory.precision.bits,
@@ -211,7 +211,7 @@ class Consensus:
         )
 
 
-def reconcile(scene: Scene, runs: Sequence[Run]) -> Consensus:
+def reconcile(scene: Scene, runs: Sequence[GoldenRun]) -> Consensus:
     """Tables with the digits on which all ``runs`` agree; the first run has the finest numbers.
 
     A run that ends at a pole (Euler form) counts for the rows before it.
@@ -257,7 +257,7 @@ def reconcile(scene: Scene, runs: Sequence[Run]) -> Consensus:
     )
 
 
-def _scales(scene: Scene, runs: Sequence[Run]) -> dict[str, Decimal]:
+def _scales(scene: Scene, runs: Sequence[GoldenRun]) -> dict[str, Decimal]:
     """The largest entry of each column; the quantity's size if all entries are rounding errors.
 
     Rounding errors are less than 1e-34 of the size and differ between runs.
@@ -284,12 +284,12 @@ Cells = tuple[str, ...]
 Event = tuple[str, int, Cells]
 
 
-def _rows(run: Run) -> list[Cells]:
+def _rows(run: GoldenRun) -> list[Cells]:
     rows = list(run.trajectory.rows)
     return rows[:-1] if run.status == "pole" else rows
 
 
-def ordered_events(run: Run) -> list[Event]:
+def ordered_events(run: GoldenRun) -> list[Event]:
     """All events with the terminal event, by time, then in the catalogue's order."""
     events: list[Event] = [
         (name, int(direction), (t, *state)) for name, t, direction, *state in run.events.rows
@@ -310,7 +310,9 @@ def _before_at_once(event: Event, other: Event) -> bool:
     return time - earlier <= SAME_TIME * time and ORDER.index(event[0]) < ORDER.index(other[0])
 
 
-def _require_same_events(scene: Scene, runs: Sequence[Run], lists: Sequence[list[Event]]) -> None:
+def _require_same_events(
+    scene: Scene, runs: Sequence[GoldenRun], lists: Sequence[list[Event]]
+) -> None:
     for run, events in zip(runs[1:], lists[1:], strict=True):
         expected = lists[0]
         if run.status == "pole":

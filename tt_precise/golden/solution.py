@@ -1,4 +1,4 @@
-"""``Solution``: the true rows of a scene at any times, golden or integrated.
+"""``TrueSolution``: the true rows of a scene at any times, golden or integrated.
 
 If all times are golden, the rows are golden rows; otherwise the scene is integrated to the
 requested digits, which imports heyoka and takes a second.
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy
 
-from tt_precise.golden.measuring import AGREEING, SAME_TIME, Measured, TrueRows, ending
+from tt_precise.golden.measuring import AGREEING, SAME_TIME, RowDistances, TrueRows, ending
 from tt_precise.golden.store import MANIFEST, Folder, locate, read_whole
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.euler import EulerState
@@ -55,7 +55,7 @@ class Rows(NamedTuple):
 class Distance(NamedTuple):
     """Rows measured by ``how``, the last time (s) of the solution, and why it ends early."""
 
-    measured: Measured
+    measured: RowDistances
     how: str
     last: float
     ended: str = ""
@@ -78,7 +78,7 @@ class Doubles:
         return self.by_name[name]
 
 
-class Solution:
+class TrueSolution:
     """The solution of ``scene``; ``absent`` says why there are no golden rows, "" if there are."""
 
     def __init__(self, scene: Scene, folder: Folder = None, progress: Progress = silent):
@@ -195,7 +195,7 @@ class Solution:
         euler = EulerState._fields if {*EulerState._fields} & {*rows.values} else ()
         names = (*NewtonState._fields, *euler, *self.scene.further_columns, *record)
         ended = "" if complete else f"the solution {ending(run.status, float(run.t_end))}"
-        measured = Measured.nothing(
+        measured = RowDistances.nothing(
             rows.t, [n for n in rows.values if n in names], numpy.zeros(len(rows.t), bool)
         )
         if not len(at):
@@ -225,7 +225,7 @@ class Solution:
 
 
 def _measure(
-    measured: Measured, part: Array, true: TrueRows, rows: Rows, exact: bool, agreeing: float
+    measured: RowDistances, part: Array, true: TrueRows, rows: Rows, exact: bool, agreeing: float
 ) -> None:
     """Measure the rows ``part``: with their original numbers if ``exact``, else in doubles."""
     found = true.measure(

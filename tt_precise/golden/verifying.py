@@ -19,7 +19,7 @@ from tt_precise.golden.digits import correct_digits, malformed_cells, prints
 from tt_precise.golden.measuring import apart_of
 from tt_precise.golden.runs import (
     LADDER,
-    Run,
+    GoldenRun,
     Task,
     columns,
     exact_decimal,
@@ -174,7 +174,7 @@ def bits_needed(digits: float, bits: int) -> int | None:
 
 
 def judge(
-    stored: Stored, problems: Sequence[str], run: Run, *, every_digit: bool = False
+    stored: Stored, problems: Sequence[str], run: GoldenRun, *, every_digit: bool = False
 ) -> Verification:
     """Return the verdict of a fresh ``run`` on data with these ``problems`` in their files.
 
@@ -277,7 +277,7 @@ def _at_pole(table: Table, row: int) -> bool:
     return all(abs(Decimal(cell or 1)) < Decimal(10) ** -FRESH_DIGITS for cell in cells)
 
 
-def _events_table(run: Run) -> Table:
+def _events_table(run: GoldenRun) -> Table:
     names = run.trajectory.columns
     rows = [(name, t, str(way), *state) for name, way, (t, *state) in ordered_events(run)]
     return Table(("name", "t", "direction", *names[1:]), tuple(rows))

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeGuard
 import numpy
 
 from tt_precise.integration.columns import Columns, Row
-from tt_precise.integration.events import NOTHING_FOUND, Found
+from tt_precise.integration.events import NOTHING_FOUND, FoundEvents
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.parameters import Parameters
@@ -131,7 +131,7 @@ class Propagation:
     state: tuple[Scalar, ...]
     steps: int
     order: int
-    found: Found = NOTHING_FOUND
+    found: FoundEvents = NOTHING_FOUND
     series: tuple[ContinuousOutput, ...] | None = field(default=None, compare=False, repr=False)
     samples: Array | None = field(default=None, compare=False, repr=False)
 
@@ -169,7 +169,7 @@ class StoredSeries:
         return tuple(self._blocks) if self._room >= 0 else None
 
 
-class Span:
+class TimeSpan:
     """The time span of a solution: from 0 to ``end_time``."""
 
     setup: Setup
@@ -215,7 +215,7 @@ class Span:
         return float(time) if self.precision.is_float else time
 
 
-class DenseOutput(Span):
+class DenseOutput(TimeSpan):
     """Rows over the time of a propagation, dimensionless: with guard bits or in double.
 
     The series of the steps are stored where they fit (``MOST_BYTES``); otherwise each call repeats

@@ -44,7 +44,7 @@ RATES = ("theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
 Values = dict[str, Any]
 
 
-class Side(NamedTuple):
+class ChangedRun(NamedTuple):
     """A run with a changed entry, and the amount of the change."""
 
     run: Solution
@@ -67,7 +67,7 @@ class Derivatives:
         self.run, self.names = run, tuple(names)
         for name in self.names:
             _value(run.scene, name)
-        self._pairs: dict[str, list[tuple[Side, Side]]] = {}
+        self._pairs: dict[str, list[tuple[ChangedRun, ChangedRun]]] = {}
 
     def __repr__(self) -> str:
         return f"<Derivatives by {', '.join(self.names)}: frame(), climb, spread()>"
@@ -198,7 +198,7 @@ class Derivatives:
         except InputError:
             return None
 
-    def _sides(self, name: str) -> list[tuple[Side, Side]]:
+    def _sides(self, name: str) -> list[tuple[ChangedRun, ChangedRun]]:
         """The runs below and above, from the largest change of the entry to the smallest."""
         if name not in self._pairs:
             value, bits = _value(self.run.scene, name), self._fine.precision.bits
@@ -209,8 +209,8 @@ class Derivatives:
                 if below is None and above is None:
                     _scene_with(self.run.scene, name, change)  # says why
                 pairs.append((
-                    Side(below, -change) if below else Side(self._centre, Fraction(0)),
-                    Side(above, change) if above else Side(self._centre, Fraction(0)),
+                    ChangedRun(below, -change) if below else ChangedRun(self._centre, Fraction(0)),
+                    ChangedRun(above, change) if above else ChangedRun(self._centre, Fraction(0)),
                 ))  # fmt: skip
             self._pairs[name] = pairs
         return self._pairs[name]

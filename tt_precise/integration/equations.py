@@ -21,7 +21,7 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Adaptive, Functions, InputError, Scalar
-from tt_precise.taylor.series import Series, SeriesFunctions, rate, solution
+from tt_precise.taylor.series import SeriesFunctions, TaylorSeries, rate, solution
 
 QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
 QUADRATURE_SCALE = 1024
@@ -64,7 +64,7 @@ class Layout(NamedTuple):
 
     def moving(
         self, body: Parameters, row: Sequence[Scalar], fn: Functions
-    ) -> tuple[tuple[Series, ...], Motion]:
+    ) -> tuple[tuple[TaylorSeries, ...], Motion]:
         """Power series in time of the entries from ``row``, and their ``Motion``."""
         functions = SeriesFunctions(fn)
         entries = solution(lambda series: self.rates(body, series, functions), row)
@@ -77,7 +77,7 @@ def event_value(event: Event, q: Motion) -> Scalar:
     if value is None:
         raise InputError(f"events: got {event.name}, which returns nothing, expected a number")
     if event.of_rate:
-        return rate(value) if isinstance(value, Series) else 0
+        return rate(value) if isinstance(value, TaylorSeries) else 0
     return value
 
 
@@ -194,7 +194,7 @@ def event_expression(event: Event, equations: Equations) -> Scalar:
     """Return the heyoka expression whose zeros are the event, or a number for a constant."""
     value = event.function(equations.moving() if event.of_rate else equations.motion)
     if event.of_rate:
-        return value[1] if isinstance(value, Series) else 0
+        return value[1] if isinstance(value, TaylorSeries) else 0
     return value
 
 

@@ -29,7 +29,7 @@ from tt_precise.integration.columns import (
 )
 from tt_precise.integration.dense_output import ARRIVED, Segment, Times, long_double, to_limbs
 from tt_precise.integration.equations import event_value
-from tt_precise.integration.events import Event, EventRecord
+from tt_precise.integration.events import Event, RecordedEvent
 from tt_precise.integration.precision import finer
 from tt_precise.integration.reading import (
     Numbers,
@@ -47,7 +47,7 @@ from tt_precise.mechanics.quantities import UNITLESS, Quantity, UserFunction
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 from tt_precise.scene.numerals import shortest_texts
-from tt_precise.taylor.series import Series
+from tt_precise.taylor.series import TaylorSeries
 
 ERROR, DIGITS = "error:", "digits"  # names of columns of errors, the first before another's
 TIME, ERROR_OF_TIME = "error", f"{ERROR}t"  # Errors of events' times: alone, and among columns.
@@ -441,7 +441,7 @@ def event_errors(
 
 def _errors_within(
     part: Stage,
-    hits: Sequence[EventRecord],
+    hits: Sequence[RecordedEvent],
     others: Sequence[tuple[float, Sequence[Stage]]],
     wanted: Sequence[Name],
 ) -> tuple[Array, Array, Array, Array]:
@@ -514,7 +514,7 @@ def _end(part: Stage) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
 
 def _distances_of(
     part: Stage,
-    hits: Sequence[EventRecord],
+    hits: Sequence[RecordedEvent],
     event: Event,
     other_part: Stage,
     last: float,
@@ -578,7 +578,7 @@ def _zeros(
     entries, q = setup.layout.moving(body, rows, fn)
     if event.of_rate or not isinstance(event.function, UserFunction):
         value = event_value(event, q)
-        if not isinstance(value, Series):
+        if not isinstance(value, TaylorSeries):
             return numpy.full(len(times), math.inf), rows
         step = -value[0] / value[1]
     else:  # it has values, but may have no series

@@ -23,7 +23,7 @@ EXTREMUM, ZERO = "extremum:", "zero:"
 MOST_EVENTS = 1_000_000  # Largest number of events; bounds memory to 500 MB.
 
 
-class EventRecord(NamedTuple):
+class RecordedEvent(NamedTuple):
     """A recorded event: dimensionless time and state.
 
     Numbers are floats in double, else mpmath numbers with guard bits.
@@ -35,19 +35,19 @@ class EventRecord(NamedTuple):
     state: tuple[Scalar, ...]
 
 
-class Found(NamedTuple):
+class FoundEvents(NamedTuple):
     """The events in order of time, and names of functions whose sign is undecided somewhere.
 
     Those that ``touches`` names are zero at a tangency, or everywhere, or ``unresolved``: below
     their error over several extrema, so that events may be missing there.
     """
 
-    hits: tuple[EventRecord, ...] = ()
+    hits: tuple[RecordedEvent, ...] = ()
     touches: frozenset[str] = frozenset()
     unresolved: frozenset[str] = frozenset()
 
 
-NOTHING_FOUND = Found()
+NOTHING_FOUND = FoundEvents()
 
 
 @dataclass(frozen=True)

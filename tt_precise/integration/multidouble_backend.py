@@ -21,7 +21,7 @@ from tt_precise.integration.dense_output import (
     StoredSeries,
 )
 from tt_precise.integration.equations import longest_step, terminal_functions
-from tt_precise.integration.events import NOTHING_FOUND, TERMINAL, Event, EventRecord
+from tt_precise.integration.events import NOTHING_FOUND, TERMINAL, Event, RecordedEvent
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import Motion
@@ -184,7 +184,7 @@ class _Run:
             setup.but(tolerance=0.0, contact="", options=(), events=())
         )
         self.size = len(setup.layout.columns)
-        self.passed: tuple[EventRecord, ...] = ()  # ends so far, in a run that continues
+        self.passed: tuple[RecordedEvent, ...] = ()  # ends so far, in a run that continues
 
     @cached_property
     def ends(self) -> Zeros:
@@ -195,7 +195,7 @@ class _Run:
         events = [Event(n, partial(_terminal, form, n), TERMINAL[n], -1) for n in self.terminal]
         return Zeros(self.setup.but(events=tuple(events)), self.start)
 
-    def new_ends(self, piece: StepBlock) -> tuple[EventRecord, ...]:
+    def new_ends(self, piece: StepBlock) -> tuple[RecordedEvent, ...]:
         """Return where functions fall through zero in the next piece, up to the horizon."""
         if not len(piece.suspect):
             return ()

@@ -16,8 +16,8 @@ from functools import cached_property, lru_cache, partial
 from typing import Any, Literal, NamedTuple, Protocol
 
 from tt_precise.integration.columns import Columns
-from tt_precise.integration.dense_output import ARRIVED, SampleTimes, Segment, Span
-from tt_precise.integration.events import LEAVES, Found
+from tt_precise.integration.dense_output import ARRIVED, SampleTimes, Segment, TimeSpan
+from tt_precise.integration.events import LEAVES, FoundEvents
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.registry import asked_by
 from tt_precise.integration.setup import Setup, full_tolerance, require_contact
@@ -51,7 +51,7 @@ class PhaseInterval(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Solution(Span, Memory):
+class Solution(TimeSpan, Memory):
     """A scene, its start in the arithmetic of a set-up, and the segments from there.
 
     With ``opposite_rounding`` every number of body and start lies on the other side of the exact
@@ -129,7 +129,7 @@ class Solution(Span, Memory):
         return tuple(name for name in self.setup.watched if name in lost)
 
     @property
-    def _findings(self) -> list[Found]:
+    def _findings(self) -> list[FoundEvents]:
         return [segment.output.propagation.found for segment in self.segments]
 
     @cached_property

@@ -33,8 +33,8 @@ from tt_precise.integration.events import (
     EVENTS,
     MOST_EVENTS,
     TERMINAL,
-    EventRecord,
-    Found,
+    FoundEvents,
+    RecordedEvent,
     too_many_events,
 )
 from tt_precise.integration.roots import RIGHT_BITS, Bracket, refine, vertex
@@ -50,7 +50,7 @@ from tt_precise.taylor.interpolation import (
     through,
     zero_between,
 )
-from tt_precise.taylor.series import Series, Sized, SizedFunctions
+from tt_precise.taylor.series import Sized, SizedFunctions, TaylorSeries
 
 ROUNDING = 2.0**-53  # Relative error of a rounding in double.
 # Relative errors of 2^-bits that a component has at the start, and that an evaluation adds.
@@ -122,14 +122,14 @@ class Zeros:
         self._smooth = numpy.array([event.name in smooth for event in self.events], dtype=bool)
         self._mpfr = setup.precision.mpfr
         self._body = self._body_of(float)
-        self._hits: list[EventRecord] = []
+        self._hits: list[RecordedEvent] = []
         self._lost: Array = None  # errors of the components so far, relative to their sizes
         self._sign = numpy.zeros(len(self.events))  # the last sign of each function that counts
         self._weight = numpy.zeros(len(self.events), dtype=int)  # of undecided points after that
         self._undecided = numpy.zeros(len(self.events), dtype=bool)
         self._touches, self._unresolved = set[int](), set[int]()
         # functions and events in the last steps with no other sign behind them than that at the end
-        self._last: list[tuple[int, EventRecord]] = []
+        self._last: list[tuple[int, RecordedEvent]] = []
 
     def search(self, steps: Steps) -> None:
         """Find the events in the next steps.
@@ -141,7 +141,7 @@ class Zeros:
             for first in range(0, len(steps), count):
                 self._search(steps.part(first, min(first + count, len(steps))))
 
-    def collect(self, end: Sequence[Scalar] | None = None) -> Found:
+    def collect(self, end: Sequence[Scalar] | None = None) -> FoundEvents:
         """Return the events so far.
 
         ``end`` is the state, in mpmath numbers, where the model ended before the horizon. What
@@ -156,7 +156,7 @@ class Zeros:
         unresolved = self._unresolved.union(late)
         touches = self._touches.union(never, unresolved)
         names = [frozenset(self.events[i].name for i in which) for which in (touches, unresolved)]
-        return Found(tuple(sorted(self._hits, key=lambda hit: hit.time)), *names)
+        return FoundEvents(tuple(sorted(self._hits, key=lambda hit: hit.time)), *names)
 
     def _vanishing(self, end: Sequence[Scalar]) -> set[int]:
         """Return the functions that the errors of the components carry through zero at a state.
@@ -307,7 +307,7 @@ class Zeros:
             if event.of_rate:
                 moving = moving or layout.moving(body, row, fn)[1]
                 value = event_value(event, moving)
-                values.append(value[0] if isinstance(value, Series) else value)
+                values.append(value[0] if isinstance(value, TaylorSeries) else value)
             else:
                 values.append(event_value(event, q))
         return values
@@ -605,7 +605,7 @@ class Zeros:
         for k in numpy.flatnonzero(broken & ~self._smooth[which]).tolist():
             raise self._broken(int(which[k]), steps, float(begin[k]))
         names = [self.events[i].name for i in which.tolist()]
-        hits = list(map(EventRecord, names, zeros.times, direction.tolist(), zeros.states))
+        hits = list(map(RecordedEvent, names, zeros.times, direction.tolist(), zeros.states))
         self._hits += hits
         final = points.position[high] == len(steps)
         self._last = [(int(which[k]), hits[k]) for k in numpy.flatnonzero(final)]

@@ -22,7 +22,7 @@ import numpy
 from tt_precise.integration.columns import Row
 from tt_precise.integration.dense_output import Propagation
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES, event_value
-from tt_precise.integration.events import Event, EventRecord, Found
+from tt_precise.integration.events import Event, FoundEvents, RecordedEvent
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.zeros import Zeros
 from tt_precise.mechanics import friction, newton, rolling
@@ -34,23 +34,26 @@ from tt_precise.runtime.mpfr import mpfr_of
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.initial_state import InitialState
-from tt_precise.taylor.series import Series
+from tt_precise.taylor.series import TaylorSeries
 
 DIRECTIONS = 64  # directions in which gliding may begin, tested for sign changes
 
 
-class _Registered(Series):
+class _Registered(TaylorSeries):
     """A series that is listed in ``all``, together with all series derived from this series."""
 
     __slots__ = ("all",)
 
     def __init__(
-        self, every: list[Series], step: Callable[[Any, int], Scalar], first: Sequence[Scalar] = ()
+        self,
+        every: list[TaylorSeries],
+        step: Callable[[Any, int], Scalar],
+        first: Sequence[Scalar] = (),
     ):
         super().__init__(step, first)
         self.all = every
 
-    def new(self, step: Callable[[Any, int], Scalar]) -> Series:
+    def new(self, step: Callable[[Any, int], Scalar]) -> TaylorSeries:
         self.all.append(_Registered(self.all, step))
         return self.all[-1]
 
@@ -141,7 +144,7 @@ def _coefficients(
     body: Parameters, start: Sequence[Scalar], terms: int, on_the_cone: bool
 ) -> list[list[Scalar]]:
     """Return the coefficients of k, L, v, e, from k, L, e in ``start``."""
-    operations: list[Series] = []
+    operations: list[TaylorSeries] = []
     # the next coefficients are known before they are needed
     entries = [_Registered(operations, lambda c, k: None, [x]) for x in start]
     e, zero = start[6:], start[0] * 0
@@ -221,7 +224,7 @@ class OnsetOutput(RowwiseOutput):
             state=tuple(map(number, self.end_row)),
             steps=1,
             order=onset.coefficients.shape[1] - 1,
-            found=Found(tuple(self._hits())),
+            found=FoundEvents(tuple(self._hits())),
         )
 
     @cached_property
@@ -277,7 +280,7 @@ class OnsetOutput(RowwiseOutput):
             return self._row(time)
         return (*self._state(time), *(time * 0 for _ in self.setup.record))
 
-    def _hits(self) -> list[EventRecord]:
+    def _hits(self) -> list[RecordedEvent]:
         fn, hits = self.precision.context, []
         number = float if self.precision.is_float else fn.mpf
         times = [self._until * (k or SOONEST) / PLACES for k in range(PLACES + 1)]
@@ -289,10 +292,10 @@ class OnsetOutput(RowwiseOutput):
                     ends = times[before], times[after]
                     time = fn.findroot(partial(self._value, event), ends, solver="anderson")
                     state = tuple(map(number, self._row(time)))
-                    hits.append(EventRecord(name, number(time), direction, state))
+                    hits.append(RecordedEvent(name, number(time), direction, state))
         return sorted(hits, key=lambda hit: hit.time)
 
     def _value(self, event: Event, time: Scalar) -> Scalar:
         row, fn = self._watched_row(time), self.precision.context
         value = event_value(event, self.setup.layout.moving(self.start.body, row, fn)[1])
-        return value[0] if isinstance(value, Series) else value
+        return value[0] if isinstance(value, TaylorSeries) else value

@@ -97,7 +97,7 @@ class Figure:
 
 
 @dataclass(frozen=True)
-class Claims:
+class ClaimList:
     """Claims of the paper under a ``title``; ``errata`` shows the corrections.
 
     ``folded``: shown only on request.
@@ -111,7 +111,7 @@ class Claims:
     kind: str = "claims"
 
 
-Block = Text | PageTable | Figure | Claims
+Block = Text | PageTable | Figure | ClaimList
 
 
 @dataclass(frozen=True)

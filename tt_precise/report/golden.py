@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from tt_precise import golden
 from tt_precise.golden import proofs, store
-from tt_precise.golden.proofs import Record
+from tt_precise.golden.proofs import TableProof
 from tt_precise.report import style
 from tt_precise.report.document import Figure, PageTable, Panel, Section, Text
 from tt_precise.report.style import Words
@@ -204,7 +204,7 @@ def proof_section() -> Section:
     )
 
 
-def _state_of(name: str) -> tuple[str, Record | None]:
+def _state_of(name: str) -> tuple[str, TableProof | None]:
     """The state of a scene's proof in words, and the proof if it is valid."""
     try:
         record = proofs.read_proof(name)

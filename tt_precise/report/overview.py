@@ -20,7 +20,7 @@ from tt_precise.claims.rauch_rutstam.proofreading import ANSWERS, UNTESTED
 from tt_precise.golden import store
 from tt_precise.report.document import (
     Card,
-    Claims,
+    ClaimList,
     Overview,
     PageTable,
     Section,
@@ -175,7 +175,7 @@ def agreement(verdict: str) -> bool | None:
 def errata(judged: Sequence[JudgedClaim]) -> Section:
     """Misprints, and refuted, partly right and ambiguous claims."""
     groups = [
-        Claims(f"{title} ({len(some)})", some, errata=True, about=about,
+        ClaimList(f"{title} ({len(some)})", some, errata=True, about=about,
                folded=verdict in (Verdict.PARTLY, Verdict.AMBIGUOUS))
         for verdict, (title, about) in ERRATA.items()
         if (some := [claim for claim in judged if claim.verdict == verdict])
@@ -198,7 +198,7 @@ def all_claims(judged: Sequence[JudgedClaim], run: JudgingRun) -> Section:
     legend = "; ".join(f"{tally[str(verdict)]} {verdict}: {verdict.meaning}" for verdict in Verdict)
     proved = sum(claim.proved for claim in judged)
     groups = [
-        Claims(title, some)
+        ClaimList(title, some)
         for section, title in sections().items()
         if (some := [claim for claim in judged if key(claim) == section])
     ]

@@ -17,7 +17,7 @@ from tt_precise.claims.verdicts import JudgedClaim, Part, Verdict
 from tt_precise.report import prose
 from tt_precise.report.document import (
     MARKS,
-    Claims,
+    ClaimList,
     Figure,
     PageTable,
     Report,
@@ -129,7 +129,7 @@ def laid_out(section: Section) -> dict[str, Json]:
     """
     figures = [block for block in section.blocks if isinstance(block, Figure)]
     tables = [block for block in section.blocks if isinstance(block, PageTable)]
-    claims = [block for block in section.blocks if isinstance(block, Claims)]
+    claims = [block for block in section.blocks if isinstance(block, ClaimList)]
     side_tables = [
         table
         for table in tables

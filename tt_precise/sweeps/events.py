@@ -43,7 +43,7 @@ CONVERGED = 2.0**-30  # Newton correction, in Taylor steps, after which a zero i
 EVENTS_OF_A_ROW = 1000  # a hundred bytes each; a climb has hundreds
 
 
-class Steps(NamedTuple):
+class BatchSteps(NamedTuple):
     """Steps of a batch integrator; arrays of the shape (steps, lanes).
 
     Rows (-1: none), times at the start and at the end, lengths (0: no step); the Taylor series of
@@ -93,7 +93,7 @@ class Events(NamedTuple):
     state: Array
 
 
-class Zeros:
+class BatchZeros:
     """A finder of the zeros of the ``detectors``, for one buffer of steps at a time.
 
     The first detector is that of the climb.
@@ -119,7 +119,7 @@ class Zeros:
         self._found = [self._events(0, none, none, numpy.empty(0))]
         self._most = self._room = MOST_EVENTS + EVENTS_OF_A_ROW * rows
 
-    def search(self, steps: Steps) -> None:
+    def search(self, steps: BatchSteps) -> None:
         """Find the zeros in some steps.
 
         Raises ``InputError``: there are more events than fit into memory.
@@ -152,7 +152,7 @@ class Zeros:
         order = numpy.lexsort((events.time, events.row))
         return Events(*(column[order] for column in events))
 
-    def _signs(self, steps: Steps) -> tuple[Array, Array]:
+    def _signs(self, steps: BatchSteps) -> tuple[Array, Array]:
         """``MAYBE``, ``SURE`` or 0 for each detector, step and lane; the values at both ends."""
         count, shape = len(self._detectors), steps.row.shape
         starts = self._evaluated(numpy.moveaxis(steps.series[:, :, 0], 1, 0), steps.row)
@@ -177,7 +177,7 @@ class Zeros:
         return self._values(inputs, pars=parameters, **ALONE).reshape(-1, *rows.shape)
 
     def _chosen(
-        self, number: int, steps: Steps, step: Array, lane: Array, sure: Array, rising: Array
+        self, number: int, steps: BatchSteps, step: Array, lane: Array, sure: Array, rising: Array
     ) -> Array:
         """Mask of the steps that may have a wanted zero, by the position of the climb."""
         detector = self._detectors[number]
@@ -207,7 +207,7 @@ class Zeros:
         return every | before | after
 
     def _zeros(
-        self, number: int, steps: Steps, step: Array, lane: Array, ends: Array, sure: Array
+        self, number: int, steps: BatchSteps, step: Array, lane: Array, ends: Array, sure: Array
     ) -> Events:
         detector = self._detectors[number]
         row, width = steps.row[step, lane], steps.width[step, lane]
@@ -236,7 +236,7 @@ class Zeros:
         state = numpy.full((len(row), len(self._form.columns)), numpy.nan)
         return Events(row, numpy.full(len(row), number), direction, time, state)
 
-    def _series(self, detector: Detector, steps: Steps, step: Array, lane: Array) -> Array:
+    def _series(self, detector: Detector, steps: BatchSteps, step: Array, lane: Array) -> Array:
         """Taylor coefficients of the function in some steps, shape (order + 1, positions)."""
         if detector.turning:  # theta turns where the rate of kz = cos theta vanishes
             return Truncated(steps.columns(step, lane, self._height)[0]).rate

@@ -22,7 +22,7 @@ from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Array
 from tt_precise.sweeps.columns import SMALLEST_FORCE, Statistic
-from tt_precise.sweeps.events import ALONE, Steps, exactly, horner, states_in, variables
+from tt_precise.sweeps.events import ALONE, BatchSteps, exactly, horner, states_in, variables
 from tt_precise.taylor.series import Sized, SizedFunctions
 
 heyoka = import_heyoka()
@@ -73,7 +73,7 @@ class Extreme:
         self._states = numpy.full((rows + 1, len(self._form.columns)), numpy.nan)
         self._held: list[_Candidates] = []
 
-    def search(self, steps: Steps) -> None:
+    def search(self, steps: BatchSteps) -> None:
         """Search some steps."""
         row, width = steps.row.ravel(), steps.width.ravel()
         series = steps.all_series(*self._components)

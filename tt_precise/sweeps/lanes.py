@@ -22,7 +22,7 @@ from tt_precise.mechanics.formulations import Formulation, integration_form
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Adaptive, Array
 from tt_precise.sweeps.columns import Detector, Statistic
-from tt_precise.sweeps.events import Events, Steps, Zeros
+from tt_precise.sweeps.events import BatchSteps, BatchZeros, Events
 from tt_precise.sweeps.extremes import Extreme
 
 heyoka = import_heyoka()
@@ -91,9 +91,9 @@ class Lanes:
         # in an empty lane a top at rest has no time left: it takes steps of length 0
         upright = tuple(float(column == "kz") for column in form.columns)
         self._rest = LaneStart(upright, (0.5,) * len(form.parameters), 0.0)
-        self._zeros = Zeros(form, build.detectors)
+        self._zeros = BatchZeros(form, build.detectors)
         self._extremes = [Extreme(form, part) for part in build.extremes]
-        self._readers: list[Zeros | Extreme] = [self._zeros, *self._extremes]
+        self._readers: list[BatchZeros | Extreme] = [self._zeros, *self._extremes]
         self.order = int(self._batch.order)
         self._row_in = numpy.full(width, -1)  # which row is in each lane, -1: none
         self._goals, self._longest = [0.0] * width, [math.inf] * width
@@ -220,7 +220,7 @@ class Lanes:
         for step, closed, _ in self._closed:  # what is next in these lanes begins at time 0
             times[step + 1, closed] = 0.0
         last = [(count - 1, lanes, self._batch.state), *self._closed]
-        steps = Steps(
+        steps = BatchSteps(
             self._rows[:count],
             times[:count],
             ends,

@@ -59,7 +59,7 @@ class SpotCheck(Record, frozen=True, kw_only=True):
     errors: Annotated[dict[str, str], means("rows that failed in the finer arithmetic, by index")]
 
 
-class Run(Record, frozen=True, kw_only=True):
+class SweepRun(Record, frozen=True, kw_only=True):
     """Settings and timings of the run that finished a sweep."""
 
     batch: Annotated[int, means("SIMD lanes")]
@@ -81,7 +81,7 @@ class Summary(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_pre
     outcomes: Annotated[dict[str, int], means("number of rows with each outcome")]
     columns: Annotated[dict[str, ColumnSummary], means("the columns")]
     recheck: Annotated[SpotCheck, means("rows integrated again in a finer arithmetic")]
-    how: Annotated[Run, means("settings and timings")]
+    how: Annotated[SweepRun, means("settings and timings")]
     versions: Annotated[dict[str, str], means("versions of the packages used")]
     fingerprint: Annotated[str, means("hash of everything the result depends on")]
     specification: Annotated[dict[str, Json], means("everything the rows depend on")]
@@ -114,7 +114,7 @@ def summary_of(
         outcomes={name: outcomes[name] for name in OUTCOMES},
         columns={name: _column(parts, store.rows) for name, parts in columns.items()},
         recheck=_recheck(rechecked),
-        how=Run(**how),
+        how=SweepRun(**how),
         versions={
             "tt_precise": __version__,
             "heyoka": heyoka.__version__,

@@ -1,8 +1,8 @@
 """Power series in any arithmetic, whose coefficients are computed when needed.
 
-A ``Series`` is a scalar of functions that are generic in the arithmetic. Each coefficient follows
-from earlier coefficients, so equations of motion can run on the series of their own solution
-(``solution``). Coefficients are numbers of any kind: doubles, NumPy arrays over many rows,
+A ``TaylorSeries`` is a scalar of functions that are generic in the arithmetic. Each coefficient
+follows from earlier coefficients, so equations of motion can run on the series of their own
+solution (``solution``). Coefficients are numbers of any kind: doubles, NumPy arrays over many rows,
 mpmath's or MPFR's numbers, heyoka's expressions, balls, or ``Sized`` numbers.
 """
 
@@ -35,7 +35,7 @@ def powered(base: Scalar, power: Scalar) -> Scalar:
     return base if power == 1 else base * powered(base, power - 1)
 
 
-class Series:
+class TaylorSeries:
     """``sum(s[k] h**k)``; ``step(c, k)`` gives coefficient k from the earlier coefficients c."""
 
     __slots__ = ("c", "step")
@@ -45,9 +45,9 @@ class Series:
     def __init__(self, step: Callable[[Any, int], Scalar], first: Sequence[Scalar] = ()):
         self.step, self.c = step, list(first)
 
-    def new(self, step: Callable[[Any, int], Scalar]) -> Series:
+    def new(self, step: Callable[[Any, int], Scalar]) -> TaylorSeries:
         """The series of an operation on this series."""
-        return Series(step)
+        return TaylorSeries(step)
 
     def __getitem__(self, k: int) -> Scalar:
         while len(self.c) <= k:
@@ -60,32 +60,32 @@ class Series:
             _ = self[k]
         return self.c
 
-    def __add__(self, other: Scalar) -> Series:
-        if isinstance(other, Series):
+    def __add__(self, other: Scalar) -> TaylorSeries:
+        if isinstance(other, TaylorSeries):
             return self.new(lambda c, k: self[k] + other[k])
         return self.new(lambda c, k: self[k] if k else self[0] + other)
 
     __radd__ = __add__
 
-    def __neg__(self) -> Series:
+    def __neg__(self) -> TaylorSeries:
         return self.new(lambda c, k: -self[k])
 
-    def __sub__(self, other: Scalar) -> Series:
-        if isinstance(other, Series):
+    def __sub__(self, other: Scalar) -> TaylorSeries:
+        if isinstance(other, TaylorSeries):
             return self.new(lambda c, k: self[k] - other[k])
         return self.new(lambda c, k: self[k] if k else self[0] - other)
 
-    def __rsub__(self, other: Scalar) -> Series:
+    def __rsub__(self, other: Scalar) -> TaylorSeries:
         return self.new(lambda c, k: -self[k] if k else other - self[0])
 
-    def __mul__(self, other: Scalar) -> Series:
-        if isinstance(other, Series):
+    def __mul__(self, other: Scalar) -> TaylorSeries:
+        if isinstance(other, TaylorSeries):
             return self.new(lambda c, k: _dot(self.upto(k)[: k + 1], other.upto(k)[k::-1]))
         return self.new(lambda c, k: self[k] * other)
 
     __rmul__ = __mul__
 
-    def __abs__(self) -> Series:
+    def __abs__(self) -> TaylorSeries:
         return self.new(lambda c, k: self[k] * numpy.sign(self[0]) if k else abs(self[0]))
 
     def __pow__(self, power: Scalar) -> Scalar:
@@ -101,18 +101,18 @@ class Series:
 
         return self.new(step)
 
-    def __truediv__(self, other: Scalar) -> Series:
-        if not isinstance(other, Series):
+    def __truediv__(self, other: Scalar) -> TaylorSeries:
+        if not isinstance(other, TaylorSeries):
             return self.new(lambda c, k: self[k] / other)
         return self.new(
             lambda c, k: (self[k] - _dot(c, other.upto(k)[k:0:-1]) if k else self[0]) / other[0]
         )
 
-    def __rtruediv__(self, other: Scalar) -> Series:
+    def __rtruediv__(self, other: Scalar) -> TaylorSeries:
         return self.new(lambda c, k: (-_dot(c, self.upto(k)[k:0:-1]) if k else other) / self[0])
 
 
-class Truncated(Ring, Series):
+class Truncated(Ring, TaylorSeries):
     """A series cut off behind its last coefficient, of arrays: ``c`` has shape (terms, rows).
 
     Sums and products are those of whole arrays: a polynomial of few rows takes a quarter of the
@@ -130,25 +130,27 @@ class Truncated(Ring, Series):
         slopes: Array = self.c[1:] * numpy.arange(1, len(self.c))[:, None]
         return slopes
 
-    def __add__(self, other: Scalar) -> Series:
+    def __add__(self, other: Scalar) -> TaylorSeries:
         if isinstance(other, Truncated):
             return Truncated(self.c + other.c)
-        if isinstance(other, Series):
+        if isinstance(other, TaylorSeries):
             return super().__add__(other)
         c = self.c.copy()
         c[0] += other
         return Truncated(c)
 
-    def __neg__(self) -> Series:
+    def __neg__(self) -> TaylorSeries:
         return Truncated(-self.c)
 
-    def __mul__(self, other: Scalar) -> Series:
+    def __mul__(self, other: Scalar) -> TaylorSeries:
         if isinstance(other, Truncated):
             product = self.c[0] * other.c
             for k in range(1, len(product)):
                 product[k:] += self.c[k] * other.c[:-k]
             return Truncated(product)
-        return super().__mul__(other) if isinstance(other, Series) else Truncated(self.c * other)
+        return (
+            super().__mul__(other) if isinstance(other, TaylorSeries) else Truncated(self.c * other)
+        )
 
 
 class SeriesFunctions:
@@ -161,9 +163,9 @@ class SeriesFunctions:
 
     def _length(self, x: Scalar, y: Scalar) -> Scalar:
         """Return the length of a plane vector that is not zero, without underflow of squares."""
-        if not isinstance(x, Series) and not isinstance(y, Series):
+        if not isinstance(x, TaylorSeries) and not isinstance(y, TaylorSeries):
             return self.fn.hypot(x, y)
-        x, y = (value if isinstance(value, Series) else constant(value) for value in (x, y))
+        x, y = (value if isinstance(value, TaylorSeries) else constant(value) for value in (x, y))
 
         def step(c: list[Scalar], k: int) -> Scalar:
             if not k:
@@ -175,11 +177,11 @@ class SeriesFunctions:
             known = _dot([a / c[0] for a in c[1:]], c[:0:-1]) if k > 1 else 0
             return (sum(squares) - known) / 2
 
-        return Series(step)
+        return TaylorSeries(step)
 
     def sqrt(self, value: Scalar) -> Scalar:
         """The positive root; its first coefficient is not zero."""
-        if not isinstance(value, Series):
+        if not isinstance(value, TaylorSeries):
             return self.fn.sqrt(value)
 
         def step(c: list[Scalar], k: int) -> Scalar:
@@ -192,7 +194,7 @@ class SeriesFunctions:
 
     def exp(self, value: Scalar) -> Scalar:
         """The exponential: e' = value' e."""
-        if not isinstance(value, Series):
+        if not isinstance(value, TaylorSeries):
             return self.fn.exp(value)
 
         def step(c: list[Scalar], k: int) -> Scalar:
@@ -209,7 +211,7 @@ class SeriesFunctions:
         return self._sine_cosine(angle)[1]
 
     def _sine_cosine(self, angle: Scalar) -> tuple[Scalar, Scalar]:
-        if not isinstance(angle, Series):
+        if not isinstance(angle, TaylorSeries):
             return self.fn.sin(angle), self.fn.cos(angle)
 
         def sine_step(c: list[Scalar], k: int) -> Scalar:
@@ -222,15 +224,15 @@ class SeriesFunctions:
                 return self.fn.cos(angle[0])
             return -_dot(_rate(angle.upto(k)[: k + 1]), sine.upto(k - 1)[k - 1 :: -1]) / k
 
-        sine, cosine = Series(sine_step), Series(cosine_step)
+        sine, cosine = TaylorSeries(sine_step), TaylorSeries(cosine_step)
         return sine, cosine
 
     def log(self, value: Scalar) -> Scalar:
         """The natural logarithm: l' = value'/value."""
-        if not isinstance(value, Series):
+        if not isinstance(value, TaylorSeries):
             return self.fn.log(value)
         turning = rate(value) / value
-        return Series(lambda c, k: turning[k - 1] / k if k else self.fn.log(value[0]))
+        return TaylorSeries(lambda c, k: turning[k - 1] / k if k else self.fn.log(value[0]))
 
     def atan(self, value: Scalar) -> Scalar:
         """The angle between -pi/2 and pi/2 of which ``value`` is the tangent."""
@@ -249,22 +251,22 @@ class SeriesFunctions:
 
     def atan2(self, y: Scalar, x: Scalar) -> Scalar:
         """The angle of the point (x, y), which is not the origin."""
-        if not isinstance(y, Series) and not isinstance(x, Series):
+        if not isinstance(y, TaylorSeries) and not isinstance(x, TaylorSeries):
             return self.fn.atan2(y, x)
-        y, x = (value if isinstance(value, Series) else constant(value) for value in (y, x))
+        y, x = (value if isinstance(value, TaylorSeries) else constant(value) for value in (y, x))
         square = x * x + y * y
         turning = (x * rate(y) - y * rate(x)) / square
-        return Series(lambda c, k: turning[k - 1] / k if k else self.fn.atan2(y[0], x[0]))
+        return TaylorSeries(lambda c, k: turning[k - 1] / k if k else self.fn.atan2(y[0], x[0]))
 
 
-def constant(value: Scalar) -> Series:
+def constant(value: Scalar) -> TaylorSeries:
     """The series of a constant."""
-    return Series(lambda c, k: value * 0, [value])
+    return TaylorSeries(lambda c, k: value * 0, [value])
 
 
-def rate(series: Series) -> Series:
+def rate(series: TaylorSeries) -> TaylorSeries:
     """The series of the rate."""
-    return Series(lambda c, k: (k + 1) * series[k + 1])
+    return TaylorSeries(lambda c, k: (k + 1) * series[k + 1])
 
 
 def _rate(c: Sequence[Scalar]) -> list[Scalar]:
@@ -272,19 +274,19 @@ def _rate(c: Sequence[Scalar]) -> list[Scalar]:
 
 
 def solution(
-    rates: Callable[[tuple[Series, ...]], Sequence[Scalar]], start: Sequence[Scalar]
-) -> tuple[Series, ...]:
+    rates: Callable[[tuple[TaylorSeries, ...]], Sequence[Scalar]], start: Sequence[Scalar]
+) -> tuple[TaylorSeries, ...]:
     """The series of the solution through ``start`` of y' = ``rates``(y), which is autonomous."""
     slopes: list[Scalar] = []
 
-    def component(i: int, first: Scalar) -> Series:
+    def component(i: int, first: Scalar) -> TaylorSeries:
         def step(c: list[Scalar], k: int) -> Scalar:
             slope = slopes[i]
-            if isinstance(slope, Series):
+            if isinstance(slope, TaylorSeries):
                 return slope[k - 1] / k
             return first * 0 + (slope if k == 1 else 0)
 
-        return Series(step, [first])
+        return TaylorSeries(step, [first])
 
     components = tuple(component(i, first) for i, first in enumerate(start))
     slopes += rates(components)
@@ -295,7 +297,9 @@ ROWS = 2048  # at a time, so that all series between stay in the cache
 
 
 def coefficients(
-    rates: Callable[[tuple[Series, ...]], Sequence[Scalar]], start: Sequence[Array], terms: int
+    rates: Callable[[tuple[TaylorSeries, ...]], Sequence[Scalar]],
+    start: Sequence[Array],
+    terms: int,
 ) -> Array:
     """Coefficients of the solutions through many rows: shape (components, ``terms`` + 1, rows).
 

@@ -97,7 +97,7 @@ def ratios(rows: Sequence[Row]) -> dict[str, float]:
     return known
 
 
-class Run(NamedTuple):
+class TimedRun(NamedTuple):
     """A trajectory to ``asked`` digits, and the seconds of the two calls that made it."""
 
     asked: int
@@ -105,11 +105,13 @@ class Run(NamedTuple):
     seconds: tuple[float, float]
 
 
-def _own_runs(scene: Scene, leave_out: Callable[[str], None], progress: Progress) -> Iterator[Run]:
+def _own_runs(
+    scene: Scene, leave_out: Callable[[str], None], progress: Progress
+) -> Iterator[TimedRun]:
     began = time.perf_counter()
     for done, (asked, following) in enumerate(itertools.pairwise((*ASKED, 0)), start=1):
         (_, first), (trajectory, again) = (_timed(scene, asked) for _ in range(2))
-        yield Run(asked, trajectory, (first, again))
+        yield TimedRun(asked, trajectory, (first, again))
         progress(done / len(ASKED))
         refusal = refused_in_doubles(scene) if following > DOUBLE_DIGITS else ""
         if not following:
@@ -160,7 +162,7 @@ class Truth(NamedTuple):
             worst = float((abs(values - self.values).astype(float) / self.sizes).max())
         return math.inf if math.isnan(worst) else worst + self.own_error
 
-    def row(self, run: Run) -> Row:
+    def row(self, run: TimedRun) -> Row:
         """The row of an own run."""
         trajectory = run.trajectory
         error = self.error(_states(trajectory, self.times))

@@ -6,45 +6,45 @@ other table lists the sentences of the paper that the list of claims does not co
 
 from __future__ import annotations
 
-from tt_precise.claims.paper import Answer, Untested
+from tt_precise.claims.paper import AnswerSentence, Untested
 
 ANSWERS = (
-    Answer(
+    AnswerSentence(
         ("EQ-05", "EQ-08", "EQ-09", "EQ-10", "EQ-11", "EQ-12", "EQ-13"),
         "The equations of motion are right.",
         "The equations of motion are not all right.",
     ),
-    Answer(
+    AnswerSentence(
         ("TH-01", "TH-03", "TH-16"),
         "Theorem 1.1 holds for tops that keep contact.",
         "Theorem 1.1 does not hold in all its assertions.",
     ),
-    Answer(
+    AnswerSentence(
         ("QUAL-01", "QUAL-02", "QUAL-25"),
         "The mechanism holds: the top waits, then climbs in many small oscillations.",
         "The mechanism, a top that waits and then climbs in oscillations, does not hold.",
     ),
-    Answer(
+    AnswerSentence(
         ("NUM-03",),
         "The paper's method keeps lambda to the stated 1e-6; far smaller drifts are possible.",
         "The paper's method does not keep lambda to the stated 1e-6.",
     ),
-    Answer(
+    AnswerSentence(
         ("NUM-23", "NUM-24"),
         "The energy ratio is as close to theory as the paper states.",
         "The energy ratio is not as close to theory as the paper states.",
     ),
-    Answer(
+    AnswerSentence(
         ("NUM-26", "NUM-27", "NUM-28", "NUM-29"),
         "The boundary values of section 2.3 are right.",
         "The boundary values of section 2.3 belong to another lambda.",
     ),
-    Answer(
+    AnswerSentence(
         ("NUM-05",),
         "The climb ends at the paper's time.",
         "The climb does not end at the paper's time.",
     ),
-    Answer(
+    AnswerSentence(
         ("SWP-12",),
         "All tested starts invert.",
         "All tested starts invert only if starts that lose contact are left out.",
