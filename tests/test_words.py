@@ -98,3 +98,13 @@ def test_no_file_of_the_package_has_the_habit(habit: Habit) -> None:
 def test_the_habit_is_seen(habit: Habit, bad: str, good: str) -> None:
     assert list(habit(bad))
     assert not list(habit(good))
+
+
+def test_a_class_name_has_one_meaning() -> None:
+    homes: dict[str, list[str]] = {}
+    for file in sorted(PACKAGE.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.ClassDef):
+                homes.setdefault(node.name, []).append(file.name)
+    assert len(homes) > 300
+    assert {name: files for name, files in homes.items() if len(files) > 1} == {}
