@@ -476,7 +476,7 @@ def orders_at_the_start(trusted: Any) -> None:
     wide = arb(0, 1)
 
     def onset(formal: Sequence[Any], balls: Sequence[Any]) -> Any:
-        series = [models.Series(lambda c, n: arb(1), list(first)) for first in (formal, balls)]
+        series = [models.PowerSeries(lambda c, n: arb(1), list(first)) for first in (formal, balls)]
         return start.Onset(lambda: series[0], lambda: series[1])
 
     def order(formal: Sequence[Any], balls: Sequence[Any]) -> int:
@@ -500,12 +500,12 @@ def moving(trusted: Any, *phases: Any, start: Sequence[Any], until: Any, **more:
     """Enclose a motion through phases of (ends, rates, function, other fields)."""
     problem = trusted.problem
     made = tuple(
-        problem.Phase(ends, rates, lambda state: state, function, **fields)
+        problem.ProblemPhase(ends, rates, lambda state: state, function, **fields)
         for ends, rates, function, fields in phases
     )
     onset = SimpleNamespace(order=more.pop("order", lambda _: 0), sign=lambda *_: 1)
     numbers = [arb(x) for x in start]
-    kinds = {name: problem.Kind(*kind) for name, kind in more.pop("kinds", {}).items()}
+    kinds = {name: problem.EventKind(*kind) for name, kind in more.pop("kinds", {}).items()}
     stated = problem.Problem(made, numbers, arb(until), onset, kinds, **more)
     return trusted.motion.enclose(stated, BITS, 30)
 

@@ -93,7 +93,9 @@ class Enclosing:
     ):
         self.trusted, kernel = trusted, trusted.kernel
         self.weights = [arb(weight) for weight in weights]
-        self.equations = kernel.Equations(trusted.models.Rates(rates, len(start)), BITS, order)
+        self.equations = kernel.KernelEquations(
+            trusted.models.Rates(rates, len(start)), BITS, order
+        )
         self.states = kernel.StateSet.of(self.equations, arb(0), [arb(x) for x in start])
         self.step: Any = None
 
@@ -137,5 +139,5 @@ class Enclosing:
         until = self.finish if until is None else arb(until)
         first = self.step.time == 0
         order = (lambda _: self.vanishing) if first else None
-        zeros = self.trusted.zeros.Zeros(self.step, lambda state: state, order)
+        zeros = self.trusted.zeros.StepZeros(self.step, lambda state: state, order)
         return zeros.of(function, until, double)
