@@ -26,7 +26,7 @@ VECTORS = NewtonState._fields
 @pytest.mark.parametrize("name", ["kz", "Lz", "Lx", "vy"])
 def test_a_relative_error_is_found_as_it_was_made(name: str) -> None:
     stored = read_files("reference")
-    true = TrueRows(stored.scene, stored.trajectory)
+    true = TrueRows.of_table(stored.scene, stored.trajectory)
     rows = {one: numpy.array(stored.trajectory.floats(one))[ROWS] for one in VECTORS}
     values: dict[str, Any] = {one: rows[one].copy() for one in VECTORS}
     values[name] += ERROR * sizes(stored.scene.body.numbers(float), rows, numpy)[name]
@@ -48,7 +48,7 @@ def test_a_relative_error_is_found_as_it_was_made(name: str) -> None:
 @pytest.mark.parametrize(("wrong", "digits"), [("0", 33), ("1e-25", 24)])
 def test_whole_turns_of_an_angle_cost_no_digit(wrong: str, digits: int) -> None:
     stored = read_files("track")
-    true = TrueRows(stored.scene, stored.trajectory)
+    true = TrueRows.of_table(stored.scene, stored.trajectory)
     turns = EXACTLY.multiply(measuring.TURN, 3)
     cells = [
         str(EXACTLY.add(EXACTLY.subtract(Decimal(cell), turns), Decimal(wrong)))
@@ -83,7 +83,7 @@ def found_of(true: TrueRows, cells: dict[str, list[str]], **how: bool) -> tuple[
 @pytest.mark.parametrize("scene", ["reference", "upright", "contact-lost", "flight"])
 def test_sparing_decimals_changes_no_figure(scene: str, monkeypatch: Patch) -> None:
     stored = read_files(scene)
-    true = TrueRows(stored.scene, stored.trajectory)
+    true = TrueRows.of_table(stored.scene, stored.trajectory)
     seed = random.Random(scene)
     spared = differing = 0
     errors = (0, 1e-33, 1e-17, 3e-16, 1e-15, 1e-14, 1e-13, 3e-13, 1e-11)

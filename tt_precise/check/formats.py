@@ -1,4 +1,4 @@
-"""Files whose columns are read by name: NumPy, HDF5, MATLAB 7.3, Arrow, JSON and JSON lines.
+"""Files whose columns are read by name: NumPy, HDF5, MATLAB 7.3, Parquet, Arrow, JSON.
 
 Each entry of ``READERS`` opens a file and returns its columns as a mapping. The declared size of a
 file is compared with ``MOST_BYTES`` before a column is allocated. Links to other files are not
@@ -7,31 +7,39 @@ followed.
 
 from __future__ import annotations
 
-import importlib
 import json
 import math
 import zipfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy
 
-from tt_precise.runtime.values import Array, InputError, Json
+from tt_precise.check.sources import MOST_BYTES, too_large
+from tt_precise.runtime.tables import needed
+from tt_precise.runtime.values import Array, Json
 
 Columns = Mapping[str, Any]
-MOST_BYTES = 2_000_000_000  # Bytes of text, or of numbers: a table of ten million rows.
 MOST_COLUMNS = 1000  # Columns that are read of an HDF5 file; a trajectory has some twenty.
 DEEPEST = 4  # groups of an HDF5 file within each other
 
 
-def too_large(what: str) -> str:
-    """The error message for a file beyond ``MOST_BYTES``."""
-    return f"more than {MOST_BYTES // 10**9} GB of {what}, expected a trajectory of less"
+class Named(Columns):
+    """Columns of a file by name, each read on request."""
+
+    _names: Iterable[str]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len([*self._names])
 
 
-class Npz(Columns):
-    """The arrays of an .npz archive, each read on request."""
+class Npz(Named):
+    """The arrays of an .npz archive."""
 
     def __init__(self, path: Path):
         self._path = path
@@ -39,6 +47,7 @@ class Npz(Columns):
             self._members = {
                 member.filename.removesuffix(".npy"): member for member in archive.infolist()
             }
+        self._names = self._members
 
     def __getitem__(self, name: str) -> Array:
         member = self._members[name]
@@ -57,21 +66,15 @@ class Npz(Columns):
             array: Array = arrays[name]
         return array
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._members)
 
-    def __len__(self) -> int:
-        return len(self._members)
-
-
-class Hdf5(Columns):
+class Hdf5(Named):
     """The data sets of an HDF5 file: at the root, or in the only group with data sets.
 
     A data set is read when it is asked for; one of 1 x N or N x 1 is a column.
     """
 
     def __init__(self, path: Path):
-        self._h5py = _needed("h5py", "hdf5")
+        self._h5py = needed("h5py")
         self._path = path
         if path.is_file() and not self._h5py.is_hdf5(path):
             raise ValueError("no HDF5 data, which MATLAB writes with save(..., '-v7.3')")
@@ -115,11 +118,23 @@ class Hdf5(Columns):
             return numpy.ravel(values)
         return values
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names)
 
-    def __len__(self) -> int:
-        return len(self._names)
+class Parquet(Named):
+    """The columns of a Parquet file."""
+
+    def __init__(self, path: Path):
+        needed("pyarrow")
+        import pyarrow.parquet
+
+        self._open = partial(pyarrow.parquet.ParquetFile, path)
+        with self._open() as file:
+            self._names = list(file.schema_arrow.names)
+            if 8 * file.metadata.num_rows > MOST_BYTES:
+                raise ValueError(too_large("numbers"))
+
+    def __getitem__(self, name: str) -> Array:
+        with self._open() as file:
+            return file.read(columns=[name]).column(name)
 
 
 def _read_json(path: Path) -> Columns:
@@ -156,7 +171,7 @@ def _text(path: Path) -> str:
 
 
 def _read_arrow(path: Path) -> Columns:
-    _needed("pyarrow", "parquet")
+    needed("pyarrow")
     import pyarrow.feather
 
     table = pyarrow.feather.read_table(path, memory_map=True)
@@ -165,19 +180,11 @@ def _read_arrow(path: Path) -> Columns:
     return {name: table.column(name) for name in table.column_names}
 
 
-def _needed(package: str, extra: str) -> Any:
-    try:
-        return importlib.import_module(package)
-    except ImportError:
-        raise InputError(
-            f"{package}: not installed, expected pip install 'tt-precise[{extra}]'"
-        ) from None
-
-
 READERS: dict[str, Callable[[Path], Columns]] = {
     ".npz": Npz,
     **dict.fromkeys((".h5", ".hdf5", ".hdf", ".mat"), Hdf5),
     ".json": _read_json,
     **dict.fromkeys((".jsonl", ".ndjson"), _read_json_lines),
+    ".parquet": Parquet,
     ".arrow": _read_arrow,
 }

@@ -250,7 +250,7 @@ def _line(error: Exception) -> str:
 
 
 BLOCK_BYTES = 2_000_000  # some 10,000 rows of text: what numpy makes of them stays in the cache
-MOST_BYTES = 2_000_000_000  # Bytes of text, or of numbers, as in ``formats``.
+MOST_BYTES = 2_000_000_000  # Bytes of text, or of numbers: a table of ten million rows.
 GZIPPED = b"\x1f\x8b"
 LONGEST_LINE = 1_000_000  # bytes; a row of numbers is a few hundred
 MOST_PREAMBLE = 50  # lines of metadata before the header in which the header is sought
@@ -378,7 +378,7 @@ class TextSource(RowSource):
                         f"{LONGEST_LINE} bytes, expected a row of numbers"
                     )
             if count > MOST_BYTES:
-                raise InputError(f"{self.where}: {_too_large('text')}")
+                raise InputError(f"{self.where}: {too_large('text')}")
             if data.strip():
                 yield self._decoded(data)
                 line += data.count(10)
@@ -483,49 +483,9 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _too_large(what: str) -> str:
+def too_large(what: str) -> str:
+    """The error message for a file beyond ``MOST_BYTES``."""
     return f"more than {MOST_BYTES // 10**9} GB of {what}, expected a trajectory of less"
-
-
-class ParquetSource(RowSource):
-    """A Parquet file."""
-
-    def __init__(self, path: Path, rename: Mapping[str, str]):
-        try:
-            import pyarrow
-            import pyarrow.parquet
-        except ImportError:
-            raise InputError(
-                f"{path}: reading Parquet needs pyarrow; pip install 'tt-precise[parquet]'"
-            ) from None
-        self._failures = (pyarrow.ArrowException, OSError)
-        try:
-            self._file = pyarrow.parquet.ParquetFile(path)
-        except self._failures as error:
-            raise InputError(f"{path}: {_line(error)}; expected a Parquet file") from None
-        self._theirs = list(self._file.schema_arrow.names)
-        super().__init__(str(path), self._theirs, rename)
-
-    def load(
-        self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
-    ) -> Block:
-        every = (*wanted, *also)
-        if 8 * len(every) * self._file.metadata.num_rows > MOST_BYTES:
-            raise InputError(f"{self.where}: {_too_large('numbers')}")
-        theirs = [self._theirs[self.names.index(name)] for name in every]
-        try:
-            table = self._file.read(columns=theirs)
-        except self._failures as error:
-            raise InputError(f"{self.where}: {_line(error)}; expected a Parquet file") from None
-        progress(1.0)
-        given = {
-            ours: column_of(table.column(name), ours, self.where)
-            for ours, name in zip(every, theirs, strict=True)
-        }
-        return _block(given, wanted, self.where)
-
-    def close(self) -> None:
-        self._file.close()
 
 
 class ColumnSource(RowSource):
@@ -614,19 +574,18 @@ def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
         from tt_precise.check.formats import READERS
 
         reader = READERS.get(path.suffix)
-    text = reader is None and path.suffix != ".parquet"
     try:
         # opening a pipe waits for its writer, and these formats cannot be read from one
-        if not text and path.exists() and not path.is_file():
+        if reader is not None and path.exists() and not path.is_file():
             raise OSError(0, "no regular file")
         size = path.stat().st_size
         opened = path.open("rb")
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: {reason}; expected a trajectory file") from None
-    if not text:
+    if reader is not None:
         opened.close()
-        return _by_name(path, reader, rename) if reader else ParquetSource(path, rename)
+        return _by_name(path, reader, rename)
     try:
         return TextSource(str(path), opened, size, rename)
     except BaseException:

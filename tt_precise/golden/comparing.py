@@ -104,7 +104,7 @@ def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None
     """
     stored = read_whole(scene, folder)
     solution = TrueSolution(stored.scene, folder)
-    golden = TrueRows(stored.scene, stored.trajectory)
+    golden = TrueRows.of_table(stored.scene, stored.trajectory)
     names = [name for name in golden.names if name in frame.columns]
     if "t" not in frame.columns or not names:
         raise InputError(

@@ -95,7 +95,7 @@ def pose_columns(scene: Scene, table: Table, *, in_full: bool) -> dict[str, tupl
     run = integrate(scene, precision, bits=bits, events=(), record=RECORDABLE)
     times = [Fraction(cell) for cell in table.column("t")]
     poses = run.frame(*VECTOR_COLUMNS, "pose", times=times, numbers="exact")
-    context, units = run.precision.context, TrueRows(scene, table).units
+    context, units = run.precision.context, TrueRows.of_table(scene, table).units
     for name in VECTOR_COLUMNS:
         published = [context.mpf(cell) for cell in table.column(name)]
         scale = max(map(abs, published)) or units[name]

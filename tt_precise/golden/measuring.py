@@ -11,11 +11,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from decimal import Decimal
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy
 
 from tt_precise.golden.digits import DIGITS, EXACTLY, as_decimal, correct_digits
+from tt_precise.golden.table import Table
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.values import Scalar
@@ -86,44 +87,34 @@ class RowDistances(NamedTuple):
             }
 
 
-class TrueColumns(Protocol):
-    """Columns of true numbers: as text, and rounded to double."""
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """The names of the columns."""
-
-    def column(self, name: str) -> Sequence[str]:
-        """Return the decimals of a column, "" where it is undefined."""
-
-    def floats(self, name: str) -> Sequence[float] | numpy.ndarray:
-        """Return the doubles of a column, NaN where it is undefined."""
-
-
 class TrueRows:
-    """A table of true rows with the state as vectors, as Euler angles, or both."""
+    """True rows with the state as vectors, as Euler angles, or both.
 
-    def __init__(self, scene: Scene, table: TrueColumns):
-        self._scene, self._table = scene, table
-        self.names = [name for name in table.columns if name != "t"]
+    ``numbers`` are the columns as doubles, NaN where undefined; ``cells`` their decimals, "" where
+    undefined, for comparisons in decimals.
+    """
 
-    @cached_property
-    def times(self) -> numpy.ndarray:
-        """Times of the rows, s."""
-        return numpy.array(self._table.floats("t"))
+    def __init__(
+        self,
+        scene: Scene,
+        numbers: Mapping[str, numpy.ndarray],
+        cells: Mapping[str, Sequence[str]] | None = None,
+    ):
+        self._scene, self._numbers, self._cells = scene, numbers, cells or {}
+        self.times = numbers["t"]  # s
+        self.names = [name for name in numbers if name != "t"]
 
-    @cached_property
-    def _cells(self) -> dict[str, Sequence[str]]:
-        return {name: self._table.column(name) for name in self.names}
-
-    @cached_property
-    def _numbers(self) -> dict[str, numpy.ndarray]:
-        return {name: numpy.array(self._table.floats(name)) for name in self.names}
+    @classmethod
+    def of_table(cls, scene: Scene, table: Table) -> TrueRows:
+        """Return the rows of a table of decimals."""
+        numbers = {name: numpy.array(table.floats(name)) for name in table.columns}
+        return cls(scene, numbers, {name: table.column(name) for name in table.columns})
 
     @cached_property
     def _sizes(self) -> dict[str, numpy.ndarray]:
         with numpy.errstate(all="ignore"):
-            return sizes(self._scene.body.numbers(float), self._numbers, numpy)
+            numbers = {name: self._numbers[name] for name in self.names}
+            return sizes(self._scene.body.numbers(float), numbers, numpy)
 
     @cached_property
     def units(self) -> dict[str, float]:

@@ -264,7 +264,7 @@ def _scales(scene: Scene, runs: Sequence[GoldenRun]) -> dict[str, Decimal]:
     """
     first = runs[0]
     scales = [scales_of(run.trajectory) for run in runs if run.status == first.status]
-    for name, unit in TrueRows(scene, first.trajectory).units.items():
+    for name, unit in TrueRows.of_table(scene, first.trajectory).units.items():
         largest = {of_run[name] for of_run in scales}
         if len(largest) > 1 and max(largest) < Decimal(unit).scaleb(-DIGITS):
             scales[0][name] = Decimal(unit)

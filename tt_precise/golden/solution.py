@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -61,23 +61,6 @@ class Distance(NamedTuple):
     ended: str = ""
 
 
-@dataclass(frozen=True)
-class Doubles:
-    """Columns of doubles."""
-
-    by_name: dict[str, Array]
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        return tuple(self.by_name)
-
-    def column(self, name: str) -> list[str]:
-        return ["" if math.isnan(x) else repr(x) for x in self.by_name[name].tolist()]
-
-    def floats(self, name: str) -> Array:
-        return self.by_name[name]
-
-
 class TrueSolution:
     """The solution of ``scene``; ``absent`` says why there are no golden rows, "" if there are."""
 
@@ -112,7 +95,7 @@ class TrueSolution:
             where = "" if self._folder is None else f" in {self._folder}"
             return None, f"no golden data of a scene {name}{where}", ""
         stored = read_whole(name, place.folder)
-        scene, true = stored.scene, TrueRows(stored.scene, stored.trajectory)
+        scene, true = stored.scene, TrueRows.of_table(stored.scene, stored.trajectory)
         own = self.scene
         if (scene.model, scene.body, scene.start) != (own.model, own.body, own.start):
             return None, f"the golden data of {name} are of another body or start", ""
@@ -202,16 +185,16 @@ class TrueSolution:
             return Distance(measured, "", horizon, ended)
         for first in range(0, len(at), AT_ONCE):
             part = at[first : first + AT_ONCE]
-            table: Table | Doubles
             if exact:
                 times = [min(rows.exact_time(row), last) for row in part.tolist()]
                 found = run.table(*names, times=times, numbers="text")
                 cells = {n: ["" if x is None else x for x in found[n]] for n in names}
                 table = Table.of_columns({"t": [*map(str, rows.t[part].tolist())], **cells})
+                true = TrueRows.of_table(run.scene, table)
             else:
                 found = run.table(*names, times=numpy.minimum(rows.t[part], float(last)))
-                table = Doubles({**found, "t": rows.t[part]})
-            _measure(measured, part, TrueRows(run.scene, table), rows, exact, agreeing)
+                true = TrueRows(run.scene, {**found, "t": rows.t[part]})
+            _measure(measured, part, true, rows, exact, agreeing)
         own = 10.0**-run.digits_throughout
         for bound in measured.bounds.values():
             bound[~numpy.isnan(bound)] = own

@@ -60,26 +60,26 @@ def format_of(path: str | Path) -> Format:
         known = ", ".join(filter(None, FORMATS))
         raise InputError(f"{path}: got {suffix!r}, expected a file that ends in one of: {known}")
     if package := FORMATS[suffix].package:
-        _needed(package)
+        needed(package)
     return FORMATS[suffix]
 
 
 def _parquet(path: Path, table: Table) -> None:
     import pyarrow.parquet
 
-    pyarrow.parquet.write_table(_needed("pyarrow").table(_lists(table)), path)
+    pyarrow.parquet.write_table(needed("pyarrow").table(_lists(table)), path)
 
 
 def _feather(path: Path, table: Table) -> None:
     import pyarrow.feather
 
     pyarrow.feather.write_feather(
-        _needed("pyarrow").table(_lists(table)), str(path), compression="uncompressed"
+        needed("pyarrow").table(_lists(table)), str(path), compression="uncompressed"
     )
 
 
 def _hdf5(path: Path, table: Table) -> None:
-    h5py = _needed("h5py")
+    h5py = needed("h5py")
     # In memory first: where a disk is full, HDF5 itself ends the process with a segmentation fault.
     content = io.BytesIO()
     with h5py.File(content, "w") as file:
@@ -95,7 +95,11 @@ def _lists(table: Table) -> dict[str, list[Any]]:
     return {name: list(column) for name, column in table.items()}
 
 
-def _needed(package: str) -> Any:
+def needed(package: str) -> Any:
+    """Import an optional package.
+
+    Raises ``InputError``: it is not installed.
+    """
     try:
         return importlib.import_module(package)
     except ImportError:
