@@ -33,6 +33,18 @@ def test_sweep_writes_rows_and_prints_a_summary(
     assert "none of 3 rows has a value" in refused
 
 
+def test_two_varied_numbers_make_a_map_of_the_outcomes(tmp_path: Path, said: Said) -> None:
+    out, plain, asked = (tmp_path / name for name in ("a.csv", "plain.svg", "asked.svg"))
+    said(
+        "sweep reference --until 0.1 --vary mu=0.1,0.3 --vary omega_3=1,155 --workers 1 --out", out
+    )
+    said("sweep plot", out, "--x omega_3 --y mu --out", plain)
+    said("sweep plot", out, "--x omega_3 --y mu --map outcome --out", asked)
+    assert plain.read_text("utf-8") == asked.read_text("utf-8")
+    said("sweep plot", out, "--x omega_3 --y mu --colour steps --out", asked)
+    assert plain.read_text("utf-8") != asked.read_text("utf-8")
+
+
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
     path = tmp_path / "small.toml"

@@ -85,12 +85,17 @@ def test_a_spread_is_the_derivative_times_sigma() -> None:
     assert alone.loc["g_n", "sigma"] == pytest.approx(3e-6 * abs(last["d g_n/d mu"]))
     both = run.sensitivity.spread({"theta": 2e-7, "mu": 3e-6}).loc["equator"]
     assert both["value"] == climb["t"]
+    in_degrees = run.sensitivity.spread({"theta": f"{float(numpy.degrees(2e-7))} deg", "mu": 3e-6})
+    assert in_degrees.loc["equator", "sigma"] == pytest.approx(both["sigma"], rel=1e-12)
     by_both = numpy.hypot(2e-7 * climb["d/d theta"], 3e-6 * climb["d/d mu"])
     assert both["sigma"] == pytest.approx(by_both)
     assert (run.sensitivity.spread({})["sigma"] == 0).all()
-    for wrong in ({"I1": 0.1}, {"mu": -0.1}, {"mu": numpy.nan}):
+    for wrong in ({"I1": 0.1}, {"mu": -0.1}):
         with pytest.raises(InputError, match="expected sigmas of any of: theta, mu"):
             run.sensitivity.spread(wrong)
+    for number in (numpy.nan, "5 %"):
+        with pytest.raises(InputError, match=r"spread: mu: got .*, expected an exact number"):
+            run.sensitivity.spread({"mu": number})
 
 
 @pytest.mark.parametrize(

@@ -43,6 +43,17 @@ def test_the_overview(short: Trajectory) -> None:
     assert ticks == {f"{count} x {name}" for name, count in counts.items()}
 
 
+def test_other_motions_are_drawn_beside_it_under_their_labels(short: Trajectory) -> None:
+    other = integrate(short.scene.varied(mu="0.2"))
+    for names in ((), ("theta", "drift:E")):
+        drawn = short.plot(*names, beside={"mu = 0.2": other})
+        assert len(drawn.axes) == max(1, len(names))
+        own, beside = drawn.axes[0].lines[:2]
+        assert (own.get_label(), beside.get_label()) == ("reference", "mu = 0.2")
+        assert list(np.asarray(beside.get_ydata())) == list(other.frame("theta")["theta"])
+        assert len({str(line.get_color()) for line in drawn.axes[0].lines}) == 4  # and two events
+
+
 def test_the_drift_of_a_fine_run_is_drawn_as_it_is(half: Scene) -> None:
     run = integrate(half.varied(until="0.1"), "double-double")
     drawn = run.plot().axes[-1].lines[0].get_ydata()

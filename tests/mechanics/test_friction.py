@@ -86,7 +86,7 @@ def test_wrapped_equations_are_those_of_the_law() -> None:
         ("law=regularised mu=0.3", "missing key friction.epsilon"),
         ("law=coulomb mu=0.3 epsilon=1", "unknown key friction.epsilon"),
         ("law=regularised mu=0.3 epsilon=0", "epsilon: got 0.0, expected a speed"),
-        ("law=stribeck mu=0.3", "missing key friction.epsilon"),
+        ("law=stribeck mu=0.3", "friction.epsilon, expected a value; also missing: mu_s, v_s"),
         ("law=stribeck mu=0.3 mu_s=0.2 v_s=1 epsilon=1", "mu_s: got 0.2, expected at least mu"),
         ("law=stribeck mu=0.3 mu_s=0.4 v_s=0 epsilon=1", "v_s: got 0.0, expected a speed"),
         ("law=coulomb mu=-1", "mu: got -1"),

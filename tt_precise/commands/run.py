@@ -75,7 +75,7 @@ class SegmentRecord(Record, frozen=True):
 
 
 class NormalForceRecord(Record, frozen=True):
-    """The smallest normal force."""
+    """The smallest or the largest normal force."""
 
     value: Annotated[str, means("g_n in N, as a double")]
     t: Annotated[str, means("time in s")]
@@ -156,6 +156,7 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
     smallest_g_n: Annotated[
         NormalForceRecord | None, means("smallest normal force between start and end")
     ]
+    largest_g_n: Annotated[NormalForceRecord | None, means("largest normal force, likewise")]
     stretches: Annotated[
         tuple[SegmentRecord, ...], means("segments of gliding, rolling, flight, in order of time")
     ]
@@ -351,14 +352,15 @@ def answers(trajectory: Trajectory, *, exactly: bool = False) -> dict[str, Any]:
     from tt_precise.certify.outcome import outcome_of
 
     text = trajectory.precision.text
-    climb = smallest = passage = None
+    climb = passage = None
+    smallest = largest = None
     if trajectory.t_end > 0:  # what fails at once has no events
         if trajectory.scene.model == "flight":  # there a top turns over without a climb
             passage = _passage(trajectory)
         else:
             climb = _climbs(trajectory, exactly=exactly)
             passage = climb.equator if climb else None
-            smallest = _smallest_force(trajectory)
+            smallest, largest = _forces(trajectory)
     theorem, equator, end = outcome_of(trajectory, passage)
     stretches = tuple(
         SegmentRecord(piece.model, text(piece.begin), text(piece.end), piece.status)
@@ -373,6 +375,7 @@ def answers(trajectory: Trajectory, *, exactly: bool = False) -> dict[str, Any]:
         "climb": climb,
         "contact_lost": next((text(p.end) for p in trajectory.pieces if p.leaves), None),
         "smallest_g_n": smallest,
+        "largest_g_n": largest,
         "stretches": stretches,
     }
 
@@ -432,8 +435,8 @@ def _climbs(trajectory: Trajectory, *, exactly: bool) -> ClimbsRecord | None:
     return ClimbsRecord(run.precision.name, text(times["equator"]), apart.get("equator"), *climbs)
 
 
-def _smallest_force(trajectory: Trajectory) -> NormalForceRecord | None:
-    """The smallest g_n at its extrema, and at the ends of the segments."""
+def _forces(trajectory: Trajectory) -> tuple[NormalForceRecord | None, ...]:
+    """The smallest and the largest g_n at its extrema, and at the ends of the segments."""
     run = _with_events(trajectory, FORCE)
     events = run.event_table(["g_n"])
     at_ends = run.table("g_n", times=[0, *(piece.end for piece in run.pieces)], numbers="float")
@@ -447,9 +450,8 @@ def _smallest_force(trajectory: Trajectory) -> NormalForceRecord | None:
         if force is not None and math.isfinite(force)
     ]
     if not forces:
-        return None
-    force, t = min(forces)
-    return NormalForceRecord(repr(force), repr(t))
+        return None, None
+    return tuple(NormalForceRecord(*map(repr, found)) for found in (min(forces), max(forces)))
 
 
 def with_errors(names: Iterable[str]) -> tuple[Name, ...]:
@@ -536,7 +538,8 @@ def _outcome_lines(outcome: dict[str, Any]) -> list[str]:
             return f"{float(time):.9g} s"
         return f"{with_error(time, float(error))} s"
 
-    climb, smallest, stretches = outcome["climb"], outcome["smallest_g_n"], outcome["stretches"]
+    climb, stretches = outcome["climb"], outcome["stretches"]
+    smallest, largest = outcome["smallest_g_n"], outcome["largest_g_n"]
     theorem, equator, end = outcome["theorem"], outcome["equator"], outcome["end"]
     passage = {
         "passed": f"passed at {seconds(equator.t, climb and climb.equator_error)}",
@@ -561,10 +564,11 @@ def _outcome_lines(outcome: dict[str, Any]) -> list[str]:
     if smallest is not None:
         lost = outcome["contact_lost"]
         how = "kept" if lost is None else f"lost at {seconds(lost)}"
-        shown.append(
-            f"  contact: {how}; smallest g_n {float(smallest.value):.3g} N, at "
-            f"{seconds(smallest.t)}"
+        forces = (
+            f"{what} g_n {float(force.value):.3g} N, at {seconds(force.t)}"
+            for what, force in (("smallest", smallest), ("largest", largest))
         )
+        shown.append(f"  contact: {how}; {'; '.join(forces)}")
     first = [
         f"{DOES[stretch.model]} {seconds(stretch.begin)} to {seconds(stretch.end)} "
         f"({stretch.ended})"

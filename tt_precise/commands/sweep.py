@@ -184,7 +184,10 @@ def run(
     help="Picture (.svg, .png or .pdf); by default Y-X.svg.",
 )
 def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: str | None) -> None:
-    """Draw the rows of RESULT: a sweep's folder, a Parquet file or a CSV file."""
+    """Draw the rows of RESULT: a sweep's folder, a Parquet file or a CSV file.
+
+    Over two varied columns it is a map of the outcomes, unless --map or --colour says another.
+    """
     from tt_precise.runtime.plotting import save
     from tt_precise.sweeps.picture import curve, map_of
     from tt_precise.sweeps.store import read_rows
@@ -192,6 +195,9 @@ def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: st
     if colour and z:
         raise InputError("--colour: got --map too, expected one of the two")
     rows = read_rows(result)
+    if not (colour or z) and x != y and {x, y} <= {*rows.columns[1 : [*rows].index("outcome")]}:
+        grid = len(rows) == rows[x].nunique() * rows[y].nunique()
+        colour, z = (None, "outcome") if grid else ("outcome", None)
     figure = map_of(rows, x, y, z) if z else curve(rows, x, y, colour)
     target = out or f"{z or y}-{x}.svg"
     save(figure, target)

@@ -26,9 +26,9 @@ from tt_precise.integration.solution import Solution, solve
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import InputError, Scalar, shortened
 from tt_precise.scene.body import in_unit_keys
-from tt_precise.scene.numerals import LARGEST
+from tt_precise.scene.numerals import LARGEST, written
 from tt_precise.scene.scene import Scene
-from tt_precise.scene.start import Inclination
+from tt_precise.scene.start import ANGLES, Inclination
 
 COLUMNS = ("theta", "omega_3")  # These columns are differentiated by default.
 TOLERANCE = 1e-28  # Relative tolerance in double-double, three digits above its rounding.
@@ -109,11 +109,11 @@ class Derivatives:
             table[f"error:d/d {name}"] = {key: error for key, (_, error) in slopes.items()}
         return pandas.DataFrame(table)
 
-    def spread(self, sigmas: Mapping[str, float], *columns: str) -> Any:
+    def spread(self, sigmas: Mapping[str, Scalar], *columns: str) -> Any:
         """Columns at the last sample and times of the climb (SI), from uncertain entries.
 
-        ``sigmas`` are standard deviations of independent errors, in the units of the scene's file;
-        other entries are exact. The default columns are theta and omega_3.
+        ``sigmas`` are standard deviations of independent errors, in the units of the scene's file
+        or as "0.5 deg"; other entries are exact. The default columns are theta and omega_3.
 
         Returns
         -------
@@ -126,9 +126,13 @@ class Derivatives:
         """
         import pandas
 
-        for name, sigma in sigmas.items():
+        exact = {
+            name: written(sigma, f"spread: {name}", ANGLES.get(name, ""))
+            for name, sigma in sigmas.items()
+        }
+        for name, sigma in exact.items():
             if name not in self.names or not 0 <= sigma <= LARGEST:
-                known, got = ", ".join(self.names), shortened(sigma)
+                known, got = ", ".join(self.names), shortened(sigmas[name])
                 raise InputError(f"spread: got {name}: {got}, expected sigmas of any of: {known}")
         columns = _require_columns(columns or COLUMNS)
 
@@ -140,20 +144,16 @@ class Derivatives:
 
         centre = {name: float(value) for name, value in values(self._centre).items()}
         centre |= {name: float(columns_of(self.run, [name], [end])[name][0]) for name in columns}
-        effects = [
-            _Effect.of(name, Fraction(sigma), self, values)
-            for name, sigma in sigmas.items()
-            if sigma
-        ]
+        effects = [_Effect.of(name, sigma, self, values) for name, sigma in exact.items() if sigma]
         rows = {}
         for key, value in centre.items():
             ends = [effect.range(key) for effect in effects]
             low, high = (math.hypot(*(end[side] for end in ends)) for side in (0, 1))
-            sigma = math.hypot(*(effect.linear.get(key, math.nan) for effect in effects))
+            deviation = math.hypot(*(effect.linear.get(key, math.nan) for effect in effects))
             linear, note = _linear(key, effects, max(low, high))
             rows[key] = {
                 "value": value,
-                "sigma": sigma if linear else math.nan,
+                "sigma": deviation if linear else math.nan,
                 "low": value - low,
                 "high": value + high,
                 "note": note,

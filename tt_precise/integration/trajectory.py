@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
@@ -413,15 +413,18 @@ class Trajectory:
         """
         return drift_over_time(self.run)
 
-    def plot(self, *names: Any) -> Figure:
+    def plot(self, *names: Any, beside: Mapping[str, Trajectory] | None = None) -> Figure:
         """A matplotlib ``Figure`` over time with a panel for each of ``names`` (as in ``frame``).
 
         Without names: theta, energies, normal force, relative drift of the conserved quantities.
-        Recorded events are marked. ``plot().savefig("top.png")`` saves it.
+        Recorded events are marked. ``plot().savefig("top.png")`` saves it. The panels of ``names``,
+        by default theta, have the curves of the trajectories ``beside`` too, under their labels:
+        ``plot("theta", "E", beside={"mu = 0.1": other})``.
         """
         from tt_precise.integration.views import figure
 
-        return figure(self.run, expanded(names))
+        others = {label: other.run for label, other in (beside or {}).items()}
+        return figure(self.run, expanded(names), others)
 
     def animate(
         self,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy
@@ -54,8 +55,17 @@ def columns_of(
     return {getattr(name, "name", name): column for name, column in columns.items()}
 
 
-def figure(run: Solution, names: tuple[Name, ...] = ()) -> Figure:
-    """A matplotlib ``Figure`` with a panel for each column, or the overview if none is named."""
+def figure(
+    run: Solution,
+    names: tuple[Name, ...] = (),
+    beside: Mapping[str, Solution] = MappingProxyType({}),
+) -> Figure:
+    """A matplotlib ``Figure`` with a panel for each column, or the overview if none is named.
+
+    Every panel of a column has the curves of the runs ``beside`` too, under their labels.
+    """
+    if beside and not names:
+        names = ("theta",)
     panels: tuple[tuple[Name, ...], ...] = tuple((name,) for name in names)
     if not names:
         panels = (("theta",), ENERGIES, ("g_n",))
@@ -70,9 +80,16 @@ def figure(run: Solution, names: tuple[Name, ...] = ()) -> Figure:
                 _drifts(place, run, {name.removeprefix(DRIFT): samples[name]})
             else:
                 _panel(place, samples, panel)
+            for label, other in beside.items():
+                curve = columns_of(other, panel)
+                name = str(getattr(panel[0], "name", panel[0]))
+                place.plot(curve["t"], curve[name], label=label)
+        if beside:
+            axes[0].lines[0].set_label(run.scene.name)
+            axes[0].legend(loc="center left", bbox_to_anchor=(1, 0.5))
         if not names:
             _drifts(axes[-1], run, drift_over_time(run))
-        _events(axes[0], run)
+        _events(axes[0], run, 1 + len(beside))
         axes[-1].set_xlabel("t / s")
         note = "" if run.status == "complete" else f" ({run.status})"
         axes[0].set_title(f"{run.scene.name}{note}")
@@ -111,16 +128,17 @@ def _drifts(axes: Axes, run: Solution, drifts: Mapping[str, Sequence[Scalar]]) -
         axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
 
 
-def _events(axes: Axes, run: Solution) -> None:
-    """A tick for each recorded event, one row for each name, below the first panel's curve."""
+def _events(axes: Axes, run: Solution, curves: int) -> None:
+    """A tick for each event, one row for each name, below the first panel's ``curves``."""
     times: dict[str, list[float]] = {}
     events = event_columns(run, ())
     for name, t in zip(events["name"], events["t"], strict=True):
         times.setdefault(name, []).append(float(t))
     for row, (name, there) in enumerate(times.items()):
+        colour = plotting.CYCLE[(row + curves) % len(plotting.CYCLE)]
         axes.plot(
-            there, [0.02 + 0.05 * row] * len(there), "|", markersize=5,
-            color=plotting.CYCLE[(row + 1) % len(plotting.CYCLE)], label=f"{len(there)} x {name}",
+            there, [0.02 + 0.05 * row] * len(there), "|", markersize=5, color=colour,
+            label=f"{len(there)} x {name}",
             transform=axes.get_xaxis_transform(),
         )  # fmt: skip
     if times:

@@ -259,8 +259,10 @@ def require_keys(
             raise InputError(
                 f"unknown key {prefix}{shown}, expected only: " + ", ".join(sorted(known))
             )
-    for key in sorted({*required} - table.keys()):
-        raise InputError(f"missing key {prefix}{key}, expected a value")
+    if missing := sorted({*required} - table.keys()):
+        first, *others = missing
+        also = f"; also missing: {', '.join(others)}" if others else ""
+        raise InputError(f"missing key {prefix}{first}, expected a value{also}")
 
 
 # Generous: every top that stands on a table is within them.

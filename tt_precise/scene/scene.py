@@ -309,7 +309,7 @@ class Scene:
         return (
             f"the contact point is at rest at t = 0, where {self.body.law} friction may hold it: "
             "the top then rolls and nothing else happens. A top spun by hand has at_rest = "
-            '"centre of mass"'
+            '"centre of mass" in [start]'
         )
 
     @cached_property
