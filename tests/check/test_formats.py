@@ -12,12 +12,13 @@ import pytest
 
 from tests.check.conftest import VECTORS, Healthy, check, refuses
 from tt_precise.check import formats, sources
+from tt_precise.runtime import tables
 
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> int:
     """A bound that tests reach."""
-    for module in (formats, sources):
+    for module in (formats, sources, tables):
         monkeypatch.setattr(module, "MOST_BYTES", 100_000)
     return 100_000
 

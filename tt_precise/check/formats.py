@@ -17,8 +17,7 @@ from typing import Any
 
 import numpy
 
-from tt_precise.check.sources import MOST_BYTES, too_large
-from tt_precise.runtime.tables import needed
+from tt_precise.runtime.tables import MOST_BYTES, needed, too_large
 from tt_precise.runtime.values import Array, Json
 
 Columns = Mapping[str, Any]

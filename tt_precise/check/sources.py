@@ -26,6 +26,7 @@ import numpy
 
 from tt_precise.check.columns import ENGINES_OWN, OURS, Block, Reading, renamed
 from tt_precise.check.precision import times_of
+from tt_precise.runtime.tables import MOST_BYTES, too_large
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, InputError
 
@@ -250,7 +251,6 @@ def _line(error: Exception) -> str:
 
 
 BLOCK_BYTES = 2_000_000  # some 10,000 rows of text: what numpy makes of them stays in the cache
-MOST_BYTES = 2_000_000_000  # Bytes of text, or of numbers: a table of ten million rows.
 GZIPPED = b"\x1f\x8b"
 LONGEST_LINE = 1_000_000  # bytes; a row of numbers is a few hundred
 MOST_PREAMBLE = 50  # lines of metadata before the header in which the header is sought
@@ -481,11 +481,6 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def too_large(what: str) -> str:
-    """The error message for a file beyond ``MOST_BYTES``."""
-    return f"more than {MOST_BYTES // 10**9} GB of {what}, expected a trajectory of less"
 
 
 class ColumnSource(RowSource):

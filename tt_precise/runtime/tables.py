@@ -109,6 +109,14 @@ def needed(package: str) -> Any:
         ) from None
 
 
+MOST_BYTES = 2_000_000_000  # Bytes of text, or of numbers: a table of ten million rows.
+
+
+def too_large(what: str) -> str:
+    """The error message for a file beyond ``MOST_BYTES``."""
+    return f"more than {MOST_BYTES // 10**9} GB of {what}, expected a trajectory of less"
+
+
 CSV = Format(lambda path, table: path.write_text(as_csv(table), "utf-8"))
 FORMATS = {
     "": CSV, ".csv": CSV,
