@@ -68,6 +68,6 @@ def test_the_turn_is_where_the_energy_is_all_potential() -> None:
     top, spin, rate = body(), FN.mpf(1), FN.mpf(20)
     energy = top.I1 * rate**2 / 2 + spin**2 / (2 * top.I3) + 1 - top.alpha
     missed = FN.mpf(10) ** -15
-    turn = theory.frictionless_turn(top, spin, spin + missed, energy, FN)
+    turn = theory.frictionless_turning_point(top, spin, spin + missed, energy, FN)
     assert abs(turn * top.I1 * rate / missed - 1) < 1e-10
     assert mpmath.isfinite(turn)

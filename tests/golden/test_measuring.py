@@ -49,7 +49,7 @@ def test_a_relative_error_is_found_as_it_was_made(name: str) -> None:
 def test_whole_turns_of_an_angle_cost_no_digit(wrong: str, digits: int) -> None:
     stored = read_files("track")
     true = TrueRows.of_table(stored.scene, stored.trajectory)
-    turns = EXACTLY.multiply(measuring.TURN, 3)
+    turns = EXACTLY.multiply(measuring.REVOLUTION, 3)
     cells = [
         str(EXACTLY.add(EXACTLY.subtract(Decimal(cell), turns), Decimal(wrong)))
         for cell in stored.trajectory.column("phi")

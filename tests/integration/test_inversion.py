@@ -18,8 +18,8 @@ MAXIMA = [(2, 0.4, -5), (10.5, 1.6, -5)]
 MAXIMA += [(13, math.pi - 0.3, 5), (15, math.pi - 0.1, -5), (17, math.pi - 0.2, 5)]
 
 
-def turns(rows: Sequence[tuple[float, float, float]]) -> inversion.Turns:
-    return inversion.Turns(*zip(*rows, strict=True))
+def turns(rows: Sequence[tuple[float, float, float]]) -> inversion.TurningPoints:
+    return inversion.TurningPoints(*zip(*rows, strict=True))
 
 
 # A climb with everything on either side: theta reaches pi/2 at t = 10.

@@ -203,7 +203,7 @@ class Block:
     """
 
     values: dict[str, numpy.ndarray]
-    place: Callable[[int], str] = str
+    where: Callable[[int], str] = str
     texts: Callable[[int, Sequence[str]], list[Any]] = lambda row, names: []
 
     def __len__(self) -> int:
@@ -211,7 +211,7 @@ class Block:
 
     def head(self, count: int) -> Block:
         values = {name: array[:count] for name, array in self.values.items()}
-        return Block(values, self.place, self.texts)
+        return Block(values, self.where, self.texts)
 
 
 OWN_OR_OTHER = ("scene", "other")

@@ -191,7 +191,7 @@ class Given(NamedTuple):
         return RigidMotion(self.t, self.q, L, v, self.x)
 
 
-def _turn(q: Quaternion | Array, vector: Array) -> Array:
+def _rotate(q: Quaternion | Array, vector: Array) -> Array:
     return numpy.array(rotate(tuple(q), tuple(vector)))
 
 
@@ -215,12 +215,12 @@ def convert(given: Given, convention: Convention, body: Parameters) -> Given:
     q = attitude(given.q, convention)
     q = q / norm(q)
     w = given.w * ANGLE[convention.angle] * (-1 if convention.opposite else 1)
-    w = _turn(up, _turn(q, w) if convention.in_body else w)
+    w = _rotate(up, _rotate(q, w) if convention.in_body else w)
     v, x = given.v, given.x
     if v is not None:
-        v = length * _turn(up, _turn(q, v) if convention.velocity_in_body else v)
+        v = length * _rotate(up, _rotate(q, v) if convention.velocity_in_body else v)
     if x is not None:
-        x = length * _turn(up, x)
+        x = length * _rotate(up, x)
     q = _times(_times(up, q), axis)
     if convention.hand == "left":
         mirror = numpy.array([[1.0], [-1.0], [1.0]])
@@ -376,7 +376,7 @@ def _beyond(one: Misfit, sums: bool) -> float:
     return float(numpy.nanmax(numpy.append(local, 0.0)))
 
 
-def _turned_by(vector: Array) -> Array:
+def _rotation_by(vector: Array) -> Array:
     size = numpy.sqrt((vector**2).sum(axis=0))
     factor = numpy.where(size > 1e-12, numpy.sin(size / 2) / numpy.maximum(size, 1e-300), 0.5)
     return numpy.concatenate((numpy.cos(size / 2)[None], factor * vector))
@@ -419,15 +419,15 @@ def by_attitude(given: Given, body: Parameters) -> Iterator[tuple[float, Convent
         for in_body, opposite, axis in itertools.product((False, True), (False, True), "zyx"):
             e = numpy.array(axis_of(numpy.array(AXIS[axis])))
             w = given.w * (-1 if opposite else 1)
-            w = _turn(q, w) if in_body else w
+            w = _rotate(q, w) if in_body else w
 
             def half(rows: Array, way: float, q: Array = q, w: Array = w, e: Array = e) -> Array:
-                k = _turn(q[:, rows], numpy.broadcast_to(e[:, None], (3, len(rows))))
+                k = _rotate(q[:, rows], numpy.broadcast_to(e[:, None], (3, len(rows))))
                 along = (w[:, rows] * k).sum(axis=0)
                 L, d = w[:, rows] + (ratio - 1) * along * k, way * dt / 2 * s
                 spin = (1 - ratio) * along * d
-                first = _times(_turned_by(L[:, None] * d), q[:, rows][:, None])
-                return _times(first, _turned_by(e[:, None, None] * spin))
+                first = _times(_rotation_by(L[:, None] * d), q[:, rows][:, None])
+                return _times(first, _rotation_by(e[:, None, None] * spin))
 
             off = _angle_of(_times(half(i, 1.0), _conjugate(half(i + 1, -1.0))))
             for (time, angle, scale), one in zip(units, _rms(off), strict=True):

@@ -45,7 +45,7 @@ from tt_precise.check.force_free import norm
 from tt_precise.check.force_free_flow import (
     by_guidance,
 )
-from tt_precise.check.kinematics import movement_of, seen, shortest_turn
+from tt_precise.check.kinematics import movement_of, seen, shortest_rotation
 from tt_precise.check.precision import VECTORS, described, precisions, times_of
 from tt_precise.check.result import Cause
 from tt_precise.check.vector_conventions import (
@@ -172,7 +172,7 @@ def given_of(rows: Samples) -> tuple[Given, dict[str, float]]:
         v_A = None
         if rows.setup.has_velocity:
             v_A = numpy.array([state.vx, state.vy, 0 * state.vx], dtype=float)
-        given = Given(clock.t, shortest_turn(k / norm(k)), L, v_A, x, vectors=True)
+        given = Given(clock.t, shortest_rotation(k / norm(k)), L, v_A, x, vectors=True)
         names = OF_VECTORS
     return given, {"t": clock.rounding, **{u: half.get(name, 0.0) for u, name in names.items()}}
 

@@ -116,7 +116,7 @@ def gauss(count: int) -> tuple[Array, Array, Array]:
 
 def nodes_for(body: Parameters, rows: RigidMotion) -> int:
     """Return the number of nodes for the intervals in which anything is seen."""
-    turned = numpy.nanmax(turns(body, rows)[nutation(body, rows) < FARTHEST], initial=0.0)
+    turned = numpy.nanmax(rotation_angles(body, rows)[nutation(body, rows) < FARTHEST], initial=0.0)
     return min(FEWEST_NODES + math.ceil(NODES_PER_RADIAN * float(turned)), MOST_NODES)
 
 
@@ -147,11 +147,11 @@ def nutation(body: Parameters, rows: RigidMotion) -> Array:
     k, L = axis_of(rows.q), _vector(rows.L)
     size = numpy.sqrt(dot(L, L))[:-1] / body.I1
     heavier = 1 + body.m * (body.R * body.alpha) ** 2 / body.I1 * (1 - k[2][:-1] ** 2)
-    turn: Array = size / numpy.sqrt(heavier) * numpy.diff(rows.t)
-    return turn
+    angle: Array = size / numpy.sqrt(heavier) * numpy.diff(rows.t)
+    return angle
 
 
-def turns(body: Parameters, rows: RigidMotion) -> Array:
+def rotation_angles(body: Parameters, rows: RigidMotion) -> Array:
     """Return the angle (rad) by which the body turns in each interval."""
     k, L = axis_of(rows.q), _vector(rows.L)
     along = dot(L, k)
@@ -176,7 +176,7 @@ class _State:
 
     def write(self, body: Parameters, q: Array, rates: Array, terms: Terms = NO_TERMS) -> None:
         """Write the rates of q, Q and the way of the centre into ``rates``."""
-        _write_turning(q, self.omega, rates)
+        _write_quaternion_rate(q, self.omega, rates)
         rates[4], rates[5], rates[6] = contact_momentum_rate(body, self.a, self.k_dot, self.v)
         rates[7], rates[8], rates[9] = self.v
         if any(terms):
@@ -190,7 +190,7 @@ class _State:
             rates[6] -= terms.torsion * body.m * body.g * body.R * body.alpha
 
 
-def _write_turning(q: Array, omega: Vector, rates: Array) -> None:
+def _write_quaternion_rate(q: Array, omega: Vector, rates: Array) -> None:
     """Write dq/dt = omega q / 2."""
     wx, wy, wz = (0.5 * w for w in omega)
     rates[0] = -(wx * q[1] + wy * q[2] + wz * q[3])
@@ -250,24 +250,24 @@ def neighbours(t: Array, count: int) -> tuple[Array, Array]:
     return rows, (t[rows] - t[:-1, None]) / numpy.diff(t)[:, None]
 
 
-def _shapes(x: Array, turn: Array, count: int) -> Array:
-    """Functions (..., count) at ``x``: powers, two of them cos and sin where ``turn`` is not 0."""
+def _shapes(x: Array, angle: Array, count: int) -> Array:
+    """Functions (..., count) at ``x``: powers, two of them cos and sin where ``angle`` is not 0."""
     u = x - 0.5
     out = u[..., None] ** numpy.arange(count)
-    seen = turn != 0
+    seen = angle != 0
     if count > 3 and seen.any():
-        angle = (turn[:, None] * u)[seen]
-        out[seen, :, -2], out[seen, :, -1] = numpy.cos(angle), numpy.sin(angle)
+        phase = (angle[:, None] * u)[seen]
+        out[seen, :, -2], out[seen, :, -1] = numpy.cos(phase), numpy.sin(phase)
     return out
 
 
-def weights(t: Array, way: Way, turn: Array, at: Array) -> tuple[Array, Array]:
+def weights(t: Array, way: Way, angle: Array, at: Array) -> tuple[Array, Array]:
     """Rows (n, m) and their weights (n, len(at), m) of the interpolation of each interval."""
     rows, x = neighbours(t, way.rows)
-    seen = numpy.zeros_like(turn)
+    seen = numpy.zeros_like(angle)
     if way.nutation:
-        clear = (abs(numpy.sin(turn)) >= BLIND) | (turn <= 1)
-        seen = numpy.where(clear & (turn >= LEAST_NUTATION), turn, 0.0)
+        clear = (abs(numpy.sin(angle)) >= BLIND) | (angle <= 1)
+        seen = numpy.where(clear & (angle >= LEAST_NUTATION), angle, 0.0)
     if not seen.any() and numpy.ptp(x, axis=0).max() < 1e-9:  # evenly spaced rows but at the ends
         x, seen = x[:1], seen[:1]
     nodes = numpy.broadcast_to(at, (len(x), len(at)))
@@ -277,9 +277,9 @@ def weights(t: Array, way: Way, turn: Array, at: Array) -> tuple[Array, Array]:
     return rows, numpy.broadcast_to(found, (len(rows), *found.shape[1:]))
 
 
-def interpolate(t: Array, values: Array, way: Way, turn: Array, at: Array) -> Array:
+def interpolate(t: Array, values: Array, way: Way, angle: Array, at: Array) -> Array:
     """Values (components, n rows) at the fractions ``at`` of each interval: (components, at, n)."""
-    rows, found = weights(t, way, turn, at)
+    rows, found = weights(t, way, angle, at)
     return numpy.einsum("nap,cnp->can", found, values[:, rows], optimize=False)
 
 
@@ -290,12 +290,12 @@ def by_interpolation(
     Q, lift = momentum_at_contact(body, rows), lift_of(body, rows)
     known = numpy.stack((rows.v[0], rows.v[1], lift))
     h, count = numpy.diff(rows.t), nodes_for(body, rows)
-    at, turn = gauss(count)[0], nutation(body, rows)
+    at, angle = gauss(count)[0], nutation(body, rows)
     start = numpy.concatenate((rows.q, Q, 0 * rows.v))[:, :-1]
     ends = []
     guess = None
     for way in ways:
-        given = interpolate(rows.t, known, way, turn, at)
+        given = interpolate(rows.t, known, way, angle, at)
 
         def sweep(y: Array, rates: Array, given: Array = given) -> None:
             q = y[:4, :-1]
@@ -309,18 +309,18 @@ def by_interpolation(
 def by_momentum(body: Parameters, rows: RigidMotion, ways: Sequence[Way]) -> list[Ends]:
     """Return the ends of each interval's turning alone, for each way to interpolate L."""
     h, count = numpy.diff(rows.t), nodes_for(body, rows)
-    at, turn = gauss(count)[0], nutation(body, rows)
+    at, angle = gauss(count)[0], nutation(body, rows)
     start, still = rows.q[:, :-1], numpy.zeros((3, len(h)))
     ends = []
     guess = None
     for way in ways:
-        L = interpolate(rows.t, rows.L, way, turn, at)
+        L = interpolate(rows.t, rows.L, way, angle, at)
 
         def sweep(y: Array, rates: Array, L: Array = L) -> None:
             q = y[:, :-1]
             k = axis_of(q)
             spin = (1 / body.I3 - 1 / body.I1) * dot(L, k)
-            _write_turning(q, tuple(L[i] / body.I1 + spin * k[i] for i in range(3)), rates)
+            _write_quaternion_rate(q, tuple(L[i] / body.I1 + spin * k[i] for i in range(3)), rates)
 
         guess = _solve(start, h, count, sweep, guess)
         ends.append(Ends(guess[:, -1], still, still))

@@ -231,7 +231,7 @@ def _rows(samples: Samples, block: Block, position: Position) -> Rows:
             values[name] = values[name] - values[name][0]
             exact -= {name}
     if position.turn:
-        values, exact = turned_back(values, position.turn), set()
+        values, exact = rotate_about_z(values, position.turn), set()
 
     def exactly(row: int, names: Sequence[str]) -> list[Any]:
         texts = [name for name in names if name in exact]
@@ -251,14 +251,14 @@ def _rows(samples: Samples, block: Block, position: Position) -> Rows:
     return Rows(samples.t + begin, values, exactly, time)
 
 
-def turned_back(values: dict[str, Array], turn: float) -> dict[str, Array]:
-    """Return the columns in axes turned back about z."""
+def rotate_about_z(values: dict[str, Array], angle: float) -> dict[str, Array]:
+    """Return the columns in axes rotated by ``angle`` (rad) about z."""
     found = dict(values)
-    c, s = math.cos(turn), math.sin(turn)
+    c, s = math.cos(angle), math.sin(angle)
     for x, y in (("kx", "ky"), ("Lx", "Ly"), ("vx", "vy"), ("x", "y")):
         if x in values and y in values:
             found[x] = c * values[x] + s * values[y]
             found[y] = c * values[y] - s * values[x]
     if "phi" in values:
-        found["phi"] = values["phi"] - turn
+        found["phi"] = values["phi"] - angle
     return found

@@ -30,7 +30,7 @@ from tt_precise.check.force_free_flow import (
     momentum_at_contact,
     nutation,
     rates_of,
-    turns,
+    rotation_angles,
 )
 from tt_precise.check.friction_power import motion_as_given
 from tt_precise.check.precision import precisions, times_of
@@ -114,7 +114,7 @@ def movement_of(samples: Samples) -> Movement:
     k = k / norm(k)
     L = numpy.array(numpy.broadcast_arrays(*state.L), dtype=float)
     spin = samples.quaternion is not None
-    q = numpy.array(samples.quaternion) if spin else shortest_turn(k)
+    q = numpy.array(samples.quaternion) if spin else shortest_rotation(k)
     q = q / norm(q)
     half = {name: one.half_unit for name, one in precisions(given).items()}
     clock = times_of(samples.t)
@@ -150,7 +150,7 @@ def movement_of(samples: Samples) -> Movement:
         turned, error = azimuth(clock.t, given["phi_dot"])
         turned = turned + numpy.pi * passed_pole(clock.t, given["theta"], given["theta_dot"])
         k, L, v = (about_vertical(part, turned) for part in (k, L, v))
-        q = shortest_turn(k)
+        q = shortest_rotation(k)
         # turning everything about the vertical leaves the inclination alone
         u_v = u_v + error * numpy.hypot(v[0], v[1])
     rows = RigidMotion(clock.t, q, L, v, x if known else None)
@@ -161,7 +161,7 @@ def movement_of(samples: Samples) -> Movement:
     return Movement(body, rows, rounding, spin, moving, visited(body, rows))
 
 
-def shortest_turn(k: Array) -> Array:
+def shortest_rotation(k: Array) -> Array:
     """Return quaternions that turn z to ``k`` (3, n) by the shortest way."""
     below = k[2] < 0
     half = numpy.where(below, (k[0] ** 2 + k[1] ** 2) / numpy.maximum(1 - k[2], 1), 1 + k[2])
@@ -240,7 +240,7 @@ def velocity_from(body: Parameters, rows: RigidMotion) -> tuple[Array, Array]:
 def visited(body: Parameters, rows: RigidMotion) -> Array:
     """Return indices of rows between which the top turns by ``DENSE``, or of all rows."""
     count = len(rows.t)
-    turned = turns(body, rows) if count > 1 else numpy.zeros(0)
+    turned = rotation_angles(body, rows) if count > 1 else numpy.zeros(0)
     if not float(turned.sum()) < DENSE * (count - 1):
         return numpy.arange(count)
     cell = numpy.floor(numpy.concatenate(([0.0], numpy.cumsum(turned))) / DENSE)

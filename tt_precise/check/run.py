@@ -32,7 +32,7 @@ from tt_precise.check.golden import (
     decides,
     distance_from_solution,
     no_solution,
-    turned_back,
+    rotate_about_z,
 )
 from tt_precise.check.precision import described, precisions, times_of
 from tt_precise.check.result import Cause, Result, shortened
@@ -257,7 +257,7 @@ def finiteness(block: Block, also: Sequence[str], broken: NotFinite | None) -> C
         if len(wrong) and (at is None or block.values["t"][wrong[0]] < at):
             row = int(wrong[0])
             at = float(block.values["t"][row])
-            first = f"{name} = {block.values[name][row]} in {block.place(row)}"
+            first = f"{name} = {block.values[name][row]} in {block.where(row)}"
     if broken is not None:
         count, first = count + 1, f"{broken}, where the checks stop"
         at = broken.t if at is None else min(at, broken.t)
@@ -359,7 +359,7 @@ class _Examination:
             if found is None:
                 return None
             columns = dict(zip(NewtonState._fields, found, strict=True))
-            return numpy.array([*turned_back(columns, -begin.turn).values()])
+            return numpy.array([*rotate_about_z(columns, -begin.turn).values()])
 
         return true
 

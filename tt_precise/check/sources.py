@@ -107,7 +107,7 @@ def usable_rows(
         times = (t[row], t[row - 1] if row else t_first)
         at = next((float(x) for x in times if math.isfinite(x)), t_first)
         value = float(block.values[name][row])
-        broken = NotFinite(at - t_first, name, value, block.place(row))
+        broken = NotFinite(at - t_first, name, value, block.where(row))
         block = block.head(row)
     t = block.values["t"]
     wrong = numpy.flatnonzero(~(numpy.diff(t, prepend=-math.inf) > 0))
@@ -115,7 +115,7 @@ def usable_rows(
         row = int(wrong[0])
         same = row > 0 and t[row] == t[row - 1]
         raise InputError(
-            f"{where}: {block.place(row)}: t = {float(t[row])!r} "
+            f"{where}: {block.where(row)}: t = {float(t[row])!r} "
             + ("occurs twice" if same else f"comes after t = {float(t[row - 1])!r}")
             + ", expected strictly increasing time"
         )

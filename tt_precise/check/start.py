@@ -29,7 +29,7 @@ MEANING = "the first row is the scene's start, or a state of its solution"
 LIMIT = 1e-5
 # A state of the solution at the row's own time has as many digits as a solution that decides.
 LATER = 1e-3
-TURNED = 1e-9  # rad; axes that are turned by less are not turned
+LEAST_ROTATION = 1e-9  # rad; axes that are turned by less are not turned
 # A state is sought at so many times per radian of the spin, which resolves the nutation, and at no
 # more than so many: motions in pieces are read at 3 ms a time.
 TIMES_PER_RADIAN, MOST_TIMES = 20, 20_000
@@ -121,7 +121,7 @@ def _apart(rows: Samples, first: Array, true: Array, units: Array) -> tuple[floa
     a, b = first / units, true / units
     known = ~numpy.isnan(a)
     straight = float(abs(a - b)[known].max())
-    if straight <= TURNED or not rows.setup.columns.azimuth:
+    if straight <= LEAST_ROTATION or not rows.setup.columns.azimuth:
         return straight, 0.0
     pairs = [(0, 1), (3, 4), (6, 7)]
     there = [(complex(a[i], a[j]), complex(b[i], b[j])) for i, j in pairs if known[i]]
@@ -130,7 +130,9 @@ def _apart(rows: Samples, first: Array, true: Array, units: Array) -> tuple[floa
     off = [abs(x * back - y) for x, y in there]
     upright = [abs(a[i] - b[i]) for i in (2, 5)]
     least = float(max(*off, *upright))
-    return (least, turn) if least < straight / 10 and abs(turn) > TURNED else (straight, 0.0)
+    return (
+        (least, turn) if least < straight / 10 and abs(turn) > LEAST_ROTATION else (straight, 0.0)
+    )
 
 
 def _imag_real(z: complex) -> tuple[float, float]:

@@ -40,7 +40,7 @@ from tt_precise.check.force_free_flow import (
     nutation,
     rates_of,
 )
-from tt_precise.check.kinematics import shortest_turn
+from tt_precise.check.kinematics import shortest_rotation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array
@@ -85,7 +85,7 @@ class VectorConvention(NamedTuple):
         L = LINEAR_MOMENTUM[self.momentum] * _in_order(given.w, self.L)
         v = None if given.v is None else LENGTH[self.length] * _in_order(given.v, (*self.v, 3))
         t = TIME[self.time] * given.t
-        ours = Given(t, shortest_turn(k), L, v, given.x, vectors=True)
+        ours = Given(t, shortest_rotation(k), L, v, given.x, vectors=True)
         if self.centre and v is not None:
             swing = -ours._replace(v=None).rows(body).v
             ours = ours._replace(v=v + swing * numpy.array([[1.0], [1.0], [0.0]]))

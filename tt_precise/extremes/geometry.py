@@ -163,7 +163,7 @@ def nearest(k: int) -> tuple[Scalar, Scalar]:
         + spin**2 / (2 * body.I3)
         + 1 - body.alpha * c
     )  # fmt: skip
-    least = theory.frictionless_turn(body, spin, vertical, energy, fn)
+    least = theory.frictionless_turning_point(body, spin, vertical, energy, fn)
     return least, fn.sqrt(2 * theory.missing_energy(body, spin, energy) / body.I1)
 
 

@@ -32,7 +32,7 @@ HOPELESS = 1e3
 STEPS_EACH_S = 170  # Approximate Taylor steps in 1 s; the theory needs their order of magnitude.
 LONG = {"frictionless": ("lambda", "E", "L_z", "omega_3"), "rolling": ("lambda", "D", "E_tilde")}
 PRECISIONS = ("double", "extended", "quad", "mp")
-TURN = 6.283185307179586
+REVOLUTION = 6.283185307179586
 
 
 @case(
@@ -61,7 +61,7 @@ def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Fi
     late = float((delay / (walk * numpy.maximum(t, 1e-3))).max())
     changes = [numpy.abs(columns[name] / columns[name][0] - 1) / walk for name in LONG[scene]]
     drift = float(numpy.max(changes))
-    turns = float(100 * every) * 155 / TURN  # omega_3 of both scenes
+    turns = float(100 * every) * 155 / REVOLUTION  # omega_3 of both scenes
     return (
         within(late, 2, "eps t sqrt(steps) late"),
         within(drift, 2, "eps sqrt(steps) of drift"),

@@ -37,7 +37,7 @@ TILT: dict[str, Any] = {"expected": "the tilt of the linear equations", "source"
 SHAPE_DECADES = (1, 2, 4, 8, 16, 30, 100, 300)
 GAMMAS = ("1/2", "0.7", "0.7000000000001", "1", "1.2999999999999", "1.3", "2", "10", "1e3")
 SPINS = ("0", "1e-3", "1", "10", "100", "1e3", "1e4", "1e5", "1e6", "1e7")
-TURN = Fraction("6.2831853")
+REVOLUTION = Fraction("6.2831853")
 GROWTH_DIGITS = 80
 INVERTED = -1
 LEAST_TILT = "1e-200"  # Smallest tilt in rad; it grows to 1e-100 at the fastest growth.
@@ -218,7 +218,7 @@ def thresholds_on_the_edge(sign: str, off: str = "0") -> Findings:
 def seconds(spin: str) -> Fraction:
     """Ten turns, or 0.1 s if that is shorter."""
     rate = Fraction(spin)
-    return min(Fraction("0.1"), 10 * TURN / rate) if rate else Fraction("0.1")
+    return min(Fraction("0.1"), 10 * REVOLUTION / rate) if rate else Fraction("0.1")
 
 
 @case(

@@ -65,7 +65,7 @@ def mode(body: Parameters, side: int, omega_3: Scalar, rate: Scalar) -> Tilt:
     return Tilt(1, L, (rate * L + 1j * body.alpha) / (1j * height * body.mu))
 
 
-def frictionless_turn(
+def frictionless_turning_point(
     body: Parameters, spin: Scalar, vertical: Scalar, energy: Scalar, fn: Functions
 ) -> Scalar:
     """Least theta of the frictionless top with L.k = ``spin``, L.z = ``vertical``, just above 0.

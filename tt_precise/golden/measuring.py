@@ -27,7 +27,7 @@ TINY = float(numpy.finfo(float).tiny)
 FIGURES = 1e-8  # relative; far above the rounding of an error
 FAR = 1000  # roundings; a larger error is known to three digits without regard to them
 SAME_TIME = 4 * EPS  # relative; a row at a golden time may miss it by a rounding
-TURN = Decimal("6.283185307179586476925286766559005768394338798750211641949889185")
+REVOLUTION = Decimal("6.283185307179586476925286766559005768394338798750211641949889185")
 AGREEING = 1e-7  # relative; a row at an early end of the solution agrees with it to so much
 
 
@@ -187,7 +187,7 @@ class TrueRows:
         close: dict[int, list[str]] = {}
         for name, errors in measured.errors.items():
             given, true = values[name][here], self._numbers[name][rows]
-            apart = abs(turned_back(name, given - true))
+            apart = abs(without_revolutions(name, given - true))
             error = apart / self._sizes[name][rows]
             defined = ~numpy.isnan(true)
             errors[here] = numpy.where(defined & numpy.isnan(error), numpy.inf, error)
@@ -233,14 +233,14 @@ def apart_of(name: str, given: Scalar, cell: str | None) -> float:
     number = as_decimal(given)
     if number is None or cell is None:
         return math.nan
-    return float(turned_back(name, EXACTLY.subtract(number, Decimal(cell))))
+    return float(without_revolutions(name, EXACTLY.subtract(number, Decimal(cell))))
 
 
-def turned_back(name: str, apart: Scalar) -> Scalar:
+def without_revolutions(name: str, apart: Scalar) -> Scalar:
     """A difference of entries, an array or a decimal, without whole turns of phi and psi."""
     if name not in ("phi", "psi"):
         return apart
     if isinstance(apart, Decimal):
-        turns = EXACTLY.divide(apart, TURN).to_integral_value()
-        return EXACTLY.subtract(apart, EXACTLY.multiply(turns, TURN))
-    return apart - float(TURN) * numpy.rint(apart / float(TURN))
+        turns = EXACTLY.divide(apart, REVOLUTION).to_integral_value()
+        return EXACTLY.subtract(apart, EXACTLY.multiply(turns, REVOLUTION))
+    return apart - float(REVOLUTION) * numpy.rint(apart / float(REVOLUTION))

@@ -49,7 +49,7 @@ class Climb:
         return self.t_end - self.t_init
 
 
-class Turns(NamedTuple):
+class TurningPoints(NamedTuple):
     """Turning points of theta in order of time: time, theta and phi_dot."""
 
     t: Sequence[Scalar]
@@ -66,8 +66,8 @@ class InversionEvents:
     """
 
     equator: Sequence[Scalar]
-    minima: Turns
-    maxima: Turns
+    minima: TurningPoints
+    maxima: TurningPoints
     phi_dot_zero: Sequence[Scalar]
     aligned: Sequence[Scalar]
     opposed: Sequence[Scalar]
@@ -171,15 +171,17 @@ def from_events(
     def times(wanted: str) -> list[Scalar]:
         return list(t[name == wanted].tolist())
 
-    def turns(wanted: str) -> Turns:
+    def turning_points(wanted: str) -> TurningPoints:
         here = name == wanted
-        return Turns(t[here].tolist(), theta[here].tolist(), (sign * phi_dot[here]).tolist())
+        return TurningPoints(
+            t[here].tolist(), theta[here].tolist(), (sign * phi_dot[here]).tolist()
+        )
 
     rises = (name == "equator") & (direction < 0)
     marks = InversionEvents(
         equator=t[rises].tolist(),
-        minima=turns("theta_min"),
-        maxima=turns("theta_max"),
+        minima=turning_points("theta_min"),
+        maxima=turning_points("theta_max"),
         phi_dot_zero=times("phi_dot_zero"),
         aligned=times("Lk_equals_Lz"),
         opposed=times("Lk_equals_minus_Lz"),
@@ -234,7 +236,7 @@ def from_inversion_events(marks: InversionEvents, pi: Scalar) -> InversionTimes:
     )
 
 
-def _perigee(minima: Turns, climb: Scalar, pi: Scalar) -> Scalar:
+def _perigee(minima: TurningPoints, climb: Scalar, pi: Scalar) -> Scalar:
     following = None
     for i in reversed(range(bisect.bisect_left(minima.t, climb))):
         if minima.theta[i] > pi / 2:
@@ -246,7 +248,7 @@ def _perigee(minima: Turns, climb: Scalar, pi: Scalar) -> Scalar:
     return 0 * climb
 
 
-def _apogee(maxima: Turns, climb: Scalar, pi: Scalar) -> Scalar:
+def _apogee(maxima: TurningPoints, climb: Scalar, pi: Scalar) -> Scalar:
     before = None
     for i in range(bisect.bisect_right(maxima.t, climb), len(maxima.t)):
         if maxima.theta[i] > pi / 2:

@@ -197,7 +197,7 @@ def deforming_potential(axes: list[Axes]) -> Words:
     lambda_ = float(REFERENCE.thresholds.quantities["lambda"].value)
     angles = numpy.linspace(0.002, math.pi - 0.002, 1200)
     data = course("theta")
-    turns = REFERENCE.turns
+    turns = REFERENCE.turning_points
     lows, highs = (
         turns["t"][turns["name"] == name].to_numpy(dtype=float)
         for name in ("theta_min", "theta_max")

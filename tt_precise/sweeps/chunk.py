@@ -18,7 +18,7 @@ from tt_precise.integration.events import Event
 from tt_precise.integration.inversion import (
     InversionEvents,
     InversionTimes,
-    Turns,
+    TurningPoints,
     from_inversion_events,
 )
 from tt_precise.integration.precision import precision_named
@@ -298,17 +298,19 @@ class _Integrated:
         chosen, theta = self._events("theta_min"), QUANTITIES["theta"].evaluate(q)
         phi_dot = self._mirrored_phi_dot(q, owner)
 
-        def turns(rising: bool) -> list[Turns]:
+        def turning_points(rising: bool) -> list[TurningPoints]:
             mine = self.kind[chosen] % 2 == rising
             columns = (column[mine] for column in (self.times[chosen], theta, phi_dot))
-            return list(map(Turns, *(self._by_row(column, owner[mine]) for column in columns)))
+            return list(
+                map(TurningPoints, *(self._by_row(column, owner[mine]) for column in columns))
+            )
 
         def times(name: str) -> list[list[float]]:
             mine = self._events(name)
             return self._by_row(self.times[mine], self.owner[mine])
 
         columns = (
-            times("equator"), turns(False), turns(True), times("phi_dot_zero"),
+            times("equator"), turning_points(False), turning_points(True), times("phi_dot_zero"),
             times("Lk_equals_Lz"), times("Lk_equals_minus_Lz"), self._climbs_backwards(),
         )  # fmt: skip
         return [

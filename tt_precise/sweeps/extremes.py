@@ -32,7 +32,9 @@ FINER = numpy.linspace(0, 1, 9)
 OVERSHOOT = 1 / 8  # Part of the spread of the values by which values between them may be larger.
 RESOLVED = 2.0**-6  # Part of the spread that a parabola through every other value may be off.
 ROUNDING = 2.0**-45  # Part of the size of a quantity's terms below which values are rounding.
-TURN = 0.5  # rad; where the axis' azimuth turns more between places, a peak may lie between them
+LARGEST_ROTATION = (
+    0.5  # rad; where the axis' azimuth turns more between places, a peak may lie between them
+)
 CLOSE = 2.0**-27  # Part of a step: so near to its peak a parabola loses 2^-54 of its height.
 MOST_HELD = 20_000  # Steps kept in memory; each takes 1.5 kB.
 
@@ -154,7 +156,7 @@ class Extreme:
     def _sampled(self, row: Array, series: Array, since: Array) -> tuple[Array, Array]:
         """The quantity, upside down for a smallest value, at times after the start of steps.
 
-        Also whether the azimuth of the axis turns by more than ``TURN`` between two of the times.
+        Also whether the axis' azimuth changes by more than ``LARGEST_ROTATION`` between two times.
         """
         turns = numpy.zeros(since.shape[1], dtype=bool)
         if self._force:
@@ -167,7 +169,7 @@ class Extreme:
         if not self._quantity.pole:
             across = state.kx[:-1] * state.ky[1:] - state.ky[:-1] * state.kx[1:]
             along = state.kx[:-1] * state.kx[1:] + state.ky[:-1] * state.ky[1:]
-            turns = (numpy.abs(across) > math.tan(TURN) * along).any(axis=0)
+            turns = (numpy.abs(across) > math.tan(LARGEST_ROTATION) * along).any(axis=0)
         return values, turns
 
     def _rounding(self, row: Array, series: Array, since: Array) -> Array:

@@ -25,7 +25,7 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion, effective_mass, 
 from tt_precise.mechanics.thresholds import lambda_thres, lambda_up, tumbling_lambda_squared
 from tt_precise.runtime.values import Array, Functions, Scalar
 
-REACH = 40  # Largest u: 1 - |z| falls to 1e-34, so the context needs some 60 digits.
+LARGEST_U = 40  # Largest u: 1 - |z| falls to 1e-34, so the context needs some 60 digits.
 COARSE = 4  # Width of the coarse grid in eighths.
 NODES = 200  # Nodes of the period's quadrature, which converges geometrically.
 SEED = 1871
@@ -49,7 +49,7 @@ def minimum(body: Parameters, D: Scalar, lambda_: Scalar, fn: Functions) -> Scal
     def V(u: Scalar) -> Scalar:
         return effective_potential(body, fn.tanh(u), D, lambda_, fn)
 
-    coarse = {i: V(fn.mpf(i) / 8) for i in range(-REACH * 8, REACH * 8 + 1, COARSE)}
+    coarse = {i: V(fn.mpf(i) / 8) for i in range(-LARGEST_U * 8, LARGEST_U * 8 + 1, COARSE)}
     wells = [i for i in list(coarse)[1:-1] if coarse[i - COARSE] >= coarse[i] <= coarse[i + COARSE]]
     near = {j for i in wells for j in range(i - COARSE + 1, i + COARSE)}
     lowest = min(near, key=lambda i: V(fn.mpf(i) / 8))

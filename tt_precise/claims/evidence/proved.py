@@ -35,14 +35,14 @@ def count(events: Iterable[Event], column: str, low: Fraction, high: Fraction) -
 # ---- phi_dot around the climb: rad/s, None or 0 where nothing is proved -------------------------
 
 
-def reversal(scene: SceneLike, turn: str, which: str) -> list[Interval | None]:
+def reversal(scene: SceneLike, extremum: str, which: str) -> list[Interval | None]:
     """phi_dot at the turning points before and after ``t_init`` or ``t_end`` (definition A)."""
     known = proofs_of(scene)
-    turns, moment = known.events(turn), known.moment("A", which)
+    turns, moment = known.events(extremum), known.moment("A", which)
     if not turns or moment is None:
         return [None, None]
-    before = [turn for turn in turns if turn["t"].high < moment.low]
-    after = [turn for turn in turns if turn["t"].low > moment.high]
+    before = [event for event in turns if event["t"].high < moment.low]
+    after = [event for event in turns if event["t"].low > moment.high]
     if len(before) + len(after) < len(turns) or not (before and after):
         return [None, None]
     return [before[-1].get("phi_dot"), after[0].get("phi_dot")]

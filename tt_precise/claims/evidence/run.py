@@ -62,7 +62,7 @@ def rising(values: Sequence[float]) -> bool:
     return all(b > a for a, b in pairwise(values))
 
 
-class Turn(NamedTuple):
+class BandPoint(NamedTuple):
     """A turning point of theta: time (s), and middle and width of the band (rad).
 
     The band reaches from the turning point to the straight line between its neighbours.
@@ -178,19 +178,19 @@ class Run:
         return rows_of(self.trajectory(), *names)
 
     @property
-    def turns(self) -> pandas.DataFrame:
+    def turning_points(self) -> pandas.DataFrame:
         """The events theta_min and theta_max with the state at each, in order of time."""
         return self.events("theta_min", "theta_max")
 
     @cached_property
-    def band(self) -> list[Turn]:
+    def band(self) -> list[BandPoint]:
         """The nutation band at each turning point of theta, except next to a pause of nutation."""
-        turns = [(float(t), float(x)) for t, x in self.turns[["t", "theta"]].to_numpy()]
+        turns = [(float(t), float(x)) for t, x in self.turning_points[["t", "theta"]].to_numpy()]
         belts = []
         for (t0, a), (t1, b), (t2, c) in zip(turns, turns[1:], turns[2:], strict=False):
             if t2 - t0 < PAUSE_S:
                 across = a + (c - a) * (t1 - t0) / (t2 - t0)
-                belts.append(Turn(t1, (b + across) / 2, abs(b - across)))
+                belts.append(BandPoint(t1, (b + across) / 2, abs(b - across)))
         return belts
 
     def nutations(self, span: Span | None = None) -> list[Span]:
@@ -296,7 +296,7 @@ class Run:
         import numpy
 
         span = span or self.whole
-        turns = [float(t) for t in self.turns["t"] if span.has(float(t))]
+        turns = [float(t) for t in self.turning_points["t"] if span.has(float(t))]
         times = numpy.union1d(numpy.arange(span.begin, span.end, 5e-4), [*turns, span.end])
         while True:
             values = function(self.columns(names, list(times)))
@@ -380,7 +380,7 @@ def _course(run: Run, names: tuple[str, ...], every: float) -> pandas.DataFrame:
     times = numpy.arange(run.whole.begin, run.whole.end, every)
     for turns, _ in _extrema(run.scene, names).values():
         times = numpy.union1d(times, numpy.array(turns, float))
-    times = numpy.union1d(times, [*run.turns["t"].astype(float), run.whole.end])
+    times = numpy.union1d(times, [*run.turning_points["t"].astype(float), run.whole.end])
     return pandas.DataFrame(run.columns(names, list(times)))
 
 

@@ -363,7 +363,9 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
     rows = table[["D", "E_tilde", "T_upp"]].itertuples(index=False)
     swings = [(swing_time(body, D, E, lambda_), bound) for D, E, bound in rows]
     largest = max(time / bound for time, bound in swings if time)
-    begin, end = max(pairwise(run.turns["t"].astype(float)), key=lambda gap: gap[1] - gap[0])
+    begin, end = max(
+        pairwise(run.turning_points["t"].astype(float)), key=lambda gap: gap[1] - gap[0]
+    )
     gap = table[(begin <= table["t"]) & (table["t"] <= end)]
     rise, bound = float(gap["theta"].iloc[-1] - gap["theta"].iloc[0]), float(gap["T_upp"].max())
     parts = {
@@ -455,7 +457,7 @@ def reflections(phase: str = "climb", run: Run = REFERENCE) -> Grounds:
     """The particle is reflected many times between the walls of V."""
     body, lambda_ = _double_body(run)
     span = getattr(run, phase)
-    turns = run.turns[run.turns["t"].astype(float).between(*span)]
+    turns = run.turning_points[run.turning_points["t"].astype(float).between(*span)]
     lower = turns[turns["name"] == "theta_min"]
     wells = [minima(body, D, lambda_)[0]
              for D in run.columns(["D"], [float(t) for t in lower["t"]])["D"]]  # fmt: skip

@@ -619,7 +619,7 @@ def software() -> Grounds:
 )
 def oscillation(run: Run = REFERENCE) -> Grounds:
     """During the inversion theta oscillates: theta_dot changes sign many times."""
-    turns = run.turns
+    turns = run.turning_points
     near, far = 0.2, math.pi - 0.2
     inside = turns[(turns["theta"] > near) & (turns["theta"] < far)]
     times = [0.0, *turns["t"]]

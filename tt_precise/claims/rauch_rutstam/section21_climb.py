@@ -246,40 +246,40 @@ def reversals(
 
 @claim(
     "QUAL-04",
-    control=("refuted", {"turn": "theta_max"}),
+    control=("refuted", {"extremum": "theta_max"}),
     definition="the minimum of theta next to t_init, definition A; close: within 0.001 rad; at "
     "the same moment: within half a nutation, 0.02 s",
     quote="the angle theta(t) takes correspondingly locally minimal value close to 0 at "
     "t_{theta≈0}",
 )
-def nearest_to_the_north_pole(turn: str = "theta_min", run: Run = REFERENCE) -> Grounds:
+def nearest_to_the_north_pole(extremum: str = "theta_min", run: Run = REFERENCE) -> Grounds:
     """theta is locally minimal and close to 0 at t_init."""
-    return _nearest_to_a_pole(turn, "t_init", 0.0, 0.02, run)
+    return _nearest_to_a_pole(extremum, "t_init", 0.0, 0.02, run)
 
 
 @claim(
     "QUAL-33",
-    control=("refuted", {"turn": "theta_min"}),
+    control=("refuted", {"extremum": "theta_min"}),
     definition="the maximum of theta next to t_end, definition A; close: within 0.001 rad; at "
     "the same moment: within half a nutation, 0.04 s",
     quote="then locally maximal value close to pi at t_{theta≈pi}",
 )
-def nearest_to_the_south_pole(turn: str = "theta_max", run: Run = REFERENCE) -> Grounds:
+def nearest_to_the_south_pole(extremum: str = "theta_max", run: Run = REFERENCE) -> Grounds:
     """theta is locally maximal and close to pi at t_end."""
-    return _nearest_to_a_pole(turn, "t_end", math.pi, 0.04, run)
+    return _nearest_to_a_pole(extremum, "t_end", math.pi, 0.04, run)
 
 
-def _nearest_to_a_pole(turn: str, when: str, pole: float, half: float, run: Run) -> Grounds:
+def _nearest_to_a_pole(extremum: str, when: str, pole: float, half: float, run: Run) -> Grounds:
     """Test for a turning point of theta close to a pole, ``half`` s around a time of the climb."""
     moment = float(getattr(run.inversion.A, when))
-    events = run.events(turn)
+    events = run.events(extremum)
     t, theta = min(
         ((float(t), float(theta)) for t, theta in zip(events["t"], events["theta"], strict=True)),
         key=lambda pair: abs(pair[0] - moment),
     )
     check = statement(
         abs(t - moment) < half and abs(theta - pole) < 0.001,
-        f"{turn.replace('_', ' ')} close to {'pi' if pole else '0'} at {when}",
+        f"{extremum.replace('_', ' ')} close to {'pi' if pole else '0'} at {when}",
         f"{decimal(abs(theta - pole), 3)} rad from the pole at {decimal(t, 6)} s",
     )
     return check, "The distance from the pole is ill conditioned, and so is the height of phi_dot."
@@ -356,9 +356,9 @@ def _precession_at_top(run: Trajectory, which: int) -> Scalar:
     return _around(rows_of(run, "theta_max"), run.inversion.A.t_init)[which]
 
 
-def _reversal(run: Run, turn: str, which: int) -> tuple[float, float]:
+def _reversal(run: Run, extremum: str, which: int) -> tuple[float, float]:
     """phi_dot at the turning points before and after the initiation or the ending time."""
-    before, after = _around(run.events(turn), run.climb[which])
+    before, after = _around(run.events(extremum), run.climb[which])
     return float(before), float(after)
 
 

@@ -324,7 +324,7 @@ def initiations(theta: str, phi_dot: Scalar, side: int) -> dict[str, float]:
 
 
 def _climbing_turns(theta: str, phi_dot: str) -> pandas.DataFrame:
-    turns = _run(theta, phi_dot).turns
+    turns = _run(theta, phi_dot).turning_points
     ending = turns["theta"] > math.pi - TO_THE_POLE
     return turns[: int(ending.argmax())] if ending.any() else turns
 

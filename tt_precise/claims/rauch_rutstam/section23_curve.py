@@ -401,7 +401,7 @@ def _trend(
     """Test whether a function of the vectors grows (``sign`` 1) or falls (-1) over ``span``."""
     import numpy
 
-    turns = [t for t in run.turns["t"].astype(float) if span.has(t)]
+    turns = [t for t in run.turning_points["t"].astype(float) if span.has(t)]
     times = numpy.union1d(numpy.arange(span.begin, span.end, 5e-4), [*turns, span.end])
     values = function(_state(run.columns(VECTORS, list(times))))
     steps = sign * numpy.diff(values)
@@ -487,7 +487,7 @@ def _sign_changes(pair: Sequence[str], run: Run) -> list[float]:
 
     span = run.whole
     times = numpy.arange(span.begin, span.end, 5e-4)
-    times = numpy.union1d(times, [*run.turns["t"].astype(float), *run.extrema(pair[0])[0]])
+    times = numpy.union1d(times, [*run.turning_points["t"].astype(float), *run.extrema(pair[0])[0]])
     values = _difference(pair, list(times), run)
     at = numpy.flatnonzero(values[:-1] * values[1:] < 0)
     return [float(t) for t in (times[at] + times[at + 1]) / 2]

@@ -96,7 +96,7 @@ def reversal_at_initiation(phase: str = "synchronisation", run: Run = REFERENCE)
     """At t_init phi_dot goes from large negative to large positive values."""
     span = getattr(run, phase)
     lowest = run.extreme("phi_dot", largest=False, span=span)
-    tops = run.turns
+    tops = run.turning_points
     tops = tops[(tops["name"] == "theta_max") & (tops["t"] < span.end) & (tops["t"] > span.begin)]
     usual = float(abs(tops["phi_dot"]).max())
     after = Span(span.end, run.equator if span.end < run.equator else run.whole.end)
