@@ -26,13 +26,13 @@ SEEN = {
 
 @pytest.mark.parametrize(("text", "seen"), SEEN.items())
 def test_symbols_are_seen_as_people_write_them(text: str, seen: str) -> None:
-    assert prose.html(text) == seen
+    assert prose.HTML.text(text) == seen
 
 
 def test_markdown_has_latex() -> None:
-    assert prose.markdown("`theta_dot`") == "`theta_dot`"
-    assert prose.markdown("theta_dot > 9.4e-4") == r"$\dot{\theta}$ > $9.4 \cdot 10^{-4}$"
-    assert prose.markdown("a * b < $c") == r"a \* b \< \$c"
+    assert prose.MARKDOWN.text("`theta_dot`") == "`theta_dot`"
+    assert prose.MARKDOWN.text("theta_dot > 9.4e-4") == r"$\dot{\theta}$ > $9.4 \cdot 10^{-4}$"
+    assert prose.MARKDOWN.text("a * b < $c") == r"a \* b \< \$c"
 
 
 @pytest.mark.parametrize(
@@ -45,22 +45,22 @@ def test_markdown_has_latex() -> None:
 )  # fmt: skip
 def test_no_number_shows_more_digits_than_mean_something(number: str, short: str) -> None:
     assert prose.shortened(number, 8) == short
-    assert prose.html(f"{number} s", 8) == f"{short} s"
-    assert prose.html(f"{number} s") == f"{number} s"
+    assert prose.HTML.text(f"{number} s", 8) == f"{short} s"
+    assert prose.HTML.text(f"{number} s") == f"{number} s"
 
 
 def test_a_part_says_whether_it_is_a_formula() -> None:
     formula = v.formula(True, "E_pot = m*g*R", "so")
     words = v.statement(True, "E_pot = m*g*R, 7.8273864055617567 s", "so")
-    assert prose.printed_html(formula).startswith("<math")
-    assert prose.printed_html(words).startswith("<i>E</i><sub>pot</sub> = m·g·R, 7.8273864 s")
-    assert prose.printed_markdown(formula) == r"$E_{\mathrm{pot}} = m\, g\, R$"
-    assert "$" not in prose.printed_markdown(v.statement(True, "increasing", ""))
+    assert prose.HTML.paper_side(formula).startswith("<math")
+    assert prose.HTML.paper_side(words).startswith("<i>E</i><sub>pot</sub> = m·g·R, 7.8273864 s")
+    assert prose.MARKDOWN.paper_side(formula) == r"$E_{\mathrm{pot}} = m\, g\, R$"
+    assert "$" not in prose.MARKDOWN.paper_side(v.statement(True, "increasing", ""))
 
 
 def test_a_pair_that_is_words_is_not_marked() -> None:
     words = [v.statement(True, text, "") for text in ("from + to -", "from - to +")]
-    assert prose.pair_html(*words) == ("from + to -", "from − to +")
+    assert prose.HTML.pair(*words) == ("from + to -", "from − to +")
     formulas = [v.formula(True, text, "") for text in ("a - b", "a - c")]
-    assert "differs" in prose.pair_html(*formulas)[1]
-    assert prose.pair_markdown(*formulas)[1] == r"$a - \underline{c}$"
+    assert "differs" in prose.HTML.pair(*formulas)[1]
+    assert prose.MARKDOWN.pair(*formulas)[1] == r"$a - \underline{c}$"

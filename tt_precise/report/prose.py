@@ -7,9 +7,9 @@ page has mathematical symbols. Text in backticks is code and stays unchanged.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from decimal import Decimal
-from functools import partial
 from html import escape
 from unicodedata import normalize
 
@@ -38,44 +38,96 @@ _TOKEN = re.compile(
     r"|(?P<minus>(?<![\w)\]\-])-(?=\d)|(?<= )-(?= ))"
     rf"|(?P<sign>->|<=|>=|(?<=[\w)]) x (?=\(|\w\b|\w_|{_GREEK})|(?<=[\w)])\*(?=[\w(|]))"
 )
-_SIGNS = {"->": "→", "<=": "≤", ">=": "≥", " x ": " × ", "*": "·"}
-_LATEX_SIGNS = {"->": r"$\to$", "<=": r"$\le$", ">=": r"$\ge$", " x ": r" $\times$ ", "*": r"·"}
 
 
-def html(text: str, digits: int | None = None) -> str:
-    """The text as HTML; numbers have at most ``digits`` digits if given."""
-    return _replaced(text, partial(_as_html, digits=digits), escape)
+@dataclass(frozen=True)
+class Language:
+    """A markup language: how it writes plain text, code, symbols, numbers, signs and formulas.
+
+    ``power`` is a number times a power of ten, ``formula`` takes a formula and another one, or "",
+    from which its differences are marked.
+    """
+
+    plain: Callable[[str], str]
+    code: Callable[[str], str]
+    symbol: Callable[[str], str]
+    formula: Callable[[str, str], str]
+    power: str
+    raised: str
+    minus: str
+    signs: Mapping[str, str]
+
+    def text(self, text: str, digits: int | None = None) -> str:
+        """The text in this language; numbers have at most ``digits`` digits if given."""
+        texts, position = [], 0
+        for match in _TOKEN.finditer(text):
+            texts += [self.plain(text[position : match.start()]), self._token(match, digits)]
+            position = match.end()
+        return "".join([*texts, self.plain(text[position:])])
+
+    def short(self, text: str) -> str:
+        """The text; numbers have at most ``DIGITS`` digits."""
+        return self.text(text, DIGITS)
+
+    def paper_side(self, part: Part) -> str:
+        """The paper's side of a part, a formula or words."""
+        return self.formula(part.printed, "") if part.formula else self.short(part.printed)
+
+    def pair(self, printed: Part, corrected: Part) -> tuple[str, str]:
+        """A printed and a corrected formula with their differences marked, or words."""
+        if not (printed.formula and corrected.formula):
+            return self.paper_side(printed), self.paper_side(corrected)
+        left, right = printed.printed, corrected.printed
+        return self.formula(left, right), self.formula(right, left)
+
+    def _token(self, match: re.Match[str], digits: int | None) -> str:
+        if match["code"]:
+            return self.code(match["code"][1:-1])
+        if match["symbol"]:
+            return self.symbol(match["symbol"])
+        if match["number"]:
+            return self._number(match, digits)
+        if match["raised"]:
+            return self.raised.format(match["exponent"].replace("-", self.minus))
+        return self.minus if match["minus"] else self.signs[match["sign"]]
+
+    def _number(self, match: re.Match[str], digits: int | None) -> str:
+        number = shortened(match["number"], digits) if digits else match["number"]
+        power = match["power"] or match["ten"]
+        if not power or not float(number):
+            return number
+        written = self.power.format(number, str(int(power)).replace("-", self.minus))
+        # 10^-6 rather than 1 times it
+        return re.sub(r"^(\$?)1 (?:·|\\cdot) ", r"\1", written)
 
 
-def markdown(text: str, digits: int | None = None) -> str:
-    """The text as Markdown."""
-    return _replaced(text, partial(_as_markdown, digits=digits), _unmarked)
+def _html_symbol(word: str) -> str:
+    letter, accents, index = split_symbol(word)
+    letter = normalize("NFC", letter + "".join(_ACCENT[accent] for accent in accents))
+    written = f"<i>{letter}</i>" if letter[0] != formula.AXIS else f"<b>{letter}</b>"
+    return written + (f"<sub>{escape(index)}</sub>" if index else "")
 
 
-def printed_html(part: Part, digits: int | None = DIGITS) -> str:
-    """The paper's side of a part, a formula or words, as HTML."""
-    return formula.mathml(part.printed) if part.formula else html(part.printed, digits)
-
-
-def printed_markdown(part: Part, digits: int | None = DIGITS) -> str:
-    """The paper's side of a part, a formula or words, as Markdown."""
-    return f"${formula.latex(part.printed)}$" if part.formula else markdown(part.printed, digits)
-
-
-def pair_html(printed: Part, corrected: Part) -> tuple[str, str]:
-    """A printed and a corrected formula with their differences marked, or words."""
-    if not (printed.formula and corrected.formula):
-        return printed_html(printed), printed_html(corrected)
-    left, right = printed.printed, corrected.printed
-    return formula.mathml(left, right), formula.mathml(right, left)
-
-
-def pair_markdown(printed: Part, corrected: Part) -> tuple[str, str]:
-    """A printed and a corrected formula with their differences underlined, or words."""
-    if not (printed.formula and corrected.formula):
-        return printed_markdown(printed), printed_markdown(corrected)
-    left, right = printed.printed, corrected.printed
-    return f"${formula.latex(left, right)}$", f"${formula.latex(right, left)}$"
+HTML = Language(
+    plain=escape,
+    code=lambda text: f"<code>{escape(text)}</code>",
+    symbol=_html_symbol,
+    formula=formula.mathml,
+    power="{} · 10<sup>{}</sup>",
+    raised="<sup>{}</sup>",
+    minus="−",
+    signs={"->": "→", "<=": "≤", ">=": "≥", " x ": " × ", "*": "·"},
+)
+MARKDOWN = Language(
+    plain=lambda text: text.replace("*", r"\*").replace("$", r"\$").replace("<", r"\<"),
+    code=lambda text: f"`{text}`",
+    symbol=lambda word: f"${formula.latex_symbol(word)}$",
+    formula=lambda text, other: f"${formula.latex(text, other)}$",
+    power=r"${} \cdot 10^{{{}}}$",
+    raised="$^{{{}}}$",
+    minus="-",
+    signs={"->": r"$\to$", "<=": r"$\le$", ">=": r"$\ge$", " x ": r" $\times$ ", "*": "·"},
+)
 
 
 def shortened(number: str, digits: int) -> str:
@@ -85,59 +137,6 @@ def shortened(number: str, digits: int) -> str:
         return number
     rounded = Decimal(f"{Decimal(number):.{digits - 1}e}")
     return f"{rounded:.{max(digits - 1 - rounded.adjusted(), 0)}f}" if rounded else "0"
-
-
-def _replaced(text: str, token: Callable[[re.Match[str]], str], other: Callable[[str], str]) -> str:
-    texts, position = [], 0
-    for match in _TOKEN.finditer(text):
-        texts += [other(text[position : match.start()]), token(match)]
-        position = match.end()
-    return "".join([*texts, other(text[position:])])
-
-
-def _as_html(match: re.Match[str], digits: int | None) -> str:
-    if match["code"]:
-        return f"<code>{escape(match['code'][1:-1])}</code>"
-    if match["symbol"]:
-        letter, accents, index = split_symbol(match["symbol"])
-        letter = normalize("NFC", letter + "".join(_ACCENT[accent] for accent in accents))
-        written = f"<i>{letter}</i>" if letter[0] != formula.AXIS else f"<b>{letter}</b>"
-        return written + (f"<sub>{escape(index)}</sub>" if index else "")
-    if match["number"]:
-        return _number(match, digits, "{} · 10<sup>{}</sup>", "−")
-    if match["raised"]:
-        return f"<sup>{match['exponent'].replace('-', '−')}</sup>"
-    if match["minus"]:
-        return "−"
-    return _SIGNS[match["sign"]]
-
-
-def _as_markdown(match: re.Match[str], digits: int | None) -> str:
-    if match["code"]:
-        return match["code"]
-    if match["symbol"]:
-        return f"${formula.latex_symbol(match['symbol'])}$"
-    if match["number"]:
-        return _number(match, digits, r"${} \cdot 10^{{{}}}$", "-")
-    if match["raised"]:
-        return f"$^{{{match['exponent']}}}$"
-    if match["minus"]:
-        return "-"
-    return _LATEX_SIGNS[match["sign"]]
-
-
-def _number(match: re.Match[str], digits: int | None, form: str, minus: str) -> str:
-    number = shortened(match["number"], digits) if digits else match["number"]
-    power = match["power"] or match["ten"]
-    if not power or not float(number):
-        return number
-    written = form.format(number, str(int(power)).replace("-", minus))
-    # 10^-6 rather than 1 times it
-    return re.sub(r"^(\$?)1 (?:·|\\cdot) ", r"\1", written)
-
-
-def _unmarked(text: str) -> str:
-    return text.replace("*", r"\*").replace("$", r"\$").replace("<", r"\<")
 
 
 def short(value: Scalar, digits: int = 2) -> str:

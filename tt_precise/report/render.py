@@ -13,8 +13,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from tt_precise.claims.verdicts import JudgedClaim, Part, Verdict
-from tt_precise.report import prose
+from tt_precise.claims.verdicts import JudgedClaim, Verdict
 from tt_precise.report.document import (
     MARKS,
     ClaimList,
@@ -26,6 +25,7 @@ from tt_precise.report.document import (
     key,
     sections,
 )
+from tt_precise.report.prose import HTML, MARKDOWN, Language
 from tt_precise.runtime import player
 from tt_precise.runtime.values import Json
 
@@ -49,12 +49,10 @@ def html(report: Report) -> str:
     """The report as one self-contained HTML file."""
     environment = _environment(escaped=True)
     filters: dict[str, Callable[..., Any]] = {
-        "prose": _marked_up(prose.html),
-        "short": _marked_up(lambda text: prose.html(text, prose.DIGITS)),
-        "printed": lambda part: _safe(prose.printed_html(part)),
-        "pair": lambda claim: tuple(
-            map(_safe, _pair(claim, prose.pair_html, prose.printed_html, _brief))
-        ),
+        "prose": _marked_up(HTML.text),
+        "short": _marked_up(HTML.short),
+        "printed": lambda part: _safe(HTML.paper_side(part)),
+        "pair": lambda claim: tuple(map(_safe, _pair(claim, HTML))),
         "image": _image,
         "compact": player.compact,
     }
@@ -70,18 +68,10 @@ def markdown(report: Report) -> str:
     """The report as Markdown with LaTeX; its pictures are in ``figures/``."""
     environment = _environment(escaped=False)
     environment.filters |= {
-        "prose": prose.markdown,
-        "short": lambda text: prose.markdown(text, prose.DIGITS),
-        "cell": lambda text: _cell(prose.markdown(text, prose.DIGITS)),
-        "pair": lambda claim: [
-            _cell(text)
-            for text in _pair(
-                claim,
-                prose.pair_markdown,
-                prose.printed_markdown,
-                lambda text: prose.markdown(text, prose.DIGITS),
-            )
-        ],
+        "prose": MARKDOWN.text,
+        "short": MARKDOWN.short,
+        "cell": lambda text: _cell(MARKDOWN.short(text)),
+        "pair": lambda claim: list(map(_cell, _pair(claim, MARKDOWN))),
     }
     text = environment.get_template("report.md.j2").render(
         report=report, citation=_citation(report)
@@ -202,10 +192,6 @@ def _safe(text: str) -> Markup:
     return Markup(text)
 
 
-def _brief(text: str) -> str:
-    return prose.html(text, prose.DIGITS)
-
-
 def names(claim: JudgedClaim, *, holding: bool) -> str:
     """The names of the parts that hold, or of the parts that fail or are open."""
     return "; ".join(
@@ -215,20 +201,16 @@ def names(claim: JudgedClaim, *, holding: bool) -> str:
     )
 
 
-def _pair(
-    claim: JudgedClaim,
-    pair: Callable[[Part, Part], tuple[str, str]],
-    printed: Callable[[Part], str],
-    words: Callable[[str], str],
-) -> tuple[str, str]:
+def _pair(claim: JudgedClaim, language: Language) -> tuple[str, str]:
     """The printed side of a claim, and the correction or the computed result."""
     if claim.correction:
-        return pair(*claim.parts)
+        return language.pair(*claim.parts)
     part = claim.essential
     if claim.verdict == "ambiguous":
-        return printed(part), words(f"holds if read as: {names(claim, holding=True)}")
+        meanings = f"holds if read as: {names(claim, holding=True)}"
+        return language.paper_side(part), language.short(meanings)
     name = f" ({part.name})" if len(claim.lines) > 1 else ""
-    return printed(part), words(part.measured + name)
+    return language.paper_side(part), language.short(part.measured + name)
 
 
 def _image(figure: Figure) -> Markup:
