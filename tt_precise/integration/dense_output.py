@@ -17,7 +17,6 @@ from typing import Any, NamedTuple, TypeGuard
 import numpy
 
 from tt_precise.integration.columns import Columns, Row
-from tt_precise.integration.events import NOTHING_FOUND, FoundEvents
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.parameters import Parameters
@@ -114,6 +113,51 @@ def long_double(value: Scalar) -> Scalar:
 # A time later than t_end by this part of it is t_end: a t_end printed with 16 digits is inside.
 TIME_TOLERANCE = Fraction(1, 10**15)
 MOST_BYTES = 400_000_000  # The series of a run are stored up to this size.
+
+
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """Recorded events in columns: names, times, directions, and states (event, entry).
+
+    Numbers are dimensionless: doubles in double, else mpmath numbers with guard bits.
+    """
+
+    name: Array
+    time: Array
+    direction: Array
+    state: Array
+
+    def __len__(self) -> int:
+        return len(self.name)
+
+    def of(self, rows: Array | slice) -> Hits:
+        """Return some of the events."""
+        return Hits(self.name[rows], self.time[rows], self.direction[rows], self.state[rows])
+
+    @classmethod
+    def of_blocks(cls, blocks: Sequence[Hits]) -> Hits:
+        """Return the events of all ``blocks`` in order of time."""
+        columns = ((hits.name, hits.time, hits.direction, hits.state) for hits in blocks)
+        every = cls(*map(numpy.concatenate, zip(*columns, strict=True)))
+        return every.of(numpy.argsort(every.time, kind="stable"))
+
+
+NO_HITS = Hits(*(numpy.empty(shape, dtype=object) for shape in (0, 0, 0, (0, 0))))
+
+
+class FoundEvents(NamedTuple):
+    """The events in order of time, and names of functions whose sign is undecided somewhere.
+
+    Those that ``touches`` names are zero at a tangency, or everywhere, or ``unresolved``: below
+    their error over several extrema, so that events may be missing there.
+    """
+
+    hits: Hits = NO_HITS
+    touches: frozenset[str] = frozenset()
+    unresolved: frozenset[str] = frozenset()
+
+
+NOTHING_FOUND = FoundEvents()
 
 
 @dataclass(frozen=True)

@@ -27,9 +27,9 @@ from tt_precise.integration.columns import (
     digits_over_rows,
     worst_digits,
 )
-from tt_precise.integration.dense_output import ARRIVED, Segment, Times, long_double, to_limbs
+from tt_precise.integration.dense_output import ARRIVED, Hits, Segment, Times, long_double, to_limbs
 from tt_precise.integration.equations import event_value
-from tt_precise.integration.events import Event, RecordedEvent
+from tt_precise.integration.events import Event
 from tt_precise.integration.precision import finer
 from tt_precise.integration.reading import (
     Numbers,
@@ -424,7 +424,7 @@ def event_errors(
     columns: list[tuple[Array, Array, Array, Array]] = []
     for part in _stages(run):
         hits = part.segment.output.propagation.found.hits
-        names += [hit.name for hit in hits]
+        names += hits.name.tolist()
         columns.append(_errors_within(part, hits, others, wanted))
         if part.segment.ended:
             names.append(part.segment.ended)
@@ -441,7 +441,7 @@ def event_errors(
 
 def _errors_within(
     part: Stage,
-    hits: Sequence[RecordedEvent],
+    hits: Hits,
     others: Sequence[tuple[float, Sequence[Stage]]],
     wanted: Sequence[Name],
 ) -> tuple[Array, Array, Array, Array]:
@@ -452,19 +452,19 @@ def _errors_within(
     """
     of = part.segment.columns
     unit = float(of.start.units.time)
-    times = numpy.array([float(part.segment.begin) + float(hit.time) for hit in hits]) * unit
+    times = (float(part.segment.begin) + hits.time.astype(float)) * unit
     errors, digits = numpy.zeros(len(hits)), numpy.full(len(hits), math.inf)
     apart = numpy.zeros((len(wanted), len(hits)))
     for last, parts in others:
         alike: dict[tuple[str, int], list[int]] = {}
         begins = [float(other.segment.begin) * unit for other in parts]
-        for place, hit in enumerate(hits):
+        for place, name in enumerate(hits.name):
             at = max(bisect.bisect_left(begins, times[place]) - 1, 0)
-            alike.setdefault((hit.name, at), []).append(place)
+            alike.setdefault((name, at), []).append(place)
         for (name, at), places in alike.items():
             event = part.segment.output.setup.watched[name]
-            there = [hits[place] for place in places]
-            late, right, far = _distances_of(part, there, event, parts[at], last, wanted)
+            here = hits.of(numpy.array(places))
+            late, right, far = _distances_of(part, here, event, parts[at], last, wanted)
             errors[places] = numpy.maximum(errors[places], late)
             digits[places] = numpy.minimum(digits[places], right)
             apart[:, places] = numpy.maximum(apart[:, places], far)
@@ -514,7 +514,7 @@ def _end(part: Stage) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
 
 def _distances_of(
     part: Stage,
-    hits: Sequence[RecordedEvent],
+    hits: Hits,
     event: Event,
     other_part: Stage,
     last: float,
@@ -526,8 +526,8 @@ def _distances_of(
     """
     late, digits = numpy.full(len(hits), math.inf), numpy.zeros(len(hits))
     far = numpy.full((len(wanted), len(hits)), math.inf)
-    hits = [hit for hit in hits if float(part.segment.begin) + float(hit.time) <= last]
-    if not hits or part.before != other_part.before:
+    hits = hits.of(float(part.segment.begin) + hits.time.astype(float) <= last)
+    if not len(hits) or part.before != other_part.before:
         return late, digits, far
     of, other = part.segment.columns, other_part.segment.columns
     mpf, mpfr = other.precision.context.mpf, other.precision.mpfr
@@ -537,11 +537,11 @@ def _distances_of(
     if other.precision.in_long_double:
         number, fn = long_double, numpy
     with mpfr.precision(), numpy.errstate(all="ignore"):
-        times = [mpf(hit.time) + shift for hit in hits]
+        times = [mpf(time) + shift for time in hits.time.tolist()]
         delay, there = _zeros(other_part.segment, times, event, number, fn)
-        rows = zip(*([number(mpf(x)) for x in hit.state] for hit in hits), strict=True)
+        rows = numpy.frompyfunc(lambda x: number(mpf(x)), 1, 1)(hits.state.T)
         every = tuple(dict.fromkeys([*of.names, *wanted]))
-        values = of.of_arrays(every, tuple(map(numpy.array, rows)), number, fn)
+        values = of.of_arrays(every, tuple(numpy.array(row.tolist()) for row in rows), number, fn)
         others = other.of_arrays(every, there, number, fn)
         apart = {name: abs(values[name] - others[name]).astype(float) for name in of.names}
         # what a user has of a run in double is rounded

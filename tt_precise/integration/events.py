@@ -9,7 +9,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import WITHOUT_GLIDING
@@ -21,33 +20,6 @@ from tt_precise.runtime.values import InputError, Scalar
 EXTREMUM, ZERO = "extremum:", "zero:"
 
 MOST_EVENTS = 1_000_000  # Largest number of events; bounds memory to 500 MB.
-
-
-class RecordedEvent(NamedTuple):
-    """A recorded event: dimensionless time and state.
-
-    Numbers are floats in double, else mpmath numbers with guard bits.
-    """
-
-    name: str
-    time: Scalar
-    direction: int
-    state: tuple[Scalar, ...]
-
-
-class FoundEvents(NamedTuple):
-    """The events in order of time, and names of functions whose sign is undecided somewhere.
-
-    Those that ``touches`` names are zero at a tangency, or everywhere, or ``unresolved``: below
-    their error over several extrema, so that events may be missing there.
-    """
-
-    hits: tuple[RecordedEvent, ...] = ()
-    touches: frozenset[str] = frozenset()
-    unresolved: frozenset[str] = frozenset()
-
-
-NOTHING_FOUND = FoundEvents()
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from tt_precise.integration.dense_output import (
     ARRIVED,
+    NO_HITS,
+    NOTHING_FOUND,
     DenseOutput,
+    Hits,
     Propagation,
     Read,
     SampleTimes,
@@ -21,7 +24,7 @@ from tt_precise.integration.dense_output import (
     StoredSeries,
 )
 from tt_precise.integration.equations import longest_step, terminal_functions
-from tt_precise.integration.events import NOTHING_FOUND, TERMINAL, Event, RecordedEvent
+from tt_precise.integration.events import TERMINAL, Event
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import Motion
@@ -184,7 +187,7 @@ class _Run:
             setup.but(tolerance=0.0, contact="", options=(), events=())
         )
         self.size = len(setup.layout.columns)
-        self.passed: tuple[RecordedEvent, ...] = ()  # ends so far, in a run that continues
+        self.passed = 0  # ends so far, in a run that continues
 
     @cached_property
     def ends(self) -> Zeros:
@@ -195,26 +198,28 @@ class _Run:
         events = [Event(n, partial(_terminal, form, n), TERMINAL[n], -1) for n in self.terminal]
         return Zeros(self.setup.but(events=tuple(events)), self.start)
 
-    def new_ends(self, piece: StepBlock) -> tuple[RecordedEvent, ...]:
+    def new_ends(self, piece: StepBlock) -> Hits:
         """Return where functions fall through zero in the next piece, up to the horizon."""
         if not len(piece.suspect):
-            return ()
+            return NO_HITS
         from tt_precise.integration.steps import of_block
 
         steps = of_block(piece, float(self.start.until), self.setup)
         first, last = int(piece.suspect[0]), min(int(piece.suspect[-1]) + 1, len(steps))
         if first < last:
             self.ends.search(steps.part(first, last))
-        before, self.passed = len(self.passed), self.ends.collect().hits
-        return self.passed[before:]
+        ends = self.ends.collect().hits
+        before, self.passed = self.passed, len(ends)
+        return ends.of(slice(before, None))
 
     def take(self, piece: StepBlock) -> _End:
         """Return the end of the next piece."""
         until = self.start.until
-        for end in self.new_ends(piece):
-            if end.name != "contact_lost" or self.setup.contact != "bilateral":
-                steps = int((piece.begins[:, 0] < float(end.time)).sum())
-                return _End(end.name, end.time, end.state, steps)
+        ends = self.new_ends(piece)
+        for name, time, state in zip(ends.name, ends.time, ends.state, strict=True):
+            if name != "contact_lost" or self.setup.contact != "bilateral":
+                steps = int((piece.begins[:, 0] < float(time)).sum())
+                return _End(name, time, tuple(state), steps)
         taken = len(piece.lengths)
         if piece.good < taken or self._crawls(piece):
             steps = min(piece.good, taken - 1)

@@ -6,7 +6,6 @@ NumPy's long double; the other precisions use arrays of numbers with guard bits 
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Container, Iterable, Sequence
 from fractions import Fraction
 from typing import Any, Literal
@@ -235,20 +234,18 @@ def _events_of_segment(
 ) -> dict[Any, Array]:
     of, unit = segment.columns, segment.output.start.units.time
     hits = segment.output.propagation.found.hits
-    directions = numpy.array([hit.direction for hit in hits])
-    columns: dict[Any, Array] = {"name": [hit.name for hit in hits]}
-    if run.in_arrays and hits:
-        entries = tuple(numpy.array([hit.state for hit in hits], numpy.longdouble).T)
-        times = numpy.array([hit.time for hit in hits], numpy.longdouble)
-        times *= long_double(unit)
-        columns |= {"t": times.astype(float), "direction": directions}
+    columns: dict[Any, Array] = {"name": hits.name.tolist()}
+    if run.in_arrays and len(hits):
+        entries = tuple(hits.state.T.astype(numpy.longdouble))
+        times = hits.time.astype(numpy.longdouble) * long_double(unit)
+        columns |= {"t": times.astype(float), "direction": hits.direction}
         values = of.of_arrays(names, entries, long_double)
         return columns | {name: column.astype(float) for name, column in values.items()}
     mpf, to_user = run.precision.context.mpf, of.to_user
-    columns["t"] = [to_user(mpf(hit.time) * unit) for hit in hits]
-    columns["direction"] = directions
-    asked = [names and (at is None or hit.name in at) for hit in hits]
-    states = [tuple(map(mpf, hit.state)) for hit in itertools.compress(hits, asked)]
+    columns["t"] = [to_user(mpf(time) * unit) for time in hits.time.tolist()]
+    columns["direction"] = hits.direction.astype(int)
+    asked = [bool(names) and (at is None or name in at) for name in columns["name"]]
+    states = [tuple(map(mpf, state)) for state in hits.state[asked].tolist()]
     for name, column in of.of_rows(names, states).items():
         shown = map(to_user, column)
         columns[name] = [next(shown) if wanted else None for wanted in asked]

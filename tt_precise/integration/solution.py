@@ -16,8 +16,8 @@ from functools import cached_property, lru_cache, partial
 from typing import Any, Literal, NamedTuple, Protocol
 
 from tt_precise.integration.columns import Columns
-from tt_precise.integration.dense_output import ARRIVED, SampleTimes, Segment, TimeSpan
-from tt_precise.integration.events import LEAVES, FoundEvents
+from tt_precise.integration.dense_output import ARRIVED, FoundEvents, SampleTimes, Segment, TimeSpan
+from tt_precise.integration.events import LEAVES
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.registry import asked_by
 from tt_precise.integration.setup import Setup, full_tolerance, require_contact
@@ -113,8 +113,8 @@ class Solution(TimeSpan, Memory):
     @property
     def event_counts(self) -> Counter[str]:
         """Numbers of recorded events by name, including events that join segments."""
-        hits = (hit for found in self._findings for hit in found.hits)
-        return Counter([hit.name for hit in hits] + [segment.ended for segment in self.switched])
+        names = [name for found in self._findings for name in found.hits.name.tolist()]
+        return Counter(names + [segment.ended for segment in self.switched])
 
     @property
     def touches(self) -> tuple[str, ...]:

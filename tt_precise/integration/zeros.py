@@ -28,13 +28,12 @@ from typing import Any, NamedTuple
 
 import numpy
 
+from tt_precise.integration.dense_output import NO_HITS, FoundEvents, Hits
 from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import (
     EVENTS,
     MOST_EVENTS,
     TERMINAL,
-    FoundEvents,
-    RecordedEvent,
     too_many_events,
 )
 from tt_precise.integration.roots import RIGHT_BITS, Bracket, refine, vertex
@@ -122,14 +121,14 @@ class Zeros:
         self._smooth = numpy.array([event.name in smooth for event in self.events], dtype=bool)
         self._mpfr = setup.precision.mpfr
         self._body = self._body_of(float)
-        self._hits: list[RecordedEvent] = []
+        self._hits: list[Hits] = []  # of each block
         self._lost: Array = None  # errors of the components so far, relative to their sizes
         self._sign = numpy.zeros(len(self.events))  # the last sign of each function that counts
         self._weight = numpy.zeros(len(self.events), dtype=int)  # of undecided points after that
         self._undecided = numpy.zeros(len(self.events), dtype=bool)
         self._touches, self._unresolved = set[int](), set[int]()
-        # functions and events in the last steps with no other sign behind them than that at the end
-        self._last: list[tuple[int, RecordedEvent]] = []
+        # functions of the last block's events, -1 if another sign than that at the end is behind
+        self._last: Array = None
 
     def search(self, steps: Steps) -> None:
         """Find the events in the next steps.
@@ -147,16 +146,15 @@ class Zeros:
         ``end`` is the state, in mpmath numbers, where the model ended before the horizon. What
         vanishes there within the error of the state does not change its sign.
         """
-        if end is not None and self._last:
-            vanishing = self._vanishing(end)
-            at_end = {hit for i, hit in self._last if i in vanishing}
-            self._hits = [hit for hit in self._hits if hit not in at_end]
+        if end is not None and self._last is not None and (self._last >= 0).any():
+            kept = ~numpy.isin(self._last, list(self._vanishing(end)))
+            self._hits[-1], self._last = self._hits[-1].of(kept), self._last[kept]
         never = numpy.flatnonzero(self._sign == 0).tolist()
         late = numpy.flatnonzero((self._sign != 0) & (self._weight > TANGENCY)).tolist()
         unresolved = self._unresolved.union(late)
         touches = self._touches.union(never, unresolved)
         names = [frozenset(self.events[i].name for i in which) for which in (touches, unresolved)]
-        return FoundEvents(tuple(sorted(self._hits, key=lambda hit: hit.time)), *names)
+        return FoundEvents(Hits.of_blocks(self._hits) if self._hits else NO_HITS, *names)
 
     def _vanishing(self, end: Sequence[Scalar]) -> set[int]:
         """Return the functions that the errors of the components carry through zero at a state.
@@ -201,7 +199,7 @@ class Zeros:
 
     def _search(self, steps: Steps) -> None:
         from_exact = self._lost is None and not self.start.row
-        self._last = []
+        self._last = None
         error, doubt = self._errors(steps)
         f = self._table(steps.at(nodes(COARSE)))  # axes (function, node, step)
         f[:, -1, :-1] = f[:, 0, 1:]
@@ -604,12 +602,10 @@ class Zeros:
         broken = (abs(zeros.value) > JUMP * beside) & (abs(zeros.value) > error) & (reach > 0)
         for k in numpy.flatnonzero(broken & ~self._smooth[which]).tolist():
             raise self._broken(int(which[k]), steps, float(begin[k]))
-        names = [self.events[i].name for i in which.tolist()]
-        hits = list(map(RecordedEvent, names, zeros.times, direction.tolist(), zeros.states))
-        self._hits += hits
-        final = points.position[high] == len(steps)
-        self._last = [(int(which[k]), hits[k]) for k in numpy.flatnonzero(final)]
-        if len(self._hits) > MOST_EVENTS:
+        names = numpy.array([event.name for event in self.events], dtype=object)
+        self._hits.append(Hits(names[which], zeros.times, direction, zeros.states))
+        self._last = numpy.where(points.position[high] == len(steps), which, -1)
+        if sum(map(len, self._hits)) > MOST_EVENTS:
             raise too_many_events()
 
     def _zeros(self, steps: Steps, which: Array, step: Array, bracket: Bracket) -> _Zero:
@@ -619,9 +615,8 @@ class Zeros:
             terms = steps.of(step)
             function = partial(self._in_double, which, terms)
             position, left = refine(function, bracket, 53)
-            times = (steps.begin[step] + position * steps.length[step]).tolist()
-            states = horner(terms.swapaxes(0, 1), position).T.tolist()
-            return _Zero(times, list(map(tuple, states)), left)
+            times = steps.begin[step] + position * steps.length[step]
+            return _Zero(times, horner(terms.swapaxes(0, 1), position).T, left)
         position, low, high = map(wide.array, bracket[:3])
         bracket = bracket._replace(position=position, low=low, high=high)
         left, bits = numpy.zeros(len(which)), self.setup.precision.bits
@@ -630,8 +625,9 @@ class Zeros:
             function, part = partial(self._in_wide, wide, i, step[here]), bracket.of(here)
             position[here], left[here] = refine(function, part, bits)
         when, row = wide.rows(step, position)
-        states = [tuple(map(wide.back, state)) for state in zip(*row, strict=True)]
-        return _Zero(list(map(wide.back, when)), states, left)
+        back = numpy.frompyfunc(wide.back, 1, 1)
+        kind = float if self.setup.precision.is_float else object
+        return _Zero(back(when).astype(kind), back(numpy.array(row)).T.astype(kind), left)
 
     def _in_double(
         self, which: Array, terms: Array, position: Array, rows: Any = slice(None)
@@ -651,8 +647,8 @@ class Zeros:
 class _Zero(NamedTuple):
     """Times and states of zeros, and the values of the functions at the zeros."""
 
-    times: list[Scalar]
-    states: list[tuple[Scalar, ...]]
+    times: Array
+    states: Array
     value: Array
 
 

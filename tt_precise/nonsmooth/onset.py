@@ -20,9 +20,9 @@ from typing import Any
 import numpy
 
 from tt_precise.integration.columns import Row
-from tt_precise.integration.dense_output import Propagation
+from tt_precise.integration.dense_output import NO_HITS, FoundEvents, Hits, Propagation
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES, event_value
-from tt_precise.integration.events import Event, FoundEvents, RecordedEvent
+from tt_precise.integration.events import Event
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.zeros import Zeros
 from tt_precise.mechanics import friction, newton, rolling
@@ -224,7 +224,7 @@ class OnsetOutput(RowwiseOutput):
             state=tuple(map(number, self.end_row)),
             steps=1,
             order=onset.coefficients.shape[1] - 1,
-            found=FoundEvents(tuple(self._hits())),
+            found=FoundEvents(self._hits()),
         )
 
     @cached_property
@@ -280,7 +280,7 @@ class OnsetOutput(RowwiseOutput):
             return self._row(time)
         return (*self._state(time), *(time * 0 for _ in self.setup.record))
 
-    def _hits(self) -> list[RecordedEvent]:
+    def _hits(self) -> Hits:
         fn, hits = self.precision.context, []
         number = float if self.precision.is_float else fn.mpf
         times = [self._until * (k or SOONEST) / PLACES for k in range(PLACES + 1)]
@@ -292,8 +292,9 @@ class OnsetOutput(RowwiseOutput):
                     ends = times[before], times[after]
                     time = fn.findroot(partial(self._value, event), ends, solver="anderson")
                     state = tuple(map(number, self._row(time)))
-                    hits.append(RecordedEvent(name, number(time), direction, state))
-        return sorted(hits, key=lambda hit: hit.time)
+                    row = ([name], [number(time)], [direction], [state])
+                    hits.append(Hits(*(numpy.array(x, dtype=object) for x in row)))
+        return Hits.of_blocks(hits) if hits else NO_HITS
 
     def _value(self, event: Event, time: Scalar) -> Scalar:
         row, fn = self._watched_row(time), self.precision.context

@@ -119,7 +119,8 @@ def propagated(setup: Setup, start: InitialState) -> DenseOutput:
         return DenseOutput(setup, start, propagation, again)
     t = setup.formulation.columns.index("t")
     found = propagation.found
-    found = found._replace(hits=tuple(hit._replace(time=hit.state[t]) for hit in found.hits))
+    if len(found.hits):
+        found = found._replace(hits=replace(found.hits, time=found.hits.state[:, t]))
     return RegularisedTimeOutput(setup, start, replace(propagation, found=found), again)
 
 
