@@ -303,5 +303,6 @@ def test_an_own_value_at_an_event_has_its_error(reference: Scene, words: dict[st
     assert (found["error:slip"] < 1e-14).all()
     if words:
         assert re.search(r" \+- \S+$", str(found["energy"][0]))
-    with pytest.raises(InputError, match="column: got 'drift:E', expected one of"):
-        run.event_frame("drift:E")
+    for of in (run, run.again(events=())):
+        with pytest.raises(InputError, match="column: got 'drift:E', expected one of"):
+            of.event_frame("drift:E")

@@ -52,6 +52,8 @@ def test_other_motions_are_drawn_beside_it_under_their_labels(short: Trajectory)
         assert (own.get_label(), beside.get_label()) == ("reference", "mu = 0.2")
         assert list(np.asarray(beside.get_ydata())) == list(other.frame("theta")["theta"])
         assert len({str(line.get_color()) for line in drawn.axes[0].lines}) == 4  # and two events
+    with pytest.raises(InputError, match="beside: got a list, expected trajectories by their lab"):
+        short.plot("theta", beside=[other])  # type: ignore[arg-type]
 
 
 def test_the_drift_of_a_fine_run_is_drawn_as_it_is(half: Scene) -> None:

@@ -196,6 +196,30 @@ def test_a_varied_scene_is_what_its_file_would_say() -> None:
     assert reference.varied() == reference
 
 
+@pytest.mark.parametrize("name", ["reference", "stribeck", "coulomb-gliding"])
+def test_a_law_of_friction_is_varied_as_the_file_would_say(name: str) -> None:
+    scene = load_scene(name)
+    tables = tomllib.loads(scene.text)
+    for law in (
+        {"law": "coulomb", "mu": "0.2"}, {"law": "viscous", "mu": "2"},
+        {"law": "stribeck", "mu": "0.25", "mu_s": "0.35", "v_s": "0.1", "epsilon": "0.01"},
+    ):  # fmt: skip
+        tables["body"].pop("mu", None)
+        expected = Scene.of(name=name, **{**tables, "friction": law})
+        varied = scene.varied(friction=law)
+        assert (varied.body, varied.start) == (expected.body, expected.start)
+        assert varied.varied(mu="0.3").body.law == law["law"]
+    for wrong, said in (
+        ("coulomb", "friction: got 'coulomb', expected a table"),
+        (
+            {"law": "stribeck", "mu": "1"},
+            "missing key friction.epsilon, .*; also missing: mu_s, v_s",
+        ),
+    ):
+        with pytest.raises(InputError, match=said):
+            scene.varied(friction=wrong)
+
+
 def test_moments_of_inertia_keep_their_ratio_when_m_or_R_are_varied() -> None:
     reference = load_scene("reference")
     unit = Fraction("0.05") * Fraction("0.03") ** 2

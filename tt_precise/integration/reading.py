@@ -210,6 +210,8 @@ def event_columns(
     quantities are slow, only ``at`` the events of these names, if given; elsewhere they are
     missing.
     """
+    for name in names:
+        run.columns.dimension(name)  # refuses an unknown name where there are no events too
     if run.alone:
         return _events_of_segment(run, run.alone, names, at)
     context, to_user = run.precision.context, run.columns.to_user

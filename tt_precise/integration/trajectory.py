@@ -423,6 +423,11 @@ class Trajectory:
         """
         from tt_precise.integration.views import figure
 
+        if not isinstance(beside or {}, Mapping):
+            raise InputError(
+                f"beside: got a {type(beside).__name__}, expected trajectories by their labels, "
+                'such as {"mu = 0.1": other}'
+            )
         others = {label: other.run for label, other in (beside or {}).items()}
         return figure(self.run, expanded(names), others)
 

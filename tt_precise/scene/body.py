@@ -201,7 +201,7 @@ def top_of(
     given: dict[str, Any] = body_numbers(body)
     law = VISCOUS
     if friction is not None:
-        law, values = _friction_of(friction)
+        law, values = law_of(friction)
         if "mu" in given:
             raise InputError("body.mu: got a table [friction] too, expected mu only in that table")
         given |= values
@@ -218,7 +218,11 @@ def top_of(
     return top, flies
 
 
-def _friction_of(given: Mapping[str, Json]) -> tuple[Law, dict[str, Fraction]]:
+def law_of(given: Mapping[str, Json]) -> tuple[Law, dict[str, Fraction]]:
+    """The law of a table ``[friction]`` and the numbers of its parameters.
+
+    Raises ``InputError``: a key is unknown or missing, or a value is no number.
+    """
     law = law_named(given["law"]) if isinstance(given.get("law"), str) else law_named("")
     names = [parameter.name for parameter in law.parameters]
     require_keys(given, {"law", *names}, set(), "friction.")

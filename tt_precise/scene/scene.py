@@ -15,7 +15,7 @@ from tt_precise.mechanics.laws import VISCOUS
 from tt_precise.mechanics.parameters import of_numbers
 from tt_precise.runtime.files import parse_toml, printable, read_toml
 from tt_precise.runtime.values import InputError, Json
-from tt_precise.scene.body import UNIT_KEYS, TippeTop, body_numbers, require_keys, top_of
+from tt_precise.scene.body import UNIT_KEYS, TippeTop, body_numbers, law_of, require_keys, top_of
 from tt_precise.scene.numerals import written
 from tt_precise.scene.start import (
     AT_REST,
@@ -175,8 +175,9 @@ class Scene:
         """Return the scene with entries of its file replaced, in the units of the file.
 
         ``changes`` are entries of [body], [start] and [run]: exact strings or numbers in SI, except
-        I1 and I3 in units of m R^2, which keep their values in these units if m or R change. A
-        start that is given by psi_dot or at_rest is computed again.
+        I1 and I3 in units of m R^2, which keep their values in these units if m or R change; and
+        ``friction``, a whole table: ``varied(friction={"law": "coulomb", "mu": "0.3"})``. A start
+        that is given by psi_dot or at_rest is computed again.
 
         Raises
         ------
@@ -184,14 +185,20 @@ class Scene:
             There is no such entry, or its value is refused.
         """
         parameters = self.body.numbers_by_name.keys()
-        known = {*parameters, *UNIT_KEYS, *START_KEYS, *_RUN}
+        known = {*parameters, *UNIT_KEYS, *START_KEYS, *_RUN, "friction"}
         for name in changes:
             _one_of(name, known, "varied")
         start = {name: changes[name] for name in START_KEYS if name in changes}
         run = {name: changes[name] for name in _RUN if name in changes}
-        body = body_numbers(changes, self.body.numbers_by_name)
+        body: dict[str, Any] = dict(body_numbers(changes, self.body.numbers_by_name))
+        own = self.body.in_file_units()
+        if "friction" in changes:
+            law, numbers = law_of(_subtable(changes, "friction"))
+            for parameter in self.body.friction.parameters:
+                del own[parameter.name]
+            body |= {"friction": law, **numbers}
         body |= {name: changes[name] for name in parameters if name in changes}
-        top = TippeTop.from_ratios(**{**self.body.in_file_units(), **body}) if body else self.body
+        top = TippeTop.from_ratios(**{**own, **body}) if body else self.body
         return replace(self, body=top, **self._start_with(start, top), **run)
 
     def _start_with(self, changes: Mapping[str, Json], body: TippeTop) -> dict[str, Any]:
