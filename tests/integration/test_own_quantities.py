@@ -205,7 +205,10 @@ OWN: dict[str, tuple[Any, int]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("chosen", [{}, {"digits": 8}, {"digits": 20}, {"digits": 25}])
+@pytest.mark.parametrize(
+    "chosen",
+    [{}, {"digits": 8}, {"digits": 20}, pytest.param({"digits": 25}, marks=pytest.mark.slow)],
+)
 @pytest.mark.parametrize("name", OWN)
 def test_an_own_event_is_found_in_every_arithmetic(name: str, chosen: dict[str, Any]) -> None:
     function, count = OWN[name]

@@ -19,7 +19,7 @@ from tt_precise.claims.verdicts import Value
 from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.exact.thresholds import Thresholds, lambda_at_start, thresholds
 from tt_precise.integration import Trajectory, catalogue, integrate
-from tt_precise.integration.inversion import InversionTimes
+from tt_precise.integration.inversion import InversionTimes, times_of
 from tt_precise.integration.precision import is_available
 from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.mechanics.parameters import Parameters
@@ -96,7 +96,7 @@ class Run:
 
     def moment(self, definition: str, which: str) -> Value:
         """``t_init``, ``t_end`` or ``duration`` of the inversion in s, with its enclosure."""
-        value = self.confirm(lambda run: getattr(getattr(run.inversion, definition), which))
+        value = self.confirm(lambda run: getattr(getattr(climb_of(run), definition), which))
         return value.within(self.proofs.moment(definition, which))
 
     @property
@@ -331,14 +331,22 @@ def confirming_precision() -> str:
     return "extended" if is_available("extended") else "double"
 
 
+def climb_of(run: Trajectory) -> InversionTimes:
+    """The times of the climb without their estimated errors, which take reference runs."""
+    return times_of(run.run)
+
+
 def exact(run: Trajectory, name: str, *times: Scalar) -> list[Scalar]:
     """A quantity at some times, in the run's own arithmetic."""
     return list(run.frame(name, times=times, numbers="exact")[name])
 
 
 def rows_of(run: Trajectory, *names: str) -> pandas.DataFrame:
-    """The rows of a trajectory's table of events that have one of these names."""
-    return run.events[run.events["name"].isin(names)].reset_index(drop=True)
+    """The rows of a trajectory's table of events that have one of these names; without errors."""
+    import pandas
+
+    events = pandas.DataFrame(run.event_table(at=names))
+    return events[events["name"].isin(names)].reset_index(drop=True)
 
 
 @cache

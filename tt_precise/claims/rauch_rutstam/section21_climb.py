@@ -18,6 +18,7 @@ from tt_precise.claims.evidence.run import (
     REFERENCE,
     Run,
     Span,
+    climb_of,
     rising,
     rows_of,
     variant,
@@ -186,7 +187,7 @@ def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERE
 def precession_at_initiation(printed: str = "80", run: Run = REFERENCE) -> Grounds:
     """The climb starts when phi_dot has been accelerated to about 80 rad/s."""
     values = {
-        "where L.k = L.z": lambda solution: solution.at(solution.inversion.B.t_init).phi_dot,
+        "where L.k = L.z": lambda solution: solution.at(climb_of(solution).B.t_init).phi_dot,
         "last maximum of theta before": lambda solution: _precession_at_top(solution, 0),
         "first maximum of theta after": lambda solution: _precession_at_top(solution, 1),
     }
@@ -353,7 +354,7 @@ def three_phases(run: Run = REFERENCE) -> Grounds:
 
 
 def _precession_at_top(run: Trajectory, which: int) -> Scalar:
-    return _around(rows_of(run, "theta_max"), run.inversion.A.t_init)[which]
+    return _around(rows_of(run, "theta_max"), climb_of(run).A.t_init)[which]
 
 
 def _reversal(run: Run, extremum: str, which: int) -> tuple[float, float]:
@@ -572,7 +573,8 @@ def _peaks(run: Trajectory) -> tuple[float, float] | None:
 
 def _restarted(run: Run, definition: str, before: Fraction) -> Scene:
     solution = run.trajectory(FINE)
-    texts = solution.at(getattr(solution.inversion, definition).t_init - float(before)).as_text()
+    t_init = getattr(climb_of(solution), definition).t_init
+    texts = solution.at(t_init - float(before)).as_text()
     values = {name: text for name in EulerState._fields if (text := texts[name]) is not None}
     return variant(run.scene, **values, until="6")
 

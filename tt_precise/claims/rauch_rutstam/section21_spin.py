@@ -15,6 +15,7 @@ from tt_precise.claims.evidence.run import (
     REFERENCE,
     Run,
     Span,
+    climb_of,
     exact,
     rows_of,
     variant,
@@ -350,7 +351,7 @@ def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> Grounds:
 
 
 def _spin_at(definition: str, run: Trajectory) -> Scalar:
-    t = getattr(run.inversion, definition).t_init
+    t = getattr(climb_of(run), definition).t_init
     return exact(run, "omega_3", t)[0]
 
 
