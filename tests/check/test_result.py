@@ -1,6 +1,7 @@
 """The result in every form that it takes."""
 
 import json
+import math
 import subprocess
 import sys
 from dataclasses import replace
@@ -11,15 +12,17 @@ from xml.etree import ElementTree
 
 import numpy
 import pytest
+from msgspec import to_builtins
 
 import tt_precise as tt
 from tests.check.conftest import VECTORS, Healthy, check, matches
 from tests.conftest import Patch, Printed, Said
 from tt_precise.check import run
 from tt_precise.check.checks import checks_of
-from tt_precise.check.result import MOST_POINTS, Residual, check_of_rows
+from tt_precise.check.result import MOST_POINTS, CheckRecord, Residual, check_of_rows
 from tt_precise.cli import main
 from tt_precise.golden import store
+from tt_precise.runtime.values import Check
 
 
 @pytest.fixture
@@ -144,6 +147,13 @@ def test_five_formats_say_the_same(
         assert f"could not check {what}" in heading
         (failure,) = cases["looked_at"]
         assert what in failure.attrib["message"]
+
+
+def test_a_record_has_no_infinity() -> None:
+    check = Check("x", "fail", value=math.inf, limit=1e-6, note="a note", bound=math.inf)
+    document = to_builtins(CheckRecord.of(check))
+    assert (document["value"], document["bound"], document["reason"]) == (None, None, "a note")
+    json.dumps(document, allow_nan=False)
 
 
 def test_json_is_json_even_where_a_value_is_infinite(healthy: Healthy) -> None:

@@ -45,7 +45,7 @@ class Cause(Record, frozen=True):
 
 
 class CheckRecord(Record, frozen=True, kw_only=True):
-    """The result of one check, as in ``Check.as_dict``."""
+    """The result of one check."""
 
     name: Annotated[str, means("name")]
     verdict: Annotated[
@@ -66,6 +66,28 @@ class CheckRecord(Record, frozen=True, kw_only=True):
     meaning: Annotated[str, means("meaning, with the place in the paper")]
     digits: Annotated[dict[str, float] | Unset, means("correct digits of each column")] = UNSET
     digits_over_time: Annotated[str | Unset, means("correct digits over time, in words")] = UNSET
+
+    @classmethod
+    def of(cls, finding: Check) -> CheckRecord:
+        """Return the record of a check; the note states an infinite value, which JSON has not."""
+        return cls(
+            name=finding.name,
+            verdict=finding.verdict,
+            value=_finite(finding.value),
+            limit=finding.limit,
+            sense=finding.sense,
+            bound=_finite(finding.bound),
+            at=finding.at,
+            since=finding.since,
+            reason=finding.note,
+            meaning=finding.meaning,
+            digits=finding.parts or UNSET,
+            digits_over_time=finding.history if finding.parts else UNSET,
+        )
+
+
+def _finite(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else value
 
 
 class Checked(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.check/1"):
@@ -274,12 +296,8 @@ class Result:
         """A row for each check: name, verdict, value, limit, bound, at and since (s), reason."""
         import pandas
 
-        rows = [finding.as_dict() for finding in self.checks]
-        names = [
-            "name", "verdict", "value", "limit", "sense", "bound", "at", "since", "reason",
-            "meaning",
-        ]  # fmt: skip
-        return pandas.DataFrame(rows, columns=names)
+        rows = [to_builtins(CheckRecord.of(finding)) for finding in self.checks]
+        return pandas.DataFrame(rows, columns=CheckRecord.__struct_fields__[:10])
 
     def as_dict(self) -> dict[str, Json]:
         """The JSON object of the command."""
@@ -295,7 +313,7 @@ class Result:
             rows=self.rows,
             t_first=self.t_first,
             t_last=self.t_last,
-            checks=[CheckRecord(**finding.as_dict()) for finding in self.checks],
+            checks=[CheckRecord.of(finding) for finding in self.checks],
         )
         document: dict[str, Json] = to_builtins(checked)
         return document

@@ -8,8 +8,9 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
+from functools import wraps
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, ParamSpec
 
 import numpy
 
@@ -47,13 +48,14 @@ from tt_precise.runtime.terminal import Progress, one_line, silent
 from tt_precise.runtime.values import Array, Check, InputError, Verdict
 from tt_precise.scene.scene import Scene, load_scene
 
+P = ParamSpec("P")
 MEANING = "every column holds finite numbers, except Euler angles where they are undefined"
 OPTIONS_OF_COMMAND = "columns|limit|until|digits|from|allow|world|axis|friction|start"
 WITH_VALUE = re.compile(rf"--({OPTIONS_OF_COMMAND}) ([^\s,;:()]+)")
 ALONE = re.compile(rf"--({OPTIONS_OF_COMMAND})\b")
 
 
-def conservation(
+def examine(
     trajectory: object,
     scene: str | Path | Scene,
     *,
@@ -113,61 +115,6 @@ def conservation(
     InputError
         The trajectory cannot be used; one line gives the place and the reason.
     """
-    try:
-        result = examine(
-            trajectory, scene, limits=limits, until=until, digits=digits, friction=friction,
-            start=start, allow=allow, engine=engine, world=world, axis=axis, columns=columns,
-            folder=folder, progress=progress,
-        )  # fmt: skip
-    except InputError as error:
-        raise InputError(in_python(str(error))) from None
-    checks = tuple(replace(check, note=in_python(check.note)) for check in result.checks)
-    causes = tuple(Cause(cause.kind, in_python(cause.text)) for cause in result.causes)
-    unseen = tuple(map(in_python, result.unseen))
-    return replace(result, checks=checks, causes=causes, unseen=unseen)
-
-
-def in_python(text: str) -> str:
-    """Return a message with the options of the command line as arguments of ``conservation``."""
-    return ALONE.sub(lambda found: _name(found[1]), WITH_VALUE.sub(_argument, text))
-
-
-def _name(option: str) -> str:
-    return {"from": "engine", "limit": "limits"}.get(option, option)
-
-
-def _argument(found: re.Match[str]) -> str:
-    name, value = found[1], found[2]
-    left, equals, right = value.partition("=")
-    if name == "columns" and equals:
-        return f'columns={{"{left}": "{right}"}}'
-    if name == "limit" and equals:
-        return f'limits={{"{left}": {right}}}'
-    if name == "allow":
-        return f'allow=("{value}",)'
-    if name in ("until", "digits"):
-        return f"{name}={value}"
-    return f'{_name(name)}="{value}"'
-
-
-def examine(
-    trajectory: object,
-    scene: str | Path | Scene,
-    *,
-    limits: Mapping[str, float] | None,
-    until: float | None,
-    digits: float | None,
-    friction: str,
-    start: str,
-    allow: Sequence[str],
-    engine: str | None,
-    world: str,
-    axis: str,
-    columns: Mapping[str, str] | None,
-    folder: Folder,
-    progress: Progress,
-) -> Result:
-    """``conservation`` whose messages name the options of the command line."""
     wanted = chosen_limits(limits or {})
     require_names("allow", allow, (*wanted, *FURTHER))
     cutoff = math.inf if until is None else finite("until", until)
@@ -196,6 +143,50 @@ def examine(
         return examination.result(TrueSolution(scene, folder, progress))
 
 
+def in_python(text: str) -> str:
+    """Return a message with the options of the command line as arguments of ``conservation``."""
+    return ALONE.sub(lambda found: _name(found[1]), WITH_VALUE.sub(_argument, text))
+
+
+def _name(option: str) -> str:
+    return {"from": "engine", "limit": "limits"}.get(option, option)
+
+
+def _argument(found: re.Match[str]) -> str:
+    name, value = found[1], found[2]
+    left, equals, right = value.partition("=")
+    if name == "columns" and equals:
+        return f'columns={{"{left}": "{right}"}}'
+    if name == "limit" and equals:
+        return f'limits={{"{left}": {right}}}'
+    if name == "allow":
+        return f'allow=("{value}",)'
+    if name in ("until", "digits"):
+        return f"{name}={value}"
+    return f'{_name(name)}="{value}"'
+
+
+def _said_in_python(check: Callable[P, Result]) -> Callable[P, Result]:
+    """Return ``check`` whose messages name arguments where the command names its options."""
+
+    @wraps(check)
+    def call(*given: P.args, **options: P.kwargs) -> Result:
+        try:
+            result = check(*given, **options)
+        except InputError as error:
+            raise InputError(in_python(str(error))) from None
+        return replace(
+            result,
+            checks=tuple(replace(one, note=in_python(one.note)) for one in result.checks),
+            causes=tuple(Cause(cause.kind, in_python(cause.text)) for cause in result.causes),
+            unseen=tuple(map(in_python, result.unseen)),
+        )
+
+    return call
+
+
+conservation = _said_in_python(examine)
+conservation.__name__ = conservation.__qualname__ = "conservation"
 OPTIONS = inspect.signature(conservation).parameters
 # Checks that are not made row by row.
 FURTHER = ("finite", "start", "agreement", "golden")

@@ -49,8 +49,8 @@ def build_command(
     """Make golden data for SCENES (shipped names or TOML files), by default for all shipped scenes.
 
     The output goes to ./golden, or, for shipped scenes in a checkout, to its reference_data. An
-    interrupted build resumes. Exit status 1 if published digits would change without --replace, or
-    if the computations contradict each other.
+    interrupted build leaves the folder of each scene whole. Exit status 1 if published digits would
+    change without --replace, or if the computations contradict each other.
     """
     from tt_precise.golden import build
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy
 
 from tt_precise import golden
+from tt_precise.check.result import CheckRecord
 from tt_precise.check.run import conservation
 from tt_precise.engines.protocol import (
     DOUBLE,
@@ -323,7 +324,7 @@ def _checks(test: LadderTest, runs: Sequence[ProgramRun]) -> dict[str, Json]:
     causes = "; ".join(cause.text for cause in results[-1].causes)
     return {
         name: _summarise(
-            results[-1][name], [result[name].as_dict()["value"] for result in results], causes
+            results[-1][name], [CheckRecord.of(result[name]).value for result in results], causes
         )
         for name in EVERY_LAW
     }

@@ -7,7 +7,6 @@ these names document the intended type.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -139,26 +138,6 @@ class Check:
     def holds(self) -> bool:
         """True unless the check failed."""
         return self.verdict != "fail"
-
-    def as_dict(self) -> dict[str, Json]:
-        """Return the fields of the JSON object."""
-        # JSON has no infinity: the note states an infinite worst value
-        value = None if self.value is None or not math.isfinite(self.value) else self.value
-        entry: dict[str, Json] = {
-            "name": self.name,
-            "verdict": self.verdict,
-            "value": value,
-            "limit": self.limit,
-            "sense": self.sense,
-            "bound": self.bound if self.bound is not None and math.isfinite(self.bound) else None,
-            "at": self.at,
-            "since": self.since,
-            "reason": self.note,
-            "meaning": self.meaning,
-        }
-        if self.parts:
-            entry |= {"digits": self.parts, "digits_over_time": self.history}
-        return entry
 
     def words(self) -> str:
         """Return the value, the limit, the time and the note, in one line."""
