@@ -166,9 +166,6 @@ TESTED_ELSEWHERE = {
        for file in (PACKAGE / "claims").glob("*/section*.py")},
     "integration/registry.py": "nonsmooth/test_registration.py",  # of what is registered
     "nonsmooth/segments.py": "nonsmooth/test_sticking.py",  # of a motion that has several
-    # to be split by module
-    "check/force_free_flow.py": "check/test_force_free.py",
-    "check/friction_power.py": "check/test_kinematics.py",
 }  # fmt: skip
 
 

@@ -21,7 +21,10 @@ from tt_precise.integration import integrate
 
 def one(function: Any = registry.CaseOutcome, name: str = "name", **arguments: Any) -> Any:
     arguments = arguments or {"measured": "well"}
-    return registry.ExtremeCase("topic", "family", name, "well", "theory", function, arguments)
+    # a machine under load may take minutes to start a worker
+    return registry.ExtremeCase(
+        "topic", "family", name, "well", "theory", function, arguments, limit_s=3600
+    )
 
 
 def test_what_goes_wrong_fails_alone_in_one_line() -> None:
