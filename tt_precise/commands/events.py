@@ -96,24 +96,24 @@ def command(
     shown = _lines(run, None if only is None else wanted, asked, exactly=exactly)
     shown += [f"{name}: its function {TOUCHES}" for name in run.touches]
     if only is None or CLIMB in wanted:
-        shown += [f"{key:>9}: {_seconds(time, errors.get(key))}" for key, time in climb.items()]
+        shown += [
+            f"{key:>9}: {_seconds(run, time, errors.get(key))}" for key, time in climb.items()
+        ]
     elif not shown:
         shown.append(f"none of: {', '.join(wanted)}")
     if run.status != "complete":
         meaning = TERMINAL.get(run.status, "the integration ended early")
-        shown.append(f"{run.status} at t = {_seconds(run.t_end)}: {meaning}")
+        shown.append(f"{run.status} at t = {_seconds(run, run.t_end)}: {meaning}")
     options.emit(as_json, content, shown)
     return 0
 
 
-def _seconds(time: Scalar, error: float | None = None) -> str:
+def _seconds(run: Trajectory, time: Scalar, error: float | None = None) -> str:
     if time is None:
         return "none"
-    if error is None:
-        return f"{float(time):.12f} s"
-    from tt_precise.commands.run import with_error
-
-    return f"{with_error(str(time).partition(' ')[0], error)} s"
+    return (
+        f"{float(time):.12f} s" if error is None else f"{run.precision.with_error(time, error)} s"
+    )
 
 
 def _lines(
@@ -150,9 +150,7 @@ def _lines(
         what = change(row["name"], int(row["direction"]))
         time = f"{float(row['t']):18.12f} s"
         if exactly:
-            time, _, error = _seconds(run.precision.text(row["t"]), row[ERROR_OF_TIME]).partition(
-                " +- "
-            )
+            time, _, error = _seconds(run, row["t"], row[ERROR_OF_TIME]).partition(" +- ")
             time, shown = f"{time:>18} s", f"{shown}  t +- {error}"
         lines.append(f"{time}  {row['name']:<20} {what:<8} {shown}")
     return lines

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
@@ -513,7 +513,7 @@ def lines(
         f"{trajectory.scene.name}: {trajectory.status} at t = {trajectory.end_text} s "
         f"({trajectory.precision.name}, tolerance {short(trajectory.tolerance)}, "
         f"{trajectory.formulation}, {trajectory.steps} steps)",
-        *_outcome_lines(outcome),
+        *_outcome_lines(outcome, trajectory.precision.with_error),
         *(f"  {line}" for line in str(state).splitlines()[1:]),  # without its time
         f"  digits at the end, of the worst component: {digits:.1f}",
         *(f"  drift of {name}: {short(value)}" for name, value in trajectory.drift.items()),
@@ -528,15 +528,15 @@ def lines(
     return shown
 
 
-def _outcome_lines(outcome: dict[str, Any]) -> list[str]:
+def _outcome_lines(
+    outcome: dict[str, Any], with_error: Callable[[str, str | None], str]
+) -> list[str]:
     from tt_precise.exact.thresholds import IN_WORDS
 
     def seconds(time: str | None, error: str | None = None, *, missing: str = "none") -> str:
         if time is None:
             return missing
-        if error is None:
-            return f"{float(time):.9g} s"
-        return f"{with_error(time, float(error))} s"
+        return f"{float(time):.9g} s" if error is None else f"{with_error(time, error)} s"
 
     climb, stretches = outcome["climb"], outcome["stretches"]
     smallest, largest = outcome["smallest_g_n"], outcome["largest_g_n"]
@@ -576,17 +576,6 @@ def _outcome_lines(outcome: dict[str, Any]) -> list[str]:
     ]
     more = len(stretches) - len(first)
     return [*shown, "  motion: " + ", ".join(first) + (f", and {more} more" if more else "")]
-
-
-def with_error(time: str, error: float) -> str:
-    """A time with the decimals that its error permits."""
-    from decimal import Decimal, localcontext
-
-    if not 0 < error < math.inf:
-        return f"{float(time):.9g} +- {error:.2g}"
-    with localcontext(prec=len(time)):
-        shown = round(Decimal(time), 1 - math.floor(math.log10(error)))
-    return f"{shown:f} +- {error:.2g}"
 
 
 def require_columns(names: tuple[str, ...]) -> bool:

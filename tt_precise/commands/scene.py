@@ -11,6 +11,7 @@ import click
 
 from tt_precise.commands.options import JSON, Group, emit
 from tt_precise.mechanics.laws import LAWS, law_named
+from tt_precise.mechanics.quantities import described
 from tt_precise.runtime.values import InputError, Json
 
 if TYPE_CHECKING:
@@ -196,7 +197,10 @@ def lines(content: dict[str, Json]) -> list[str]:
         f"  body       m {body['m']} kg, R {body['R']} m, alpha {body['alpha']}, "
         f"I1 {body['I1']} and I3 {body['I3']} (m R^2), g {body['g']} m/s^2",
         "  start      "
-        + ", ".join(f"{name} {_short(value)}" for name, value in content["start"].items()),
+        + ", ".join(
+            f"{name} {_short(value)} {described(name).unit}"
+            for name, value in content["start"].items()
+        ),
         *([f"  given      {given}"] if given else []),
         *([f"  at rest    {content['at_rest']}"] if content["at_rest"] else []),
         f"  gamma      {content['gamma']:.6g}",
