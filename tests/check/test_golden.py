@@ -234,6 +234,8 @@ def test_rows_beyond_the_end_of_golden_data_are_compared(healthy: Healthy) -> No
     assert matches(longer, "reference", digits=8, until=8).passed
     whole = golden(frame, digits=8)
     assert whole.note == "800 rows compared at golden times; largest gap 0.01 s"
+    early = check(frame[:101], "reference")["golden"]
+    assert early.note == "100 rows compared at golden times; the rows end at 1 of 8 s"
 
 
 @without_causes

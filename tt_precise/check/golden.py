@@ -170,7 +170,10 @@ def distance_from_solution(
     notes = [f"{compared} rows compared {distance.how}"]
     if compared < count:
         notes.append(f"{compared} of {count} rows after the start in all")
-    notes.append(f"largest gap {to - since:.3g} s")
+    if since == rows.t[-1]:
+        notes.append(f"the rows end at {since:.6g} of {to:.6g} s")
+    else:
+        notes.append(f"largest gap {to - since:.3g} s")
     notes += [text for text in (broken, ended) if text]
     verdict: Verdict = "fail" if few or (broken and asked is not None) else "pass"
     digits = {name: round(value, 2) for name, value in digits.items()}

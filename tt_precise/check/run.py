@@ -196,7 +196,6 @@ class _ReadTable(NamedTuple):
     """A trajectory as read: origin, columns and rows."""
 
     where: str
-    names: Sequence[str]
     alternatives: Mapping[str, Reading]
     whole: Block
     usable: UsableRows
@@ -224,7 +223,7 @@ def _load(
             + (f" up to t = {cutoff:g} s" if cutoff < math.inf else "")
             + ", expected a trajectory of at least two"
         )
-    return _ReadTable(table.where, table.names, table.alternatives, whole, usable)
+    return _ReadTable(table.where, table.alternatives, whole, usable)
 
 
 def _no_texts(whole: Block, world: World) -> Callable[[int, Sequence[str]], list[Any]]:
