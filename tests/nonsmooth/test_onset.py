@@ -1,16 +1,19 @@
 """Gliding from rest: the series obeys the equations, and begins as theory says."""
 
+import itertools
 from typing import Any
 
 import mpmath
 import pytest
 
+from tt_precise.integration import integrate
 from tt_precise.mechanics import friction, rolling
 from tt_precise.mechanics.laws import COULOMB
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.nonsmooth import onset
 from tt_precise.nonsmooth.onset import OnsetSeries
+from tt_precise.scene.scene import load_scene
 
 TERMS = 16
 mp = mpmath.MPContext()
@@ -87,3 +90,29 @@ def test_more_terms_reach_further(terms: int) -> None:
     t = short.until / 2
     for one, other in zip(short.at(t, mp), long.at(t, mp), strict=True):
         assert abs(one - other) < 10 * eps
+
+
+@pytest.mark.parametrize("precision", ["double", "extended", "quad"])
+def test_events_of_the_onset_are_the_changes_of_sign_of_its_rows(precision: str) -> None:
+    scene = load_scene("coulomb-stick-slip").varied(
+        theta="1.154", theta_dot="0.08", phi_dot="2.78", omega_3="54.19", nu_x=0, nu_y=0,
+        mu="0.13", until="0.01",
+    )  # fmt: skip
+    run = integrate(scene, precision, events=("theta_max", "nu_y_zero", "equator"))
+    segment = run.run.segments[0]
+    output, context = segment.output, run.precision.context
+    assert isinstance(output, onset.OnsetOutput)
+    hits = output.propagation.found.hits
+    assert hits.name.tolist() == ["theta_max", "nu_y_zero"]
+
+    def value(name: str, time: Any) -> Any:
+        return output.setup.watched[name].function(segment.columns.motion(output.rows([time])[0]))
+
+    for name in hits.name:
+        times = [output.end_time * context.mpf(k) / 50 for k in range(1, 51)]
+        signs = [value(name, time) > 0 for time in times]
+        assert sum(a != b for a, b in itertools.pairwise(signs)) == 1
+    for name, time, state in zip(hits.name, hits.time, hits.state, strict=True):
+        scale = abs(value(name, output.end_time))
+        assert abs(value(name, context.mpf(time))) < 16 * run.precision.eps * scale
+        assert state[-1] == time

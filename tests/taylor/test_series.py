@@ -135,3 +135,8 @@ def test_the_coefficients_of_an_oscillator(monkeypatch: pytest.MonkeyPatch) -> N
         bound = 4 * eps / math.factorial(k)
         assert x[k] == pytest.approx(derivatives[k % 4] / math.factorial(k), rel=0, abs=bound)
     assert (v[0] == numpy.cos(t)).all()
+
+
+def test_a_convolution_is_the_product_of_two_series() -> None:
+    a, b = [1, 2, 3, 4], [5, -6, 7, 8]
+    assert series.convolution(a, b) == [5, 4, 10, 24]

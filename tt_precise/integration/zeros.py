@@ -38,7 +38,7 @@ from tt_precise.integration.events import (
 )
 from tt_precise.integration.roots import RIGHT_BITS, Bracket, refine, vertex
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.steps import Steps, Wide, horner
+from tt_precise.integration.steps import Steps, Wide, horner, of_series
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.taylor.interpolation import (
@@ -176,25 +176,6 @@ class Zeros:
                 found.add(i)
         return found
 
-    def signs(self, rows: Sequence[Sequence[Scalar]]) -> Array:
-        """Return the signs of the functions at rows of mpmath numbers, 0 where undecided.
-
-        The axes are (function, row); an error is one of ``ROUNDINGS`` in each component.
-        """
-        columns = list(zip(*rows, strict=True))
-        doubles = [numpy.array(column, dtype=float) for column in columns]
-        size = numpy.array([abs(column).max() for column in doubles])[:, None]
-        lost = size * ROUNDINGS * 2.0**-self.setup.precision.bits
-        mpfr, count = self._mpfr, range(len(self.events))
-        with mpfr.precision(), numpy.errstate(all="ignore"):
-            _, error = self._propagated(doubles, size, lost)
-            exact = [mpfr.array(column) for column in columns]
-            table = self._along(count, self._body_of(mpfr.number), exact, mpfr)
-        values = numpy.empty(error.shape)
-        for i, value in enumerate(table):
-            values[i] = value
-        return numpy.where(abs(values) > error, numpy.sign(values), 0).astype(int)
-
     # ---- steps ----------------------------------------------------------------------------------
 
     def _search(self, steps: Steps) -> None:
@@ -258,17 +239,11 @@ class Zeros:
         layout, number, bits = self.setup.layout, self._mpfr.number, self.setup.precision.bits
         row = [number(x) for x in self.start.first_row(self.setup.formulation, self.setup.record)]
         body, order = self._body_of(number), FIRST_ORDER + bits // 20
-        length = number(float(steps.length[0]))
-        series = [entry.upto(order) for entry in layout.moving(body, row, self._mpfr)[0]]
-        terms = [[x * length**k for k, x in enumerate(c[: order + 1])] for c in series]
-
-        def rows(step: Array, position: Array) -> tuple[Array, Sequence[Array]]:
-            return position * length, [horner(c, position) for c in terms]
-
-        wide = Wide(number, self._mpfr, self._mpfr.back, rows, only=True)
-        first = Steps(steps.begin[:1], steps.length[:1], steps.terms[:, :, :1], wide)
-        sizes = abs(first.terms).max(axis=1)
-        left = numpy.array([[abs(float(c[-1])) * OMITTED] for c in terms])
+        entries = layout.moving(body, row, self._mpfr)[0]
+        series = [entry.upto(order)[: order + 1] for entry in entries]
+        first = of_series(series, number(float(steps.length[0])), self.setup, only=True)
+        sizes = abs(steps.terms[:, :, :1]).max(axis=1)
+        left = abs(first.terms[:, -1]) * OMITTED
         rounding = 2.0 ** -(bits + GUARD)
         bounds = shrinking(bits)
         relative = rounding + numpy.where(sizes > 0, left / sizes, 0.0) * bounds[1:] ** order
@@ -367,17 +342,18 @@ class Zeros:
             self._lost = numpy.full((2, len(size), 1), ROUNDINGS * rounding)
         own = self._lost[0] + numpy.cumsum(numpy.where(size > 0, left / size, 0) + rounding, axis=1)
         sizes, coupled = self._sizes_of_rates(steps, size * own / rounding) * steps.length
-        left += rounding * numpy.maximum(size, sizes)
+        # undefined where gliding begins
+        left += rounding * numpy.fmax(size, sizes)
         coupled = coupled * rounding
         each = numpy.where(size > 0, left / size, rounding)
         lost = self._lost[1] + numpy.cumsum(each, axis=1)
         self._lost = numpy.array([own[:, -1:], lost[:, -1:]])
-        self._error = numpy.maximum(size * lost, coupled)[:, -1]
+        self._error = numpy.fmax(size * lost, coupled)[:, -1]
         ends = [*numpy.append(terms[:, 0], terms[:, :, -1:].sum(axis=1), axis=1)]
         size, lost, coupled = (numpy.append(x, x[:, -1:], axis=1) for x in (size, lost, coupled))
         for x in (size, coupled):
             x[:, 1:-1] = numpy.maximum(x[:, 1:-1], x[:, :-2])
-        return self._propagated(ends, size, numpy.maximum(size * lost, coupled))[::-1]
+        return self._propagated(ends, size, numpy.fmax(size * lost, coupled))[::-1]
 
     def _sizes_of_rates(self, steps: Steps, errors: Array) -> Array:
         """Return the sizes of the summands of the components' rates where the steps begin.

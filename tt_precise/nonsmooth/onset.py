@@ -11,21 +11,21 @@ the force of rolling lies outside the cone at once, v_1 > 0, and the series conv
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property, partial
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy
 
 from tt_precise.integration.columns import Row
-from tt_precise.integration.dense_output import NO_HITS, FoundEvents, Hits, Propagation
-from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES, event_value
-from tt_precise.integration.events import Event
+from tt_precise.integration.dense_output import NOTHING_FOUND, FoundEvents, Propagation
+from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES
 from tt_precise.integration.setup import Setup
+from tt_precise.integration.steps import of_series
 from tt_precise.integration.zeros import Zeros
 from tt_precise.mechanics import friction, newton, rolling
+from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -34,7 +34,7 @@ from tt_precise.runtime.mpfr import mpfr_of
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.initial_state import InitialState
-from tt_precise.taylor.series import TaylorSeries
+from tt_precise.taylor.series import TaylorSeries, convolution
 
 DIRECTIONS = 64  # directions in which gliding may begin, tested for sign changes
 
@@ -195,10 +195,6 @@ def _valid_until(columns: list[list[Scalar]], eps: Scalar, fn: Functions) -> Sca
     return min(bounds)
 
 
-PLACES = 16  # at which events look for changes of sign
-# The first of these times in place of rest itself, where friction has no direction, in units of
-# their distance.
-SOONEST = 2.0**-40
 TERMS_OF_MP = 0.35  # for each bit: fewer series terms cost accuracy, more of them only time
 
 
@@ -224,7 +220,7 @@ class OnsetOutput(RowwiseOutput):
             state=tuple(map(number, self.end_row)),
             steps=1,
             order=onset.coefficients.shape[1] - 1,
-            found=FoundEvents(self._hits()),
+            found=self._events(),
         )
 
     @cached_property
@@ -274,29 +270,22 @@ class OnsetOutput(RowwiseOutput):
         state = NewtonState(*(*body, v * ex, v * ey))
         return Motion(self.start.body, state, fn)
 
-    def _watched_row(self, time: Scalar) -> Row:
-        # quadratures cost much more than the state, and only the azimuth matters to an event
-        if any(event.azimuth for event in self.setup.watched.values()):
-            return self._row(time)
-        return (*self._state(time), *(time * 0 for _ in self.setup.record))
-
-    def _hits(self) -> Hits:
-        fn, hits = self.precision.context, []
-        number = float if self.precision.is_float else fn.mpf
-        times = [self._until * (k or SOONEST) / PLACES for k in range(PLACES + 1)]
-        signs = Zeros(self.setup, self.start).signs(list(map(self._watched_row, times)))
-        for sign, (name, event) in zip(signs, self.setup.watched.items(), strict=True):
-            for before, after in itertools.pairwise(numpy.flatnonzero(sign).tolist()):
-                direction = int(sign[after])
-                if sign[before] != direction and event.direction in (0, direction):
-                    ends = times[before], times[after]
-                    time = fn.findroot(partial(self._value, event), ends, solver="anderson")
-                    state = tuple(map(number, self._row(time)))
-                    row = ([name], [number(time)], [direction], [state])
-                    hits.append(Hits(*(numpy.array(x, dtype=object) for x in row)))
-        return Hits.of_blocks(hits) if hits else NO_HITS
-
-    def _value(self, event: Event, time: Scalar) -> Scalar:
-        row, fn = self._watched_row(time), self.precision.context
-        value = event_value(event, self.setup.layout.moving(self.start.body, row, fn)[1])
-        return value[0] if isinstance(value, TaylorSeries) else value
+    def _events(self) -> FoundEvents:
+        """Return the events, in the series of k, L and v_A."""
+        if not self.setup.events:
+            return NOTHING_FOUND
+        form = formulation("gliding", "newton", self.setup.formulation.friction)
+        mpfr, mpf = self.precision.mpfr, self.precision.context.mpf
+        with mpfr.precision():
+            *entries, v, ex, ey = ([*map(mpfr.number, c)] for c in self.onset.coefficients)
+            series = [*entries, *(convolution(v, e) for e in (ex, ey))]
+            steps = of_series(series, mpfr.number(self._until), self.setup)
+        begun = replace(self.start, row=tuple(c[0] for c in self.onset.coefficients))
+        zeros = Zeros(self.setup.but(formulation=form, record=()), begun)
+        zeros.search(steps)
+        found = zeros.collect()
+        number = float if self.precision.is_float else mpf
+        states = [[*map(number, self._row(mpf(time)))] for time in found.hits.time.tolist()]
+        if not states:
+            return found
+        return found._replace(hits=replace(found.hits, state=numpy.array(states)))

@@ -22,6 +22,11 @@ def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
     return sum(products, start=next(products))
 
 
+def convolution(a: Sequence[Scalar], b: Sequence[Scalar]) -> list[Scalar]:
+    """Return the coefficients of the product of two series, as many as each has."""
+    return [_dot(a[: k + 1], b[k::-1]) for k in range(len(a))]
+
+
 def powered(base: Scalar, power: Scalar) -> Scalar:
     """A product of equal factors.
 
