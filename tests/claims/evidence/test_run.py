@@ -8,6 +8,7 @@ import pytest
 
 from tt_precise.claims.evidence.run import FINE, REFERENCE, Run, Span, variant
 from tt_precise.integration import integrate
+from tt_precise.mechanics.quantities import QUANTITIES, Quantity
 
 SHORT = Run(variant(until="0.3"))
 
@@ -84,14 +85,17 @@ def test_share_below_zero_is_that_of_a_fine_grid() -> None:
     assert REFERENCE.share_below_zero("tau_y") == pytest.approx(grid, abs=2e-4)
 
 
-def test_closed_in_extreme_is_that_of_the_event() -> None:
+def test_the_extreme_of_a_quantity_made_for_a_claim_is_that_of_the_event() -> None:
+    own = Quantity.of(lambda q: QUANTITIES["nu_y"].evaluate(q), "m/s")
     settled = REFERENCE.extreme("nu_y", largest=True)
-    when, value = REFERENCE.extreme_of(lambda c: c["nu_y"], ["nu_y"], largest=True)
+    when, value = REFERENCE.extremum(own, largest=True)
     times, values = REFERENCE.extrema("nu_y")
     assert value == pytest.approx(float(settled.value), rel=1e-14)
-    # where the value is flat the time has half the digits
-    assert when == pytest.approx(times[values.argmax()], abs=1e-7)
+    assert when == pytest.approx(times[values.argmax()], abs=1e-12)
     assert settled.digits >= 12
+    zeros = numpy.array([REFERENCE.zeros(name) for name in (own, "nu_y")])
+    assert zeros.shape[1] > 10
+    assert abs(zeros[0] - zeros[1]).max() < 1e-11
     # at an end it is the value there
     settled = REFERENCE.extreme("E", largest=True)
     assert float(settled.value) == pytest.approx(float(REFERENCE.at("E", "0").value), rel=1e-15)

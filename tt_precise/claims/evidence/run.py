@@ -12,17 +12,19 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from tt_precise.claims.evidence.proved import SceneLike, proofs_of
 from tt_precise.claims.verdicts import Value
 from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.exact.thresholds import Thresholds, lambda_at_start, thresholds
 from tt_precise.integration import Trajectory, catalogue, integrate
+from tt_precise.integration.events import Event
 from tt_precise.integration.inversion import InversionTimes, times_of
 from tt_precise.integration.precision import is_available
 from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.mechanics.parameters import Parameters
+from tt_precise.mechanics.quantities import Quantity
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -32,10 +34,10 @@ if TYPE_CHECKING:
     from tt_precise.golden.proofs import Established
 
 FINE, WHERE_REFUSED = "double-double", "quad"
-CLOSER = 16  # Points that each refinement of an interval compares.
 GAUSS = 6  # Nodes of Gauss's rule in an interval; a nutation of 37 ms has 16 intervals.
 PAUSE_S = 0.2  # Twice the longest nutation in s; a longer gap between turning points is none.
 MANY = 10  # "many times"
+Observable: TypeAlias = str | Quantity  # a quantity by its name, or one made for a claim
 DEFINITIONS = {"A": "A, signed perigee", "B": "B, algebraic", "C": "C, literal"}
 
 
@@ -104,14 +106,20 @@ class Run:
         """The statements about the scene that its golden data prove."""
         return proofs_of(self.scene)
 
-    def columns(self, names: Iterable[str], times: Sequence[float]) -> dict[str, Array]:
+    def columns(self, names: Iterable[str], times: Iterable[float]) -> dict[str, Array]:
         """Named columns at ``times`` as float arrays, from the dense output in double."""
-        frame = self.trajectory().frame(*names, times=times, numbers="exact")
+        frame = self.trajectory().frame(*names, times=list(times), numbers="exact")
         return {str(name): frame[name].to_numpy(dtype=float) for name in frame}
 
-    def value(self, name: str, t: float) -> float:
-        """One column at one time, in double."""
-        return float(self.columns([name], [t])[name][0])
+    def column(self, name: Observable, times: Iterable[float]) -> Array:
+        """One quantity at ``times``, in double."""
+        import numpy
+
+        return numpy.array(exact(self.trajectory(), name, *times), float)
+
+    def value(self, name: Observable, t: float) -> float:
+        """One quantity at one time, in double."""
+        return float(self.column(name, [t])[0])
 
     def sampled(self, names: tuple[str, ...], every: str = "0.001") -> pandas.DataFrame:
         """A float table of quantities over the whole run, every ``every`` seconds (exact)."""
@@ -201,7 +209,7 @@ class Run:
 
     # ---- extrema, zeros, averages of a quantity ----------------------------------------------
 
-    def extrema(self, name: str, span: Span | None = None) -> tuple[Array, Array]:
+    def extrema(self, name: Observable, span: Span | None = None) -> tuple[Array, Array]:
         """Times and values of a quantity's local extrema within ``span``, and at its ends."""
         import numpy
 
@@ -210,13 +218,13 @@ class Run:
         if span is None:
             return times, values
         inside = (times > span.begin) & (times < span.end)
-        ends = self.columns([name], list(span))[name]
+        ends = self.column(name, span)
         return (
             numpy.concatenate(([span.begin], times[inside], [span.end])),
             numpy.concatenate((ends[:1], values[inside], ends[1:])),
         )
 
-    def rises_and_falls(self, name: str, span: Span | None = None) -> tuple[float, float]:
+    def rises_and_falls(self, name: Observable, span: Span | None = None) -> tuple[float, float]:
         """The sum of all rises of a quantity, and the sum of all its falls (both positive)."""
         import numpy
 
@@ -236,20 +244,20 @@ class Run:
         swings = [abs(float(b - a)) for a, b in pairwise(values)]
         return max(zip(map(min, pairwise(swings)), times[1:-1].tolist(), strict=True))
 
-    def zeros(self, name: str, span: Span | None = None) -> list[float]:
-        """The times in ``span`` at which a quantity changes sign: the event ``zero:QUANTITY``."""
+    def zeros(self, name: Observable, span: Span | None = None) -> list[float]:
+        """The times in ``span`` at which a quantity changes sign, found as events."""
         zeros = _zeros(self.scene, name)
         return [t for t in zeros if span is None or span.begin < t < span.end]
 
-    def share_below_zero(self, name: str, span: Span | None = None) -> float:
+    def share_below_zero(self, name: Observable, span: Span | None = None) -> float:
         """The part of the time in which a quantity is negative."""
         span = span or self.whole
         edges = [span.begin, *self.zeros(name, span), span.end]
-        signs = self.columns([name], [(a + b) / 2 for a, b in pairwise(edges)])[name]
+        signs = self.column(name, [(a + b) / 2 for a, b in pairwise(edges)])
         intervals = zip(pairwise(edges), signs, strict=True)
         return sum(b - a for (a, b), sign in intervals if sign < 0) / span.length
 
-    def mean(self, name: str, span: Span | None = None) -> float:
+    def mean(self, name: Observable, span: Span | None = None) -> float:
         """The time average of a quantity, by Gauss's rule on monotonic intervals up to 5 ms."""
         import numpy
 
@@ -258,19 +266,26 @@ class Run:
         nodes, weights = numpy.polynomial.legendre.leggauss(GAUSS)
         half = numpy.diff(times)[:, None] / 2
         points = (times[:-1, None] + half) + half * nodes
-        values = self.columns([name], list(points.ravel()))[name].reshape(points.shape)
+        values = self.column(name, points.ravel()).reshape(points.shape)
         return float((values * weights * half).sum() / (times[-1] - times[0]))
+
+    def extremum(
+        self, name: Observable, *, largest: bool, span: Span | None = None
+    ) -> tuple[float, float]:
+        """Time (s) and value of the largest or smallest extremum of a quantity, ends included."""
+        times, values = self.extrema(name, span)
+        at = int(values.argmax() if largest else values.argmin())
+        return float(times[at]), float(values[at])
 
     def extreme(self, name: str, *, largest: bool, span: Span | None = None) -> Value:
         """The largest or smallest value of a quantity, with its digits.
 
         The event gives the time to about 1e-12 s; each run moves on to the vertex of its parabola.
         """
-        times, values = self.extrema(name, span)
-        at = int(values.argmax() if largest else values.argmin())
-        if at in (0, len(values) - 1):
-            return self.confirm(lambda run: exact(run, name, times[at])[0])
-        return self.confirm(lambda run: _vertex(run, name, times[at]))
+        t, _ = self.extremum(name, largest=largest, span=span)
+        if t in (span or self.whole):
+            return self.confirm(lambda run: exact(run, name, t)[0])
+        return self.confirm(lambda run: _vertex(run, name, t))
 
     def least(self, name: str) -> Value:
         """The smallest value of a quantity over the run, with the digits double confirms."""
@@ -280,36 +295,10 @@ class Run:
         extrema = (_extrema(self.scene, (name,), each)[name] for each in (finer, "double"))
         return Value.of(*(min(values) for _, values in extrema))
 
-    def extreme_of(
-        self,
-        function: Callable[[dict[str, Array]], Array],
-        names: Sequence[str],
-        *,
-        largest: bool,
-        span: Span | None = None,
-    ) -> tuple[float, float]:
-        """Time and value where a function of columns is largest or smallest.
-
-        The first look is every 0.5 ms and at all turning points of theta, where axis and speeds
-        change fastest; the interval around the best of these is refined to the accuracy of double.
-        """
-        import numpy
-
-        span = span or self.whole
-        turns = [float(t) for t in self.turning_points["t"] if span.has(float(t))]
-        times = numpy.union1d(numpy.arange(span.begin, span.end, 5e-4), [*turns, span.end])
-        while True:
-            values = function(self.columns(names, list(times)))
-            best = int(values.argmax() if largest else values.argmin())
-            low, high = times[max(best - 1, 0)], times[min(best + 1, len(times) - 1)]
-            if high - low < 1e-13:
-                return float(times[best]), float(values[best])
-            times = numpy.linspace(low, high, CLOSER)
-
     def least_in(self, spans: Sequence[Span], name: str) -> list[float]:
         """The smallest value of a quantity in each of ``spans`` (in order), extrema included."""
         times, values = self.extrema(name)
-        ends = self.columns([name], [t for span in spans for t in span])[name].reshape(-1, 2)
+        ends = self.column(name, [t for span in spans for t in span]).reshape(-1, 2)
         least = []
         for span, at_ends in zip(spans, ends, strict=True):
             inside = slice(bisect.bisect_left(times, span.begin), bisect.bisect(times, span.end))
@@ -336,9 +325,9 @@ def climb_of(run: Trajectory) -> InversionTimes:
     return times_of(run.run)
 
 
-def exact(run: Trajectory, name: str, *times: Scalar) -> list[Scalar]:
+def exact(run: Trajectory, name: Observable, *times: Scalar) -> list[Scalar]:
     """A quantity at some times, in the run's own arithmetic."""
-    return list(run.frame(name, times=times, numbers="exact")[name])
+    return list(run.frame(name, times=times, numbers="exact").iloc[:, -1])
 
 
 def rows_of(run: Trajectory, *names: str) -> pandas.DataFrame:
@@ -365,18 +354,26 @@ def _sampled(scene: SceneLike, names: tuple[str, ...], every: str) -> pandas.Dat
 
 @cache
 def _extrema(
-    scene: SceneLike, names: tuple[str, ...], precision: str = "double"
-) -> dict[str, tuple[list[Scalar], list[Scalar]]]:
+    scene: SceneLike, names: tuple[Observable, ...], precision: str = "double"
+) -> dict[Observable, tuple[list[Scalar], list[Scalar]]]:
     """Times and values of all local extrema of each quantity, and at both ends, from one run."""
-    events = {name: f"extremum:{name}" for name in names}
-    run = integrate(load_scene(scene), precision, events=tuple(events.values()))
-    times = {name: [0, *rows_of(run, event)["t"], run.t_end] for name, event in events.items()}
-    return {name: (times[name], exact(run, name, *times[name])) for name in names}
+    events = [f"extremum:{name}" if isinstance(name, str) else name for name in names]
+    run = integrate(load_scene(scene), precision, events=events)
+    extrema = {}
+    for name in names:
+        known = rows_of(run, f"extremum:{getattr(name, 'name', name)}")
+        times = [0, *known["t"], run.t_end]
+        extrema[name] = times, exact(run, name, *times)
+    return extrema
 
 
 @cache
-def _zeros(scene: SceneLike, name: str) -> list[float]:
-    run = integrate(load_scene(scene), events=(f"zero:{name}",))
+def _zeros(scene: SceneLike, name: Observable) -> list[float]:
+    if isinstance(name, Quantity):
+        zero = Event(name.name, name.evaluate, "its zero", azimuth=True)
+        run = integrate(load_scene(scene), events=[zero])
+    else:
+        run = integrate(load_scene(scene), events=[f"zero:{name}"])
     return [float(t) for t in run.events["t"]]
 
 

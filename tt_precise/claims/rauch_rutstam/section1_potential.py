@@ -459,8 +459,7 @@ def reflections(phase: str = "climb", run: Run = REFERENCE) -> Grounds:
     span = getattr(run, phase)
     turns = run.turning_points[run.turning_points["t"].astype(float).between(*span)]
     lower = turns[turns["name"] == "theta_min"]
-    wells = [minima(body, D, lambda_)[0]
-             for D in run.columns(["D"], [float(t) for t in lower["t"]])["D"]]  # fmt: skip
+    wells = [minima(body, D, lambda_)[0] for D in run.column("D", map(float, lower["t"]))]
     beyond = sum(float(theta) > well for theta, well in zip(lower["theta"], wells, strict=True))
     return (
         {

@@ -583,7 +583,7 @@ def _threshold(name: str, printed: str, run: Run = REFERENCE) -> Grounds:
 def slow_spin() -> Grounds:
     """A slowly spun top wobbles and stops, because of spinning friction."""
     slow = Run(variant(omega_3="40", until="20"))
-    first, last = slow.columns(["E_rot"], list(slow.whole))["E_rot"]
+    first, last = slow.column("E_rot", slow.whole)
     theta = slow.value("theta", slow.whole.end)
     return (
         untestable("wobbles, comes to a standstill"),

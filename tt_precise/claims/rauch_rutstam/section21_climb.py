@@ -476,7 +476,7 @@ def _logistic_fit(name: str, run: Run, span: Span) -> tuple[float, float, float]
     from scipy.optimize import least_squares
 
     times = numpy.linspace(span.begin, span.end, 2000)
-    values = run.columns([name], list(times))[name]
+    values = run.column(name, times)
 
     def rest(parameters: Array) -> Array:
         rate, centre = parameters

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
 from functools import partial
 from itertools import pairwise
 
@@ -31,17 +31,15 @@ from tt_precise.claims.verdicts import (
     statements,
 )
 from tt_precise.integration import Trajectory
-from tt_precise.mechanics import newton
-from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.vectors import Vector, cross, dot
-from tt_precise.runtime.values import Array, Scalar
+from tt_precise.mechanics.quantities import QUANTITIES, Motion, Quantity
+from tt_precise.mechanics.vectors import dot
+from tt_precise.runtime.values import Scalar
 
 claim = claims_of(RAUCH_RUTSTAM, "2.1")
 QUOTIENT = (
     "the quotient q as corrected for the missing factors R I1 and gamma has the same sign of "
     "1 - q as phi_dot"
 )
-VECTORS = NewtonState._fields
 CLOSE_DEG = 10
 PRECESSION = "lambda_/(R*I3) + omega_3*(alpha - cos(theta))"
 CORRECT_PRECESSION = "lambda_/(R*I1) + omega_3*(alpha - cos(theta))/gamma"
@@ -68,16 +66,18 @@ def quotient_before(phase: str = "synchronisation", run: Run = REFERENCE) -> Gro
     where="Sec. 2.1, after eq. (phi_dot_equ)",
     control=("refuted", {"phase": "climb"}),
     definition="before t_init (A); close to 1: |1 - q| below 0.05, with the printed quotient "
-    "(bisected in the dense output)",
+    "(extrema found as events)",
     quote="the quotient is close to 1",
 )
 def quotient_close_to_one(phase: str = "synchronisation", run: Run = REFERENCE) -> Grounds:
     """Before t_init the printed quotient q is close to 1."""
-    span, bracket = getattr(run, phase), _printed_bracket(run)
-    size = max(
-        abs(run.extreme_of(bracket, ("omega_3", "kz"), largest=largest, span=span)[1])
-        for largest in (False, True)
-    )
+
+    def dividend(q: Motion) -> Scalar:
+        return QUANTITIES["omega_3"].evaluate(q) * (q.body.alpha - q.state.kz)
+
+    name = Quantity.of(dividend, "1/s")
+    quotients = run.extrema(name, getattr(run, phase))[1] / run.value(name, 0.0)
+    size = float(abs(1 - quotients).max())
     check = statement(size < 0.05, "close to 1", f"|1 - q| at most {decimal(size, 3)}")
     return check, "So the right side of the equation is small (EQ-29 judges its form)."
 
@@ -111,15 +111,6 @@ def quotient_after(sign: str = "positive", printed: str = "3.2", run: Run = REFE
         "Before the climb the axis passes nearest to the pole "
         f"{decimal(nearest - float(last), 3)} s after the last change of sign.",
     )
-
-
-def _printed_bracket(run: Run) -> Callable[[dict[str, Array]], Array]:
-    """1 - omega_3 (alpha - cos theta)/(the same at t = 0), as in eq (phi_dot_equ)."""
-    start = run.loaded
-    alpha = float(start.body.alpha)
-    first = run.columns(["omega_3", "kz"], [0.0])
-    scale = float((first["omega_3"] * (alpha - first["kz"]))[0])
-    return lambda columns: 1 - columns["omega_3"] * (alpha - columns["kz"]) / scale
 
 
 @claim(
@@ -247,7 +238,7 @@ def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> Grounds:
     """omega_3 is almost constant in the beginning and at the end."""
     end = run.whole.end
     times = [0.5 * k for k in range(int(2 * end) + 1)]
-    values = run.columns([name], times)[name]
+    values = run.column(name, times)
     slopes = [(b - a) / 0.5 for a, b in pairwise(values)]
     steepest = max(slopes, key=abs)
     begin, most = times[slopes.index(steepest)], abs(steepest)
@@ -269,23 +260,18 @@ def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> Grounds:
     where="Sec. 2.1; 2.3",
     control=("refuted", {"axis": "3"}),
     definition=f"angle between omega and the vertical; close to parallel: below {CLOSE_DEG} "
-    "degrees at every instant (the largest angle is bisected in the dense output)",
+    "degrees at every instant (the extrema of its cosine are events)",
     quote="the angular velocity omega remains close to be parallel with the z axis",
 )
 def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> Grounds:
     """The angular velocity stays close to vertical."""
-    body = run.loaded.body.numbers(float)
 
-    def angle(columns: dict[str, Array]) -> Array:
-        import numpy
+    def cosine(q: Motion) -> Scalar:
+        along = q.omega[2] if axis == "z" else dot(q.omega, q.k)
+        return along / q.fn.sqrt(dot(q.omega, q.omega))
 
-        state = NewtonState(*(columns[name] for name in VECTORS))
-        omega = newton.angular_velocity(body, state)
-        to: Vector = (0, 0, 1) if axis == "z" else state.k
-        across = cross(omega, to)
-        return numpy.degrees(numpy.arctan2(numpy.sqrt(dot(across, across)), dot(omega, to)))
-
-    when, largest = run.extreme_of(angle, VECTORS, largest=True)
+    when, least = run.extremum(Quantity.of(cosine, "1"), largest=False)
+    largest = math.degrees(math.acos(least))
     check = statement(
         largest < CLOSE_DEG,
         f"parallel to {axis}, within {CLOSE_DEG} degrees",

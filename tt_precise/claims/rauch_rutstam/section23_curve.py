@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from itertools import pairwise
 
@@ -20,28 +20,25 @@ from tt_precise.claims.verdicts import (
     untestable,
 )
 from tt_precise.exact.arithmetic import rounding_to
-from tt_precise.mechanics import newton
 from tt_precise.mechanics import thresholds as formulas
-from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
+from tt_precise.mechanics.quantities import QUANTITIES, Motion, Quantity
 from tt_precise.mechanics.vectors import Vector, cross, dot
-from tt_precise.runtime.values import Array, Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 
 claim = claims_of(RAUCH_RUTSTAM, "2.3")
 COMPONENTS = ("tau_x", "tau_y", "tau_z")
 # Claim of the finding that the printed boundary values belong to another lambda.
 FINDING = "NUM-26"
 PRINTED = {"D0": "9.381e-4", "D1": "-6.667e-4", "E0": "4.912e-2", "E1": "1.734e-2"}
-VECTORS = NewtonState._fields
 TORQUE_SHARE = (
     "part of the time from 0 to 8 s in which each component in the frame (x, y, z) is negative, "
     "zeros between extrema found as events"
 )
-EXCESS = ("E", "E_tilde")
-LARGEST = "the largest E~ - E, bisected in the dense output"
+LARGEST = "the largest E~ - E, among its extrema (events)"
 TREND = (
-    "values at the ends of the climb (definition A); at every instant: no step the other way, "
-    "every 0.5 ms and between the turning points of theta"
+    "values at the ends of the climb (definition A); at every instant: no step the other way "
+    "between extrema (events)"
 )
 # Quantities in each panel, from the captions; the text names figure number and letter.
 PANELS = {
@@ -235,7 +232,7 @@ def oscillation_of_the_modified_energy(
     pair: tuple[str, str] = ("E_tilde", "E"), run: Run = REFERENCE
 ) -> Grounds:
     """E~ oscillates relative to E."""
-    changes = len(_sign_changes(pair, run))
+    changes = len(run.zeros(_difference(pair)))
     turns = len(run.extrema(pair[0])[0]) - 2
     check = statement(
         min(changes, turns) >= MANY,
@@ -249,9 +246,8 @@ def oscillation_of_the_modified_energy(
     "FIG-12",
     rule="interpretations",
     control=("refuted", {"pair": ("E", "E_tilde")}),
-    definition="E~ - E at every instant of the climb (definition A; zeros bracketed by the turning "
-    "points of theta and of E~), and averaged over each nutation (from one maximum of theta to the "
-    "next) and over the climb",
+    definition="E~ - E at every instant of the climb (definition A; zeros found as events), and "
+    "averaged over each nutation (from one maximum of theta to the next) and over the climb",
     quote="The modified rotational energy E~(t) is consistently larger than E(t) during inversion",
 )
 def modified_energy_is_larger(
@@ -259,21 +255,16 @@ def modified_energy_is_larger(
 ) -> Grounds:
     """During the inversion E~ is larger than E."""
     climb = run.climb
-    changes = [t for t in _sign_changes(pair, run) if climb.has(t)]
-    edges = [climb.begin, *changes, climb.end]
-    middles = [(a + b) / 2 for a, b in pairwise(edges)]
-    values = _difference(pair, middles, run)
-    below = sum(b - a for (a, b), value in zip(pairwise(edges), values, strict=True) if value < 0)
-    depth, height = (
-        run.extreme_of(lambda c: c[pair[0]] - c[pair[1]], EXCESS, largest=largest, span=climb)
-        for largest in (False, True)
-    )
-    averages = [run.mean(pair[0], s) - run.mean(pair[1], s) for s in run.nutations(climb)]
+    excess = _difference(pair)
+    changes = run.zeros(excess, climb)
+    below = run.share_below_zero(excess, climb)
+    depth, height = (run.extremum(excess, largest=largest, span=climb) for largest in (False, True))
+    averages = [run.mean(excess, span) for span in run.nutations(climb)]
     begin = max((t for t in changes if t < height[0]), default=climb.begin)
     until = min((t for t in changes if t > height[0]), default=climb.end)
     parts = {
         "at every instant": (
-            below == 0, f"not for {100 * below / climb.length:.1f} % of the climb"
+            below == 0, f"not for {100 * below:.1f} % of the climb"
         ),
         "averaged over each nutation": (
             min(averages) > 0,
@@ -299,7 +290,7 @@ def largest_in_the_middle(
 ) -> Grounds:
     """E~ - E is largest in the middle of the inversion."""
     climb = run.climb
-    when, value = _largest_difference(pair, run)
+    when, value = run.extremum(_difference(pair), largest=True)
     middle = climb.begin + climb.length / 3 < when < climb.end - climb.length / 3
     check = statement(middle, "in the middle of inversion", f"at {decimal(when, 5)} s")
     return check, f"There {pair[0]} exceeds {pair[1]} by {decimal(value, 4)} J."
@@ -313,15 +304,20 @@ def largest_in_the_middle(
 )
 def largest_at_the_equator(angle: str = "", run: Run = REFERENCE) -> Grounds:
     """E~ - E is largest where theta is about pi/2."""
-    when, _ = _largest_difference(("E_tilde", "E"), run)
+    when, _ = run.extremum(_difference(("E_tilde", "E")), largest=True)
     theta = run.value("theta", when)
     near = abs(theta - float(angle or math.pi / 2)) < 0.2
     check = statement(near, f"theta about {angle or 'pi/2'}", f"theta = {decimal(theta, 4)}")
     return check, f"theta first passes pi/2 at {decimal(run.equator, 5)} s."
 
 
-def _largest_difference(pair: tuple[str, str], run: Run) -> tuple[float, float]:
-    return run.extreme_of(lambda c: c[pair[0]] - c[pair[1]], EXCESS, largest=True)
+def _difference(pair: tuple[str, str]) -> Quantity:
+    first, second = (QUANTITIES[name] for name in pair)
+
+    def difference(q: Motion) -> Scalar:
+        return first.evaluate(q) - second.evaluate(q)
+
+    return Quantity.of(difference, "J")
 
 
 @claim(
@@ -335,14 +331,14 @@ def _largest_difference(pair: tuple[str, str], run: Run) -> tuple[float, float]:
 )
 def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Grounds:
     """omega x a points to y-hat, behind the plane of Fig. 1."""
-    body = run.loaded.body.numbers(float)
 
-    def along_y(columns: dict[str, Array]) -> Array:
-        return side * _along_y(_omega_cross_a(body, columns), columns)
+    def along_y(q: Motion) -> Scalar:
+        return side * _along_y(cross(q.omega, q.a), q)
 
-    when, least = run.extreme_of(along_y, VECTORS, largest=False, span=run.climb)
+    velocity = Quantity.of(along_y, "m/s")
+    when, least = run.extremum(velocity, largest=False, span=run.climb)
     shown = f"least value {decimal(least, 4)} m/s at {decimal(when, 5)} s"
-    parts = {"at every instant": (least > 0, shown), **_averages(along_y, run)}
+    parts = {"at every instant": (least > 0, shown), **_averages(velocity, run)}
     return (
         statements("points behind the plane", parts),
         "The component is R alpha omega_z sin(theta) > 0 where omega is exactly vertical. Near the "
@@ -359,10 +355,7 @@ def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Grounds:
 )
 def arm_in_the_climb(sign: int = 1, run: Run = REFERENCE) -> Grounds:
     """In the climb |a| grows."""
-    body = run.loaded.body.numbers(float)
-    return _trend(
-        lambda state: _length(newton.contact_arm(body, state.k)), "m", sign, run.climb, run
-    )
+    return _trend(lambda q: dot(q.a, q.a), "m", sign, run.climb, run)
 
 
 @claim(
@@ -375,10 +368,7 @@ def arm_in_the_climb(sign: int = 1, run: Run = REFERENCE) -> Grounds:
 )
 def spin_in_the_climb(sign: int = -1, run: Run = REFERENCE) -> Grounds:
     """In the climb |omega| decreases."""
-    body = run.loaded.body.numbers(float)
-    return _trend(
-        lambda state: _length(newton.angular_velocity(body, state)), "rad/s", sign, run.climb, run
-    )
+    return _trend(lambda q: dot(q.omega, q.omega), "rad/s", sign, run.climb, run)
 
 
 @claim(
@@ -392,20 +382,21 @@ def spin_in_the_climb(sign: int = -1, run: Run = REFERENCE) -> Grounds:
 def sine_in_the_climb(sign: int = 1, run: Run = REFERENCE) -> Grounds:
     """In the climb sin(theta) grows until pi/2."""
     span = Span(run.climb.begin, run.equator)
-    return _trend(lambda state: _length((state.kx, state.ky, 0)), "", sign, span, run)
+    return _trend(lambda q: q.state.kx**2 + q.state.ky**2, "", sign, span, run)
 
 
 def _trend(
-    function: Callable[[NewtonState], Array], unit: str, sign: int, span: Span, run: Run
+    square: Callable[[Motion], Scalar], unit: str, sign: int, span: Span, run: Run
 ) -> Grounds:
-    """Test whether a function of the vectors grows (``sign`` 1) or falls (-1) over ``span``."""
-    import numpy
+    """Test whether a length, whose square is given, grows (``sign`` 1) or falls over ``span``."""
 
-    turns = [t for t in run.turning_points["t"].astype(float) if span.has(t)]
-    times = numpy.union1d(numpy.arange(span.begin, span.end, 5e-4), [*turns, span.end])
-    values = function(_state(run.columns(VECTORS, list(times))))
-    steps = sign * numpy.diff(values)
-    back = float(-steps[steps < 0].sum())
+    def length(q: Motion) -> Scalar:
+        return q.fn.sqrt(square(q))
+
+    name = Quantity.of(length, unit.replace("rad", "1") or "1")
+    values = run.column(name, span)
+    rise, fall = run.rises_and_falls(name, span)
+    back = fall if sign > 0 else rise
     words = "growing" if sign > 0 else "decreasing"
     first, last = (f"{decimal(values[end], 4)} {unit}".strip() for end in (0, -1))
     parts = {
@@ -432,33 +423,23 @@ def _trend(
 )
 def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> Grounds:
     """2|omega x a| - nu_y may stay positive in the climb."""
-    body = run.loaded.body.numbers(float)
 
-    def term(columns: dict[str, Array]) -> Array:
-        nu_y = _along_y((columns["vx"], columns["vy"]), columns)
-        return factor * _length(_omega_cross_a(body, columns)) - nu_y
+    def term(q: Motion) -> Scalar:
+        arm = cross(q.omega, q.a)
+        return factor * q.fn.sqrt(dot(arm, arm)) - _along_y(q.state.v, q)
 
-    when, least = run.extreme_of(term, VECTORS, largest=False, span=run.climb)
+    velocity = Quantity.of(term, "m/s")
+    when, least = run.extremum(velocity, largest=False, span=run.climb)
     return (
-        statements("positive", _averages(term, run)),
+        statements("positive", _averages(velocity, run)),
         f"At single instants it falls to {decimal(least, 4)} m/s, at {decimal(when, 5)} s.",
     )
 
 
-def _averages(
-    function: Callable[[dict[str, Array]], Array], run: Run
-) -> dict[str, tuple[bool, str]]:
-    """The sign of the averages of a velocity computed from the vectors, as parts."""
-    import numpy
-
-    climb = run.climb
-
-    def average(span: Span) -> float:
-        times = numpy.linspace(span.begin, span.end, max(201, int(span.length / 2e-4)))
-        values = function(run.columns(VECTORS, list(times)))
-        return float(numpy.trapezoid(values, times)) / span.length
-
-    averages, over_all = [average(span) for span in run.nutations(climb)], average(climb)
+def _averages(velocity: Quantity, run: Run) -> dict[str, tuple[bool, str]]:
+    """The sign of the averages of a velocity, as parts."""
+    averages = [run.mean(velocity, span) for span in run.nutations(run.climb)]
+    over_all = run.mean(velocity, run.climb)
     lowest, highest = min(averages), max(averages)
     return {
         "averaged over each nutation": (
@@ -468,44 +449,9 @@ def _averages(
     }  # fmt: skip
 
 
-def _along_y(vector: Sequence[Array], columns: dict[str, Array]) -> Array:
+def _along_y(vector: Vector, q: Motion) -> Scalar:
     """The component of a vector along y-hat, the horizontal direction across the axis."""
-    import numpy
-
-    kx, ky = columns["kx"], columns["ky"]
-    return (vector[1] * kx - vector[0] * ky) / numpy.hypot(kx, ky)
-
-
-def _difference(pair: Sequence[str], times: Sequence[float], run: Run) -> Array:
-    columns = run.columns(pair, times)
-    return columns[pair[0]] - columns[pair[1]]
-
-
-def _sign_changes(pair: Sequence[str], run: Run) -> list[float]:
-    """Zeros of a difference, between its values every 0.5 ms and at all turning points."""
-    import numpy
-
-    span = run.whole
-    times = numpy.arange(span.begin, span.end, 5e-4)
-    times = numpy.union1d(times, [*run.turning_points["t"].astype(float), *run.extrema(pair[0])[0]])
-    values = _difference(pair, list(times), run)
-    at = numpy.flatnonzero(values[:-1] * values[1:] < 0)
-    return [float(t) for t in (times[at] + times[at + 1]) / 2]
-
-
-def _state(columns: dict[str, Array]) -> NewtonState:
-    return NewtonState(*(columns[name] for name in VECTORS))
-
-
-def _omega_cross_a(body: Parameters, columns: dict[str, Array]) -> Vector:
-    state = _state(columns)
-    return cross(newton.angular_velocity(body, state), newton.contact_arm(body, state.k))
-
-
-def _length(vector: Vector) -> Array:
-    import numpy
-
-    return numpy.sqrt(dot(vector, vector))
+    return vector[1] * q.x_hat[0] - vector[0] * q.x_hat[1]
 
 
 @claim(

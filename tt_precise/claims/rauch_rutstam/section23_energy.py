@@ -333,7 +333,7 @@ def falling_energy(name: str = "E", run: Run = REFERENCE) -> Grounds:
 )
 def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Grounds:
     """E_pot increases."""
-    first, last = run.columns([name], list(run.whole))[name]
+    first, last = run.column(name, run.whole)
     _, fall = run.rises_and_falls(name)
     averages = [run.mean(name, span) for span in run.nutations(run.climb)]
     falling = sum(b < a for a, b in pairwise(averages))
