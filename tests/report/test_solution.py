@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from tests.report.conftest import problems
+from tt_precise.claims.evidence.run import REFERENCE
 from tt_precise.report import solution
 
 
@@ -19,3 +20,10 @@ def test_a_figure_is_complete(draw: Any) -> None:
     if draw is solution.figure_2:  # its caption has the spike of phi_dot, above any sampled maximum
         (height,) = re.findall(r"spike of ([\d,]+) rad/s", figure.caption)
         assert int(height.replace(",", "")) > 40_000
+
+
+def test_the_spike_is_in_the_course_and_not_in_samples() -> None:
+    course = solution.course("phi_dot")
+    sampled = REFERENCE.columns(["phi_dot"], [0.01 * k for k in range(801)])
+    assert abs(course["phi_dot"]).max() > 20_000
+    assert abs(sampled["phi_dot"]).max() < 10_000

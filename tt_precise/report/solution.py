@@ -27,8 +27,11 @@ TIME = "$t$ (s)"
 
 def course(*names: str, scene: SceneLike = "reference") -> dict[str, Array]:
     """Float columns by name, and "t": the samples and every extremum of each column."""
-    frame = Run(scene).course(names, EVERY)
-    return {str(name): frame[name].to_numpy(dtype=float) for name in frame}
+    run = Run(scene)
+    times = numpy.arange(run.whole.begin, run.whole.end, EVERY)
+    for moments in (run.turning_points["t"].astype(float), *(run.extrema(n)[0] for n in names)):
+        times = numpy.union1d(times, moments)
+    return run.columns(names, numpy.union1d(times, run.whole.end))
 
 
 def climb_marks(scene: SceneLike = "reference") -> dict[str, float]:

@@ -101,13 +101,6 @@ def test_the_extreme_of_a_quantity_made_for_a_claim_is_that_of_the_event() -> No
     assert float(settled.value) == pytest.approx(float(REFERENCE.at("E", "0").value), rel=1e-15)
 
 
-def test_the_spike_is_in_the_course_and_not_in_samples() -> None:
-    course = REFERENCE.course(("phi_dot",), every=0.01)
-    sampled = REFERENCE.columns(["phi_dot"], [0.01 * k for k in range(801)])
-    assert abs(course["phi_dot"]).max() > 20_000
-    assert abs(sampled["phi_dot"]).max() < 10_000
-
-
 def test_nutations_and_the_least_in_each() -> None:
     spans = REFERENCE.nutations(span=Span(4.0, 5.0))
     least = REFERENCE.least_in(spans, "nu_x")

@@ -24,7 +24,7 @@ from tt_precise.integration.inversion import InversionTimes, times_of
 from tt_precise.integration.precision import is_available
 from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.quantities import Quantity
+from tt_precise.mechanics.quantities import QUANTITIES, Quantity
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -213,8 +213,7 @@ class Run:
         """Times and values of a quantity's local extrema within ``span``, and at its ends."""
         import numpy
 
-        extrema = _extrema(self.scene, (name,))[name]
-        times, values = (numpy.array(column, float) for column in extrema)
+        times, values = (numpy.array(column, float) for column in _extrema(self.scene, name))
         if span is None:
             return times, values
         inside = (times > span.begin) & (times < span.end)
@@ -292,8 +291,7 @@ class Run:
         finer = confirming_precision()
         if finer == "double":  # which would confirm itself to any digit
             finer = FINE
-        extrema = (_extrema(self.scene, (name,), each)[name] for each in (finer, "double"))
-        return Value.of(*(min(values) for _, values in extrema))
+        return Value.of(*(min(_extrema(self.scene, name, each)[1]) for each in (finer, "double")))
 
     def least_in(self, spans: Sequence[Span], name: str) -> list[float]:
         """The smallest value of a quantity in each of ``spans`` (in order), extrema included."""
@@ -304,10 +302,6 @@ class Run:
             inside = slice(bisect.bisect_left(times, span.begin), bisect.bisect(times, span.end))
             least.append(float(min(*at_ends, *values[inside])))
         return least
-
-    def course(self, names: tuple[str, ...], every: float = 0.001) -> pandas.DataFrame:
-        """Columns over the whole run, at samples, at all their extrema, and where theta turns."""
-        return _course(self, names, every)
 
 
 def variant(scene: SceneLike = "reference", **changes: Any) -> Scene:
@@ -354,17 +348,13 @@ def _sampled(scene: SceneLike, names: tuple[str, ...], every: str) -> pandas.Dat
 
 @cache
 def _extrema(
-    scene: SceneLike, names: tuple[Observable, ...], precision: str = "double"
-) -> dict[Observable, tuple[list[Scalar], list[Scalar]]]:
-    """Times and values of all local extrema of each quantity, and at both ends, from one run."""
-    events = [f"extremum:{name}" if isinstance(name, str) else name for name in names]
-    run = integrate(load_scene(scene), precision, events=events)
-    extrema = {}
-    for name in names:
-        known = rows_of(run, f"extremum:{getattr(name, 'name', name)}")
-        times = [0, *known["t"], run.t_end]
-        extrema[name] = times, exact(run, name, *times)
-    return extrema
+    scene: SceneLike, name: Observable, precision: str = "double"
+) -> tuple[list[Scalar], list[Scalar]]:
+    """Times and values of all local extrema of a quantity, and at both ends."""
+    event = f"extremum:{getattr(name, 'name', name)}"
+    run = integrate(load_scene(scene), precision, events=[event if name in QUANTITIES else name])
+    times = [0, *rows_of(run, event)["t"], run.t_end]
+    return times, exact(run, name, *times)
 
 
 @cache
@@ -375,18 +365,6 @@ def _zeros(scene: SceneLike, name: Observable) -> list[float]:
     else:
         run = integrate(load_scene(scene), events=[f"zero:{name}"])
     return [float(t) for t in run.events["t"]]
-
-
-@cache
-def _course(run: Run, names: tuple[str, ...], every: float) -> pandas.DataFrame:
-    import numpy
-    import pandas
-
-    times = numpy.arange(run.whole.begin, run.whole.end, every)
-    for turns, _ in _extrema(run.scene, names).values():
-        times = numpy.union1d(times, numpy.array(turns, float))
-    times = numpy.union1d(times, [*run.turning_points["t"].astype(float), run.whole.end])
-    return pandas.DataFrame(run.columns(names, list(times)))
 
 
 def _vertex(run: Trajectory, name: str, t: float) -> Scalar:
