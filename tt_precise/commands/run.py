@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
@@ -17,7 +16,6 @@ from tt_precise.runtime.files import require_apart, require_writable
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.tables import FORMATS
 from tt_precise.runtime.values import InputError, Json, Scalar, listed
-from tt_precise.scene.numerals import written
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
@@ -236,28 +234,29 @@ def command(
 
     loaded = load_scene(scene)
     if until is not None:
-        loaded = replace(loaded, until=written(until, "until"))
+        loaded = loaded.varied(until=until)
     recorded = set(listed(record or "") or loaded.record)
     if formulation == "euler":
         recorded.add("phi")  # so that the end can be shown as vectors too
     wanted = listed(columns or "")
     # refused now, not after a long integration
-    require_apart({"--out": out, "--plot": plot, "--animate": animate}, scene)
+    outputs = {"--out": out, "--plot": plot, "--animate": animate}
+    require_apart(outputs, scene)
     if plot is not None:
         from tt_precise.runtime.plotting import require_format
 
         require_format(plot)
-        _require_writable(Path(plot), "--plot")
     if animate is not None:
         from tt_precise.integration.views import require_animation
 
         require_animation(Path(animate))
-        _require_writable(Path(animate), "--animate")
+    for option, path in outputs.items():
+        if path is not None:
+            _require_writable(Path(path), option)
     if out is not None:
         from tt_precise.runtime import tables
 
         tables.format_of(out)
-        _require_writable(Path(out), "--out")
     elif wanted and plot is None and not (as_json and (events or loaded.events)):
         raise InputError(
             "--columns: got names without --out, --plot or --events with --json, expected one of "

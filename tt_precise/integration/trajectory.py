@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Container, Iterable, Mapping, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, get_args
@@ -38,7 +37,7 @@ from tt_precise.mechanics.parameters import Dimension
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar, listed
-from tt_precise.scene.numerals import as_fraction, written
+from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -585,9 +584,9 @@ def integrate(
     """
     loaded = load_scene(scene)
     if until is not None:
-        loaded = replace(loaded, until=written(until, "until"))
+        loaded = loaded.varied(until=until)
     if sample_every is not None:
-        loaded = replace(loaded, sample_every=written(sample_every, "sample_every"))
+        loaded = loaded.varied(sample_every=sample_every)
     record = None if record is None else listed(record)
     watched = None if events is None else asked_for(events, loaded.model)
 
