@@ -137,22 +137,30 @@ MORE_UNITS = (
 )  # fmt: skip
 
 
+WITH_VELOCITY = ("the world", "the velocity", "lengths")  # beginnings of what has no other
+COMBINED = "the quaternion has its scalar last; the angular velocity is in the body frame"
+
+
 @pytest.mark.parametrize("friction", SLOW_IN_SCENE)
 @pytest.mark.parametrize(
-    "convention",
+    ("convention", "velocity"),
     [
-        pytest.param(one, marks=[pytest.mark.slow] if one in MORE_UNITS else [])
+        pytest.param(
+            one, velocity,
+            marks=[pytest.mark.slow] * (one in MORE_UNITS or (not velocity and one != COMBINED)),
+        )
         for one in CONVENTIONS
+        for velocity in (True, False)
+        if velocity or not one.startswith(WITH_VELOCITY)
     ],
-)
+)  # fmt: skip
 def test_other_conventions_are_named(
-    healthy: Healthy, rigid_body: Healthy, convention: str, friction: str
+    healthy: Healthy, rigid_body: Healthy, convention: str, velocity: bool, friction: str
 ) -> None:
     given = CONVENTIONS[convention](rigid_body(healthy("reference", 801)))
-    assert causes(given, friction=friction) == f"convention: {convention}"
-    if "world" not in convention and not convention.startswith(("the velocity", "lengths")):
+    if not velocity:
         given = given.drop(columns=CENTRE)
-        assert causes(given, friction=friction) == f"convention: {convention}"
+    assert causes(given, friction=friction) == f"convention: {convention}"
 
 
 @pytest.mark.parametrize("friction", SLOW_IN_SCENE)
@@ -364,7 +372,7 @@ def test_a_world_is_named_and_the_file_passes_in_it(case: str, world: str, frict
     assert found.failures == ()
 
 
-@pytest.mark.parametrize("friction", ["scene", "other"])
+@pytest.mark.parametrize("friction", SLOW_IN_SCENE)
 def test_rows_that_nobody_could_look_at_do_not_begin_to_fail(
     healthy: Healthy, friction: str
 ) -> None:
