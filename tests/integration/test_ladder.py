@@ -174,14 +174,20 @@ def test_digits_that_would_take_days_are_refused_with_the_largest_that_is_practi
     assert within <= ladder.MOST_SECONDS < beyond
 
 
+@pytest.fixture(scope="module")
+def truth(short: Scene) -> Trajectory:
+    return integrate(short, "mp", bits=240)
+
+
 @pytest.mark.parametrize(
     ("wanted", "expected"),
     [(3, "double"), (12, "double-double"), (40, "triple-double"), (50, "mp")],
 )
-def test_wanted_digits_are_delivered(short: Scene, wanted: int, expected: str) -> None:
+def test_wanted_digits_are_delivered(
+    short: Scene, truth: Trajectory, wanted: int, expected: str
+) -> None:
     run = integrate(short, digits=wanted)
     assert run.precision.name == expected
-    truth = integrate(short, "mp", bits=240)
     assert run.error_over_time(beside=[truth])["digits"].min() >= wanted
     assert run.digits_throughout >= wanted
 
