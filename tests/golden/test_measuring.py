@@ -80,7 +80,10 @@ def found_of(true: TrueRows, cells: dict[str, list[str]], **how: bool) -> tuple[
     return looked, (found.fewest(), found.at, rows, digits_over_time(found, 0.0))
 
 
-@pytest.mark.parametrize("scene", ["reference", "upright", "contact-lost", "flight"])
+@pytest.mark.parametrize(
+    "scene",
+    [pytest.param("reference", marks=pytest.mark.slow), "upright", "contact-lost", "flight"],
+)
 def test_sparing_decimals_changes_no_figure(scene: str, monkeypatch: Patch) -> None:
     stored = read_files(scene)
     true = TrueRows.of_table(stored.scene, stored.trajectory)

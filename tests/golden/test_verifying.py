@@ -394,7 +394,13 @@ def said(stored: Stored) -> tuple[object, ...]:
 
 
 @pytest.mark.parametrize(
-    "seeds", [range(300), pytest.param(range(1000, 11_000), marks=pytest.mark.fuzz)], ids=len
+    "seeds",
+    [
+        range(100),
+        pytest.param(range(100, 300), marks=pytest.mark.slow),
+        pytest.param(range(1000, 11_000), marks=pytest.mark.fuzz),
+    ],
+    ids=len,
 )
 def test_damage_is_found(small: Small, fresh: GoldenRun, tmp_path: Path, seeds: range) -> None:
     whole, place = said(store.read_files("reference", small.folder)), tmp_path / "spoiled"
