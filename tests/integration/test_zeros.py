@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy
 import pytest
 
 from tt_precise.integration import catalogue, integrate, zeros
-from tt_precise.integration.setup import Setup
-from tt_precise.runtime.values import InputError, Ring
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
 
 ALL = catalogue("gliding")
@@ -261,29 +259,3 @@ def test_extrema_of_a_component_along_such_a_tilt_are_found(
     steep = reference.varied(theta="1e-200", mu="1000", until="0.5")
     run = integrate(steep, precision, events=("extremum:nu_x",))
     assert run.event_counts == {"extremum:nu_x": 31}
-
-
-class Depth(Ring):
-    """The number of operations that lead from the components to a value."""
-
-    def __init__(self, count: int):
-        self.count = count
-
-    def after(self, other: Any = 0) -> Depth:
-        return Depth(max(self.count, getattr(other, "count", 0)) + 1)
-
-    __add__ = __mul__ = __truediv__ = __rtruediv__ = after
-
-    def __neg__(self) -> Depth:
-        return self
-
-
-@pytest.mark.parametrize("coordinates", ["newton", "euler"])
-@pytest.mark.parametrize("scene", ["reference", "rolling"])
-def test_no_function_of_the_catalogue_has_more_roundings(scene: str, coordinates: str) -> None:
-    setup = Setup.of(load_scene(scene), "double", events="all", formulation=coordinates)
-    fn = SimpleNamespace(sin=Depth.after, cos=Depth.after, sqrt=Depth.after, hypot=Depth.after)
-    body = setup.formulation.body([Depth(0) for _ in setup.formulation.parameters])
-    q = setup.layout.motion(body, [Depth(0) for _ in setup.layout.columns], fn)
-    depths = [event.function(q).count for event in setup.watched.values()]
-    assert 7 <= max(depths) <= zeros.ROUNDINGS - 3
