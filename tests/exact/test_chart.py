@@ -29,6 +29,15 @@ def test_relations_vanish_and_neighbours_do_not(euler: EulerChart, vectors: Vect
     assert not vectors.remainder(kz**2 - 1 + kx**2).vanishes
 
 
+def test_functions_that_agree_on_the_relations_are_equal(euler: EulerChart) -> None:
+    s, c, one = euler.s, euler.c, euler.field.one
+    assert euler.equal((1 - c**2) / (s * (1 + c)), s / (1 + c))
+    assert not euler.equal((1 - c**2 + one / 10**40) / (s * (1 + c)), s / (1 + c))
+    for pair in ((s / (s**2 + c**2 - 1), s), (s, s / (s**2 + c**2 - 1))):
+        with pytest.raises(ZeroDivisionError):
+            euler.equal(*pair)
+
+
 def test_root_of_d(euler: EulerChart, vectors: VectorChart) -> None:
     for chart, z in ((euler, euler.c), (vectors, vectors.state.kz)):
         value = d(chart.body, z)

@@ -115,7 +115,7 @@ def equal(printed: Scalar, truth: Scalar, equation: str = "") -> Part:
     if left != right:
         off = 100 * abs(left - right) / max(abs(left), abs(right))
         return formula(False, equation, f"off by {decimal(off, 3)} % of its size", proved=True)
-    if not chart().remainder(element - truth).vanishes:
+    if not chart().equal(element, truth):
         raise ArithmeticError(f"{equation}: unequal, but equal at POINT; choose another one")
     return formula(True, equation, "equal, for every body and state", proved=True)
 
