@@ -4,7 +4,7 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tests.check.conftest import VECTORS, check
+from tests.check.conftest import VECTORS, Healthy, check
 
 # Causes are tested elsewhere.
 pytestmark = pytest.mark.usefixtures("no_cause")
@@ -23,3 +23,19 @@ def test_a_table_that_pulls_between_two_rows_fails(every: float, phase: float) -
     assert pressed.all()
     assert found.verdict == "fail"
     assert "leaves the table at 1.33692 s" in found.note
+
+
+def test_nothing_is_sought_between_rows_that_leave_the_equations(
+    healthy: Healthy, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Velocities in cm/s: the solution through a row is not the motion of the next row."""
+
+    def fails(*_: object) -> None:
+        raise AssertionError("looked between rows")
+
+    monkeypatch.setattr("tt_precise.check.contact._force_after", fails)
+    frame = healthy("reference", 81)[VECTORS]
+    frame[["vx", "vy"]] *= 100
+    found = check(frame, "reference")
+    assert {"equations", "contact"} <= {one.name for one in found.failures}
+    assert "leaves the table" not in found["contact"].note

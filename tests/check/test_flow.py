@@ -71,6 +71,26 @@ def test_what_cannot_be_carried_is_given_up_where_it_cannot(
     assert least <= found.reached[0] <= most
 
 
+def test_an_end_out_of_reach_is_given_up_as_soon_as_that_is_known() -> None:
+    """All rows halve their steps to 1/32 of the span, a few of them until a step succeeds."""
+    evaluated = 0
+
+    def counted(y: Any) -> list[Any]:
+        nonlocal evaluated
+        evaluated += y.shape[1]
+        return oscillator(y)
+
+    count = 200
+    start = numpy.array([numpy.ones(count), numpy.zeros(count)])
+    found = propagate(counted, start, numpy.full(count, 1e4), numpy.ones(2), numpy.full(count, 1e-9))
+    assert (found.error == numpy.inf).all()
+    known = found.reached[~numpy.isnan(found.reached)]
+    assert 0 < len(known) < count / 10
+    assert (known > 0).all()
+    assert (known < MOST_STEPS * 16 / 1e4).all()  # no step is longer than 16 rad
+    assert evaluated < 200 * count  # 1,500 a row where all go on
+
+
 @pytest.mark.parametrize("span", [0.5, 2.0, 2.8])
 def test_what_is_watched_is_never_below_its_bound(span: float) -> None:
     """The parabola (t - t0)^2 and a cosine, beside points of the steps and between them."""

@@ -1,7 +1,8 @@
 """The check that the table never pulls: the contact force in the rows and between the rows.
 
-Where the force is small, each row is propagated to eight points before the next row, and to the
-minimum of the parabola through the three smallest values: a pull may last a tenth of the spacing.
+Where the force is small and the rows follow the equations, each row is propagated to eight points
+before the next row, and to the minimum of the parabola through the three smallest values: a pull
+may last a tenth of the spacing.
 """
 
 from __future__ import annotations
@@ -22,6 +23,9 @@ from tt_precise.runtime.values import Array
 # The last row of a motion that leaves the table has g_n = 0, which rounding makes +- some eps.
 LIFT_OFF = -1e-12
 LOW = 0.2  # Of the weight: above it the eight midpoint steps of the flow see that it stays.
+# Part of their sizes by which rows may leave the equations since the start: a thousand times what
+# ``equations`` allows. A solution that is further off is not the motion of the rows.
+APART = 1e-3
 POINTS = 8
 WANTED = 4 * EPS  # Error of the states between the rows.
 BRACKETS = 64  # Into which the interval with a loss of contact is divided, three times.
@@ -34,7 +38,8 @@ def contact(rows: Samples, limit: float) -> Residual:
     weight = body.m * body.g
     values: Array = quantities.g_n(rows.q) / weight + numpy.zeros(len(rows.t))
     usual = numpy.minimum(values[1:], values[:-1])
-    low = numpy.flatnonzero((differences(rows).least < LOW * weight) & (usual >= limit))
+    low = (differences(rows).least < LOW * weight) & (usual >= limit) & _follow(rows)
+    low = numpy.flatnonzero(low)
     for first in range(0, len(low), AT_ONCE):
         at = low[first : first + AT_ONCE]
         values[at + 1] = numpy.minimum(values[at + 1], _least_between(rows, at) / weight)
@@ -43,6 +48,14 @@ def contact(rows: Samples, limit: float) -> Residual:
         return Residual(values)
     left = _loss_of_contact(rows, int(pulls[0]))
     return Residual(values, note=ending("contact_lost", left) if left < math.inf else "")
+
+
+def _follow(rows: Samples) -> Array:
+    """Test that the solution through the first row is the rows' motion, for each interval."""
+    found = differences(rows)
+    apart = numpy.nan_to_num(abs(found.sums[0]).max(axis=0), nan=numpy.inf)
+    follow: Array = (apart <= APART) & numpy.isfinite(found.bound)
+    return follow
 
 
 def _force_after(rows: Samples, at: Array, spans: Array) -> Array:
@@ -79,8 +92,9 @@ def _loss_of_contact(rows: Samples, pulled: int) -> float:
     Row ``pulled`` may be wrong, and only the solution to it leave the table: the solutions
     through the row before and through it are asked.
     """
+    follow = _follow(rows)
     for row in (pulled - 1, pulled):
-        if not 0 <= row < len(rows.t) - 1:
+        if not 0 <= row < len(follow) or not follow[row]:
             continue
         begin, end = 0.0, float(rows.t[row + 1] - rows.t[row])
         for _ in range(3):

@@ -50,10 +50,10 @@ class Differences(NamedTuple):
     ``state`` (quantities, intervals) and ``energy`` (intervals,) are in units of their sizes at the
     start, ``momentum`` (3, intervals) about the lowest point in units of that of L; ``bound``
     (intervals,) is what the flow and the rounding of the rows make of them, infinite where the row
-    before could not be carried so far. ``reached`` (s, intervals) is how far
-    it was, 0 where the equations may change. ``least`` (intervals,) bounds the ``margin`` of the
-    equations between the rows from below. ``joints`` counts the intervals in which the equations
-    may change: those that were integrated, and all.
+    before could not be carried so far. ``reached`` (s, intervals) is how far it was, 0 where the
+    equations may change, NaN where nobody asked. ``least`` (intervals,) bounds the ``margin`` of
+    the equations between the rows from below. ``joints`` counts the intervals in which the
+    equations may change: those that were integrated, and all.
     """
 
     state: Array
@@ -96,7 +96,7 @@ def _added_up(mismatch: Array, found: Differences, limit: float) -> Residual:
     wide = int((~resolved).sum()) - (joints - looked_at)
     if wide > 0:
         note += f"; {wide} of {len(resolved)} intervals too wide"
-        within = float(found.reached[~resolved].min())
+        within = float(numpy.fmin.reduce(found.reached[~resolved]))
         if within > 0:
             note += f"; rows {to_one_digit(within, math.floor):g} s apart would suffice"
     return Residual(numpy.append(0.0, values), bound, note)

@@ -31,7 +31,9 @@ COLUMNS = 12  # From there on rounding grows faster than the error falls.
 # The column at whose eight midpoint steps a neighbour is carried along and a function is watched.
 WATCHED = 4
 MOST_STEPS = 32  # Steps to the end of a span.
-SMALLEST = 2.0**-16  # Part of a span; a row that needs smaller steps does not follow the equations.
+# Part of a span; a row that needs smaller steps does not follow the equations.
+SMALLEST = 2.0**-16
+FEW = 8  # Rows whose reach is sought where ``MOST_STEPS`` of their steps do not reach the end.
 WIDEST = 1e-6  # Error from which on a row is not carried further.
 NUDGE = 1e-7  # Of the size: far above rounding, far below what is not linear any more.
 AT_ONCE = 2048  # Rows whose arrays stay in the processor's cache.
@@ -46,8 +48,8 @@ class FlowEnd(NamedTuple):
     ``state`` (entries, rows) is where they are. ``error`` (rows,) bounds what the method leaves,
     relative to the sizes, infinite where the end was not reached. ``growth`` (rows,) is the number
     of times, to a quarter, that a small difference of two states has become, 1 where it shrinks.
-    ``reached`` is the part of the span to which the error stayed below ``WIDEST``, ``least`` a
-    lower bound of what was watched on the way.
+    ``reached`` is the part of the span to which the error stayed below ``WIDEST``, NaN where nobody
+    asked, as the end is out of reach; ``least`` is a lower bound of what was watched on the way.
     """
 
     state: Array
@@ -73,7 +75,7 @@ def propagate(
     count, scale = len(spans), (NUDGE * sizes)[:, None]
     change, (error, reached, steps) = numpy.zeros_like(start), numpy.zeros((3, count))
     growth, part, left = *numpy.ones((2, count)), numpy.arange(count)
-    least = numpy.full(count, numpy.inf)
+    least, every = numpy.full(count, numpy.inf), max(1, count // FEW)
     aside = scale * numpy.where(numpy.arange(len(start)) % 2, -1.0, 1.0)[:, None]
     aside = numpy.repeat(aside, count, axis=1)
     with numpy.errstate(all="ignore"):
@@ -93,9 +95,16 @@ def propagate(
             reached[on] += part[on]
             steps[on] += 1
             part[left[~good]] /= 2
-            going = (reached[left] < 1) & (part[left] >= SMALLEST) & (steps[left] < MOST_STEPS)
-            left = left[going]
-    error[reached < 1] = numpy.inf
+            ends = reached[left] + (MOST_STEPS - steps[left]) * part[left] >= 1
+            # the end is out of reach: a first step of a few rows says how far they would come
+            first, lost = left[good & ~ends], left[~good & ~ends]
+            allowed = numpy.minimum(WIDEST / error[first], MOST_STEPS)
+            reached[first] = numpy.where(steps[first] == 1, part[first] * allowed, reached[first])
+            lost = lost[steps[lost] == 0]
+            reached[lost[lost % every != 0]] = numpy.nan
+            searched = lost[(lost % every == 0) & (part[lost] >= SMALLEST)]
+            left = numpy.concatenate((left[ends & (reached[left] < 1)], searched))
+    error[~(reached == 1)] = numpy.inf
     return FlowEnd(start + change, error, growth, reached, least)
 
 
