@@ -57,6 +57,7 @@ static void rates(const double *y, double *d) {
     d[0] = -(w[0]*q[1] + w[1]*q[2] + w[2]*q[3])/2; d[1] = (w[0]*q[0] + w[1]*q[3] - w[2]*q[2])/2;
     d[2] = (w[1]*q[0] + w[2]*q[1] - w[0]*q[3])/2;  d[3] = (w[2]*q[0] + w[0]*q[2] - w[1]*q[1])/2;
     double drill[3] = {0, 0, is("torsional friction") ? -1e-3*m*g*R*(w[2] > 0 ? 1 : -1) : 0}, s[3];
+    for (int i = 0; i < 3 && is("damped momentum"); i++) drill[i] = -0.02*L[i];
     inverse_inertia(k, drill, s);
     for (int i = 0; i < 3; i++) {
         d[4+i] = turn[i] + n*unit[i] + s[i]; d[7+i] = v[i]; d[10+i] = n*per[i]/m;

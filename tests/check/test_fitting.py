@@ -1,9 +1,14 @@
 """Single numbers that explain every residual: of the body, of the clock, of further torques."""
 
+import numpy
 import pytest
 
-from tests.check.conftest import Engine
+import tt_precise as tt
+from tests.check.conftest import VECTORS, Engine, Healthy
 from tests.check.test_explain import causes
+from tt_precise.check.conventions import Fit, Given, fit
+from tt_precise.check.fitting import Fitted, number
+from tt_precise.check.force_free_flow import NO_TERMS
 
 NUMBERS = {
     "no gyroscopic term": "no gyroscopic term",
@@ -16,6 +21,7 @@ NUMBERS = {
     "mu a tenth more": "mu is 1.100 times the scene's",
     "torsional friction": "about the vertical, as torsional friction is",
 }
+NUMBERS["damped momentum"] = "the angular momentum is damped at 0.02 1/s"
 WIDE = {"I1 a hundredth more": 100, "mu a tenth more": 33}  # Hz
 
 
@@ -30,3 +36,57 @@ def test_a_clock_is_named(engine: Engine) -> None:
     for factor in (1.05, 1.01):
         found = causes(frame.assign(t=factor * frame.t), friction="other")
         assert found == f"clock: t runs {factor:.3f} times as fast as the motion"
+
+
+def test_only_the_right_number_leaves_the_error_of_the_flow_alone(healthy: Healthy) -> None:
+    """With g or m, too, all residuals are within their bounds."""
+    frame = healthy()[VECTORS]
+    found = causes(frame.assign(t=1.001 * frame.t), friction="other")
+    assert found == "clock: t runs 1.00100 times as fast as the motion"
+
+
+@pytest.mark.parametrize(("left", "tied"), [(2e-9, False), (1.2e-9, True)])
+def test_numbers_that_rows_cannot_tell_apart_are_all_named(
+    monkeypatch: pytest.MonkeyPatch, left: float, tied: bool
+) -> None:
+    good = Fit({"torque": 0.0}, False, False, 1.0)
+    both = [Fitted("g", -0.001, good, left), Fitted("clock", 0.01, good, 1e-9)]
+    monkeypatch.setattr("tt_precise.check.fitting.fitted", lambda *_: both)
+    monkeypatch.setattr("tt_precise.check.fitting.fit", lambda *_: good)
+    frame = tt.integrate("reference").frame(*VECTORS[1:])
+    body = tt.load_scene("reference").body.numbers(float)
+    given = Given(frame.t.to_numpy(), *numpy.zeros((3, 4, len(frame))))
+    (cause,) = number(body, given, {})
+    clock = "t runs 0.9901 times as fast as the motion"
+    also = ", or g is 0.9990 times the scene's: these rows cannot tell"
+    assert (cause.kind, cause.text) == ("clock", clock + also * tied)
+
+
+TERMS = {
+    "torsional friction": {"torsion": 1e-3 / 0.3},
+    "damped momentum": {"damping": 0.02},
+    "no gyroscopic term": {"gyroscopic": 1.0},
+}
+
+
+@pytest.mark.parametrize("fault", TERMS)
+def test_jellett_holds_under_a_further_torque(engine: Engine, fault: str) -> None:
+    """The integral of the torque explains its change, to 1e-4 of it; half the torque does not."""
+    frame = engine(500, 0.5, fault=fault)
+    q, w, v, x = (
+        frame[names.split()].to_numpy().T
+        for names in ("qw qx qy qz", "wx wy wz", "vcx vcy vcz", "x y z")
+    )
+    given, body = (
+        Given(frame.t.to_numpy(), q, w, v, x),
+        tt.load_scene("reference").body.numbers(float),
+    )
+
+    def drift(part: float) -> float:
+        terms = NO_TERMS._replace(**{name: part * p for name, p in TERMS[fault].items()})
+        return fit(body, given, dict.fromkeys("tqwvx", 0.0), terms).parts["jellett"]
+
+    assert drift(1.0) < 1e-4 * drift(0.0)
+    assert drift(0.5) == pytest.approx(0.5 * drift(0.0), rel=0.05)
+    assert drift(0.0) > 5e-5
+    assert numpy.isfinite(drift(1.0))

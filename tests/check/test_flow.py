@@ -82,7 +82,9 @@ def test_an_end_out_of_reach_is_given_up_as_soon_as_that_is_known() -> None:
 
     count = 200
     start = numpy.array([numpy.ones(count), numpy.zeros(count)])
-    found = propagate(counted, start, numpy.full(count, 1e4), numpy.ones(2), numpy.full(count, 1e-9))
+    found = propagate(
+        counted, start, numpy.full(count, 1e4), numpy.ones(2), numpy.full(count, 1e-9)
+    )
     assert (found.error == numpy.inf).all()
     known = found.reached[~numpy.isnan(found.reached)]
     assert 0 < len(known) < count / 10

@@ -26,6 +26,7 @@ from tt_precise.check.force_free_flow import (
     lift_of,
     momentum_at_contact,
     nutation,
+    torque_unit,
 )
 from tt_precise.check.result import Cause
 from tt_precise.mechanics.parameters import Parameters
@@ -41,7 +42,7 @@ FAR = 1e-3  # Step of a number from which on its derivative is computed again.
 ALIGNED = 0.3  # Cosine between residual and derivative below which a number explains nothing.
 CLOSE = 1.5  # rad of nutation from row to row above which the guided flow is needed.
 WEIGHT = 30.0  # Of lift and height among the residuals that are fitted.
-AHEAD = 1.5  # Times that the next best number has to leave more, in the mean of residuals.
+AHEAD = 1.5  # Times that the next best number has to leave more.
 NONE = 0.02  # Part of a number that counts as none of it.
 LARGE = 1e-9  # Change of a number that is none.
 
@@ -145,11 +146,6 @@ def factor(p: float) -> str:
     return f"{1 + p:.{digits}f}"
 
 
-def torque_of(body: Parameters) -> float:
-    """Return m g R alpha (N m), the unit of torques."""
-    return float(body.m * body.g * body.R * body.alpha)
-
-
 def residuals_of(motion: TrialMotion, unit: float) -> Array:
     """Return residuals of rows, without the ends, as one vector; smooth in every number.
 
@@ -162,7 +158,7 @@ def residuals_of(motion: TrialMotion, unit: float) -> Array:
     else:
         (ends,) = by_interpolation(motion.body, rows, (Way(6, True),), motion.terms)
     off = differences(motion.body, rows, Q, ends)
-    off[4:7] *= torque_of(motion.body) / unit / h
+    off[4:7] *= torque_unit(motion.body) / unit / h
     if motion.given.vectors:
         off = off[1:]
     scale = motion.body.R * float(norm(rows.L)[0]) / motion.body.I1
@@ -175,11 +171,12 @@ def residuals_of(motion: TrialMotion, unit: float) -> Array:
 
 
 class Fitted(NamedTuple):
-    """A number, its change, and how the rows then fit."""
+    """A number, its change, how the rows then fit, and the size of what ``residuals_of`` leaves."""
 
     name: str
     p: float
     fit: Fit
+    left: float
 
 
 def fitted(
@@ -192,7 +189,7 @@ def fitted(
 
     ``again`` reads the columns for another body where their convention needs one.
     """
-    start, unit = TrialMotion(body, given), torque_of(body)
+    start, unit = TrialMotion(body, given), torque_unit(body)
 
     def at(name: str, p: float) -> TrialMotion:
         motion = NUMBERS[name](start, p)
@@ -233,8 +230,8 @@ def fitted(
             motion = at(name, p)
             fits = fit(motion.body, motion.given, half, motion.terms)
             if "torque" in fits.parts:
-                fits.parts["torque"] *= torque_of(motion.body) / unit
-            found.append(Fitted(name, p, fits))
+                fits.parts["torque"] *= torque_unit(motion.body) / unit
+            found.append(Fitted(name, p, fits, float(norm(left))))
     return found
 
 
@@ -245,16 +242,13 @@ def alpha_by_lift(body: Parameters, given: Given) -> float:
     return float(-(rows.v[2] @ swing) / ((swing @ swing) or numpy.nan)) - 1
 
 
-# A term that is not a force at the lowest point changes Jellett's integral; its fit says nothing.
 # Lift and height up to which a number explains the rest: a soft contact leaves them.
 SOFT = {"lift": 1e-4, "height": 1e-4}
-UNHELD = {"damping": ("jellett",), "torsion": ("jellett",), "gyroscopic": ("jellett",)}
 
 
 def unheld_by(one: Fitted) -> tuple[str, ...]:
-    """The residuals that say nothing of a number: their law, or their unit, goes with it."""
-    no_torque = one.name.startswith("alpha") and abs(one.p + 1) < NONE
-    return (*UNHELD.get(one.name, ()), *(("torque",) if no_torque else ()))
+    """The residuals that say nothing of a number: their unit goes with it."""
+    return ("torque",) if one.name.startswith("alpha") and abs(one.p + 1) < NONE else ()
 
 
 def number(
@@ -287,8 +281,11 @@ def number(
             named.append(one)
     if not named:
         return []
-    best, *others = sorted(named, key=lambda one: one.fit.remainder)
-    tied = [one for one in others if one.fit.remainder < AHEAD * best.fit.remainder]
-    cause = in_words(best.name, best.p)
-    words = [cause.text, *(in_words(one.name, one.p).text for one in tied)]
-    return [Cause(cause.kind, ", or ".join(dict.fromkeys(words)))]
+    least = min(one.fit.remainder for one in named)
+    equal = [one for one in named if one.fit.remainder <= AHEAD * least]
+    # within their bounds all are equal: the right number leaves the error of the flow alone
+    best = min(one.left for one in equal)
+    tied = sorted((one for one in equal if one.left <= AHEAD * best), key=lambda one: one.left)
+    causes = [in_words(one.name, one.p) for one in tied]
+    text = ", or ".join(cause.text for cause in causes)
+    return [Cause(causes[0].kind, text + ": these rows cannot tell" * (len(tied) > 1))]

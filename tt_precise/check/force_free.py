@@ -32,6 +32,7 @@ from tt_precise.check.force_free_flow import (
     lift_of,
     momentum_at_contact,
     nutation,
+    torque_unit,
 )
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import dot, multiplied
@@ -124,7 +125,7 @@ def differences(body: Parameters, rows: RigidMotion, Q: Array, ends: Ends) -> Ar
     vector = factor * numpy.array(turned)
     k, reached = numpy.array(axis_of(to)), numpy.array(axis_of(end))
     about = (vector * k).sum(axis=0)
-    torque = (Q[:, 1:] - ends.Q) / (body.m * body.g * body.R * body.alpha)
+    torque = (Q[:, 1:] - ends.Q) / torque_unit(body)
     way = numpy.zeros_like(ends.way)
     if rows.x is not None:
         way = numpy.nan_to_num((numpy.diff(rows.x) - ends.way) / body.R)
@@ -320,7 +321,7 @@ def _rounding_errors(
     body: Parameters, rows: RigidMotion, u: Rounding
 ) -> dict[str, tuple[Array, Array]]:
     """Errors of each quantity by rounding: of the rows (n), and what the flow makes of them."""
-    h, unit = numpy.diff(rows.t), body.m * body.g * body.R * body.alpha
+    h, unit = numpy.diff(rows.t), torque_unit(body)
     L, speed = norm(rows.L), norm(rows.v)
     omega = L / min(body.I1, body.I3)
     lever = body.R * body.alpha

@@ -132,6 +132,11 @@ def momentum_at_contact(body: Parameters, rows: RigidMotion) -> Array:
     return numpy.array(contact_momentum(body, a, _vector(rows.L), _vector(rows.v)))
 
 
+def torque_unit(body: Parameters) -> float:
+    """Return m g R alpha (N m), the unit of torques."""
+    return float(body.m * body.g * body.R * body.alpha)
+
+
 def lift_of(body: Parameters, rows: RigidMotion) -> Array:
     """Return v_A.z of the contact point, m/s."""
     rising: Array = contact_lift(body, axis_of(rows.q), _vector(rows.L), rows.v[2])
@@ -180,14 +185,16 @@ class _State:
         rates[4], rates[5], rates[6] = contact_momentum_rate(body, self.a, self.k_dot, self.v)
         rates[7], rates[8], rates[9] = self.v
         if any(terms):
-            dragged, turned = cross(self.a, self.v), cross(self.omega, self.L)
+            dragged, torque = cross(self.a, self.v), torque_of(body, self.k, self.L, terms)
             for i in range(3):
-                rates[4 + i] += (
-                    terms.drag * body.m * dragged[i]
-                    - terms.damping * self.L[i]
-                    + terms.gyroscopic * turned[i]
-                )
-            rates[6] -= terms.torsion * body.m * body.g * body.R * body.alpha
+                rates[4 + i] += terms.drag * body.m * dragged[i] + torque[i]
+
+
+def torque_of(body: Parameters, k: Vector, L: Vector, terms: Terms) -> Vector:
+    """Return the torque of ``terms`` about the centre of mass."""
+    turned = cross(inverse_inertia(body, k, L), L)
+    x, y, z = (terms.gyroscopic * turned[i] - terms.damping * L[i] for i in range(3))
+    return x, y, z - terms.torsion * torque_unit(body)
 
 
 def _write_quaternion_rate(q: Array, omega: Vector, rates: Array) -> None:

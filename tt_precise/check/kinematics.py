@@ -31,6 +31,7 @@ from tt_precise.check.force_free_flow import (
     nutation,
     rates_of,
     rotation_angles,
+    torque_unit,
 )
 from tt_precise.check.friction_power import motion_as_given
 from tt_precise.check.precision import precisions, times_of
@@ -324,7 +325,7 @@ def by_own_force(samples: Samples) -> dict[str, Misfit]:
     sums, bounds = apart.sums
     if not (abs(sums).max(axis=0) <= bounds + OBEYED).all():
         return {}
-    t, unit = samples.t[1:], body.m * body.g * body.R * body.alpha
+    t, unit = samples.t[1:], torque_unit(body)
     if not setup.columns.azimuth:
         tilt = numpy.sqrt(numpy.maximum(1 - samples.state.kz[1:] ** 2, EPS))
         one, whole = apart.state[:1] / tilt, sums[:1] / tilt
@@ -440,7 +441,7 @@ def _between(
     omega = norm(rows.L)[here] / min(body.I1, body.I3)
     attitude = BETWEEN + 4 * u.q[here] + 2 * omega * u.t[here]
     if "torque" in names:
-        unit = body.m * body.g * body.R * body.alpha
+        unit = torque_unit(body)
         Q, rate = momentum_at_contact(body, rows), state.Q
         slack = (2 * u.L + 4 * body.R * body.m * u.v)[here] / unit + 8 * EPS * norm(rows.L)[
             here
