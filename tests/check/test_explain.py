@@ -375,12 +375,23 @@ def test_a_world_is_named_and_the_file_passes_in_it(case: str, world: str, frict
 
 
 @pytest.mark.parametrize("friction", SLOW_IN_SCENE)
-def test_rows_that_nobody_could_look_at_do_not_begin_to_fail(
-    healthy: Healthy, friction: str
-) -> None:
-    """Two faults, times in ms and a wrong vx: the first rows are too far apart, not right."""
+def test_a_unit_and_a_wrong_column_are_both_named(healthy: Healthy, friction: str) -> None:
+    """The first rows are too far apart to be judged as given, not right."""
     rows = healthy("reference", 801)[VECTORS]
     wrong = rows.assign(t=1000 * rows["t"], vx=1.01 * rows["vx"])
+    unit = "convention: the time is in ms"
+    column = "columns: vx is 1.010 times the solution's; every other column is right to"
+    assert causes(wrong, friction=friction).startswith(f"{unit} | {column} 1")
+    rest = rows.assign(t=1000 * rows["t"], Lz=rows["Lz"].where(rows.index < 300, 1.01 * rows["Lz"]))
+    found = causes(rest, friction=friction)
+    assert found.startswith(f"{unit} | columns: from t = 3 s on Lz is 1.010 times the solution's;")
+
+
+@pytest.mark.parametrize("friction", SLOW_IN_SCENE)
+def test_a_unit_is_named_only_if_other_columns_follow(healthy: Healthy, friction: str) -> None:
+    """Three faults: times in ms, a clock 1 % off, a wrong vx."""
+    rows = healthy("reference", 801)[VECTORS]
+    wrong = rows.assign(t=1010 * rows["t"], vx=1.01 * rows["vx"])
     found = check(wrong, "reference", friction=friction)
     assert (found.verdict, found.causes) == ("fail", ())
     assert "cause" in str(found)

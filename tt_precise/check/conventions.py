@@ -47,6 +47,17 @@ TIME = {
 LENGTH = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inches": 0.0254}
 ANGLE = {"rad": 1.0, "degrees": math.pi / 180, "revolutions per minute": math.pi / 30}
 ANGLE["revolutions"] = 2 * math.pi
+LINEAR_MOMENTUM = {"": 1.0, "g mm^2/s": 1e-9, "kg mm^2/s": 1e-6, "g cm^2/s": 1e-7}
+PER_SECOND = {name + " per second" * ("per" not in name): size for name, size in ANGLE.items()}
+# What may be in another unit, and the columns that are then.
+UNITS = (
+    ("the velocities are in", {f"{name}/s": size for name, size in LENGTH.items()},
+     "vx vy nu_x nu_y"),
+    ("lengths are in", LENGTH, "vcx vcy vcz x y z"),
+    ("the angular momentum is in", LINEAR_MOMENTUM, "Lx Ly Lz"),
+    ("the angular velocities are in", PER_SECOND, "theta_dot phi_dot omega_3 psi_dot wx wy wz"),
+    ("theta is in", {"degrees": ANGLE["degrees"]}, "theta"),
+)  # fmt: skip
 # Quaternions that turn the direction that is up to z, and z to the body's axis.
 UP: dict[str, Quaternion] = {
     "z": (1.0, 0.0, 0.0, 0.0), "y": (HALF, HALF, 0.0, 0.0), "x": (0.5, -0.5, -0.5, -0.5),
@@ -434,6 +445,20 @@ def units_of_time(t: Array) -> dict[str, float]:
     if counts and dt.max() > 1:
         del units["rows at 1000 Hz"]  # whole ms
     return units
+
+
+def in_other_units(given: Mapping[str, Array]) -> Iterator[tuple[str, dict[str, Array]]]:
+    """Columns in one other unit, in words and as ours."""
+    found = [
+        (f"t counts {unit}" if unit.startswith("rows") else f"the time is in {unit}", size, ["t"])
+        for unit, size in units_of_time(given["t"]).items()
+    ]
+    for what, units, groups in UNITS:
+        names = [name for name in groups.split() if name in given]
+        found += [(f"{what} {unit}", size, names) for unit, size in units.items() if names]
+    for text, size, names in found:
+        if size != 1:
+            yield text, {name: size * given[name] for name in names}
 
 
 def by_attitude(given: Given, body: Parameters) -> Iterator[tuple[float, Convention]]:

@@ -22,15 +22,16 @@ from tt_precise.check.conventions import (
     ANGLE,
     LENGTH,
     LIMITS,
+    LINEAR_MOMENTUM,
     OURS,
     RESOLVED,
     FoundConvention,
     Given,
     fit,
+    in_other_units,
     search,
-    units_of_time,
 )
-from tt_precise.check.departures import SAME_FACTOR, Departure, departure_of
+from tt_precise.check.departures import ALIKE, SAME_FACTOR, Departure, departure_of
 from tt_precise.check.fitting import (
     BODY,
     NUMBERS,
@@ -48,11 +49,7 @@ from tt_precise.check.force_free_flow import (
 from tt_precise.check.kinematics import movement_of, seen, shortest_rotation
 from tt_precise.check.precision import VECTORS, described, precisions, times_of
 from tt_precise.check.result import Cause
-from tt_precise.check.vector_conventions import (
-    LINEAR_MOMENTUM,
-    columns_of,
-    conventions_of_vectors,
-)
+from tt_precise.check.vector_conventions import columns_of, conventions_of_vectors
 from tt_precise.check.worlds import OMEGA, POLAR, QUATERNION
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.parameters import Parameters
@@ -101,6 +98,7 @@ def explain(
             lambda: _columns(left(), certain=True),
             lambda: _convention(rows, findings, judge),
             lambda: _columns(left(), certain=False),
+            lambda: _unit_and_columns(rows, solution, judge),
             lambda: _start(rows, failed),
             lambda: _friction(rows, findings, judge),
             lambda: _force(rows, failed, judge),
@@ -146,6 +144,21 @@ def _columns(found: Departure | None, certain: bool) -> list[Cause]:
         or ({*factors} == {-1.0} and {*found.factors} in REVERSED)
     )
     return [] if certain and found.throughout and better else [Cause("columns", found.text)]
+
+
+def _unit_and_columns(
+    rows: Samples, solution: Callable[[Array], Array | None], judge: Judge
+) -> list[Cause]:
+    """In another unit its columns follow the solution, and all others but some."""
+    for text, changed in in_other_units(rows.given):
+        other = rows.setup.samples(Block({**rows.given, **changed}))
+        found = _departure(other, solution, judge)
+        if not found or not found.alone:
+            continue
+        wrong = {*found.factors}
+        if wrong.isdisjoint(changed) and any(wrong <= {*vector.split()} for vector in ALIKE):
+            return [Cause("convention", text), Cause("columns", found.text)]
+    return []
 
 
 # ---- the rows ----------------------------------------------------------------------------------
@@ -383,24 +396,13 @@ def _of_euler(rows: Samples, judge: Judge) -> list[Cause]:
 
 def _euler_conventions(given: Mapping[str, Array]) -> dict[str, dict[str, Array]]:
     """Return the columns that each convention of Euler angles changes, as ours."""
-    spin = "omega_3" if "omega_3" in given else "psi_dot"
-    rates = ("theta_dot", "phi_dot", spin)
-    found: dict[str, dict[str, Array]] = {"theta is in degrees": {"theta": _degrees(given)}}
-    if spin == "omega_3":
+    # the inclination does not tell frames apart
+    found = {text: new for text, new in in_other_units(given) if "1/" not in text}
+    rates, theta = "the angular velocities are in degrees per second", "theta is in degrees"
+    found["angles and angular velocities are in degrees"] = {**found[rates], **found[theta]}
+    if "omega_3" in given:
         turning = given["omega_3"] + given["phi_dot"] * numpy.cos(given["theta"])
         found["omega_3 holds psi_dot: omega_3 = psi_dot + phi_dot cos theta"] = {"omega_3": turning}
-    for unit, size in ANGLE.items():
-        if size != 1:
-            per = "" if "per" in unit else " per second"
-            scaled = {name: size * given[name] for name in rates}
-            found[f"the angular velocities are in {unit}{per}"] = scaled
-            if unit == "degrees":
-                both = {**scaled, "theta": _degrees(given)}
-                found["angles and angular velocities are in degrees"] = both
-    for unit, size in units_of_time(given["t"]).items():
-        if size != 1 and not unit.startswith("1/"):  # inclination does not tell frames apart
-            text = f"t counts {unit}" if unit.startswith("rows") else f"the time is in {unit}"
-            found[text] = {"t": size * given["t"]}
     if "phi" in given and "nu_x" in given:
         c, s = numpy.cos(given["phi"]), numpy.sin(given["phi"])
         x, y = given["nu_x"], given["nu_y"]
@@ -408,11 +410,6 @@ def _euler_conventions(given: Mapping[str, Array]) -> dict[str, dict[str, Array]
             "nu_x": c * x + s * y, "nu_y": c * y - s * x,
         }  # fmt: skip
     return found
-
-
-def _degrees(given: Mapping[str, Array]) -> Array:
-    theta: Array = ANGLE["degrees"] * given["theta"]
-    return theta
 
 
 def _failing(findings: Sequence[Check]) -> set[str]:

@@ -21,6 +21,7 @@ from tt_precise.check.conventions import (
     INTERVALS,
     LENGTH,
     LIMITS,
+    LINEAR_MOMENTUM,
     LOOKED_AT,
     PART,
     ROUGH,
@@ -45,7 +46,6 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array
 
-LINEAR_MOMENTUM = {"": 1.0, "g mm^2/s": 1e-9, "kg mm^2/s": 1e-6, "g cm^2/s": 1e-7}
 MOST_CHANGES = 2  # Changes that are tried at once.
 NEARER = 0.5  # Part of the misfit of the momentum that another v may leave.
 SIX = 6  # Rows through which the rate of the momentum is interpolated.
