@@ -132,21 +132,10 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
     with sweep_pool(workers) as pool:
         first = integrate_tables(pool, spec, list(_starts()))
         lost = first[first["outcome"] == "contact_lost"]
-        again = [
-            (str(name), some["index"].to_numpy(), some[list(STARTS)].to_numpy())
-            for name, some in lost.groupby("series", sort=False)
-        ]
-        second = integrate_tables(pool, replace(spec, contact="bilateral"), again)
+        second = integrate_tables(pool, replace(spec, contact="bilateral"), _again(lost))
         late = second[second["t_end_A"].isna() & second["series"].isin(COUNTED)]
         longer = replace(spec, scene=replace(spec.scene, until=Fraction(CONTINUED)))
-        third = integrate_tables(
-            pool,
-            replace(longer, contact="bilateral"),
-            [
-                (str(name), some["index"].to_numpy(), some[list(STARTS)].to_numpy())
-                for name, some in late.groupby("series", sort=False)
-            ],
-        )
+        third = integrate_tables(pool, replace(longer, contact="bilateral"), _again(late))
     second = continued(second, third)
     order = {each.name: position for position, each in enumerate(SERIES)}
     table = pandas.concat([first, second], ignore_index=True)
@@ -154,6 +143,14 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
     table["later"] = table["contact"] == "bilateral"
     table = table.sort_values(["order", "index", "later"]).drop(columns=["order", "later"])
     return table.reset_index(drop=True)
+
+
+def _again(rows: pandas.DataFrame) -> list[tuple[str, Array, Array]]:
+    """The starts of rows, to be integrated once more: series, index, start values."""
+    return [
+        (str(name), some["index"].to_numpy(), some[list(STARTS)].to_numpy())
+        for name, some in rows.groupby("series", sort=False)
+    ]
 
 
 def continued(rows: pandas.DataFrame, longer: pandas.DataFrame) -> pandas.DataFrame:
