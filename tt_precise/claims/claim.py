@@ -10,7 +10,7 @@
 The docstring states the claim. The keyword arguments are the printed value or formula and the run;
 their defaults are the paper's. The function returns a part or several and a note; ``rule`` makes
 the verdict of them. ``control`` replaces some arguments by other values and states the verdict that
-the claim must get then.
+the claim must get then. One function judges several claims by the arguments ``given`` to each.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from types import MappingProxyType
 
 from tt_precise.claims import paper as papers
@@ -125,13 +125,15 @@ def claims_of(paper: Paper, section: str) -> Callable[..., Callable[[Function], 
         rule: Rule = "all of",
         statement: str = "",
         finding: str = "",
+        given: Mapping[str, object] = MappingProxyType({}),
     ) -> Callable[[Function], Function]:
         def register(function: Function) -> Function:
             name, text = paper.prefix + id, statement or " ".join((function.__doc__ or "").split())
             if name in _registered:
                 raise ValueError(f"claim {name}: got it twice, expected each id once")
             _registered[name] = Claim(
-                name, paper, section, text, quote, where, definition.removesuffix("."), function,
+                name, paper, section, text, quote, where, definition.removesuffix("."),
+                partial(function, **given) if given else function,
                 control, rule, finding and paper.prefix + finding,
             )  # fmt: skip
             return function

@@ -91,7 +91,8 @@ def identity(
         where=where or f"Sec. {section}",
         definition=definition,
         control=(control, {"printed": (wrong, *printed[1:])}),
-    )(partial(_judge, equations, remark, printed=printed))
+        given={"equations": equations, "remark": remark, "printed": printed},
+    )(_judge)
 
 
 def _judge(equations: Equations, remark: str, printed: tuple[str, ...]) -> Grounds:

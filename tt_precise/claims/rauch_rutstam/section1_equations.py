@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache, partial
+from functools import cache
 
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.formulas import (
@@ -258,7 +258,8 @@ for number, (id, name, printed, wrong) in enumerate(RATES, start=2):
     claim(
         id, statement=f"The equation for {_dotted(name)}.", quote=f"{_dotted(name)}=...",
         where=f"eq ({number})", control=("partly", {"printed": wrong}),
-    )(partial(_rate, name, printed=printed))  # fmt: skip
+        given={"name": name, "printed": printed},
+    )(_rate)  # fmt: skip
 
 
 @claim(

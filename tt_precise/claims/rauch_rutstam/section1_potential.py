@@ -178,40 +178,32 @@ def _square(text: str) -> Part:
 
 @claim(
     "EQ-24",
+    statement="The formulas for lambda of the upright and the inverted spin.",
+    given={"printed": JELLETT_OF_SPIN},
     control=(
         "partly",
         {"printed": {**JELLETT_OF_SPIN, "lambda of the inverted spin": "R*(1 - alpha)*L1"}},
     ),
     quote="lambda=R(1-alpha)L0=R(1+alpha)L1",
 )
-def jellett_of_the_spins(printed: Mapping[str, str] = JELLETT_OF_SPIN) -> Grounds:
-    """The formulas for lambda of the upright and the inverted spin."""
-    return _of_the_spins(printed)
-
-
 @claim(
     "EQ-46",
+    statement="The formulas for D of the upright and the inverted spin.",
+    given={"printed": ROUTH_OF_SPIN},
     control=("partly", {"printed": {**ROUTH_OF_SPIN, "D1": ROUTH_OF_SPIN["D1"][1:]}}),
     quote="D0=lambda sqrt(d(1))/(R(1-alpha)), lim_{t->inf} D(t)=D1=-lambda sqrt(d(-1))/"
     "(R(1+alpha))",
 )
-def routh_of_the_spins(printed: Mapping[str, str] = ROUTH_OF_SPIN) -> Grounds:
-    """The formulas for D of the upright and the inverted spin."""
-    return _of_the_spins(printed)
-
-
 @claim(
     "EQ-47",
+    statement="The formulas for E~ of the upright and the inverted spin.",
+    given={"printed": ENERGY_OF_SPIN},
     control=("partly", {"printed": {**ENERGY_OF_SPIN, "E~1": ENERGY_OF_SPIN["E~0"]}}),
     quote="E~0=lambda^2/(2R^2 I3(1-alpha)^2)+m g R(1-alpha), lim_{t->inf} E~(t)=E~1="
     "lambda^2/(2R^2 I3(1+alpha)^2)+m g R(1+alpha)",
 )
-def energy_of_the_spins(printed: Mapping[str, str] = ENERGY_OF_SPIN) -> Grounds:
-    """The formulas for E~ of the upright and the inverted spin."""
-    return _of_the_spins(printed)
-
-
-def _of_the_spins(printed: Mapping[str, str]) -> Grounds:
+def functions_of_the_spins(printed: Mapping[str, str]) -> Grounds:
+    """Compare formulas with a function at the upright and at the inverted spin."""
     return (
         {name: _of_the_spin(name, text) for name, text in printed.items()},
         "Compared with the function of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for "
@@ -270,31 +262,27 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Grounds:
 
 @claim(
     "TH-08",
+    statement="For D slightly above D1 the potential has a minimum close to z = -1.",
+    given={"pole": -1},
     where="Proposition 1.1 i)",
     control=("refuted", {"multiples": ("0.2",)}),
     definition=BESIDE,
     quote="has a minimum z_min in the interval [-1,-1+eps] for D=D1+delta/(...)",
 )
-def minimum_near_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> Grounds:
-    """For D slightly above D1 the potential has a minimum close to z = -1."""
-    return _minimum_near_a_pole(-1, multiples, -1)
-
-
 @claim(
     "TH-09",
+    statement="For D slightly below D0 the potential has a minimum close to z = 1.",
+    given={"pole": 1},
     where="Proposition 1.1 ii)",
     control=("refuted", {"claimed": -1}),
     definition=BESIDE,
     quote="has a minimum z_min in the interval [1-eps,1] for D=D0-delta/(...)",
 )
-def minimum_near_the_upright_pole(
-    multiples: tuple[str, ...] = MULTIPLES, claimed: int = 1
+def minimum_near_a_pole(
+    pole: int, multiples: tuple[str, ...] = MULTIPLES, claimed: int = 0
 ) -> Grounds:
-    """For D slightly below D0 the potential has a minimum close to z = 1."""
-    return _minimum_near_a_pole(1, multiples, claimed)
-
-
-def _minimum_near_a_pole(pole: int, multiples: tuple[str, ...], claimed: int) -> Grounds:
+    """Test whether the minimum tends to a pole as D tends to its value there."""
+    claimed = claimed or pole
     fn = own_context(DIGITS)
     body = REFERENCE.body(fn)
     root = fn.sqrt(body.gamma + body.alpha**2 - 1)

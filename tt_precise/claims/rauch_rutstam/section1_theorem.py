@@ -355,28 +355,22 @@ def limits_in_the_past(run: Run = REFERENCE) -> Grounds:
 
 @claim(
     "TH-15",
+    statement="The reference solution tends to theta = pi and L = L1 z.",
+    given={"names": ("theta", "Lz")},
     control=("refuted", {"run": Run(variant(omega_3="60"))}),
     definition=f"the reference solution continued to {TIMES[-1]} s; it tends to a limit if the "
     f"distance falls at least tenfold between {', '.join(TIMES)} s",
     quote="lim_{t->inf} theta(t)=pi ... L(t)=L1 z",
 )
-def limits_in_the_future(run: Run = REFERENCE) -> Grounds:
-    """The reference solution tends to theta = pi and L = L1 z."""
-    return _tends_to(("theta", "Lz"), run)
-
-
 @claim(
     "TH-24",
+    statement="D and E~ of the reference solution tend to D1 and E~1.",
+    given={"names": ("D", "E_tilde")},
     control=("refuted", {"run": Run(variant(omega_3="60"))}),
     definition="as for TH-15",
     quote="lim_{t->inf} D(t)=D1 ... lim_{t->inf} E~(t)=E~1",
 )
-def curve_ends_in_the_limit(run: Run = REFERENCE) -> Grounds:
-    """D and E~ of the reference solution tend to D1 and E~1."""
-    return _tends_to(("D", "E_tilde"), run)
-
-
-def _tends_to(names: tuple[str, str], run: Run) -> Grounds:
+def limits_in_the_future(names: tuple[str, str], run: Run = REFERENCE) -> Grounds:
     """Test whether quantities of a solution tend to their values in the inverted spin."""
     away = _distances(run)
     checks = {name: _falling(away[name]) for name in names if name in away}
@@ -539,31 +533,27 @@ def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> Gro
 
 @claim(
     "TH-02",
+    statement="The formula for lambda_thres gives the spin at which the inverted spin becomes "
+    "stable.",
+    given={"name": "lambda_thres", "printed": THRESHOLD},
     where="Theorem 1.1",
     control=("refuted", {"printed": THRESHOLD.replace("(1 + alpha)**2", "(1 + alpha)**3")}),
     definition="the spin at which an eigenvalue of the gliding top, linearised numerically about "
     "the inverted spin, crosses the imaginary axis",
     quote="lambda_thres=sqrt(m g R^3 alpha I3)(1+alpha)^2/sqrt(1+alpha-gamma)",
 )
-def threshold_of_the_toy(printed: str = THRESHOLD) -> Grounds:
-    """The formula for lambda_thres gives the spin at which the inverted spin becomes stable."""
-    return _threshold("lambda_thres", printed)
-
-
 @claim(
     "TH-23",
+    statement="The formula for lambda_up gives the spin at which the stability of a spin changes.",
+    given={"name": "lambda_up", "printed": UPPER},
     where="Theorem 1.1",
     control=("refuted", {"printed": UPPER.replace("(1 - alpha)**2", "(1 - alpha)**3")}),
     definition="the spin at which an eigenvalue of the gliding top, linearised numerically about "
     "the upright spin, crosses the imaginary axis",
     quote="lambda_up=sqrt(m g R^3 alpha I3)(1-alpha)^2/sqrt(alpha+gamma-1)",
 )
-def upper_threshold_of_the_toy(printed: str = UPPER) -> Grounds:
-    """The formula for lambda_up gives the spin at which the stability of a spin changes."""
-    return _threshold("lambda_up", printed)
-
-
-def _threshold(name: str, printed: str, run: Run = REFERENCE) -> Grounds:
+def threshold_of_the_toy(name: str, printed: str, run: Run = REFERENCE) -> Grounds:
+    """Compare a printed threshold with the spin at which an eigenvalue changes sides."""
     known = run.thresholds
     quantity = known.quantities[name]
     value = evaluate(printed, run.body(known.context), known.context)

@@ -247,30 +247,26 @@ def reversals(
 
 @claim(
     "QUAL-04",
+    statement="theta is locally minimal and close to 0 at t_init.",
+    given={"extremum": "theta_min", "when": "t_init", "pole": 0.0, "half": 0.02},
     control=("refuted", {"extremum": "theta_max"}),
     definition="the minimum of theta next to t_init, definition A; close: within 0.001 rad; at "
     "the same moment: within half a nutation, 0.02 s",
     quote="the angle theta(t) takes correspondingly locally minimal value close to 0 at "
     "t_{theta≈0}",
 )
-def nearest_to_the_north_pole(extremum: str = "theta_min", run: Run = REFERENCE) -> Grounds:
-    """theta is locally minimal and close to 0 at t_init."""
-    return _nearest_to_a_pole(extremum, "t_init", 0.0, 0.02, run)
-
-
 @claim(
     "QUAL-33",
+    statement="theta is locally maximal and close to pi at t_end.",
+    given={"extremum": "theta_max", "when": "t_end", "pole": math.pi, "half": 0.04},
     control=("refuted", {"extremum": "theta_min"}),
     definition="the maximum of theta next to t_end, definition A; close: within 0.001 rad; at "
     "the same moment: within half a nutation, 0.04 s",
     quote="then locally maximal value close to pi at t_{theta≈pi}",
 )
-def nearest_to_the_south_pole(extremum: str = "theta_max", run: Run = REFERENCE) -> Grounds:
-    """theta is locally maximal and close to pi at t_end."""
-    return _nearest_to_a_pole(extremum, "t_end", math.pi, 0.04, run)
-
-
-def _nearest_to_a_pole(extremum: str, when: str, pole: float, half: float, run: Run) -> Grounds:
+def nearest_to_a_pole(
+    extremum: str, when: str, pole: float, half: float, run: Run = REFERENCE
+) -> Grounds:
     """Test for a turning point of theta close to a pole, ``half`` s around a time of the climb."""
     moment = float(getattr(run.inversion.A, when))
     events = run.events(extremum)

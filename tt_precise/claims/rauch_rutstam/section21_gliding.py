@@ -117,31 +117,26 @@ def realistic_values() -> Grounds:
 
 @claim(
     "NUM-36",
+    statement="At the initiation time nu_y increases by one to two orders of magnitude.",
+    given={"orders": (1, 2)},
     rule="interpretations",
     where="Summary d)",
     control=("refuted", {"orders": (3.5, 4.5)}),
     definition=f"{ORDERS}; 1-2 orders: 1 to 2",
     quote="increases by 1-2 orders of magnitude",
 )
-def growth_of_nu_y(orders: tuple[float, float] = (1, 2)) -> Grounds:
-    """At the initiation time nu_y increases by one to two orders of magnitude."""
-    return _growth(orders)
-
-
 @claim(
     "NUM-37",
+    statement="In the climb nu_y is about two orders of magnitude larger than before.",
+    given={"orders": (1.5, 2.5)},
     rule="interpretations",
     control=("reproduced", {"orders": (0.5, 3)}),
     definition=f"{ORDERS}; about two: 1.5 to 2.5",
     quote="its values increase by about two orders of magnitude in comparison with values during "
     "the synchronatisation phase",
 )
-def growth_by_two_orders(orders: tuple[float, float] = (1.5, 2.5)) -> Grounds:
-    """In the climb nu_y is about two orders of magnitude larger than before."""
-    return _growth(orders)
-
-
-def _growth(orders: tuple[float, float], run: Run = REFERENCE) -> Grounds:
+def growth_of_nu_y(orders: tuple[float, float], run: Run = REFERENCE) -> Grounds:
+    """Compare nu_y in the climb with nu_y before it, in orders of magnitude."""
     before, during = run.synchronisation, run.climb
     first = next(value for value in run.extrema("nu_y")[1] if value > 0)
     peak, earlier = (_largest_size("nu_y", run, span) for span in (during, before))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from functools import cache, partial
+from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -74,7 +74,8 @@ for id, name, unit, printed, wrong in (
         "double-double with the digits that extended arithmetic confirms; both rounded to the "
         "digits of the printed bound",
         control=("refuted", {"printed": wrong}),
-    )(partial(_range, name, unit, printed=printed))
+        given={"name": name, "unit": unit, "printed": printed},
+    )(_range)
 
 
 @claim(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from functools import partial
 from itertools import pairwise
 
 from tt_precise.claims.claim import claims_of
@@ -57,28 +56,25 @@ CORRECT_REFERENCE = {"sizes of the terms in nu_x, nu_y": "3a", "difference E~ - 
 
 @claim(
     "FIG-09",
+    statement="The components of the torque are predominantly negative.",
+    given={"words": "for most of the time", "limit": 2 / 3},
     control=("refuted", {"sign": "positive"}),
     definition=f"{TORQUE_SHARE}; predominantly: two thirds",
     quote="These components are all predominantly negative",
 )
-def torque_is_mostly_negative(sign: str = "negative") -> Grounds:
-    """The components of the torque are predominantly negative."""
-    return _torque(sign, "for most of the time", 2 / 3)
-
-
 @claim(
     "FIG-17",
+    statement="The components of the torque are negative almost all the time.",
+    given={"words": "almost all the time", "limit": 0.95},
     where="Fig. 6, caption",
-    control=("reproduced", {"almost_all": 0.8}),
+    control=("reproduced", {"limit": 0.8}),
     definition=f"{TORQUE_SHARE}; almost all: 95 %",
     quote="All components are negative almost all the time",
 )
-def torque_is_negative(sign: str = "negative", almost_all: float = 0.95) -> Grounds:
-    """The components of the torque are negative almost all the time."""
-    return _torque(sign, "almost all the time", almost_all)
-
-
-def _torque(sign: str, words: str, limit: float, run: Run = REFERENCE) -> Grounds:
+def torque_is_negative(
+    words: str, limit: float, sign: str = "negative", run: Run = REFERENCE
+) -> Grounds:
+    """Test whether each component of the torque is negative for a part of the time."""
     shares = {name: run.share_below_zero(name) for name in COMPONENTS}
     climb = {name: run.share_below_zero(name, run.climb) for name in COMPONENTS}
     if sign == "positive":
@@ -149,7 +145,9 @@ for id, name, quote, wrong, subject, quantity, time, unit in (
         quote=quote, finding=FINDING, rule="interpretations",
         definition="lambda is that of the reference start, or exactly 2 lambda_thres",
         control=("ambiguous", {"printed": wrong}),
-    )(partial(_asymptotic, name, quantity, time, unit, printed=PRINTED[name]))  # fmt: skip
+        given={"name": name, "quantity": quantity, "time": time, "unit": unit,
+               "printed": PRINTED[name]},
+    )(_asymptotic)  # fmt: skip
 
 
 @claim(
