@@ -42,6 +42,10 @@ SQUARE_NOTE = (
     "d(z) is a square exactly when its discriminant vanishes, which gives 1 - gamma where the "
     "paper prints 1 - alpha."
 )
+ROOT_NOTE = (
+    "V contains sqrt(d) once, in the product of lambda and D, and so is rational if and only if d "
+    "is a square."
+)
 JELLETT_OF_SPIN = {
     "lambda of the upright spin": "R*(1 - alpha)*L0",
     "lambda of the inverted spin": "R*(1 + alpha)*L1",
@@ -128,32 +132,26 @@ def _determinant() -> Scalar:
 
 @claim(
     "EQ-26",
+    statement="The printed relation of sigma, gamma and alpha makes d(z) a square.",
     rule="misprint",
     where="Sec. 1 and Sec. 2.1",
     control=("reproduced", {"printed": CORRECT_CONDITION}),
     definition="the condition under which d(z) is the square of a polynomial",
     quote="sigma=(1-alpha)/(gamma+alpha^2-1)",
 )
-def rationality_condition(printed: str = CONDITION) -> Grounds:
-    """The printed relation of sigma, gamma and alpha makes d(z) a square."""
-    return map(_square, (printed, CORRECT_CONDITION)), SQUARE_NOTE
-
-
 @claim(
     "EQ-27",
+    statement="V is a rational function of cos theta when the printed condition holds.",
+    given={"remark": f"{ROOT_NOTE} {SQUARE_NOTE}"},
     rule="misprint",
     finding="EQ-26",
     control=("reproduced", {"printed": CORRECT_CONDITION}),
     definition="for all lambda and D",
     quote="V(z,D(t),lambda) is a rational function of cos theta",
 )
-def rational_potential(printed: str = CONDITION) -> Grounds:
-    """V is a rational function of cos theta when the printed condition holds."""
-    return (
-        map(_square, (printed, CORRECT_CONDITION)),
-        "V contains sqrt(d) once, in the product of lambda and D, and so is rational if and only "
-        "if d is a square. " + SQUARE_NOTE,
-    )
+def rationality_condition(printed: str = CONDITION, remark: str = SQUARE_NOTE) -> Grounds:
+    """Test whether d(z) is a square as printed, and as corrected."""
+    return map(_square, (printed, CORRECT_CONDITION)), remark
 
 
 def _square(text: str) -> Part:

@@ -346,47 +346,42 @@ def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Grounds:
 
 @claim(
     "QUAL-28",
+    statement="In the climb |a| grows.",
+    given={"square": lambda q: dot(q.a, q.a), "unit": "m", "sign": 1},
     rule="interpretations",
     control=("refuted", {"sign": -1}),
     definition=TREND,
     quote="|a| is growing during inversion",
 )
-def arm_in_the_climb(sign: int = 1, run: Run = REFERENCE) -> Grounds:
-    """In the climb |a| grows."""
-    return _trend(lambda q: dot(q.a, q.a), "m", sign, run.climb, run)
-
-
 @claim(
     "QUAL-40",
+    statement="In the climb |omega| decreases.",
+    given={"square": lambda q: dot(q.omega, q.omega), "unit": "rad/s", "sign": -1},
     rule="interpretations",
     finding="QUAL-28",
     control=("refuted", {"sign": 1}),
     definition=TREND,
     quote="|omega| is decreasing",
 )
-def spin_in_the_climb(sign: int = -1, run: Run = REFERENCE) -> Grounds:
-    """In the climb |omega| decreases."""
-    return _trend(lambda q: dot(q.omega, q.omega), "rad/s", sign, run.climb, run)
-
-
 @claim(
     "QUAL-41",
+    statement="In the climb sin(theta) grows until pi/2.",
+    given={"square": lambda q: q.state.kx**2 + q.state.ky**2, "unit": "", "sign": 1, "half": True},
     rule="interpretations",
     finding="QUAL-28",
     control=("refuted", {"sign": -1}),
     definition=f"{TREND}; here from t_init until theta first passes pi/2",
     quote="sin theta is growing until the axis 3 passes theta=pi/2",
 )
-def sine_in_the_climb(sign: int = 1, run: Run = REFERENCE) -> Grounds:
-    """In the climb sin(theta) grows until pi/2."""
-    span = Span(run.climb.begin, run.equator)
-    return _trend(lambda q: q.state.kx**2 + q.state.ky**2, "", sign, span, run)
-
-
-def _trend(
-    square: Callable[[Motion], Scalar], unit: str, sign: int, span: Span, run: Run
+def trend_in_the_climb(
+    square: Callable[[Motion], Scalar],
+    unit: str,
+    sign: int,
+    half: bool = False,
+    run: Run = REFERENCE,
 ) -> Grounds:
-    """Test whether a length, whose square is given, grows (``sign`` 1) or falls over ``span``."""
+    """Test whether a length, whose square is given, grows (``sign`` 1) or falls in the climb."""
+    span = Span(run.climb.begin, run.equator) if half else run.climb
 
     def length(q: Motion) -> Scalar:
         return q.fn.sqrt(square(q))
