@@ -1,5 +1,7 @@
 """Single numbers that explain every residual: of the body, of the clock, of further torques."""
 
+from pathlib import Path
+
 import numpy
 import pytest
 
@@ -90,3 +92,11 @@ def test_jellett_holds_under_a_further_torque(engine: Engine, fault: str) -> Non
     assert drift(0.5) == pytest.approx(0.5 * drift(0.0), rel=0.05)
     assert drift(0.0) > 5e-5
     assert numpy.isfinite(drift(1.0))
+
+
+def test_no_number_of_the_body_becomes_zero() -> None:
+    """A soft contact in microseconds, whose best I3 would be 0, by which the fit divided."""
+    scene = tt.load_scene("coulomb-gliding").varied(theta="0.3", until="0.5")
+    rows = Path(__file__).with_name("cases") / "mujoco_microseconds.csv"
+    found = tt.check.conservation(rows, scene, friction="other")
+    assert (found.verdict, found.causes) == ("fail", ())

@@ -220,19 +220,24 @@ def fitted(
         for _ in range(ITERATIONS):
             step = float(left @ slope) / (float(slope @ slope) or 1.0)
             p -= step
-            if not abs(p) < 1.5:
+            if not possible(name, p):
                 break
             before, left = left, residuals_of(at(name, p), unit)
             if not float(left @ left) < FALLS * float(before @ before) or abs(step) < LARGE:
                 break
             slope = slope_at(name, p, left) if abs(step) > FAR else slope
-        if abs(p) < 1.5:
+        if possible(name, p):
             motion = at(name, p)
             fits = fit(motion.body, motion.given, half, motion.terms)
             if "torque" in fits.parts:
                 fits.parts["torque"] *= torque_unit(motion.body) / unit
             found.append(Fitted(name, p, fits, float(norm(left))))
     return found
+
+
+def possible(name: str, p: float) -> bool:
+    """Test a change: of one and a half at most, and no number of the body but alpha becomes 0."""
+    return abs(p) < 1.5 and (p > -1 or name not in BODY or name == "alpha")
 
 
 def alpha_by_lift(body: Parameters, given: Given) -> float:
