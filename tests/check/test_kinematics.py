@@ -10,6 +10,7 @@ import pytest
 import tt_precise as tt
 from tests.check.conftest import EULER, Engine, check
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.runtime.values import Check
 
 EVERY_LAW = ("kinematics", "contact_momentum", "normal_force", "friction_power")
 # the checks of which one must fail, under the scene's own law and under any
@@ -120,3 +121,18 @@ def healthy_runs(engine: Engine, seeds: Sequence[int]) -> list[str]:
 )
 def test_healthy_runs_with_other_laws_are_not_flagged(engine: Engine, seeds: Sequence[int]) -> None:
     assert healthy_runs(engine, seeds) == []
+
+
+@pytest.mark.usefixtures("no_cause")
+def test_jellett_is_allowed_a_force_within_the_depth_of_a_soft_table(engine: Engine) -> None:
+    """Fifty times less than another I1 changes it."""
+
+    def found(fault: str, limit: float = 1e-6) -> Check:
+        frame = engine(500, 0.5, law="soft", fault=fault)
+        return check(frame, "reference", friction="other", limits={"jellett": limit})["jellett"]
+
+    assert found("").value == pytest.approx(0, abs=1e-12)  # at the lowest point
+    assert found("the force at the table", 2e-9).verdict == "pass"  # 4e-8 without
+    wrong = found("I1 a hundredth more")
+    assert wrong.verdict == "fail"
+    assert wrong.value == pytest.approx(2.1e-6, rel=0.1)

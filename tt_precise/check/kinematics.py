@@ -293,6 +293,23 @@ def _depth(body: Parameters, kz: Array, z: Array) -> Array:
     return depth if soft else 0 * z
 
 
+def jellett_by_depth(samples: Samples) -> Array:
+    """Return by how much Jellett's integral changes if the contact force acts at the table's level.
+
+    A force F at the height h above the lowest point changes it at h (F_y a_x - F_x a_y), with F the
+    horizontal m dv/dt. An engine's force acts at one part of the depth, so that the true change is
+    the same part of this one; without the signs the sum would be a hundred times larger.
+    """
+    depth, body = depth_of(samples), samples.setup.body
+    if not depth.max() > LEAST_DEPTH or not samples.setup.has_velocity:
+        return numpy.zeros(len(depth))
+    x, y, _ = (numpy.broadcast_to(v, depth.shape) for v in motion_as_given(samples).s_dot)
+    a_x, a_y, _ = samples.q.a
+    h, a_x, a_y = ((v[1:] + v[:-1]) / 2 for v in (depth, a_x, a_y))
+    changes = body.m * h * (numpy.diff(y) * a_x - numpy.diff(x) * a_y)
+    return numpy.append(0.0, numpy.cumsum(changes))
+
+
 def _about_a_higher_point(body: Parameters, rows: RigidMotion, torque: Misfit) -> Misfit:
     """Return the misfit of the torque where a table gives way.
 
