@@ -530,10 +530,10 @@ def small_perturbations(share: str = "0.01", run: Run = REFERENCE) -> Grounds:
 def restart(before: str = "0", run: Run = REFERENCE) -> Grounds:
     """Started from its state at t_init the top climbs at once."""
     parts = {}
-    for name, reading in DEFINITIONS.items():
+    for name, meaning in DEFINITIONS.items():
         again = Run(_restarted(run, name, Fraction(before)))
         t_init = again.inversion.A.t_init
-        parts[reading] = (
+        parts[meaning] = (
             t_init == 0 and rising([turn.middle for turn in again.band[:EARLY]]),
             f"t_init = {'none' if t_init is None else decimal(t_init, 4)} s, theta passes "
             f"pi/2 after {decimal(again.equator, 5)} s",

@@ -170,8 +170,8 @@ def final_spin(printed: str = "-85", run: Run = REFERENCE) -> Grounds:
 def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> Grounds:
     """At the initiation time omega_3 is about 154 rad/s."""
     checks = {
-        reading: about(printed, run.confirm(partial(_spin_at, name)), "rad/s")
-        for name, reading in DEFINITIONS.items()
+        meaning: about(printed, run.confirm(partial(_spin_at, name)), "rad/s")
+        for name, meaning in DEFINITIONS.items()
     }
     return checks, "Until then friction has reduced the spin only slightly."
 

@@ -174,10 +174,10 @@ def ends_of_the_curve(
     known = run.thresholds.quantities
     limits = [known[name].value for name in ("D0", "E0", "D1", "E1")]
     parts = {}
-    for reading, numbers in (("the curve's own ends", own), ("the limits", limits)):
+    for meaning, numbers in (("the curve's own ends", own), ("the limits", limits)):
         checks = [about(text, value) for text, value in zip(printed, numbers, strict=True)]
         shown = "({}, {}) to ({}, {})".format(*(check.measured for check in checks))
-        parts[reading] = all(check.holds for check in checks), shown
+        parts[meaning] = all(check.holds for check in checks), shown
     off = [
         100 * float(abs(number.value / limit - 1))
         for number, limit in zip(own[:2], limits[:2], strict=True)

@@ -259,10 +259,10 @@ def amplitudes_increase(usually: str = "0.5") -> Grounds:
     ahead = starts("nu_y", "through")
     parts = {}
     for series in EVERY:
-        for contact, reading in CONTACTS.items():
+        for contact, meaning in CONTACTS.items():
             larger = {name: wider(starts(series, contact), name) for name in AMPLITUDES}
             shown = ", ".join(f"{name} {percent(part)}" for name, part in larger.items())
-            parts[f"{series}, {reading}"] = min(larger.values()) > float(usually), shown
+            parts[f"{series}, {meaning}"] = min(larger.values()) > float(usually), shown
     return (
         statements("usually increase", parts),
         "With nu_y(0) > 0 alone, theta_dot ranges wider for "
