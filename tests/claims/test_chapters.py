@@ -134,6 +134,7 @@ def test_no_verdict_and_no_measured_number_in_a_note_is_typed_in(
         (typed_into_notes, "def f(): return check, 'All of them invert.'"),
         (typed_into_notes, "def f(): return check, 'None of these starts.'"),
         (typed_into_notes, "def f(): return check, f'It ends at 3.19 s, {x}.'"),
+        (typed_into_notes, "in_section_1('EQ-04', 'a', 'b', 'All of these.')"),
         (verdicts_typed_in, "v.Part(holds=True, printed='a', measured='b')"),
         (verdicts_typed_in, "JudgedClaim(verdict=x, note='b')"),
         (verdicts_typed_in, "x = v.Verdict.REFUTED"),

@@ -53,6 +53,13 @@ def test_nothing_is_registered_twice() -> None:
         claims_of(RAUCH_RUTSTAM, "2.3")("NUM-20", quote="0.005106", control=None)(again)
 
 
+def test_one_function_judges_several_claims_by_what_is_given() -> None:
+    functions: list[Any] = [claims()[id].function for id in ("TH-02", "TH-23")]
+    assert functions[0].func is functions[1].func
+    assert [each.keywords["name"] for each in functions] == ["lambda_thres", "lambda_up"]
+    assert claims()["TH-02"].statement != claims()["TH-23"].statement
+
+
 @pytest.mark.parametrize("unknown", ["NUM-99", "", "x" * 1000, "EQ"])
 def test_an_unknown_id_is_bad_input(unknown: str) -> None:
     with pytest.raises(InputError, match="expected") as error:
