@@ -121,14 +121,13 @@ class Run:
         """One quantity at one time, in double."""
         return float(self.column(name, [t])[0])
 
-    def sampled(self, names: tuple[str, ...], every: str = "0.001") -> pandas.DataFrame:
+    def sampled(self, names: Iterable[str], every: str = "0.001") -> pandas.DataFrame:
         """A float table of quantities over the whole run, every ``every`` seconds (exact)."""
-        return _sampled(self.scene, names, every)
+        import pandas
 
-    def during_the_climb(self, names: tuple[str, ...]) -> pandas.DataFrame:
-        """The rows of ``sampled`` between initiation and ending time (definition A)."""
-        table, climb = self.sampled(names), self.climb
-        return table[(table["t"] >= climb.begin) & (table["t"] <= climb.end)]
+        step = Fraction(every)
+        times = [float(i * step) for i in range(int(Fraction(self.whole.end) / step) + 1)]
+        return pandas.DataFrame(self.columns(names, times))
 
     # ---- body and thresholds -----------------------------------------------------------------
 
@@ -338,12 +337,6 @@ def _integrate(scene: SceneLike, precision: str) -> Trajectory:
     if precision == FINE and refused_in_doubles(loaded):
         precision = WHERE_REFUSED
     return integrate(loaded, precision, events=catalogue(loaded.model))
-
-
-@cache
-def _sampled(scene: SceneLike, names: tuple[str, ...], every: str) -> pandas.DataFrame:
-    run = _integrate(variant(scene, sample_every=every), "double")
-    return run.frame(*names, numbers="float")
 
 
 @cache

@@ -209,7 +209,8 @@ def symmetry_as_the_reason(equality: str = "omega_dot.L=omega.L_dot") -> Grounds
 )
 def estimate_of_the_difference(factor: float = 2, run: Run = REFERENCE) -> Grounds:
     """E~ - E is approximately -m nu_x^2/2 + m nu_y (2 |omega x a| - nu_y)/2."""
-    climb = run.during_the_climb(("nu_x", "nu_y", "E", "E_tilde", "E_pot", "E_rot"))
+    table = run.sampled(("nu_x", "nu_y", "E", "E_tilde", "E_pot", "E_rot"))
+    climb = table[table["t"].between(*run.climb)]
     mass = float(run.loaded.body.m)
     # E~ is the energy with s_dot = -omega x a
     length = (2 / mass * (climb["E_tilde"] - climb["E_pot"] - climb["E_rot"])) ** 0.5
