@@ -15,6 +15,7 @@ from tt_precise.integration import integrate
 
 ROOT = Path(__file__).parents[1]
 SCRIPT = ROOT / "examples/ci/check.sh"
+UNITY = str(ROOT / "tests/check/cases/unity_left_handed/top.csv")
 MAKEFILE = (ROOT / "Makefile").read_text("utf-8")
 
 
@@ -36,7 +37,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def run(folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
     """The script as the action calls it: every input is there, those not given are empty."""
-    names = ("DIGITS", "LIMITS", "COLUMNS", "UNTIL", "FRICTION", "START", "ENGINE", "ALLOW")
+    names = ("DIGITS", "LIMITS", "COLUMNS", "UNTIL", "FRICTION", "START", "ENGINE", "ALLOW",
+             "WORLD", "AXIS")  # fmt: skip
     place = {
         "OUT": str(folder / "out"), "GITHUB_STEP_SUMMARY": str(folder / "step.md"),
         "PYTHON": sys.executable, "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
@@ -55,6 +57,7 @@ def run(folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
         ({"FILE": "right.csv", "LIMITS": "jellett=1e-30"}, 1, True),
         ({"FILE": "right.csv", "START": "other", "ALLOW": "golden energy"}, 0, False),
         pytest.param({"FILE": "right.csv", "ENGINE": "mujoco"}, 2, True, marks=pytest.mark.slow),
+        ({"FILE": UNITY, "WORLD": "left-handed-y-up", "AXIS": "y"}, 0, False),
         ({"FILE": "wrong.csv"}, 1, True),
         ({"FILE": "wrong.csv", "COLUMNS": "Lx=kx"}, 2, True),
         pytest.param({"FILE": "missing.csv"}, 2, True, marks=pytest.mark.slow),

@@ -3,8 +3,8 @@
 #
 #     FILE=mine.csv SCENE=reference LIMITS="jellett=1e-9 energy=1e-6" examples/ci/check.sh
 #
-# DIGITS, UNTIL, COLUMNS (theirs=ours), FRICTION, START, ENGINE (--from) and ALLOW are options of
-# `tt-precise check`; LIMITS, COLUMNS and ALLOW may have several entries with blanks between them.
+# DIGITS, UNTIL, COLUMNS (theirs=ours), FRICTION, START, ENGINE (--from), WORLD, AXIS and ALLOW are
+# options of `tt-precise check`; LIMITS, COLUMNS and ALLOW may have several entries with blanks between them.
 # check.json, summary.md and drift.svg go into OUT, by default here. The exit status is that of the check: 0, 1 failed, 2 unusable.
 set -euo pipefail
 here=$(dirname "$0")
@@ -18,7 +18,7 @@ for limit in ${LIMITS:-}; do check+=(--limit "$limit"); done
 for column in ${COLUMNS:-}; do check+=(--columns "$column"); done
 for name in ${ALLOW:-}; do check+=(--allow "$name"); done
 if [[ -n ${ENGINE:-} ]]; then check+=(--from "$ENGINE"); fi
-for name in DIGITS UNTIL FRICTION START; do
+for name in DIGITS UNTIL FRICTION START WORLD AXIS; do
     if [[ -n ${!name:-} ]]; then check+=("--${name,,}" "${!name}"); fi
 done
 
