@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
-from itertools import pairwise
+from itertools import count, pairwise, takewhile
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from tt_precise.claims.evidence.proved import SceneLike, proofs_of
@@ -125,9 +125,8 @@ class Run:
         """A float table of quantities over the whole run, every ``every`` seconds (exact)."""
         import pandas
 
-        step = Fraction(every)
-        times = [float(i * step) for i in range(int(Fraction(self.whole.end) / step) + 1)]
-        return pandas.DataFrame(self.columns(names, times))
+        times = (float(i * Fraction(every)) for i in count())
+        return pandas.DataFrame(self.columns(names, takewhile(self.whole.has, times)))
 
     # ---- body and thresholds -----------------------------------------------------------------
 
