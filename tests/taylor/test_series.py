@@ -1,7 +1,9 @@
 """Power series against mpmath's derivatives, in several arithmetics, and sizes of summands."""
 
 import math
+import random
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any
 
 import mpmath
@@ -140,3 +142,17 @@ def test_the_coefficients_of_an_oscillator(monkeypatch: pytest.MonkeyPatch) -> N
 def test_a_convolution_is_the_product_of_two_series() -> None:
     a, b = [1, 2, 3, 4], [5, -6, 7, 8]
     assert series.convolution(a, b) == [5, 4, 10, 24]
+
+
+def test_running_errors_bound_the_roundings_of_an_evaluation() -> None:
+    def value(a: Any, b: Any, c: Any, d: Any) -> Any:
+        return ((a * b + c * d) * a - b / c) * (a - d) / (c + b)
+
+    drawn, shares = random.Random(1), []
+    for _ in range(200):
+        numbers = [drawn.uniform(-1, 1) for _ in range(4)]
+        found = value(*(series.Rounded(x, 0.0) for x in numbers))
+        wrong = abs(Fraction(found.value) - value(*map(Fraction, numbers)))
+        shares.append(float(wrong) / (2.0**-53 * found.size))
+        assert value(*(series.Sized(x, 0.0) for x in numbers)).size == 0
+    assert 0.1 < max(shares) <= 1

@@ -49,11 +49,11 @@ from tt_precise.taylor.interpolation import (
     through,
     zero_between,
 )
-from tt_precise.taylor.series import Sized, SizedFunctions, TaylorSeries
+from tt_precise.taylor.series import Rounded, Sized, SizedFunctions, TaylorSeries
 
 ROUNDING = 2.0**-53  # Relative error of a rounding in double.
-# Relative errors of 2^-bits that a component has at the start, and that an evaluation adds.
-ROUNDINGS = 10
+# Roundings of a component: its own, and the last product and sum of its series.
+ROUNDINGS = 3
 # Ratio of successive terms of a series at the end of a step: with the order 1 - log(tolerance)/2
 # steps are e^-2 of the radius of convergence (Jorba and Zou 2005).
 OMITTED = math.exp(-2)
@@ -63,8 +63,10 @@ MOST_PRODUCTS = 2**18
 # Nodes of a whole step, and of each interval of a step that has several zeros. They set the cost:
 # where a polynomial leaves out too much, the interval is divided.
 COARSE, FINE = 8, 14
-# Largest distances of a polynomial from its function, relative to the largest value: from SINGLE on
-# secants start at its zero, from SHAPE on its extrema are those of the function.
+# Largest distances of a polynomial from its function, relative to the largest value. From SINGLE on
+# secants start at its zero, with so many right bits. From SHAPE on its extrema are those of the
+# function: their values are off by the square of SHAPE, and below ROUNDING/SHAPE, 2^7 times that,
+# the function itself decides.
 SINGLE, SHAPE = 2.0**-RIGHT_BITS, 2.0**-20
 # Limits of the division of steps: the intervals of a block, which bound memory to some MB, and the
 # halvings of a step, which leave 2^-30 of the step to a bend.
@@ -75,8 +77,10 @@ JUMP = 2.0**-3
 # Weight of undecided points between two signs that count: an extremum has 2, the end of a step 1.
 # A tangency has an extremum, and perhaps the end of a step; more is noise.
 TANGENCY = 3
-# Series of the start have GUARD bits more than the run, and FIRST_ORDER terms, one more for 20
-# bits. They are read up to this part of the first step.
+# Series of the start have GUARD bits more than the run, of the 64 of its numbers: 24 are left to
+# roundings. They have FIRST_ORDER terms, one more for 20 bits, and are read up to FIRST_PART of the
+# first step. The terms that they omit count as errors, so both set what is decided, not if it is
+# right.
 FIRST_ORDER, GUARD = 8, 40
 FIRST_PART = 2.0**-8
 
@@ -383,8 +387,8 @@ class Zeros:
         return error, self._sizes(rows, errors / rounding) * rounding
 
     def _sizes(self, rows: Sequence[Array], errors: Array) -> Array:
-        """Return the sizes of the functions' summands, from errors of components in roundings."""
-        row = [Sized(x, size + 0 * x) for x, size in zip(rows, errors, strict=True)]
+        """Return the errors of the functions, from errors of components, both in roundings."""
+        row = [Rounded(x, size + 0 * x) for x, size in zip(rows, errors, strict=True)]
         table = numpy.zeros((len(self.events), len(rows[0])))
         values = self._along(range(len(table)), self._body, row, SizedFunctions())
         for i, value in enumerate(values):

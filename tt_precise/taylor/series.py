@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Self
 
 import numpy
 
@@ -329,46 +329,65 @@ class Sized(Ring):
     def __init__(self, value: Scalar, size: Scalar):
         self.value, self.size = value, size
 
-    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Scalar, **options: Any) -> Sized:
+    def result(self, value: Scalar, size: Scalar) -> Self:
+        """The result of an operation; what it makes of the operands' sizes is ``size``."""
+        return type(self)(value, size)
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Scalar, **options: Any) -> Self:
         """Apply NumPy's operations, and its functions of one argument by the slope of a secant."""
         if len(inputs) == 2 and ufunc.__name__ in OPERATIONS:
-            a, b = (x if isinstance(x, Sized) else Sized(x, abs(x)) for x in inputs)
-            result: Sized = OPERATIONS[ufunc.__name__](a, b)
+            a, b = (x if isinstance(x, Sized) else type(self)(x, abs(x)) for x in inputs)
+            result: Self = OPERATIONS[ufunc.__name__](a, b)
             return result
         if len(inputs) != 1 or method != "__call__":
             raise TypeError(f"numpy.{ufunc.__name__} of several numbers")
         value, aside = ufunc(self.value), abs(self.value) * SECANT + (self.value == 0) * SECANT
-        return Sized(value, self.size * abs(ufunc(self.value + aside) - value) / aside)
+        return self.result(value, self.size * abs(ufunc(self.value + aside) - value) / aside)
 
-    def __add__(self, other: Scalar) -> Sized:
+    def __add__(self, other: Scalar) -> Self:
         if isinstance(other, Sized):
-            return Sized(self.value + other.value, self.size + other.size)
-        return Sized(self.value + other, self.size + abs(other))
+            return self.result(self.value + other.value, self.size + other.size)
+        return self.result(self.value + other, self.size + abs(other))
 
-    def __neg__(self) -> Sized:
-        return Sized(-self.value, self.size)
+    def __neg__(self) -> Self:
+        return type(self)(-self.value, self.size)
 
-    def __abs__(self) -> Sized:
-        return Sized(abs(self.value), self.size)
+    def __abs__(self) -> Self:
+        return type(self)(abs(self.value), self.size)
 
-    def __mul__(self, other: Scalar) -> Sized:
+    def __mul__(self, other: Scalar) -> Self:
         if isinstance(other, Sized):
             size = abs(self.value) * other.size + self.size * abs(other.value)
-            return Sized(self.value * other.value, size)
-        return Sized(self.value * other, self.size * abs(other))
+            return self.result(self.value * other.value, size)
+        return self.result(self.value * other, self.size * abs(other))
 
-    def __truediv__(self, other: Scalar) -> Sized:
+    def __truediv__(self, other: Scalar) -> Self:
         if isinstance(other, Sized):
             quotient = self.value / other.value
-            return Sized(quotient, (self.size + abs(quotient) * other.size) / abs(other.value))
-        return Sized(self.value / other, self.size / abs(other))
+            size = (self.size + abs(quotient) * other.size) / abs(other.value)
+            return self.result(quotient, size)
+        return self.result(self.value / other, self.size / abs(other))
 
-    def __rtruediv__(self, other: Scalar) -> Sized:
-        return Sized(other, abs(other)) / self
+    def __rtruediv__(self, other: Scalar) -> Self:
+        return type(self)(other, abs(other)) / self
 
-    def __pow__(self, power: Scalar) -> Sized:
+    def __pow__(self, power: Scalar) -> Self:
         slope = power * self.value ** (power - 1)
-        return Sized(self.value**power, self.size * abs(slope))
+        return self.result(self.value**power, self.size * abs(slope))
+
+
+class Rounded(Sized):
+    """A number or array with its error in roundings, to first order: Wilkinson's running errors.
+
+    Where each operation has a relative rounding of u, the value is wrong by at most u times
+    ``size``.
+    """
+
+    __slots__ = ()
+
+    def result(self, value: Scalar, size: Scalar) -> Self:
+        """The result of an operation, with its own rounding."""
+        return type(self)(value, size + abs(value))
 
 
 OPERATIONS = {
@@ -413,17 +432,19 @@ class SizedFunctions:
         """The length of a plane vector, without underflow of squares."""
         if not isinstance(y, Sized) and not isinstance(x, Sized):
             return numpy.hypot(x, y)
+        kind = x if isinstance(x, Sized) else y
         x, y = (value if isinstance(value, Sized) else Sized(value, 0.0) for value in (x, y))
         length = numpy.hypot(x.value, y.value)
-        return Sized(length, abs(x.value / length) * x.size + abs(y.value / length) * y.size)
+        return kind.result(length, abs(x.value / length) * x.size + abs(y.value / length) * y.size)
 
     def atan2(self, y: Scalar, x: Scalar) -> Scalar:
         if not isinstance(y, Sized) and not isinstance(x, Sized):
             return numpy.arctan2(y, x)
+        kind = x if isinstance(x, Sized) else y
         y, x = (value if isinstance(value, Sized) else Sized(value, 0.0) for value in (y, x))
         spread = abs(x.value) * y.size + abs(y.value) * x.size
         square = x.value * x.value + y.value * y.value
-        return Sized(numpy.arctan2(y.value, x.value), spread / square)
+        return kind.result(numpy.arctan2(y.value, x.value), spread / square)
 
 
 def _shift(
@@ -431,4 +452,4 @@ def _shift(
 ) -> Scalar:
     if not isinstance(value, Sized):
         return function(value)
-    return Sized(function(value.value), value.size * abs(slope(value.value)))
+    return value.result(function(value.value), value.size * abs(slope(value.value)))
