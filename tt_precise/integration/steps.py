@@ -165,18 +165,18 @@ def of_block(piece: StepBlock, end: float, setup: Setup) -> Steps:
     return Steps(begin, lengths * unit, series * powers.T, wide)
 
 
-def of_series(
-    series: Sequence[Sequence[Scalar]], length: Scalar, setup: Setup, *, only: bool = False
-) -> Steps:
-    """Return one step from 0 to ``length``, from power series of the components in wide numbers."""
+def of_series(series: Sequence[Sequence[Scalar]], length: Scalar, setup: Setup) -> Steps:
+    """Return one step from 0 to ``length``, from power series of the components in wide numbers.
+
+    Only these are precise enough where functions vanish or are undefined at 0.
+    """
     mpfr = setup.precision.mpfr
     terms = [[x * length**k for k, x in enumerate(c)] for c in series]
 
     def rows(step: Array, position: Array) -> tuple[Array, Sequence[Array]]:
         return position * length, [horner(c, position) for c in terms]
 
-    double = setup.precision.is_float and not only
-    wide = None if double else Wide(mpfr.number, mpfr, mpfr.back, rows, only)
+    wide = Wide(mpfr.number, mpfr, mpfr.back, rows, only=True)
     return Steps(
         numpy.zeros(1), numpy.array([float(length)]), numpy.array(terms, float)[:, :, None], wide
     )

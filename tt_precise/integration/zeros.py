@@ -245,7 +245,7 @@ class Zeros:
         body, order = self._body_of(number), FIRST_ORDER + bits // 20
         entries = layout.moving(body, row, self._mpfr)[0]
         series = [entry.upto(order)[: order + 1] for entry in entries]
-        first = of_series(series, number(float(steps.length[0])), self.setup, only=True)
+        first = of_series(series, number(float(steps.length[0])), self.setup)
         sizes = abs(steps.terms[:, :, :1]).max(axis=1)
         left = abs(first.terms[:, -1]) * OMITTED
         rounding = 2.0 ** -(bits + GUARD)
