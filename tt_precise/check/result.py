@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 import numpy
 from msgspec import to_builtins
 
+from tt_precise.runtime.plotting import BLACK, CYCLE, new_figure, save, styled, thinned
 from tt_precise.runtime.records import UNSET, Record, Unset, means
 from tt_precise.runtime.terminal import one_line
 from tt_precise.runtime.values import Array, Check, Json, Sense, Verdict
@@ -119,7 +120,6 @@ class Checked(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_pre
 
 SIGNS = {"at most": "<=", "above": ">", "at least": ">="}
 HOLDS = {"at most": operator.le, "above": operator.gt, "at least": operator.ge}
-MOST_POINTS = 4096  # Points of a curve in a plot; more are thinned out.
 LEAST = 1e-12  # A plot draws values below this part of the limit linearly, down to 0.
 HIGHEST = 1e12  # A plot draws values above this multiple of the limit, and infinite ones, here.
 
@@ -157,16 +157,11 @@ def check_of_rows(
         note = note if math.isfinite(value) else "not finite there"
     elif seen.open or (sense == "at most" and seen.bound > limit):
         verdict, note = "open", seen.open or f"rows too far apart; {note}"
+    shown = thinned(t, badness)
     return Check(
         name, verdict, value, limit, float(t[worst]), note, meaning, sense,
-        bound=seen.bound, since=since, curve=_thinned(t, badness, sign),
+        bound=seen.bound, since=since, curve=(t[shown], sign * badness[shown]),
     )  # fmt: skip
-
-
-def _thinned(t: Array, badness: Array, sign: float) -> tuple[Array, Array]:
-    """Times (s), and the worst value of the block of rows that begins at each time."""
-    starts = numpy.arange(0, len(t), max(1, math.ceil(len(t) / MOST_POINTS)))
-    return t[starts], sign * numpy.maximum.reduceat(badness, starts)
 
 
 WIDTH = 100
@@ -456,22 +451,12 @@ class Result:
         ElementTree.indent(suites)
         return ElementTree.tostring(suites, "unicode", xml_declaration=True) + "\n"
 
+    @styled()
     def plot(self, path: str | Path | None = None) -> Figure:
-        """A matplotlib ``Figure`` of all drifts over time, written to ``path`` if one is given."""
-        from tt_precise.runtime.plotting import require_format, save, styled
+        """A matplotlib ``Figure`` of each residual over its limit, written to ``path`` if given.
 
-        if path is not None:
-            require_format(path)
-        with styled():
-            drawn = self._draw()
-        if path is not None:
-            save(drawn, path)
-        return drawn
-
-    def _draw(self) -> Figure:
-        """Each residual over its limit; those that failed first, with the first time above."""
-        from tt_precise.runtime.plotting import BLACK, CYCLE, new_figure
-
+        Those that failed come first, with a dot at the first time above the limit.
+        """
         drawn = new_figure(8, 4.5)
         axes = drawn.add_subplot()
         # black is the limit; further curves have the same colours in dashes and dots
@@ -503,4 +488,6 @@ class Result:
         axes.set_ylabel("value/limit; dotted: the error bound")
         axes.set_title(f"{Path(self.trajectory).name} against {self.scene}: {self.verdict}")
         axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
+        if path is not None:
+            save(drawn, path)
         return drawn

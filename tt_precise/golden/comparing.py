@@ -19,7 +19,7 @@ from tt_precise.golden.solution import Rows, TrueSolution
 from tt_precise.golden.store import Folder, read_whole
 from tt_precise.mechanics.digits import RULE
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.plotting import new_figure, require_format, save, styled
+from tt_precise.runtime.plotting import new_figure, save, styled
 from tt_precise.runtime.values import InputError
 
 if TYPE_CHECKING:
@@ -76,7 +76,6 @@ class Comparison:
 
     def save(self, path: str | Path) -> None:
         """Write the picture in the format of the suffix of ``path`` (.png, .svg, .pdf)."""
-        require_format(path)
         save(self.figure(), path)
 
 
