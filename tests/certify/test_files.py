@@ -8,7 +8,7 @@ from contextlib import nullcontext
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -235,6 +235,15 @@ def copied(proved: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(proved, tmp_path / NAME))
 
 
+once = cache(prove)
+
+
+@pytest.fixture
+def proved_once(monkeypatch: Patch) -> None:
+    """Statements are compared again; what they are compared with is proved once."""
+    monkeypatch.setattr("tt_precise.certify.files.prove", once)
+
+
 def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, place: Path) -> None:
     folder = place.parent
     assert _run(NAME, "--folder", str(folder)) == 0
@@ -277,7 +286,7 @@ def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, place: Pat
     ],
 )
 def test_statements_that_are_not_proved_again_are_refused(
-    copied: Path, name: str, change: Any, capsys: pytest.CaptureFixture[str]
+    proved_once: None, copied: Path, name: str, change: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
     edit_json(copied / PROOF, lambda content: content.update({name: change}), json.dumps)
     assert _run(NAME, "--folder", str(copied.parent), "--check") == 1
@@ -291,7 +300,7 @@ def _with_contact(contact: dict[str, Any], proof: dict[str, Any]) -> None:
     proof["contact"] = contact
 
 
-def test_a_bound_is_confirmed_up_to_what_is_proved(copied: Path) -> None:
+def test_a_bound_is_confirmed_up_to_what_is_proved(proved_once: None, copied: Path) -> None:
     content = json.loads((copied / PROOF).read_text())["contact"]
     proved = Decimal(content["g_n_at_least_mg"])
     unit = Decimal(1).scaleb(proved.adjusted() - 5)
