@@ -12,6 +12,9 @@ from tests.check.conftest import EULER, Engine, check
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.values import Check
 
+# What explains a failure is tested elsewhere.
+pytestmark = pytest.mark.usefixtures("no_cause")
+
 EVERY_LAW = ("kinematics", "contact_momentum", "normal_force", "friction_power")
 # the checks of which one must fail, under the scene's own law and under any
 FAULTS = {
@@ -45,7 +48,6 @@ def test_the_engine_is_right(engine: Engine) -> None:
         assert result[name].verdict == "pass", result[name].note
 
 
-@pytest.mark.usefixtures("no_cause")
 @pytest.mark.parametrize("friction", ["scene", "other"])
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_planted_fault_fails(engine: Engine, fault: str, friction: str) -> None:
@@ -54,7 +56,6 @@ def test_a_planted_fault_fails(engine: Engine, fault: str, friction: str) -> Non
     assert expected in found if expected else not found
 
 
-@pytest.mark.usefixtures("no_cause")
 @pytest.mark.parametrize("law", ["viscous", "stribeck"])
 def test_a_table_that_pulls_fails(engine: Engine, law: str) -> None:
     start = (1.3, 5.0, -10.0, 190.0)
@@ -123,7 +124,6 @@ def test_healthy_runs_with_other_laws_are_not_flagged(engine: Engine, seeds: Seq
     assert healthy_runs(engine, seeds) == []
 
 
-@pytest.mark.usefixtures("no_cause")
 def test_jellett_is_allowed_a_force_within_the_depth_of_a_soft_table(engine: Engine) -> None:
     """Fifty times less than another I1 changes it."""
 

@@ -158,6 +158,7 @@ def test_files_that_are_no_files(healthy: Healthy, tmp_path: Path) -> None:
         refuses(message, source)
 
 
+@pytest.mark.usefixtures("no_cause")
 @pytest.mark.parametrize(
     ("column", "text", "at"),
     [("kz", "nan", 2.98), ("kz", "-inf", 2.98), ("kz", "", 2.98), ("t", "nan", 2.97)],
