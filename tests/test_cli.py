@@ -78,7 +78,10 @@ def test_a_bad_scene(
         ("run reference --out no/such/folder/a.csv", "expected a file in a folder"),
         ("run reference --until 0 --out /proc/a.csv", "expected a place that can"),
         ("run reference --out .", "is a directory"),
-        ("run reference --columns g_n", "without --out, --plot or --events with --json, expected one"),
+        (
+            "run reference --columns g_n",
+            "without --out, --plot or --events with --json, expected one",
+        ),
         ("run reference --columns gn --out a.csv", "--columns: got 'gn', expected"),
         ("run reference --events theta_min,perigee", "event: got 'perigee'"),
         ("run reference --record theta", "expected one of: phi, psi, x, y"),
