@@ -50,7 +50,17 @@ def dry() -> pandas.DataFrame:
     return run.frame(*VECTORS[1:], times=[0.005 * i for i in range(174)], numbers="float")
 
 
-@pytest.mark.parametrize("text", SPOILT)
+# Of a family one member is in the default run.
+ALIKE = (
+    "kx, ky hold ky, kx", "Lx, Ly hold Ly, Lx", "kz has the other sign", "Lz has the other sign",
+    "the time is in 1/60 s", "the time is in minutes", "--",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "text",
+    [pytest.param(one, marks=[pytest.mark.slow] if one in ALIKE else []) for one in SPOILT],
+)
 def test_conventions_of_another_motion_are_named(dry: pandas.DataFrame, text: str) -> None:
     given = SPOILT[text](dry)
     found = check(given, "reference", friction="other")

@@ -65,7 +65,7 @@ def run() -> tt.Trajectory:
         (lambda run, n: run.frame("theta", times=[n]), "t: got "),
         (lambda run, n: run.animate("a.gif", fps=n), "animate: got "),
         (lambda run, n: run.animate("a.html", begin=n), "animate: got "),
-        (lambda run, n: run.sensitivity.spread({"mu": n}), "spread: got mu: "),
+        (lambda run, n: run.sensitivity.spread({"mu": n}), "spread: (got mu: |mu: got )"),
         (lambda run, n: tt.thresholds("reference", digits=n), "digits: got "),
         (lambda run, n: tt.sweep("reference", box={"mu": "0:1"}, samples=n), "samples: got "),
         (lambda run, n: tt.sweep("reference", vary={"mu": [1]}, seed=n), "seed: got "),

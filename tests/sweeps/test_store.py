@@ -142,9 +142,10 @@ def test_a_damaged_folder_comes_out_whole(
         shutil.rmtree(out)
 
 
-def test_a_url_holds_the_same_rows(tmp_path: Path, rows: pandas.DataFrame) -> None:
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_a_url_holds_the_same_rows(tmp_path: Path, rows: pandas.DataFrame, workers: int) -> None:
     out = f"file://{tmp_path}/far/sweep"
-    found = run_sweep(SPEC, out=out, chunk=CHUNK, recheck=1, workers=2).summary
+    found = run_sweep(SPEC, out=out, chunk=CHUNK, recheck=1, workers=workers).summary
     assert found["out"] == out
     pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
     again = run_sweep(SPEC, out=out, recheck=1).summary
