@@ -307,6 +307,10 @@ CHECKS = (
         _from_row_to_row(equations), ("force", "velocity"),
     ),
     RowCheck(
+        "contact", "g_n/(m g): the table pushes and never pulls; eq (7)",
+        contact, ("contact", "no flight", "force", "velocity"), LIFT_OFF, "at least",
+    ),
+    RowCheck(
         "kinematics",
         "attitude (rad) and position (over R) follow the velocities, z stands at R (1 - alpha cos "
         "theta); every law",
@@ -327,10 +331,6 @@ CHECKS = (
         "friction_power", "F_t.v_A over m g R omega at the start: never above 0; every law",
         friction_power,
         ("contact", "velocity columns", "azimuth", "velocity", "centre's height"), 1e-3,
-    ),
-    RowCheck(
-        "contact", "g_n/(m g): the table pushes and never pulls; eq (7)",
-        contact, ("contact", "no flight", "force", "velocity"), LIFT_OFF, "at least",
     ),
     RowCheck(
         "contact_velocity", "v_A.z = 0 (rolling: v_A = 0), in units of R omega at the start",

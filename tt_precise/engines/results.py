@@ -30,7 +30,7 @@ VERDICTS = {
 
 @dataclass(frozen=True)
 class LadderResult:
-    """An engine on a test. Differences are ``States.distance``: 1 is the size of the motion.
+    """An engine on a test. Differences are ``SampledMotion.distance``: 1 is the size of the motion.
 
     ``errors`` from the reference, at the end ``digits`` of it, and ``drift`` of what is conserved
     (relative, largest), one entry a step size. ``order``, ``constant`` (with the step in s) and
