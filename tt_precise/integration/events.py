@@ -41,14 +41,6 @@ class Event:
     azimuth: bool = False
 
 
-def too_many_events() -> InputError:
-    """The error of a run with more than ``MOST_EVENTS``."""
-    return InputError(
-        f"events: got more than {MOST_EVENTS}, expected fewer: ask for a shorter time or for fewer "
-        "kinds of them"
-    )
-
-
 def axis_fall(q: Motion) -> Scalar:
     """I1 times the rate of cos theta: zero where theta turns."""
     return q.state.Lx * q.state.ky - q.state.Ly * q.state.kx

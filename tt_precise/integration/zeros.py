@@ -30,12 +30,7 @@ import numpy
 
 from tt_precise.integration.dense_output import NO_HITS, FoundEvents, Hits
 from tt_precise.integration.equations import event_value
-from tt_precise.integration.events import (
-    EVENTS,
-    MOST_EVENTS,
-    TERMINAL,
-    too_many_events,
-)
+from tt_precise.integration.events import EVENTS, MOST_EVENTS, TERMINAL
 from tt_precise.integration.roots import RIGHT_BITS, Bracket, refine, vertex
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.steps import Steps, Wide, horner, of_series
@@ -586,7 +581,10 @@ class Zeros:
         self._hits.append(Hits(names[which], zeros.times, direction, zeros.states))
         self._last = numpy.where(points.position[high] == len(steps), which, -1)
         if sum(map(len, self._hits)) > MOST_EVENTS:
-            raise too_many_events()
+            raise InputError(
+                f"events: got more than {MOST_EVENTS}, expected fewer: ask for a shorter time or "
+                "for fewer kinds of them"
+            )
 
     def _zeros(self, steps: Steps, which: Array, step: Array, bracket: Bracket) -> _Zero:
         """Return the zeros of functions in steps, to the last bits of the run."""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 
+from tt_precise.integration.dense_output import ARRIVED
 from tt_precise.integration.inversion import NEEDED, InversionTimes
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import ended_at_start
@@ -37,7 +38,6 @@ from tt_precise.sweeps.columns import (
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
 
-COMPLETE = ("complete", "contact_ignored")
 # Part of a time, and of 1 s, by which both sides of a mode switch are read beside it: far more than
 # the rounding of its time.
 BESIDE = Fraction(1, 10**12)
@@ -134,7 +134,7 @@ def _events(record: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _outcome(run: Trajectory, scene: Scene, times: InversionTimes, contact: str) -> str:
-    if run.status not in COMPLETE:
+    if run.status not in ARRIVED:
         return str(run.status)
     theta, energy, lambda_ = (
         run.frame(name, times=[run.t_end])[name].to_numpy(dtype=float)

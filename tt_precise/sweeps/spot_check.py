@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any
 
 import numpy
@@ -36,17 +37,12 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
 
     Without steps and drift, which an arithmetic has of its own. Only for contact "unilateral".
     """
-    row = _fine(scene, record)
+    fine = partial(row_of, scene, record, tolerance=TOLERANCE)
+    try:
+        row = fine(precision=WHERE_REFUSED if refused_in_doubles(scene) else FINE)
+    except ArcTangentError:  # of an event's function
+        row = fine(precision=WHERE_REFUSED)
     return {name: value for name, value in row.items() if name not in ("steps", "jellett_drift")}
-
-
-def _fine(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
-    if not refused_in_doubles(scene):
-        try:
-            return row_of(scene, record, precision=FINE, tolerance=TOLERANCE)
-        except ArcTangentError:  # of an event's function
-            pass
-    return row_of(scene, record, precision=WHERE_REFUSED, tolerance=TOLERANCE)
 
 
 def differences(row: Mapping[Any, Json], again: Mapping[str, Json]) -> dict[str, float]:
