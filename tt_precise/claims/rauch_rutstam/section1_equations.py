@@ -121,7 +121,7 @@ def _rotation_of_the_body() -> tuple[Scalar, Scalar, Scalar]:
     control=("partly", {"inverse_inertia": "1/I3"}),
     quote="3_dot=omega x 3=(L x 3)/I1",
 )
-def axis_turns(inverse_inertia: str = "1/I1") -> Grounds:
+def axis_rotates(inverse_inertia: str = "1/I1") -> Grounds:
     """The axis changes at the rate omega x 3 = L x 3/I1."""
     q = _at_any_azimuth()
     geometric = tuple(rate(component) for component in q.k)

@@ -168,7 +168,7 @@ def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> 
 )
 def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> Grounds:
     """With phi_dot(0) in [195, 200] and theta(0) = 0.1, theta grows monotonically from 0.8 on."""
-    angles = [last_turn(theta, phi_dot)[1] for phi_dot in PHI_DOTS]
+    angles = [last_turning_point(theta, phi_dot)[1] for phi_dot in PHI_DOTS]
     low, high = min(angles), max(angles)
     measured = f"theta turns for the last time at {decimal(low, 4)} to {decimal(high, 4)} rad"
     begins = abs(high - float(printed)) < AT_ONCE
@@ -198,7 +198,7 @@ def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> Grounds:
 )
 def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") -> Grounds:
     """With theta(0) = 0.01, theta grows monotonically from 0.3 s, 0.02 rad on."""
-    turns = [last_turn(theta, phi_dot) for phi_dot in PHI_DOTS]
+    turns = [last_turning_point(theta, phi_dot) for phi_dot in PHI_DOTS]
     times, angles = zip(*turns, strict=True)
     fall = max(_largest_fall(theta, phi_dot, float(time)) for phi_dot in PHI_DOTS)
     return (
@@ -324,20 +324,20 @@ def initiations(theta: str, phi_dot: Scalar, side: int) -> dict[str, float]:
     return {name: float(getattr(inversion, name).t_init) for name in DEFINITIONS}
 
 
-def _climbing_turns(theta: str, phi_dot: str) -> pandas.DataFrame:
+def _climbing_turning_points(theta: str, phi_dot: str) -> pandas.DataFrame:
     turns = _run(theta, phi_dot).turning_points
     ending = turns["theta"] > math.pi - TO_THE_POLE
     return turns[: int(ending.argmax())] if ending.any() else turns
 
 
-def last_turn(theta: str, phi_dot: str) -> tuple[float, float]:
+def last_turning_point(theta: str, phi_dot: str) -> tuple[float, float]:
     """Time (s) and angle of the last turning point of theta in the climb."""
-    last = _climbing_turns(theta, phi_dot).iloc[-1]
+    last = _climbing_turning_points(theta, phi_dot).iloc[-1]
     return float(last["t"]), float(last["theta"])
 
 
 def _largest_fall(theta: str, phi_dot: str, after: float) -> float:
-    turns = _climbing_turns(theta, phi_dot)
+    turns = _climbing_turning_points(theta, phi_dot)
     angles = [float(x) for x in turns["theta"][turns["t"] > after]]
     return max((a - b for a, b in pairwise(angles)), default=0.0)
 
