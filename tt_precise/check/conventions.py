@@ -32,7 +32,7 @@ from tt_precise.check.force_free_flow import (
     torque_of,
 )
 from tt_precise.check.worlds import AXES, OMEGA, POLAR, QUATERNION, WORLDS
-from tt_precise.mechanics.newton import contact_arm
+from tt_precise.mechanics.newton import angular_momentum, contact_arm, inverse_inertia
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import Quaternion, Vector, cross, dot, multiplied, rotate
 from tt_precise.runtime.values import Array
@@ -115,43 +115,44 @@ class Convention:
 
     def words(self) -> str:
         """Name the differences from ours, and the option that reads the file."""
-        said = []
-        if self.time != "s":
-            counts = self.time.startswith("rows")
-            said.append(f"t counts {self.time}" if counts else f"the time is in {self.time}")
+        said = [time_in_words(self.time)] * (self.time != "s")
         if self.up != "z" or self.hand == "left":
             hand = "left-handed, " if self.hand == "left" else ""
             name = f"{'left-handed-' if self.hand == 'left' else ''}{self.up}-up"
             option = f": add --world {name}" if name in WORLDS else ""
             said.append(f"the world is {hand}{self.up} up{option}")
-        if self.axis != "z":
+        if self.axis == "-z":
+            said.append("the body's axis points from the other end")
+        elif self.axis != "z":
             option = f": add --axis {self.axis}" if self.axis in AXES else ""
-            other = "the body's axis points from the other end"
-            named = f"the body's symmetry axis is {self.axis}{option}"
-            said.append(other if self.axis == "-z" else named)
-        if self.length != "m":
-            said.append(f"lengths are in {self.length}")
-        if self.angle != "rad":
-            per = "" if "per" in self.angle else " per second"
-            said.append(f"the angular velocity is in {self.angle}{per}")
-        if self.order != "scalar first":
-            said.append("the quaternion has its scalar last")
-        if self.inverse:
-            said.append("the quaternion is the inverse one, from the inertial to the body frame")
-        if self.in_body:
-            said.append("the angular velocity is in the body frame")
-        if self.opposite:
-            said.append("the angular velocity has the other sign")
-        points = {"centre": "the sphere's centre", "contact": "the contact point"}
-        if self.point != "cm":
-            said.append(f"the velocity is that of {points[self.point]}")
-        if self.velocity_in_body:
-            said.append("the velocity is in the body frame")
-        if self.place != "cm":
-            said.append(f"the position is that of {points[self.place]}")
+            said.append(f"the body's symmetry axis is {self.axis}{option}")
+        for group, text in WORDS.items():
+            choice = getattr(self, group)
+            if choice != getattr(OURS, group):
+                said.append(text.format(NAMES.get(choice, choice)))
         return "; ".join(said)
 
 
+def time_in_words(unit: str) -> str:
+    """Say in which unit times are."""
+    return f"t counts {unit}" if unit.startswith("rows") else f"the time is in {unit}"
+
+
+WORDS = {
+    "length": "lengths are in {}",
+    "angle": "the angular velocity is in {}",
+    "order": "the quaternion has its {}",
+    "inverse": "the quaternion is the inverse one, from the inertial to the body frame",
+    "in_body": "the angular velocity is in the body frame",
+    "opposite": "the angular velocity has the other sign",
+    "point": "the velocity is that of {}",
+    "velocity_in_body": "the velocity is in the body frame",
+    "place": "the position is that of {}",
+}
+NAMES = {
+    "centre": "the sphere's centre", "contact": "the contact point", "degrees": "degrees per second",
+    "revolutions": "revolutions per second",
+}  # fmt: skip
 OURS = Convention()
 # Choices of each group that show in a single row.
 CHOICES: tuple[tuple[dict[str, Any], ...], ...] = (
@@ -204,12 +205,11 @@ class Given(NamedTuple):
         """Return the motion of ``body``; where v is not known, as if the top rolled."""
         k = axis_of(self.q)
         a = contact_arm(body, k)
-        L = self.w if self.vectors else momentum(body, k, self.w)
-        along = (1 / body.I3 - 1 / body.I1) * dot(_vector(L), k)
-        w = numpy.array([L[i] / body.I1 + along * k[i] for i in range(3)])
+        L = self.w if self.vectors else numpy.array(angular_momentum(body, k, _vector(self.w)))
         v = self.v
         if v is None or self.vectors:
-            v = (0.0 if v is None else v) - numpy.array(cross(_vector(w), a))
+            w = inverse_inertia(body, k, _vector(L))
+            v = (0.0 if v is None else v) - numpy.array(cross(w, a))
         return RigidMotion(self.t, self.q, L, v, self.x)
 
 
@@ -279,12 +279,6 @@ def rigid_columns(
 
 def _vector(components: Array | Vector) -> Vector:
     return (components[0], components[1], components[2])
-
-
-def momentum(body: Parameters, k: Vector, w: Array) -> Array:
-    """Return L of the angular velocity ``w`` (3, n)."""
-    along = (body.I3 - body.I1) * dot(_vector(w), k)
-    return numpy.array([body.I1 * w[i] + along * k[i] for i in range(3)])
 
 
 class Fit(NamedTuple):
@@ -449,10 +443,7 @@ def units_of_time(t: Array) -> dict[str, float]:
 
 def in_other_units(given: Mapping[str, Array]) -> Iterator[tuple[str, dict[str, Array]]]:
     """Columns in one other unit, in words and as ours."""
-    found = [
-        (f"t counts {unit}" if unit.startswith("rows") else f"the time is in {unit}", size, ["t"])
-        for unit, size in units_of_time(given["t"]).items()
-    ]
+    found = [(time_in_words(unit), size, ["t"]) for unit, size in units_of_time(given["t"]).items()]
     for what, units, groups in UNITS:
         names = [name for name in groups.split() if name in given]
         found += [(f"{what} {unit}", size, names) for unit, size in units.items() if names]

@@ -23,6 +23,7 @@ from tt_precise.check.force_free_flow import (
     axis_of,
     by_guidance,
     by_interpolation,
+    interpolate,
     lift_of,
     momentum_at_contact,
     nutation,
@@ -83,16 +84,10 @@ def _late(motion: TrialMotion, p: float) -> TrialMotion:
 
 def _shifted(values: Array, p: float) -> Array:
     """Interpolate rows ``p`` rows later, through six rows."""
-    count = values.shape[1]
-    first = numpy.clip(numpy.arange(count) - 2, 0, count - 6)
-    rows = first[:, None] + numpy.arange(6)
-    x = (rows - numpy.arange(count)[:, None]).astype(float)
-    weights = numpy.ones_like(x)
-    for j in range(6):
-        for other in range(6):
-            if other != j:
-                weights[:, j] *= (p - x[:, other]) / (x[:, j] - x[:, other])
-    return numpy.einsum("np,cnp->cn", weights, values[:, rows])
+    rows = numpy.arange(float(values.shape[1]))
+    still, at = numpy.zeros(len(rows) - 1), numpy.array([p, 1 + p])
+    moved = interpolate(rows, values, Way(6, False), still, at)
+    return numpy.append(moved[:, 0], moved[:, 1, -1:], axis=1)
 
 
 def _alpha(motion: TrialMotion, p: float) -> TrialMotion:

@@ -13,7 +13,8 @@ are compared with cubics through the visited rows.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import reduce
 from typing import NamedTuple
 
 import numpy
@@ -220,39 +221,33 @@ def misfits(
                 candidates.append(
                     Misfit(rows.t[1:], norm(part) / per, one, norm(sums) / span, all_ / span, sums)
                 )
-            found[name] = _seen(_sharper(candidates))
+            found[name] = _seen(reduce(_sharper, candidates))
     return found
 
 
-def _sharper(candidates: list[Misfit]) -> Misfit:
+def _sharper(first: Misfit, other: Misfit) -> Misfit:
     """Return the sharper of two ways to look, for each interval and each sum."""
-    first, *rest = candidates
-    for other in rest:
-        one, all_ = other.bound < first.bound, other.summed_bound < first.summed_bound
-        first = Misfit(
-            first.t,
-            numpy.where(one, other.value, first.value),
-            numpy.where(one, other.bound, first.bound),
-            numpy.where(all_, other.summed, first.summed),
-            numpy.where(all_, other.summed_bound, first.summed_bound),
-            numpy.where(all_, other.drift, first.drift),
-        )
-    return first
+    one, all_ = other.bound < first.bound, other.summed_bound < first.summed_bound
+    sharper = {"value": one, "bound": one, "summed": all_, "summed_bound": all_, "drift": all_}
+    return replace(
+        first,
+        **{
+            name: numpy.where(better, getattr(other, name), getattr(first, name))
+            for name, better in sharper.items()
+        },
+    )
 
 
 def _seen(one: Misfit) -> Misfit:
     """The misfit, with infinite bounds where the flow has no end."""
-    lost, lost_sum = (
-        ~numpy.isfinite(one.value + one.bound),
-        ~numpy.isfinite(one.summed + one.summed_bound),
-    )
-    return Misfit(
-        one.t,
-        numpy.where(lost, 0.0, one.value),
-        numpy.where(lost, numpy.inf, one.bound),
-        numpy.where(lost_sum, 0.0, one.summed),
-        numpy.where(lost_sum, numpy.inf, one.summed_bound),
-        one.drift,
+    lost = ~numpy.isfinite(one.value + one.bound)
+    lost_sum = ~numpy.isfinite(one.summed + one.summed_bound)
+    return replace(
+        one,
+        value=numpy.where(lost, 0.0, one.value),
+        bound=numpy.where(lost, numpy.inf, one.bound),
+        summed=numpy.where(lost_sum, 0.0, one.summed),
+        summed_bound=numpy.where(lost_sum, numpy.inf, one.summed_bound),
     )
 
 

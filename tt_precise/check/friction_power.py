@@ -14,6 +14,7 @@ import math
 import numpy
 
 from tt_precise.check.columns import Samples
+from tt_precise.check.force_free import spread
 from tt_precise.check.result import Residual, to_one_digit
 from tt_precise.mechanics import conserved
 from tt_precise.mechanics.quantities import Motion
@@ -79,12 +80,6 @@ def stride_of(t: Array, apart: float) -> int:
     return max(1, math.ceil(apart * (len(t) - 1) / (t[-1] - t[0]))) if len(t) > 1 else 1
 
 
-def spread(values: Array) -> Array:
-    """The largest of each value and its two neighbours."""
-    padded = numpy.concatenate((values[:1], values, values[-1:]))
-    return numpy.maximum(numpy.maximum(padded[:-2], padded[2:]), values)
-
-
 def _slopes(x: Array) -> Array:
     """Weights of the slope in the middle node of the polynomial through the nodes ``x``."""
     powers, middle = numpy.arange(x.shape[1]), x.shape[1] // 2
@@ -122,7 +117,7 @@ def friction_power(samples: Samples, limit: float) -> Residual:
     force, speed = conserved.contact_force(q, (x, y, z)), numpy.hypot(vx, vy)
     omega = samples.first.omega
     unit = float(body.m * body.g * body.R * numpy.sqrt(dot(omega, omega))) or 1.0
-    bound = spread(MISFIT_FACTOR * body.m * numpy.hypot(off_x, off_y) * speed) / unit
+    bound = spread(MISFIT_FACTOR * body.m * numpy.hypot(off_x, off_y) * speed, about=1) / unit
     power = (force[0] * vx + force[1] * vy) / unit
     excess = seen * numpy.maximum(power - bound, 0.0)
     numpy.maximum.at(

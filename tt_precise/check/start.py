@@ -8,6 +8,7 @@ half a unit of the last written place.
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
@@ -125,7 +126,7 @@ def _apart(rows: Samples, first: Array, true: Array, units: Array) -> tuple[floa
         return straight, 0.0
     pairs = [(0, 1), (3, 4), (6, 7)]
     there = [(complex(a[i], a[j]), complex(b[i], b[j])) for i, j in pairs if known[i]]
-    turn = math.atan2(*_imag_real(sum(x * y.conjugate() for x, y in there)))
+    turn = cmath.phase(sum(x * y.conjugate() for x, y in there))
     back = complex(math.cos(turn), -math.sin(turn))
     off = [abs(x * back - y) for x, y in there]
     upright = [abs(a[i] - b[i]) for i in (2, 5)]
@@ -133,10 +134,6 @@ def _apart(rows: Samples, first: Array, true: Array, units: Array) -> tuple[floa
     return (
         (least, turn) if least < straight / 10 and abs(turn) > LEAST_ROTATION else (straight, 0.0)
     )
-
-
-def _imag_real(z: complex) -> tuple[float, float]:
-    return z.imag, z.real
 
 
 def _jellett_apart(rows: Samples) -> float:

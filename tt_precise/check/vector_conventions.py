@@ -29,6 +29,7 @@ from tt_precise.check.conventions import (
     Given,
     fit,
     jellett_drift,
+    time_in_words,
     units_of_time,
 )
 from tt_precise.check.force_free import norm
@@ -68,8 +69,7 @@ class VectorConvention(NamedTuple):
     @property
     def words(self) -> list[str]:
         """The differences from our convention."""
-        counts = "t counts" if self.time.startswith("rows") else "the time is in"
-        said = [f"{counts} {self.time}"] * (self.time != "s")
+        said = [time_in_words(self.time)] * (self.time != "s")
         said += [f"the angular momentum is in {self.momentum}"] * bool(self.momentum)
         said += [f"the velocities are in {self.length}/s"] * (self.length != "m")
         if self.k == (-1, -2, -3):
