@@ -150,8 +150,8 @@ WORDS = {
     "place": "the position is that of {}",
 }
 NAMES = {
-    "centre": "the sphere's centre", "contact": "the contact point", "degrees": "degrees per second",
-    "revolutions": "revolutions per second",
+    "centre": "the sphere's centre", "contact": "the contact point",
+    "degrees": "degrees per second", "revolutions": "revolutions per second",
 }  # fmt: skip
 OURS = Convention()
 # Choices of each group that show in a single row.

@@ -1,18 +1,20 @@
 """Causes of a failure: the file's precision, its conventions, one number, or some of its rows.
 
-A cause is named only if with it every residual passes within its own bound; for engines with soft
-contacts and low orders, also if the remaining residual is typical of such engines and ten times
-smaller. Otherwise no cause is named: there are several causes, or an unknown one.
+Each of ``FAMILIES`` knows one kind of cause, and proposes candidates: a cause and the rows as they
+would be without it. A candidate is named only if these rows pass: under the laws of every force, or
+each failed check, within its own bound; for engines with soft contacts and low orders also if what
+is left is ten times smaller than as given. Otherwise no cause is named: there are several causes,
+or an unknown one.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from functools import cache
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy
 
@@ -87,55 +89,106 @@ def explain(
     conventions of the file, by what each supposes. ``solution`` gives the scene's vectors
     (8, times) at times (s) from the first row on, None if the rows are no part of it.
     """
-    failed = {one.name for one in findings if one.verdict == "fail"}
+    file = FailedFile(rows, findings, judge, alternatives, solution)
     with numpy.errstate(all="ignore"):
-        left = cache(lambda: _departure(rows, solution, judge))
-        return _first(
-            lambda: _precision(rows, findings),
-            lambda: _of_source(rows, alternatives),
-            lambda: _still(rows, failed, judge),
-            lambda: _limit(rows, findings),
-            lambda: _columns(left(), certain=True),
-            lambda: _convention(rows, findings, judge),
-            lambda: _columns(left(), certain=False),
-            lambda: _unit_and_columns(rows, solution, judge),
-            lambda: _start(rows, failed),
-            lambda: _friction(rows, findings, judge),
-            lambda: _force(rows, failed, judge),
-            lambda: _number(rows, findings, judge),
-            lambda: _end(rows, findings, judge),
-            lambda: _rows(rows, findings, judge),
-        )
-
-
-def _first(*ways: Callable[[], list[Cause]]) -> list[Cause]:
-    for way in ways:
-        found = way()
-        if found:
-            return found
+        for family in FAMILIES:
+            for candidate in family(file):
+                if candidate.rows is None or candidate.gate(file, candidate.rows):
+                    return list(candidate.causes)
     return []
 
 
-def _departure(
-    rows: Samples, solution: Callable[[Array], Array | None], judge: Judge
-) -> Departure | None:
-    if rows.setup.scene.lifts or rows.setup.start == "other":
-        return None
-    try:
-        true = solution(rows.t)
-    except InputError:  # the rows go on for hours
-        return None
-    return None if true is None else departure_of(rows, true, judge)
+@dataclass(frozen=True)
+class FailedFile:
+    """A file that fails: its rows and findings, and what judges other rows; see ``explain``."""
+
+    rows: Samples
+    findings: Sequence[Check]
+    judge: Judge
+    alternatives: Mapping[str, Reading]
+    solution: Callable[[Array], Array | None]
+
+    @cached_property
+    def failed(self) -> set[str]:
+        """The names of the failed checks."""
+        return _failing(self.findings)
+
+    @cached_property
+    def since(self) -> list[float]:
+        """The times (s) from which on checks fail that are made row by row."""
+        ours = (one for one in self.findings if one.name not in OF_FILE)
+        return [one.since for one in ours if one.since is not None]
+
+    @cached_property
+    def departure(self) -> Departure | None:
+        """The columns that leave the solution."""
+        return self.departure_of(self.rows)
+
+    def departure_of(self, rows: Samples) -> Departure | None:
+        """Return the columns of ``rows`` that leave the solution; None where there is none."""
+        if rows.setup.scene.lifts or rows.setup.start == "other":
+            return None
+        try:
+            true = self.solution(rows.t)
+        except InputError:  # the rows go on for hours
+            return None
+        return None if true is None else departure_of(rows, true, self.judge)
+
+    def changed(self, columns: Mapping[str, Array]) -> Samples:
+        """Return the rows with other ``columns``."""
+        return self.rows.setup.samples(Block({**self.rows.given, **columns}))
+
+    def other_body(self, name: str, number: float) -> Samples:
+        """Return the rows as those of a body with another number."""
+        setup = self.rows.setup
+        numbers: dict[str, Any] = {name: number}
+        assumed = replace(setup.body, **numbers)
+        return replace(setup, assumed=assumed).samples(Block(self.rows.given))
+
+    def passes(self, rows: Samples) -> bool:
+        """Test that no check of ``rows`` fails."""
+        return not _failing(self.judge(rows))
+
+    def obeyed(self, rows: Samples) -> bool:
+        """Test that all rows are seen to obey the laws of every force."""
+        found = {one.name: one.verdict for one in self.judge(_by_any_force(rows))}
+        return "fail" not in found.values() and found["kinematics"] == "pass"
+
+    def nearer(self, rows: Samples, without: Collection[str] = ()) -> bool:
+        """Test that each failed check but some passes, or that ten times less is left."""
+        before = {one.name: one.value for one in self.findings}
+        return all(
+            one.value is not None and one.value < NEARER * (before[one.name] or 0.0)
+            for one in self.judge(rows)
+            if one.verdict == "fail" and one.name in self.failed - {*without}
+        )
+
+
+class Candidate(NamedTuple):
+    """Causes, the rows without them, and what these have to pass; no rows where nothing is left."""
+
+    causes: Sequence[Cause]
+    rows: Samples | None = None
+    gate: Callable[[FailedFile, Samples], bool] = FailedFile.passes
+
+
+Candidates = Iterator[Candidate]
+
+
+def _one(kind: Any, text: str, *judged: Any) -> Candidate:
+    """Return the candidate of one cause."""
+    return Candidate([Cause(kind, text)], *judged)
 
 
 # Columns that together have the other sign are a convention that has a name.
 REVERSED = ({"kx", "ky", "kz"}, {*OMEGA})
 
 
-def _columns(found: Departure | None, certain: bool) -> list[Cause]:
+def _columns(file: FailedFile, certain: bool = False) -> Candidates:
     """Some columns leave the solution; ``certain`` if a convention would not say it better."""
+    found = file.departure
     if found is None:
-        return []
+        return
     factors = found.factors.values()
     units = [u for unit in (LENGTH, ANGLE, LINEAR_MOMENTUM) for u in unit.values() if u != 1]
     better = (
@@ -143,22 +196,19 @@ def _columns(found: Departure | None, certain: bool) -> list[Cause]:
         or any(one and abs(one * u - 1) < SAME_FACTOR for one in factors for u in units)
         or ({*factors} == {-1.0} and {*found.factors} in REVERSED)
     )
-    return [] if certain and found.throughout and better else [Cause("columns", found.text)]
+    if not (certain and found.throughout and better):
+        yield _one("columns", found.text)
 
 
-def _unit_and_columns(
-    rows: Samples, solution: Callable[[Array], Array | None], judge: Judge
-) -> list[Cause]:
-    """In another unit its columns follow the solution, and all others but some."""
-    for text, changed in in_other_units(rows.given):
-        other = rows.setup.samples(Block({**rows.given, **changed}))
-        found = _departure(other, solution, judge)
+def _unit_and_columns(file: FailedFile) -> Candidates:
+    """In another unit its columns follow the solution, and all others but those of a vector."""
+    for text, columns in in_other_units(file.rows.given):
+        found = file.departure_of(file.changed(columns))
         if not found or not found.alone:
             continue
         wrong = {*found.factors}
-        if wrong.isdisjoint(changed) and any(wrong <= {*vector.split()} for vector in ALIKE):
-            return [Cause("convention", text), Cause("columns", found.text)]
-    return []
+        if wrong.isdisjoint(columns) and any(wrong <= {*vector.split()} for vector in ALIKE):
+            yield Candidate([Cause("convention", text), Cause("columns", found.text)])
 
 
 # ---- the rows ----------------------------------------------------------------------------------
@@ -203,26 +253,27 @@ def _scenes_start(rows: Samples) -> Any:
 # ---- start, precision --------------------------------------------------------------------------
 
 
-def _start(rows: Samples, failed: set[str]) -> list[Cause]:
+def _start(file: FailedFile) -> Candidates:
     """The file begins with another spin than the scene."""
-    if failed - {"start", "golden"} or "start" not in failed:
-        return []
+    rows = file.rows
+    if file.failed - {"start", "golden"} or "start" not in file.failed:
+        return
     start = _scenes_start(rows).vectors
     own = numpy.array([float(entry[0]) for entry in rows.state.L])
     scenes = numpy.array([float(x) for x in start.L])
     ratio = float(own @ scenes) / float(scenes @ scenes)
     if norm(own - ratio * scenes) < 1e-3 * abs(ratio - 1) * norm(scenes):
-        return [Cause("start", f"omega starts at {factor(ratio - 1)} times the scene's")]
-    return []
+        yield _one("start", f"omega starts at {factor(ratio - 1)} times the scene's")
 
 
-def _precision(rows: Samples, findings: Sequence[Check]) -> list[Cause]:
+def _precision(file: FailedFile) -> Candidates:
     """The failures are no larger than the effect of the file's rounding."""
+    rows = file.rows
     found = precisions(rows.given)
     clock = times_of(rows.t)
     said = described({name: one for name, one in found.items() if name != "t"})
     if not said:  # few decimals of times alone are those of a round spacing
-        return []
+        return
     said = "; ".join(part for part in (said, f"t: {clock.words}" if clock.words else "") if part)
     part = 0.0
     for names in VECTORS[1:]:
@@ -231,14 +282,14 @@ def _precision(rows: Samples, findings: Sequence[Check]) -> list[Cause]:
         part = max(part, unit / size if size else 0.0)
     step = float(numpy.diff(rows.t).min())
     part = max(part, found["t"].half_unit / step if "t" in found else 0.0)
-    worst = max((one.value or 0.0 for one in findings if one.verdict == "fail"), default=0.0)
+    worst = max((one.value or 0.0 for one in file.findings if one.verdict == "fail"), default=0.0)
     given, half = given_of(rows)
     exact = dict.fromkeys(half, 0.0)
     if not _obeys(rows, given, half):
-        return []
+        return
     if _obeys(rows, given._replace(t=rows.t), exact) and not worst <= MOST_ROUNDINGS * part:
-        return []
-    return [Cause("precision", f"the numbers are rounded ({said}): write 17 digits")]
+        return
+    yield _one("precision", f"the numbers are rounded ({said}): write 17 digits")
 
 
 def _obeys(rows: Samples, given: Given, half: dict[str, float]) -> bool:
@@ -250,56 +301,56 @@ def _obeys(rows: Samples, given: Given, half: dict[str, float]) -> bool:
 # ---- conventions -------------------------------------------------------------------------------
 
 
-def _still(rows: Samples, failed: set[str], judge: Judge) -> list[Cause]:
+def _still(file: FailedFile) -> Candidates:
     """The rows repeat each other to the end, where the scene moves; those before them pass."""
+    rows = file.rows
     columns = [values for name, values in rows.given.items() if name != "t"]
     changes = [numpy.flatnonzero(numpy.diff(values)) for values in columns]
     last = max((int(change[-1]) + 1 for change in changes if len(change)), default=0)
-    if len(rows.t) - last < FEWEST_STILL or not failed & {"equations", "kinematics"}:
-        return []
-    if last and _failing(judge(rows.rows(numpy.arange(last + 1)))):
-        return []
-    return [Cause("rows", f"from t = {rows.t[last]:.6g} s on the rows repeat each other")]
+    if len(rows.t) - last < FEWEST_STILL or not file.failed & {"equations", "kinematics"}:
+        return
+    before = rows.rows(numpy.arange(last + 1)) if last else None
+    yield _one("rows", f"from t = {rows.t[last]:.6g} s on the rows repeat each other", before)
 
 
-def _of_source(rows: Samples, alternatives: Mapping[str, Reading]) -> list[Cause]:
+def _of_source(file: FailedFile) -> Candidates:
     """The file's own source has another convention."""
-    for supposed, convert in alternatives.items():
-        changed = convert(rows.given, rows.setup.body)
-        if changed is not None:
-            other = rows.setup.samples(Block({**rows.given, **changed}))
-            if _obeys(other, *given_of(other)):
-                return [Cause("convention", supposed)]
-    return []
+    for supposed, convert in file.alternatives.items():
+        columns = convert(file.rows.given, file.rows.setup.body)
+        if columns is not None:
+            yield _one("convention", supposed, file.changed(columns), FailedFile.obeyed)
 
 
 # Checks that hold for every contact force, in every world of ours.
 FORCE_FREE = ("kinematics", "contact_momentum", "jellett")
 
 
-def _convention(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
-    if len(rows.t) < 8 or rows.setup.scene.lifts:
-        return []
+def _convention(file: FailedFile) -> Candidates:
+    rows, setup = file.rows, file.rows.setup
+    if len(rows.t) < 8 or setup.scene.lifts:
+        return
     scenes = float(quantities.jellett(_scenes_start(rows).motion(numpy)))
-    if all(one.verdict in ("pass", "skipped") for one in findings if one.name in FORCE_FREE):
-        return _mirrored(rows, scenes)
-    if rows.setup.columns.name.startswith("Euler"):
-        return _of_euler(rows, judge)
-    given, half = given_of(rows)
-    if given.vectors:
-        return _of_vectors(rows, given, half, judge)
-    _, found = search(given, rows.setup.body, half, scenes)
-    for one in found:
-        ours = rows.setup.samples(
-            Block(conventions.rigid_columns(rows.given, one.convention, rows.setup.body))
-        )
-        right = (
-            _obeyed(ours, judge) if one.exactly else _nearer(_by_any_force(ours), findings, judge)
-        )
-        if right:
-            causes = [Cause("convention", one.convention.words())]
-            return causes if one.exactly else causes + _beyond(rows, given, half, one)
-    return []
+    laws = [one.verdict for one in file.findings if one.name in FORCE_FREE]
+    if all(verdict in ("pass", "skipped") for verdict in laws):
+        yield from _mirrored(rows, scenes)
+    elif setup.columns.name.startswith("Euler"):
+        yield from _of_euler(file)
+    elif setup.columns.name == "rigid body":
+        given, half = given_of(rows)
+        for one in search(given, setup.body, half, scenes)[1]:
+            columns = conventions.rigid_columns(rows.given, one.convention, setup.body)
+            ours, causes = file.changed(columns), [Cause("convention", one.convention.words())]
+            if one.exactly:
+                yield Candidate(causes, ours, FailedFile.obeyed)
+            else:
+                causes += _beyond(rows, given, half, one)
+                yield Candidate(causes, _by_any_force(ours), FailedFile.nearer)
+    else:
+        given, half = given_of(rows)
+        for vectors in conventions_of_vectors(given, setup.body, half):
+            columns = columns_of(vectors.convert(given, setup.body))
+            text = "; ".join(vectors.words)
+            yield _one("convention", text, file.changed(columns), FailedFile.obeyed)
 
 
 def _by_any_force(rows: Samples) -> Samples:
@@ -308,20 +359,15 @@ def _by_any_force(rows: Samples) -> Samples:
     return replace(rows, setup=setup, shared={})
 
 
-def _obeyed(rows: Samples, judge: Judge) -> bool:
-    """Test that all rows are seen to obey the laws of every force."""
-    found = {one.name: one.verdict for one in judge(_by_any_force(rows))}
-    return "fail" not in found.values() and found["kinematics"] == "pass"
-
-
-def _mirrored(rows: Samples, scenes: float) -> list[Cause]:
+def _mirrored(rows: Samples, scenes: float) -> Candidates:
     """The motion is the scene's in a mirror: Jellett's integral has the other sign."""
     own = float(quantities.jellett(rows.first))
     if rows.setup.start == "other" or abs(own + scenes) > UNLIKE * abs(scenes):
-        return []
+        return
     if rows.setup.columns.name == "rigid body":
-        return [Cause("convention", replace(OURS, hand="left").words())]
-    return [Cause("convention", "the world is left-handed, or the top spins the other way")]
+        yield _one("convention", replace(OURS, hand="left").words())
+    else:
+        yield _one("convention", "the world is left-handed, or the top spins the other way")
 
 
 def _beyond(
@@ -336,15 +382,6 @@ def _beyond(
     return number(rows.setup.body, ours, half, again)
 
 
-def _of_vectors(rows: Samples, given: Given, half: dict[str, float], judge: Judge) -> list[Cause]:
-    """A convention of vectors in which all rows obey the laws of every force."""
-    for one in conventions_of_vectors(given, rows.setup.body, half):
-        columns = columns_of(one.convert(given, rows.setup.body))
-        if _obeyed(rows.setup.samples(Block({**rows.given, **columns})), judge):
-            return [Cause("convention", "; ".join(one.words))]
-    return []
-
-
 def pace(t: Array, values: Array, rates: Array) -> float:
     """Return how many times as fast as ``values`` change their ``rates`` say that they do."""
     by_rate = numpy.diff(t) * (rates[..., 1:] + rates[..., :-1]) / 2
@@ -352,8 +389,9 @@ def pace(t: Array, values: Array, rates: Array) -> float:
     return float((by_rate * by_rate).sum() / ((by_rate * change).sum() or numpy.nan))
 
 
-def _of_euler(rows: Samples, judge: Judge) -> list[Cause]:
+def _of_euler(file: FailedFile) -> Candidates:
     """Every force keeps Jellett's integral and the inclination's rate; with phi, the momentum."""
+    rows, judge = file.rows, file.judge
     given, setup = rows.rows(slice(0, FEW)).given, replace(rows.setup, friction="other")
 
     def remainder(samples: Samples) -> float:
@@ -366,7 +404,7 @@ def _of_euler(rows: Samples, judge: Judge) -> list[Cause]:
         return float(value) if bound < RESOLVED else math.inf
 
     if remainder(setup.samples(Block(given))) < math.inf:
-        return []
+        return
     found: list[tuple[bool, float, str]] = []
     for text, changed in _euler_conventions(given).items():
         read = {**given, **changed}
@@ -391,7 +429,8 @@ def _of_euler(rows: Samples, judge: Judge) -> list[Cause]:
             for text in named
             if not _failing(judge(setup.samples(Block({**rows.given, **whole[text]}))))
         ]
-    return [Cause("convention", ", or ".join(named))] if named else []
+    if named:
+        yield _one("convention", ", or ".join(named))
 
 
 def _euler_conventions(given: Mapping[str, Array]) -> dict[str, dict[str, Array]]:
@@ -419,49 +458,32 @@ def _failing(findings: Sequence[Check]) -> set[str]:
 # ---- one number --------------------------------------------------------------------------------
 
 
-def _nearer(rows: Samples, findings: Sequence[Check], judge: Judge) -> bool:
-    """True if other rows, or another body's, pass the failed checks or come ten times nearer."""
-    found = {one.name: one for one in judge(rows)}
-
-    def nearer(one: Check) -> bool:
-        new = found.get(one.name)
-        if new is None or new.verdict != "fail":
-            return True
-        if new.value is None or one.value is None:
-            return False
-        return new.value < NEARER * one.value
-
-    return all(nearer(one) for one in findings if one.verdict == "fail" and one.name not in OF_FILE)
-
-
-def _number(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
+def _number(file: FailedFile) -> Candidates:
     """One number, fitted to the first rows and tried on all of them."""
+    rows, body = file.rows, file.rows.setup.body
     if len(rows.t) < 16 or rows.setup.scene.lifts or not rows.setup.columns.azimuth:
-        return []
-    if not _failing(findings) & {*FORCE_FREE}:
-        return []
-    body, setup = rows.setup.body, rows.setup
+        return
+    if not file.failed & {*FORCE_FREE}:
+        return
     whole, half = given_of(rows)
     if not whole.vectors:
         whole = conventions.convert(whole, OURS, body)
 
     def verified(one: Fitted) -> bool:
-        values = rows.given
         if one.name == "clock":
-            values = {**values, "t": values["t"] * (1 + one.p)}
-        elif one.name in BODY and one.p > -1:
-            numbers = replace(body, **{one.name: (1 + one.p) * getattr(body, one.name)})
-            return _nearer(replace(setup, assumed=numbers).samples(Block(values)), findings, judge)
-        else:
-            motion = NUMBERS[one.name](TrialMotion(body, whole), one.p)
-            left = fit(motion.body, motion.given, half, motion.terms)
-            unheld = unheld_by(one)
-            return left.size_of(unheld) <= max(
-                NEARER * fit(body, whole, half).size_of(unheld), ENOUGH
-            )
-        return _nearer(setup.samples(Block(values)), findings, judge)
+            return file.nearer(file.changed({"t": rows.given["t"] * (1 + one.p)}))
+        if one.name in BODY and one.p > -1:
+            number = (1 + one.p) * getattr(body, one.name)
+            return file.nearer(file.other_body(one.name, number))
+        motion = NUMBERS[one.name](TrialMotion(body, whole), one.p)
+        left = fit(motion.body, motion.given, half, motion.terms)
+        unheld = unheld_by(one)
+        as_given = fit(body, whole, half).size_of(unheld)
+        return left.size_of(unheld) <= max(NEARER * as_given, ENOUGH)
 
-    return number(body, whole.part(slice(0, ROWS)), half, verified=verified)
+    found = number(body, whole.part(slice(0, ROWS)), half, verified=verified)
+    if found:
+        yield Candidate(found)
 
 
 def _strength(rows: Samples) -> float | None:
@@ -482,31 +504,30 @@ def _strength(rows: Samples) -> float | None:
     return middle if high - low < UNLIKE * abs(middle) else None
 
 
-def _friction(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
+def _friction(file: FailedFile) -> Candidates:
     """Friction follows the scene's law with another mu."""
-    setup = rows.setup
-    strength = _strength(rows) if setup.friction == "scene" else None
+    setup = file.rows.setup
+    strength = _strength(file.rows) if setup.friction == "scene" else None
     if strength is None or abs(strength / setup.body.mu - 1) < UNLIKE * UNLIKE:
-        return []
-    numbers = replace(setup.body, mu=strength)
+        return
     # friction that pushes fails the signs of its power, with any mu
     signs = ("friction_power", "energy") if strength < 0 else ()
-    failures = [one for one in findings if one.name not in signs]
-    if not _nearer(replace(setup, assumed=numbers).samples(Block(rows.given)), failures, judge):
-        return []
-    return [Cause("parameter", f"mu is {factor(strength / setup.body.mu - 1)} times the scene's")]
+    other = file.other_body("mu", strength)
+    if file.nearer(other, signs):
+        times = factor(strength / setup.body.mu - 1)
+        yield _one("parameter", f"mu is {times} times the scene's")
 
 
-def _limit(rows: Samples, findings: Sequence[Check]) -> list[Cause]:
+def _limit(file: FailedFile) -> Candidates:
     """The angular velocity, or a component, is cut to a number where the rows begin to fail.
 
     Rows before are beyond the number, two rows at least have it in all their digits, and none later
     is beyond it.
     """
-    since = _since(findings)
-    first = int(numpy.searchsorted(rows.t, min(since))) if since else 0
+    rows = file.rows
+    first = int(numpy.searchsorted(rows.t, min(file.since))) if file.since else 0
     if first < 1 or first > len(rows.t) - 2:
-        return []
+        return
     omega = numpy.array(numpy.broadcast_arrays(*rows.q.omega))
     for name, values in {"|omega|": norm(omega), **dict(zip(OMEGA, omega, strict=True))}.items():
         size = abs(values)
@@ -516,29 +537,23 @@ def _limit(rows: Samples, findings: Sequence[Check]) -> list[Cause]:
         if beyond and held[:2].all() and (held | (size[first:] < cut)).all():
             text = f"from t = {rows.t[first]:.6g} s on {name} is cut to {values[first]:.6g} rad/s"
             before = f"it is {values[first - 1]:.6g} rad/s in the row before"
-            return [Cause("rows", f"{text}, as by a limit of the engine; {before}")]
-    return []
-
-
-def _since(findings: Sequence[Check]) -> list[float]:
-    """The times (s) from which on checks fail that are made row by row."""
-    return [one.since for one in findings if one.since is not None and one.name not in OF_FILE]
+            yield _one("rows", f"{text}, as by a limit of the engine; {before}")
 
 
 # ---- some rows ---------------------------------------------------------------------------------
 
 
-def _rows(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
+def _rows(file: FailedFile) -> Candidates:
     """One wrong row, wrong rows in sequence, or a jump; all other rows pass.
 
     A wrong row stands out: what is left without it is far below it, not only below the limit.
     """
-    since = _since(findings)
-    if not since:
-        return []
-    count, first = len(rows.t), int(numpy.searchsorted(rows.t, min(since)))
+    if not file.since:
+        return
+    rows, findings = file.rows, file.findings
+    count, first = len(rows.t), int(numpy.searchsorted(rows.t, min(file.since)))
     if not 1 < first < count - 1:
-        return []
+        return
     t = rows.t[first]
     everything = numpy.arange(count)
     worst = {
@@ -551,7 +566,7 @@ def _rows(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]
         kept = kept[(kept < first) | (kept >= first + wrong)]
         part = rows.rows(kept)
         part = replace(part, setup=replace(rows.setup, start="other"))
-        found = judge(part)
+        found = file.judge(part)
         verdicts = {one.name: one.verdict for one in found}
         if looked and not any(all(verdicts.get(n) == "pass" for n in way) for way in DECIDING):
             return False
@@ -562,7 +577,7 @@ def _rows(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]
 
     near = max(first - NEIGHBOURS, 0), first + NEIGHBOURS
     if passes(0, *near):  # an error that grows is at no row
-        return []
+        return
     before = first >= NEIGHBOURS and passes(0, near[0], first) and passes(0, 0, first, looked=True)
     # what is barely seen may be an error of all rows
     seen = any(
@@ -571,47 +586,54 @@ def _rows(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]
         if one.verdict == "fail" and one.sense == "at most"
     )
     if not seen:
-        text = f"from t = {t:.6g} s on the rows do not follow"
-        return [Cause("rows", text)] if before else []
+        if before:
+            yield _one("rows", f"from t = {t:.6g} s on the rows do not follow")
+        return
     if before and passes(0, first, near[1]) and passes(0, first):
-        return [
-            Cause("rows", f"the motion jumps between t = {rows.t[first - 1]:.6g} and {t:.6g} s")
-        ]
+        yield _one("rows", f"the motion jumps between t = {rows.t[first - 1]:.6g} and {t:.6g} s")
     if passes(1, *near) and passes(1):
-        return [Cause("rows", f"the row at t = {t:.6g} s (number {first + 1}) alone is wrong")]
+        yield _one("rows", f"the row at t = {t:.6g} s (number {first + 1}) alone is wrong")
     if not before:
-        return []
+        return
     for wrong in range(2, min(MOST_ROWS, count - first - 2)):
         if passes(wrong, near[0], near[1] + wrong):
             last = rows.t[first + wrong - 1]
-            return [Cause("rows", f"rows from t = {t:.6g} to {last:.6g} s are wrong")]
-    return [Cause("rows", f"from t = {t:.6g} s on the rows do not follow")]
+            yield _one("rows", f"rows from t = {t:.6g} to {last:.6g} s are wrong")
+    yield _one("rows", f"from t = {t:.6g} s on the rows do not follow")
 
 
-def _end(rows: Samples, findings: Sequence[Check], judge: Judge) -> list[Cause]:
+def _end(file: FailedFile) -> Candidates:
     """The solution leaves the table, and the rows go on."""
-    for one in findings:
+    for one in file.findings:
         if one.name == "contact" and one.note.startswith("leaves") and one.since is not None:
-            before = rows.rows(rows.t < one.since)
-            if len(before.t) > 1 and not _failing(judge(before)):
-                return [Cause("end", f"the solution {one.note}")]
-    return []
+            before = file.rows.rows(file.rows.t < one.since)
+            if len(before.t) > 1:
+                yield _one("end", f"the solution {one.note}", before)
 
 
-def _force(rows: Samples, failed: set[str], judge: Judge) -> list[Cause]:
-    """Test that laws of every force are seen to hold, and that the friction seen is another."""
-    if rows.setup.friction != "scene" or not failed & {"equations", "energy_balance", "golden"}:
-        return []
-    other = rows.setup.samples(Block(rows.given))
-    other = replace(other, setup=replace(rows.setup, friction="other"))
-    found = judge(other)
+def _force(file: FailedFile) -> Candidates:
+    """The laws of every force are seen to hold, and the friction seen is another."""
+    rows = file.rows
+    if rows.setup.friction != "scene":
+        return
+    if not file.failed & {"equations", "energy_balance", "golden"}:
+        return
+    found = file.judge(replace(rows, setup=replace(rows.setup, friction="other"), shared={}))
     by_name = {one.name: one for one in found}
     holds = ("kinematics", "contact_momentum", "jellett", "friction_power")
     if _failing(found) or any(by_name[name].verdict != "pass" for name in holds):
-        return []
+        return
     seen = next((s for s in by_name["friction_power"].note.split("; ") if "friction seen" in s), "")
     strength = _strength(rows)
     if not seen or (strength and abs(strength / rows.setup.body.mu - 1) < UNLIKE):
-        return []
+        return
     text = f"the contact force is another one than the scene's ({seen}): if that is meant, add "
-    return [Cause("force", f"{text}--friction other")]
+    yield _one("force", f"{text}--friction other")
+
+
+FAMILIES: tuple[Callable[[FailedFile], Candidates], ...] = (
+    _precision, _of_source, _still, _limit, partial(_columns, certain=True), _convention, _columns,
+    _start, _friction, _force, _number, _unit_and_columns, _end, _rows,
+)  # fmt: skip
+"""What is proposed, in this order: what a file says of itself, then its conventions, then one
+number, then some of its rows."""
