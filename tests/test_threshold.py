@@ -131,7 +131,7 @@ def test_a_finer_arithmetic_that_contradicts_is_said(monkeypatch: pytest.MonkeyP
         return answer if precision == "double" else answer._replace(yes=not answer.yes)
 
     monkeypatch.setattr(threshold._Search, "_answer", spoiled)
-    found = find("reference", "omega_3", "40:90", until=8, digits=2, points=2)
+    found = tt.threshold.find("reference", "omega_3=40:90", until=8, digits=2, points=2)
     assert not found.confirmed
     assert any("NOT CONFIRMED" in line for line in threshold.lines(found))
 
@@ -141,6 +141,7 @@ def test_a_finer_arithmetic_that_contradicts_is_said(monkeypatch: pytest.MonkeyP
     [
         ({"name": "lean"}, "find: got 'lean', expected one of: theta"),
         ({"ends": "2:1"}, "lower end first"),
+        ({"ends": None}, "box mu: got '', expected low:high"),
         ({"digits": 99}, "digits: got 99, expected a whole number between 1 and 25"),
         ({"points": 1}, "points: got 1"),
         (

@@ -8,7 +8,8 @@
 ``load_scene`` reads a scene, a TOML file with exact numbers. ``integrate`` computes the trajectory
 of a scene in any precision from double to arbitrary. ``golden`` has reference trajectories,
 ``check`` tests the conservation laws on any trajectory, ``claims`` judges the statements of the
-paper, ``sweep`` integrates many starts at once. Units are SI; names are the paper's.
+paper, ``sweep`` integrates many starts at once, ``threshold`` finds the smallest value of an entry
+that passes the equator, ``certify`` proves digits. Units are SI; names are the paper's.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from tt_precise._version import __version__
 from tt_precise.integration import registry
 
 if TYPE_CHECKING:
-    from tt_precise import check, claims, golden
+    from tt_precise import certify, check, claims, golden, threshold
     from tt_precise.exact.thresholds import thresholds
     from tt_precise.integration import Trajectory, integrate
     from tt_precise.integration.columns import quantity
@@ -34,6 +35,7 @@ __all__ = [
     "Scene",
     "Trajectory",
     "__version__",
+    "certify",
     "check",
     "claims",
     "golden",
@@ -41,6 +43,7 @@ __all__ = [
     "load_scene",
     "quantity",
     "sweep",
+    "threshold",
     "thresholds",
 ]  # fmt: skip
 
@@ -48,7 +51,7 @@ registry.register("in_pieces", "tt_precise.nonsmooth.backend")
 
 __getattr__, _, _ = lazy_loader.attach(
     __name__,
-    ["check", "claims", "golden"],
+    ["certify", "check", "claims", "golden", "threshold"],
     {
         "runtime.values": ["InputError"],
         "integration": ["Trajectory", "integrate"],

@@ -120,7 +120,7 @@ class Found:
 def find(
     scene: str | Scene,
     name: str,
-    ends: Ends,
+    ends: Ends | None = None,
     *,
     goal: Goal = "equator",
     until: str | int | float | None = None,
@@ -131,7 +131,8 @@ def find(
     """Find the smallest value of the entry ``name`` between ``ends`` that reaches the ``goal``.
 
     ``name`` and ``ends`` are as in a sweep's box: a start value or parameter, and two numbers or
-    "low:high". The value has ``digits`` significant digits. A scan first tries ``points`` values:
+    "low:high"; ``find(scene, "omega_3=20:260")`` says both. The value has ``digits`` significant
+    digits. A scan first tries ``points`` values:
     of several changes of the answer between two neighbours, the scan finds one or none.
 
     Raises ``InputError``: an argument cannot be used, or a scene in the range is refused.
@@ -139,6 +140,8 @@ def find(
     loaded = load_scene(scene)
     if until is not None:
         loaded = loaded.varied(until=written(until, "until"))
+    if ends is None:
+        name, _, ends = name.partition("=")
     if name not in variable(loaded):
         expected = ", ".join(variable(loaded))
         raise InputError(f"find: got {name[:60]!r}, expected one of: {expected}")
