@@ -8,7 +8,9 @@ import numpy
 import pytest
 
 from tt_precise.integration import catalogue, integrate, zeros
-from tt_precise.runtime.values import InputError
+from tt_precise.integration.columns import quantity
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import Scene, load_scene
 
 ALL = catalogue("gliding")
@@ -180,6 +182,17 @@ def test_one_digit_invents_no_event(reference: Scene) -> None:
 def test_what_is_undefined_at_the_start_is_refused(reference: Scene) -> None:
     with pytest.raises(InputError, match="extremum:phi_dot, undefined at the start"):
         integrate(reference.varied(theta="0"), events=("extremum:phi_dot", "theta_max"))
+
+
+def test_a_root_of_zero_at_the_start_is_named_as_such(reference: Scene) -> None:
+    def slip(motion: Motion) -> Scalar:
+        return motion.fn.sqrt(motion.state.vx**2 + motion.state.vy**2)
+
+    with pytest.raises(InputError, match="of extremum:slip only the rate .* use the square"):
+        integrate(reference, until="0.1", events=[quantity(slip, "m/s")])
+    with pytest.raises(InputError) as undefined:  # the control: no value there
+        integrate(reference.varied(theta="0"), events=("extremum:phi_dot",))
+    assert "rate" not in str(undefined.value)
 
 
 def test_what_becomes_undefined_on_the_way_is_refused() -> None:

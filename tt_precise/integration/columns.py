@@ -301,7 +301,8 @@ class Columns:
 def quantity(function: Callable[[Motion], Scalar], unit: str) -> Quantity:
     """A user's quantity with its SI unit, as a column: ``frame(tt.quantity(slip, "m/s"))``.
 
-    Among the ``events`` of ``integrate`` a quantity gives its extrema, called ``extremum:slip``.
+    Among the ``events`` of ``integrate`` a quantity gives its extrema, called ``extremum:slip``,
+    where it is smooth: of a root, such as a speed, take the square where it may be 0.
 
     ``function`` takes the ``Motion``, in units of m = R = g = 1 and in the arithmetic of the run,
     and returns one number in these units. Use the elementary functions ``motion.fn.sqrt``, ``sin``

@@ -30,7 +30,7 @@ import numpy
 
 from tt_precise.integration.dense_output import NO_HITS, FoundEvents, Hits
 from tt_precise.integration.equations import event_value
-from tt_precise.integration.events import EVENTS, MOST_EVENTS, TERMINAL
+from tt_precise.integration.events import EVENTS, EXTREMUM, MOST_EVENTS, TERMINAL
 from tt_precise.integration.roots import RIGHT_BITS, Bracket, refine, vertex
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.steps import Steps, Wide, horner, of_series
@@ -181,10 +181,11 @@ class Zeros:
         from_exact = self._lost is None and not self.start.row
         self._last = None
         error, doubt = self._errors(steps)
-        f = self._table(steps.at(nodes(COARSE)))  # axes (function, node, step)
+        row = steps.at(nodes(COARSE))
+        f = self._table(row)  # axes (function, node, step)
         f[:, -1, :-1] = f[:, 0, 1:]
         if from_exact:
-            self._require_defined(f[:, 0, 0])
+            self._require_defined(f[:, 0, 0], row)
         value = numpy.append(f[:, 0], f[:, -1, -1:], axis=1)
         # undefined where a segment begins or ends
         own, rough = (numpy.fmax(x[:, :-1], x[:, 1:]) for x in (error, doubt))
@@ -390,13 +391,23 @@ class Zeros:
             table[i] = getattr(value, "size", 0.0)
         return table
 
-    def _require_defined(self, f: Array) -> None:
-        undefined = [e.name for e, x in zip(self.events, f, strict=True) if not numpy.isfinite(x)]
-        if undefined:
-            raise InputError(
-                f"events: got {', '.join(undefined)}, undefined at the start, expected a function "
-                "that is defined there, such as theta_max, phi_dot_zero or nu_x_zero"
-            )
+    def _require_defined(self, f: Array, row: Sequence[Array]) -> None:
+        undefined = [e for e, x in zip(self.events, f, strict=True) if not numpy.isfinite(x)]
+        if not undefined:
+            return
+        q = self.setup.layout.motion(self._body, row, numpy)
+        bent = [
+            e.name for e in undefined if e.of_rate and numpy.isfinite(numpy.ravel(e.function(q))[0])
+        ]
+        advice = (
+            f"; of {', '.join(bent)} only the rate is undefined there, as of a root where v_A = 0: "
+            f"use the square, or {EXTREMUM}gliding_speed"
+        )
+        raise InputError(
+            f"events: got {', '.join(e.name for e in undefined)}, undefined at the start, expected "
+            "a function that is defined there, such as theta_max, phi_dot_zero or nu_x_zero"
+            + (advice if bent else "")
+        )
 
     # ---- parts of steps -------------------------------------------------------------------------
 
