@@ -106,6 +106,8 @@ def test_numbers_in_other_units_are_named(changes: dict[str, Any], said: str) ->
     [
         ({"R_mm": "0.02"}, r"body\.m, body\.R_mm: got 0\.02, .* m in kg and R_mm in mm: with R_mm"),
         ({"m_g": "2e4"}, r"body\.m_g, body\.R: got 20000\.0, .* with R = 0\.02"),
+        # the mass is wrong, and not the inertia that follows from it
+        ({"m": "12.3", "I1_kg_m2": "1.35e-6"}, r"body\.m, body\.R: got 12\.3, .* m_g and R_mm"),
         ({"m_g": "-3"}, r"body\.m_g: got -3\.0, expected a number above 0"),
         ({"centre_mm": "30"}, r"body\.centre_mm: got 30\.0, .* the radius, 20\.0 in the same unit"),
         ({"I1_kg_m2": "131/350"}, r"body\.I1_kg_m2: got 131/350, .* not 4\.68e\+04; .* write I1$"),
@@ -115,7 +117,7 @@ def test_a_key_with_a_unit_is_named(changes: dict[str, str], said: str) -> None:
     """Not the key in SI, which the user did not write."""
     body = {"m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82"}
     for key in changes:
-        del body[UNIT_KEYS[key][0]]
+        del body[UNIT_KEYS.get(key, (key,))[0]]
     with pytest.raises(InputError, match=said):
         top_of({**body, **changes, "mu": "0.3"})
 

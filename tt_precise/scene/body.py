@@ -287,6 +287,16 @@ def require_si(body: TippeTop, keys: Iterable[str] = ()) -> None:
     units = {UNIT_KEYS[key][0]: key for key in keys if key in UNIT_KEYS}
     in_units = in_unit_keys(body)
     scale = body.m * body.R**2
+    density = body.m / (body.R**3 * Fraction("4.18879"))
+    low, high = PLAUSIBLE_DENSITY
+    m, R = (units.get(name, name) for name in ("m", "R"))
+    values = {"m": body.m, "R": body.R, **in_units}
+    expected = " and ".join(f"{key} in {SIZES[key]}" for key in (m, R))
+    _require(
+        low <= density <= high, f"body.{m}, body.{R}", values[m],
+        f"{expected}: with {R} = {_short(values[R])} the sphere has a density of "
+        f"{_three_digits(density)} kg/m^3 (is it in g, cm or mm? there are m_g and R_mm)",
+    )  # fmt: skip
     low, high = PLAUSIBLE_MOMENT
     for name in ("I1", "I3"):
         ratio, key = getattr(body, name) / scale, units.get(name, "")
@@ -300,16 +310,6 @@ def require_si(body: TippeTop, keys: Iterable[str] = ()) -> None:
     low, high = PLAUSIBLE_GRAVITY
     expected = f"{float(low):g} to {high} m/s^2 (is it in cm/s^2?)"
     _require(low <= body.g <= high, "body.g", body.g, expected)
-    density = body.m / (body.R**3 * Fraction("4.18879"))
-    low, high = PLAUSIBLE_DENSITY
-    m, R = (units.get(name, name) for name in ("m", "R"))
-    values = {"m": body.m, "R": body.R, **in_units}
-    expected = " and ".join(f"{key} in {SIZES[key]}" for key in (m, R))
-    _require(
-        low <= density <= high, f"body.{m}, body.{R}", values[m],
-        f"{expected}: with {R} = {_short(values[R])} the sphere has a density of "
-        f"{_three_digits(density)} kg/m^3 (is it in g, cm or mm? there are m_g and R_mm)",
-    )  # fmt: skip
 
 
 def _require(holds: bool, name: str, got: Fraction, expected: str) -> None:
