@@ -87,13 +87,15 @@ def test_a_spread_is_the_derivative_times_sigma() -> None:
     assert both["value"] == climb["t"]
     in_degrees = run.sensitivity.spread({"theta": f"{float(numpy.degrees(2e-7))} deg", "mu": 3e-6})
     assert in_degrees.loc["equator", "sigma"] == pytest.approx(both["sigma"], rel=1e-12)
+    in_percent = run.sensitivity.spread({"theta": 2e-7, "mu": "0.001%"}).loc["equator", "sigma"]
+    assert in_percent == pytest.approx(both["sigma"], rel=1e-12)  # mu is 0.3
     by_both = numpy.hypot(2e-7 * climb["d/d theta"], 3e-6 * climb["d/d mu"])
     assert both["sigma"] == pytest.approx(by_both)
     assert (run.sensitivity.spread({})["sigma"] == 0).all()
     for wrong in ({"I1": 0.1}, {"mu": -0.1}):
         with pytest.raises(InputError, match="expected sigmas of any of: theta, mu"):
             run.sensitivity.spread(wrong)
-    for number in (numpy.nan, "5 %"):
+    for number in (numpy.nan, "five %", "5 % of it"):
         with pytest.raises(InputError, match=r"spread: mu: got .*, expected an exact number"):
             run.sensitivity.spread({"mu": number})
 

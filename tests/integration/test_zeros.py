@@ -188,7 +188,7 @@ def test_a_root_of_zero_at_the_start_is_named_as_such(reference: Scene) -> None:
     def slip(motion: Motion) -> Scalar:
         return motion.fn.sqrt(motion.state.vx**2 + motion.state.vy**2)
 
-    with pytest.raises(InputError, match="of extremum:slip only the rate .* use the square"):
+    with pytest.raises(InputError, match=r"of extremum:slip only the rate .* use the square"):
         integrate(reference, until="0.1", events=[quantity(slip, "m/s")])
     with pytest.raises(InputError) as undefined:  # the control: no value there
         integrate(reference.varied(theta="0"), events=("extremum:phi_dot",))

@@ -26,7 +26,7 @@ from tt_precise.integration.solution import Solution, solve
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import InputError, Scalar, shortened
 from tt_precise.scene.body import in_unit_keys
-from tt_precise.scene.numerals import LARGEST, written
+from tt_precise.scene.numerals import LARGEST, PI, written
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import ANGLES, Inclination
 
@@ -112,8 +112,9 @@ class Derivatives:
     def spread(self, sigmas: Mapping[str, Scalar], *columns: str) -> Any:
         """Columns at the last sample and times of the climb (SI), from uncertain entries.
 
-        ``sigmas`` are standard deviations of independent errors, in the units of the scene's file
-        or as "0.5 deg"; other entries are exact. The default columns are theta and omega_3.
+        ``sigmas`` are standard deviations of independent errors: absolute, in the entry's unit in
+        the scene's file (or "0.5 deg"), or "5 %" of its value. Other entries are exact. The default
+        columns are theta and omega_3.
 
         Returns
         -------
@@ -126,10 +127,7 @@ class Derivatives:
         """
         import pandas
 
-        exact = {
-            name: written(sigma, f"spread: {name}", ANGLES.get(name, ""))
-            for name, sigma in sigmas.items()
-        }
+        exact = {name: _sigma(self.run.scene, name, sigma) for name, sigma in sigmas.items()}
         for name, sigma in exact.items():
             if name not in self.names or not 0 <= sigma <= LARGEST:
                 known, got = ", ".join(self.names), shortened(sigmas[name])
@@ -369,6 +367,17 @@ def _value(scene: Scene, name: str) -> Fraction:
     if name not in known:
         raise InputError(f"sensitivity: got {name!r:.60}, expected any of: {', '.join(known)}")
     return known[name]
+
+
+def _sigma(scene: Scene, name: str, given: Scalar) -> Fraction:
+    """A standard deviation of an entry in its unit; text such as "5 %" is a part of its value."""
+    what = f"spread: {name}"
+    if not (isinstance(given, str) and given.rstrip().endswith("%")):
+        return written(given, what, ANGLES.get(name, ""))
+    value = _value(scene, name)
+    if name == "theta" and scene.start.theta.from_pi:
+        value = PI - value
+    return abs(value) * written(given.rstrip().removesuffix("%"), what) / 100
 
 
 def _scene_with(scene: Scene, name: str, change: Fraction) -> Scene:
