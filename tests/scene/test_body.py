@@ -107,7 +107,10 @@ def test_numbers_in_other_units_are_named(changes: dict[str, Any], said: str) ->
         ({"R_mm": "0.02"}, r"body\.m, body\.R_mm: got 0\.02, .* m in kg and R_mm in mm: with R_mm"),
         ({"m_g": "2e4"}, r"body\.m_g, body\.R: got 20000\.0, .* with R = 0\.02"),
         # the mass is wrong, and not the inertia that follows from it
-        ({"m": "12.3", "I1_kg_m2": "1.35e-6"}, r"body\.m, body\.R: got 12\.3, .* m_g and R_mm"),
+        (
+            {"m": "12.3", "I1_kg_m2": "1.35e-6", "I3_kg_m2": "1.5e-6"},
+            r"body\.m, body\.R: got 12\.3, .* m_g and R_mm",
+        ),
         ({"m_g": "-3"}, r"body\.m_g: got -3\.0, expected a number above 0"),
         ({"centre_mm": "30"}, r"body\.centre_mm: got 30\.0, .* the radius, 20\.0 in the same unit"),
         ({"I1_kg_m2": "131/350"}, r"body\.I1_kg_m2: got 131/350, .* not 4\.68e\+04; .* write I1$"),
