@@ -285,7 +285,7 @@ def decimal(value: Fraction, digits: int) -> str:
 
 def lines(found: Found) -> list[str]:
     """The result as text."""
-    until, kept = f"{float(found.scene.until):g} s", kept_fixed([found.name])
+    until, kept = f"{float(found.scene.until):g} s", kept_fixed([found.name], found.scene.sizes)
     return [
         f"{found.scene.name}, until {until}: the smallest {found.name} from which "
         f"{GOALS[found.goal]}",

@@ -141,6 +141,21 @@ def test_a_range_is_that_of_runs_at_both_ends() -> None:
     assert straight["high"] - straight["value"] == pytest.approx(straight["sigma"], rel=1e-2)
 
 
+def test_an_entry_without_an_effect_has_no_range() -> None:
+    """Viscous friction is proportional to m: the rounding of runs is no effect."""
+    run = integrate("kicked", until=4, sensitivity=("m",))
+    assert run.sensitivity is not None
+    table = run.sensitivity.spread({"m": "0.001"})
+    assert (table["sigma"] < 1e-15 * table["value"].abs()).all()
+    assert set(table["note"]) == {"m varied at fixed I1/(m R^2), I3/(m R^2)"}
+    heavier = run.scene.varied(m_g="20", I1_kg_m2="3e-6", I3_kg_m2="3.2e-6")
+    kept = integrate(heavier, until=1, sensitivity=("m",)).sensitivity
+    assert kept is not None
+    assert (
+        "m varied at fixed I1 (kg m^2), I3 (kg m^2)" in kept.spread({"m": "0.001"})["note"].iloc[0]
+    )
+
+
 def test_a_side_without_a_result_is_named() -> None:
     run = integrate("reference", until="6", sample_every=6, sensitivity="mu")
     assert run.sensitivity is not None

@@ -251,6 +251,22 @@ def test_keys_with_units_are_varied_as_the_file_would_say(keys: tuple[str, ...])
     assert parsed().varied(**changes).body == expected.body
 
 
+def test_a_size_in_the_file_is_kept_when_m_or_R_are_varied() -> None:
+    """As editing m or R in the file does; a ratio in its place is kept as a ratio."""
+    table = tomllib.loads(TEXT)
+    for name in ("alpha", "I1", "I3"):
+        del table["body"][name]
+    sizes = {"centre_mm": "6", "I1_kg_m2": "3e-6", "I3_kg_m2": "3.2e-6"}
+    body = {**table["body"], **sizes}
+    scene = Scene.of(**{**table, "body": body})
+    other = {"m": "0.021", "R": "0.019"}
+    expected = Scene.of(**{**table, "body": {**body, **other}}).body
+    assert scene.varied(**other).body == scene.varied(m="0.021").varied(R="0.019").body == expected
+    ratio = scene.varied(I1="0.4", m="0.03").varied(m="0.021", R="0.019").body
+    assert Fraction("0.4") * Fraction("0.021") * Fraction("0.019") ** 2 == ratio.I1
+    assert (ratio.I3, ratio.alpha) == (expected.I3, expected.alpha)
+
+
 def test_one_quantity_is_varied_by_one_key() -> None:
     with pytest.raises(InputError, match=r"body\.centre_mm: got another key for alpha too"):
         parsed().varied(alpha="0.3", centre_mm="6")

@@ -157,7 +157,7 @@ def run(
         with replacing(table) as temporary:
             for position, frame in enumerate(swept.store.frames()):
                 frame.to_csv(temporary, index=False, header=not position, mode="a")
-    kept = kept_fixed(spec.names)
+    kept = kept_fixed(spec.names, spec.scene.sizes)
     shown = [*lines(dict(swept.summary)), *([f"  {kept}"] if kept else [])]
     options.emit(as_json, dict(swept.summary), shown)
     checked = swept.summary["recheck"]

@@ -25,7 +25,7 @@ from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.integration.solution import Solution, solve
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import InputError, Scalar, shortened
-from tt_precise.scene.body import in_unit_keys
+from tt_precise.scene.body import in_unit_keys, kept_fixed
 from tt_precise.scene.numerals import LARGEST, PI, written
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import ANGLES, Inclination
@@ -38,6 +38,7 @@ TOLERANCE = 1e-28  # Relative tolerance in double-double, three digits above its
 POWERS = (2 / 7, 3 / 7)
 AT_A_POLE, NEAR_A_POLE = (*POWERS, 4 / 7, 5 / 7), (1 / 52, 1 / 26, *POWERS)
 NEAR = Fraction(1, 2**20)  # Tilt in rad whose square is lost beside 1 in half of double-double.
+NONE = (math.nan, math.nan)  # Effect of an entry on a value that not every run has, and its error.
 LINEAR = 0.1  # Part of a range by which a linear one may differ: a sigma has one or two digits.
 RATES = ("theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
 
@@ -55,7 +56,7 @@ class Derivatives:
     """Derivatives of a trajectory's columns and climb by entries of its scene.
 
     ``names`` are entries of [body] and [start], in the units of the scene's file, also keys with
-    units (``R_mm``). If m or R changes, alpha and I1, I3 in units of m R^2 keep their values.
+    units (``R_mm``). What keeps its value if m or R changes: see ``Scene.varied``.
 
     A derivative is a central difference quotient, or a one-sided quotient at the end of an entry's
     range, such as theta = 0. Its error is estimated from quotients with other changes of the entry.
@@ -122,8 +123,9 @@ class Derivatives:
             "value"; "low" and "high", the ends of the range: differences of runs in which one
             entry is changed by its sigma, up or down, added in quadrature; "sigma", the standard
             deviation to first order, where the range is linear; and "note", the reason why a range
-            is not linear. Invalid values are NaN: a sigma of a range that is not linear, and an
-            end at which a changed run has no value, because it never passes the equator.
+            is not linear, and what is kept if m or R changes. Invalid values are NaN: a sigma of a
+            range that is not linear, and an end at which a changed run has no value, because it
+            never passes the equator.
         """
         import pandas
 
@@ -143,18 +145,18 @@ class Derivatives:
         centre = {name: float(value) for name, value in values(self._centre).items()}
         centre |= {name: float(columns_of(self.run, [name], [end])[name][0]) for name in columns}
         effects = [_Effect.of(name, sigma, self, values) for name, sigma in exact.items() if sigma]
-        rows = {}
+        rows, kept = {}, kept_fixed(exact, self.run.scene.sizes)
         for key, value in centre.items():
             ends = [effect.range(key) for effect in effects]
             low, high = (math.hypot(*(end[side] for end in ends)) for side in (0, 1))
-            deviation = math.hypot(*(effect.linear.get(key, math.nan) for effect in effects))
+            deviation = math.hypot(*(effect.linear.get(key, NONE)[0] for effect in effects))
             linear, note = _linear(key, effects, max(low, high))
             rows[key] = {
                 "value": value,
                 "sigma": deviation if linear else math.nan,
                 "low": value - low,
                 "high": value + high,
-                "note": note,
+                "note": "; ".join(filter(None, (note, kept))),
             }
         return pandas.DataFrame.from_dict(rows, orient="index")
 
@@ -175,24 +177,19 @@ class Derivatives:
 
     @cached_property
     def _fine(self) -> Setup:
-        """The arithmetic of the runs whose differences are quotients."""
+        """The arithmetic of the runs whose differences are quotients and ranges."""
         if refused_in_doubles(self.run.scene):
             return self._setup("extended", 0.0)
         return self._setup("double-double", TOLERANCE)
 
     @cached_property
-    def _double(self) -> Setup:
-        """The arithmetic of the ends of ranges."""
-        return self._setup("double", 0.0)
-
-    @cached_property
     def _centre(self) -> Solution:
         return solve(self.run.scene, self._fine)
 
-    def _changed(self, name: str, change: Fraction, setup: Setup) -> Solution | None:
+    def _changed(self, name: str, change: Fraction) -> Solution | None:
         """The run with a changed entry; None if the scene refuses the change."""
         try:
-            return solve(_scene_with(self.run.scene, name, change), setup)
+            return solve(_scene_with(self.run.scene, name, change), self._fine)
         except InputError:
             return None
 
@@ -203,7 +200,7 @@ class Derivatives:
             pairs = []
             for power in _powers(self.run.scene.start.theta):
                 change = (abs(value) or 1) * Fraction(2) ** -round(bits * power)
-                below, above = (self._changed(name, s * change, self._fine) for s in (-1, 1))
+                below, above = (self._changed(name, s * change) for s in (-1, 1))
                 if below is None and above is None:
                     _scene_with(self.run.scene, name, change)  # says why
                 pairs.append((
@@ -236,13 +233,13 @@ class Derivatives:
 class _Effect(NamedTuple):
     """Effects of an uncertain entry on values: to first order, and at -sigma and +sigma.
 
-    ``sides`` have the changes of the values at -sigma and +sigma; None if the scene refuses the
-    changed entry. ``nutations`` are the minima of theta before each time of the climb, at -sigma, 0
-    and +sigma.
+    ``linear`` has the effect of one sigma and its error. ``sides`` have the changes of the values
+    at -sigma and +sigma; None if the scene refuses the changed entry. ``nutations`` are the minima
+    of theta before each time of the climb, at -sigma, 0 and +sigma.
     """
 
     name: str
-    linear: dict[str, float]
+    linear: dict[str, tuple[float, float]]
     sides: tuple[dict[str, float] | None, dict[str, float] | None]
     nutations: tuple[Mapping[str, int], ...]
 
@@ -251,7 +248,8 @@ class _Effect(NamedTuple):
         cls, name: str, sigma: Fraction, of: Derivatives, values: Callable[[Solution], Values]
     ) -> _Effect:
         slopes = of._slopes(name, values)
-        linear = {key: float(slope) * float(sigma) for key, (slope, _) in slopes.items()}
+        size = float(sigma)
+        linear = {key: (float(x) * size, float(error) * size) for key, (x, error) in slopes.items()}
         middle = values(of._centre)
 
         def changes(run: Solution | None) -> dict[str, float] | None:
@@ -259,7 +257,7 @@ class _Effect(NamedTuple):
             found = {key: float(there[key] - middle[key]) for key in middle if key in there}
             return found if run else None
 
-        below, above = (of._changed(name, sign * sigma, of._double) for sign in (-1, 1))
+        below, above = (of._changed(name, sign * sigma) for sign in (-1, 1))
         counts = tuple(map(_nutations, (below, of._centre, above)))
         return cls(name, linear, (changes(below), changes(above)), counts)
 
@@ -283,14 +281,14 @@ def _linear(key: str, effects: Sequence[_Effect], size: float) -> tuple[bool, st
     missing: list[str] = []
     unknown = False
     for effect in effects:
-        linear, off = effect.linear.get(key, math.nan), []
+        (linear, error), off = effect.linear.get(key, NONE), []
         for sign, side in zip((-1, 1), effect.sides, strict=True):
             if side is not None and key in side:
                 off.append(abs(side[key] - sign * linear))
             else:
                 missing.append(f"{effect.name} {'+' if sign > 0 else '-'} sigma")
                 unknown |= side is not None
-        if any(not value <= LINEAR * size for value in off):
+        if any(not value <= LINEAR * size + error for value in off):
             jumps = len({counts.get(key) for counts in effect.nutations} - {None}) > 1
             (moved if jumps else bent).append(effect.name)
     event = "crossing" if key == "equator" else "time"

@@ -128,8 +128,12 @@ UNIT_KEYS = {
     "I1_kg_m2": ("I1", Fraction(1)), "I3_kg_m2": ("I3", Fraction(1)),
 }  # fmt: skip
 
-# The parameters that other ones scale, as scenes write them: what is kept where m or R changes.
-RATIOS = {"alpha": ("alpha", "R"), "I1": ("I1/(m R^2)", "mR"), "I3": ("I3/(m R^2)", "mR")}
+# The parameters that other ones scale: their ratio, their size with its unit, and these other ones.
+# Where m or R changes, the size is kept if the file gives it by a key with a unit, else the ratio.
+RATIOS = {
+    "alpha": ("alpha", "the centre of mass (m)", "R"),
+    "I1": ("I1/(m R^2)", "I1 (kg m^2)", "mR"), "I3": ("I3/(m R^2)", "I3 (kg m^2)", "mR"),
+}  # fmt: skip
 
 
 def in_unit_keys(body: TippeTop) -> dict[str, Fraction]:
@@ -138,14 +142,20 @@ def in_unit_keys(body: TippeTop) -> dict[str, Fraction]:
     return {key: sizes[name] / unit for key, (name, unit) in UNIT_KEYS.items()}
 
 
-def kept_fixed(names: Iterable[str]) -> str:
-    """The sentence about ratios that keep their values while ``names`` vary; "" if there is none.
+def sizes_of(keys: Iterable[str]) -> frozenset[str]:
+    """The keys among those of a table ``[body]`` that give a size instead of a ratio."""
+    return frozenset(key for key in keys if UNIT_KEYS.get(key, ("",))[0] in RATIOS)
 
-    Entries of a start may be among the names.
+
+def kept_fixed(names: Iterable[str], sizes: Iterable[str]) -> str:
+    """The sentence about what keeps its value while ``names`` vary; "" if there is nothing.
+
+    ``sizes`` are those of the scene; entries of a start may be among the names.
     """
     changed = {UNIT_KEYS.get(name, (name,))[0]: name for name in names}
+    by_size = {UNIT_KEYS[key][0] for key in sizes}
     kept = [
-        ratio for name, (ratio, scales) in RATIOS.items()
+        size if name in by_size else ratio for name, (ratio, size, scales) in RATIOS.items()
         if name not in changed and changed.keys() & set(scales)
     ]  # fmt: skip
     moved = [changed[name] for name in ("m", "R") if name in changed]

@@ -15,7 +15,16 @@ from tt_precise.mechanics.laws import VISCOUS
 from tt_precise.mechanics.parameters import of_numbers
 from tt_precise.runtime.files import parse_toml, printable, read_toml
 from tt_precise.runtime.values import InputError, Json
-from tt_precise.scene.body import UNIT_KEYS, TippeTop, body_numbers, law_of, require_keys, top_of
+from tt_precise.scene.body import (
+    UNIT_KEYS,
+    TippeTop,
+    body_numbers,
+    in_unit_keys,
+    law_of,
+    require_keys,
+    sizes_of,
+    top_of,
+)
 from tt_precise.scene.numerals import written
 from tt_precise.scene.start import (
     AT_REST,
@@ -55,7 +64,8 @@ class Scene:
     Times are in s. ``record`` has names of quadratures from ``RECORDABLE`` (phi, psi in rad; x, y
     of the centre of mass in m), ``events`` names from the event catalogue. ``start`` may be a
     mapping as in a scene file, including psi_dot and at_rest, which ``given`` keeps. If ``flies``
-    is true, the top continues in flight after loss of contact.
+    is true, the top continues in flight after loss of contact. ``sizes`` are the keys of [body]
+    whose values ``varied`` keeps if m or R changes, such as ``I1_kg_m2``.
 
     Raises
     ------
@@ -76,6 +86,7 @@ class Scene:
     flies: bool = False
     text: str = field(default="", repr=False, compare=False)
     given: Mapping[str, Json] = field(default_factory=dict, repr=False, compare=False)
+    sizes: frozenset[str] = field(default=frozenset(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in ("until", "sample_every"):
@@ -175,9 +186,11 @@ class Scene:
         """Return the scene with entries of its file replaced, in the units of the file.
 
         ``changes`` are entries of [body], [start] and [run]: exact strings or numbers in SI, except
-        I1 and I3 in units of m R^2, which keep their values in these units if m or R change; and
-        ``friction``, a whole table: ``varied(friction={"law": "coulomb", "mu": "0.3"})``. A start
-        that is given by psi_dot or at_rest is computed again.
+        I1 and I3 in units of m R^2; and ``friction``, a whole table:
+        ``varied(friction={"law": "coulomb", "mu": "0.3"})``. If m or R changes, what the file gives
+        by a key such as ``I1_kg_m2`` or ``centre_mm`` keeps this value (``sizes`` has these keys),
+        and alpha, I1 and I3 keep their ratios. A start that is given by psi_dot or at_rest is
+        computed again.
 
         Raises
         ------
@@ -190,8 +203,11 @@ class Scene:
             _one_of(name, known, "varied")
         start = {name: changes[name] for name in START_KEYS if name in changes}
         run = {name: changes[name] for name in _RUN if name in changes}
-        body: dict[str, Any] = dict(body_numbers(changes, self.body.numbers_by_name))
-        own = self.body.in_file_units()
+        own, changed = self.body.in_file_units(), {UNIT_KEYS.get(n, (n,))[0] for n in changes}
+        kept = {key for key in self.sizes if UNIT_KEYS[key][0] not in changed}
+        values = in_unit_keys(self.body)
+        scaled = {key: values[key] for key in kept} if changed & {"m", "R"} else {}
+        body: dict[str, Any] = dict(body_numbers({**scaled, **changes}, self.body.numbers_by_name))
         if "friction" in changes:
             law, numbers = law_of(_subtable(changes, "friction"))
             for parameter in self.body.friction.parameters:
@@ -199,7 +215,8 @@ class Scene:
             body |= {"friction": law, **numbers}
         body |= {name: changes[name] for name in parameters if name in changes}
         top = TippeTop.from_ratios(**{**own, **body}) if body else self.body
-        return replace(self, body=top, **self._start_with(start, top), **run)
+        sizes = sizes_of(kept | changes.keys())
+        return replace(self, body=top, sizes=sizes, **self._start_with(start, top), **run)
 
     def _start_with(self, changes: Mapping[str, Json], body: TippeTop) -> dict[str, Any]:
         """The fields ``start`` and, if needed, ``given`` of a scene with this start."""
@@ -420,6 +437,7 @@ def _from_table(table: Mapping[str, Json], name: str, text: str) -> Scene:
         events=_names(run, "events"),
         flies=flies,
         text=text,
+        sizes=sizes_of(body),
     )
 
 

@@ -167,7 +167,8 @@ class SweepSpec:
         """Everything the rows depend on, in plain JSON values."""
         scene, body, start = self.scene, self.scene.body, self.scene.start
         given = {name: str(value) for name, value in scene.given.items()}
-        return ({"given": given} if given else {}) | {
+        own = {"given": given, "sizes": sorted(scene.sizes)}
+        return {name: value for name, value in own.items() if value} | {
             "scene": scene.name,
             "model": scene.model,
             "body": {name: str(value) for name, value in body.numbers_by_name.items()},
