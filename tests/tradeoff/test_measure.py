@@ -27,8 +27,7 @@ def test_every_row_delivers_the_digits_that_were_asked(
     short: tt.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(measure, "TOLERANCES", (1e-9,))
-    monkeypatch.setattr(measure, "BUDGET_S", 1e6)  # however busy the machine is
-    found = measure.measure(short)
+    found = measure.measure(short, 1e6)  # however busy the machine is
     own = [row for row in found.rows if row.method == measure.OWN]
     assert found.until_s == 0.5
     for row in own:
@@ -69,16 +68,14 @@ def test_a_scene_in_pieces_and_a_slow_method_are_left_out_with_a_sentence(
     short: tt.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(measure, "ASKED", (3, 20))
-    monkeypatch.setattr(measure, "BUDGET_S", 1e6)
-    stuck = measure.measure(tt.load_scene("coulomb-gliding").varied(until="0.1"))
+    stuck = measure.measure(tt.load_scene("coulomb-gliding").varied(until="0.1"), 1e6)
     assert [row.setting for row in stuck.rows] == ["digits=3"]
     assert [line.partition(":")[0] for line in stuck.left_out] == ["20 digits and more", "SciPy"]
-    monkeypatch.setattr(measure, "BUDGET_S", 0.0)
-    slow = measure.measure(short)
+    slow = measure.measure(short, 0.0)
     assert [line.partition(":")[0] for line in slow.left_out] == [
         "20 digits and more", "SciPy DOP853 from 0.001 on", "SciPy LSODA from 0.001 on"
     ]  # fmt: skip
-    assert slow.left_out[-1].endswith("beyond 0 s; --until T is shorter")
+    assert slow.left_out[-1].endswith("beyond 0 s; --seconds S allows more, --until T is shorter")
 
 
 def row(method: str, digits: float, seconds: float) -> Row:

@@ -11,8 +11,10 @@ import click
 from tt_precise.commands.options import JSON, emit
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import progress_bar
+from tt_precise.runtime.values import InputError
+from tt_precise.scene.numerals import within_doubles, written
 from tt_precise.scene.scene import load_scene
-from tt_precise.tradeoff.measure import Row, Tradeoff, measure, ratios
+from tt_precise.tradeoff.measure import SECONDS, Row, Tradeoff, measure, ratios
 
 
 class TradeoffRecord(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff/3"):
@@ -31,18 +33,27 @@ class TradeoffRecord(Record, frozen=True, tag_field="schema", tag="tt_precise.tr
 @click.command("tradeoff")
 @click.argument("scene", default="reference")
 @click.option("--until", help="Horizon in s, instead of the scene's.")
+@click.option(
+    "--seconds",
+    default=f"{SECONDS:g}",
+    show_default=True,
+    help="Limit in s for tt_precise and for each method of SciPy.",
+)
 @JSON
-def command(scene: str, until: str | None, as_json: bool) -> int:
+def command(scene: str, until: str | None, seconds: str, as_json: bool) -> int:
     """Measure the cost of a digit on SCENE (a shipped name or a TOML file), in some ten seconds.
 
     Each line requests 3 to 30 digits, and shows the chosen arithmetic, the delivered digits, the
     time, and the drift of lambda. The last lines are SciPy's DOP853 and LSODA on the same equations
-    in plain Python, each within 2.5 s; the report compares compiled integrators.
+    in plain Python, each within --seconds; the report compares compiled integrators.
     """
     loaded = load_scene(scene)
     loaded = loaded if until is None else loaded.varied(until=until)
+    limit = within_doubles(written(seconds, "--seconds"), "--seconds")
+    if limit <= 0:
+        raise InputError(f"--seconds: got {seconds}, expected a number above 0")
     with progress_bar("digits and tolerances") as progress:
-        measured = measure(loaded, progress)
+        measured = measure(loaded, float(limit), progress)
     known = ratios(measured.rows)
     record = TradeoffRecord(loaded.name, measured.until_s, measured.rows, known, measured.left_out)
     emit(as_json, record, _lines(loaded.name, measured, known))
@@ -70,6 +81,8 @@ def _lines(name: str, measured: Tradeoff, ratios: dict[str, float]) -> Iterator[
         )
     yield ""
     yield "first: the first call, with compiling. drift: of lambda, relative."
+    if any(row.digits < 1 for row in measured.rows):
+        yield "none: at the worst sample no digit is right."
     yield "atol: in SI for each entry: 1 for k, kg m^2/s for L, m/s for v."
     if ratios:
         yield "x: the time over that of the fastest run of tt_precise with no fewer digits."

@@ -35,8 +35,8 @@ DOUBLE_DIGITS = 15
 TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
 SMALLEST_RTOL = 2.3e-14  # Smallest relative tolerance that solve_ivp accepts.
 MOST_SAMPLES = 40  # Most samples at which rows are compared.
-BUDGET_S = 2.5  # Time in s for this integrator, and for each of SciPy's.
-SHARE = 1 / 3  # Largest share of the budget for a row; a slower row is the last.
+SECONDS = 2.5  # Default limit in s for this integrator, and for each of SciPy's methods.
+SHARE = 1 / 3  # Largest share of the limit for a row; a slower row is the last.
 OWN = "tt_precise"
 PEERS = ("DOP853", "LSODA")
 STAGES = 11  # Evaluations of the equations in a step of DOP853.
@@ -65,20 +65,20 @@ class Tradeoff(NamedTuple):
     left_out: tuple[str, ...]
 
 
-def measure(scene: Scene, progress: Progress = silent) -> Tradeoff:
-    """Measure all methods on ``scene`` within some ten seconds.
+def measure(scene: Scene, seconds: float = SECONDS, progress: Progress = silent) -> Tradeoff:
+    """Measure all methods on ``scene``, each within some ``seconds``.
 
     Raises ``InputError``: the scene cannot be integrated, or has no sample before its end.
     """
     left_out: list[str] = []
-    runs = list(_own_runs(scene, left_out.append, lambda part: progress(part / 2)))
+    runs = list(_own_runs(scene, seconds, left_out.append, lambda part: progress(part / 2)))
     truth = Truth.of(runs[-1].trajectory)
     rows = [truth.row(run) for run in runs]
     if scene.in_pieces:
         left_out.append("SciPy: it has no equations that change at stick, slip, flight or landing")
     else:
         for done, method in enumerate(PEERS, start=1):
-            rows += _peer_rows(scene, method, truth, left_out.append)
+            rows += _peer_rows(scene, method, truth, seconds, left_out.append)
             progress(0.5 + done / len(PEERS) / 2)
     return Tradeoff(float(truth.times[-1]), runs[-1].asked, tuple(rows), tuple(left_out))
 
@@ -106,7 +106,7 @@ class TimedRun(NamedTuple):
 
 
 def _own_runs(
-    scene: Scene, leave_out: Callable[[str], None], progress: Progress
+    scene: Scene, seconds: float, leave_out: Callable[[str], None], progress: Progress
 ) -> Iterator[TimedRun]:
     began = time.perf_counter()
     for done, (asked, following) in enumerate(itertools.pairwise((*ASKED, 0)), start=1):
@@ -119,8 +119,11 @@ def _own_runs(
         if refusal:
             leave_out(f"{following} digits and more: they need quad for {refusal}")
             return
-        if again > SHARE * BUDGET_S or time.perf_counter() - began > 2 * BUDGET_S:
-            leave_out(f"{following} digits and more: {asked} took {again:.2g} s")
+        if again > SHARE * seconds or time.perf_counter() - began > 2 * seconds:
+            leave_out(
+                f"{following} digits and more: {asked} took {again:.2g} s of {seconds:g} s; "
+                "--seconds S allows more"
+            )
             return
 
 
@@ -184,16 +187,17 @@ class _TooLongError(Exception):
 
 
 def _peer_rows(
-    scene: Scene, method: str, truth: Truth, leave_out: Callable[[str], None]
+    scene: Scene, method: str, truth: Truth, seconds: float, leave_out: Callable[[str], None]
 ) -> Iterator[Row]:
     """SciPy's method on the equations as plain Python, tolerance after tolerance."""
-    deadline = time.perf_counter() + BUDGET_S
+    deadline = time.perf_counter() + seconds
     for tolerance in TOLERANCES:
         try:
             yield _peer_row(scene, method, tolerance, truth, deadline)
         except _TooLongError:
             leave_out(
-                f"SciPy {method} from {tolerance:g} on: beyond {BUDGET_S:g} s; --until T is shorter"
+                f"SciPy {method} from {tolerance:g} on: beyond {seconds:g} s; --seconds S allows "
+                "more, --until T is shorter"
             )
             return
         except ArithmeticError as error:
