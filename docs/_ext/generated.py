@@ -66,16 +66,9 @@ def switches(_: str) -> Iterator[str]:
 
 def quantities(_: str) -> Iterator[str]:
     """Every quantity with unit and meaning."""
-    from tt_precise.mechanics.quantities import QUANTITIES
+    from tt_precise.commands.columns import quantities
 
-    rows = [
-        (
-            f"`{quantity.name}`",
-            quantity.unit,
-            quantity.meaning + ("" if quantity.pole else " Undefined at the poles."),
-        )
-        for quantity in QUANTITIES.values()
-    ]
+    rows = [(f"`{name}`", one["unit"], one["meaning"]) for name, one in quantities().items()]
     yield from table(("quantity", "unit", "meaning"), rows)
 
 

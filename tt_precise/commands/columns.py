@@ -39,18 +39,28 @@ CONVENTIONS = (
 @click.command("columns")
 @JSON
 def command(as_json: bool) -> int:
-    """List the columns that `check` reads and `run` writes: name, unit, frame, meaning."""
-    sets = column_sets()
+    """List the columns that `check` reads and `run` writes, and all quantities along a motion.
+
+    Each line has name, unit, frame and meaning. `run --columns`, `events --columns` and `frame` take
+    the quantities too; `extremum:NAME` and `zero:NAME` are their events (`tt-precise events`).
+    """
+    sets, known = column_sets(), quantities()
     lines = ["A trajectory has one of these sets of columns; others are ignored."]
     for name, columns in sets.items():
         lines += ["", name]
         lines += [
             f"  {key:<10} {column['unit']:<9} {meaning(column)}" for key, column in columns.items()
         ]
+    lines += ["", "quantities of `run --columns`, `events --columns` and `frame`"]
+    lines += [f"  {key:<20} {one['unit']:<9} {one['meaning']}" for key, one in known.items()]
     lines.append("")
     for sentence in CONVENTIONS:
         lines += click.wrap_text(sentence, 88, "- ", "  ").splitlines()
-    emit(as_json, {"schema": SCHEMA, "sets": sets, "conventions": CONVENTIONS}, lines)
+    emit(
+        as_json,
+        {"schema": SCHEMA, "sets": sets, "quantities": known, "conventions": CONVENTIONS},
+        lines,
+    )
     return 0
 
 
@@ -68,6 +78,19 @@ def column_sets() -> dict[str, dict[str, dict[str, Json]]]:
         }
         for name, columns in COLUMN_SETS.items()
     }  # fmt: skip
+
+
+def quantities() -> dict[str, dict[str, Json]]:
+    """Return the unit and the meaning of each quantity along a motion."""
+    from tt_precise.mechanics.quantities import QUANTITIES
+
+    return {
+        name: {
+            "unit": quantity.unit,
+            "meaning": quantity.meaning + ("" if quantity.pole else " Undefined at the poles."),
+        }
+        for name, quantity in QUANTITIES.items()
+    }
 
 
 def meaning(column: dict[str, Json]) -> str:
