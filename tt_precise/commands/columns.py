@@ -41,8 +41,8 @@ CONVENTIONS = (
 def command(as_json: bool) -> int:
     """List the columns that `check` reads and `run` writes, and all quantities along a motion.
 
-    Each line has name, unit, frame and meaning. `run --columns`, `events --columns` and `frame` take
-    the quantities too; `extremum:NAME` and `zero:NAME` are their events (`tt-precise events`).
+    Each line has name, unit, frame and meaning. `run --columns`, `events --columns` and `frame`
+    take the quantities too; `extremum:NAME` and `zero:NAME` are their events.
     """
     sets, known = column_sets(), quantities()
     lines = ["A trajectory has one of these sets of columns; others are ignored."]
@@ -56,11 +56,8 @@ def command(as_json: bool) -> int:
     lines.append("")
     for sentence in CONVENTIONS:
         lines += click.wrap_text(sentence, 88, "- ", "  ").splitlines()
-    emit(
-        as_json,
-        {"schema": SCHEMA, "sets": sets, "quantities": known, "conventions": CONVENTIONS},
-        lines,
-    )
+    content = {"schema": SCHEMA, "sets": sets, "quantities": known, "conventions": CONVENTIONS}
+    emit(as_json, content, lines)
     return 0
 
 
