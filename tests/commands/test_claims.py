@@ -39,6 +39,7 @@ def test_a_table_on_a_pipe_is_not_cut(said: Said, monkeypatch: pytest.MonkeyPatc
     text = said("claims --verdict misprint")
     assert "corrected: discriminant of d(z): 0 for the toy's alpha and gamma" in text
     assert "\u2026" not in text
+    assert not any(line.endswith(" ") for line in text.splitlines())
 
 
 def test_many_claims_make_a_table_that_fits(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:

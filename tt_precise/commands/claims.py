@@ -11,7 +11,7 @@ import click
 from tt_precise.claims.paper import CLAIM_KINDS, look_up
 from tt_precise.claims.verdicts import Verdict
 from tt_precise.commands import options
-from tt_precise.runtime.terminal import UNCUT, console, progress_bar
+from tt_precise.runtime.terminal import UNCUT, console, print_table, progress_bar
 from tt_precise.runtime.workers import cores
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def _table(rows: Sequence[JudgedClaim]) -> None:
         table.add_row(claim.id, coloured, *(escape(getattr(claim, name)) for name in shown))
     counted = ", ".join(f"{number} {name}" for name, number in _counts(rows).items() if number)
     if rows:
-        screen.print(table)
+        print_table(screen, table)
     screen.print(f"{len(rows)} claims: {counted or 'none'}.", highlight=False)
     screen.print("`tt-precise claims ID` shows what is printed and measured.\n", highlight=False)
 

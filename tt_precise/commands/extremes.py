@@ -12,7 +12,7 @@ from tt_precise.extremes.case import TOPICS, Extremes, families, family_rows
 from tt_precise.extremes.edges import EdgeOutcome, explore, findings, table
 from tt_precise.runtime.files import require_writable
 from tt_precise.runtime.records import Record, means
-from tt_precise.runtime.terminal import console, progress_bar
+from tt_precise.runtime.terminal import console, print_table, progress_bar
 from tt_precise.runtime.values import InputError
 from tt_precise.runtime.workers import cores
 from tt_precise.scene.scene import load_scene
@@ -109,5 +109,5 @@ def _table(records: list[CaseRecord], full: bool) -> None:
             for name, result, record in rows:
                 mark = "[green]pass[/]" if record.verdict == "pass" else "[red]FAIL[/]"
                 table.add_row(mark, escape(name), escape(record.expected), escape(result))
-        screen.print(table)
+        print_table(screen, table)
         screen.print()

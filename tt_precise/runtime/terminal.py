@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
 
 # control characters but tab; line separators; bytes of file names that are not UTF-8
@@ -40,6 +41,16 @@ def console(*, stderr: bool = False) -> Console:
     if not screen.is_terminal and "COLUMNS" not in os.environ:
         screen.width = UNCUT
     return screen
+
+
+def print_table(screen: Console, table: Table) -> None:
+    """Print a table, without blanks at the ends of its lines."""
+    import click
+
+    with screen.capture() as printed:
+        screen.print(table)
+    for line in printed.get().splitlines():
+        click.echo(line.rstrip())
 
 
 # ---- progress -----------------------------------------------------------------------------
