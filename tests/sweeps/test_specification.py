@@ -75,6 +75,7 @@ def test_an_inclination_may_be_as_a_scene_writes_it(text: str, expected: list[fl
         ({"phi": "1,2"}, "each once of: theta"),
         ({"phi_dot": "1:2"}, "first:last:count"),
         ({"phi_dot": "1:2:1"}, "first:last:count"),
+        ({"mu": "0.1..0.5"}, "first:last:count"),
         ({"phi_dot": "1,nan"}, "exact number"),
         ({"alpha": "0.1,1.5"}, "alpha"),
         ({"theta": "0.1,4"}, "theta"),

@@ -220,7 +220,7 @@ def grid_values(name: str, values: Values) -> tuple[Fraction, ...]:
 
     "0.05,0.1,0.2", or "-200:200:801" for 801 values from -200 to 200, ends included.
     """
-    if isinstance(values, str) and ":" in values:
+    if isinstance(values, str) and (":" in values or ".." in values):
         parts = values.split(":")
         if len(parts) != 3 or not parts[2].strip().isdecimal() or int(parts[2]) < 2:
             raise InputError(
