@@ -51,6 +51,8 @@ def test_other_motions_are_drawn_beside_it_under_their_labels(short: Trajectory)
         own, beside = drawn.axes[0].lines[:2]
         assert (own.get_label(), beside.get_label()) == ("reference", "mu = 0.2")
         assert list(np.asarray(beside.get_ydata())) == list(other.frame("theta")["theta"])
+        named = short.plot(*names, beside={"mu = 0.2": other}, label="mu = 0.3")
+        assert named.axes[0].lines[0].get_label() == "mu = 0.3"
         assert len({str(line.get_color()) for line in drawn.axes[0].lines}) == 4  # and two events
     with pytest.raises(InputError, match="beside: got a list, expected trajectories by their lab"):
         short.plot("theta", beside=[other])  # type: ignore[arg-type]

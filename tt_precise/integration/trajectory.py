@@ -412,13 +412,16 @@ class Trajectory:
         """
         return drift_over_time(self.run)
 
-    def plot(self, *names: Any, beside: Mapping[str, Trajectory] | None = None) -> Figure:
+    def plot(
+        self, *names: Any, beside: Mapping[str, Trajectory] | None = None, label: str | None = None
+    ) -> Figure:
         """A matplotlib ``Figure`` over time with a panel for each of ``names`` (as in ``frame``).
 
         Without names: theta, energies, normal force, relative drift of the conserved quantities.
         Recorded events are marked. ``plot().savefig("top.png")`` saves it. The panels of ``names``,
         by default theta, have the curves of the trajectories ``beside`` too, under their labels:
-        ``plot("theta", "E", beside={"mu = 0.1": other})``.
+        ``plot("theta", "E", beside={"mu = 0.1": other}, label="mu = 0.3")``; ``label`` is that of
+        this trajectory, by default the scene's name.
         """
         from tt_precise.integration.views import figure
 
@@ -428,7 +431,7 @@ class Trajectory:
                 'such as {"mu = 0.1": other}'
             )
         others = {label: other.run for label, other in (beside or {}).items()}
-        return figure(self.run, expanded(names), others)
+        return figure(self.run, expanded(names), others, label or self.scene.name)
 
     def animate(
         self,

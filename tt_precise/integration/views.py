@@ -59,10 +59,12 @@ def figure(
     run: Solution,
     names: tuple[Name, ...] = (),
     beside: Mapping[str, Solution] = MappingProxyType({}),
+    label: str = "",
 ) -> Figure:
     """A matplotlib ``Figure`` with a panel for each column, or the overview if none is named.
 
-    Every panel of a column has the curves of the runs ``beside`` too, under their labels.
+    Every panel of a column has the curves of the runs ``beside`` too, under their labels, next to
+    this run's ``label``.
     """
     if beside and not names:
         names = ("theta",)
@@ -80,12 +82,12 @@ def figure(
                 _drifts(place, run, {name.removeprefix(DRIFT): samples[name]})
             else:
                 _panel(place, samples, panel)
-            for label, other in beside.items():
+            for its_label, other in beside.items():
                 curve = columns_of(other, panel)
                 name = str(getattr(panel[0], "name", panel[0]))
-                place.plot(curve["t"], curve[name], label=label)
+                place.plot(curve["t"], curve[name], label=its_label)
         if beside:
-            axes[0].lines[0].set_label(run.scene.name)
+            axes[0].lines[0].set_label(label)
             axes[0].legend(loc="center left", bbox_to_anchor=(1, 0.5))
         if not names:
             _drifts(axes[-1], run, drift_over_time(run))
