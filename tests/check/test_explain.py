@@ -402,3 +402,10 @@ def test_a_number_that_is_not_finite_needs_no_cause(healthy: Healthy) -> None:
     found = check(rows.assign(vx=rows["vx"].where(rows.index != 500)), "reference")
     assert [one.name for one in found.failures] == ["finite"]
     assert "not explained" not in str(found)
+
+
+def test_a_small_error_of_mu_is_named_as_far_as_its_check_fails() -> None:
+    for mu, said in (("0.300003", "1.0000100"), ("0.30003", "1.000100")):
+        rubbed = tt.load_scene("reference").varied(mu=mu, until="4")
+        frame = tt.integrate(rubbed).frame(*VECTORS[1:])
+        assert causes(frame) == f"parameter: mu is {said} times the scene's"

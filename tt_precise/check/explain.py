@@ -508,7 +508,7 @@ def _friction(file: FailedFile) -> Candidates:
     """Friction follows the scene's law with another mu."""
     setup = file.rows.setup
     strength = _strength(file.rows) if setup.friction == "scene" else None
-    if strength is None or abs(strength / setup.body.mu - 1) < UNLIKE * UNLIKE:
+    if strength is None:
         return
     # friction that pushes fails the signs of its power, with any mu
     signs = ("friction_power", "energy") if strength < 0 else ()
