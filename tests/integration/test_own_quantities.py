@@ -304,6 +304,15 @@ def test_an_own_value_at_an_event_has_its_error(reference: Scene, words: dict[st
     assert (found["error:energy"] == found["error:E"]).all()
     assert (found["error:t"] == run.event_errors()["error"]).all()
     assert (found["error:slip"] < 1e-14).all()
+    as_float, text = (run.event_frame(energy, "error:t", numbers=n) for n in ("float", "text"))
+    assert as_float[["t", "energy", "error:t"]].dtypes.unique().tolist() == [float]
+    assert as_float["energy"].tolist() == found["energy"].astype(float).tolist()
+    assert text["error:t"].astype(float).tolist() == found["error:t"].tolist()
+    written = run.precision.text if words else repr
+    assert text["energy"].tolist() == [written(x) for x in found["energy"]]
+    assert text["name"].equals(found["name"])
+    with pytest.raises(InputError, match="numbers: got 'mpf', expected one of: float"):
+        run.event_frame(energy, numbers="mpf")  # type: ignore[arg-type]
     if words:
         assert re.search(r" \+- \S+$", str(found["energy"][0]))
     for of in (run, run.again(events=())):

@@ -9,6 +9,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, get_args
 
+import numpy
+
 from tt_precise.integration.columns import POSE, State, expanded
 from tt_precise.integration.dense_output import is_doubles
 from tt_precise.integration.errors import (
@@ -17,6 +19,7 @@ from tt_precise.integration.errors import (
     Errors,
     errors_of,
     events_with_errors,
+    floats,
     table_with_errors,
 )
 from tt_precise.integration.events import not_alternating
@@ -37,7 +40,7 @@ from tt_precise.mechanics.parameters import Dimension
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar, listed
-from tt_precise.scene.numerals import as_fraction
+from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -48,6 +51,12 @@ if TYPE_CHECKING:
 
     from tt_precise.integration.derivatives import Derivatives
     from tt_precise.integration.inversion import InversionTimes
+
+
+def _require_numbers(numbers: str) -> None:
+    known = get_args(Numbers)
+    if numbers not in known:
+        raise InputError(f"numbers: got {numbers!r}, expected one of: {', '.join(known)}")
 
 
 def is_one(t: Any) -> bool:
@@ -252,10 +261,7 @@ class Trajectory:
         Floats are arrays, with NaN for undefined values; wider numbers and text are lists, with
         None for undefined values. The text of a double is the shortest that recovers the number.
         """
-        if numbers not in get_args(Numbers):
-            raise InputError(
-                f"numbers: got {numbers!r}, expected one of: {', '.join(get_args(Numbers))}"
-            )
+        _require_numbers(numbers)
         wanted = expanded(names or self.run.columns.names)
         if times is not None and not is_doubles(times):
             times = tuple(map(as_fraction, each(times)))
@@ -332,19 +338,25 @@ class Trajectory:
         """
         return self.event_frame(*self.run.columns.names)
 
-    def event_frame(self, *names: Any) -> pandas.DataFrame:
+    def event_frame(self, *names: Any, numbers: Numbers = "exact") -> pandas.DataFrame:
         """The recorded events in order of time: name, t (s), direction, and the columns ``names``.
 
         ``names`` are columns as in ``frame``, but no drifts: a quantity, one's own with its errors
         ("error:NAME"), "error:t", and "digits". An event that ends a segment has the values just
-        before it. Numbers wider than double print with their errors, if known.
+        before it. ``numbers`` is as in ``frame``. Exact numbers wider than double print with their
+        errors, if known.
         """
         import pandas
 
+        _require_numbers(numbers)
         table = self.event_table(expanded(names))
         named = {getattr(name, "name", name): column for name, column in table.items()}
         if not len(named["name"]):
             return pandas.DataFrame([], columns=list(named))
+        if numbers != "exact":
+            for name in named.keys() - {"name", "direction"}:
+                named[name] = self._as(numbers, named[name])
+            return pandas.DataFrame(named)
         known = {name.removeprefix(ERROR): named[name] for name in named if name.startswith(ERROR)}
         if self.errors.available:
             known.setdefault("t", self.errors.events()[TIME])
@@ -352,6 +364,15 @@ class Trajectory:
             pairs = zip(named[name], known[name].tolist(), strict=True)
             named[name] = [self.precision.carrying(value, error) for value, error in pairs]
         return pandas.DataFrame(named)
+
+    def _as(self, numbers: Numbers, values: Array) -> Array:
+        """Values of events as floats or texts, like a table's."""
+        doubles = floats(values)
+        if numbers == "float":
+            return doubles
+        if self.precision.is_float or isinstance(values, numpy.ndarray):  # errors are doubles
+            return shortest_texts(doubles)
+        return list(map(self.precision.text, values))
 
     def event_table(
         self, names: Sequence[Any] | None = None, at: Container[str] | None = None
