@@ -251,3 +251,10 @@ def test_an_extreme_value_among_rounding_errors_is_found_soon(
     assert 0 <= rows["max_nu_x"][0] < 1e-198
     # two quantities, each read once and looked at again a few times; halving alone takes 30 times
     assert sampled[0] < 8 * rows["steps"][0] + 1000
+
+
+def test_a_complete_row_ends_at_the_horizon_itself() -> None:
+    """Not a unit in the last place beside it, as the product of its time and the unit may be."""
+    vary = {"R_mm": [*range(10, 40)], "omega_3": [1], "theta": [0]}
+    spec = SweepSpec.of("reference", vary=vary, until=30)
+    assert set(compute(spec, values_of(spec), LANES)["t_stop"]) == {30}

@@ -188,7 +188,9 @@ class _Integrated:
         columns["min_g_n"] = numpy.where(lost, 0.0, self._values(SMALLEST_FORCE))
         columns["jellett_drift"] = self._drift()
         columns["steps"] = numpy.array([result.steps for result in self.results], dtype=numpy.int64)
-        columns["t_stop"] = numpy.array([result.time for result in self.results]) * unit
+        ended = numpy.array([result.time for result in self.results]) * unit
+        complete = [result.status == "complete" for result in self.results]
+        columns["t_stop"] = numpy.where(complete, float(self.spec.scene.until), ended)
         for name in self.spec.record:
             columns[name] = self._extra_column(name, columns, times, unit)
         return columns
