@@ -42,6 +42,18 @@ def test_cells_without_a_value_are_explained() -> None:
     assert map_of(rows().dropna(), "mu", "omega_3", "climb").legends == []
 
 
+def test_the_threshold_is_drawn_where_the_rows_know_it() -> None:
+    both = rows().assign(lambda_ratio=[0.5, 0.5, 0.5, 1.5, 1.5, 1.5])
+    _, line = map_of(both, "mu", "omega_3", "outcome").axes[0].collections
+    (path,) = line.get_paths()
+    assert numpy.asarray(path.vertices)[:, 1] == pytest.approx(15.0)
+    assert len(map_of(both, "t_end", "omega_3", "outcome").axes[0].collections) == 2
+    for without in (both.assign(lambda_ratio=2.0), pandas.concat([both, both])):
+        (cells,) = map_of(without, "mu", "omega_3", "outcome").axes[0].collections
+        shown: Any = cells.get_array()
+        assert numpy.size(shown) == len(without)
+
+
 def test_values_over_two_decades_have_a_logarithmic_scale() -> None:
     far = rows().assign(mu=[0.001, 1.0, 2.0] * 2, t_end_A=[1e-3, 1, 2, 3, 4, 5.0])
     axes = curve(far, "mu", "t_end").axes[0]

@@ -91,7 +91,10 @@ def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> 
 
 @styled()
 def map_of(rows: pandas.DataFrame, x: str, y: str, z: str) -> Figure:
-    """``z`` over the plane of ``x`` and ``y``: cells where the rows are a grid, else points."""
+    """``z`` over the plane of ``x`` and ``y``: cells where the rows are a grid, else points.
+
+    Rows with a ``lambda_ratio`` have the line where lambda is at its threshold.
+    """
     z = column_named(rows, z)
     values = _with_values(rows, z)
     missing = values[values[z].isna()] if z != "outcome" else values[:0]
@@ -99,6 +102,7 @@ def map_of(rows: pandas.DataFrame, x: str, y: str, z: str) -> Figure:
     axes = figure.add_subplot()
     drawn = draw_map(axes, rows, x, y, z)
     _set_scales(axes, values, column_named(rows, x), column_named(rows, y))
+    _threshold(axes, rows, x, y)
     if drawn is not None:
         figure.colorbar(drawn, ax=axes, label=label_of(z))
     if len(missing):
@@ -107,6 +111,19 @@ def map_of(rows: pandas.DataFrame, x: str, y: str, z: str) -> Figure:
         white = Patch(facecolor="white", edgecolor=GREY, label=_no_value(z, missing))
         figure.legend(handles=[white], loc="outside right upper")  # beyond the colour bar
     return figure
+
+
+def _threshold(axes: Axes, rows: pandas.DataFrame, x: str, y: str) -> None:
+    """Draw the line ``lambda_ratio`` = 1 where the rows have it, once at each point of the map."""
+    x, y = (column_named(rows, name) for name in (x, y))
+    if "lambda_ratio" not in rows or rows.duplicated([x, y]).any():
+        return
+    known = rows.dropna(subset=[x, y, "lambda_ratio"])
+    if (known["lambda_ratio"] < 1).any() and (known["lambda_ratio"] > 1).any():
+        line = axes.tricontour(
+            known[x], known[y], known["lambda_ratio"], levels=[1], colors="black", linewidths=1
+        )
+        axes.clabel(line, fmt={1: r"$\lambda=\lambda_{thres}$"})
 
 
 def draw_map(
