@@ -119,10 +119,11 @@ def _own_runs(
         if refusal:
             leave_out(f"{following} digits and more: they need quad for {refusal}")
             return
-        if again > SHARE * seconds or time.perf_counter() - began > 2 * seconds:
+        total = time.perf_counter() - began
+        if again > SHARE * seconds or total > 2 * seconds:
             leave_out(
-                f"{following} digits and more: {asked} took {again:.2g} s of {seconds:g} s; "
-                "--seconds S allows more"
+                f"{following} digits and more: {asked} took {again:.2g} s, all runs so far "
+                f"{total:.2g} s; --seconds S allows more than {seconds:g} s"
             )
             return
 
