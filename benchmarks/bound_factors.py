@@ -66,9 +66,9 @@ def misfits_of(scene_name: str, hertz: int) -> list[Misfit]:
     found: list[Misfit] = []
     sharper = force_free._sharper
 
-    def collected(candidates: list[Misfit]) -> Misfit:
-        found.extend(candidates if len(candidates) == 2 else [])
-        return sharper(candidates)
+    def collected(free: Misfit, seen: Misfit) -> Misfit:
+        found.extend((free, seen))
+        return sharper(free, seen)
 
     with mock.patch.object(force_free, "_sharper", collected), numpy.errstate(all="ignore"):
         force_free.misfits(body, rows, rounding)
