@@ -99,7 +99,9 @@ class Derivatives:
     def climb(self) -> Any:
         """Derivatives of the climb's times, such as "A.t_end": t (s), "d/d NAME", "error:d/d NAME".
 
-        A motion that ends before its horizon has the row "t_end".
+        A motion that ends before its horizon has the row "t_end". A time that moves to another
+        nutation at a small change has a derivative that holds for smaller ones only; ``spread``
+        says so.
         """
         import pandas
 

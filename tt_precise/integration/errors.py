@@ -416,7 +416,7 @@ def event_errors(
     The error of a column in ``wanted`` is that of its value as ``event_columns`` gives it, at the
     event's own time. "digits" are the fewest correct digits of the state there and of the time. An
     error is the largest of the distances from ``references``, infinite if one of them has ended
-    before, or is in another part of its motion.
+    before, or is in another part of its motion; in double the rounding of the time is added.
     """
     unit = float(run.start.units.time)
     others = [(float(reference.end) / unit, _stages(reference)) for reference in references]
@@ -434,6 +434,8 @@ def event_errors(
     )
     most = run.precision.bits * math.log10(2)
     digits = numpy.minimum(numpy.minimum(digits, digits_of_time(errors, times, unit)), most)
+    if run.precision.is_float:
+        errors = errors + numpy.spacing(times) / 2
     rows = numpy.array(names, dtype=object)
     known = dict(zip(wanted, apart, strict=True))
     return {"name": rows, "t": times, TIME: errors, **known, "digits": digits}
