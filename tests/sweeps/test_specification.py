@@ -190,6 +190,22 @@ def test_fingerprint_knows_every_difference() -> None:
     assert len(found) == len(variants)
 
 
+def test_fingerprint_knows_what_no_number_of_the_body_says() -> None:
+    reference = load_scene("reference")
+    table: dict[str, Any] = {"stiffness": Fraction(10**4), "damping": Fraction(1, 10)}
+    scenes = [
+        reference,
+        reference.varied(friction={"law": "coulomb", "mu": "0.3"}),
+        replace(reference, flies=True),
+        *(
+            replace(reference, body=replace(reference.body, spring=spring, **table))
+            for spring in ("linear", "hunt-crossley")
+        ),
+    ]
+    found = {SweepSpec.of(scene, vary={"mu": "1,2"}).fingerprint for scene in scenes}
+    assert len(found) == len(scenes)
+
+
 def test_reads_toml(tmp_path: Path) -> None:
     path = tmp_path / "sweep.toml"
     path.write_text(TOML, "utf-8")

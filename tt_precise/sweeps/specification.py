@@ -22,6 +22,7 @@ from msgspec import ValidationError, convert
 from msgspec.structs import asdict
 
 from tt_precise.integration.setup import CONTACTS
+from tt_precise.mechanics.laws import VISCOUS
 from tt_precise.runtime.cache import fingerprint
 from tt_precise.runtime.files import parse_toml, read_toml
 from tt_precise.runtime.records import Meta, Record
@@ -167,7 +168,11 @@ class SweepSpec:
         """Everything the rows depend on, in plain JSON values."""
         scene, body, start = self.scene, self.scene.body, self.scene.start
         given = {name: str(value) for name, value in scene.given.items()}
-        own = {"given": given, "sizes": sorted(scene.sizes)}
+        law = "" if body.friction is VISCOUS else body.law
+        own: dict[str, Json] = {
+            "given": given, "sizes": sorted(scene.sizes), "friction": law, "spring": body.spring,
+            "flies": scene.flies,
+        }  # fmt: skip
         return {name: value for name, value in own.items() if value} | {
             "scene": scene.name,
             "model": scene.model,
