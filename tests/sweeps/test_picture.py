@@ -23,7 +23,7 @@ def test_curve_shows_every_row() -> None:
     (axes, *_) = curve(rows(), "mu", "t_end", "outcome").axes
     points = [numpy.size(line.get_xdata()) for line in axes.get_lines()]
     assert sum(points) == 6  # the one without a value stands on the edge
-    assert axes.get_xlabel() == r"$\mu$ (s/m)"
+    assert axes.get_xlabel() == r"$\mu$"  # the law is not known
     assert axes.get_ylabel() == r"$t_{\theta\approx\pi}$, definition A (s)"
     climb = curve(rows(), "mu", "climb", "omega_3").axes[0]
     assert climb.get_ylabel() == "$T_{inv}$, definition A (s)"
@@ -32,6 +32,15 @@ def test_curve_shows_every_row() -> None:
         r"largest $\nu_y$ (m/s)", r"$\lambda/\lambda_{thres}$", r"$\omega_3(0)$ (rad/s)",
         "end of the row (s)",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("law", "unit"), [("viscous", " (s/m)"), ("coulomb", ""), ("", "")])
+def test_the_unit_of_mu_is_that_of_the_law(law: str, unit: str) -> None:
+    table = rows()
+    table.attrs["law"] = law
+    assert curve(table, "mu", "omega_3").axes[0].get_xlabel() == rf"$\mu${unit}"
+    assert map_of(table, "omega_3", "mu", "outcome").axes[0].get_ylabel() == rf"$\mu${unit}"
+    assert map_of(table, "omega_3", "t_stop", "mu").axes[1].get_ylabel() == rf"$\mu${unit}"
 
 
 def test_cells_without_a_value_are_explained() -> None:

@@ -13,6 +13,7 @@ from pyarrow import parquet
 from tests.conftest import Said
 from tt_precise.runtime.files import locked
 from tt_precise.runtime.values import InputError
+from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import SweepSpec, read_rows, run_sweep, store
 
 SPEC = SweepSpec.of("reference", until="0.05", vary={"phi_dot": "-20:20:12"})
@@ -92,6 +93,14 @@ def test_a_damaged_manifest_is_bad_input(out: Path, content: str) -> None:
     (out / "sweep.json").write_text(content)
     with pytest.raises(InputError, match=r"sweep\.json is damaged"):
         run_sweep(SPEC, out=out, recheck=0)
+
+
+@pytest.mark.parametrize("law", ["viscous", "coulomb"])
+def test_a_folder_knows_the_law_of_friction(tmp_path: Path, law: str) -> None:
+    scene = load_scene("reference").varied(friction={"law": law, "mu": "0.3"}, until="0")
+    spec = SweepSpec.of(scene, vary={"mu": "0.2,0.3"})
+    run_sweep(spec, out=tmp_path / "sweep", workers=1, recheck=0)
+    assert read_rows(tmp_path / "sweep").attrs["law"] == law
 
 
 def test_two_sweeps_do_not_share_a_folder(out: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from tt_precise.mechanics.laws import LAWS
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.plotting import (
     BLACK,
@@ -35,7 +36,7 @@ STYLES = {
     "contact_lost": (RED, "x"), "singular_contact": (PURPLE, "s"), "landed": (GREEN, "v"),
     "failed": (BLACK, "*"),
 }  # fmt: skip
-UNITS = {"m": "kg", "R": "m", "I1": "m R²", "I3": "m R²", "g": "m/s²", "mu": "s/m"}
+UNITS = {"m": "kg", "R": "m", "I1": "m R²", "I3": "m R²", "g": "m/s²"}
 SYMBOLS = {
     "theta": r"$\theta$", "theta_dot": r"$\dot\theta$", "phi_dot": r"$\dot\varphi$",
     "psi_dot": r"$\dot\psi$", "omega_3": r"$\omega_3$", "nu_x": r"$\nu_x$", "nu_y": r"$\nu_y$",
@@ -74,7 +75,7 @@ def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> 
     elif shown:
         style = {"s": 8, "cmap": "viridis", **_scale(table[shown])}
         points = axes.scatter(table[x], table[y], c=table[shown], **style)
-        figure.colorbar(points, ax=axes, label=label_of(shown))
+        figure.colorbar(points, ax=axes, label=label_of(shown, _law(rows)))
     else:
         axes.plot(table[x], table[y], "o", color=STYLES["inverts"][0], ms=3)
     _set_scales(axes, table, x, y)
@@ -84,8 +85,8 @@ def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> 
         axes.plot(missing[x], [low] * len(missing), "|", color=GREY, ms=8, label=label)
     if beside:
         _legend(axes)
-    axes.set_xlabel(label_of(x))
-    axes.set_ylabel(label_of(y))
+    axes.set_xlabel(label_of(x, _law(rows)))
+    axes.set_ylabel(label_of(y, _law(rows)))
     return figure
 
 
@@ -104,7 +105,7 @@ def map_of(rows: pandas.DataFrame, x: str, y: str, z: str) -> Figure:
     _set_scales(axes, values, column_named(rows, x), column_named(rows, y))
     _threshold(axes, rows, x, y)
     if drawn is not None:
-        figure.colorbar(drawn, ax=axes, label=label_of(z))
+        figure.colorbar(drawn, ax=axes, label=label_of(z, _law(rows)))
     if len(missing):
         from matplotlib.patches import Patch
 
@@ -135,8 +136,8 @@ def draw_map(
     """
     x, y, z = (column_named(rows, name) for name in (x, y, z))
     table = _with_values(rows, x, y, z)
-    axes.set_xlabel(label_of(x))
-    axes.set_ylabel(label_of(y))
+    axes.set_xlabel(label_of(x, _law(rows)))
+    axes.set_ylabel(label_of(y, _law(rows)))
     if z != "outcome":
         style = {"cmap": "viridis", **_scale(table[z]), **style}
         return _cells(axes, table, x, y, table[z], **style)
@@ -209,8 +210,16 @@ def _with_values(rows: pandas.DataFrame, *names: str) -> pandas.DataFrame:
     return table
 
 
-def label_of(name: str) -> str:
-    """A column as the report writes it, with its unit, for an axis."""
+def _law(rows: pandas.DataFrame) -> str:
+    """The name of the friction law of the rows; "" if it is unknown, as in a CSV file."""
+    return str(rows.attrs.get("law", ""))
+
+
+def label_of(name: str, law: str = "") -> str:
+    """A column as the report writes it, with its unit, for an axis.
+
+    The units of friction parameters depend on the ``law``; "" for an unknown one.
+    """
     statistic = statistic_named(name)
     stem, _, definition = name.rpartition("_")
     if stem in ("t_init", "t_end", "climb"):
@@ -222,7 +231,8 @@ def label_of(name: str) -> str:
     text = LABELS[statistic.kind].format(symbol) if statistic else symbol
     if name in STARTS:
         text = f"{symbol[:-1]}(0)$" if symbol.endswith("$") else f"{symbol}(0)"
-    unit = quantity.unit if quantity else UNITS.get(name, "")
+    friction = {one.name: one.unit for one in LAWS[law].parameters} if law in LAWS else {}
+    unit = quantity.unit if quantity else (UNITS | friction).get(name, "")
     return f"{text} ({unit})" if unit not in ("", "1") else text
 
 

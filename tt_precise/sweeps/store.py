@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from tt_precise._version import __version__
+from tt_precise.mechanics.laws import VISCOUS
 from tt_precise.runtime import records
 from tt_precise.runtime.files import locked
 from tt_precise.runtime.values import Array, InputError, Json
@@ -157,7 +158,7 @@ def read_rows(path: str | Path) -> pandas.DataFrame:
     """The rows of a sweep as written.
 
     ``path`` is the folder or URL of ``out``, one of its chunks, or a CSV file, of which nothing is
-    known.
+    known. Rows of a folder have the name of the friction law in ``attrs["law"]``.
 
     Raises ``InputError``: there are no rows, they cannot be read, or they have changed since they
     were written.
@@ -171,7 +172,9 @@ def read_rows(path: str | Path) -> pandas.DataFrame:
             raise InputError(f"{out}: no rows there, {EXPECTED}")
         chunks = range(-(-manifest["rows"] // manifest["chunk"]))
         frames = [read_chunk(out, manifest["fingerprint"], number) for number in chunks]
-        return pandas.concat(frames, ignore_index=True)
+        rows = pandas.concat(frames, ignore_index=True)
+        rows.attrs["law"] = manifest.get("specification", {}).get("friction", VISCOUS.name)
+        return rows
     if not file.is_file():
         raise InputError(f"{out}: no rows there, {EXPECTED}")
     if file.suffix != ".csv":
