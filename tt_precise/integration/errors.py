@@ -106,7 +106,10 @@ def table_with_errors(
     if not estimates and not drifts:
         return table(run, wanted, times, numbers, progress)
     if times is not None:
-        raise InputError("times: got times with estimated errors or drifts, expected no times")
+        raise InputError(
+            "times: got times with estimated errors or drifts, which exist only at the "
+            "samples, expected no times; choose the samples by sample_every of the scene"
+        )
     plain = [name for name in wanted if name not in estimates and name not in drifts]
     columns = table(run, plain or ["theta"], None, numbers, progress)
     if drifts:
