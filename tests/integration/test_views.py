@@ -19,6 +19,7 @@ from tt_precise.integration.views import (
     _seen,
     _towards,
     peg_ends,
+    playable,
     sampled,
 )
 from tt_precise.runtime import plotting
@@ -177,6 +178,16 @@ def test_a_page_that_plays_needs_nobody(short: Trajectory, tmp_path: Path) -> No
     assert "lift" not in played
 
 
+def test_the_page_names_a_law_of_friction_that_is_not_viscous(short: Trajectory) -> None:
+    coulomb = short.scene.varied(friction={"law": "coulomb", "mu": "0.1"}, until="0.01")
+    titles = [
+        playable(run.run, 0.0, 0.01, 1.0)["title"]
+        for run in (short, integrate(coulomb, record=("phi", "psi", "x", "y")))
+    ]
+    name = short.scene.name
+    assert titles == [f"{name}: complete", f"{name}, coulomb friction: complete"]
+
+
 def test_a_top_that_flies_is_drawn_above_the_table(tmp_path: Path) -> None:
     run = integrate("flight")
     text = run.animate(tmp_path / "top.html").read_text("utf-8")
@@ -261,7 +272,7 @@ def test_estimated_errors_are_columns_and_can_be_drawn(half: Scene) -> None:
     angle, digits = run.plot("error:theta", "digits").axes
     assert (angle.get_yscale(), angle.get_ylabel()) == ("log", r"error of $\theta$ / rad")
     assert digits.get_ylabel() == "digits / 1"
-    with pytest.raises(InputError, match="expected no times"):
+    with pytest.raises(InputError, match="expected no times; choose the samples by sample_every"):
         run.frame("error:theta", times=["0.1"])
     with pytest.raises(InputError, match="column: got 'nothing'"):
         run.frame("error:nothing")

@@ -20,6 +20,7 @@ from tt_precise.integration.reading import (
     with_quadratures,
 )
 from tt_precise.integration.solution import Solution
+from tt_precise.mechanics.laws import VISCOUS
 from tt_precise.mechanics.quantities import described
 from tt_precise.runtime import player, plotting
 from tt_precise.runtime.files import atomic_write, replacing
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from tt_precise.scene.scene import Scene
 
 
 WIDTH, PANEL = 7.0, 1.55  # inches
@@ -215,7 +218,7 @@ def animate(
     with plotting.styled():
         drawn = plotting.new_figure(6.0, 3.9)
         drawn.set_layout_engine("none")
-        picture = _Picture(drawn, frames, f"{scene.name}  ({scene.title})")
+        picture = _Picture(drawn, frames, f"{_named(scene)}  ({scene.title})")
         moving = FuncAnimation(drawn, picture.show, frames=count, interval=1000 / fps)
         report = progress or silent
         with replacing(target) as temporary:
@@ -250,11 +253,17 @@ def playable(run: Solution, begin: float, end: float | None, seconds: float) -> 
     return player.drawing(
         (last - begin) / count,
         {name: values.tolist() for name, values in course.items()},
-        title=f"{scene.name}: {run.status}",
+        title=f"{_named(scene)}: {run.status}",
         words=words,
         begin=begin,
         seconds=seconds,
     )
+
+
+def _named(scene: Scene) -> str:
+    """The scene's name, with the law of friction where it is not the viscous one."""
+    law = scene.body.friction
+    return scene.name if law is VISCOUS else f"{scene.name}, {law.name} friction"
 
 
 def _require_span(run: Solution, begin: float, end: float | None) -> float:
