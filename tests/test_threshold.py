@@ -70,7 +70,9 @@ def test_no_and_yes_everywhere_are_said(said: Said, printed: Printed) -> None:
     assert both.by_theorem is None
     low = find("reference", "omega_3", "100:120", until=8, points=2)
     assert (low.below, low.changes) == (None, ())
-    assert "already at the low end of the range, omega_3 = 100" in "\n".join(threshold.lines(low))
+    assert "already at the low end of the range, omega_3 = 100 rad/s: passed" in "\n".join(
+        threshold.lines(low)
+    )
     assert json.loads(json.dumps(low.as_dict()))["value"] == "100"
 
 
@@ -102,7 +104,7 @@ def test_an_end_that_is_a_state_of_its_own_is_no_threshold() -> None:
     assert 0 < found.above.value < Fraction(1, 100)
     assert found.as_dict()["value"] is None
     text = "\n".join(threshold.lines(found))
-    assert "none: at theta = 0 exactly not passed by 20 s" in text
+    assert "none: at theta = 0 rad exactly not passed by 20 s" in text
     assert text.endswith("from the low end: does not invert at 1, then inverts at 1")
     soon = find("reference", "theta", "0:0.1", until=8, digits=1, points=2)
     assert not soon.isolated
@@ -112,7 +114,7 @@ def test_an_end_that_is_a_state_of_its_own_is_no_threshold() -> None:
 @pytest.mark.parametrize(
     ("scene", "name", "ends", "goal", "text"),
     [
-        ("reference", "omega_3", "160:170", "contact_lost", "omega_3 = 165"),
+        ("reference", "omega_3", "160:170", "contact_lost", "  omega_3 = 165 rad/s\n"),
         ("reference", "mu", "0.3:0.5", "contact_kept", "answer changes to no: contact lost at 3.1"),
         ("reference", "R_mm", "19:20", "contact_kept", "R_mm varied at fixed alpha, I1/(m R^2)"),
         ("flight", "rise", "0.1:0.2", "contact_lost", "none: the answer is no at all of 2"),

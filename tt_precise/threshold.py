@@ -21,7 +21,7 @@ from tt_precise.runtime.values import InputError, Json, whole_number
 from tt_precise.scene.body import kept_fixed
 from tt_precise.scene.numerals import written
 from tt_precise.scene.scene import Scene, load_scene
-from tt_precise.sweeps.specification import Ends, box_ends, variable
+from tt_precise.sweeps.specification import Ends, box_ends, unit_of, variable
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
@@ -283,6 +283,12 @@ def decimal(value: Fraction, digits: int) -> str:
     return f"{rounded:f}" if plain else str(rounded)
 
 
+def _with_unit(found: Found, value: Fraction) -> str:
+    """A value of the entry in the digits found, with its unit."""
+    unit = unit_of(found.name, found.scene.body.law)
+    return f"{decimal(value, found.digits)} {unit}".rstrip()
+
+
 def lines(found: Found) -> list[str]:
     """The result as text."""
     until, kept = f"{float(found.scene.until):g} s", kept_fixed([found.name], found.scene.sizes)
@@ -300,11 +306,11 @@ def _outcome(found: Found) -> list[str]:
     name, digits, below, above = found.name, found.digits, found.below, found.above
     if above is None:
         return [f"  none: the answer is no at all of {found.points} values"]
-    value = decimal(above.value, digits)
+    value = _with_unit(found, above.value)
     if below is None:
         return [f"  already at the low end of the range, {name} = {value}: {above.text}"]
     if found.isolated:
-        low = decimal(below.value, digits)
+        low = _with_unit(found, below.value)
         shown = [
             f"  none: at {name} = {low} exactly {below.text};",
             f"    at every value tried above it, down to {value}, {above.text}",
@@ -339,7 +345,7 @@ def _theorem(found: Found) -> list[str]:
     words = [verdict.replace("_", " ") for verdict in found.verdicts]
     runs = [(word, len(list(same))) for word, same in itertools.groupby(words)]
     if found.by_theorem is not None:
-        value = decimal(found.by_theorem, found.digits)
+        value = _with_unit(found, found.by_theorem)
         said = f"{words[0]} below {found.name} = {value}, {words[-1]} from there on"
         if found.threshold is not None and found.below is not None:
             ratio = float(found.threshold / found.by_theorem)

@@ -20,6 +20,7 @@ from tt_precise.sweeps.specification import (
     blocks,
     box_ends,
     grid_values,
+    unit_of,
 )
 
 TOML = """
@@ -204,6 +205,22 @@ def test_fingerprint_knows_what_no_number_of_the_body_says() -> None:
     ]
     found = {SweepSpec.of(scene, vary={"mu": "1,2"}).fingerprint for scene in scenes}
     assert len(found) == len(scenes)
+
+
+@pytest.mark.parametrize(
+    ("name", "law", "unit"),
+    [
+        ("omega_3", "", "rad/s"),
+        ("m", "", "kg"),
+        ("mu", "viscous", "s/m"),
+        ("mu", "coulomb", ""),
+        ("mu", "", ""),
+        ("v_s", "stribeck", "m/s"),
+        ("R_mm", "viscous", ""),
+    ],
+)
+def test_an_entry_has_the_unit_of_its_law(name: str, law: str, unit: str) -> None:
+    assert unit_of(name, law) == unit
 
 
 def test_reads_toml(tmp_path: Path) -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from tt_precise.mechanics.laws import LAWS
-from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.plotting import (
     BLACK,
     BLUE,
@@ -19,7 +17,7 @@ from tt_precise.runtime.plotting import (
 )
 from tt_precise.runtime.values import Array, InputError
 from tt_precise.sweeps.columns import DEFINITIONS, DERIVED, OUTCOMES, statistic_named
-from tt_precise.sweeps.specification import STARTS
+from tt_precise.sweeps.specification import STARTS, unit_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -36,7 +34,6 @@ STYLES = {
     "contact_lost": (RED, "x"), "singular_contact": (PURPLE, "s"), "landed": (GREEN, "v"),
     "failed": (BLACK, "*"),
 }  # fmt: skip
-UNITS = {"m": "kg", "R": "m", "I1": "m R²", "I3": "m R²", "g": "m/s²"}
 SYMBOLS = {
     "theta": r"$\theta$", "theta_dot": r"$\dot\theta$", "phi_dot": r"$\dot\varphi$",
     "psi_dot": r"$\dot\psi$", "omega_3": r"$\omega_3$", "nu_x": r"$\nu_x$", "nu_y": r"$\nu_y$",
@@ -227,13 +224,12 @@ def label_of(name: str, law: str = "") -> str:
     if name.startswith(("t_", "nu_crossing")):
         return f"{SYMBOLS.get(name, name)} (s)"
     key = statistic.quantity if statistic else name
-    quantity, symbol = QUANTITIES.get(key), SYMBOLS.get(key, key)
+    symbol = SYMBOLS.get(key, key)
     text = LABELS[statistic.kind].format(symbol) if statistic else symbol
     if name in STARTS:
         text = f"{symbol[:-1]}(0)$" if symbol.endswith("$") else f"{symbol}(0)"
-    friction = {one.name: one.unit for one in LAWS[law].parameters} if law in LAWS else {}
-    unit = quantity.unit if quantity else (UNITS | friction).get(name, "")
-    return f"{text} ({unit})" if unit not in ("", "1") else text
+    unit = unit_of(key, law).replace("^2", "²")
+    return f"{text} ({unit})" if unit else text
 
 
 def outcome_label(name: str, count: int, rows: pandas.DataFrame) -> str:

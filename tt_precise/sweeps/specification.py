@@ -22,7 +22,8 @@ from msgspec import ValidationError, convert
 from msgspec.structs import asdict
 
 from tt_precise.integration.setup import CONTACTS
-from tt_precise.mechanics.laws import VISCOUS
+from tt_precise.mechanics.laws import LAWS, VISCOUS
+from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.cache import fingerprint
 from tt_precise.runtime.files import parse_toml, read_toml
 from tt_precise.runtime.records import Meta, Record
@@ -35,6 +36,9 @@ from tt_precise.sweeps.columns import check_names
 
 STARTS = tuple(one.name for one in fields(Start))
 UNITS = {"theta": "deg", **dict.fromkeys(("theta_dot", "phi_dot", "omega_3", "psi_dot"), "deg/s")}
+SI = {
+    "m": "kg", "R": "m", "I1": "m R^2", "I3": "m R^2", "g": "m/s^2", "height": "m", "rise": "m/s"
+}  # fmt: skip
 MOST_VALUES = 1_000_000  # Values of an axis.
 LARGEST_SEED = 2**64 - 1
 MOST_SAMPLES = 10_000_000  # Samples of a box, which stay in memory.
@@ -48,6 +52,17 @@ def variable(scene: Scene) -> tuple[str, ...]:
     """The names that a sweep of ``scene`` can vary: the numbers of its file, in its units."""
     lifted = LIFTED if isinstance(scene.start, LiftedStart) or scene.body.spring else ()
     return (*STARTS, "psi_dot", *lifted, *scene.body.numbers_by_name, *UNIT_KEYS)
+
+
+def unit_of(name: str, law: str = "") -> str:
+    """The unit of an entry's values, under a friction law ("" if it is unknown).
+
+    "" for a number without a unit, and for a key that ends in its unit.
+    """
+    friction = {one.name: one.unit for one in LAWS[law].parameters} if law in LAWS else {}
+    quantity = QUANTITIES.get(name)
+    unit = quantity.unit if quantity else (SI | friction).get(name, "")
+    return "" if unit == "1" else unit
 
 
 @dataclass(frozen=True)
