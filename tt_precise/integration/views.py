@@ -218,7 +218,7 @@ def animate(
     with plotting.styled():
         drawn = plotting.new_figure(6.0, 3.9)
         drawn.set_layout_engine("none")
-        picture = _Picture(drawn, frames, f"{_named(scene)}  ({scene.title})")
+        picture = _Picture(drawn, frames, f"{_name_of(scene)}  ({scene.title})")
         moving = FuncAnimation(drawn, picture.show, frames=count, interval=1000 / fps)
         report = progress or silent
         with replacing(target) as temporary:
@@ -253,14 +253,14 @@ def playable(run: Solution, begin: float, end: float | None, seconds: float) -> 
     return player.drawing(
         (last - begin) / count,
         {name: values.tolist() for name, values in course.items()},
-        title=f"{_named(scene)}: {run.status}",
+        title=f"{_name_of(scene)}: {run.status}",
         words=words,
         begin=begin,
         seconds=seconds,
     )
 
 
-def _named(scene: Scene) -> str:
+def _name_of(scene: Scene) -> str:
     """The scene's name, with the law of friction where it is not the viscous one."""
     law = scene.body.friction
     return scene.name if law is VISCOUS else f"{scene.name}, {law.name} friction"
