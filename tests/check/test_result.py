@@ -203,6 +203,15 @@ def test_curves_differ_zeros_are_drawn_and_the_first_time_is_marked(
     assert numpy.isfinite(numpy.asarray(lines[0].get_ydata())).all()
 
 
+def test_a_check_that_fails_by_a_convention_has_no_curve(healthy: Healthy) -> None:
+    frame = healthy("reference", 201, 2)[VECTORS].assign(t=lambda f: 1e3 * f["t"])
+    found = check(frame, "reference", friction="other")
+    assert [(one.name, one.value) for one in found.failures] == [("kinematics", None)]
+    labels = [str(line.get_label()) for line in found.plot().axes[0].lines]
+    assert any(label.startswith("jellett") for label in labels)
+    assert not any(label.startswith("kinematics") for label in labels)
+
+
 def test_a_curve_keeps_the_worst_of_a_long_trajectory() -> None:
     t, values = numpy.arange(200_000.0), numpy.random.default_rng(7).random(200_000)
     values[77_123] = 5

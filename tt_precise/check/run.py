@@ -408,7 +408,7 @@ def _by_cause(finding: Check, causes: Sequence[Cause]) -> Check:
     if not named or ", or " in named[0]:  # one of several: which is not seen
         return finding
     note = f"the rows follow from each other if {named[0]}"
-    return replace(finding, verdict="fail", value=None, at=None, since=0.0, note=note)
+    return replace(finding, verdict="fail", value=None, at=None, since=0.0, note=note, curve=None)
 
 
 def _written(columns: Mapping[str, Array]) -> str:
