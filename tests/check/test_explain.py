@@ -399,9 +399,26 @@ def test_a_unit_is_named_only_if_other_columns_follow(healthy: Healthy, friction
 
 def test_a_number_that_is_not_finite_needs_no_cause(healthy: Healthy) -> None:
     rows = healthy("reference", 801)[VECTORS]
-    found = check(rows.assign(vx=rows["vx"].where(rows.index != 500)), "reference")
-    assert [one.name for one in found.failures] == ["finite"]
-    assert "not explained" not in str(found)
+    for numbers in (rows, rows.round(9)):
+        given = numbers.assign(vx=numbers["vx"].where(rows.index != 500))
+        found = check(given, "reference")
+        assert [one.name for one in found.failures] == ["finite"]
+        assert found.causes == ()
+        assert "not explained" not in str(found)
+
+
+@pytest.mark.parametrize("fault", ["clock", "alpha", "finite"])
+def test_no_mu_is_named_where_only_digits_are_missing(fault: str) -> None:
+    """The observed mu always differs from the scene's in some digit."""
+    scene = tt.load_scene("reference")
+    longer = scene.varied(alpha="0.3000000003") if fault == "alpha" else scene
+    frame = tt.integrate(longer).frame(*VECTORS[1:])
+    frame["t"] *= 1 + 1e-9 * (fault != "alpha")
+    if fault == "finite":
+        frame["vx"] = frame["vx"].where(frame.index != 790)
+    found = check(frame, "reference", digits=9.5)
+    assert {one.name for one in found.failures} - {"finite"} == {"golden"}
+    assert found.causes == ()
 
 
 def test_a_small_error_of_mu_is_named_as_far_as_its_check_fails() -> None:

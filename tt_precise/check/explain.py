@@ -155,12 +155,16 @@ class FailedFile:
         return "fail" not in found.values() and found["kinematics"] == "pass"
 
     def nearer(self, rows: Samples, without: Collection[str] = ()) -> bool:
-        """Test that each failed check but some passes, or that ten times less is left."""
+        """Test that each failed check but some passes, or that ten times less is left.
+
+        False where no such check is made row by row: nothing shows then that less is left.
+        """
         before = {one.name: one.value for one in self.findings}
-        return all(
-            one.value is not None and one.value < NEARER * (before[one.name] or 0.0)
-            for one in self.judge(rows)
-            if one.verdict == "fail" and one.name in self.failed - {*without}
+        found = [one for one in self.judge(rows) if one.name in self.failed - {*without}]
+        return bool(found) and all(
+            one.verdict != "fail"
+            or (one.value is not None and one.value < NEARER * (before[one.name] or 0.0))
+            for one in found
         )
 
 
