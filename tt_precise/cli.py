@@ -17,6 +17,7 @@ import click
 from tt_precise._version import __version__
 from tt_precise.commands.options import Group
 from tt_precise.runtime.process import Terminated, end_within, in_a_process_of_ours, raising_signals
+from tt_precise.runtime.terminal import open_closed_streams
 from tt_precise.runtime.values import InputError
 
 COMMANDS = {
@@ -129,6 +130,7 @@ def _bug(error: BaseException) -> int:
 
 def entry() -> None:
     """Console entry point."""
+    open_closed_streams()
     in_a_process_of_ours()
     with raising_signals():
         status = main()
