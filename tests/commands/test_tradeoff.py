@@ -35,9 +35,9 @@ def test_json_has_the_rows_and_the_ratios(capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_a_table_for_a_screen(said: Said) -> None:
-    text = said(f"tradeoff contact-lost --until 0.5 {UNLIMITED}")
+    text = said(f"tradeoff contact-lost {UNLIMITED}")
     head, _, titles, first, *_ = text.splitlines()
-    assert head.startswith("contact-lost, 0 to 0.5 s")
+    assert head.startswith("contact-lost, 0 to 1.33 s")
     assert titles.split() == [
         "method", "setting", "arithmetic", "digits", "seconds", "first", "drift"
     ]  # fmt: skip
@@ -55,6 +55,7 @@ def test_a_limit_and_a_row_without_a_digit_are_explained(
 ) -> None:
     monkeypatch.setattr(measure, "TOLERANCES", (10.0,))
     text = said(f"tradeoff reference --until 0.5 {UNLIMITED}")
+    assert text.startswith("reference, 0 to 0.5 s")
     assert "  none " in text
     assert "\nnone: at the worst sample no digit is right." in text
     short = said("tradeoff reference --until 0.5 --seconds 1e-9")
