@@ -35,6 +35,10 @@ from tt_precise.claims.verdicts import rounds_to
 claim = claims_of(PAPERS[-1], "4")
 
 
+@claim(
+    "NUM-02", statement="Again.", quote="1.86", given={"printed": "1.86"}, finding="NUM-01",
+    control=("refuted", {"printed": "1.8"}),
+)
 @claim("NUM-01", quote="1.8571", control=("refuted", {"printed": "1.8"}))
 def ratio(printed="1.8571"):
     """13/7."""
@@ -53,7 +57,7 @@ def test_equations_and_figures_lie_in_the_sections_that_the_paper_has_them_in() 
 
 @pytest.fixture
 def another_paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """One more folder with one claim, and one more entry."""
+    """One more folder with two claims of one function, and one more entry."""
     folder = tmp_path / OTHER.package
     folder.mkdir()
     (folder / "__init__.py").touch()
@@ -70,7 +74,9 @@ def another_paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[N
 
 
 def test_another_paper_is_a_folder_and_an_entry_filed_under_its_name(another_paper: None) -> None:
-    assert list(claims())[-1] == "OTHER-NUM-01"
+    assert list(claims())[-2:] == ["OTHER-NUM-01", "OTHER-NUM-02"]
+    again = judge("OTHER-NUM-02")
+    assert (again.statement, again.printed, again.finding) == ("Again.", "1.86", "OTHER-NUM-01")
     other = judge("other-num-01")
     assert (other.verdict, other.paper, other.section) == ("rounded", "Somebody", "4")
     assert judge("OTHER-NUM-01", printed="1.8").verdict == "refuted"

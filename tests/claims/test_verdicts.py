@@ -56,22 +56,36 @@ def test_a_part_at_the_edges_of_its_rule(check: Callable[[Fraction], v.Part], ed
         ("all of", (TRUE, FALSE), "partly", " Holds: a. Fails: b."),
         ("all of", (TRUE, OPEN), "partly", " Holds: a. Open: b."),
         ("all of", (FALSE, OPEN), "refuted", ""),
+        ("all of", (OPEN, FALSE), "refuted", ""),
         ("all of", (OPEN, OPEN), "untestable", ""),
         ("all of", (FALSE, FALSE), "refuted", ""),
         ("interpretations", (TRUE, TRUE), "reproduced", ""),
         ("interpretations", (FALSE, FALSE), "refuted", ""),
         ("interpretations", (TRUE, FALSE), "ambiguous", " Holds if read as: a. Fails as: b."),
+        ("interpretations", (OPEN, TRUE), "ambiguous", " Holds if read as: b. Open as: a."),
+        ("all of", (FALSE, OPEN, TRUE), "partly", " Holds: c. Fails: a. Open: b."),
     ],
 )
 def test_a_rule_makes_the_verdict_of_the_parts(
-    rule: v.Rule, parts: tuple[v.Part, v.Part], verdict: str, note: str
+    rule: v.Rule, parts: tuple[v.Part, ...], verdict: str, note: str
 ) -> None:
-    judged = v.conclude(rule, (dict(zip("ab", parts, strict=True)), "A note."))
+    judged = v.conclude(rule, (dict(zip("abc", parts, strict=False)), "A note."))
     assert (judged.verdict, judged.note, judged.remark) == (verdict, "A note." + note, "A note.")
     assert [part.verdict for part in judged.parts] == [part.verdict for part in parts]
     if parts == (TRUE, FALSE):
         assert judged.measured == "a: so; b: not so"
         assert judged.essential.name == "b"
+    # what fails decides, then what is open
+    assert judged.essential.holds is min(
+        (part.holds for part in parts), key=[False, None, True].index
+    )
+
+
+def test_the_printed_side_is_that_of_every_part_or_of_all_meanings_together() -> None:
+    parts = {"a": v.rounds_to("1.5", 1.5, "s"), "b": v.rounds_to("2.5", 2.5, "s")}
+    assert v.conclude("all of", (parts, "A note.")).printed == "a: 1.5 s; b: 2.5 s"
+    assert v.conclude("interpretations", (parts, "A note.")).printed == "1.5 s"
+    assert v.conclude("misprint", (parts.values(), "A note.")).printed == "1.5 s"
 
 
 @pytest.mark.parametrize(
@@ -90,6 +104,10 @@ def test_misprint_needs_the_printed_form_to_fail_and_the_corrected_to_hold(
     judged = v.conclude("misprint", ((printed, corrected), "A note."))
     assert judged.verdict == verdict
     assert judged.correction == (corrected.printed if verdict == "misprint" else "")
+    assert bool(judged.lines) == (verdict == "misprint")
+    assert judged.essential.name == ("as corrected" if verdict == "misprint" else "as printed")
+    with pytest.raises(ValueError, match="zip"):  # two parts, and no other
+        v.conclude("misprint", ((printed, corrected, corrected), "A note."))
 
 
 @pytest.mark.parametrize(

@@ -251,18 +251,17 @@ def conclude(rule: Rule, grounds: Grounds, **identity: str) -> JudgedClaim:
         holds: "; ".join(part.name for part in named if part.holds is holds)
         for holds in (True, False, None)
     }
-    failing = "".join(
-        f" {word}: {names[holds]}."
-        for holds, word in ((False, "Fails"), (None, "Open"))
-        if names[holds]
+    words = {
+        Verdict.AMBIGUOUS: ("Holds if read as", "Fails as", "Open as"),
+        Verdict.PARTLY: ("Holds", "Fails", "Open"),
+    }.get(verdict, ())
+    note = remark + "".join(
+        f" {word}: {listing}."
+        for word, listing in zip(words, names.values(), strict=False)
+        if listing
     )
-    note = remark
     if correction:
         note = f"Should read {correction}. {remark}"
-    elif verdict is Verdict.AMBIGUOUS:
-        note = f"{remark} Holds if read as: {names[True]}. Fails as: {names[False]}."
-    elif verdict is Verdict.PARTLY:
-        note = f"{remark} Holds: {names[True]}.{failing}"
     return JudgedClaim(
         verdict=verdict.value,
         printed=_join(named if rule == "all of" else named[:1], "printed"),
