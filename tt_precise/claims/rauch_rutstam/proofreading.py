@@ -37,7 +37,7 @@ ANSWERS = (
     AnswerSentence(
         ("NUM-26", "NUM-27", "NUM-28", "NUM-29"),
         "The boundary values of section 2.3 are right.",
-        "The boundary values of section 2.3 belong to another lambda.",
+        "The boundary values of section 2.3 belong to other values of lambda.",
     ),
     AnswerSentence(
         ("NUM-05",),
@@ -47,7 +47,7 @@ ANSWERS = (
     AnswerSentence(
         ("SWP-12",),
         "All tested starts invert.",
-        "All tested starts invert only if starts that lose contact are left out.",
+        "All tested starts that keep contact invert; of those that lose it, not all have inverted.",
     ),
 )
 
