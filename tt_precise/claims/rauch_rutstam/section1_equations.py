@@ -204,12 +204,12 @@ def jellett_in_euler_angles(
     printed: str = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))",
 ) -> Grounds:
     """Jellett's integral in Euler angles."""
+    forms = (printed, JELLETT_WITH_R)
     return (
-(equal(text, quantity("lambda"), f"lambda = {text}")
-      for text in (printed, JELLETT_WITH_R)),
-"The second term lacks the factor R, without which the two terms have different "
+        (equal(text, quantity("lambda"), f"lambda = {text}") for text in forms),
+        "The second term lacks the factor R, without which the two terms have different "
         "dimensions; sections 2.1 and 2.2 print it.",
-)  # fmt: skip
+    )
 
 
 @claim(
@@ -242,12 +242,12 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Grounds:
 def _rate(name: str, printed: str) -> Grounds:
     symbols = chart()
     derived = getattr(euler.rates(symbols.body, symbols.state, symbols), name)
+    as_printed = equal(printed, derived, f"{_dotted(name)} = {printed}")
     return (
-{"as printed": equal(printed, derived, f"{_dotted(name)} = {printed}"),
-     FORMS: prove_identity(FORMS)},
-"Derived from eq (1) by expressing the vectors in Euler angles, with g_n from the contact "
+        {"as printed": as_printed, FORMS: prove_identity(FORMS)},
+        "Derived from eq (1) by expressing the vectors in Euler angles, with g_n from the contact "
         "constraint; all parameters and the state are symbols.",
-)  # fmt: skip
+    )
 
 
 def _dotted(name: str) -> str:

@@ -261,7 +261,7 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Grounds:
 @claim(
     "TH-08",
     statement="For D slightly above D1 the potential has a minimum close to z = -1.",
-    given={"pole": -1},
+    given={"pole": -1, "claimed": -1},
     where="Proposition 1.1 i)",
     control=("refuted", {"multiples": ("0.2",)}),
     definition=BESIDE,
@@ -270,17 +270,14 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Grounds:
 @claim(
     "TH-09",
     statement="For D slightly below D0 the potential has a minimum close to z = 1.",
-    given={"pole": 1},
+    given={"pole": 1, "claimed": 1},
     where="Proposition 1.1 ii)",
     control=("refuted", {"claimed": -1}),
     definition=BESIDE,
     quote="has a minimum z_min in the interval [1-eps,1] for D=D0-delta/(...)",
 )
-def minimum_near_a_pole(
-    pole: int, multiples: tuple[str, ...] = MULTIPLES, claimed: int = 0
-) -> Grounds:
-    """Test whether the minimum tends to a pole as D tends to its value there."""
-    claimed = claimed or pole
+def minimum_near_a_pole(pole: int, claimed: int, multiples: tuple[str, ...] = MULTIPLES) -> Grounds:
+    """Test whether the minimum tends to the claimed pole as D tends to its value at ``pole``."""
     fn = own_context(DIGITS)
     body = REFERENCE.body(fn)
     root = fn.sqrt(body.gamma + body.alpha**2 - 1)

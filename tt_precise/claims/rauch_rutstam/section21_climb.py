@@ -586,6 +586,7 @@ def jellett_drift(printed: str = "1e-6", run: Run = REFERENCE) -> Grounds:
     """The paper's computation keeps Jellett's integral to about 1e-6 of its value."""
     off = state_errors(run.scene)
     return (
+        # One digit of odeint's drift is the same on every machine.
         at_most_order(printed, Value(paper_odeint(run.scene)[1], 1)),
         "1e-6 in lambda does not bound the error of the state: in odeint's run theta was off by up "
         f"to {decimal(off['theta'], 1)} rad, theta_dot by {decimal(off['theta_dot'], 1)} "
