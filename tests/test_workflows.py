@@ -56,7 +56,7 @@ def run(folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
         ({"FILE": "right.csv", "LIMITS": "jellett=1e-9 axis_norm=1e-9", "UNTIL": "0.1"}, 0, False),
         ({"FILE": "right.csv", "LIMITS": "jellett=1e-30"}, 1, True),
         ({"FILE": "right.csv", "START": "other", "ALLOW": "golden energy"}, 0, False),
-        pytest.param({"FILE": "right.csv", "ENGINE": "mujoco"}, 2, True, marks=pytest.mark.slow),
+        ({"FILE": "right.csv", "ENGINE": "mujoco"}, 2, True),
         ({"FILE": UNITY, "WORLD": "left-handed-y-up", "AXIS": "y"}, 0, False),
         ({"FILE": "wrong.csv"}, 1, True),
         ({"FILE": "wrong.csv", "COLUMNS": "Lx=kx"}, 2, True),
