@@ -218,6 +218,9 @@ def test_a_law_of_friction_is_varied_as_the_file_would_say(name: str) -> None:
     ):
         with pytest.raises(InputError, match=said):
             scene.varied(friction=wrong)
+    for own in scene.body.friction.parameters:
+        with pytest.raises(InputError, match=f"with a table friction: got '{own.name}', expected"):
+            scene.varied(friction={"law": "coulomb", "mu": "0.2"}, **{own.name: "0.3"})
 
 
 def test_moments_of_inertia_keep_their_ratio_when_m_or_R_are_varied() -> None:

@@ -197,21 +197,24 @@ class Scene:
         InputError
             There is no such entry, or its value is refused.
         """
-        parameters = self.body.numbers_by_name.keys()
+        own, what = self.body.in_file_units(), "varied"
+        if "friction" in changes:
+            what = "varied with a table friction"
+            for parameter in self.body.friction.parameters:
+                del own[parameter.name]
+        parameters = own.keys() & self.body.numbers_by_name.keys()
         known = {*parameters, *UNIT_KEYS, *START_KEYS, *_RUN, "friction"}
         for name in changes:
-            _one_of(name, known, "varied")
+            _one_of(name, known, what)
         start = {name: changes[name] for name in START_KEYS if name in changes}
         run = {name: changes[name] for name in _RUN if name in changes}
-        own, changed = self.body.in_file_units(), {UNIT_KEYS.get(n, (n,))[0] for n in changes}
+        changed = {UNIT_KEYS.get(name, (name,))[0] for name in changes}
         kept = {key for key in self.sizes if UNIT_KEYS[key][0] not in changed}
         values = in_unit_keys(self.body)
         scaled = {key: values[key] for key in kept} if changed & {"m", "R"} else {}
         body: dict[str, Any] = dict(body_numbers({**scaled, **changes}, self.body.numbers_by_name))
         if "friction" in changes:
             law, numbers = law_of(_subtable(changes, "friction"))
-            for parameter in self.body.friction.parameters:
-                del own[parameter.name]
             body |= {"friction": law, **numbers}
         body |= {name: changes[name] for name in parameters if name in changes}
         top = TippeTop.from_ratios(**{**own, **body}) if body else self.body
