@@ -284,11 +284,17 @@ def test_a_motion_has_the_numbers_of_its_run(half: Scene) -> None:
     assert double.at(found).ky == pytest.approx(-0.03, rel=1e-10)
 
 
+def _without_a_name(q: Motion) -> Any:
+    raise AttributeError("mine")
+
+
 @pytest.mark.parametrize(
     ("function", "line"),
     [
         (lambda q: q.parameters, "got no 'parameters' of a Motion, expected one of: a, body, "),
         (lambda q: q.state.theta, "got no 'theta' of a NewtonState, expected one of: L, Lx, "),
+        (lambda q: numpy.sinus(q.k[2]), "has no attribute 'sinus'), expected a function that"),
+        (_without_a_name, "got AttributeError (mine), expected a function that"),
     ],
 )
 def test_an_attribute_that_a_motion_lacks_is_named(function: Any, line: str) -> None:

@@ -148,6 +148,7 @@ FORCE, TORQUE, ENERGY, POWER = (
 )  # fmt: skip
 # The mark of a user's column whose unit nobody said.
 UNITLESS = " [m = R = g = 1]"
+OWN = f"{__name__.partition('.')[0]}."  # What the modules of a motion's own classes begin with.
 ANGULAR_MOMENTUM, JELLETT = Dimension(1, 2, -1), Dimension(1, 3, -1)
 
 
@@ -167,13 +168,14 @@ class UserFunction:
             value = self.function(q)
         except InputError:
             raise
-        except AttributeError as error:
-            there = [n for n in dir(error.obj) if not n.startswith("_")]
-            raise InputError(
-                f"{name}: got no {error.name!r} of a {type(error.obj).__name__}, expected one of: "
-                f"{', '.join(there)}"
-            ) from error
         except Exception as error:
+            of = getattr(error, "obj", None)
+            if isinstance(error, AttributeError) and type(of).__module__.startswith(OWN):
+                there = (n for n in dir(of) if not n.startswith("_"))
+                raise InputError(
+                    f"{name}: got no {error.name!r} of a {type(of).__name__}, expected one of: "
+                    f"{', '.join(there)}"
+                ) from error
             raise InputError(
                 f"{name}: got {type(error).__name__} ({str(error)[:120]}), expected a function "
                 "that works in every arithmetic: sums, products, quotients, powers, abs, and "
