@@ -8,7 +8,7 @@ import numpy
 import pytest
 
 from tt_precise.integration import integrate
-from tt_precise.integration.derivatives import Derivatives
+from tt_precise.integration.derivatives import LINEAR, Derivatives, _Effect, _linear
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 
@@ -139,6 +139,14 @@ def test_a_range_is_that_of_runs_at_both_ends() -> None:
     straight = run.sensitivity.spread({"mu": 1e-6}).loc["equator"]
     assert straight["note"] == ""
     assert straight["high"] - straight["value"] == pytest.approx(straight["sigma"], rel=1e-2)
+
+
+@pytest.mark.parametrize(("error", "linear"), [(0.25, True), (0.15, False), (numpy.nan, False)])
+def test_a_range_is_linear_within_the_error_of_the_slope(error: float, linear: bool) -> None:
+    off = LINEAR + 0.2  # the range differs by so much from that of the slope
+    effect = _Effect("mu", {"equator": (1 - off, error)}, ({"equator": -1}, {"equator": 1}), ())
+    note = "" if linear else "not linear in mu"
+    assert _linear("equator", [effect], 1.0) == (linear, note)
 
 
 def test_an_entry_without_an_effect_has_no_range() -> None:
