@@ -9,7 +9,7 @@ import pytest
 from tt_precise import golden
 from tt_precise.golden.runs import events_table
 from tt_precise.integration import Trajectory, heyoka_backend, integrate
-from tt_precise.integration.columns import Columns, worst_digits
+from tt_precise.integration.columns import Columns, quantity, worst_digits
 from tt_precise.integration.errors import deviations
 from tt_precise.mechanics.formulations import COORDINATES
 from tt_precise.scene.scene import Scene, load_scene
@@ -250,6 +250,15 @@ def test_an_event_at_the_very_end_is_looked_at_from_before(short: Scene) -> None
     assert found["error"].to_numpy() == pytest.approx([abs(first[1] - first[0])], rel=1e-3)
 
 
+def test_events_in_double_have_the_rounding_of_their_time_and_values(short: Scene) -> None:
+    """Beside itself a run has no other errors, and this value hardly those of the state."""
+    run = integrate(short, events=("theta_min", "theta_max", "phi_dot_zero"))
+    value = quantity(lambda q: 1 + q.k[2] * 2.0**-20, "1")
+    found = run.event_errors(value, beside=[run])
+    assert (found["error"] >= numpy.spacing(found["t"]) / 2).all()
+    assert 2.0**-55 < found["<lambda>"].max() <= 1.01 * 2.0**-53
+
+
 def test_digits_hold_in_events_too(rough_run: Trajectory) -> None:
     events = rough_run.event_errors()
     assert 3 < rough_run.digits_throughout <= events["digits"].min()
@@ -258,8 +267,9 @@ def test_digits_hold_in_events_too(rough_run: Trajectory) -> None:
 
 def test_a_reference_that_ends_before_leaves_no_digits(rough_run: Trajectory, short: Scene) -> None:
     early = integrate(short.varied(until="0.05"))
-    found = rough_run.event_errors(beside=[early])
+    found = rough_run.event_errors("theta", beside=[early])
     beyond = found["t"] > 0.05
+    assert numpy.isinf(found["theta"][beyond]).all()
     assert numpy.isinf(found["error"][beyond]).all()
     assert (found["digits"][beyond] == 0).all()
     assert (found["digits"][~beyond] > 3).all()
@@ -298,9 +308,10 @@ def test_another_top_has_its_pieces_at_other_times() -> None:
     assert apart.max() > 1e-9
     assert found["error"].to_numpy() == pytest.approx(apart, rel=1e-2, abs=1e-13)
     rolls = integrate(run.scene.varied(mu="0.5"))
-    late = run.event_errors(beside=[rolls])
+    late = run.event_errors("theta", beside=[rolls])
     stuck = late["t"] > late["t"][late["name"] == "slip"].min() * (1 - 1e-12)
     assert numpy.isinf(late["error"][stuck]).all()
+    assert numpy.isinf(late["theta"][stuck]).all()
 
 
 def test_digits_hold_in_the_events_of_several_doubles_too(reference: Scene) -> None:

@@ -293,7 +293,7 @@ def _without_a_name(q: Motion) -> Any:
     [
         (lambda q: q.parameters, "got no 'parameters' of a Motion, expected one of: a, body, "),
         (lambda q: q.state.theta, "got no 'theta' of a NewtonState, expected one of: L, Lx, "),
-        (lambda q: numpy.sinus(q.k[2]), "has no attribute 'sinus'), expected a function that"),
+        (lambda q: q.k.z, "'tuple' object has no attribute 'z'), expected a function that"),
         (_without_a_name, "got AttributeError (mine), expected a function that"),
     ],
 )

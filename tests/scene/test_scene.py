@@ -268,6 +268,8 @@ def test_a_size_in_the_file_is_kept_when_m_or_R_are_varied() -> None:
     ratio = scene.varied(I1="0.4", m="0.03").varied(m="0.021", R="0.019").body
     assert Fraction("0.4") * Fraction("0.021") * Fraction("0.019") ** 2 == ratio.I1
     assert (ratio.I3, ratio.alpha) == (expected.I3, expected.alpha)
+    sized = parsed().varied(I1_kg_m2="3e-6").varied(**other).body
+    assert (sized.I1, sized.alpha) == (Fraction("3e-6"), parsed().body.alpha)
 
 
 def test_one_quantity_is_varied_by_one_key() -> None:

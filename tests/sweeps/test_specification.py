@@ -198,6 +198,7 @@ def test_fingerprint_knows_what_no_number_of_the_body_says() -> None:
         reference,
         reference.varied(friction={"law": "coulomb", "mu": "0.3"}),
         replace(reference, flies=True),
+        replace(reference, sizes=frozenset({"I1_kg_m2"})),
         *(
             replace(reference, body=replace(reference.body, spring=spring, **table))
             for spring in ("linear", "hunt-crossley")
