@@ -187,6 +187,7 @@ def test_numbers_show_the_digits_that_their_error_leaves(half: Scene) -> None:
     plain = tt.integrate(half, "quad").state.theta
     assert len(str(plain)) <= 42
     assert run.precision.with_error(-3e-24, 1.7e-24) == "-3e-24 +- 1.7e-24"
+    assert run.precision.with_error("1.5", "0").endswith("0 +- 0.0")  # as a document has them
     lost = tt.integrate("contact-lost", digits=8)
     assert " +- " in str(lost.state).splitlines()[0]
     assert " +- " not in str(run.state).splitlines()[0]

@@ -96,9 +96,9 @@ def propagate(
 
     ``until`` (a number of heyoka's type) replaces the horizon of the start. ``read`` receives
     heyoka's dense output of each bounded block, in order. At ``samples`` a run in double stores its
-    states. A propagation that produces NaN is cut back
-    to its last good step, at most ``cuts`` times, and has the status "failed", as has a propagation
-    whose steps are too short ever to reach the horizon.
+    states. A propagation that produces NaN is cut back to its last good step, at most ``cuts``
+    times, and has the status "failed", as has a propagation whose steps are too short ever to reach
+    the horizon.
 
     Raises ``InputError``: there are more than ``MOST_EVENTS`` events, or the function of an event
     became undefined.

@@ -197,15 +197,14 @@ class Precision:
         context = self.context
         if value is None or value != value:
             return "undefined"
-        value = context.mpf(value)
         if error is None:
             return self.text(value)
-        places = self.decimals
+        value, error, places = context.mpf(value), context.mpf(error), self.decimals
         if value and error and context.isfinite(error):
             above = context.floor(context.log10(abs(value))) - context.floor(context.log10(error))
             places = min(places, max(1, 1 + int(above)))
         shown = context.nstr(value, places, strip_zeros=False).replace(".e", "e").rstrip(".")
-        return f"{shown} +- {context.nstr(context.mpf(error), 2)}"
+        return f"{shown} +- {context.nstr(error, 2)}"
 
     def carrying(self, value: Scalar, error: Scalar | None) -> Scalar:
         """An mpmath number that prints as ``with_error``; results of operations print as usual."""
