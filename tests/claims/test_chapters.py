@@ -16,6 +16,8 @@ from tt_precise.claims.evidence import sweeps
 from tt_precise.claims.evidence.run import Run, variant
 from tt_precise.claims.paper import PAPERS
 from tt_precise.claims.verdicts import Verdict
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.runtime.values import Scalar
 
 # of every paper, by the package
 MODULES = [
@@ -209,6 +211,16 @@ def test_findings_point_to_claims_that_stand_for_themselves() -> None:
 )
 def test_a_claim_without_evidence_is_refuted(id: str, changes: dict[str, Any]) -> None:
     assert judge(id, **changes).verdict == "refuted"
+
+
+def test_what_only_falls_falls_at_every_instant() -> None:
+    """The energy; each of the lengths that these claims are about goes back at times."""
+
+    def square(q: Motion) -> Scalar:
+        return QUANTITIES["E"].evaluate(q) ** 2
+
+    assert judge("QUAL-40", square=square, unit="J").verdict == "reproduced"
+    assert judge("QUAL-28", square=square, unit="J").verdict == "refuted"
 
 
 def test_contact_in_a_run_that_failed_is_not_contact_all_the_time(

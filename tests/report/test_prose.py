@@ -20,6 +20,7 @@ SEEN = {
     "phi_dddot at v_s": "<i>φ⃛</i> at <i>v</i><sub>s</sub>",
     "0.0e+00": "0.0",
     "`theta_dot`": "<code>theta_dot</code>",
+    "`a < b`": "<code>a &lt; b</code>",
     "phi-dot-195, regularised-1e-2": "phi-dot-195, regularised-1e-2",
 }
 
@@ -33,6 +34,8 @@ def test_markdown_has_latex() -> None:
     assert prose.MARKDOWN.text("`theta_dot`") == "`theta_dot`"
     assert prose.MARKDOWN.text("theta_dot > 9.4e-4") == r"$\dot{\theta}$ > $9.4 \cdot 10^{-4}$"
     assert prose.MARKDOWN.text("a * b < $c") == r"a \* b \< \$c"
+    assert prose.MARKDOWN.text("b x a^2 -> 0") == r"b $\times$ a$^{2}$ $\to$ 0"
+    assert prose.MARKDOWN.text("a <= b >= c") == r"a $\le$ b $\ge$ c"
 
 
 @pytest.mark.parametrize(
@@ -62,5 +65,5 @@ def test_a_pair_that_is_words_is_not_marked() -> None:
     words = [v.statement(True, text, "") for text in ("from + to -", "from - to +")]
     assert prose.HTML.pair(*words) == ("from + to -", "from − to +")
     formulas = [v.formula(True, text, "") for text in ("a - b", "a - c")]
-    assert "differs" in prose.HTML.pair(*formulas)[1]
-    assert prose.MARKDOWN.pair(*formulas)[1] == r"$a - \underline{c}$"
+    assert all("differs" in text for text in prose.HTML.pair(*formulas))
+    assert prose.MARKDOWN.pair(*formulas) == (r"$a - \underline{b}$", r"$a - \underline{c}$")

@@ -85,6 +85,13 @@ def test_share_below_zero_is_that_of_a_fine_grid() -> None:
     assert REFERENCE.share_below_zero("tau_y") == pytest.approx(grid, abs=2e-4)
 
 
+@pytest.mark.parametrize("until", ["0.1", "0.3"])  # whose doubles lie behind and before them
+def test_the_end_of_a_run_is_a_sample(until: str) -> None:
+    times = Run(variant(until=until)).sampled(["theta"])["t"]
+    assert len(times) == 1000 * float(until) + 1
+    assert times.iloc[-1] == float(until)
+
+
 def test_the_extreme_of_a_quantity_made_for_a_claim_is_that_of_the_event() -> None:
     own = Quantity.of(lambda q: QUANTITIES["nu_y"].evaluate(q), "m/s")
     settled = REFERENCE.extreme("nu_y", largest=True)
