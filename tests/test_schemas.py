@@ -1,6 +1,7 @@
 """docs/schemas: what is written is as the schemas say, to the last key; what is not is refused."""
 
 import copy
+import csv
 import json
 import runpy
 from collections.abc import Callable, Iterator
@@ -158,3 +159,7 @@ def test_every_column_and_event_stands_in_its_table(printed: Printed) -> None:
     known, table = printed("events"), "\n".join(generated["events"](""))
     for name in (*known["events"], *known["joining"], *known["terminal"], "zero:NAME"):
         assert f"| `{name}`" in table, name
+    with (ROOT / "reports/measured/fault-amounts.csv").open(encoding="utf-8") as file:
+        header, *rows = ([cell or "-" for cell in row] for row in csv.reader(file))
+    shown = [line[2:-2].split(" | ") for line in generated["faults"]("")]
+    assert (shown[0], shown[2:]) == (header, rows)
