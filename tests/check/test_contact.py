@@ -1,6 +1,7 @@
 """A table that pulls, between rows too, and the time from which it would have to."""
 
 import numpy
+import pandas
 import pytest
 
 import tt_precise as tt
@@ -10,19 +11,32 @@ from tests.check.conftest import VECTORS, Healthy, check
 pytestmark = pytest.mark.usefixtures("no_cause")
 
 
+def pulled(every: float, phase: float = 0.0) -> pandas.DataFrame:
+    """Rows of a motion that the table holds for 2.8 ms, where each row is pressed to it."""
+    run = tt.integrate("contact-lost", contact="bilateral", until="1.345", events=())
+    times = [0.0, *numpy.arange(phase or every, 1.345, every).tolist()]
+    assert (run.frame("g_n", times=times)["g_n"] > 0).all()
+    return run.frame(*VECTORS[1:], times=times)
+
+
 @pytest.mark.parametrize(
     ("every", "phase"), [(0.005, 0.0), (0.008, 0.0), (0.01, 0.0), (0.01, 0.003), (0.01, 0.004)]
 )
 def test_a_table_that_pulls_between_two_rows_fails(every: float, phase: float) -> None:
-    """It would have to for 2.8 ms, where each of these rows is pressed to it."""
-    run = tt.integrate("contact-lost", contact="bilateral", until="1.345", events=())
-    times = [0.0, *numpy.arange(phase or every, 1.345, every).tolist()]
-    frame = run.frame(*VECTORS[1:], times=times)
-    pressed = run.frame("g_n", times=frame.t.tolist())["g_n"] > 0
-    found = check(frame, "contact-lost")["contact"]
-    assert pressed.all()
+    found = check(pulled(every, phase), "contact-lost")["contact"]
     assert found.verdict == "fail"
     assert "leaves the table at 1.33692 s" in found.note
+
+
+def test_a_pull_is_seen_behind_a_gap_and_in_rows_that_nearly_follow() -> None:
+    frame = pulled(0.01)
+    gap = frame[(frame.t < 0.1) | (frame.t > 1.1)]
+    drift = frame.assign(**{L: (1 + 1e-4 * frame.t) * frame[L] for L in ("Lx", "Ly", "Lz")})
+    for rows, equations in ((gap, "pass"), (drift, "fail")):
+        found = check(rows, "contact-lost")
+        assert found["equations"].verdict == equations
+        assert found["contact"].verdict == "fail"
+        assert "leaves the table at 1.33692 s" in found["contact"].note
 
 
 def test_nothing_is_sought_between_rows_that_leave_the_equations(

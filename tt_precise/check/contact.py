@@ -51,10 +51,14 @@ def contact(rows: Samples, limit: float) -> Residual:
 
 
 def _follow(rows: Samples) -> Array:
-    """Test that the solution through the first row is the rows' motion, for each interval."""
+    """Test, for each interval, that the rows so far are those of one solution.
+
+    An interval too wide for the flow says nothing of the next ones.
+    """
     found = differences(rows)
-    apart = numpy.nan_to_num(abs(found.sums[0]).max(axis=0), nan=numpy.inf)
-    follow: Array = (apart <= APART) & numpy.isfinite(found.bound)
+    carried = numpy.isfinite(found.bound)
+    apart = abs(numpy.cumsum(numpy.where(carried, found.state, 0.0), axis=1)).max(axis=0)
+    follow: Array = (apart <= APART) & carried
     return follow
 
 
