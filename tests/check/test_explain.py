@@ -421,6 +421,14 @@ def test_no_mu_is_named_where_only_digits_are_missing(fault: str) -> None:
     assert found.causes == ()
 
 
+def test_no_mu_is_named_where_the_table_pulls() -> None:
+    """With the observed mu it pulls as much."""
+    run = tt.integrate("contact-lost", contact="bilateral", until="1.345", events=())
+    times = numpy.arange(0.0, 1.345, 0.01).tolist()
+    found = causes(run.frame(*VECTORS[1:], times=times), "contact-lost")
+    assert found.startswith("end: the solution leaves the table at 1.33692 s; ")
+
+
 def test_a_small_error_of_mu_is_named_as_far_as_its_check_fails() -> None:
     for mu, said in (("0.300003", "1.0000100"), ("0.30003", "1.000100")):
         rubbed = tt.load_scene("reference").varied(mu=mu, until="4")

@@ -159,13 +159,17 @@ class FailedFile:
 
         False where no such check is made row by row: nothing shows then that less is left.
         """
-        before = {one.name: one.value for one in self.findings}
+        before = {one.name: _lacking(one) for one in self.findings}
         found = [one for one in self.judge(rows) if one.name in self.failed - {*without}]
         return bool(found) and all(
-            one.verdict != "fail"
-            or (one.value is not None and one.value < NEARER * (before[one.name] or 0.0))
-            for one in found
+            one.verdict != "fail" or _lacking(one) < NEARER * before[one.name] for one in found
         )
+
+
+def _lacking(one: Check) -> float:
+    """Return the value of a check, or what it lacks of the least that is allowed."""
+    value = math.inf if one.value is None else one.value
+    return value if one.sense == "at most" else (one.limit or 0.0) - value
 
 
 class Candidate(NamedTuple):
