@@ -44,6 +44,7 @@ static void rates(const double *y, double *d) {
     double per[3] = {-f*va[0], -f*va[1], 1}, lever[3] = {a[0], a[1], a[2]};
     if (is("centre of mass at the centre")) { lever[0] = lever[1] = 0; lever[2] = -R; }
     if (is("the force at the table")) lever[2] -= fmin(y[9] + a[2], 0);
+    if (is("the force below the lowest point")) lever[2] += fmin(y[9] + a[2], 0);
     cross(lever, per, t); inverse_inertia(k, t, unit);
     for (int i = 0; i < 3; i++) gyro[i] = -gyro[i];
     inverse_inertia(k, gyro, turn);
