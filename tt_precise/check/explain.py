@@ -45,9 +45,7 @@ from tt_precise.check.fitting import (
     unheld_by,
 )
 from tt_precise.check.force_free import norm
-from tt_precise.check.force_free_flow import (
-    by_guidance,
-)
+from tt_precise.check.force_free_flow import by_guidance
 from tt_precise.check.kinematics import movement_of, seen, shortest_rotation
 from tt_precise.check.precision import VECTORS, described, precisions, times_of
 from tt_precise.check.result import Cause
@@ -173,7 +171,7 @@ def _lacking(one: Check) -> float:
 
 
 class Candidate(NamedTuple):
-    """Causes, the rows without them, and what these have to pass; no rows where nothing is left."""
+    """Causes, the rows without them, and what these have to pass; no rows if the family judged."""
 
     causes: Sequence[Cause]
     rows: Samples | None = None
@@ -520,10 +518,9 @@ def _friction(file: FailedFile) -> Candidates:
         return
     # friction that pushes fails the signs of its power, with any mu
     signs = ("friction_power", "energy") if strength < 0 else ()
-    other = file.other_body("mu", strength)
-    if file.nearer(other, signs):
-        times = factor(strength / setup.body.mu - 1)
-        yield _one("parameter", f"mu is {times} times the scene's")
+    text = f"mu is {factor(strength / setup.body.mu - 1)} times the scene's"
+    gate = partial(FailedFile.nearer, without=signs)
+    yield _one("parameter", text, file.other_body("mu", strength), gate)
 
 
 def _limit(file: FailedFile) -> Candidates:
