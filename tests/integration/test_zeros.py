@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import Any
 
 import numpy
@@ -12,6 +13,7 @@ from tt_precise.integration.columns import quantity
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.taylor.series import Rounded, Sized
 
 ALL = catalogue("gliding")
 ARITHMETICS = ("double", "extended", "double-double", "triple-double", "quad")
@@ -249,6 +251,24 @@ def test_the_noise_of_a_component_that_decays_is_no_event(precision: str, tolera
     assert run.unresolved == names
     assert 120 < len(run.events) < len(times) == 147
     assert all(abs(times - t).min() < 1e-3 for t in run.events["t"].astype(float))
+
+
+@pytest.mark.parametrize("kind", [Rounded, Sized])
+def test_roundings_of_a_long_sum_are_no_events(
+    reference: Scene, kind: type[Sized], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A sum of 256 equal terms loses more than the errors of the state; Sized is the control."""
+    monkeypatch.setattr(zeros, "Rounded", kind)
+
+    def rest(q: Motion) -> Scalar:
+        total = q.state.kz * 0
+        for _ in range(256):
+            total = total + q.state.kz / 256
+        return total - q.state.kz
+
+    with pytest.raises(InputError, match="jumps") if kind is Sized else nullcontext():
+        run = integrate(reference.varied(until="0.05"), "extended", events=[rest])
+        assert (len(run.events), run.touches) == (0, ("rest",))
 
 
 def test_without_errors_tangencies_are_zeros(monkeypatch: pytest.MonkeyPatch) -> None:
