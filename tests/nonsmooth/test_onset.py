@@ -98,7 +98,8 @@ def test_events_of_the_onset_are_the_changes_of_sign_of_its_rows(precision: str)
         theta="1.154", theta_dot="0.08", phi_dot="2.78", omega_3="54.19", nu_x=0, nu_y=0,
         mu="0.13", until="0.01",
     )  # fmt: skip
-    run = integrate(scene, precision, events=("theta_max", "nu_y_zero", "equator"))
+    names = ("theta_max", "nu_y_zero", "equator")
+    run = integrate(scene, precision, events=names, record=("phi",))
     segment = run.run.segments[0]
     output, context = segment.output, run.precision.context
     assert isinstance(output, onset.OnsetOutput)
@@ -115,4 +116,4 @@ def test_events_of_the_onset_are_the_changes_of_sign_of_its_rows(precision: str)
     for name, time, state in zip(hits.name, hits.time, hits.state, strict=True):
         scale = abs(value(name, output.end_time))
         assert abs(value(name, context.mpf(time))) < 16 * run.precision.eps * scale
-        assert state[-1] == time
+        assert state[output.setup.layout.columns.index("t")] == time
