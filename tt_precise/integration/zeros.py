@@ -329,46 +329,35 @@ class Zeros:
     def _errors(self, steps: Steps) -> tuple[Array, Array]:
         """Return errors of the functions at the ends of the steps: in the run, and in double.
 
-        The size of a component in a step is its largest term. A step adds the terms that it omits,
-        and a rounding of the component or of the summands of its rate, whichever is larger. Where
-        a component is small, the errors of the others are more: at least those that its rate makes
-        of them in one step.
+        The size of a component in a step is its largest term. A step adds a rounding and the terms
+        that it omits. Where a component is small, the errors of the others are more: at least those
+        that its rate makes of them in one step.
         """
         terms = steps.terms
         size = numpy.maximum(terms.max(axis=1), -terms.min(axis=1))
         left = OMITTED * (abs(terms[:, -1]) + OMITTED * abs(terms[:, -2]))
         rounding = 2.0**-self.setup.precision.bits
         if self._lost is None:
-            self._lost = numpy.full((2, len(size), 1), ROUNDINGS * rounding)
-        own = self._lost[0] + numpy.cumsum(numpy.where(size > 0, left / size, 0) + rounding, axis=1)
-        sizes, coupled = self._sizes_of_rates(steps, size * own / rounding) * steps.length
-        # undefined where gliding begins
-        left += rounding * numpy.fmax(size, sizes)
-        coupled = coupled * rounding
-        each = numpy.where(size > 0, left / size, rounding)
-        lost = self._lost[1] + numpy.cumsum(each, axis=1)
-        self._lost = numpy.array([own[:, -1:], lost[:, -1:]])
+            self._lost = numpy.full((len(size), 1), ROUNDINGS * rounding)
+        lost = self._lost + numpy.cumsum(numpy.where(size > 0, left / size, 0) + rounding, axis=1)
+        coupled = self._errors_of_rates(steps, size * lost / rounding) * rounding * steps.length
+        self._lost = lost[:, -1:]
+        # rates are undefined where gliding begins
         self._error = numpy.fmax(size * lost, coupled)[:, -1]
         ends = [*numpy.append(terms[:, 0], terms[:, :, -1:].sum(axis=1), axis=1)]
         size, lost, coupled = (numpy.append(x, x[:, -1:], axis=1) for x in (size, lost, coupled))
         for x in (size, coupled):
-            x[:, 1:-1] = numpy.maximum(x[:, 1:-1], x[:, :-2])
+            x[:, 1:-1] = numpy.fmax(x[:, 1:-1], x[:, :-2])
         return self._propagated(ends, size, numpy.fmax(size * lost, coupled))[::-1]
 
-    def _sizes_of_rates(self, steps: Steps, errors: Array) -> Array:
-        """Return the sizes of the summands of the components' rates where the steps begin.
-
-        The axes are (without errors, with ``errors`` in roundings; component; step).
-        """
-        row = [
-            Sized(x, numpy.array([abs(x), e]))
-            for x, e in zip(steps.terms[:, 0], errors, strict=True)
-        ]
+    def _errors_of_rates(self, steps: Steps, errors: Array) -> Array:
+        """Return the errors of the rates where the steps begin, from ``errors``, in roundings."""
+        row = list(map(Sized, steps.terms[:, 0], errors))
         rates = self.setup.layout.rates(self._body, row, SizedFunctions())
-        sizes = numpy.zeros((2, len(row), len(steps)))
+        of_rates = numpy.zeros_like(errors)
         for i, rate in enumerate(rates):
-            sizes[:, i] = rate.size if isinstance(rate, Sized) else abs(rate)
-        return sizes
+            of_rates[i] = getattr(rate, "size", 0.0)
+        return of_rates
 
     def _propagated(self, rows: Sequence[Array], size: Array, errors: Array) -> tuple[Array, Array]:
         """Return the errors of the functions from errors of components: in double, and in the run.
