@@ -35,13 +35,11 @@ ALIKE = ("kx ky kz", "Lx Ly Lz", "vx vy", "wx wy wz", "vcx vcy vcz", "nu_x nu_y"
 class Departure(NamedTuple):
     """Columns that leave the solution: in words, and each with its factor, None where none is.
 
-    ``throughout`` says that they are off from the first rows on, as another convention is,
-    ``alone`` that all other columns follow.
+    ``throughout`` says that they are off from the first rows on, as another convention is.
     """
 
     text: str
     throughout: bool
-    alone: bool
     factors: dict[str, float | None]
 
 
@@ -106,7 +104,7 @@ def departure_of(
         said.append(f"every other column is right to {math.floor(-math.log10(rest))} digits")
     throughout = all(one.first <= 1 and one.last == len(rows.t) - 1 for one in found.values())
     factors = {name: one.factor for name, one in found.items()}
-    return Departure("; ".join(said), throughout, bool(apart), factors)
+    return Departure("; ".join(said), throughout, factors)
 
 
 def _beyond(rows: Samples, name: str, difference: Array) -> Array:

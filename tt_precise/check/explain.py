@@ -210,7 +210,7 @@ def _unit_and_columns(file: FailedFile) -> Candidates:
     """In another unit its columns follow the solution, and all others but those of a vector."""
     for text, columns in in_other_units(file.rows.given):
         found = file.departure_of(file.changed(columns))
-        if not found or not found.alone:
+        if not found:
             continue
         wrong = {*found.factors}
         if wrong.isdisjoint(columns) and any(wrong <= {*vector.split()} for vector in ALIKE):
