@@ -390,10 +390,13 @@ def test_a_unit_and_a_wrong_column_are_both_named(healthy: Healthy, friction: st
 
 
 @pytest.mark.parametrize("friction", SLOW_IN_SCENE)
-def test_a_unit_is_named_only_if_other_columns_follow(healthy: Healthy, friction: str) -> None:
-    """Three faults: times in ms, a clock 1 % off, a wrong vx."""
+@pytest.mark.parametrize("also", ["clock", "Lz"])
+def test_a_unit_is_named_only_if_other_columns_follow(
+    healthy: Healthy, friction: str, also: str
+) -> None:
+    """Three faults: times in ms, a wrong vx, and a clock or Lz 1 % off."""
     rows = healthy("reference", 801)[VECTORS]
-    wrong = rows.assign(t=1010 * rows["t"], vx=1.01 * rows["vx"])
+    wrong = scaled(scaled(rows, 1000, "t"), 1.01, "vx", "t" if also == "clock" else "Lz")
     found = check(wrong, "reference", friction=friction)
     assert (found.verdict, found.causes) == ("fail", ())
     assert "cause" in str(found)
@@ -432,6 +435,13 @@ def test_an_end_is_named_only_if_the_rows_before_pass_and_no_mu(drift: float) ->
     found = causes(frame.assign(**moment), "contact-lost")
     assert found.startswith("end: the solution leaves the table at 1.33692 s; ") == (not drift)
     assert "mu is" not in found
+
+
+@pytest.mark.parametrize("scene", ["reference", "coulomb-gliding"])
+def test_no_mu_is_named_that_leaves_more_than_a_tenth(scene: str) -> None:
+    """A clock that is off: another mu would leave a half."""
+    frame = tt.integrate(scene).frame(*VECTORS[1:])
+    assert "mu is" not in causes(scaled(frame, 1.0001, "t"), scene)
 
 
 def test_a_small_error_of_mu_is_named_as_far_as_its_check_fails() -> None:
