@@ -271,6 +271,13 @@ def test_roundings_of_a_long_sum_are_no_events(
         assert (len(run.events), run.touches) == (0, ("rest",))
 
 
+def test_errors_add_up_from_block_to_block(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the errors of one step alone there were dozens of zeros."""
+    monkeypatch.setattr(zeros, "MOST_PRODUCTS", 1)
+    run = integrate("rolling", digits=6, until=1, events=("phi_dot_zero",))
+    assert (len(run.events), run.touches) == (0, ("phi_dot_zero",))
+
+
 def test_without_errors_tangencies_are_zeros(monkeypatch: pytest.MonkeyPatch) -> None:
     """The control: every sign counts."""
     plain = zeros.Zeros._sizes
