@@ -100,7 +100,7 @@ def rates_without(
 
 
 def term_names() -> list[str]:
-    """What each term of the paper's eqs (2) to (7) reads, with the equations that it enters."""
+    """Return the terms of the paper's eqs (2) to (7) as texts, with the equations of each."""
     import sympy
 
     from tt_precise.mechanics import euler

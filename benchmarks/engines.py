@@ -26,8 +26,9 @@ from tt_precise.runtime.terminal import Progress, progress_bar, say, silent
 from tt_precise.runtime.values import Json
 from tt_precise.runtime.workers import cores
 
-TIME_LIMIT_S = 120.0  # for one motion
-DESCRIBED = ("name", "version", "precision", "friction", "settings")  # of an engine
+TIME_LIMIT_S = 120.0  # Time limit of one motion.
+# Texts of an engine in a row of the scoreboard.
+DESCRIBED = ("name", "version", "precision", "friction", "settings")
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "reports/measured/engines.json"
 ADAPTERS = ROOT / "examples/engines"
@@ -48,7 +49,7 @@ class Engine:
 
     @property
     def in_node(self) -> bool:
-        """Whether the adapter is a program for node."""
+        """True if the adapter is a program for node."""
         return self.program.endswith(".mjs")
 
     @property
@@ -73,7 +74,7 @@ class Engine:
 
     @property
     def missing(self) -> str:
-        """How to install it, in one line."""
+        """The line that says how to install the engine."""
         if self.in_node:
             return f"{self.name}: not installed; npm install --prefix {NODE}"
         return f'{self.name}: not installed; pip install "tt-precise[engines]"'

@@ -54,7 +54,7 @@ def sample(seed: int) -> Sample:
 
 
 def row(sample: Sample) -> dict[str, Json]:
-    """What was chosen for a sample, the digits it claims, and the digits that are right.
+    """Return the choices for a sample, the digits it claims, and the digits that are right.
 
     ``estimated`` and ``right`` are the least of all samples, and missing where it raised.
     """
@@ -83,7 +83,7 @@ def row(sample: Sample) -> dict[str, Json]:
 
 
 def truth_of(trajectory: Trajectory) -> Trajectory:
-    """The same scene in a finer arithmetic, without events."""
+    """Integrate the trajectory's scene in a finer arithmetic, without events."""
     from tt_precise.integration import integrate
 
     own = trajectory.precision

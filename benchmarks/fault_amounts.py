@@ -46,12 +46,12 @@ COLUMNS = {
     "the path (x, y)": ("x", "y"),
 }
 PARAMETERS = ("m", "R", "alpha", "I1", "I3", "g", "mu")
-START = {"theta": "0.1", "omega_3": "155"}  # of the scene, as its file has them
+START = {"theta": "0.1", "omega_3": "155"}  # The scene's start, as in its file (rad, rad/s).
 
 
 @dataclass(frozen=True)
 class Fault:
-    """What is wrong in the file, and the rows with it: ``rows(hertz, amount)``."""
+    """A fault of a file by name, and the rows that have it: ``rows(hertz, amount)``."""
 
     name: str
     rows: Callable[[int, float], pandas.DataFrame]

@@ -55,7 +55,7 @@ def random_scene(draws: random.Random, name: str) -> Scene:
 
 
 def stands(scene: Scene) -> bool:
-    """Whether the table has to push at the start."""
+    """Test that the table has to push at the start."""
     from tt_precise.integration.precision import precision_named
     from tt_precise.integration.setup import require_contact
     from tt_precise.scene.initial_state import InitialState

@@ -61,7 +61,7 @@ SceneFile = Callable[..., Path]
 
 @pytest.fixture
 def said(capsys: pytest.CaptureFixture[str]) -> Said:
-    """What a command prints, or says of input that it refuses with status 2.
+    """Return a function that runs a command and returns its output, or its refusal (status 2).
 
     Its words stand in texts, as in a shell; a path may stand alone.
     """
@@ -107,7 +107,7 @@ def scene_file(tmp_path: Path) -> SceneFile:
 
 
 def every_command(command: Any = cli.group, words: str = "") -> Iterator[tuple[str, Any]]:
-    """How each command is typed, and the command."""
+    """Yield each command with the words that call it."""
     if isinstance(command, click.Group):
         context = click.Context(command)
         for name in command.list_commands(context):
@@ -128,7 +128,7 @@ def top(**changes: Any) -> TippeTop:
 
 
 def pytest_collection_finish() -> None:
-    """What is imported and collected by now stays: the collector need not look at it again."""
+    """Freeze the imported and collected objects: the collector need not look at them again."""
     gc.collect()
     gc.freeze()
     gc.set_threshold(50_000, 20, 100)

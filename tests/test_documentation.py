@@ -152,7 +152,7 @@ def is_long(text: str) -> bool:
 
 
 def prose(text: str) -> str:
-    """What stands between the blocks."""
+    """Return the text between the blocks."""
     return FENCE.sub("", text)
 
 

@@ -56,7 +56,7 @@ def spoiled(draw: st.DrawFn) -> str:
 
 
 def one_line(error: InputError) -> None:
-    """What the command line makes of it is printable, in a line that one can read."""
+    """Assert that the command line's message is printable, and one readable line."""
     message = " ".join(str(error).split())
     assert message
     assert len(message) < 1000

@@ -55,7 +55,7 @@ def nodes(schema: Any) -> Iterator[dict[str, Any]]:
 
 
 def closed(schema: dict[str, Any]) -> dict[str, Any]:
-    """The same, refusing keys that are not described. Readers get the open one."""
+    """Return a copy that refuses keys that are not described. Readers get the open one."""
     strict = copy.deepcopy(schema)
     for node in nodes(strict):
         if "properties" in node:
@@ -148,7 +148,7 @@ def test_another_object_is_refused(document: Callable[[str, int], Any]) -> None:
 
 
 def test_every_column_and_event_stands_in_its_table(printed: Printed) -> None:
-    """Of the documentation, which makes its tables of the package."""
+    """The documentation makes its tables of the package."""
     pytest.importorskip("docutils", reason="needs the extra docs")
     generated = runpy.run_path(str(ROOT / "docs/_ext/generated.py"))
     sets = printed("columns")["sets"].values()

@@ -108,7 +108,7 @@ NO_NUMBERS = {
 
 
 def missing(places: tuple[str, ...]) -> set[str]:
-    """What is imported, also by way of others, and neither in ``places`` nor without numbers."""
+    """Return imports, indirect ones too, that are neither in ``places`` nor without numbers."""
     graph, files = arrows(), modules(PACKAGE)
     roots = [PACKAGE / place for place in places]
     own = {name for name, file in files.items() if {file, *file.parents} & {*roots}}

@@ -10,6 +10,7 @@ import pytest
 import tt_precise
 
 PACKAGE = Path(tt_precise.__file__).parent
+TOOLS = [Path(__file__).parents[1] / folder for folder in ("benchmarks", "examples", "tests")]
 Habit = Callable[[str], Iterator[str]]
 
 # A docstring says first what comes back or what is done; these words open a clause instead.
@@ -81,6 +82,14 @@ def test_no_file_of_the_package_has_the_habit(habit: Habit) -> None:
     files = sorted(PACKAGE.rglob("*.py"))
     found = {file.name: lines for file in files if (lines := list(habit(file.read_text())))}
     assert len(files) > 100
+    assert found == {}
+
+
+@pytest.mark.parametrize("habit", [clauses, continuations])
+def test_no_file_beside_the_package_has_the_habit(habit: Habit) -> None:
+    files = [file for folder in TOOLS for file in sorted(folder.rglob("*.py"))]
+    found = {file.name: lines for file in files if (lines := list(habit(file.read_text())))}
+    assert len(files) > 200
     assert found == {}
 
 

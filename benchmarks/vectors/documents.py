@@ -104,7 +104,7 @@ class After(Record, frozen=True):
 
 
 class Vectors(Record, frozen=True, kw_only=True):
-    """What both files of test vectors say first."""
+    """The head that both files of test vectors have."""
 
     licence: Licence
     digits: Annotated[int, means("significant digits of the expected numbers")]

@@ -29,7 +29,7 @@ from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
 SEED = 2013
-STATES = 5  # of each law
+STATES = 5  # Number of states of each law.
 STEPS = (Fraction(1, 10_000), Fraction(1, 1000), Fraction(1, 100))  # s
 # seeds of states that stick or slip within a step: the first and fourth within the shortest, the
 # second and fifth within the middle one, the third within the longest

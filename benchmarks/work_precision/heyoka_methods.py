@@ -35,7 +35,8 @@ def bare_batch(setup: Setup, state: Array, parameters: Array) -> Adaptive:
 
 
 LANES = (4, 8)
-SPREAD = 1e-6  # of the starts in a batch: lanes that all take the same steps would flatter it
+# Relative spread of the starts in a batch: lanes that take equal steps would flatter it.
+SPREAD = 1e-6
 
 
 def setup_of(
@@ -45,7 +46,7 @@ def setup_of(
     record: Sequence[str] = (),
     options: Sequence[str] = (),
 ) -> Setup:
-    """What ``integrate`` would compile for these settings."""
+    """Return the setup that ``integrate`` compiles for these settings."""
     return Setup(
         formulation=problem.form,
         precision=settings.precision,
@@ -77,7 +78,7 @@ def supplied(
     events: Sequence[str] = (),
     record: Sequence[str] = (),
 ) -> Solve:
-    """What ``integrate`` runs: the end of contact watched, and the events and records given."""
+    """Return the run of ``integrate`` with events and records; it ends with the contact."""
     names = catalogue(problem.scene.model) if events == ("all",) else events
     setup = setup_of(problem, settings, names, record)
     made = build(setup.but(events=()))

@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 LANES = 8
 TIMES_A_DECADE = 4
 FIRST_S = 1.0
-SPREAD = Fraction(1, 100)  # of theta(0) and omega_3(0) over the seeds
+SPREAD = Fraction(1, 100)  # Relative spread of theta(0) and omega_3(0) over the seeds.
 
 
 class LongRuns(NamedTuple):
-    """So many seeds (a multiple of the lanes) up to a time in s."""
+    """A number of seeds (a multiple of the lanes), and the time (s) up to which each runs."""
 
     seeds: int
     until_s: float

@@ -211,11 +211,11 @@ class CompiledTrial:
 
     @property
     def wide(self) -> bool:
-        """Whether it computes in software, in seconds where double takes milliseconds."""
+        """True if it computes in software, in seconds where double takes milliseconds."""
         return self.trial.precision in ("quad", "mp")
 
     def run(self) -> None:
-        """What is timed: from the start to the end."""
+        """Run the timed part, from the start to the end."""
         self.ended = self.solve(self.times if self.wide else self.times[-1:])
 
     def errors(self) -> StateErrors:

@@ -27,7 +27,7 @@ from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
 GOLDEN_BITS = 160  # holds the 34 decimals of golden data with room for the differences
-MOST_SAMPLES = 40  # of the golden rows, evenly taken, at which a method is compared on its way
+MOST_SAMPLES = 40  # Number of golden rows, evenly spaced, with which a method is compared.
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class GoldenProblem:
 
 @dataclass(frozen=True)
 class StateErrors:
-    """How wrong a run is: dimensionless errors, and the relative drift of lambda.
+    """The errors of a run, dimensionless, and its relative drift of lambda.
 
     ``error`` is the largest absolute error of an entry of k, L, v in units of 1, m R sqrt(g R),
     sqrt(g R) at the end; ``error_on_way`` the largest at any sample (None where only the end is

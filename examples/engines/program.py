@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 COLUMNS = ("t", "qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz")
-POSITION = ("x", "y", "z")  # of the centre of mass; a program may leave it out
+POSITION = ("x", "y", "z")  # The centre of mass (m); a program may leave it out.
 REFUSED = 3  # exit status of a program that cannot express the job
 
 Row = tuple[float, Sequence[float], Sequence[float], Sequence[float], Sequence[float]]

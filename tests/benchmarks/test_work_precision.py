@@ -100,7 +100,7 @@ def test_actions_are_timed_in_turn_each_beside_the_baseline() -> None:
 
 
 def test_the_ratio_is_the_median_of_the_ratios() -> None:
-    """As the report says; not the fastest over the fastest (2), not median over median (1.5)."""
+    """The fastest over the fastest would be 2, median over median 1.5."""
     times = Timings([3.0, 2.0, 9.0], [1.0, 2.0, 3.0])
     assert (times.median, times.ratio) == (3.0, 3.0)
 

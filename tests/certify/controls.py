@@ -195,7 +195,7 @@ def any_weights_of_a_coarse_polynomial(trusted: Any) -> None:
 
 @control
 def any_weights_of_a_ball_of_starts(trusted: Any) -> None:
-    """The same two from balls, with many terms."""
+    """Both exponentials from balls of starts, with many terms."""
     for weights in lopsided(16):
         for way in (1, -1):
             starts = [arb(1), arb(1, TINIER)][::way]
@@ -388,7 +388,7 @@ def found(zeros: Sequence[tuple[int, arb]], *expected: tuple[int, Any]) -> None:
 
 @control
 def zeros_have_times_and_directions(trusted: Any) -> None:
-    """Of (t - 0.1) (t - 0.3) (t - 0.4) in one piece; of an exponential; of a constant."""
+    """Functions: (t - 0.1) (t - 0.3) (t - 0.4) in one step; an exponential; a constant."""
     one = line(trusted)
     one.on(arb(0.5))
     roots = [arb(1) / 10, arb(3) / 10, arb(4) / 10]
@@ -470,7 +470,7 @@ def zeros_that_are_double(trusted: Any) -> None:
 
 @control
 def orders_at_the_start(trusted: Any) -> None:
-    """Of exact coefficients beside balls, some of which contain zero by their radius alone."""
+    """Exact coefficients stand beside balls, some of which contain zero by their radius alone."""
     start, models = trusted.start, trusted.models
     nothing, root = start.Formal.of(0), start.FormalFunctions().sqrt(fmpq(2))
     wide = arb(0, 1)
@@ -604,7 +604,7 @@ def _chebyshev(y: Any) -> Any:
 
 @control
 def a_bound_of_a_function(trusted: Any) -> None:
-    """Of (t - 1/3)^2, of 1 - t and of a polynomial that goes to and fro, until t = 0.4."""
+    """Functions until t = 0.4: (t - 1/3)^2, 1 - t, and a polynomial that goes to and fro."""
     found = moving(trusted, ON, start=[0], until=arb("0.4"))
     third = arb(1) / 3
     for function, least in (

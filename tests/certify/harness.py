@@ -20,7 +20,8 @@ from flint import arb
 import tt_precise.certify
 
 PACKAGE = "tt_precise.certify"
-TRUSTED = ("models", "kernel", "start", "zeros", "problem", "motion")  # in the order of imports
+# Modules in the order of their imports.
+TRUSTED = ("models", "kernel", "start", "zeros", "problem", "motion")
 BITS = 200
 
 

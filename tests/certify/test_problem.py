@@ -23,7 +23,7 @@ def precision() -> Any:
 
 
 def names(scene: tt.Scene) -> set[str]:
-    """Of the components that stay zero."""
+    """Return the names of the components that stay zero."""
     found = problem_of(scene)
     rates = Rates(found.phases[0].rates, len(found.start))
     free = StateSet.of(KernelEquations(rates, BITS, 5), arb(0), found.start).free

@@ -49,7 +49,7 @@ def states(name: str) -> Callable[[Fraction], NewtonState]:
 
 
 def later(scene: tt.Scene, until: int, *columns: str) -> pandas.DataFrame:
-    """What heyoka says in double."""
+    """Return heyoka's columns in double."""
     return tt.integrate(replace(scene, until=Fraction(until))).frame(*columns, numbers="float")
 
 

@@ -46,7 +46,7 @@ def healthy() -> Healthy:
 
 @pytest.fixture(scope="session")
 def rigid_body() -> Callable[[pandas.DataFrame], pandas.DataFrame]:
-    """The same motion of the reference top as a physics engine would write it."""
+    """Return a function that writes rows of the reference top as a physics engine would."""
     body = tt.load_scene("reference").body.numbers(float)
     run = tt.integrate("reference", record=("phi", "psi"))
 
@@ -81,7 +81,7 @@ def written(healthy: Healthy, tmp_path: Path) -> Path:
     return path
 
 
-INNER_HZ = 20_000  # of the engine's own steps
+INNER_HZ = 20_000  # Rate of the engine's own steps.
 Engine = Callable[..., pandas.DataFrame]
 
 

@@ -247,7 +247,7 @@ def test_golden_data_are_above_suspicion(
 
 
 def healthy_files(seed: int, count: int) -> list[str]:
-    """Those of so many right files of every scene on the table, 20 to 960 Hz, that fail."""
+    """Return the failing ones of ``count`` right files of all scenes on the table, 20 to 960 Hz."""
     rng, failing = numpy.random.default_rng(seed), []
     scenes = [name for name in store.scenes() if not tt.load_scene(name).lifts]
     for number in range(count):

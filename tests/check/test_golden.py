@@ -26,7 +26,7 @@ without_causes = pytest.mark.usefixtures("no_cause")
 
 
 def golden(source: Any, scene: Any = "reference", **words: Any) -> Any:
-    """What is found of the distance from golden data."""
+    """Return the check of the distance from golden data."""
     return check(source, scene, **words)["golden"]
 
 
@@ -125,7 +125,7 @@ def test_another_start_fails_and_is_named(healthy: Healthy) -> None:
 
 
 def test_a_table_that_is_left_is_named() -> None:
-    """The same time everywhere, rounded down in the advice, which then helps."""
+    """All three texts name one time, rounded down in the advice, which then helps."""
     scene = tt.load_scene("contact-lost")
     text = scene.text.replace("[start]", '[contact]\nlost = "fly"\n\n[start]')
     flying = parse_scene(text, "flying", "flying.toml")
@@ -174,7 +174,7 @@ def test_a_fresh_solution_that_ends_early_is_compared_to_its_end(name: str, digi
 
 @pytest.mark.parametrize("sense", [-1, 1])
 def test_a_row_at_an_early_end_agrees_in_time_and_state_or_is_refused(sense: int) -> None:
-    """Where the solution ends is a result too: it has as many digits as are asked for."""
+    """The solution's end is a result too: it has as many digits as are asked for."""
     rows = pandas.DataFrame(tt.golden.load("coulomb-flight"))[VECTORS]
     last = numpy.arange(len(rows)) == len(rows) - 1
 

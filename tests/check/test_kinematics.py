@@ -100,7 +100,7 @@ def test_what_was_not_looked_at_is_said(engine: Engine) -> None:
 
 
 def healthy_runs(engine: Engine, seeds: Sequence[int]) -> list[str]:
-    """Which of these runs with other laws fail ``kinematics`` or ``contact_momentum``."""
+    """Return the runs with other laws that fail ``kinematics`` or ``contact_momentum``."""
     flagged = []
     for seed in seeds:
         rng = random.Random(seed)

@@ -54,7 +54,7 @@ def test_height_and_rate_are_read_in_every_column_set(scene: str, columns: str) 
 
 @pytest.mark.parametrize("scene", LIFTING)
 def test_without_the_height_its_checks_are_skipped(scene: str) -> None:
-    """What stands still is found without: the inclination has a rate."""
+    """Rows that stand still are found without it: the inclination has a rate."""
     found = checked(rows(scene).drop(columns=[*LIFTED]), scene)
     for name in ("energy", "energy_balance", "equations"):
         assert found[name].note == "needs the height of the lowest point: columns height, rise"

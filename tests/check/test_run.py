@@ -19,7 +19,7 @@ from tt_precise.mechanics.newton import NewtonState
 pytestmark = pytest.mark.usefixtures("no_cause")
 
 DIGITS = 8
-NOTICEABLE = 1e-6  # of its size: an error that eight digits must notice
+NOTICEABLE = 1e-6  # Relative error that eight digits must notice.
 TRACK = ("phi", "psi", "x", "y")
 RADIUS = float(tt.load_scene("track").body.R)  # m
 
@@ -165,7 +165,7 @@ def corrupted(given: Right, rng: random.Random) -> tuple[str, str, Table]:
 
 
 def changed(given: Right, table: Table) -> bool:
-    """Whether anything was done that eight digits must notice."""
+    """Test that the table was changed by more than eight digits can miss."""
     before = given.table
     if table.keys() != before.keys():
         return True
@@ -182,7 +182,7 @@ def changed(given: Right, table: Table) -> bool:
 
 
 def within_limits(given: Right, table: Table) -> bool:
-    """Whether only positions changed, by a tenth of what ``kinematics`` allows: 1e-2 R."""
+    """Test that only positions changed, by a tenth of what ``kinematics`` allows: 1e-2 R."""
     before, allowed = given.table, 0.1 * DEFAULT_LIMITS["kinematics"] * RADIUS
     return table.keys() == before.keys() and all(
         len(values) == len(before[name])

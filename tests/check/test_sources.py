@@ -20,7 +20,7 @@ from tt_precise.runtime.tables import write_table
 
 
 def values(source: Any, **words: Any) -> dict[str, Any]:
-    """What is found, without golden digits: they are of cells as written, 0.1 as text or float."""
+    """Return the findings without golden digits, which differ for 0.1 as text and as float."""
     found = check(source, "reference", **words)
     return {f.name: (f.verdict, f.value, f.at) for f in found.checks if f.name != "golden"}
 

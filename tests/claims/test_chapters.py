@@ -52,7 +52,7 @@ def notes(source: str) -> Iterator[ast.expr]:
 
 
 def typed_into_notes(source: str) -> Iterator[str]:
-    """What is typed into the notes of a module though it is measured."""
+    """Yield the measured values that are typed into the notes of a module."""
     for note in notes(source):
         for part in ast.walk(note):
             if isinstance(part, ast.Constant) and isinstance(part.value, str):

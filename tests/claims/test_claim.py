@@ -22,7 +22,7 @@ from tt_precise.claims.paper import CLAIM_KINDS, RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import untestable
 from tt_precise.runtime.values import InputError
 
-CHEAP = ("NUM-23", "EQ-26", "EQ-29", "TH-17")  # of four chapters
+CHEAP = ("NUM-23", "EQ-26", "EQ-29", "TH-17")  # Fast claims of four chapters.
 
 
 def entry(**changes: Any) -> Claim:

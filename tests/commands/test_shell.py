@@ -31,7 +31,7 @@ WRITERS = {
 
 
 class Answer(NamedTuple):
-    """What a command left: exit status (negative: the signal that killed it), stdout, stderr."""
+    """The exit status of a command (negative: the signal that killed it), stdout, stderr."""
 
     status: int
     out: str

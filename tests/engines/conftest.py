@@ -13,7 +13,7 @@ from tt_precise.engines.results import LadderResult
 from tt_precise.mechanics.laws import COULOMB, Law
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-ORDER = 4  # of Runge and Kutta's method, which both examples have
+ORDER = 4  # Order of Runge and Kutta's method, which both examples have.
 PATIENCE_S = 1200  # however busy the machine is
 
 

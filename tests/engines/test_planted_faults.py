@@ -41,7 +41,7 @@ pytestmark = pytest.mark.slow
 
 
 class Fault(NamedTuple):
-    """What is wrong: the test that isolates it, the part that it is in, and the changes.
+    """A fault: the test that isolates it, the part that it is in, and the changes.
 
     ``part_in_c`` is another part, where the engine in C makes the mistake elsewhere.
     """

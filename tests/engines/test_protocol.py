@@ -36,7 +36,7 @@ def flight_job() -> dict[str, Any]:
 
 @pytest.fixture
 def ran(flight_job: dict[str, Any], tmp_path: Path) -> Callable[..., ProgramRun]:
-    """What a program of that text in Python, which has read the job, comes to."""
+    """Return a function that runs Python text as a program that has read the job."""
 
     def run_it(text: str, limit_s: float = 60.0, stop: threading.Event | None = None) -> ProgramRun:
         path = tmp_path / "engine.py"

@@ -14,7 +14,7 @@ Spoil = Callable[[pytest.MonkeyPatch], None]
 def wrong(
     module: Any, function: str, entry: str | int | None = None, *, change: Callable[[Any], Any]
 ) -> Spoil:
-    """What a function of a module returns, or one entry of it, changed."""
+    """Return a spoiler that changes the result of a module's function, or one entry of it."""
 
     def spoil(monkeypatch: pytest.MonkeyPatch) -> None:
         original = getattr(module, function)

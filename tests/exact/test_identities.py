@@ -101,7 +101,7 @@ def test_spoiled_by_1e_40_it_fails(name: str, monkeypatch: pytest.MonkeyPatch) -
 
 @pytest.mark.parametrize("name", ["Euler form = Newton form", "rate of E~", "Main Equation", *DEAR])
 def test_for_one_body_what_holds_for_all_holds(name: str) -> None:
-    """So that the refutations above do not come from the numbers."""
+    """A control: the refutations above do not come from the numbers."""
     proof = identities.IDENTITIES[name].prove(ONE_BODY)
     assert proof.holds
     assert proof.residuals >= 1

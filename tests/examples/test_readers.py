@@ -41,7 +41,7 @@ def run(reader: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture
 def copied(tmp_path: Path) -> Path:
-    """What the readers read."""
+    """Copy the files of the readers to a folder of its own."""
     for name in FILES:
         (tmp_path / name).parent.mkdir(exist_ok=True)
         shutil.copy(home() / name, tmp_path / name)

@@ -30,7 +30,7 @@ def shortened(name: str, until: str) -> Scene:
 
 
 def rehash(place: Path) -> None:
-    """What somebody does who edits golden data and makes the manifest agree with them."""
+    """Write the manifest anew, as somebody would who has edited golden data."""
     stored = store.read_files(place.name, place.parent)
     derived = derive(stored.scene, stored.trajectory, stored.events)
     old = stored.manifest

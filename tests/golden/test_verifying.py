@@ -71,7 +71,7 @@ def problems(small: Small) -> str:
 
 
 def judged(small: Small, fresh: GoldenRun) -> str:
-    """What is found though somebody has made the hashes fit."""
+    """Return the problems that are found though the hashes fit."""
     rehash(small.folder / small.scene.name)
     stored, found = inspect(small.scene.name, small.folder)
     assert stored is not None
@@ -388,7 +388,7 @@ def rearranged(lines: Lines, rng: random.Random) -> str:
 
 
 def said(stored: Stored) -> tuple[object, ...]:
-    """What a folder says, comments and layout apart, and but for the evidence of a build."""
+    """Return the content of a folder without comments, layout and the evidence of a build."""
     derived = derive(stored.scene, stored.trajectory, stored.events)
     return stored.scene, stored.trajectory, stored.events, derived
 

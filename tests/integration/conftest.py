@@ -36,7 +36,7 @@ def quad() -> Trajectory:
 
 @pytest.fixture(scope="session")
 def fine() -> Trajectory:
-    """What others are compared with: in triple-double, with its reference runs."""
+    """Return the trajectory to compare with: 30 digits, with its reference runs."""
     return integrate("reference", digits=30, events=catalogue("gliding"))
 
 

@@ -182,7 +182,7 @@ def test_states_can_be_copied(double: Trajectory) -> None:
 def test_a_run_too_long_to_be_stored_is_read_piece_by_piece(
     half: Scene, precision: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The same bits, whether the series of all steps are stored or of some steps at a time."""
+    """The bits are equal, whether the series of all steps are stored or of some at a time."""
     done: list[float] = []
 
     def read(run: Trajectory) -> list[Any]:

@@ -15,7 +15,7 @@ from tt_precise.scene.scene import load_scene
 
 @pytest.mark.parametrize(("name", "value"), [("omega_3", "155"), ("mu", "0.3"), ("R", "0.02")])
 def test_derivatives_are_difference_quotients(name: str, value: str) -> None:
-    """Of columns and of the times of the climb, against two runs in double-double."""
+    """Columns and times of the climb are compared with two runs in double-double."""
     at, columns, size = 4, ("theta", "g_n", "kx"), Fraction(value) / 10**12
     run = integrate("kicked", until=at, sample_every=1, sensitivity=(name,))
     assert run.sensitivity is not None
@@ -65,7 +65,7 @@ def test_the_derivative_at_the_start_is_that_of_the_start() -> None:
     [("frictionless", "mu", "1e-12"), ("upright", "theta", "1e-12"), ("inverted", "theta", None)],
 )
 def test_an_entry_at_an_end_has_a_derivative(name: str, entry: str, inside: str | None) -> None:
-    """Where a rate is undefined, at a pole, it is NaN, and no warning says so."""
+    """An undefined rate, at a pole, has a derivative of NaN, without a warning."""
     scene = load_scene(name).varied(until="0.2")
     run = integrate(scene, sensitivity=entry)
     found = run.sensitivity.frame("kx", "theta_dot").iloc[-1]  # type: ignore[union-attr]

@@ -54,7 +54,7 @@ def integral(power: Power, begin: float, end: float, tolerance: float) -> float:
 
 
 class Law:
-    """What a scene's friction and its table do to the energy, from their definitions."""
+    """The power of a scene's friction and its table, from their definitions."""
 
     def __init__(self, scene: Scene, model: str):
         body = scene.body

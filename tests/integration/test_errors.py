@@ -241,7 +241,7 @@ def test_a_value_at_a_switch_has_its_error_and_what_a_rest_leaves_is_one() -> No
 
 
 def test_an_event_at_the_very_end_is_looked_at_from_before(short: Scene) -> None:
-    """Where three points around it do not fit before the end."""
+    """Three points around the event do not fit before the end."""
     both, events = (short, short.perturbed(mu="1e-6")), ("phi_dot_zero",)
     first = [integrate(scene, events=events).events["t"][0] for scene in both]
     late = Fraction(max(first)) + Fraction(1, 10**9)

@@ -135,7 +135,7 @@ def test_a_force_that_ends_does_not_change_its_sign(scene: str) -> None:
 
 
 def test_a_square_has_no_zeros() -> None:
-    """Where a top in a plane turns round, L vanishes, but not its errors."""
+    """L vanishes, but not its errors, when a top in a plane turns round."""
     assert integrate("rocking", until="0.3", events="zero:E_rot").events.empty
 
 

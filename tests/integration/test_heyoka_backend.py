@@ -84,7 +84,7 @@ def test_integrators_are_lent_to_one_at_a_time_and_do_not_pile_up() -> None:
 @pytest.mark.parametrize("formulation", ["newton", "euler"])
 @pytest.mark.parametrize("precision", ["double", "quad"])
 def test_events_of_the_first_step_are_found(formulation: str, precision: str) -> None:
-    """So close to the pole that it would reach to 0.03 s without events."""
+    """Beside the pole the first step reaches to 0.03 s without events."""
     events = integrate(
         "beside-the-pole", precision, until="0.05", formulation=formulation,
         events=("theta_min", "theta_max"),

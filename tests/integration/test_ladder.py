@@ -249,7 +249,7 @@ def test_every_scene_delivers(name: str, wanted: int) -> None:
 
 
 def test_a_plane_motion_through_the_pole_has_digits() -> None:
-    """Where the axis passes the pole the direction of the tilt is uncertain, and theta_dot too."""
+    """The direction of the tilt is uncertain at the pole, and theta_dot too."""
     scene = load_scene("reference").varied(
         alpha="0.3969", I1="0.1435", I3="0.2316", g="9.8", mu="0", theta="0.02872264",
         theta_dot="-10.3735", omega_3="0", nu_x="0.0771", until="0.090351",

@@ -52,7 +52,7 @@ def digits(row: dict[str, str], values: Any) -> float:
 
 
 def worst(run: Trajectory, rows: Table, every: int = 1) -> float:
-    """Of ``every`` so many rows, and of the last one, which is the end."""
+    """Return the fewest digits of each ``every``-th row and of the last, the end."""
     found = [digits(row, run.at(row["t"]).values) for row in rows[:-1:every]]
     return min([*found, digits(rows[-1], run.state.values)])
 

@@ -16,7 +16,7 @@ from tt_precise.scene.scene import Scene
 
 
 def half_up(q: Motion) -> Scalar:
-    """Where the axis is 60 degrees away from the vertical."""
+    """The function that vanishes where the axis is 60 degrees away from the vertical."""
     return q.state.kz - q.fn.sqrt(q.body.I3 / q.body.I3 / 4)
 
 

@@ -119,7 +119,7 @@ def read(scene: Scene) -> tuple[Any, Any, Any]:
 
 @pytest.fixture(scope="module", params=["reference", "rolling", "contact-lost"])
 def both(request: pytest.FixtureRequest) -> list[Any]:
-    """Of one run: what arrays and what mpmath reads, row by row."""
+    """Return the rows of one run as read by arrays and by mpmath, in pairs."""
     scene = load_scene(request.param)
     scene = scene.varied(until=min(scene.until, Fraction(1)))
     arrays = read(scene)

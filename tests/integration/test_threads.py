@@ -54,7 +54,7 @@ def test_reading_in_threads_gives_what_one_thread_reads(half: Scene, precision: 
 
 
 def test_everything_can_be_asked_for_by_threads_at_once(half: Scene) -> None:
-    """What is cached is computed by whoever comes first, or twice; no answer depends on that."""
+    """No answer depends on the thread that computes a cached value first, or on two that do."""
     asked = ["events", "drift", "digits", "inversion", "suspect_events"]
     trajectory, barrier = integrate(half), threading.Barrier(THREADS)
 

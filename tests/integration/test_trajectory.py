@@ -97,7 +97,7 @@ def test_a_term_off_by_1e_10_shows(
 def test_a_term_of_the_euler_form_off_by_1e_27_shows(
     half: Scene, half_quad: Trajectory, spoiled_rates: Spoiler
 ) -> None:
-    """What the comparison in quad must catch: 1 + 2^-90 is no float, but two terms are."""
+    """The comparison in quad catches a factor 1 + 2^-90, which is no float but a sum of two."""
     spoiled_rates("euler", lambda _, r: r._replace(phi_dot=r.phi_dot + r.phi_dot * 2.0**-90))
     wrong = integrate(half, "quad", formulation="euler")
     assert 20 < digits_between(wrong, half_quad) < 28

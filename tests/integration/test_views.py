@@ -222,7 +222,7 @@ def test_what_is_nearer_to_the_eye_hides_what_is_behind() -> None:
 
 
 def test_the_track_is_below_the_centre_of_the_sphere(short: Trajectory) -> None:
-    """Where the contact point is, by integrating v_A - omega x a, the velocity of the place."""
+    """The contact point is the integral of v_A - omega x a."""
     frames = sampled(short.run, 0.0, 0.5, 5)
     assert frames.track[0, :2] == pytest.approx([0.3 * np.sin(0.1), 0.0], abs=1e-12)
     assert frames.theta == pytest.approx(np.arccos(frames.turn[:, 2, 2]), abs=1e-9)

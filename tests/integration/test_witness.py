@@ -20,7 +20,8 @@ ELASTIC = 30
 UNTIL_S = "0.090351"  # 2 sqrt(R/g)
 DIGITS = 9
 SEEN = 1e-11  # s; earlier zeros are lost beside one at the start itself
-TOUCH = 1e-9  # of the time, between two zeros: the square root of what the witness leaves
+# Relative distance in time of two zeros: the square root of the witness's error.
+TOUCH = 1e-9
 ARITHMETICS = ("digits", "double", "double-double")
 LAWS: dict[str, dict[str, str]] = {"viscous": {}, "regularised": {"epsilon": "0.01"}, "coulomb": {}}
 
@@ -101,7 +102,7 @@ def witness(scene: Scene) -> tuple[Top, list[Any], float, Any]:
 
 
 def compared(scene: Scene, witnessed: Scene | None = None) -> str:
-    """What was compared, or why nothing was; raises where the two disagree."""
+    """Return what was compared, or why nothing was; raise where the two disagree."""
     names = catalogue(scene.model)
     runs, refused = {}, ""
     for one in ARITHMETICS:
@@ -169,7 +170,7 @@ def test_events_are_those_of_the_witness(first: int, elastic: bool, least: int) 
 
 @pytest.mark.slow
 def test_the_witness_finds_the_turning_points_of_the_reference_scene() -> None:
-    """And a top with another friction has them elsewhere."""
+    """A top with another friction has them at other times."""
     scene = load_scene("reference").varied(until=UNTIL_S)
     assert "events" in compared(scene)
     with pytest.raises(AssertionError, match="followed to"):

@@ -36,7 +36,7 @@ BESIDE_ZERO = {
 
 @pytest.mark.parametrize("precision", ARITHMETICS)
 def test_zeros_beside_one_at_the_start_are_found(precision: str) -> None:
-    """Those of a start a hundred times nearer to the pole come within the first step."""
+    """A start a hundred times nearer to the pole has them within the first step."""
     for theta, nearer, bound in (("1e-5", 1, 1e-10), ("1e-7", 100, 3e-5)):
         scene = START.varied(theta=theta)
         events = integrate(scene, precision, events=ALL).events

@@ -19,7 +19,7 @@ import numpy
 from numpy.polynomial import chebyshev
 
 BITS, POINTS = 113, 28
-TAIL = 1e-22  # of a step's polynomials, in their last three coefficients
+TAIL = 1e-22  # Relative size of the last three coefficients of a step's polynomials.
 FIRST, LONGEST, SHORTEST = 1e-12, 0.25, 1e-14
 MOST_ITERATIONS = 80
 UNITS = numpy.array([[[1], [0], [0]], [[0], [1], [0]], [[0], [0], [1]]], dtype=object)
@@ -86,7 +86,7 @@ class Top:
         return numpy.concatenate((cross(omega, k), cross(a, force), force - UNITS[2], height))
 
     def functions(self, y: Any) -> dict[str, Any]:
-        """What is zero at an event; minima and maxima of theta have one function."""
+        """Return the functions whose zeros are events; minima and maxima of theta have one."""
         k, L, omega, _, v = self.contact(y)
         moving = cross(omega, k)
         spin, towards = dot(L, k), v[0] * k[0] + v[1] * k[1]

@@ -31,7 +31,7 @@ START = EulerState(*(Fraction(n, 10) for n in (9, 21, -13, 34, 5, -8)))
 
 
 def beginning(form: Any, body: TippeTop, mp: Any, rounded: Round) -> Any:
-    """The same start in the coordinates of ``form``."""
+    """Return the start in the coordinates of ``form``."""
     given = START if form.model == "gliding" else START._replace(nu_x=Fraction(0), nu_y=Fraction(0))
     euler = EulerState(*map(rounded, given))
     numbers = body.numbers(rounded)

@@ -212,7 +212,7 @@ def test_complex_numbers_pass_through() -> None:
 
 
 def test_angles_and_their_rates_are_in_rad() -> None:
-    """And nothing else is."""
+    """No other quantity is in radians."""
     units = {name: one.unit for name, one in QUANTITIES.items()}
     assert (units["theta"], units["theta_dot"], units["E"]) == ("rad", "rad/s", "J")
     assert {name for name, one in QUANTITIES.items() if one.radians} == {

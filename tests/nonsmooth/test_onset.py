@@ -38,7 +38,7 @@ def ratio() -> Any:
 
 
 def residual(top: Parameters, series: OnsetSeries, t: Any) -> Any:
-    """How far the series is from v_A_dot = the acceleration, at one time."""
+    """Return the residual of the series in v_A_dot = the acceleration, at one time."""
 
     def velocity(time: Any) -> tuple[Any, Any]:
         *_, v, ex, ey = series.at(time, mp)

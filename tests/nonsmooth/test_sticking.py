@@ -157,7 +157,7 @@ def test_plane_motion_stays_plane_after_a_rest() -> None:
 
 @pytest.mark.parametrize("formulation", ["newton", "euler"])
 def test_events_just_after_slipping_begins(formulation: str) -> None:
-    """What is constant, or falls from there on, has no extremum; the azimuth goes on from there."""
+    """Quantities that are constant or fall from there on have no extremum; the azimuth goes on."""
     slip, azimuth = 0.0479825367245346, -0.019887
 
     def aside(q: Motion) -> Scalar:

@@ -35,7 +35,7 @@ CLAIM = re.compile(r"\b(?:EQ|TH|NUM|QUAL|FIG|SWP|SUM|NT)-\d\d\b")
 
 
 def problems(figure: Figure) -> list[str]:
-    """What is wrong with a figure."""
+    """Return the problems of a figure."""
     found = []
     if not ElementTree.fromstring(figure.svg).tag.endswith("svg"):
         found.append("no svg")

@@ -28,7 +28,7 @@ HIGHEST_AT_1400 = 15_000  # px, folded
 LARGEST = 2_500_000  # bytes
 MOST_PAGES = 40
 PATIENCE = 20  # s until a condition of ``Page.becomes`` has to hold
-CONTRAST = 4.5  # of letters, WCAG 2 AA
+CONTRAST = 4.5  # Least contrast of letters, by WCAG 2 AA.
 
 # least contrast of the letters against what is behind them, and where
 LEAST_CONTRAST = """

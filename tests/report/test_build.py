@@ -20,7 +20,7 @@ from .conftest import FACTS
 def test_the_commit_is_that_of_the_package_itself(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """Not that of a repository in which the package happens to be installed."""
+    """A repository in which the package happens to be installed is not asked."""
     subprocess.run(["git", "-C", tmp_path, "init", "-q"], check=True)
     identity = ["-c", "user.name=a", "-c", "user.email=a@b.c"]
     empty = ["commit", "-q", "--allow-empty", "-m", "Begun"]

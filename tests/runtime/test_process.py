@@ -16,7 +16,7 @@ COMPILE = "h = process.import_heyoka(); x = h.expression('x'); h.cfunc([x], [x])
 
 
 def said(*lines: str) -> list[str]:
-    """What a new interpreter prints that runs these lines."""
+    """Return the words that a new interpreter prints that runs these lines."""
     code = "\n".join(("from tt_precise.runtime import process", *lines))
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return done.stdout.split()

@@ -41,7 +41,7 @@ def test_a_value_cannot_forge_a_line(capsys: pytest.CaptureFixture[str]) -> None
 
 @pytest.mark.parametrize("closed", [">&-", "<&- >&- 2>&-"])
 def test_closed_streams_are_as_dev_null(closed: str, tmp_path: Path) -> None:
-    """And no file that is opened later takes their place."""
+    """No file that is opened later takes their place."""
     out = tmp_path / "x.csv"
     done = entry(closed, "run", "reference", "--until", "0.01", "--out", str(out))
     assert (done.returncode, done.stderr) == (0, "")

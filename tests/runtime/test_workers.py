@@ -208,7 +208,7 @@ def parent(tmp_path: Path, *words: str) -> tuple["subprocess.Popen[str]", int]:
 
 
 def runs(pid: int, within_s: float) -> bool:
-    """Whether the process still runs after that time; a zombie does not."""
+    """Test that the process still runs after that time; a zombie does not."""
     until = time.monotonic() + within_s
     while time.monotonic() < until:
         try:

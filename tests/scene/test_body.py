@@ -117,7 +117,7 @@ def test_numbers_in_other_units_are_named(changes: dict[str, Any], said: str) ->
     ],
 )
 def test_a_key_with_a_unit_is_named(changes: dict[str, str], said: str) -> None:
-    """Not the key in SI, which the user did not write."""
+    """The message has the user's key, not the key in SI."""
     body = {"m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82"}
     for key in changes:
         del body[UNIT_KEYS.get(key, (key,))[0]]

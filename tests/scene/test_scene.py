@@ -255,7 +255,7 @@ def test_keys_with_units_are_varied_as_the_file_would_say(keys: tuple[str, ...])
 
 
 def test_a_size_in_the_file_is_kept_when_m_or_R_are_varied() -> None:
-    """As editing m or R in the file does; a ratio in its place is kept as a ratio."""
+    """Editing m or R in the file does the same; a ratio in its place is kept as a ratio."""
     table = tomllib.loads(TEXT)
     for name in ("alpha", "I1", "I3"):
         del table["body"][name]

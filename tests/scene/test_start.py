@@ -35,7 +35,7 @@ def test_one_start_in_several_ways() -> None:
         start(theta=0.1, omega_3=float("nan"))
 
 
-PI_40 = "3.141592653589793238462643383279502884197"  # of 40 digits, rounded down
+PI_40 = "3.141592653589793238462643383279502884197"  # 40 digits, rounded down.
 
 
 @pytest.mark.parametrize(
@@ -135,7 +135,7 @@ def test_derived_entries_follow_what_is_varied() -> None:
 
 @pytest.mark.parametrize(("changed", "kept"), [("nu_x", "nu_y"), ("nu_y", "nu_x")])
 def test_one_gliding_velocity_is_varied_alone(changed: str, kept: str) -> None:
-    """Of a start at rest as well: the other component keeps the value that it was resolved to."""
+    """In a start at rest, too, the other component keeps the value that it was resolved to."""
     scene = REFERENCE.varied(theta_dot="3", phi_dot="-5", at_rest="centre of mass")
     moved = scene.varied(**{changed: "0.01"})
     assert getattr(moved.start, changed) == Fraction(1, 100)

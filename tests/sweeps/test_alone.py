@@ -96,7 +96,7 @@ def test_no_motion_in_segments_goes_on_with_a_pulling_table() -> None:
 
 
 def test_a_jump_of_a_quantity_at_a_mode_switch_counts_on_both_sides() -> None:
-    """Where a contact point sticks, the force of friction jumps, and omega_3_dot with it."""
+    """The force of friction jumps when a contact point sticks, and omega_3_dot with it."""
     scene: Scene = tt.load_scene("coulomb-stick-slip")
     run = tt.integrate(scene)
     assert run.pieces[0].status == "stick"

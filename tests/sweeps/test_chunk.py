@@ -254,7 +254,7 @@ def test_an_extreme_value_among_rounding_errors_is_found_soon(
 
 
 def test_a_complete_row_ends_at_the_horizon_itself() -> None:
-    """Not a unit in the last place beside it, as the product of its time and the unit may be."""
+    """The product of its time and the unit may be a unit in the last place beside it."""
     vary = {"R_mm": [*range(10, 40)], "omega_3": [1], "theta": [0]}
     spec = SweepSpec.of("reference", vary=vary, until=30)
     assert set(compute(spec, values_of(spec), LANES)["t_stop"]) == {30}

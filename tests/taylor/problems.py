@@ -97,7 +97,7 @@ def error(name: str, found: tuple[Any, ...], time: Any) -> Any:
 
 
 def bits(piece: StepBlock) -> list[bytes]:
-    """Of the steps, of their series, and of what is read in their middle, all limbs of it."""
+    """Return the bits of the steps, of their series, and of values in their middle, all limbs."""
     middle = moments(FN.mpf(t) for t in piece.begins[:, 0] + piece.lengths * piece.units / 3)
     found = (piece.lengths, piece.coefficients, piece.end_row, piece.suspect, piece.at(middle))
     return [one.tobytes() for one in found]

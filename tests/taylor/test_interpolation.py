@@ -17,7 +17,7 @@ from tt_precise.taylor.interpolation import (
 
 @pytest.mark.parametrize("count", [8, 14])
 def test_the_tail_bounds_what_a_bend_leaves_out(count: int) -> None:
-    """And that of smooth functions does not, which is the control."""
+    """The tail of smooth functions does not, which is the control."""
     bends = numpy.linspace(0, 1, 2000)[1:-1]
     at = nodes(count)
     u = numpy.linspace(-1, 1, 2001)

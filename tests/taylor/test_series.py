@@ -79,7 +79,7 @@ def test_sizes_are_those_of_the_summands() -> None:
 
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_a_size_bounds_what_errors_of_the_summands_make(name: str) -> None:
-    """Of first order, with the arguments moved by as much as their sizes say."""
+    """The bound is of first order; the arguments are moved by as much as their sizes say."""
     function, eps = FUNCTIONS[name], 1e-7
     plain = function(2.0, 3.0, series.SizedFunctions())
     x, y = series.Sized(2.0, 2.0), series.Sized(3.0, 3.0)

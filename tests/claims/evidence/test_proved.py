@@ -137,7 +137,7 @@ def test_counts() -> None:
 
 
 def test_an_interval_that_is_too_wide_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of the whole proof: it is there, and leaves the claim open."""
+    """The proof exists, and leaves the claim open."""
     assert judge("NUM-20").proved  # the control
     wide = Interval(Fraction("0.001"), Fraction("0.009"))
     monkeypatch.setattr(proofs.Established, "potential_energy", lambda *names: wide)

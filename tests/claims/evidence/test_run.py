@@ -51,7 +51,7 @@ def test_extrema_are_not_missed_between_samples() -> None:
 
 
 def test_double_does_not_confirm_itself(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where nothing else takes milliseconds: the least value has the digits of double, not 20."""
+    """If only double is fast enough, the least value has the digits of double, not 20."""
     monkeypatch.setattr("tt_precise.claims.evidence.run.confirming_precision", lambda: "double")
     assert 8 < SHORT.least("g_n").digits < 18
 
