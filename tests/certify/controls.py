@@ -593,7 +593,7 @@ def a_step_is_made_again_from_the_same_states(trusted: Any) -> None:
     found = moving(trusted, ON, start=[0], until=arb("0.4"), samples=samples, kinds=kinds)
     holds([state[0] for _, state in found.samples], samples)
     holds([one.time for one in found.events["crossing"]], [arb(1) / 8])
-    assert len(found.segments) > 1
+    assert len(found.steps) > 1
 
 
 def _chebyshev(y: Any) -> Any:

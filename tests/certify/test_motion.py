@@ -148,7 +148,7 @@ def test_zeros_of_a_component_that_is_tiny_beside_another() -> None:
         assert zero.time.overlaps((2 * k + 1) * arb.pi() / 2)
         assert zero.time.rad() < 1e-20
         # the coarse ones alone
-        step = next(s.step for s in found.segments if not zero.time > s.step.finish)
+        step = next(s.step for s in found.steps if not zero.time > s.step.finish)
         assert step.tube[2].p(step.length).contains(0)
 
 

@@ -182,7 +182,7 @@ def test_other_precision_and_steps_intersect(
     monkeypatch.setattr("tt_precise.certify.propose.FIRST", 0.1137)
     other = prove(short, bits=150)
     begins, others = (
-        {str(segment.step.time) for segment in one.enclosure.segments[1:]} for one in (proof, other)
+        {str(segment.step.time) for segment in one.enclosure.steps[1:]} for one in (proof, other)
     )
     assert not begins & others
     for time in TIMES:

@@ -27,7 +27,7 @@ from tt_precise.runtime.values import InputError, Json, Scalar
 
 MORE_BITS = 64  # A proof that is too wide is tried again with so many more bits.
 MOST_BITS = 456
-TIME_DIGITS = 40  # Of a stated time; a table's has 34.
+TIME_DIGITS = 40  # Digits of a stated time; a table has 34.
 # Statements that depend on the version of a library or on how a proof went.
 INCIDENTAL = ("bits", "steps", "conserved_within", "versions")
 FORCE = "g_n_at_least_mg"  # The key of a bound of the contact force, in units of m g.
@@ -169,7 +169,7 @@ def statements(stored: Stored, proof: Proof, compared: TableComparison) -> dict[
         **{file: {"sha256": stored.table(file).sha256} for file in (TRAJECTORY, EVENTS)},
         "theorem": "docstring of tt_precise.certify.kernel",
         "bits": proof.bits,
-        "steps": len(proof.enclosure.segments),
+        "steps": len(proof.enclosure.steps),
         "entries": total.numbers,
         "rounded": total.rounded,
         "proved_events": {name: len(found) for name, found in proof.observations.events.items()},

@@ -25,11 +25,11 @@ from tt_precise.certify.start import Function
 from tt_precise.certify.zeros import StepZeros
 from tt_precise.runtime.terminal import Progress, silent
 
-ORDER = 70  # Of the Taylor polynomials; 90 to 100 are some 15 % faster, and their models wider.
+ORDER = 70  # Taylor order; 90 to 100 are some 15 % faster, and the models wider.
 DOUBLE_ERROR = 2.0**-52  # Relative error of a double, doubled.
-# A bound of a function is this close to a value of it, or comes from so short a part of a step.
+# A bound of a function is this near a value of it, or comes from this small a part of a step.
 NARROW, SHORT = 1e-9, 2.0**-24
-MOST_PARTS = 100_000  # Of steps, for a bound: where models are too wide, it is not so close.
+MOST_PARTS = 100_000  # Most parts of steps for a bound: with wide models it is not so close.
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Enclosure:
 
     problem: Problem
     bits: int
-    segments: Sequence[VerifiedStep]
+    steps: Sequence[VerifiedStep]
     samples: Sequence[tuple[ProblemPhase, Sequence[arb]]]
     events: Mapping[str, Sequence[EnclosedEvent]]
     end: EnclosedEvent | None
@@ -69,13 +69,13 @@ class Enclosure:
     def state(self, time: arb) -> tuple[ProblemPhase, list[arb]]:
         """Return phase and state at a time up to the horizon.
 
-        Raises ``NotProved``: the time is not surely in one segment.
+        Raises ``NotProved``: the time is not surely in one step.
         """
-        for segment in self.segments:
-            step, until = segment.step, segment.until
+        for verified in self.steps:
+            step, until = verified.step, verified.until
             before = time <= until or (until is self.problem.until and time <= step.finish)
             if before and time >= step.time:
-                return segment.phase, step.state(time)
+                return verified.phase, step.state(time)
         raise NotProved("time", f"t = {float(time):.6g} is not enclosed")
 
     def least(self, function: Function) -> arb:
@@ -103,10 +103,10 @@ class Enclosure:
                     parts.append(half)
 
     def _intervals(self, function: Function) -> Iterator[_Interval]:
-        for segment in self.segments:
-            step = segment.step
-            end = min(step.length, ((segment.until - step.time) / step.unit).upper())
-            value, slope = StepZeros(step, segment.phase.motion).with_slope(function)
+        for verified in self.steps:
+            step = verified.step
+            end = min(step.length, ((verified.until - step.time) / step.unit).upper())
+            value, slope = StepZeros(step, verified.phase.motion).with_slope(function)
             yield _Interval(value, slope, arb(0), end)
 
 
@@ -153,7 +153,7 @@ class _Walk:
     def __init__(self, problem: Problem, bits: int, order: int):
         self.problem, self.bits, self.order = problem, bits, order
         self.phases = list(problem.phases)
-        self.segments: list[VerifiedStep] = []
+        self.steps: list[VerifiedStep] = []
         self.samples: list[tuple[ProblemPhase, Sequence[arb]]] = []
         self.events: dict[str, list[EnclosedEvent]] = {name: [] for name in problem.kinds}
         self.end: EnclosedEvent | None = None
@@ -188,7 +188,7 @@ class _Walk:
                 self._switch(ended)
             progress(min(1.0, float(self.states.time / until)))
         return Enclosure(
-            self.problem, self.bits, self.segments, self.samples, self.events, self.end
+            self.problem, self.bits, self.steps, self.samples, self.events, self.end
         )
 
     def _happened(self, step: Step) -> EnclosedEvent | None:
@@ -212,7 +212,7 @@ class _Walk:
         self.samples += samples
         for name, happened in events.items():
             self.events[name] += happened
-        self.segments.append(VerifiedStep(phase, step, end if end < step.finish else step.finish))
+        self.steps.append(VerifiedStep(phase, step, end if end < step.finish else step.finish))
         return ended
 
     def _switch(self, ended: EnclosedEvent) -> None:

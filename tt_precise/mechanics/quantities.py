@@ -148,7 +148,7 @@ FORCE, TORQUE, ENERGY, POWER = (
 )  # fmt: skip
 # The mark of a user's column whose unit nobody said.
 UNITLESS = " [m = R = g = 1]"
-OWN = f"{__name__.partition('.')[0]}."  # What the modules of a motion's own classes begin with.
+OWN = f"{__name__.partition('.')[0]}."  # Prefix of the modules of a motion's own classes.
 ANGULAR_MOMENTUM, JELLETT = Dimension(1, 2, -1), Dimension(1, 3, -1)
 
 

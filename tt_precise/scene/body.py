@@ -280,7 +280,7 @@ def require_keys(
 
 
 # Generous: every top that stands on a table is within them.
-PLAUSIBLE_MOMENT = Fraction(1, 1000), Fraction(10)  # In units of m R^2; a solid sphere has 2/5.
+PLAUSIBLE_MOMENT = Fraction(1, 1000), Fraction(10)  # Units m R^2; a solid sphere has 2/5.
 PLAUSIBLE_GRAVITY = Fraction(1, 100), Fraction(100)  # m/s^2
 SIZES = {"m": "kg", "m_g": "g", "R": "m", "R_mm": "mm"}
 PLAUSIBLE_DENSITY = Fraction(1, 10), Fraction(100_000)  # kg/m^3 of the sphere; osmium has 22,600
