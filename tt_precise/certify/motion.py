@@ -187,9 +187,7 @@ class _Walk:
             if ended is not None:
                 self._switch(ended)
             progress(min(1.0, float(self.states.time / until)))
-        return Enclosure(
-            self.problem, self.bits, self.steps, self.samples, self.events, self.end
-        )
+        return Enclosure(self.problem, self.bits, self.steps, self.samples, self.events, self.end)
 
     def _happened(self, step: Step) -> EnclosedEvent | None:
         """Record all that happens in a step, or nothing; return the end of its phase, if any."""

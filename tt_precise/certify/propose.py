@@ -17,7 +17,7 @@ from tt_precise.certify.kernel import LOW, KernelEquations, Step
 FIRST = 2.0**-3  # Length of the first step, in the problem's unit of time.
 LONGER = 1.25  # A step is at most so much longer than the one before it.
 AGAIN = 0.8  # A step that should have been shorter than this, relatively, is made again.
-SHORTER = 0.95  # Factor by which a step is shorter, made again, than its costs ask.
+SHORTER = 0.95  # A step that is made again has this part of the length that its costs ask for.
 MOST_FAILURES = 12  # Steps in a row that are made again, most half as long as the one before.
 # Of a step: before an undecided instant, or the end of a solution, they would get shorter for ever.
 # The fastest passage of a pole in a golden scene takes steps that are a thousand times as long.
