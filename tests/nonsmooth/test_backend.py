@@ -17,13 +17,9 @@ def test_what_cannot_take_these_scenes_says_so(flies: Scene) -> None:
     pytest.importorskip("flint", reason="python-flint is not installed")
     from tt_precise.certify.balls import NotProved
     from tt_precise.certify.problem import problem_of
-    from tt_precise.extremes.variational import sensitivity
 
     with pytest.raises(NotProved, match="flight after contact changes them"):
         problem_of(flies)
-    for lifting in (flies, load_scene("flight")):
-        with pytest.raises(InputError, match=f"{lifting.name}: got a scene"):
-            sensitivity(lifting)
     sticks = load_scene("coulomb-stick-slip")
     for pulled, said in ((flies, "for a scene with flight"), (sticks, "with Coulomb's friction")):
         with pytest.raises(InputError, match=f"got contact bilateral {said}"):
