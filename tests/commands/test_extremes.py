@@ -7,16 +7,16 @@ import pytest
 
 from tests.conftest import Printed, Said
 from tt_precise.extremes import ExtremeCase
-from tt_precise.extremes.case import CaseOutcome
+from tt_precise.extremes.case import CaseOutcome, Family
 
 GOOD = ExtremeCase(
-    "contact", "mu = {mu}", "mu = 1", "all [well]", "theory", CaseOutcome,
-    {"measured": "1 eps", "value": 1.0}, quick=True,
-)  # fmt: skip
+    Family("contact", "mu = 1", "all [well]", "theory", CaseOutcome, {}),
+    {"measured": "1 eps", "value": 1.0},
+)
 BAD = ExtremeCase(
-    "contact", "a start", "a start", "a refusal", "theory", CaseOutcome,
+    Family("contact", "a start", "a refusal", "theory", CaseOutcome, {}),
     {"measured": "accepted", "holds": False},
-)  # fmt: skip
+)
 
 
 @pytest.fixture(autouse=True)

@@ -22,15 +22,16 @@ from tt_precise.integration import integrate
 def one(function: Any = registry.CaseOutcome, name: str = "name", **arguments: Any) -> Any:
     arguments = arguments or {"measured": "well"}
     # a machine under load may take minutes to start a worker
-    return registry.ExtremeCase(
-        "topic", "family", name, "well", "theory", function, arguments, limit_s=3600
-    )
+    family = registry.Family("topic", name, "well", "theory", function, {}, limit_s=3600)
+    return registry.ExtremeCase(family, arguments)
 
 
 def test_what_goes_wrong_fails_alone_in_one_line() -> None:
+    hanging = one(subprocess.run, "hangs", args=["sleep", "600"])
+    hanging = replace(hanging, family=replace(hanging.family, limit_s=0.2))
     chosen = [
         one(name="first"),
-        replace(one(subprocess.run, "hangs", args=["sleep", "600"]), limit_s=0.2),
+        hanging,
         one(os._exit, "crashes", status=3),
         one(int, "raises", x="two\nlines" + "x" * 1000),
         one(name="not a number", measured="well", value=math.nan),
@@ -46,9 +47,9 @@ def test_what_goes_wrong_fails_alone_in_one_line() -> None:
     ):
         assert said in record.found
     assert fractions[-1] == 1
-    failed = one().failed("two\nlines" + "x" * 1000)
-    assert failed.found.startswith("two lines")
-    assert len(failed.found) <= 200
+    failed = registry.failure("two\nlines" + "x" * 1000)
+    assert failed.measured.startswith("two lines")
+    assert len(failed.measured) <= 200
 
 
 def test_findings_of_a_case_are_one() -> None:
@@ -56,7 +57,7 @@ def test_findings_of_a_case_are_one() -> None:
     assert held == [True, False, False]
     assert registry.equal("complete", "complete").holds
     assert registry.equal("pole", "complete").measured == "pole, not complete"
-    both = registry.merged((registry.within(1, 2), (registry.equal("a", "b"),)))
+    both = registry.merged((registry.within(1, 2), registry.equal("a", "b")))
     assert (both.holds, both.value) == (False, 1)
     assert both.measured == "1 (allowed: 2); a, not b"
     both = registry.merged((registry.equal("a", "a"), registry.within(3, 4)))
@@ -77,17 +78,15 @@ def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) 
         source="theory",
         control={"truth": "c"},
         over={"k": (1, 2), "word": ("a", "b")},
-        quick=lambda k, word: k == 2,
     )
     def echo(k: int, word: str, truth: str = "") -> registry.Findings:
         return registry.equal(truth or word, word)
 
     made = list(registry._registered.values())
     assert [case.name for case in made] == ["k = 1, a", "k = 1, b", "k = 2, a", "k = 2, b"]
-    assert [case.quick for case in made] == [False, False, True, True]
     outcomes = [case.outcome() for case in made]
     assert [outcome.verdict for outcome in outcomes] == ["pass"] * 4
-    assert made[0].outcome(**made[0].control).verdict == "fail"
+    assert made[0].outcome(**made[0].family.control).verdict == "fail"
     (family,) = registry.families(outcomes)
     ((name, _, _),) = registry.family_rows(family)
     assert name == "k = …, … (4 cases)"

@@ -33,7 +33,7 @@ class Edges(Record, frozen=True, tag_field="schema", tag="tt_precise.extremes.sc
 
 @click.command("extremes")
 @click.argument("scene", required=False)
-@click.option("--quick", is_flag=True, help="Only the quick cases (half a minute).")
+@click.option("--quick", is_flag=True, help="Only the first case of each family.")
 @options.several(TOPICS, "--topic", "Only these topics")
 @click.option("--full", is_flag=True, help="Print a line for each case, not only for each family.")
 @options.workers("by default one for each core, at most 4")

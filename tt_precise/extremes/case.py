@@ -1,11 +1,10 @@
-"""Extreme cases and their registry: a new case is one new entry.
+"""Families of extreme cases, their registry, and the runner: a new family is one function.
 
     @case(
         "theta(0) = 1e-{k}",
         expected="status complete, and theta(1 s)/theta(0) as for every other small theta(0)",
         source="linear equations near the pole do not know its size",
         over={"k": range(1, 301)},
-        quick=lambda k: k % 50 == 0,
         control={"integrate": a_spoiled_one},
     )
     def small_start(k: int, integrate=integrate) -> Findings:
@@ -14,7 +13,7 @@
 
 The topic is that of the module. ``over`` makes one case of each combination of arguments (or of
 each entry of a list); the arguments fill the braces in the name and in the expectation. ``control``
-replaces arguments by wrong values; a test checks that the verdict changes.
+replaces arguments by wrong values; a test checks that the verdict of the first case changes.
 """
 
 from __future__ import annotations
@@ -23,10 +22,10 @@ import importlib
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
-from itertools import product
-from typing import Annotated, Literal
+from itertools import groupby, product
+from typing import Annotated, Any, Literal
 
 from tt_precise.runtime.records import UNSET, Record, Unset, means
 from tt_precise.runtime.terminal import Progress, silent
@@ -35,58 +34,58 @@ from tt_precise.runtime.workers import Call, Failure, local_pool
 
 # Tasks after which a worker is replaced, because heyoka.real arrays leak memory.
 CASES_OF_A_WORKER = 200
-# The module of each topic.
-TOPICS = {
-    "geometry": "geometry", "parameters": "parameters", "contact": "contact", "time": "horizons",
+# The topic of each module.
+MODULES = {
+    "geometry": "geometry", "parameters": "parameters", "contact": "contact", "horizons": "time",
     "sensitivity": "sensitivity", "machine": "machine",
 }  # fmt: skip
-_topic_of = {module: topic for topic, module in TOPICS.items()}
+TOPICS = tuple(MODULES.values())
 LIMIT_S = 60.0  # Longest duration of a case in s; a longer one counts as hanging.
 
 
 @dataclass(frozen=True)
-class ExtremeCase:
-    """One entry of the table.
+class Family:
+    """Cases that one function decides.
 
-    ``family`` is the name with its braces. ``expected`` is the expected outcome, and ``source`` its
-    source: a theory, a closed form, a higher precision; never the code under test.
-    ``function(**arguments)`` gives ``Findings``, of which one fails with the arguments ``control``.
-    ``quick``: it belongs to ``--quick``. After ``limit_s`` seconds it is stopped, and has failed.
+    ``name`` and ``expected``, the expected outcome, have arguments in braces. ``source`` is the
+    source of the expectation: a theory, a closed form, a higher precision; never the code under
+    test. ``function`` gives ``Findings``, of which one fails with the arguments ``control``. After
+    ``limit_s`` seconds a case is stopped, and has failed.
     """
 
     topic: str
-    family: str
     name: str
     expected: str
     source: str
     function: Callable[..., Findings]
-    arguments: Mapping[str, object] = field(default_factory=dict)
-    control: Mapping[str, object] = field(default_factory=dict)
-    quick: bool = False
+    control: Mapping[str, object]
     limit_s: float = LIMIT_S
 
+
+@dataclass(frozen=True)
+class ExtremeCase:
+    """The case of a family with these ``arguments``."""
+
+    family: Family
+    arguments: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """The family's name with the arguments."""
+        return self.family.name.format(**self.arguments)
+
     def outcome(self, **changes: object) -> CaseRecord:
-        """Run the case here; an exception or a number that is not finite is a failure."""
-        try:
-            found = merged(self.function(**{**self.arguments, **changes}))
-        except Exception as error:
-            return self.failed(f"{type(error).__name__}: {error}")
-        if not all(math.isfinite(x) for x in (found.value or 0.0, *found.data.values())):
-            return self.failed(f"a number that is not finite: {found.measured}")
-        return self._record(found)
+        """Run the case here, with some arguments changed."""
+        return self.record(observe(self.family.function, {**self.arguments, **changes}))
 
-    def failed(self, reason: str) -> CaseRecord:
-        """The record of a case without a result; ``reason`` becomes one line."""
-        line = " ".join(reason.split())
-        return self._record(CaseOutcome(line if len(line) <= 200 else line[:197] + "...", False))
-
-    def _record(self, found: CaseOutcome) -> CaseRecord:
+    def record(self, found: CaseOutcome) -> CaseRecord:
+        """The case with an outcome."""
         return CaseRecord(
-            topic=self.topic,
-            family=self.family,
+            topic=self.family.topic,
+            family=self.family.name,
             name=self.name,
-            expected=self.expected,
-            source=self.source,
+            expected=self.family.expected.format(**self.arguments),
+            source=self.family.source,
             found=found.measured,
             verdict="pass" if found.holds else "fail",
             value=found.value,
@@ -136,14 +135,12 @@ class CaseOutcome:
     data: dict[str, float] = field(default_factory=dict)
 
 
-Findings = CaseOutcome | tuple["Findings", ...]  # of a case; all have to hold
+Findings = CaseOutcome | tuple[CaseOutcome, ...]  # of a case; all have to hold
 
 
 def merged(findings: Findings) -> CaseOutcome:
     """One finding that holds if all findings hold; its value is that of the first."""
-    if isinstance(findings, CaseOutcome):
-        return findings
-    each = [merged(one) for one in findings]
+    each = (findings,) if isinstance(findings, CaseOutcome) else findings
     value = next((one.value for one in each if one.value is not None), None)
     data = {name: number for one in each for name, number in one.data.items()}
     words = "; ".join(one.measured for one in each)
@@ -184,72 +181,45 @@ def case(
     expected: str,
     source: str,
     control: Mapping[str, object],
-    over: Mapping[str, Iterable[object]] | Sequence[Mapping[str, object]] = (),
-    quick: bool | Callable[..., bool] = False,
+    over: Mapping[str, Iterable[object]] | Sequence[Mapping[str, object]] = ({},),
     limit_s: float = LIMIT_S,
 ) -> Callable[[Callable[..., Findings]], Callable[..., Findings]]:
-    """Register the decorated function as a case, or as a case per combination in ``over``.
-
-    ``name`` and ``expected`` have the arguments in braces: "mu = {mu}". ``quick`` says whether it
-    belongs to ``--quick``: for all combinations, or as a function of the arguments.
-    """
+    """Register the decorated function as a family, with a case for each combination in ``over``."""
+    combined = (
+        [dict(zip(over, values, strict=True)) for values in product(*over.values())]
+        if isinstance(over, Mapping)
+        else over
+    )
 
     def register(function: Callable[..., Findings]) -> Callable[..., Findings]:
-        topic = _topic_of.get(function.__module__.removeprefix(f"{__package__}."), "other")
-        for arguments in combinations(over):
-            filled = name.format(**arguments)
-            made = ExtremeCase(
-                topic=topic,
-                family=name,
-                name=filled,
-                expected=expected.format(**arguments),
-                source=source,
-                function=function,
-                arguments=arguments,
-                control=dict(control),
-                quick=quick(**arguments) if callable(quick) else quick,
-                limit_s=limit_s,
-            )
-            if filled in _registered:
-                raise ValueError(f"case {filled}: got it twice, expected each name once")
-            _registered[filled] = made
+        topic = MODULES.get(function.__module__.rpartition(".")[2], "other")
+        family = Family(topic, name, expected, source, function, control, limit_s)
+        for made in (ExtremeCase(family, arguments) for arguments in combined):
+            if made.name in _registered:
+                raise ValueError(f"case {made.name}: got it twice, expected each name once")
+            _registered[made.name] = made
         return function
 
     return register
 
 
-def combinations(
-    over: Mapping[str, Iterable[object]] | Sequence[Mapping[str, object]],
-) -> Iterable[Mapping[str, object]]:
-    """The arguments of each case: those listed, or every combination of the values by name."""
-    if isinstance(over, Mapping):
-        return [dict(zip(over, values, strict=True)) for values in product(*over.values())]
-    return over or [{}]
-
-
 @cache
 def _all_cases() -> tuple[ExtremeCase, ...]:
-    for module in _topic_of:
+    for module in MODULES:
         importlib.import_module(f"{__package__}.{module}")
-    order = {topic: place for place, topic in enumerate(TOPICS)}
-    return tuple(sorted(_registered.values(), key=lambda case: order[case.topic]))
+    return tuple(sorted(_registered.values(), key=lambda case: TOPICS.index(case.family.topic)))
 
 
 def cases(topics: Sequence[str] = (), quick: bool = False) -> tuple[ExtremeCase, ...]:
-    """The cases of ``topics`` (of all by default), in the order of the topics and modules."""
-    return tuple(
-        case
-        for case in _all_cases()
-        if (not topics or case.topic in topics) and (case.quick or not quick)
-    )
+    """The cases of ``topics`` (of all by default), or only the first one of each family."""
+    chosen = [case for case in _all_cases() if not topics or case.family.topic in topics]
+    first = {case.family.name: case for case in reversed(chosen)}
+    return tuple(c for c in chosen if not quick or first[c.family.name] is c)
 
 
 def families(cases: Iterable[CaseRecord]) -> list[list[CaseRecord]]:
-    """Records grouped by family, in their order."""
-    groups: dict[tuple[str, str], list[CaseRecord]] = {}
-    for record in cases:
-        groups.setdefault((record.topic, record.family), []).append(record)
-    return list(groups.values())
+    """Records, which are in the order of the families, by family."""
+    return [list(group) for _, group in groupby(cases, key=lambda one: (one.topic, one.family))]
 
 
 def family_rows(members: Sequence[CaseRecord]) -> list[tuple[str, str, CaseRecord]]:
@@ -269,6 +239,23 @@ def family_rows(members: Sequence[CaseRecord]) -> list[tuple[str, str, CaseRecor
 # ---- running -----------------------------------------------------------------------------------
 
 
+def observe(function: Callable[..., Findings], arguments: Mapping[str, Any]) -> CaseOutcome:
+    """The outcome of a case; an exception or a number that is not finite is a failure."""
+    try:
+        found = merged(function(**arguments))
+    except Exception as error:
+        return failure(f"{type(error).__name__}: {error}")
+    if not all(math.isfinite(x) for x in (found.value or 0.0, *found.data.values())):
+        return failure(f"a number that is not finite: {found.measured}")
+    return found
+
+
+def failure(reason: str) -> CaseOutcome:
+    """The outcome of a case without a result; ``reason`` becomes one line."""
+    line = " ".join(reason.split())
+    return CaseOutcome(line if len(line) <= 200 else line[:197] + "...", False)
+
+
 def run_all(
     chosen: Iterable[ExtremeCase], progress: Progress = silent, workers: int = 2
 ) -> list[CaseRecord]:
@@ -277,18 +264,15 @@ def run_all(
     Processes are started afresh (a script needs the usual ``if __name__ == "__main__"``), and all
     of them end.
     """
-    wanted = {case.name: case for case in chosen}
+    wanted = list(chosen)
     calls = [
-        # controls may be lambdas, which cannot be sent
-        Call(case.name, (replace(case, control={}),), limit_s=case.limit_s)
+        Call(place, (case.family.function, case.arguments), limit_s=case.family.limit_s)
         # the longest first, so that no core idles at the end
-        for case in sorted(wanted.values(), key=lambda case: -case.limit_s)
+        for place, case in sorted(enumerate(wanted), key=lambda item: -item[1].family.limit_s)
     ]
     with local_pool(workers, inline=False, recycle_after=CASES_OF_A_WORKER) as pool:
-        records = {
-            call.key: wanted[call.key].failed(str(outcome.error))
-            if isinstance(outcome, Failure)
-            else outcome
-            for call, outcome in pool.perform(ExtremeCase.outcome, calls, progress)
+        found = {
+            call.key: failure(str(outcome.error)) if isinstance(outcome, Failure) else outcome
+            for call, outcome in pool.perform(observe, calls, progress)
         }
-    return [records[name] for name in wanted]
+    return [case.record(found[place]) for place, case in enumerate(wanted)]

@@ -42,7 +42,6 @@ REVOLUTION = 6.283185307179586
     source="the period as an integral, to 30 digits; Brouwer 1937: unbiased rounding is a random "
     "walk in the integrals, and its sum in the phase",
     over={"scene": tuple(LONG), "seconds": ("1e3", "1e5")},
-    quick=lambda scene, seconds: seconds == "1e3",
     control={"period_off": Fraction(1, 10**11)},
     limit_s=240,
 )
@@ -93,7 +92,6 @@ def _sampled(scene: Scene, names: tuple[str, ...]) -> tuple[str, Array, dict[str
         *({"until": "1", "precision": precision} for precision in PRECISIONS),
         *({"until": "8", "precision": precision} for precision in PRECISIONS[:-1]),
     ],
-    quick=lambda until, precision: until == "1" and precision != "mp",
     control={"tolerance": 1e-9},
 )
 def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Findings:
@@ -135,7 +133,6 @@ def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Findin
         {"every": "1e-9", "until": "1e-6"},
         {"every": "1e-4", "until": "0.1"},
     ],
-    quick=lambda every, until: every != "7" and until != "0.1",
     control={"integrate": integrating(omega_3="1e-12")},
 )  # fmt: skip
 def sampling(every: str, until: str, integrate: Integrate = integrate) -> Findings:
@@ -159,7 +156,6 @@ def sampling(every: str, until: str, integrate: Integrate = integrate) -> Findin
     expected="complete, no event, and the start: rounded once, and moved by less than eps",
     source="the start itself",
     over={"until": ("0", "1e-300"), "precision": PRECISIONS},
-    quick=True,
     control={"run_of": integrating(omega_3="1e-12")},
 )
 def no_time_at_all(until: str, precision: str, run_of: Integrate = integrate) -> Findings:
@@ -186,7 +182,6 @@ def no_time_at_all(until: str, precision: str, run_of: Integrate = integrate) ->
     expected="recorded, and none where the horizon comes so much before it",
     source="the period as an integral, to 30 digits",
     over={"beyond": ("1e-3", "1e-9", "1e-12"), "precision": ("double", "quad")},
-    quick=lambda beyond, precision: precision == "double",
     control={"until_off": Fraction(-1, 100)},
 )
 def event_at_the_end(beyond: str, precision: str, until_off: Fraction = Fraction(0)) -> Findings:
@@ -212,7 +207,6 @@ def event_at_the_end(beyond: str, precision: str, until_off: Fraction = Fraction
     expected="both found, in quad; none where phi_dot just stays away from zero; none suspect",
     source="phi_dot = epsilon + phi_dddot t^2/2 beside the start's cusp, a period later",
     over={"apart": ("1e-3", "1e-6", "1e-9", "1e-12")},
-    quick=lambda apart: apart == "1e-9",
     control={"sign": 1},
 )
 def zeros_close_together(apart: str, sign: int = -1) -> Findings:

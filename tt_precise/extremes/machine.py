@@ -50,7 +50,6 @@ def _allowed(until: str) -> float:
     expected="another rounding: no further from quad than condition times eps allows",
     source="variational equations, with one rounding error of eps a step; higher precision",
     over={"flag": tuple(FLAGS)},
-    quick=lambda flag: flag in ("opt_level 0", "compact_mode"),
     control={"wrong": {"alpha": "1e-11"}},
 )
 def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Findings:
@@ -73,7 +72,6 @@ def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Findings:
     source="every operation is correctly rounded by a library (MPFR, libquadmath), which no flag "
     "of the compiler reaches",
     over={"precision": ("mp", "quad"), "flag": tuple(WIDE)},
-    quick=lambda precision, flag: flag == "opt_level 0" and precision == "mp",
     control={"flags": {"opt_level 0": {"tol": 2.0**-180}}},
 )
 def flags_in_wide(
@@ -97,7 +95,6 @@ def flags_in_wide(
     expected="each the same as alone, bit for bit",
     source="threads share no number",
     over={"precision": ("double", "quad")},
-    quick=True,
     control={"shared": True},
 )
 def two_threads(precision: str, shared: bool = False) -> Findings:
@@ -141,7 +138,6 @@ def _output_of(code: str, **settings: str) -> str:
     source="linear equations near the pole do not know the size of the tilt; 2^-1074 is the "
     "spacing of doubles below 2.2e-308",
     over={"tilt": ("1e-306", "1e-308", "1e-310", "1e-312", "1e-315")},
-    quick=lambda tilt: tilt == "1e-310",
     control={"flush": True},
 )
 def subnormal(tilt: str, flush: bool = False) -> Findings:

@@ -22,7 +22,6 @@ from tt_precise.runtime.values import Array, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
-QUICK = ("reference", "contact-lost", "frictionless", "inverted", "kicked", "rocking")
 VARIED = {"alpha": "parameter", "mu": "parameter", "omega_3": "start", "nu_y": "start"}
 CHANGE = Fraction(1, 10**12)
 
@@ -40,7 +39,6 @@ def _sensitivity(scene: str) -> Sensitivity:
     source="golden data; variational equations, with one rounding error of eps a step",
     # derivatives jump at mode switches
     over={"scene": tuple(name for name in scenes() if not load_scene(name).in_pieces)},
-    quick=lambda scene: scene in QUICK,
     control={"integrate": lambda scene: integrate(scene, tolerance=1e-12)},
 )
 def error_against_condition(scene: str, integrate: Integrate = integrate) -> Findings:
@@ -80,7 +78,6 @@ def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Array:
     expected="the derivative of lambda(x(t)) by the start and by alpha is the same at all times",
     source="lambda(x(t)) = lambda(x(0)) for every start and every top; the chain rule",
     over={"scene": ("reference", "contact-lost", "frictionless", "rolling", "tippetopsim")},
-    quick=lambda scene: scene == "contact-lost",
     control={"spoil": 1e-9},
 )
 def lambda_propagated(scene: str, spoil: float = 0.0) -> Findings:
