@@ -57,3 +57,12 @@ def test_a_vertex_stays_between_its_bounds() -> None:
     )
     assert place == pytest.approx([0.295, 0.295])
     assert value == pytest.approx([0.005**2 - 1] * 2, rel=1e-8)
+
+
+def test_a_vertex_of_noise_is_no_larger_than_the_noise() -> None:
+    """The vertex of a parabola through three values of noise is up to hundreds of times larger."""
+    one = numpy.linspace(0.2, 0.8, 200)
+    _, value = vertex(
+        lambda x: numpy.sin(1e17 * x), one, 0.1 + 0 * one, 0 * one, 1 + 0 * one, 53
+    )  # fmt: skip
+    assert abs(value).max() <= 1

@@ -101,11 +101,7 @@ def vertex(
         slope, bend = (right - left) / 2, left - 2 * middle + right
         move = -aside * slope / bend
         move = numpy.where((abs(move) <= bound).astype(bool), move, 0.0)
-        move = numpy.minimum(numpy.maximum(position + move, low), high) - position
-        position = position + move
+        position = numpy.minimum(numpy.maximum(position + move, low), high)
         if far**4 < 2.0**-bits:
-            break
+            return position, function(position)
         far *= far
-    # The move of a vertex is the square of the last one, so the parabola gives the value there.
-    move = move / aside
-    return position, middle + move * (slope + move * bend / 2)
