@@ -34,11 +34,12 @@ def test_series_and_wide_rows_are_the_solution(
 
     step, position = len(steps) // 2, 0.375
     inside = [float(x[0]) for x in steps.inside(numpy.array([step]), numpy.array([position]))]
-    assert [float(x[0, step]) for x in steps.at(numpy.array([position]))] == pytest.approx(inside)
+    row = steps.sampled(numpy.array([position])).row
+    assert [float(x[0, step]) for x in row] == pytest.approx(inside)
     time = steps.begin[step] + position * steps.length[step]
     assert apart(mpmath.mpf(float(time)), inside) < IN_DOUBLE
     later = steps.part(step, step + 1)
-    assert [x[0, 0] for x in later.at(numpy.array([position]))] == pytest.approx(inside)
+    assert [x[0, 0] for x in later.sampled(numpy.array([position])).row] == pytest.approx(inside)
     if precision == "double":
         assert steps.wide is None
         return

@@ -20,6 +20,8 @@ from tt_precise.scene.initial_state import InitialState
 from tt_precise.taylor.machine import MOST_LIMBS
 from tt_precise.taylor.system import StepBlock
 
+CACHED = 256  # Steps whose series stay in the cache while they are read.
+
 Rows = Callable[[Array, Array], tuple[Array, Sequence[Array]]]
 """Function of steps and positions in them that gives times and components."""
 
@@ -45,17 +47,30 @@ class Wide(NamedTuple):
         return numpy.frompyfunc(self.number, 1, 1)(values)
 
 
+class Sampled(NamedTuple):
+    """Components at the same positions in all steps, and the sizes of their series.
+
+    ``row`` has an array for each component, axes (position, step). ``size`` is the largest term of
+    a series, ``last`` are its last two, in absolute value: axes (component, step).
+    """
+
+    row: Array
+    size: Array
+    last: tuple[Array, Array]
+
+
 @dataclass(frozen=True)
 class Steps:
-    """Consecutive Taylor steps: ``begin`` and ``length`` in double, and their series ``terms``.
+    """Consecutive Taylor steps: ``begin`` and ``length`` in double, and their ``series``.
 
-    ``terms`` has the axes (component, term, step), in powers of the position, which is time over
-    the length of the step. ``wide`` is None in double.
+    ``series`` has the axes (step, component, term), in powers of the time, of which a step takes
+    ``span`` units. A position is time over the length of the step. ``wide`` is None in double.
     """
 
     begin: Array
     length: Array
-    terms: Array
+    series: Array
+    span: Array
     wide: Wide | None = None
 
     def __len__(self) -> int:
@@ -66,21 +81,36 @@ class Steps:
         here, wide = slice(first, last), self.wide
         if wide:
             wide = wide._replace(rows=partial(_rows_from, wide.rows, first))
-        return Steps(self.begin[here], self.length[here], self.terms[:, :, here], wide)
+        return Steps(self.begin[here], self.length[here], self.series[here], self.span[here], wide)
 
-    def at(self, positions: Array) -> list[Array]:
-        """Return the components at positions in every step: axes (position, step)."""
-        powers = numpy.vander(positions, self.terms.shape[1], increasing=True)
-        return list(powers @ self.terms)
+    def sampled(self, positions: Array) -> Sampled:
+        """Return the components at positions in every step."""
+        steps, components, count = self.series.shape
+        row = numpy.empty((components, len(positions), steps))
+        size, last, before = numpy.empty((3, components, steps))
+        powers = powers_of(positions, count)
+        for first in range(0, steps, CACHED):
+            here = slice(first, first + CACHED)
+            span = powers_of(self.span[here], count)
+            terms = numpy.multiply(self.series[here].transpose(1, 2, 0), span.T, order="C")
+            row[:, :, here] = powers @ terms
+            terms = numpy.abs(terms, out=terms)
+            size[:, here], before[:, here], last[:, here] = (
+                terms.max(axis=1), terms[:, -2], terms[:, -1],
+            )  # fmt: skip
+        return Sampled(row, size, (last, before))
 
-    def of(self, step: Array) -> Array:
-        """Return the series of given steps: axes as of ``terms``."""
-        return numpy.take(self.terms, step, axis=2)
-
-    def inside(self, step: Array, position: Array) -> list[Array]:
+    def inside(self, step: Array, position: Array) -> Array:
         """Return the components at a position, or a row of positions, in each given step."""
-        terms = self.of(step).swapaxes(0, 1)
-        return list(horner(terms.reshape(*terms.shape, *(1,) * (position.ndim - 1)), position))
+        span = self.span[step].reshape(-1, *(1,) * (position.ndim - 1))
+        powers = powers_of(position * span, self.series.shape[2])
+        return numpy.einsum("sct,s...t->cs...", self.series[step], powers)
+
+
+def powers_of(x: Array, count: int) -> Array:
+    """Return the powers 0 to ``count`` - 1 of numbers, along the last axis."""
+    powers: Array = numpy.vander(x.ravel(), count, increasing=True).reshape(*x.shape, count)
+    return powers
 
 
 def _rows_from(
@@ -91,23 +121,22 @@ def _rows_from(
 
 def of_dense_output(output: ContinuousOutput, setup: Setup, start: InitialState) -> Steps:
     """Return the Taylor steps of a dense output of heyoka."""
-    times, series = output.times, output.tcs.transpose(1, 2, 0)
-    length, terms = numpy.diff(times).astype(float), numpy.empty(series.shape)
-    powers = numpy.ones(terms.shape[1:])
-    powers[1:] = length
-    powers = numpy.multiply.accumulate(powers, axis=0, out=powers)
-    with numpy.errstate(over="ignore", invalid="ignore"):
-        # into an array in the order of its reading, which is ten times as fast as to copy it there
-        numpy.multiply(series.astype(float, copy=False), powers, out=terms)
+    times, series = output.times, output.tcs
+    span = numpy.diff(times)
     if setup.precision.is_float:
-        return Steps(times[:-1], length, terms)
-    if not numpy.isfinite(terms).all():
+        return Steps(times[:-1], span, series, span)
+    length = span.astype(float)
+    with numpy.errstate(over="ignore"):
+        doubles = series.astype(float)
+    if not numpy.isfinite(doubles).all():
         # beside a pole coefficients in powers of the time exceed doubles
-        power = steps = numpy.diff(times)
-        for k in range(1, len(powers)):
-            terms[:, k] = (series[:, k] * power).astype(float)
-            power = power * steps
-    return Steps(times[:-1].astype(float), length, terms, _wide(output, setup, start))
+        power = span
+        for k in range(1, series.shape[2]):
+            doubles[:, :, k] = (series[:, :, k] * power[:, None]).astype(float)
+            power = power * span
+        span = numpy.ones(len(length))
+    wide = _wide(output, setup, start)
+    return Steps(times[:-1].astype(float), length, doubles, span.astype(float), wide)
 
 
 def _wide(output: ContinuousOutput, setup: Setup, start: InitialState) -> Wide:
@@ -150,8 +179,7 @@ def of_block(piece: StepBlock, end: float, setup: Setup) -> Steps:
     count = max(int((piece.begins[:, 0] < end).sum()), 1)
     begin, unit = piece.begins[:count, 0], piece.units[:count]
     lengths = numpy.minimum(piece.lengths[:count], (end - begin) / unit)
-    powers = numpy.vander(lengths, piece.order + 1, increasing=True)
-    series = piece.coefficients[:count, :, :size].transpose(2, 1, 0)
+    series = piece.coefficients[:count, :, :size].transpose(0, 2, 1)
     mpfr = setup.precision.mpfr
     with mpfr.precision():
         begins = mpfr.from_limbs(piece.begins[:count])
@@ -162,7 +190,7 @@ def of_block(piece: StepBlock, end: float, setup: Setup) -> Steps:
         return times, [mpfr.from_limbs(parts[:, :, i]) for i in range(size)]
 
     wide = Wide(mpfr.number, mpfr, mpfr.back, rows)
-    return Steps(begin, lengths * unit, series * powers.T, wide)
+    return Steps(begin, lengths * unit, series, lengths, wide)
 
 
 def of_series(series: Sequence[Sequence[Scalar]], length: Scalar, setup: Setup) -> Steps:
@@ -177,9 +205,8 @@ def of_series(series: Sequence[Sequence[Scalar]], length: Scalar, setup: Setup) 
         return position * length, [horner(c, position) for c in terms]
 
     wide = Wide(mpfr.number, mpfr, mpfr.back, rows, only=True)
-    return Steps(
-        numpy.zeros(1), numpy.array([float(length)]), numpy.array(terms, float)[:, :, None], wide
-    )
+    one = numpy.ones(1)
+    return Steps(0 * one, float(length) * one, numpy.array(terms, float)[None], one, wide)
 
 
 def horner(terms: Sequence[Scalar], position: Array) -> Array:

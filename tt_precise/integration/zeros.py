@@ -20,9 +20,8 @@ intervals that shrink towards t = 0.
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -33,7 +32,7 @@ from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import EVENTS, EXTREMUM, MOST_EVENTS, TERMINAL
 from tt_precise.integration.roots import RIGHT_BITS, Bracket, refine, vertex
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.steps import Steps, Wide, horner, of_series
+from tt_precise.integration.steps import Sampled, Steps, Wide, of_series
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.taylor.interpolation import (
@@ -122,7 +121,9 @@ class Zeros:
         self._body = self._body_of(float)
         self._hits: list[Hits] = []  # of each block
         self._lost: Array = None  # errors of the components so far, relative to their sizes
-        self._sign = numpy.zeros(len(self.events))  # the last sign of each function that counts
+        self._direction = numpy.array([event.direction for event in self.events], dtype=int)
+        # the last sign of each function that counts
+        self._sign = numpy.zeros(len(self.events), dtype=int)
         self._weight = numpy.zeros(len(self.events), dtype=int)  # of undecided points after that
         self._undecided = numpy.zeros(len(self.events), dtype=bool)
         self._touches, self._unresolved = set[int](), set[int]()
@@ -135,7 +136,7 @@ class Zeros:
         Raises ``InputError``: there are too many, or a function jumps or is undefined.
         """
         with numpy.errstate(all="ignore"), self._mpfr.precision():
-            count = max(MOST_PRODUCTS // (COARSE * steps.terms.shape[1]), 1)
+            count = max(MOST_PRODUCTS // (COARSE * steps.series.shape[2]), 1)
             for first in range(0, len(steps), count):
                 self._search(steps.part(first, min(first + count, len(steps))))
 
@@ -180,32 +181,40 @@ class Zeros:
     def _search(self, steps: Steps) -> None:
         from_exact = self._lost is None and not self.start.row
         self._last = None
-        error, doubt = self._errors(steps)
-        row = steps.at(nodes(COARSE))
-        f = self._table(row)  # axes (function, node, step)
-        f[:, -1, :-1] = f[:, 0, 1:]
-        if from_exact:
-            self._require_defined(f[:, 0, 0], row)
-        value = numpy.append(f[:, 0], f[:, -1, -1:], axis=1)
+        sampled = steps.sampled(nodes(COARSE))
+        error, doubt = self._errors(steps, sampled)
         # undefined where a segment begins or ends
         own, rough = (numpy.fmax(x[:, :-1], x[:, 1:]) for x in (error, doubt))
-        polynomials = through(f, ~self._smooth[:, None])
-        most = polynomials.tail + rough
-        changes, certain = sign_changes(numpy.moveaxis(polynomials.bernstein, 1, 0), most)
-        certain &= numpy.isfinite(most)
-        single = certain & (changes == 1) & (polynomials.tail <= SINGLE * abs(f).max(axis=1))
+        value = numpy.empty(error.shape)
+        single, unclear = numpy.empty((2, *own.shape), dtype=bool)
+        monomials = []
+        # one function at a time, whose arrays stay in the cache
+        for i, f in enumerate(self._along(range(len(value)), self._body, sampled.row, numpy)):
+            table = numpy.empty(sampled.row.shape[1:])
+            table[...] = f
+            table[-1, :-1] = table[0, 1:]
+            value[i] = numpy.append(table[0], table[-1, -1:])
+            polynomials = through(table, ~self._smooth[i])
+            most = polynomials.tail + rough[i]
+            changes, certain = sign_changes(polynomials.bernstein, most)
+            certain &= numpy.isfinite(most)
+            single[i] = certain & (changes == 1)
+            single[i] &= polynomials.tail <= SINGLE * abs(table).max(axis=0)
+            unclear[i] = ~certain | ((changes == 1) & ~single[i])
+            monomials.append(polynomials.monomials[:, single[i]])
+        if from_exact:
+            self._require_defined(value[:, 0], sampled.row)
         low = numpy.zeros_like(value[:, :-1])
         if from_exact:
             near = numpy.flatnonzero(abs(value[:, 0]) <= doubt[:, 0])
             if len(near):
                 self._read_start(steps, near)
                 low[near, 0], value[near, 0] = FIRST_PART, self._sign[near]
-                certain[near, 0] = single[near, 0] = False
-        unclear = ~certain | ((changes == 1) & ~single)
+                single[near, 0], unclear[near, 0] = False, True
         which, step = numpy.nonzero(single)
-        monomials = numpy.zeros((FINE, len(which)))
-        monomials[:COARSE] = polynomials.monomials[which, :, step].T
-        whole = Intervals(which, step.astype(float), 0.0 * step + 1, monomials)
+        powers = numpy.zeros((FINE, len(which)))
+        powers[:COARSE] = numpy.concatenate(monomials, axis=1)
+        whole = Intervals(which, step.astype(float), 0.0 * step + 1, powers)
         which, step = numpy.nonzero(unclear)
         begin = low[which, step]
         parts, inner = self._divided(
@@ -242,12 +251,12 @@ class Zeros:
         entries = layout.moving(body, row, self._mpfr)[0]
         series = [entry.upto(order)[: order + 1] for entry in entries]
         first = of_series(series, number(float(steps.length[0])), self.setup)
-        sizes = abs(steps.terms[:, :, :1]).max(axis=1)
-        left = abs(first.terms[:, -1]) * OMITTED
+        sizes = steps.part(0, 1).sampled(numpy.zeros(1)).size
+        left = abs(first.series[0, :, -1:]) * OMITTED
         rounding = 2.0 ** -(bits + GUARD)
         bounds = shrinking(bits)
         relative = rounding + numpy.where(sizes > 0, left / sizes, 0.0) * bounds[1:] ** order
-        ends = [numpy.append(x[0], x[1]) for x in first.at(numpy.array([0.0, 1.0]))]
+        ends = [x.ravel() for x in first.sampled(numpy.array([0.0, 1.0])).row]
         errors = [
             (self._sizes(ends, sizes * x[:, None] / rounding) * rounding)[near].max(axis=1)
             for x in relative.T
@@ -271,19 +280,18 @@ class Zeros:
 
     def _along(
         self, which: Sequence[int], body: Any, row: Sequence[Scalar], fn: Functions
-    ) -> list[Scalar]:
-        """Return some functions at rows in any arithmetic."""
-        layout, values = self.setup.layout, []
+    ) -> Iterator[Scalar]:
+        """Give some functions at rows in any arithmetic."""
+        layout = self.setup.layout
         q = layout.motion(body, row, fn)
         moving = None
         for event in (self.events[i] for i in which):
             if event.of_rate:
                 moving = moving or layout.moving(body, row, fn)[1]
                 value = event_value(event, moving)
-                values.append(value[0] if isinstance(value, TaylorSeries) else value)
+                yield value[0] if isinstance(value, TaylorSeries) else value
             else:
-                values.append(event_value(event, q))
-        return values
+                yield event_value(event, q)
 
     def _table(self, row: Sequence[Array]) -> Array:
         """Return all functions at rows of doubles."""
@@ -326,33 +334,33 @@ class Zeros:
         (value,) = self._along([i], self._body_of(wide.number), row, wide.fn)
         return value + 0 * row[0]
 
-    def _errors(self, steps: Steps) -> tuple[Array, Array]:
+    def _errors(self, steps: Steps, sampled: Sampled) -> tuple[Array, Array]:
         """Return errors of the functions at the ends of the steps: in the run, and in double.
 
         The size of a component in a step is its largest term. A step adds a rounding and the terms
         that it omits. Where a component is small, the errors of the others are more: at least those
         that its rate makes of them in one step.
         """
-        terms = steps.terms
-        size = numpy.maximum(terms.max(axis=1), -terms.min(axis=1))
-        left = OMITTED * (abs(terms[:, -1]) + OMITTED * abs(terms[:, -2]))
+        row, size, (last, before) = sampled
+        left = OMITTED * (last + OMITTED * before)
         rounding = 2.0**-self.setup.precision.bits
         if self._lost is None:
             self._lost = numpy.full((len(size), 1), ROUNDINGS * rounding)
         lost = self._lost + numpy.cumsum(numpy.where(size > 0, left / size, 0) + rounding, axis=1)
-        coupled = self._errors_of_rates(steps, size * lost / rounding) * rounding * steps.length
+        coupled = self._errors_of_rates(row[:, 0], size * lost / rounding) * rounding
+        coupled *= steps.length
         self._lost = lost[:, -1:]
         # rates are undefined where gliding begins
         self._error = numpy.fmax(size * lost, coupled)[:, -1]
-        ends = [*numpy.append(terms[:, 0], terms[:, :, -1:].sum(axis=1), axis=1)]
+        ends = [*numpy.append(row[:, 0], row[:, -1, -1:], axis=1)]
         size, lost, coupled = (numpy.append(x, x[:, -1:], axis=1) for x in (size, lost, coupled))
         for x in (size, coupled):
             x[:, 1:-1] = numpy.fmax(x[:, 1:-1], x[:, :-2])
         return self._propagated(ends, size, numpy.fmax(size * lost, coupled))[::-1]
 
-    def _errors_of_rates(self, steps: Steps, errors: Array) -> Array:
-        """Return the errors of the rates where the steps begin, from ``errors``, in roundings."""
-        row = list(map(Sized, steps.terms[:, 0], errors))
+    def _errors_of_rates(self, states: Array, errors: Array) -> Array:
+        """Return the errors of the rates at ``states``, from their ``errors``, in roundings."""
+        row = list(map(Sized, states, errors))
         rates = self.setup.layout.rates(self._body, row, SizedFunctions())
         of_rates = numpy.zeros_like(errors)
         for i, rate in enumerate(rates):
@@ -476,58 +484,54 @@ class Zeros:
             self._decide(steps, steps.wide, points, unsure)
         order = numpy.lexsort((points.position, points.which))
         points = Points(*(x[order] for x in points))
-        brackets: list[Array] = []
-        signs = numpy.sign(points.value).astype(int)
-        counts = abs(points.value) > points.error
-        # an undecided extremum, and an undecided end of a step
-        weights = numpy.where(points.reach > 0, 2, points.position == numpy.floor(points.position))
-        first = numpy.searchsorted(points.which, numpy.arange(len(self.events) + 1))
-        for i, (begin, end) in enumerate(itertools.pairwise(first.tolist())):
-            if begin < end:
-                here = slice(begin, end)
-                brackets.append(self._changes(i, begin, signs[here], counts[here], weights[here]))
-        low, high, direction = numpy.concatenate(
-            [numpy.empty((3, 0), dtype=int), *brackets], axis=1
-        )
+        low, high, direction = self._changes(points)
         if len(low):
             self._record(steps, points, low, high, direction, intervals)
 
-    def _changes(self, i: int, begin: int, signs: Array, counts: Array, weights: Array) -> Array:
-        """Return brackets of a function's events: indices of points, and the direction.
+    def _changes(self, points: Points) -> tuple[Array, Array, Array]:
+        """Return the points before and behind the events between points, and the directions.
 
-        The axes are (low, high and direction; bracket). Its points are those from ``begin`` on.
+        Before the points of a function stand its last sign that counts and, if points are undecided
+        after that, one with their weight.
         """
-        event = self.events[i]
+        functions = numpy.arange(len(self.events))
+        later = numpy.flatnonzero(self._undecided)
+        order = numpy.argsort(numpy.concatenate([functions, later, points.which]), kind="stable")
+        # an undecided extremum, and an undecided end of a step
+        own = numpy.where(points.reach > 0, 2, points.position == numpy.floor(points.position))
+        which, signs, weights, counts = (
+            numpy.concatenate(parts)[order]
+            for parts in (
+                (functions, later, points.which),
+                (self._sign, 0 * later, numpy.sign(points.value).astype(int)),
+                (0 * functions, self._weight[later], own),
+                (functions >= 0, later < 0, abs(points.value) > points.error),
+            )
+        )
+        undecided = numpy.cumsum(weights * ~counts)
         seen = numpy.flatnonzero(counts)
-        counted = signs[seen]
-        before = numpy.concatenate(([self._sign[i]], counted[:-1]))
-        previous = numpy.concatenate(([-1], seen[:-1]))
-        plain = seen - previous == 1
-        if self._undecided[i]:
-            plain[:1] = False
-        turned = numpy.cumsum(weights * ~counts)
-        undecided = numpy.diff(turned[seen], prepend=0)
-        undecided[:1] += self._weight[i]
-        gap = ~plain & (before != 0)
-        same = before == counted
-        if (gap & same).any():
-            self._touches.add(i)
-        if (gap & (undecided > TANGENCY)).any():
-            self._unresolved.add(i)
-        changed = before * counted < 0
-        wanted = changed & ((event.direction == 0) | (event.direction == counted))
-        high = seen.copy()
-        for k in numpy.flatnonzero(wanted & (seen - previous > 1)).tolist():
-            lowest = max(int(previous[k]), 0)
-            while high[k] - 1 > lowest and signs[high[k] - 1] == counted[k]:
+        previous, here = seen[:-1], seen[1:]
+        within = which[previous] == which[here]
+        previous, here = previous[within], here[within]
+        before, counted, of = signs[previous], signs[here], which[here]
+        lost = undecided[here] - undecided[previous] > TANGENCY
+        gap = (here - previous > 1) & (before != 0)
+        self._touches.update(of[gap & (before == counted)].tolist())
+        self._unresolved.update(of[gap & lost].tolist())
+        wanted = (before * counted < 0) & (
+            (self._direction[of] == 0) | (self._direction[of] == counted)
+        )
+        high = here.copy()
+        for k in numpy.flatnonzero(wanted & (here - previous > 1)).tolist():
+            while signs[high[k] - 1] == counted[k]:
                 high[k] -= 1
-        rest = turned[-1] - (turned[seen[-1]] if len(seen) else 0)
-        self._weight[i] = rest if len(seen) else self._weight[i] + rest
-        if len(seen):
-            self._sign[i] = counted[-1]
-        self._undecided[i] = not len(seen) or seen[-1] < len(signs) - 1
-        high = high[wanted]
-        return numpy.array([begin + numpy.maximum(high - 1, 0), begin + high, counted[wanted]])
+        last = seen[numpy.searchsorted(which[seen], functions, side="right") - 1]
+        end = numpy.searchsorted(which, functions, side="right") - 1
+        self._sign, self._weight = signs[last], undecided[end] - undecided[last]
+        self._undecided = last < end
+        number = order - len(order) + len(points.which)  # of a point, below 0 for those before all
+        high, low = number[high[wanted]], number[high[wanted] - 1]
+        return numpy.where(low < 0, high, low), high, counted[wanted]
 
     def _decide(self, steps: Steps, wide: Wide, points: Points, unsure: Array) -> None:
         """Replace values by the wide arithmetic's, at extrema by those of the nearby vertex."""
@@ -590,11 +594,11 @@ class Zeros:
         """Return the zeros of functions in steps, to the last bits of the run."""
         wide = steps.wide
         if not wide:
-            terms = steps.of(step)
-            function = partial(self._in_double, which, terms)
+            states = numpy.empty((steps.series.shape[1], len(which)))
+            function = partial(self._in_double, steps, which, step, states)
             position, left = refine(function, bracket, 53)
             times = steps.begin[step] + position * steps.length[step]
-            return _Zero(times, horner(terms.swapaxes(0, 1), position).T, left)
+            return _Zero(times, states.T, left)
         position, low, high = map(wide.array, bracket[:3])
         bracket = bracket._replace(position=position, low=low, high=high)
         left, bits = numpy.zeros(len(which)), self.setup.precision.bits
@@ -608,11 +612,11 @@ class Zeros:
         return _Zero(back(when).astype(kind), back(numpy.array(row)).T.astype(kind), left)
 
     def _in_double(
-        self, which: Array, terms: Array, position: Array, rows: Any = slice(None)
-    ) -> Array:
-        if len(position) < len(which):
-            terms = numpy.take(terms, rows, axis=2)
-        row = list(horner(terms.swapaxes(0, 1), position))
+        self, steps: Steps, which: Array, step: Array, states: Array, position: Array,
+        rows: Any = slice(None),
+    ) -> Array:  # fmt: skip
+        """Return functions at positions in steps, and keep the states there."""
+        states[:, rows] = row = steps.inside(step[rows], position)
         f: Array = self._table(row)[which[rows], numpy.arange(len(position))]
         return f
 

@@ -114,21 +114,23 @@ def zero_between(
 
     The polynomial rises (+1) or falls (-1) through zero in the bracket.
     """
-    rows = monomials.T
-    rates = rows[:, 1:] * numpy.arange(1, rows.shape[1])
     low, high = 2 * low - 1, 2 * high - 1
-    u, rate = (low + high) / 2, 0 * low
+    u, degrees = (low + high) / 2, numpy.arange(1, len(monomials))[:, None]
+    zero, slope, open_ = u.copy(), 0 * u, numpy.arange(len(u))
     with numpy.errstate(all="ignore"):
         for _ in range(MOST_NEWTONS):
-            value, rate = values(rows, u), values(rates, u)
+            value, rate = (values(x.T, u) for x in (monomials, monomials[1:] * degrees))
             behind = value * direction >= 0
             low, high = numpy.where(behind, low, u), numpy.where(behind, u, high)
             nearer = u - value / rate
             nearer = numpy.where((nearer >= low) & (nearer <= high), nearer, (low + high) / 2)
-            moved, u = abs(nearer - u), nearer
-            if (moved <= SETTLED).all():
+            zero[open_], slope[open_] = nearer, rate
+            moving = abs(nearer - u) > SETTLED
+            if not moving.any():
                 break
-    return (1 + u) / 2, 2 * rate
+            open_, u, low, high = (x[moving] for x in (open_, nearer, low, high))
+            direction, monomials = direction[moving], monomials[:, moving]
+    return (1 + zero) / 2, 2 * slope
 
 
 def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Array]:
