@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -9,13 +10,17 @@ from tests.conftest import Printed, Said
 from tt_precise.extremes import ExtremeCase
 from tt_precise.extremes.case import CaseOutcome, Family
 
+
+def found(**outcome: Any) -> CaseOutcome:
+    """All is [well]."""
+    return CaseOutcome(**outcome)
+
+
 GOOD = ExtremeCase(
-    Family("contact", "mu = 1", "all [well]", "theory", CaseOutcome, {}),
-    {"measured": "1 eps", "value": 1.0},
+    Family("contact", "mu = 1", "theory", found, {}), {"measured": "1 eps", "value": 1.0}
 )
 BAD = ExtremeCase(
-    Family("contact", "a start", "a refusal", "theory", CaseOutcome, {}),
-    {"measured": "accepted", "holds": False},
+    Family("contact", "a start", "theory", found, {}), {"measured": "accepted", "holds": False}
 )
 
 
@@ -30,7 +35,7 @@ def test_a_failed_case_is_reported_and_fails_the_command(said: Said, tmp_path: P
     file = tmp_path / "extremes.json"
     text = said("extremes --out", file, status=1)
     assert "FAIL" in text
-    assert "all [well]" in text
+    assert "All is [well]." in text
     assert json.loads(file.read_text())["verdict"] == "fail"
 
 
@@ -39,5 +44,5 @@ def test_json_and_a_line_for_every_case_with_full(printed: Printed, said: Said) 
     assert document["schema"] == "tt_precise.extremes/1"
     (case,) = document["cases"]
     assert (case["name"], case["verdict"], case["value"]) == ("mu = 1", "pass", 1.0)
-    assert (case["expected"], case["found"]) == ("all [well]", "1 eps")
+    assert (case["expected"], case["found"]) == ("All is [well].", "1 eps")
     assert "mu = 1" in said("extremes --quick --full")

@@ -22,7 +22,7 @@ from tt_precise.integration import integrate
 def one(function: Any = registry.CaseOutcome, name: str = "name", **arguments: Any) -> Any:
     arguments = arguments or {"measured": "well"}
     # a machine under load may take minutes to start a worker
-    family = registry.Family("topic", name, "well", "theory", function, {}, limit_s=3600)
+    family = registry.Family("topic", name, "theory", function, {}, limit_s=3600)
     return registry.ExtremeCase(family, arguments)
 
 
@@ -74,24 +74,26 @@ def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) 
 
     @registry.case(
         "k = {k}, {word}",
-        expected="{word}",
         source="theory",
         control={"truth": "c"},
         over={"k": (1, 2), "word": ("a", "b")},
     )
     def echo(k: int, word: str, truth: str = "") -> registry.Findings:
+        """The word comes
+        back."""
         return registry.equal(truth or word, word)
 
     made = list(registry._registered.values())
     assert [case.name for case in made] == ["k = 1, a", "k = 1, b", "k = 2, a", "k = 2, b"]
     outcomes = [case.outcome() for case in made]
     assert [outcome.verdict for outcome in outcomes] == ["pass"] * 4
+    assert outcomes[0].expected == "The word comes back."
     assert made[0].outcome(**made[0].family.control).verdict == "fail"
     (family,) = registry.families(outcomes)
     ((name, _, _),) = registry.family_rows(family)
     assert name == "k = …, … (4 cases)"
     with pytest.raises(ValueError, match="got it twice"):
-        registry.case("k = 1, a", expected="e", source="s", control={})(echo)
+        registry.case("k = 1, a", source="s", control={})(echo)
 
 
 def test_the_document_has_the_agreed_keys() -> None:

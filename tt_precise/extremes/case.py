@@ -2,18 +2,19 @@
 
     @case(
         "theta(0) = 1e-{k}",
-        expected="status complete, and theta(1 s)/theta(0) as for every other small theta(0)",
         source="linear equations near the pole do not know its size",
         over={"k": range(1, 301)},
         control={"integrate": a_spoiled_one},
     )
     def small_start(k: int, integrate=integrate) -> Findings:
+        '''theta(1 s)/theta(0) is that of every other small theta(0).'''
         ...
         return within(worst / eps, 100, "eps"), equal(run.status, "complete")
 
-The topic is that of the module. ``over`` makes one case of each combination of arguments (or of
-each entry of a list); the arguments fill the braces in the name and in the expectation. ``control``
-replaces arguments by wrong values; a test checks that the verdict of the first case changes.
+The docstring states the expected outcome. The topic is that of the module. ``over`` makes one case
+of each combination of arguments (or of each entry of a list); the arguments fill the braces in the
+name. ``control`` replaces arguments by wrong values; a test checks that the verdict of the first
+case changes.
 """
 
 from __future__ import annotations
@@ -47,19 +48,23 @@ LIMIT_S = 60.0  # Longest duration of a case in s; a longer one counts as hangin
 class Family:
     """Cases that one function decides.
 
-    ``name`` and ``expected``, the expected outcome, have arguments in braces. ``source`` is the
-    source of the expectation: a theory, a closed form, a higher precision; never the code under
-    test. ``function`` gives ``Findings``, of which one fails with the arguments ``control``. After
-    ``limit_s`` seconds a case is stopped, and has failed.
+    ``name`` has arguments in braces. ``source`` is the source of the expectation: a theory, a
+    closed form, a higher precision; never the code under test. ``function`` gives ``Findings``, of
+    which one fails with the arguments ``control``. After ``limit_s`` seconds a case is stopped, and
+    has failed.
     """
 
     topic: str
     name: str
-    expected: str
     source: str
     function: Callable[..., Findings]
     control: Mapping[str, object]
     limit_s: float = LIMIT_S
+
+    @property
+    def expected(self) -> str:
+        """The expected outcome in words."""
+        return " ".join((self.function.__doc__ or "").split())
 
 
 @dataclass(frozen=True)
@@ -84,7 +89,7 @@ class ExtremeCase:
             topic=self.family.topic,
             family=self.family.name,
             name=self.name,
-            expected=self.family.expected.format(**self.arguments),
+            expected=self.family.expected,
             source=self.family.source,
             found=found.measured,
             verdict="pass" if found.holds else "fail",
@@ -178,7 +183,6 @@ _registered: dict[str, ExtremeCase] = {}
 def case(
     name: str,
     *,
-    expected: str,
     source: str,
     control: Mapping[str, object],
     over: Mapping[str, Iterable[object]] | Sequence[Mapping[str, object]] = ({},),
@@ -193,7 +197,7 @@ def case(
 
     def register(function: Callable[..., Findings]) -> Callable[..., Findings]:
         topic = MODULES.get(function.__module__.rpartition(".")[2], "other")
-        family = Family(topic, name, expected, source, function, control, limit_s)
+        family = Family(topic, name, source, function, control, limit_s)
         for made in (ExtremeCase(family, arguments) for arguments in combined):
             if made.name in _registered:
                 raise ValueError(f"case {made.name}: got it twice, expected each name once")

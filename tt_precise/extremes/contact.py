@@ -45,13 +45,12 @@ def losing(name: str) -> Scene:
 
 @case(
     "contact lost, {scene}, in {precision}",
-    expected="at the same time as in a finer arithmetic",
     source="higher precision: triple-double",
     over={"scene": LOSING, "precision": ("double", "extended", "quad")},
     control={"integrate": integrating(I3="1e-12")},
 )
 def time_of_loss(scene: str, precision: str, integrate: Integrate = integrate) -> Findings:
-    """The end of the model is a root, found as well as the state is known."""
+    """Contact is lost at the same time as in a finer arithmetic."""
     fine = triple_double(losing(scene))
     run = integrate(losing(scene), precision)
     error = abs(fine.precision.context.mpf(run.t_end) - fine.t_end) / run.precision.eps
@@ -61,13 +60,12 @@ def time_of_loss(scene: str, precision: str, integrate: Integrate = integrate) -
 
 @case(
     "contact lost in a plane, in {precision}",
-    expected="theta and time at which the centripetal force is the weight",
     source="the plane motion: a root of its energy, and an integral over theta",
     over={"precision": ("double", "extended", "quad", "mp")},
     control={"integrate": integrating(theta_dot="1e-9")},
 )
 def plane_loss(precision: str, integrate: Integrate = integrate) -> Findings:
-    """A closed form of the loss: no spin, no friction, over the equator and off the table."""
+    """Contact is lost at the angle and time at which the centripetal force is the weight."""
     run = integrate(varied(**PLANE), precision)
     angle, time = _plane()
     fn = own_context(80)
@@ -81,13 +79,12 @@ def plane_loss(precision: str, integrate: Integrate = integrate) -> Findings:
 
 @case(
     "a horizon {side} the loss of contact",
-    expected="complete before it, contact_lost after it, 1e-13 s away",
     source="g_n changes its sign there, in triple-double",
     over={"side": ("before", "after")},
     control={"shift": "1e-12"},
 )
 def narrow_horizon(side: str, shift: str = "0") -> Findings:
-    """The model holds to the last instant, and not an instant longer."""
+    """The run is complete before the loss, and has lost contact after it, 1e-13 s away."""
     sign, status = (-1, "complete") if side == "before" else (1, "contact_lost")
     lost = Fraction(str(triple_double(losing("mu = 3")).t_end))
     until = lost + sign * (NARROW_S - Fraction(shift))
@@ -96,7 +93,6 @@ def narrow_horizon(side: str, shift: str = "0") -> Findings:
 
 @case(
     "a start with {what}, contact {contact}",
-    expected="refused in one line that says what to change",
     source="eq (7): the table cannot pull, and no force exists beyond the singular contact, where "
     "g_n jumps from +infinity to -infinity",
     over=[
@@ -107,19 +103,18 @@ def narrow_horizon(side: str, shift: str = "0") -> Findings:
     control={"what": "no defect"},
 )  # fmt: skip
 def start_off_the_table(what: str, contact: str) -> Findings:
-    """Starts from which a top does not move on a table."""
+    """The start is refused in one line that says what to change."""
     return refused(lambda: integrate(varied(**_off_the_table(what)), contact=contact))
 
 
 @case(
     "the motion from a start with {what}, contact bilateral",
-    expected="that g_n, E as without friction, and a status that says so",
     source="eq (7) by hand; a vertical force at a frictionless contact does no work",
     over={"what": ("g_n < 0", "g_n = 0")},
     control={"contact": "unilateral"},
 )
 def bilateral(what: str, contact: str = "bilateral") -> Findings:
-    """The paper's equations beyond their meaning, on request."""
+    """The start has that g_n, E is as without friction, and the status says so."""
     run = integrate(varied(**_off_the_table(what)), contact=contact)
     table = run.frame("g_n", "E", numbers="exact")
     energy = finite(table["E"], "E")
@@ -165,15 +160,13 @@ def blowing_up(name: str) -> Scene:
 
 @case(
     "denominator of g_n to 0, {motion}",
-    expected="stopped as singular_contact before the blow-up, by less than 1e-12 s, and where "
-    "the fine run stops",
     source="the denominator falls as the square root of the time that is left: its square, taken "
     "from the states in triple-double, is extrapolated to zero",
     over={"motion": NAMES},
     control={"integrate": integrating(I1="1e-12")},
 )
 def blow_up(motion: str, integrate: Integrate = integrate) -> Findings:
-    """The time of the blow-up is bracketed from below by every run."""
+    """It stops as singular_contact less than 1e-12 s before the blow-up, as the fine run does."""
     scene = blowing_up(motion)
     run, fine = integrate(scene, contact="bilateral"), _fine(motion)
     finite(run.state.values.values())
@@ -188,14 +181,12 @@ def blow_up(motion: str, integrate: Integrate = integrate) -> Findings:
 
 @case(
     "the blow-up of g_n, {motion}",
-    expected="the denominator falls as the square root of the time left, so g_n is integrable "
-    "and the time finite",
     source="eq (7): g_n is one over the denominator, whose rate is in proportion to g_n",
     over={"motion": (NAMES[0], NAMES[2], NAMES[6])},
     control={"exponent": 1},
 )
 def square_root(motion: str, exponent: int = 2) -> Findings:
-    """The law of the approach, over four decades of the time left."""
+    """The denominator falls as the square root of the time left: g_n is integrable."""
     fine, fn = _fine(motion), _fine(motion).precision.context
     end = _blow_up_time(motion)
     left = [fn.mpf(10) ** -k for k in (8, 12)]
@@ -206,13 +197,12 @@ def square_root(motion: str, exponent: int = 2) -> Findings:
 
 @case(
     "contact lost before the denominator of g_n vanishes, {motion}",
-    expected="contact_lost, at a time before the blow-up",
     source="g_n > 0 drives the denominator away from zero, so the table has to let go first",
     over={"motion": NAMES},
     control={"contact": "bilateral"},
 )
 def lost_first(motion: str, contact: str = "unilateral") -> Findings:
-    """A table that only pushes never sees the blow-up."""
+    """Contact is lost at a time before the blow-up."""
     run = integrate(blowing_up(motion), contact=contact)
     earlier = float(_blow_up_time(motion) - run.t_end)
     return (
@@ -223,13 +213,12 @@ def lost_first(motion: str, contact: str = "unilateral") -> Findings:
 
 @case(
     "numerator and denominator of g_n both at 1e-{k} I1",
-    expected="no blow-up: double ends as triple-double does, at the same time",
     source="higher precision",
     over={"k": (1, 3, 5, 7, 9, 12)},
     control={"integrate": integrating(nu_x="-1e-9")},
 )
 def both_at_once(k: int, integrate: Integrate = integrate) -> Findings:
-    """A force 0/0 at the start: it is 1 m g there, and small changes decide what follows."""
+    """There is no blow-up: double ends as triple-double does, at the same time."""
     scene = _at_both_zeros(k)
     run, fine = integrate(scene), triple_double(scene)
     finite(run.state.values.values())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy
 
@@ -44,8 +44,6 @@ Convert = Callable[..., Scalar]
 
 @case(
     "theta(0) = {pole}1e-k, k = {decades}, in {precision}",
-    expected="after 0.1 s k, L and v per unit of tilt are those of the linear equations, "
-    "but for theta(0)^2",
     source="the equations linearised at the pole, whose exponential is taken with 80 digits",
     over=[
         *({"pole": pole, "decades": decades, "precision": "double"}
@@ -58,7 +56,7 @@ Convert = Callable[..., Scalar]
 def start_near_a_pole(
     pole: str, decades: str, precision: str, integrate: Integrate = integrate
 ) -> Findings:
-    """Ten decades of starts in double, and the farthest in every arithmetic."""
+    """After 0.1 s k, L and v per unit of tilt are those of linear equations, but for theta(0)^2."""
     first, last = map(int, decades.split(" to "))
     errors = []
     for k in range(first, last + 1):
@@ -72,13 +70,12 @@ def start_near_a_pole(
 
 @case(
     "theta(0) = {pole} exactly, in {precision}",
-    expected="the axis and L stay where they are, to the last bit, for 2 s",
     source="by symmetry nothing can push the axis to any side",
     over={"pole": ("0", "pi"), "precision": PRECISIONS},
     control={"moved": "1e-300"},
 )
 def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Findings:
-    """No rounding may break the symmetry."""
+    """The axis and L stay where they are, to the last bit, for 2 s."""
     upright = pole == "0"
     theta = (moved if upright else f"pi - {moved}") if moved else pole
     run = integrate(varied(theta=theta, until="2"), precision)
@@ -98,13 +95,12 @@ def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Findings:
 
 @case(
     "climb from theta(0) = 1e-{k} against the climb from its square",
-    expected="the equator is reached later by k ln 10/(growth rate of the tilt)",
     source="the growing mode of the linear equations, from their characteristic polynomial",
     over={"k": (16, 25, 50, 100, 150)},
     control={"integrate": integrating(alpha="1e-9")},
 )
 def climb_is_delayed(k: int, integrate: Integrate = integrate) -> Findings:
-    """Every decade of theta(0) delays the inversion by the same time."""
+    """The equator is reached later by k ln 10/(growth rate of the tilt)."""
     start, fn = exact_start(varied(theta="1e-9"))
     growth = fn.re(theory.tilt_modes(start.body, 1, start.euler.omega_3, fn)[0])
     delay = k * fn.log(10) / growth * start.units.time
@@ -154,27 +150,20 @@ def nearest(k: int) -> tuple[Scalar, Scalar]:
     return least, fn.sqrt(2 * theory.missing_energy(body, spin, energy) / body.I1)
 
 
-PASSING: dict[str, Any] = {
-    "expected": "the least theta is the turning point that the energy allows",
-    "source": "the energy of the frictionless top, a function of theta with L.z and L.k as "
-    "constants",
-}
-
-
 @case(
     "passing the pole at 1e-{k} rad in quad",
     over={"k": (12, 20, 30), "precision": ("quad",)},
     control={"integrate": integrating(phi_dot="1e-31")},
-    **PASSING,
+    source="the energy of the frictionless top, in which L.z and L.k are constants",
 )
 @case(
     "passing the pole at 1e-{k} rad in double",
     over={"k": range(1, 14), "precision": ("double",)},
     control={"integrate": integrating(phi_dot="1e-13")},
-    **PASSING,
+    source="the energy of the frictionless top, in which L.z and L.k are constants",
 )
 def passing(k: int, precision: str, integrate: Integrate = integrate) -> Findings:
-    """The axis keeps an absolute accuracy of some eps, at every distance."""
+    """The least theta is the turning point that the energy allows."""
     run = integrate(passage(k), precision, events=("theta_min",))
     (least,) = finite(run.events["theta"])
     fn = run.precision.context
@@ -184,14 +173,13 @@ def passing(k: int, precision: str, integrate: Integrate = integrate) -> Finding
 
 @case(
     "Euler form past the pole at 1e-{k} rad",
-    expected="no digit of the state is lost; the price is steps, in proportion to the decades",
     source="the state from Newton's form in quad; steps of e^-2 times the distance from the spike "
     "(the rule of Jorba and Zou) make 34 a decade, fewer where its height loosens the tolerance",
     over={"k": (2, 4, 6, 8, 10, 12)},
     control={"integrate": integrating(omega_3="1e-13")},
 )
 def euler_passing(k: int, integrate: Integrate = integrate) -> Findings:
-    """Steps against the distance, and the error behind the passage."""
+    """No digit of the state is lost; the price is steps, in proportion to the decades."""
     euler = integrate(passage(k), formulation="euler", record=("phi",))
     newton = quad(passage(k))
     if euler.status != "complete":
@@ -206,14 +194,15 @@ def euler_passing(k: int, integrate: Integrate = integrate) -> Findings:
 
 @case(
     "Euler form past the pole at 1e-{k} rad, where double ends",
-    expected="it ends as failed within 1e-12 s of the passage, with the numbers before it; the "
-    "Taylor coefficients of phi_dot, about (rate/theta)^order, have no double",
     source="2^1024, the order of the method, and the time of the least theta in quad",
     over={"k": (15, 20, 30)},
     control={"k": 13},
 )
 def euler_overflowing(k: int) -> Findings:
-    """The end of the Euler form in double; quad continues."""
+    """It ends as failed within 1e-12 s of the passage, with the numbers before it.
+
+    The Taylor coefficients of phi_dot, about (rate/theta)^order, have no double.
+    """
     euler = integrate(passage(k), formulation="euler")
     (passed,) = integrate(passage(k), "quad", events=("theta_min",)).events["t"]
     least, rate = nearest(k)
@@ -228,13 +217,12 @@ def euler_overflowing(k: int) -> Findings:
 
 @case(
     "Newton's form straight through the pole, from theta(0) = {theta} without spin",
-    expected="the axis reaches half that tilt on the other side when the plane motion does",
     source="the plane motion, whose time is an integral over theta",
     over={"theta": ("1", "1e-3", "0.1", "2", "3")},
     control={"integrate": integrating(g="1e-12")},
 )
 def through_the_pole(theta: str, integrate: Integrate = integrate) -> Findings:
-    """A top that does not spin falls in a plane, through the pole and up again."""
+    """The axis reaches half that tilt on the other side when the plane motion does."""
     run = integrate(falling(theta, until=2 * _fall(theta, 0.0) - _fall(theta, 0.5)))
     angle = float(theta) / 2
     errors = (run.state.kx + math.sin(angle), run.state.ky, run.state.kz - math.cos(angle))
@@ -244,13 +232,12 @@ def through_the_pole(theta: str, integrate: Integrate = integrate) -> Findings:
 
 @case(
     "Euler form straight into the pole, from theta(0) = {theta} without spin",
-    expected="it ends as pole, at the time of the fall",
     source="the plane motion, whose time is an integral over theta",
     over={"theta": ("1", "1e-3", "0.1", "2", "3")},
     control={"integrate": integrating(g="1e-12")},
 )
 def into_the_pole(theta: str, integrate: Integrate = integrate) -> Findings:
-    """A pole, where the paper's equations stop and Newton's continue."""
+    """It ends as pole, at the time of the fall."""
     fall = _fall(theta, 0.0)
     run = integrate(falling(theta, until=2 * fall), formulation="euler")
     eps = float(run.precision.eps)
@@ -356,14 +343,13 @@ def _printed_back(body: Parameters, state: NewtonState, fn: Functions) -> EulerS
 
 @case(
     "Euler to vectors and back, 1e-k rad from the {side} pole, in {precision}",
-    expected="no digit lost at any k from 0 to 300, where the distance from pi is what is given",
     source="theta and sin theta have the same relative error at 0; beside pi a scene stores the "
     "distance from it; some ten roundings",
     over={"side": ("upright", "inverted"), "precision": PRECISIONS},
     control={"back": _printed_back},
 )
 def near_a_pole(side: str, precision: str, back: Convert = euler_from_vectors) -> Findings:
-    """Both ways, every decade; beside pi with the sine and cosine that ``pi - 1e-300`` leads to."""
+    """No digit is lost at any k from 0 to 300, where the distance from pi is what is given."""
     inverted = side == "inverted"
     trips = [round_trip(precision, k, inverted, inverted, back) for k in range(0, 301)]
     return (
@@ -374,14 +360,12 @@ def near_a_pole(side: str, precision: str, back: Convert = euler_from_vectors) -
 
 @case(
     "theta alone, 1e-k rad from the inverted pole, in {precision}",
-    expected="the tilt is off by up to eps 10^k, and by no more: digits are lost in proportion to "
-    "the decades; the rates keep theirs",
     source="numbers near pi are 2 eps apart",
     over={"precision": PRECISIONS},
     control={"exact_sine": True},
 )
 def digits_of_theta_near_pi(precision: str, exact_sine: bool = False) -> Findings:
-    """The law by which the Euler form loses digits; it ends where no digit is left."""
+    """The tilt is off by up to eps 10^k, and by no more; the rates keep their digits."""
     last = int(KINDS[precision].bits * 0.30103) - 1
     trips = {k: round_trip(precision, k, True, exact_sine) for k in range(1, last + 1)}
     share = max(trip.tilt * FN.mpf(10) ** -k for k, trip in trips.items())
@@ -394,13 +378,12 @@ def digits_of_theta_near_pi(precision: str, exact_sine: bool = False) -> Finding
 
 @case(
     "theta = 1e-{k} in double, where numbers have fewer digits",
-    expected="the tilt keeps the digits that the number theta has",
     source="subnormal numbers are 2^-1074 apart",
     over={"k": (308, 312, 318, 323)},
     control={"fewer": 100.0},
 )
 def subnormal_theta(k: int, fewer: float = 1.0) -> Findings:
-    """No NaN, and no lost digits except those that subnormal numbers lack."""
+    """The tilt keeps the digits that the number theta has."""
     trip = round_trip("double", k, False, False)
     spacing = FN.ldexp(1, -1074) * FN.mpf(10) ** k * FN.ldexp(1, 52)
     return within(fewer * (trip.tilt / (spacing + 1)), 1, "spacings of the numbers")
@@ -408,14 +391,15 @@ def subnormal_theta(k: int, fewer: float = 1.0) -> Findings:
 
 @case(
     "Euler form from theta(0) = {pole}1e-k",
-    expected="beside the upright pole as good as Newton's; beside the inverted one off by "
-    "eps 10^k, which is digits lost in proportion to the decades",
     source="the linear equations of the tilt, and the spacing of numbers near pi",
     over={"pole": ("", "pi - ")},
     control={"pole_of_the_law": "other"},
 )
 def euler_against_newton(pole: str, pole_of_the_law: str = "") -> Findings:
-    """Integrated in Euler form in double, against the linear theory."""
+    """Beside the upright pole it is as good as Newton's form.
+
+    Beside the inverted pole it is off by eps 10^k: digits are lost in proportion to the decades.
+    """
     scenes = {k: varied(theta=f"{pole}1e-{k}", until="0.1") for k in range(8, 16)}
     errors = {
         k: tilt_error(integrate(scene, formulation="euler", record=("phi",)), scene)

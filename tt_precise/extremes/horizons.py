@@ -37,8 +37,6 @@ REVOLUTION = 6.283185307179586
 
 @case(
     "{scene}: {seconds} s in double",
-    expected="after each period, by a quadrature, theta is back: late by at most "
-    "2 eps t sqrt(steps); integrals drift by at most 2 eps sqrt(steps)",
     source="the period as an integral, to 30 digits; Brouwer 1937: unbiased rounding is a random "
     "walk in the integrals, and its sum in the phase",
     over={"scene": tuple(LONG), "seconds": ("1e3", "1e5")},
@@ -46,7 +44,10 @@ REVOLUTION = 6.283185307179586
     limit_s=240,
 )
 def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Findings:
-    """A million turns; the samples lie where theta has to be at rest."""
+    """After each period, by a quadrature, theta is back, late by at most 2 eps t sqrt(steps).
+
+    The integrals drift by at most 2 eps sqrt(steps).
+    """
     known = swing(scene)
     periods = int(Fraction(seconds) / known.period) // 100
     every = periods * known.period * (1 + period_off)
@@ -84,8 +85,6 @@ def _sampled(scene: Scene, names: tuple[str, ...]) -> tuple[str, Array, dict[str
 
 @case(
     "reference: {until} s forward and back in {precision}",
-    expected="the start again, to sqrt(2 sum over the steps of (condition back to 0 x eps)^2), or "
-    "nothing of it where that is above 1000",
     source="variational equations; one rounding error of eps a step",
     # 8 s in mp take minutes: tests/extremes/test_controls.py
     over=[
@@ -95,7 +94,10 @@ def _sampled(scene: Scene, names: tuple[str, ...]) -> tuple[str, Array, dict[str
     control={"tolerance": 1e-9},
 )
 def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Findings:
-    """The return of a motion with friction, which amplifies errors backwards in time."""
+    """The start comes back, to sqrt(2 sum over the steps of (condition back to 0 x eps)^2).
+
+    Nothing of it comes back where that is above 1000.
+    """
     scene, working = varied(until=until), precision_named(precision)
     start, form = InitialState.of(scene, working.arithmetic), formulation("gliding", "newton")
     number, with_guard_bits = working.number, working.with_guard_bits
@@ -124,7 +126,6 @@ def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Findin
 
 @case(
     "reference: sampled every {every} s up to {until} s",
-    expected="at the first, the second, the middle and the last sample the state of quad",
     source="higher precision",
     over=[
         *({"every": every, "until": until} for every in ("7", "1e300")
@@ -136,7 +137,7 @@ def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Findin
     control={"integrate": integrating(omega_3="1e-12")},
 )  # fmt: skip
 def sampling(every: str, until: str, integrate: Integrate = integrate) -> Findings:
-    """A thousand samples, some so close that their times need more digits than double has."""
+    """The first, the second, the middle and the last sample have the state of quad."""
     horizon, step = Fraction(until), Fraction(every)
     scene = replace(load_scene("reference"), until=horizon, sample_every=step)
     run, fine = integrate(scene), quad(scene)
@@ -153,13 +154,15 @@ def sampling(every: str, until: str, integrate: Integrate = integrate) -> Findin
 
 @case(
     "horizon of {until} s in {precision}",
-    expected="complete, no event, and the start: rounded once, and moved by less than eps",
     source="the start itself",
     over={"until": ("0", "1e-300"), "precision": PRECISIONS},
     control={"run_of": integrating(omega_3="1e-12")},
 )
 def no_time_at_all(until: str, precision: str, run_of: Integrate = integrate) -> Findings:
-    """Nothing divides by the length of the run."""
+    """The run is complete without an event.
+
+    It has the start, rounded once, and moved by less than eps.
+    """
     scene = varied(until=until)
     run = run_of(scene, precision, events=("theta_min", "theta_max", "nu_x_zero"))
     # not exact strings of the state, but exact in any precision
@@ -179,13 +182,12 @@ def no_time_at_all(until: str, precision: str, run_of: Integrate = integrate) ->
 
 @case(
     "an event {beyond} s before the horizon, in {precision}",
-    expected="recorded, and none where the horizon comes so much before it",
     source="the period as an integral, to 30 digits",
     over={"beyond": ("1e-3", "1e-9", "1e-12"), "precision": ("double", "quad")},
     control={"until_off": Fraction(-1, 100)},
 )
 def event_at_the_end(beyond: str, precision: str, until_off: Fraction = Fraction(0)) -> Findings:
-    """The top on ice starts where theta is largest, which is not an event, and is back after T."""
+    """The event is recorded, and is not where the horizon comes so much before it."""
     period, gap = swing("frictionless").period, Fraction(beyond)
     counts, times = [], []
     for end in (period - gap, period + gap + until_off):
@@ -204,13 +206,12 @@ def event_at_the_end(beyond: str, precision: str, until_off: Fraction = Fraction
 
 @case(
     "two zeros of phi_dot {apart} s apart",
-    expected="both found, in quad; none where phi_dot just stays away from zero; none suspect",
     source="phi_dot = epsilon + phi_dddot t^2/2 beside the start's cusp, a period later",
     over={"apart": ("1e-3", "1e-6", "1e-9", "1e-12")},
     control={"sign": 1},
 )
 def zeros_close_together(apart: str, sign: int = -1) -> Findings:
-    """A double root that has just split, or just vanished."""
+    """Both are found, in quad; none where phi_dot just stays away from zero; none is suspect."""
     base, known = load_scene("frictionless"), swing("frictionless")
     working = precision_named("quad")
     fn, start = working.context, InitialState.of(base, working.arithmetic)

@@ -47,13 +47,12 @@ def _allowed(until: str) -> float:
 
 @case(
     "double compiled with {flag}",
-    expected="another rounding: no further from quad than condition times eps allows",
     source="variational equations, with one rounding error of eps a step; higher precision",
     over={"flag": tuple(FLAGS)},
     control={"wrong": {"alpha": "1e-11"}},
 )
 def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Findings:
-    """The compiler's share of a result in double."""
+    """Double rounds in another way: no further from quad than condition times eps allows."""
     scene = varied(until=HORIZON_S).perturbed(**(wrong or {}))
     run = Trajectory.of(scene, Setup.of(scene, options=FLAGS[flag]))
     plain = varied(until=HORIZON_S)
@@ -68,7 +67,6 @@ def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Findings:
 
 @case(
     "{precision} compiled with {flag}",
-    expected="not a bit differs",
     source="every operation is correctly rounded by a library (MPFR, libquadmath), which no flag "
     "of the compiler reaches",
     over={"precision": ("mp", "quad"), "flag": tuple(WIDE)},
@@ -77,7 +75,7 @@ def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Findings:
 def flags_in_wide(
     precision: str, flag: str, flags: dict[str, dict[str, float]] | None = None
 ) -> Findings:
-    """The reason why golden data are portable."""
+    """Every bit is the same, so golden data are portable."""
     scene = varied(until=SHORT_S)
     options = {"opt_level": 3} | (flags or WIDE)[flag]
     tolerance = options.pop("tol", 0.0)
@@ -92,13 +90,12 @@ def flags_in_wide(
 
 @case(
     "two threads at once, in {precision}",
-    expected="each the same as alone, bit for bit",
     source="threads share no number",
     over={"precision": ("double", "quad")},
     control={"shared": True},
 )
 def two_threads(precision: str, shared: bool = False) -> Findings:
-    """An integrator serves one run at a time."""
+    """Each run is the same as alone, bit for bit."""
     spins = ("150", "155", "160", "165")
     scenes = [varied(omega_3=spin, until=SHORT_S) for spin in spins]
 
@@ -113,13 +110,12 @@ def two_threads(precision: str, shared: bool = False) -> Findings:
 
 @case(
     "threads of libraries: {variable} = {count}",
-    expected="not a bit of double differs from a process without the setting",
     source="a trajectory is one chain of steps, which no library splits",
     over={"variable": VARIABLES, "count": (1, 2)},
     control={"code": ONE_RUN.replace('"2"', '"2.0000000001"')},
 )
 def library_threads(variable: str, count: int, code: str = ONE_RUN) -> Findings:
-    """Results with other threads of libraries, in a separate process, since loading decides."""
+    """Every bit of double is that of a process without the setting."""
     return equal(_output_of(code, **{variable: str(count)}) == _output_of(ONE_RUN), True)
 
 
@@ -134,14 +130,13 @@ def _output_of(code: str, **settings: str) -> str:
 
 @case(
     "subnormal: theta(0) = pi - {tilt}",
-    expected="the tilt stays in proportion, to the spacing of subnormal numbers",
     source="linear equations near the pole do not know the size of the tilt; 2^-1074 is the "
     "spacing of doubles below 2.2e-308",
     over={"tilt": ("1e-306", "1e-308", "1e-310", "1e-312", "1e-315")},
     control={"flush": True},
 )
 def subnormal(tilt: str, flush: bool = False) -> Findings:
-    """Processors can be set to flush such numbers to zero; then nothing would be left."""
+    """The tilt stays in proportion, to the spacing of subnormal numbers."""
     size = float(tilt)
     run, usual = (
         integrate(load_scene("inverted").varied(theta=f"pi - {text}", until=SHORT_S))

@@ -66,7 +66,7 @@ def with_gamma(gamma: str | int | Fraction) -> dict[str, Scalar]:
 def tilt_near_a_pole(
     pole: str, changes: Mapping[str, Scalar], integrate: Integrate = integrate, **_: object
 ) -> Findings:
-    """The tilt at the end against the linear theory; other arguments are those of the name."""
+    """The tilt is that of the linear equations, which know no edge."""
     scene = near(pole, **changes)
     run = integrate(scene)
     walk = max(1, run.steps) ** 0.5  # rounding errors add up, of about 1 eps a step
@@ -98,7 +98,6 @@ NEAR_A_POLE: tuple[tuple[str, str, Mapping[Any, Mapping[str, Scalar]], Integrate
 for name, argument, changed, wrong in NEAR_A_POLE:
     case(
         f"{name}, {{pole}}",
-        expected="the tilt of the linear equations, which know no edge",
         source="the linear equations of the tilt, exponentiated with 80 digits",
         over=[
             {argument: value, "pole": pole, "changes": changes}
@@ -111,13 +110,12 @@ for name, argument, changed, wrong in NEAR_A_POLE:
 
 @case(
     "alpha = 1e-{k} with I1 = I3",
-    expected="gliding decays as exp(-mu g (1 + m R^2/I) t), but for alpha",
     source="a ball with its centre of mass in the middle; the exponential",
     over={"k": (4, 8, 16, 100, 300)},
     control={"integrate": integrating(mu="1e-1")},
 )
 def ball(k: int, integrate: Integrate = integrate) -> Findings:
-    """The simplest limit: a closed form for a whole nonlinear motion."""
+    """Gliding decays as exp(-mu g (1 + m R^2/I) t), but for alpha."""
     scene = varied(
         alpha=f"1e-{k}", **with_gamma(1), nu_x="0.3", nu_y="0.4", theta="1", until=SHORT_S
     )
@@ -133,8 +131,6 @@ def ball(k: int, integrate: Integrate = integrate) -> Findings:
 
 @case(
     "lambda_{which} for gamma {side} its edge by 1e-{k}",
-    expected="exists inside (1 - alpha, 1 + alpha) and changes the stability there by its sign; "
-    "does not exist outside",
     source="growth rates from the linear equations, worked out by hand",
     over={
         "which": ("up", "thres"), "side": ("inside", "outside"), "k": (1, 6, 12, 30, 100, 300),
@@ -142,7 +138,10 @@ def ball(k: int, integrate: Integrate = integrate) -> Findings:
     control={"off": "1e-4"},
 )  # fmt: skip
 def threshold_at_the_edge(which: str, side: str, k: int, off: str = "0") -> Findings:
-    """The formula of Theorem 1.1 against eigenvalues just below and just above it."""
+    """It exists inside (1 - alpha, 1 + alpha), and the stability changes there by its sign.
+
+    It does not exist outside.
+    """
     upright = which == "up"
     edge = 1 + (-1 if upright else 1) * varied().body.alpha
     inwards = 1 if upright else -1
@@ -170,14 +169,15 @@ def threshold_at_the_edge(which: str, side: str, k: int, off: str = "0") -> Find
 
 @case(
     "thresholds, gamma {inwards} inside 1 {sign} alpha",
-    expected="a threshold with 40 digits agreed inside; on the edge and outside none, with a "
-    "reason, and no division by zero",
     source="Theorem 1.1 asks for 1 - alpha < gamma < 1 + alpha; eigenvalues found numerically",
     over={"inwards": ("1e-3", "1e-6", "0", "-1e-3", "-1e-6"), "sign": ("-", "+")},
     control={"wrong": -1},
 )
 def thresholds_at_the_edge(inwards: str, sign: str, wrong: int = 1) -> Findings:
-    """The answer of ``tt-precise thresholds`` for gamma at the edges, and on either side."""
+    """Inside, 40 digits of the threshold agree.
+
+    On the edge and outside there is none, with a reason, and no division by zero.
+    """
     distance = wrong * Fraction(inwards)
     gamma = 1 + (-1 if sign == "-" else 1) * (varied().body.alpha - distance)
     known = thresholds(varied(**with_gamma(gamma)), 40).quantities
@@ -193,13 +193,12 @@ def thresholds_at_the_edge(inwards: str, sign: str, wrong: int = 1) -> Findings:
 
 @case(
     "spin {spin} rad/s from a tilt of 1 rad",
-    expected="double agrees with quad",
     source="higher precision",
     over={"spin": SPINS},
     control={"integrate": integrating(omega_3="1e-12", I1="1e-12")},
 )
 def spinning_in_double(spin: str, integrate: Integrate = integrate) -> Findings:
-    """Far from the pole, where nothing is linear."""
+    """Double agrees with quad."""
     scene = varied(theta="1", omega_3=spin, until=seconds(spin))
     run = integrate(scene)
     apart = distance(run, quad(scene)) / EPS
@@ -208,13 +207,12 @@ def spinning_in_double(spin: str, integrate: Integrate = integrate) -> Findings:
 
 @case(
     "lambda = (1 {sign} 1e-{k}) lambda_thres",
-    expected="the tilt of the inverted spin grows below and decays above, at the rate of its mode",
     source="the characteristic polynomial of the linear equations",
     over={"sign": ("-", "+"), "k": tuple(range(1, 13))},
     control={"integrate": integrating(omega_3="0.2")},
 )
 def near_the_threshold(sign: str, k: int, integrate: Integrate = integrate) -> Findings:
-    """The growth rate found in an integration, against the eigenvalue."""
+    """The tilt of the inverted spin grows below and decays above, at the rate of its mode."""
     off = Fraction(f"{sign}1e-{k}")
     rate, expected, noise = _growth(off, integrate)
     return (
@@ -229,12 +227,11 @@ def near_the_threshold(sign: str, k: int, integrate: Integrate = integrate) -> F
 
 @case(
     "lambda = lambda_thres",
-    expected="the tilt neither grows nor decays",
     source="the real part of an eigenvalue passes through zero there",
     control={"integrate": integrating(omega_3="1e-9")},
 )
 def at_the_threshold(integrate: Integrate = integrate) -> Findings:
-    """Exactly at the threshold, to 60 digits of omega_3."""
+    """The tilt neither grows nor decays."""
     rate, _, noise = _growth(Fraction(0), integrate)
     return within(abs(rate) / noise, 5, "roundings")
 
@@ -285,13 +282,12 @@ def _inverted(off: Fraction) -> tuple[Scene, float]:
 
 @case(
     "mu = {mu} s/m from the reference start",
-    expected="double agrees with triple-double",
     source="higher precision",
     over={"mu": FRICTIONS},
     control={"integrate": integrating(alpha="1e-12")},
 )
 def friction_in_double(mu: str, integrate: Integrate = integrate) -> Findings:
-    """Steps and time against mu are for the picture; the verdict is about the state."""
+    """Double agrees with triple-double."""
     scene = varied(mu=mu, until=REFERENCE_S)
     seconds = []
     for _ in range(TIMINGS):
@@ -312,13 +308,14 @@ def friction_in_double(mu: str, integrate: Integrate = integrate) -> Findings:
 
 @case(
     "steps in proportion to mu",
-    expected="ten times the friction takes ten times the steps where gliding decays faster than "
-    "anything else moves",
     source="an explicit method is stable only for steps in proportion to the decay time 1/mu",
     control={"frictions": ("0.1", "1")},
 )
 def stiffness(frictions: tuple[str, str] = ("2e3", "2e4")) -> Findings:
-    """The cost of stiffness for an explicit Taylor method."""
+    """Ten times the friction takes ten times the steps.
+
+    This holds where gliding decays faster than anything else moves.
+    """
     fewer, more = (integrate(varied(mu=mu, until=SHORT_S)).steps for mu in frictions)
     return (
         within(abs(more / fewer / 10 - 1), 0.1, "off a ratio of 10"),
@@ -328,13 +325,12 @@ def stiffness(frictions: tuple[str, str] = ("2e3", "2e4")) -> Findings:
 
 @case(
     "rolling limit, mu = {mu} s/m",
-    expected="v_A = -F/(mu g_n) with the force F that keeps the top rolling, but for 1/mu",
     source="singular perturbation: gliding is slaved to the force that the constraint needs",
     over={"mu": ROUGH},
     control={"integrate": integrating(mu="0.5")},
 )
 def slaved_gliding(mu: str, integrate: Integrate = integrate) -> Findings:
-    """The gliding velocity against the constraint force of the rolling top; and the distance."""
+    """v_A is -F/(mu g_n) with the force F that keeps the top rolling, but for 1/mu."""
     rolling, gliding = _rolling(), integrate(varied(mu=mu, until=SHORT_S))
     fn, units = rolling.precision.context, rolling.start.units
     force = _constraint_force(rolling)
@@ -356,12 +352,11 @@ def slaved_gliding(mu: str, integrate: Integrate = integrate) -> Findings:
 
 @case(
     "distance from the rolling solution in proportion to 1/mu",
-    expected="ten times the friction brings the axis ten times nearer, but for 1/mu",
     source="singular perturbation: the first correction is of order 1/mu",
     control={"frictions": ("0.3", "3")},
 )
 def rolling_limit(frictions: tuple[str, str] = ("1e3", "1e4")) -> Findings:
-    """The exponent of the limit."""
+    """Ten times the friction brings the axis ten times nearer, but for 1/mu."""
     far, near = (_from_rolling(integrate(varied(mu=mu, until=SHORT_S))) for mu in frictions)
     return within(abs(far / near / 10 - 1), 0.02, "off a ratio of 10")
 
@@ -374,13 +369,12 @@ def _from_rolling(run: Trajectory) -> Scalar:
 
 @case(
     "mu = {mu} s/m against no friction",
-    expected="the distance from the frictionless solution is in proportion to mu",
     source="the solution depends smoothly on mu; the slope from mu = 1e-5 in triple-double",
     over={"mu": ("1e-6", "1e-9", "1e-12")},
     control={"integrate": integrating(mu="1e-3")},
 )
 def nearly_frictionless(mu: str, integrate: Integrate = integrate) -> Findings:
-    """Linear response at the other edge of friction."""
+    """The distance from the frictionless solution is in proportion to mu."""
     none, some = (triple_double(varied(mu=text, until=SHORT_S)) for text in ("0", "1e-5"))
     little = integrate(varied(mu=mu, until=SHORT_S), "triple-double")
     fn = none.precision.context
@@ -394,13 +388,12 @@ def nearly_frictionless(mu: str, integrate: Integrate = integrate) -> Findings:
 
 @case(
     "mu = 0, {until} s in {precision}",
-    expected="lambda, E, L.k, L.z and the horizontal momentum keep their values",
     source="eq (1) with mu = 0: no force but the vertical one",
     over={"until": ("8",), "precision": ("double", "extended")},
     control={"mu": "1e-12"},
 )
 def frictionless(until: str, precision: str, mu: str = "0") -> Findings:
-    """All integrals of the frictionless scene."""
+    """lambda, E, L.k, L.z and the horizontal momentum keep their values."""
     run = integrate(varied(mu=mu, until=until, sample_every="0.1"), precision)
     table = run.frame(*CONSERVED, numbers="exact")
     rim = abs(table["omega_3"][0]) * float(run.scene.body.R)
@@ -439,13 +432,12 @@ def rescaled(mass: Fraction, length: Fraction, time: Fraction) -> Scene:
 
 @case(
     "{parameter} times 10^{power}",
-    expected="every number scales by its dimension, but for rounding",
     source="dimensions: a top with other m, R and g is the same top in other units",
     over={"parameter": ("m", "R", "g"), "power": POWERS},
     control={"integrate": integrating(I1="1e-12")},
 )
 def power_of_ten(parameter: str, power: int, integrate: Integrate = integrate) -> Findings:
-    """Twelve decades of m, of R at constant g, and of g at constant R."""
+    """Every number scales by its dimension, but for rounding."""
     factor = Fraction(10) ** power
     half = Fraction(10) ** (power // 2)  # a square root; the powers are even
     unit = Fraction(1)
@@ -457,13 +449,12 @@ def power_of_ten(parameter: str, power: int, integrate: Integrate = integrate) -
 
 @case(
     "kg, m and s times {powers}",
-    expected="the same bits",
     source="powers of two change exponents only",
     over={"powers": ("2^20, 2^-20, 2^10", "2^-40, 2^30, 2^-20", "2^7, 2^12, 2^-33")},
     control={"off": "1e-14"},
 )
 def power_of_two(powers: str, off: str = "0") -> Findings:
-    """Scaling without any rounding."""
+    """The bits are the same."""
     mass, length, time = (Fraction(2) ** int(power[2:]) for power in powers.split(", "))
     mass, length = mass * (1 + Fraction(off)), length * (1 + Fraction(off))
     _, apart = _scaled(integrate, mass, length, time)

@@ -35,14 +35,13 @@ def _sensitivity(scene: str) -> Sensitivity:
 
 @case(
     "double on the golden scene {scene}, at every sample",
-    expected="error at most sqrt(sum over the steps of (condition x eps)^2)",
     source="golden data; variational equations, with one rounding error of eps a step",
     # derivatives jump at mode switches
     over={"scene": tuple(name for name in scenes() if not load_scene(name).in_pieces)},
     control={"integrate": lambda scene: integrate(scene, tolerance=1e-12)},
 )
 def error_against_condition(scene: str, integrate: Integrate = integrate) -> Findings:
-    """The attainable and the delivered digits of double at each time."""
+    """The error is at most sqrt(sum over the steps of (condition x eps)^2)."""
     how = _sensitivity(scene)
     run: Trajectory = integrate(scene)
     errors = _errors(run, scene, how)
@@ -75,13 +74,12 @@ def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Array:
 
 @case(
     "derivatives of the integral lambda on {scene}",
-    expected="the derivative of lambda(x(t)) by the start and by alpha is the same at all times",
     source="lambda(x(t)) = lambda(x(0)) for every start and every top; the chain rule",
     over={"scene": ("reference", "contact-lost", "frictionless", "rolling", "tippetopsim")},
     control={"spoil": 1e-9},
 )
 def lambda_propagated(scene: str, spoil: float = 0.0) -> Findings:
-    """An independent check of the matrices, without any other integration."""
+    """Derivatives of lambda(x(t)) by the start and by alpha are the same at all times."""
     how = _sensitivity(scene)
     start = InitialState.of(load_scene(scene), integrate(scene).precision.arithmetic)
     numbers = start.body.numbers_by_name
@@ -118,13 +116,12 @@ def lambda_propagated(scene: str, spoil: float = 0.0) -> Findings:
 
 @case(
     "derivative by {name} at the reference scene's most sensitive time",
-    expected="the difference quotient of two runs in triple-double",
     source="higher precision",
     over={"name": tuple(VARIED)},
     control={"varied": integrating(alpha="1e-6")},
 )
 def derivative_by_differences(name: str, varied: Integrate = integrate) -> Findings:
-    """Matrices of the variational equations against independent runs."""
+    """It is the difference quotient of two runs in triple-double."""
     how = _sensitivity("reference")
     now = int(how.condition.argmax())
     scene = replace(load_scene("reference"), until=Fraction(round(how.times[now] * 100), 100))
