@@ -99,23 +99,19 @@ class Arithmetic:
 
 
 Verdict = Literal["pass", "fail", "open", "skipped"]
-Sense = Literal["at most", "above", "at least", "rounds to"]
-ALLOWED = {
-    "at most": "allowed", "above": "expected above", "at least": "expected at least",
-    "rounds to": "expected, rounded,",
-}  # fmt: skip
+Sense = Literal["at most", "above", "at least"]
+ALLOWED = {"at most": "allowed", "above": "expected above", "at least": "expected at least"}
 
 
 @dataclass(frozen=True)
 class Check:
-    """The result of a check of a trajectory, an engine, an extreme case or a claim.
+    """The result of a check of a trajectory.
 
     The verdict is "open" if the check could not be resolved or lacks input, "skipped" if the check
     does not apply. ``value`` is the worst of all rows, ``at`` its time in s, ``since`` the first
     time at which a value is beyond the limit, ``bound`` the largest error that would go unnoticed,
     ``note`` a reason or a remark. ``curve`` has times and values for a plot, ``parts`` the parts of
     the value (correct digits of every column), and ``history`` its course over time in words.
-    ``expected`` and ``measured`` are both sides in words, with units and correct digits.
     """
 
     name: str
@@ -128,8 +124,6 @@ class Check:
     sense: Sense = "at most"
     parts: dict[str, float] = field(default_factory=dict)
     history: str = ""
-    expected: str = ""
-    measured: str = ""
     bound: float | None = None
     since: float | None = None
     curve: tuple[Array, Array] | None = field(default=None, repr=False, compare=False)
