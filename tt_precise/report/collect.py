@@ -85,10 +85,10 @@ def sections_in(folder: Path) -> dict[str, Callable[[], Section]]:
         THRESHOLDS: sections.threshold_values,
         "Golden data": golden.golden_section,
         "Proofs": golden.proof_section,
-        measured.TRADEOFF_TITLE: partial(measured.tradeoff, folder),
+        "Trade-off": partial(measured.tradeoff, folder),
         "Extremes": partial(measured.extremes, folder),
-        measured.ENGINES_TITLE: partial(measured.engines, folder),
-        measured.FAULTS_TITLE: partial(measured.faults, folder),
+        "Engines": partial(measured.engines, folder),
+        "Faults": partial(measured.faults, folder),
     }
 
 

@@ -6,8 +6,9 @@ block on the page, and which blocks are folded.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from tt_precise.claims import paper
 from tt_precise.claims.verdicts import JudgedClaim
@@ -67,6 +68,14 @@ class PageTable:
     name: str = ""
     folded: bool | None = None
     kind: str = "table"
+
+    @classmethod
+    def of(cls, rows: Iterable[Mapping[str, str]], caption: str = "", **how: Any) -> PageTable:
+        """A table of rows that have their cells by column; a missing cell is a dash."""
+        listed = list(rows)
+        header = tuple(dict.fromkeys(name for row in listed for name in row))
+        cells = [tuple(row.get(name, "-") for name in header) for row in listed]
+        return cls(header, cells, caption, **how)
 
 
 @dataclass(frozen=True)

@@ -32,38 +32,31 @@ def golden_section() -> Section:
             if not isinstance(digits, str)
         ]
         rows.append(
-            (
-                name,
-                manifest["title"],
-                manifest["status"].replace("_", " "),
-                f"{Decimal(manifest['t_end']):.11g}",
-                str(manifest["files"]["trajectory.csv"]["rows"]),
-                str(manifest["digits"]),
-                str(math.floor(min(agreed))) if agreed else "all",
-            )
+            {
+                "scene": name,
+                "title": manifest["title"],
+                "end": manifest["status"].replace("_", " "),
+                "t_end (s)": f"{Decimal(manifest['t_end']):.11g}",
+                "rows": str(manifest["files"]["trajectory.csv"]["rows"]),
+                "digits claimed": str(manifest["digits"]),
+                "digits agreed, worst entry": str(math.floor(min(agreed))) if agreed else "all",
+            }
         )
         results[name] = {"digits": manifest["digits"], "status": manifest["status"]}
+    digits = {entry["digits"] for entry in results.values()}
+    claimed = " to ".join(map(str, sorted({min(digits), max(digits)})))
     return Section(
         "golden",
         "Golden reference data",
         [
             every_scene(golden.scenes()),
             Text(
-                f"Every printed digit of these trajectories, {_range(rows)} of each number, is "
+                f"Every printed digit of these trajectories, {claimed} of each number, is "
                 "claimed: two precisions and, where both exist, both formulations agree on at "
                 "least these digits in every entry. "
                 "`tt-precise golden verify` checks and recomputes the files."
             ),
-            PageTable(
-                (
-                    "scene",
-                    "title",
-                    "end",
-                    "t_end (s)",
-                    "rows",
-                    "digits claimed",
-                    "digits agreed, worst entry",
-                ),
+            PageTable.of(
                 rows,
                 "Every scene, with the end of its motion and its evidence.",
                 name="golden-table",
@@ -71,12 +64,6 @@ def golden_section() -> Section:
         ],
         results,
     )
-
-
-def _range(rows: Sequence[tuple[str, ...]]) -> str:
-    """The digits claimed, from the fewest to the most."""
-    digits = sorted({int(row[5]) for row in rows})
-    return " to ".join(map(str, digits[:1] + digits[1:][-1:]))
 
 
 MEANING = (
@@ -119,24 +106,24 @@ def proof_section() -> Section:
     for name in store.scenes():
         verdict, record = _state_of(name)
         if record is None:
-            rows.append((name, verdict, *["-"] * 7))
+            rows.append({"scene": name, "proof": verdict})
             results[name] = {"proof": verdict}
             continue
-        content = record.content
+        content, manifest = record.content, store.read_files(name).manifest
         rows.append(
-            (
-                name,
-                verdict,
-                f"{float(store.read_files(name).manifest['t_end']):.4g}",
-                str(content["bits"]),
-                str(content["steps"]),
-                str(record.digits),
-                f"{content['rounded']} of {content['entries']}",
-                str(sum(content["proved_events"].values())),
-                _contact(content["contact"]),
-            )
+            {
+                "scene": name,
+                "proof": verdict,
+                "to t (s)": f"{float(manifest['t_end']):.4g}",
+                "bits": str(content["bits"]),
+                "steps": str(content["steps"]),
+                "digits proved, worst column": str(record.digits),
+                "numbers proved correctly rounded": f"{content['rounded']} of {content['entries']}",
+                "events proved": str(sum(content["proved_events"].values())),
+                "contact force": _contact(content["contact"]),
+            }
         )
-        digits.append((name, store.read_files(name).manifest["digits"], record.digits))
+        digits.append((name, manifest["digits"], record.digits))
         times += _times(name, content["inversion"])
         ends += _ends(name, content["forever"])
         results[name] = {
@@ -154,18 +141,7 @@ def proof_section() -> Section:
             *([proved_digits(digits)] if digits else []),
             Text(MEANING),
             Text(f"{THEOREM} {METHOD}", folded="The theorem"),
-            PageTable(
-                (
-                    "scene",
-                    "proof",
-                    "to t (s)",
-                    "bits",
-                    "steps",
-                    "digits proved, worst column",
-                    "numbers proved correctly rounded",
-                    "events proved",
-                    "contact force",
-                ),
+            PageTable.of(
                 rows,
                 "The proved statements about each scene.",
                 name="proofs-table",
@@ -177,27 +153,15 @@ def proof_section() -> Section:
                 "to come first. A: signed perigee, B: L.k = L.z and L.k = -L.z, C: change of sign "
                 "of phi_dot."
             ),
-            PageTable(
-                ("scene", "definition", "t_init (s)", "t_end (s)", "digits proved"),
+            PageTable.of(
                 times,
                 "Proved times of initiation and end.",
                 name="times-table",
                 folded=True,
             ),
             Text(FOREVER, folded="For ever"),
-            PageTable(
-                (
-                    "scene",
-                    "theta tends to",
-                    "from t (s)",
-                    "sin theta at most",
-                    "contact force",
-                    "D tends to (kg m^2/s)",
-                    "E tends to (J)",
-                ),
-                ends,
-                "The proved statements about all later times.",
-                name="forever-table",
+            PageTable.of(
+                ends, "The proved statements about all later times.", name="forever-table"
             ),
         ],
         results,
@@ -225,29 +189,31 @@ def _contact(contact: dict[str, Json]) -> str:
     return f"g_n > {Decimal(least):f} m g" if least else "not proved"
 
 
-def _times(scene: str, inversion: dict[str, Json]) -> list[tuple[str, ...]]:
+def _times(scene: str, inversion: dict[str, Json]) -> list[dict[str, str]]:
     rows = []
     for definition in "ABC":
         ends = inversion.get(definition, {})
-        balls = [ends.get(which) for which in ("t_init", "t_end")]
-        if any(balls):
-            digits = [_digits(ball) for ball in balls if ball and Decimal(ball["radius"])]
-            fewest = str(min(digits)) if digits else "exact"
-            rows.append((scene, definition, *map(_time_text, balls), fewest))
+        balls = {which: ends.get(which) for which in ("t_init", "t_end")}
+        if any(balls.values()):
+            digits = [_digits(ball) for ball in balls.values() if ball and Decimal(ball["radius"])]
+            row = {"scene": scene, "definition": definition}
+            row |= {f"{which} (s)": _time_text(ball) for which, ball in balls.items()}
+            rows.append(row | {"digits proved": str(min(digits)) if digits else "exact"})
     return rows
 
 
-def _ends(scene: str, forever: dict[str, Json]) -> list[tuple[str, ...]]:
+def _ends(scene: str, forever: dict[str, Json]) -> list[dict[str, str]]:
     """The statements for ever; empty unless the solution tends to a vertical spin."""
     return [
-        (
-            scene,
-            block["theta_tends_to"],
-            block["since_s"],
-            block["sin_theta_at_most"],
-            f"g_n > {Decimal(block['g_n_at_least_mg']):f} m g",
-            *(f"{Decimal(block['limits'][name]['middle']):.12g}" for name in ("D", "E")),
-        )
+        {
+            "scene": scene,
+            "theta tends to": block["theta_tends_to"],
+            "from t (s)": block["since_s"],
+            "sin theta at most": block["sin_theta_at_most"],
+            "contact force": f"g_n > {Decimal(block['g_n_at_least_mg']):f} m g",
+            "D tends to (kg m^2/s)": f"{Decimal(block['limits']['D']['middle']):.12g}",
+            "E tends to (J)": f"{Decimal(block['limits']['E']['middle']):.12g}",
+        }
         for block in (forever.get(name) for name in ("held", "at_the_end"))
         if block
     ]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Mapping
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,35 +23,53 @@ from tt_precise.report.prose import short
 from tt_precise.runtime import records
 from tt_precise.runtime.records import of_its_form
 from tt_precise.runtime.values import Json
-from tt_precise.tradeoff.findings import ACCURACIES, TABLE, TradeoffTables, costs, findings, load
+from tt_precise.tradeoff.findings import ACCURACIES, TABLE, costs, findings, load
 
 if TYPE_CHECKING:
     import pandas
 
 
-TRADEOFF_TITLE = "Speed against accuracy"
-TRADEOFF_COMMAND = "python -m benchmarks.work_precision"
+EXTREMES, ENGINES = "extremes.json", "engines.json"
+FAULTS, DROPPED = "fault-amounts.csv", "dropped-terms.csv"
+EXTREMES_COMMAND = f"tt-precise extremes --out reports/measured/{EXTREMES}"
+ENGINES_COMMAND = "python -m benchmarks.engines"
+LIMIT = 1e-6  # The paper's precision of lambda.
+Content = tuple[list[Block], Mapping[str, Json]]  # of a section: blocks and results
 
 
-def _not_measured(key: str, title: str, command: str) -> Section:
-    return Section(key, title, [Text(f"Not measured yet: `{command}`.")])
+def measured_by(
+    command: str, key: str, title: str, *files: str
+) -> Callable[[Callable[[Path], Content]], Callable[[Path], Section]]:
+    """Make a section of a function that reads the ``files`` of a folder.
+
+    Without the files the section has the ``command`` that writes them.
+    """
+
+    def decorate(read: Callable[[Path], Content]) -> Callable[[Path], Section]:
+        @wraps(read)
+        def make(folder: Path) -> Section:
+            if not all((folder / name).is_file() for name in files):
+                return Section(key, title, [Text(f"Not measured yet: `{command}`.")])
+            with of_its_form(folder / files[0], f"what `{command}` writes"):
+                blocks, results = read(folder)
+            by_whom = f"Measured by `{command}`, not by the run that wrote this report."
+            return Section(key, title, [*blocks, Text(by_whom)], results)
+
+        return make
+
+    return decorate
 
 
-def tradeoff(folder: Path) -> Section:
-    """The findings of the tables in ``folder``, or the command that makes the tables."""
-    with of_its_form(folder / TABLE, f"what `{TRADEOFF_COMMAND}` writes, as its other tables"):
-        return _tradeoff(load(folder))
-
-
-def _tradeoff(tables: TradeoffTables) -> Section:
+@measured_by("python -m benchmarks.work_precision", "tradeoff", "Speed against accuracy", TABLE)
+def tradeoff(folder: Path) -> Content:
+    """The findings of the tables, and their diagrams."""
+    tables = load(folder)
     rows = tables.rows
-    if rows is None:
-        return _not_measured("tradeoff", TRADEOFF_TITLE, TRADEOFF_COMMAND)
+    assert rows is not None
     results = findings(tables)
     blocks: list[Block] = [
         Text(
-            f"Measured by `{TRADEOFF_COMMAND}`, not by the run that wrote this report. Every "
-            "method integrates the same equations from the same dimensionless numbers and is "
+            "Every method integrates the same equations from the same dimensionless numbers and is "
             f"compared with golden data. `{TABLE}` has all settings. The methods are timed in "
             "turn, slow methods once; each time is the fastest. Ratios are medians of ratios to a "
             "bare heyoka loop timed just before."
@@ -65,7 +85,7 @@ def _tradeoff(tables: TradeoffTables) -> Section:
         ),
     ]
     values = {finding.name: {"value": short(finding.value, 3)} for finding in results}
-    return Section("tradeoff", TRADEOFF_TITLE, blocks, values)
+    return blocks, values
 
 
 def figures(rows: pandas.DataFrame, long_runs: pandas.DataFrame | None) -> list[Figure]:
@@ -77,10 +97,10 @@ def figures(rows: pandas.DataFrame, long_runs: pandas.DataFrame | None) -> list[
 def _costs_table(rows: pandas.DataFrame, coordinates: str, title: str) -> PageTable:
     every = costs(rows, coordinates, "seconds")
     wanted = sorted(every.items(), key=lambda item: (-len(item[1]), *item[1].values()))
-    return PageTable(
-        ("method", *(f"ms to {accuracy:.0e}" for accuracy in ACCURACIES)),
+    return PageTable.of(
         [
-            (method, *(short(1e3 * prices[a]) if a in prices else "-" for a in ACCURACIES))
+            {"method": method}
+            | {f"ms to {a:.0e}": short(1e3 * prices[a]) for a in ACCURACIES if a in prices}
             for method, prices in wanted
             if prices
         ],
@@ -90,17 +110,10 @@ def _costs_table(rows: pandas.DataFrame, coordinates: str, title: str) -> PageTa
     )
 
 
-EXTREMES = "extremes.json"
-EXTREMES_COMMAND = "tt-precise extremes --out reports/measured/extremes.json"
-EXTREMES_TITLE = "At the extremes"
-
-
-def extremes(folder: Path) -> Section:
+@measured_by(EXTREMES_COMMAND, "extremes", "At the extremes", EXTREMES)
+def extremes(folder: Path) -> Content:
     """A row for each family of cases, the failed cases one by one, and the pictures."""
-    file = folder / EXTREMES
-    if not file.is_file():
-        return _not_measured("extremes", EXTREMES_TITLE, EXTREMES_COMMAND)
-    cases = records.load(file, Extremes, f"what `{EXTREMES_COMMAND}` writes").cases
+    cases = records.load(folder / EXTREMES, Extremes, f"what `{EXTREMES_COMMAND}` writes").cases
     failed = [case.name for case in cases if case.verdict == "fail"]
     by_topic = Counter(case.topic for case in cases)
     listed = ", ".join(f"{topic} {by_topic[topic]}" for topic in TOPICS if by_topic[topic])
@@ -108,8 +121,7 @@ def extremes(folder: Path) -> Section:
         Text(
             f"{len(cases)} extreme cases ({listed}): {len(cases) - len(failed)} have the expected "
             f"outcome, {len(failed)} do not. The expected outcome comes from theory or from a "
-            f"higher precision. Measured by `{EXTREMES_COMMAND}`, not by the run that wrote this "
-            "page."
+            "higher precision."
         ),
         PageTable(
             ("topic", "case", "expected", "from", "observed", "verdict"),
@@ -127,26 +139,13 @@ def extremes(folder: Path) -> Section:
         ),
         *pictures.all_pictures([case.data for case in cases if case.data]),
     ]
-    results = {"cases": len(cases), "failed": failed, "by_topic": dict(by_topic)}
-    return Section("extremes", EXTREMES_TITLE, blocks, results)
+    return blocks, {"cases": len(cases), "failed": failed, "by_topic": dict(by_topic)}
 
 
-ENGINES = "engines.json"
-ENGINES_COMMAND = "python -m benchmarks.engines"
-ENGINES_TITLE = "Other people's engines"
-
-
-def engines(folder: Path) -> Section:
-    """The scoreboard, or the command that would measure it."""
-    file = folder / ENGINES
-    if not file.is_file():
-        return _not_measured("engines", ENGINES_TITLE, ENGINES_COMMAND)
-    what = f"what `{ENGINES_COMMAND}` writes"
-    with of_its_form(file, what):
-        return _board(records.read(file, what))
-
-
-def _board(board: dict[str, Json]) -> Section:
+@measured_by(ENGINES_COMMAND, "engines", "Other people's engines", ENGINES)
+def engines(folder: Path) -> Content:
+    """The scoreboard of engines, every test, and the engines' settings."""
+    board = records.read(folder / ENGINES, f"what `{ENGINES_COMMAND}` writes")
     versions = ", ".join(
         f"{engine['name']} {engine['version'] or 'not installed'}" for engine in board["engines"]
     )
@@ -159,23 +158,11 @@ def _board(board: dict[str, Json]) -> Section:
             "verdict uses no chosen limit: an engine converges if the distance of its "
             "extrapolation from the reference is at most its step error."
         ),
-        Text(
-            f"Measured by `{ENGINES_COMMAND}`, not by the run that wrote this report: {versions}."
-        ),
+        Text(f"The engines: {versions}."),
         scoreboard(board),
-        PageTable(
-            (
-                "engine",
-                "test",
-                "outcome",
-                "digits at these steps",
-                "order",
-                "floor",
-                "largest drift of conserved quantities",
-                *names,
-            ),
+        PageTable.of(
             [
-                (*_engine_row(row), *(check_of(row, name) for name in names))
+                _engine_row(row) | {name: check_of(row, name) for name in names}
                 for row in board["rows"]
             ],
             "Every test of every engine. kinematics and contact_momentum hold under every friction "
@@ -200,10 +187,10 @@ def _board(board: dict[str, Json]) -> Section:
     if board["skipped"]:
         blocks.append(Text("Skipped: " + "; ".join(board["skipped"])))
     verdicts = {f"{row['engine']}, {row['test']}": row["verdict"] for row in board["rows"]}
-    return Section("engines", ENGINES_TITLE, blocks, verdicts)
+    return blocks, verdicts
 
 
-def _engine_row(row: dict[str, Json]) -> tuple[str, ...]:
+def _engine_row(row: dict[str, Json]) -> dict[str, str]:
     drift = ", ".join(f"{name} {max(values):.1e}" for name, values in row["drift"].items())
     outcome = row["verdict"]
     if row["message"]:
@@ -211,43 +198,34 @@ def _engine_row(row: dict[str, Json]) -> tuple[str, ...]:
     if row["test"] == "inversion" and row["equator"]:
         moments = ("never" if t is None else f"{t:.2f} s" for t in row["equator"])
         outcome += f": axis horizontal at {', '.join(moments)}"
-    return (
-        row["engine"],
-        row["test"],
-        outcome,
-        ", ".join(f"{digits:.1f}" for digits in row["digits"]),
-        "" if row["order"] is None else f"{row['order']:.2f}",
-        "" if row["floor"] is None else f"{row['floor']:.1e}",
-        drift,
-    )
+    return {
+        "engine": row["engine"],
+        "test": row["test"],
+        "outcome": outcome,
+        "digits at these steps": ", ".join(f"{digits:.1f}" for digits in row["digits"]),
+        "order": "" if row["order"] is None else f"{row['order']:.2f}",
+        "floor": "" if row["floor"] is None else f"{row['floor']:.1e}",
+        "largest drift of conserved quantities": drift,
+    }
 
 
-FAULTS, DROPPED = "fault-amounts.csv", "dropped-terms.csv"
-FAULTS_COMMAND = "python -m benchmarks.fault_amounts"
-FAULTS_TITLE = "What the checks catch"
-LIMIT = 1e-6  # The paper's precision of lambda.
-
-
-def faults(folder: Path) -> Section:
-    """The smallest faults that the checks detect, or the command that measures them."""
+@measured_by(
+    "python -m benchmarks.fault_amounts", "faults", "What the checks catch", FAULTS, DROPPED
+)
+def faults(folder: Path) -> Content:
+    """The smallest faults that the checks detect."""
     import pandas
 
-    if not all((folder / name).is_file() for name in (FAULTS, DROPPED)):
-        return _not_measured("faults", FAULTS_TITLE, FAULTS_COMMAND)
-    made = f"what `{FAULTS_COMMAND}` writes"
-    with of_its_form(folder / DROPPED, made):
-        conclusion = jellett_alone(pandas.read_csv(folder / DROPPED, keep_default_na=False))
-    with of_its_form(folder / FAULTS, made):
-        amounts = pandas.read_csv(folder / FAULTS, dtype=str, keep_default_na=False)
-        amounts = amounts.set_index("fault").reset_index()
+    conclusion = jellett_alone(pandas.read_csv(folder / DROPPED, keep_default_na=False))
+    amounts = pandas.read_csv(folder / FAULTS, dtype=str, keep_default_na=False)
+    amounts = amounts.set_index("fault").reset_index()
     blocks: list[Block] = [
         Text(conclusion, emphasis=True),
         Text(
             "Rows of the reference scene, as a physics engine writes them, have one fault. The "
             "table has the smallest relative fault that fails, in powers of ten; empty where a "
             "tenth passes. The rows are checked with the scene's friction and with another "
-            "friction law, for which another mu is no fault. Measured by "
-            f"`{FAULTS_COMMAND}`, not by the run that wrote this report."
+            "friction law, for which another mu is no fault."
         ),
         PageTable(
             tuple(amounts.columns),
@@ -256,7 +234,7 @@ def faults(folder: Path) -> Section:
             name="faults-table",
         ),
     ]
-    return Section("faults", FAULTS_TITLE, blocks)
+    return blocks, {}
 
 
 def jellett_alone(dropped: pandas.DataFrame) -> str:

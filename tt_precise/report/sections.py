@@ -79,12 +79,14 @@ def conservation() -> Section:
         largest = {name: max(values) for name, values in run.drift.items()}
         at_end = run.drift["jellett"][-1]
         rows.append(
-            (
-                run.label,
-                str(trajectory.steps),
-                short(largest["jellett"]),
-                short(run.state_error) if run.state_error is not None else "reference run",
-            )
+            {
+                "precision": run.label,
+                "steps": str(trajectory.steps),
+                "largest drift of lambda": short(largest["jellett"]),
+                "error of the state at 8 s": "reference run"
+                if run.state_error is None
+                else short(run.state_error),
+            }
         )
         results[run.label] = {
             "steps": trajectory.steps,
@@ -92,15 +94,12 @@ def conservation() -> Section:
             "jellett_drift_at_end": short(at_end, 3),
             "state_error": None if run.state_error is None else short(run.state_error, 3),
         }
-    table = PageTable(
-        (
-            "precision", "steps", "largest drift of lambda", "error of the state at 8 s",
-        ),
+    table = PageTable.of(
         rows,
         "Reference scene, 0 to 8 s, Newton form. Drifts are relative, the largest over "
         f"{len(trajectory.sample_times)} samples. The error is the largest of k, L, v in units of "
         "1, m R sqrt(gR), sqrt(gR), relative to the finest run.",
-    )  # fmt: skip
+    )
     return Section(
         "conservation",
         "Does lambda hold?",
@@ -128,12 +127,12 @@ def threshold_values() -> Section:
     """lambda, lambda_thres, lambda_up and the asymptotic values of the reference scene."""
     known = thresholds(load_scene(SCENE), DIGITS)
     rows = [
-        (
-            name,
-            "-" if quantity.value is None else full(quantity.value, SHOWN),
-            quantity.unit,
-            str(quantity.digits_agreed),
-        )
+        {
+            "quantity": name,
+            "value": "-" if quantity.value is None else full(quantity.value, SHOWN),
+            "unit": quantity.unit,
+            "digits agreed": str(quantity.digits_agreed),
+        }
         for name, quantity in known.quantities.items()
     ]
     return Section(
@@ -146,10 +145,9 @@ def threshold_values() -> Section:
                 "without this formula. The last column has the number of digits on which the two "
                 "results agree."
             ),
-            PageTable(("quantity", "value", "unit", "digits agreed"), rows),
-            PageTable(
-                ("quantity", "how"),
-                [(name, quantity.how) for name, quantity in known.quantities.items()],
+            PageTable.of(rows),
+            PageTable.of(
+                [{"quantity": name, "how": one.how} for name, one in known.quantities.items()],
                 "The two determinations of each value.",
                 folded=True,
             ),
