@@ -6,7 +6,7 @@ import pytest
 
 from tests.report.conftest import problems, tables
 from tt_precise.report import sections
-from tt_precise.report.sections import FIGURES, figures_of
+from tt_precise.report.document import Figure
 
 
 def test_thresholds_state_forty_agreeing_digits() -> None:
@@ -25,6 +25,8 @@ EXPECTED = {
 
 @pytest.mark.slow
 def test_all_figures() -> None:
-    figures = [figure for section in FIGURES for figure in figures_of(section)]
+    made = sections.reference, sections.other_starts, sections.conservation
+    blocks = [block for make in (*made, sections.threshold_values) for block in make().blocks]
+    figures = [block for block in blocks if isinstance(block, Figure)]
     assert {figure.name for figure in figures} == EXPECTED
     assert [problem for figure in figures for problem in problems(figure)] == []

@@ -2,33 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from tt_precise.exact.thresholds import thresholds
 from tt_precise.report import solution, starts
-from tt_precise.report.document import Figure, PageTable, Section, Text
+from tt_precise.report.document import PageTable, Section, Text
 from tt_precise.report.precision import SCENE, precision_runs
 from tt_precise.report.prose import full, short
 from tt_precise.scene.scene import load_scene
-
-FIGURES: dict[str, tuple[Callable[[], Figure], ...]] = {
-    "figures": (
-        solution.figure_2, solution.figure_3, solution.figure_4, solution.figure_5,
-        solution.figure_6, solution.figure_7, solution.figure_8, solution.deforming_potential,
-        solution.axis_at_the_pole,
-    ),
-    "conservation": (solution.jellett_drift,),
-    "starts": (
-        starts.times_by_precession, starts.times_by_inclination,
-        starts.map_of_friction_and_spin, starts.map_of_precession_and_spin,
-    ),
-    "thresholds": (starts.map_of_inclination_and_lambda,),
-}  # fmt: skip
-
-
-def figures_of(section: str) -> list[Figure]:
-    """The figures of a section."""
-    return [draw() for draw in FIGURES[section]]
 
 
 def reference() -> Section:
@@ -37,7 +16,9 @@ def reference() -> Section:
         "figures",
         "The reference solution",
         [
-            *figures_of("figures"),
+            solution.figure_2(), solution.figure_3(), solution.figure_4(), solution.figure_5(),
+            solution.figure_6(), solution.figure_7(), solution.figure_8(),
+            solution.deforming_potential(), solution.axis_at_the_pole(),
             Text(
                 "The curves contain every extremum, because extrema are computed as events, not "
                 "sampled. Dashed lines mark the initiation and ending times by definition A."
@@ -48,7 +29,7 @@ def reference() -> Section:
                 "to a pole."
             ),
         ],
-    )
+    )  # fmt: skip
 
 
 def other_starts() -> Section:
@@ -57,7 +38,10 @@ def other_starts() -> Section:
         "starts",
         "Other starts",
         [
-            *figures_of("starts"),
+            starts.times_by_precession(),
+            starts.times_by_inclination(),
+            starts.map_of_friction_and_spin(),
+            starts.map_of_precession_and_spin(),
             Text(
                 "Section 2.2 varies the reference start. A start that loses contact is integrated "
                 "twice: until the loss of contact, and further with g_n < 0, as the paper's "
@@ -104,7 +88,7 @@ def conservation() -> Section:
         "conservation",
         "Does lambda hold?",
         [
-            *figures_of("conservation"),
+            solution.jellett_drift(),
             Text(
                 "The paper reports lambda constant with a precision of order 1e-6. The equations "
                 "conserve lambda exactly; the drifts below are the rounding of each arithmetic."
@@ -139,7 +123,7 @@ def threshold_values() -> Section:
         "thresholds",
         "Thresholds and asymptotic values",
         [
-            *figures_of("thresholds"),
+            starts.map_of_inclination_and_lambda(),
             Text(
                 f"Each value is computed from the paper's formula to {DIGITS} digits, and again "
                 "without this formula. The last column has the number of digits on which the two "

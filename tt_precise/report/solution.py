@@ -40,9 +40,9 @@ def climb_marks(scene: SceneLike = "reference") -> dict[str, float]:
     return {r"$t_{\theta\approx0}$": begin, r"$t_{\theta\approx\pi}$": end}
 
 
-def over_time(axes: list[Axes], end: float = 8.0) -> None:
+def over_time(axes: list[Axes]) -> None:
     """Limits and label of the common axis of time."""
-    axes[-1].set_xlim(0, end)
+    axes[-1].set_xlim(0, 8.0)
     axes[-1].set_xlabel(TIME)
 
 

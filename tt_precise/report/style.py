@@ -7,8 +7,7 @@ Figures suit a column of 390 px as well as print: 5.6 inches wide, letters of 10
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from typing import TYPE_CHECKING, Any, Concatenate, NamedTuple, ParamSpec
 
@@ -23,25 +22,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "RED", "SKY", "Words", "curve",
-    "figure", "legend", "moments", "panels", "svg_text", "thinned",
+    "figure", "legend", "moments", "svg_text", "thinned",
 ]  # fmt: skip
 P = ParamSpec("P")
 WIDTH = 5.6  # Width of a figure in inches.
 DECIMALS = 1  # Decimals of a point (1/72 inch): a seventh of a pixel.
 LETTERS = "'DejaVu Sans', Verdana, sans-serif"  # Verdana's are as wide
-
-
-@contextmanager
-def panels(
-    heights: Sequence[float], *, shared_time: bool = True
-) -> Iterator[tuple[Drawing, list[Axes]]]:
-    """A drawing with panels below each other, ``heights`` in inches."""
-    with plotting.styled():
-        drawing = plotting.new_figure(WIDTH, sum(heights) + 0.4)
-        axes = drawing.subplots(
-            len(heights), 1, sharex=shared_time, squeeze=False, height_ratios=heights
-        )[:, 0]
-        yield drawing, list(axes)
 
 
 class Words(NamedTuple):
@@ -59,15 +45,20 @@ def figure(
 ) -> Callable[[Callable[Concatenate[list[Axes], P], Words]], Callable[P, Figure]]:
     """Make a ``Figure`` of a function that draws into panels and returns the words.
 
-    ``heights`` in inches, or a function of the same arguments that gives them.
+    The panels lie below each other. ``heights`` in inches, or a function of the same arguments that
+    gives them.
     """
 
     def decorate(draw: Callable[Concatenate[list[Axes], P], Words]) -> Callable[P, Figure]:
         @wraps(draw)
         def draw_figure(*given: P.args, **named: P.kwargs) -> Figure:
             inches = heights(*given, **named) if callable(heights) else heights
-            with panels(inches, shared_time=shared_time) as (drawing, axes):
-                caption, alt = draw(axes, *given, **named)
+            with plotting.styled():
+                drawing = plotting.new_figure(WIDTH, sum(inches) + 0.4)
+                axes = drawing.subplots(
+                    len(inches), 1, sharex=shared_time, squeeze=False, height_ratios=inches
+                )[:, 0]
+                caption, alt = draw(list(axes), *given, **named)
                 return Figure(name, caption, svg_text(drawing), alt)
 
         return draw_figure
