@@ -223,12 +223,12 @@ def both_ways(
 
 def losing_contact(names: str | Iterable[str]) -> str:
     """Count the starts of one or several series that lose contact: "3 of 801 starts"."""
-    return f"{counted(starts(names, 'unilateral'), 'contact_lost')} starts"
+    return f"{counted(starts(names, 'unilateral'))} starts"
 
 
-def counted(rows: pandas.DataFrame, outcome: str) -> str:
-    """Count the rows with an outcome: "3 of 801"."""
-    return f"{(rows['outcome'] == outcome).sum()} of {len(rows)}"
+def counted(rows: pandas.DataFrame) -> str:
+    """Count the rows that lose contact: "3 of 801"."""
+    return f"{(rows['outcome'] == 'contact_lost').sum()} of {len(rows)}"
 
 
 def of_all(rows: pandas.DataFrame, holds: pandas.Series, printed: str, more: str = "") -> Part:

@@ -246,7 +246,7 @@ def all_invert(series: str = "phi_dot") -> Grounds:
 def lost_between(low: str, high: str) -> str:
     """Count the starts with phi_dot(0) in a range that lose contact: "0 of 201"."""
     rows = starts(("phi_dot", "phi_dot near the end"), "unilateral")
-    return counted(rows[rows["phi_dot"].between(float(low), float(high))], "contact_lost")
+    return counted(rows[rows["phi_dot"].between(float(low), float(high))])
 
 
 def trend(column: pandas.Series, sign: int = -1) -> tuple[bool, str]:
@@ -269,7 +269,7 @@ def flatter_is_calmer(upper: str = "0.1") -> Grounds:
     rows, every = starts("theta", "through"), starts("theta", "unilateral")
     return (
         _wider(rows[rows["theta"] <= float(upper)]),
-        f"{counted(every[every['theta'] <= float(upper)], 'contact_lost')} starts lose contact.",
+        f"{counted(every[every['theta'] <= float(upper)])} starts lose contact.",
     )
 
 
@@ -436,7 +436,7 @@ def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Gro
     again = every[every["index"].isin(waiting["index"])]
     return (
         both_ways(series, check),
-        f"{counted(again, 'contact_lost')} starts in which it reappears lose contact.",
+        f"{counted(again)} starts in which it reappears lose contact.",
     )
 
 
@@ -574,7 +574,7 @@ def even_smoother(theta: str = "0.01") -> Grounds:
         parts[f"range of {name}"] = bool((shares < 1).all()), shown
     lost = starts(SMOOTH, "unilateral")
     lost = lost[lost["theta"] == float(theta)]
-    return statements("smaller", parts), f"{counted(lost, 'contact_lost')} starts lose contact."
+    return statements("smaller", parts), f"{counted(lost)} starts lose contact."
 
 
 def _smooth_rows(theta: str) -> pandas.DataFrame:
