@@ -19,7 +19,7 @@ from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, Json
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
-from tt_precise.tradeoff.growth import INTEGRALS_SHOWN, SCENES
+from tt_precise.tradeoff.findings import GROWING, LONG_SCENES
 
 if TYPE_CHECKING:
     import pandas
@@ -45,7 +45,7 @@ def table(spans: tuple[LongRuns, ...], progress: Progress = silent) -> pandas.Da
     import pandas
 
     rows: list[dict[str, Json]] = []
-    runs = [(name, span) for name in SCENES for span in spans]
+    runs = [(name, span) for name in LONG_SCENES for span in spans]
     work = sum(span.seeds * span.until_s for _, span in runs)
     done = 0.0
     for name, span in runs:
@@ -107,4 +107,4 @@ def integrals(form: Formulation, values: dict[str, float], state: Array) -> dict
     wide = numpy.longdouble
     body = form.body([wide(values[name]) for name in form.parameters])
     q = form.motion(body, form.State(*numpy.asarray(state, dtype=wide)), numpy)
-    return {name: INTEGRALS[name].evaluate(q) for name in INTEGRALS_SHOWN}
+    return {name: INTEGRALS[name].evaluate(q) for name in GROWING}

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.work_precision import long_runs
 from tt_precise.scene.scene import load_scene
-from tt_precise.tradeoff.growth import INTEGRALS_SHOWN
+from tt_precise.tradeoff.findings import GROWING
 
 
 def test_times_are_log_spaced() -> None:
@@ -24,10 +24,10 @@ def test_seeds_differ_and_repeat() -> None:
 
 
 def test_short_runs_stay_within_rounding(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(long_runs, "SCENES", ("rolling",))
+    monkeypatch.setattr(long_runs, "LONG_SCENES", ("rolling",))
     monkeypatch.setattr(long_runs, "LANES", 2)
     found = long_runs.table((long_runs.LongRuns(long_runs.LANES, 10.0),))
     assert set(found["scene"]) == {"rolling"}
     assert len(found) == 2 * len(long_runs.log_spaced(10.0))
-    for name in INTEGRALS_SHOWN:
+    for name in GROWING:
         assert 0 < found[name].abs().max() < 100 * numpy.finfo(float).eps

@@ -13,6 +13,7 @@ from tt_precise.report.document import Figure
 from tt_precise.report.style import Words
 from tt_precise.runtime.values import Json
 from tt_precise.tradeoff.findings import (
+    GROWING,
     PRINTED,
     WHOLE_S,
     Point,
@@ -21,7 +22,6 @@ from tt_precise.tradeoff.findings import (
     front,
     points,
 )  # fmt: skip
-from tt_precise.tradeoff.growth import INTEGRALS_SHOWN
 
 if TYPE_CHECKING:
     import pandas
@@ -135,7 +135,7 @@ def growth_of_errors(axes: list[Axes], rows: pandas.DataFrame) -> Words:
     scenes = list(dict.fromkeys(rows["scene"]))
     for panel, scene in zip(axes, scenes, strict=True):
         mine = rows[rows["scene"] == scene]
-        for integral, colour in zip(INTEGRALS_SHOWN, (style.BLUE, style.ORANGE), strict=True):
+        for integral, colour in zip(GROWING, (style.BLUE, style.ORANGE), strict=True):
             for _, seed in mine.groupby("seed"):
                 panel.loglog(seed["t_s"], seed[integral].abs(), color=colour, linewidth=0.3,
                              alpha=0.35)  # fmt: skip
