@@ -1,20 +1,39 @@
-"""Figures of many starts: times of the climb, outcomes at the threshold, maps."""
+"""Figures of many starts: times of the climb, outcomes at the threshold, maps.
+
+Each map has the outcome of every start: over theta(0) and lambda/lambda_thres, over mu and
+omega_3(0), and over phi_dot(0) and omega_3(0). All other values are those of the reference start.
+"""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache
 from typing import TYPE_CHECKING
 
+import numpy
+
 from tt_precise.claims.evidence import sweeps
-from tt_precise.report import maps, style
+from tt_precise.mechanics.thresholds import lambda_thres
+from tt_precise.report import style
 from tt_precise.report.style import Words
-from tt_precise.scene.scene import load_scene
+from tt_precise.runtime.cache import cached_table
+from tt_precise.runtime.values import Array, Json
+from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps.picture import draw_map
+from tt_precise.sweeps.run import integrate_tables, lambda_of_start, sweep_pool
+from tt_precise.sweeps.specification import SweepSpec
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
 
-
+UNTIL = "20"  # Horizon in s.
+COUNT = 41  # Values along each side.
+RECORD = ("climb_A", "lambda_ratio", "end_theta")
+FILE = "sweeps-maps.csv.gz"
+VERSION = 2  # Version of everything here that the definition does not contain.
 DEFINITIONS = {"A": (style.BLUE, "-"), "B": (style.ORANGE, "--"), "C": (style.GREEN, ":")}
 PANELS = (
     ("t_init", r"$t_{\theta\approx0}$ (s)"),
@@ -96,6 +115,82 @@ def _draw(
     axes[-1].set_xlim(rows[x].min(), rows[x].max())
 
 
+# ---- the maps' rows -----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Side:
+    """A side of a map: its column and range."""
+
+    name: str
+    low: float
+    high: float
+
+    def values(self) -> Array:
+        """``COUNT`` values, ends included."""
+        return numpy.linspace(self.low, self.high, COUNT)
+
+
+MAPS = {
+    "inclination and lambda": (Side("theta", 0.02, 1.22), Side("lambda_ratio", 0.2, 3.2)),
+    "friction and spin": (Side("mu", 0.05, 4.05), Side("omega_3", 20.0, 260.0)),
+    "precession and spin": (Side("phi_dot", -200.0, 200.0), Side("omega_3", 20.0, 260.0)),
+}
+
+
+@cache
+def rows() -> pandas.DataFrame:
+    """All rows of the maps: ``series`` (its name), starts, and the columns of a sweep."""
+    return cached_table(FILE, definition(), compute)
+
+
+def map_rows(name: str) -> pandas.DataFrame:
+    """The rows of one map, a full grid in the columns of its sides."""
+    table = rows()
+    return table[table["series"] == name].reset_index(drop=True)
+
+
+def compute() -> pandas.DataFrame:
+    """Integrate the maps."""
+    import pandas
+
+    tables = []
+    with sweep_pool() as pool:
+        for name, (x, y) in MAPS.items():
+            along, up = (values.ravel() for values in numpy.meshgrid(x.values(), y.values()))
+            spins = _spins(along, up) if y.name == "lambda_ratio" else up
+            spec = SweepSpec(_scene(), names=(x.name, "omega_3"), record=RECORD)
+            starts = numpy.column_stack([along, spins])
+            table = integrate_tables(pool, spec, [(name, numpy.arange(len(starts)), starts)])
+            # the requested value: the one computed back from omega_3 has some eps of error
+            tables.append(table.assign(**{y.name: up}))
+    return pandas.concat(tables, ignore_index=True)
+
+
+def definition() -> dict[str, Json]:
+    """The definition of the rows: scene, sides, horizon, columns."""
+    scene = _scene()
+    sides = {name: repr(pair) for name, pair in MAPS.items()}
+    made_from = {**sweeps.exact_values(scene), "sides": sides}
+    return {**made_from, "version": VERSION, "until": UNTIL, "count": COUNT, "record": RECORD}
+
+
+def _scene() -> Scene:
+    return replace(load_scene("reference"), until=Fraction(UNTIL))
+
+
+def _spins(thetas: Array, ratios: Array) -> Array:
+    """omega_3 for these lambda/lambda_thres, for starts at rest except for omega_3."""
+    scene = _scene()
+    threshold = lambda_thres(scene.body.dimensionless(math, float), math)
+    each = {theta: lambda_of_start(scene, theta) for theta in sorted(set(thetas.tolist()))}
+    # lambda_of_start is that of omega_3 = 1 rad/s, dimensionless like the threshold
+    pairs = zip(ratios.tolist(), thetas.tolist(), strict=True)
+    return numpy.array([ratio * threshold / each[theta] for ratio, theta in pairs])
+
+
+# ---- the maps -----------------------------------------------------------------------------------
+
 MAP_PANELS = (
     ("outcome", ""), ("climb_A", "climbing time (s)"), ("min_g_n", r"least $g_n$ / $m g$"),
 )  # fmt: skip
@@ -117,7 +212,7 @@ def map_of_inclination_and_lambda(axes: list[Axes]) -> Words:
     rows = _draw_maps(axes, "inclination and lambda")
     return Words(
         caption=f"{_counted(rows)} {STARTS}, theta(0) against lambda/lambda_thres, within "
-        f"{maps.UNTIL} s. {DASHED} {_tilted(rows)} Above it a top that is tilted too far or spins "
+        f"{UNTIL} s. {DASHED} {_tilted(rows)} Above it a top that is tilted too far or spins "
         "too fast loses contact (g_n reaches 0). Related claims: TH-01, NUM-01, SWP-27.",
         alt="Three maps with theta(0) to the right and lambda/lambda_thres upwards: the outcome, "
         "the climbing time of the starts that invert, and the least normal force.",
@@ -131,7 +226,7 @@ def map_of_friction_and_spin(axes: list[Axes]) -> Words:
     return Words(
         caption=f"{_counted(rows)} {STARTS}, friction mu against omega_3(0), theta(0) = "
         f"{float(load_scene('reference').start.theta.offset):g} rad, within "
-        f"{maps.UNTIL} s. {DASHED} {_tilted(rows)} The threshold does not depend on mu, but the "
+        f"{UNTIL} s. {DASHED} {_tilted(rows)} The threshold does not depend on mu, but the "
         "duration of the climb does. A top that spins too fast loses contact (g_n reaches "
         "0). Related claims: TH-01, NUM-01.",
         alt="Three maps with mu to the right and omega_3(0) upwards: the outcome, the climbing "
@@ -146,7 +241,7 @@ def map_of_precession_and_spin(axes: list[Axes]) -> Words:
     rows = _draw_maps(axes, "precession and spin", dashed=False)
     return Words(
         caption=f"{_counted(rows)} that differ from the reference start in phi_dot(0) and "
-        f"omega_3(0), within {maps.UNTIL} s. Related claims: TH-01, SWP-01.",
+        f"omega_3(0), within {UNTIL} s. Related claims: TH-01, SWP-01.",
         alt="A map with phi_dot(0) to the right and omega_3(0) upwards: starts invert in a "
         "band in the middle and lose contact above it.",
     )
@@ -154,8 +249,8 @@ def map_of_precession_and_spin(axes: list[Axes]) -> Words:
 
 def _draw_maps(axes: list[Axes], name: str, *, dashed: bool = True) -> pandas.DataFrame:
     """Draw a map into each panel, with the threshold unless not ``dashed``; returns the rows."""
-    rows = maps.map_rows(name)
-    x, y = maps.MAPS[name]
+    rows = map_rows(name)
+    x, y = MAPS[name]
     body = load_scene("reference").body
     table = rows.assign(min_g_n=rows["min_g_n"] / float(body.m * body.g))
     # lambda is proportional to the spin of a start at rest
@@ -198,5 +293,5 @@ def _tilted(rows: pandas.DataFrame) -> str:
     below = rows[(rows["lambda_ratio"] < 1) & (rows["outcome"] == "inverts")]
     return (
         f"Below lambda_thres {len(below)} starts also pass the equator, but stay tilted: "
-        f"theta({maps.UNTIL} s) is at most {below['end_theta'].max():.2f} rad."
+        f"theta({UNTIL} s) is at most {below['end_theta'].max():.2f} rad."
     )

@@ -124,12 +124,12 @@ def starts(names: str | Iterable[str], contact: str) -> pandas.DataFrame:
     return table.drop_duplicates([*STARTS], ignore_index=True)
 
 
-def compute(workers: int | None = None) -> pandas.DataFrame:
+def compute() -> pandas.DataFrame:
     """Integrate everything; the table that ``rows`` gives."""
     import pandas
 
     spec = SweepSpec(swept_scene(), names=STARTS, record=RECORD)
-    with sweep_pool(workers) as pool:
+    with sweep_pool() as pool:
         first = integrate_tables(pool, spec, list(_starts()))
         lost = first[first["outcome"] == "contact_lost"]
         second = integrate_tables(pool, replace(spec, contact="bilateral"), _again(lost))
