@@ -1,16 +1,17 @@
-"""Building a report: its commit, its files, and when nothing is written."""
+"""Building a report: sections and verdicts, its commit, its files, and when nothing is written."""
 
 from __future__ import annotations
 
 import json
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from tt_precise.claims import JudgedClaim
+from tt_precise.claims.claim import calls_for
 from tt_precise.report import build
-from tt_precise.report.collect import Computed
 from tt_precise.report.document import Report, Section, Text
 from tt_precise.report.overview import Headlines
 
@@ -51,7 +52,7 @@ def test_a_report_that_changes_nothing_writes_nothing(
     def run(day: str, commit: str, drift: str, seconds: float) -> dict[str, str]:
         """The files after a run of that day and commit."""
         section = Section("extremes", "E", [Text(drift)], {"cases": drift})
-        computed = Computed(judged, [section], Headlines({}, None, {}), "all", seconds)
+        computed = build.Computed(judged, [section], Headlines({}, None, {}), "all", seconds)
         facts = {**FACTS, "date": day, "commit": commit}
         monkeypatch.setattr(build, "compute", lambda progress: computed)
         monkeypatch.setattr(build, "provenance", lambda *_: facts)
@@ -66,3 +67,44 @@ def test_a_report_that_changes_nothing_writes_nothing(
     assert "Friday" in run("Friday", "fed", "2e-15", 12.1)["precision-report.md"]
     (tmp_path / "results.json").write_text("{}")
     assert "Sunday" in run("Sunday", "fed", "2e-15", 12.1)["results.json"]
+
+
+@pytest.fixture
+def few(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Some sections and claims in place of all."""
+
+    def chosen(titles: list[str], sharing: str, claims: list[str]) -> None:
+        every = build.sections_in(tmp_path)
+        monkeypatch.setattr(build, "SHARING", {sharing: build.SHARING["Conservation"]})
+        monkeypatch.setattr(build, "CONSERVATION", sharing)
+        monkeypatch.setattr(build, "sections_in", lambda _: {name: every[name] for name in titles})
+        monkeypatch.setattr(build, "calls_for", lambda: calls_for(claims))
+        monkeypatch.setattr(build.overview, "headlines", dict)
+        monkeypatch.setattr(build, "precisions", str)
+
+    return chosen
+
+
+def test_sections_and_claims_are_collected_in_order(
+    tmp_path: Path, few: Callable[..., None]
+) -> None:
+    """Cheap sections and claims, in processes as ever."""
+    every = build.sections_in(tmp_path)
+    assert set(build.SHARING) <= set(every)
+    titles = [title for title in every if title not in build.SHARING][-3:]
+    few(titles, titles[1], ["NUM-23", "EQ-01"])
+    shares: list[float] = []
+    found = build.compute(tmp_path, shares.append)
+    assert [one.id for one in found.judged] == ["EQ-01", "NUM-23"]
+    assert [one.title for one in found.sections] == [every[title]().title for title in titles]
+    assert found.precisions == ""
+    assert found.seconds > 0
+    assert shares == sorted(shares)
+    assert len(shares) == len(titles) + 4
+
+
+def test_a_section_that_fails_fails_the_report(tmp_path: Path, few: Callable[..., None]) -> None:
+    (tmp_path / "extremes.json").write_text("{")
+    few(list(build.sections_in(tmp_path)), "Extremes", [])
+    with pytest.raises(Exception, match=r"extremes\.json"):
+        build.compute(tmp_path)

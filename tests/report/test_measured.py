@@ -18,7 +18,7 @@ from tests.report.conftest import drawn, tables
 from tt_precise.engines.ladder import STEP_SIZES, ladder_tests
 from tt_precise.engines.results import LadderResult, document
 from tt_precise.report import measured, render
-from tt_precise.report.collect import MEASURED
+from tt_precise.report.build import MEASURED
 from tt_precise.report.document import Figure, Report, Section, Text
 from tt_precise.report.measured import DROPPED, FAULTS, jellett_alone
 from tt_precise.runtime.values import InputError

@@ -6,7 +6,7 @@ import pytest
 
 from tests.report.conftest import problems
 from tt_precise.report import measured
-from tt_precise.report.collect import MEASURED
+from tt_precise.report.build import MEASURED
 from tt_precise.report.document import Figure
 from tt_precise.report.pictures import all_pictures
 
