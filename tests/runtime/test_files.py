@@ -27,7 +27,7 @@ def test_of_several_files_none_is_written_where_one_cannot_be(tmp_path: Path) ->
     one.write_text("old")
     other.mkdir()
     with pytest.raises(InputError, match="folder"):
-        files.write_together({one: "new", other / "\0": "new"})
+        files.write_together({one: "new", other: "new"})
     assert one.read_text() == "old"
     files.write_together({one: "new", other / "two": b"newer"})
     assert one.read_text() + (other / "two").read_text() == "newnewer"
@@ -135,8 +135,6 @@ def test_a_pipe_is_written_to_and_not_replaced(tmp_path: Path) -> None:
     [
         ("a = " + "[" * 40_000, "recursion"),
         ("a = " + "{b=" * 20_000, "recursion"),
-        (".".join("a" * 40_000) + " = 1", f"more than {files.MOST_DOTS} dots in a line"),
-        ("b = {" + ".".join("a" * 40_000) + " = 1}", f"more than {files.MOST_DOTS} dots in a line"),
         ("a = " + "9" * 90_000, "an integer of thousands of digits"),
         ("a = ", "not a TOML file: Invalid value"),
         ("a = 1\na = 2", "Cannot overwrite"),
@@ -150,9 +148,7 @@ def test_refuses_what_nobody_writes(text: str, message: str) -> None:
         files.parse_toml(text)
 
 
-def test_reads_the_longest_keys_and_text_of_every_system(tmp_path: Path) -> None:
-    line = ".".join(["a"] * (files.MOST_DOTS + 1))
-    assert list(files.parse_toml(f"{line} = 1")) == ["a"]
+def test_reads_text_of_every_system(tmp_path: Path) -> None:
     # numbers stay as they are written
     assert files.parse_toml("a = 0.10\nb = 1e-400") == {"a": "0.10", "b": "1e-400"}
     file = tmp_path / "a.toml"
@@ -169,7 +165,7 @@ def test_refuses_files_that_are_no_text(tmp_path: Path) -> None:
             files.read_toml(file, "a scene")
 
 
-@pytest.mark.parametrize("path", ["", "absent", "a\0b", "a" * 300, "b/" * 4000])
+@pytest.mark.parametrize("path", ["", "absent", "a" * 300, "b/" * 4000])
 def test_refuses_paths_of_every_kind_in_one_short_line(path: str) -> None:
     with pytest.raises(InputError, match="expected a scene") as caught:
         files.read_toml(Path(path), "a scene")
