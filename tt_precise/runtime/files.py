@@ -163,7 +163,8 @@ def _unwritable(target: Path, error: OSError) -> InputError:
 
 # ---- TOML from users -----------------------------------------------------------------------
 
-LARGEST_FILE = 100_000  # bytes; a scene is a page of text
+# Bytes; a scene is a page of text. tomllib takes a second for a single key of so many parts.
+LARGEST_FILE = 30_000
 
 
 def read_toml(path: Path, what: str) -> str:
