@@ -76,7 +76,9 @@ def require_apart(outputs: Mapping[str, str | Path | None], *inputs: str) -> Non
     """
     # a bare word is the name of a scene that ships
     taken = {
-        os.path.realpath(given): "which is read" for given in inputs if os.sep in given or "." in given
+        os.path.realpath(given): "which is read"
+        for given in inputs
+        if os.sep in given or "." in given
     }
     for option, path in outputs.items():
         if path is None or _is_device(Path(path)):
