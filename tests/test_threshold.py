@@ -87,7 +87,7 @@ def test_every_change_of_the_answer_is_named() -> None:
     assert len(found.changes) == 2
     assert any("contact_lost" in answer.text for pair in found.changes for answer in pair)
     text = "\n".join(threshold.lines(found))
-    assert "between 160 and 180 the answer changes to no: " in text
+    assert "between 160 and 180 rad/s the answer changes to no: " in text
     assert text.count("the answer changes") == 1  # the other change is what is found
     low = find("reference", "omega_3", "150:180", until=8, digits=2, points=2)
     assert "contact_lost" in "\n".join(threshold.lines(low))
@@ -143,7 +143,7 @@ def test_a_finer_arithmetic_that_contradicts_is_said(monkeypatch: pytest.MonkeyP
     [
         ({"name": "lean"}, "find: got 'lean', expected one of: theta"),
         ({"ends": "2:1"}, "lower end first"),
-        ({"ends": None}, "box mu: got '', expected low:high"),
+        ({"ends": None}, "find: got 'mu' alone, expected its range"),
         ({"digits": 99}, "digits: got 99, expected a whole number between 1 and 25"),
         ({"points": 1}, "points: got 1"),
         (

@@ -14,7 +14,7 @@ that passes the equator, ``certify`` proves digits. Units are SI; names are the 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import lazy_loader
 
@@ -49,7 +49,7 @@ __all__ = [
 
 registry.register("in_pieces", "tt_precise.nonsmooth.backend")
 
-__getattr__, _, _ = lazy_loader.attach(
+_attached, _, _ = lazy_loader.attach(
     __name__,
     ["certify", "check", "claims", "golden", "threshold"],
     {
@@ -61,6 +61,20 @@ __getattr__, _, _ = lazy_loader.attach(
         "sweeps.run": ["sweep"],
     },
 )
+
+
+def __getattr__(name: str) -> Any:
+    try:
+        return _attached(name)
+    except AttributeError:
+        from tt_precise.integration import Trajectory
+        from tt_precise.runtime.values import WRITTEN, nearest
+
+        if name.startswith("_"):
+            raise
+        own = f"tt.integrate(scene).{name}" if hasattr(Trajectory, name) else ""
+        where = WRITTEN.get(name) or own or nearest(name, __all__) or "`tt-precise --help`"
+        raise AttributeError(f"tt_precise has no {name} (expected {where})", name=name) from None
 
 
 def __dir__() -> list[str]:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 from tt_precise.exact.thresholds import theorem
 from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import InputError, Json, whole_number
+from tt_precise.runtime.values import InputError, Json, keyword_advice, whole_number, wrong_name
 from tt_precise.scene.body import kept_fixed
 from tt_precise.scene.numerals import written
 from tt_precise.scene.scene import Scene, load_scene
@@ -117,6 +117,7 @@ class Found:
         }
 
 
+@keyword_advice('an entry and its range: find(scene, "omega_3", (20, 260))')
 def find(
     scene: str | Scene,
     name: str,
@@ -141,17 +142,18 @@ def find(
     if until is not None:
         loaded = loaded.varied(until=written(until, "until"))
     if ends is None:
-        name, _, ends = name.partition("=")
+        name, equals, ends = name.partition("=")
+        if not equals:
+            raise InputError(f'find: got {name!r} alone, expected its range: "{name}", (20, 260)')
     if name not in variable(loaded):
-        expected = ", ".join(variable(loaded))
-        raise InputError(f"find: got {name[:60]!r}, expected one of: {expected}")
+        raise wrong_name("find", name, variable(loaded))
     for what, value, least, most in (
         ("digits", digits, 1, MOST_DIGITS),
         ("points", points, 2, MOST_POINTS),
     ):
         whole_number(value, what, least, most)
     if goal not in GOALS:
-        raise InputError(f"goal: got {str(goal)[:60]!r}, expected one of: {', '.join(GOALS)}")
+        raise wrong_name("goal", goal, GOALS)
     low, high = box_ends(name, ends)
     search = _Search(loaded, name, goal)
     scan = []
@@ -283,10 +285,10 @@ def decimal(value: Fraction, digits: int) -> str:
     return f"{rounded:f}" if plain else str(rounded)
 
 
-def _with_unit(found: Found, value: Fraction) -> str:
-    """A value of the entry in the digits found, with its unit."""
+def _with_unit(found: Found, value: Fraction, digits: int = 0) -> str:
+    """A value of the entry in ``digits``, by default those found, with its unit."""
     unit = unit_of(found.name, found.scene.body.law)
-    return f"{decimal(value, found.digits)} {unit}".rstrip()
+    return f"{decimal(value, digits or found.digits)} {unit}".rstrip()
 
 
 def lines(found: Found) -> list[str]:
@@ -318,7 +320,7 @@ def _outcome(found: Found) -> list[str]:
     else:
         shown = [f"  {name} = {value}"]
         for answer in (below, above):
-            shown.append(f"    at {decimal(answer.value, digits + 1)}: {answer.text}")
+            shown.append(f"    at {_with_unit(found, answer.value, digits + 1)}: {answer.text}")
         if above.t is not None and above.t > LATE * found.scene.until:
             shown.append(
                 "    just before the horizon: the value may be smaller with a later --until"
@@ -334,8 +336,8 @@ def _changes(found: Found) -> list[str]:
     """A line for each change of the answer in the scan, except the change that is found."""
     first = next((i for i, (_, other) in enumerate(found.changes) if other.yes), None)
     return [
-        f"  between {decimal(one.value, 4)} and {decimal(other.value, 4)} the answer changes to "
-        f"{'yes' if other.yes else 'no'}: {other.text}"
+        f"  between {decimal(one.value, 4)} and {_with_unit(found, other.value, 4)} the answer "
+        f"changes to {'yes' if other.yes else 'no'}: {other.text}"
         for i, (one, other) in enumerate(found.changes)
         if found.below is None or i != first
     ]

@@ -32,7 +32,15 @@ from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
 from tt_precise.mechanics.newton import NewtonState, contact_arm
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.runtime.values import Array, Check, InputError, Sense, Verdict, shortened
+from tt_precise.runtime.values import (
+    Array,
+    Check,
+    InputError,
+    Sense,
+    Verdict,
+    shortened,
+    wrong_name,
+)
 from tt_precise.scene.numerals import LARGEST
 from tt_precise.scene.scene import Scene
 
@@ -372,7 +380,7 @@ def require_names(what: str, names: Iterable[str], checks: Iterable[str]) -> Non
     """Raise ``InputError`` if a name in ``names`` is not the name of a check."""
     for name in names:
         if name not in checks:
-            raise InputError(f"{what}: got {name!r}, expected one of: {', '.join(checks)}")
+            raise wrong_name(what, name, checks)
 
 
 def finite(what: str, value: object) -> float:

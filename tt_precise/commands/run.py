@@ -15,7 +15,7 @@ from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.files import require_apart, require_writable
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.tables import FORMATS
-from tt_precise.runtime.values import InputError, Json, Scalar, listed
+from tt_precise.runtime.values import InputError, Json, Scalar, listed, wrong_name
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
@@ -590,10 +590,8 @@ def require_columns(names: tuple[str, ...]) -> bool:
         if is_drift(name) and name.removeprefix(DRIFT) in drifts:
             continue
         if name.removeprefix(ERROR) not in known and name != DIGITS:
-            raise InputError(
-                f"--columns: got {name[:60]!r}, expected drift:NAME, error:NAME, "
-                f"digits, or any of: {', '.join(known)}"
-            )
+            expected = "drift:NAME, error:NAME, digits, or any of: "
+            raise wrong_name("--columns", name, known, expected=expected)
     return bool(POSE_COLUMNS.keys() & set(names))
 
 

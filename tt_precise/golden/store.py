@@ -21,7 +21,7 @@ from typing import NamedTuple
 from tt_precise.golden.digits import scales_of
 from tt_precise.golden.table import FORMAT, Table
 from tt_precise.runtime.files import MISSHAPEN, atomic_write, parse_toml, read_json, shipped
-from tt_precise.runtime.values import InputError, Json
+from tt_precise.runtime.values import InputError, Json, wrong_name
 from tt_precise.scene.scene import Scene, parse_scene
 
 SCENE, TRAJECTORY, EVENTS = "scene.toml", "trajectory.csv", "events.csv"
@@ -120,8 +120,9 @@ def require(scene: str | Path, folder: Folder = None) -> Located:
     """
     place = locate(scene, folder)
     if not (place.path / MANIFEST).is_file():
-        known = ", ".join(scenes(folder)) or "none yet; `tt-precise golden build` makes it"
-        raise InputError(f"golden data: got {str(scene)[:60]!r}, expected one of: {known}")
+        known = scenes(folder)
+        also = "" if known else "none yet; `tt-precise golden build` makes it"
+        raise wrong_name("golden data", str(scene), known, also)
     return place
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any
 
@@ -20,7 +20,16 @@ from tt_precise.mechanics.parameters import Dimension
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import QUANTITIES, RATE, SPEED, Motion, Quantity, described
 from tt_precise.mechanics.vectors import horizontal_length
-from tt_precise.runtime.values import Array, Functions, InputError, Json, Scalar, distinct
+from tt_precise.runtime.values import (
+    Array,
+    Functions,
+    InputError,
+    Json,
+    Scalar,
+    distinct,
+    listed,
+    wrong_name,
+)
 from tt_precise.scene.initial_state import InitialState
 
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
@@ -36,6 +45,7 @@ POSE_COLUMNS = {
 POSE_NAMES = frozenset(Pose._fields)
 _DIMENSIONS = {"q": Dimension(), "w": RATE, "v": SPEED}
 _LENGTH = Dimension(0, 1, 0)
+COMBINED = 1e-9  # Relative difference of a value from that of its row alone, far above rounding.
 MOST_MISSED = 0.1  # rad between a quadrature's phi and the state's; a lost passage makes pi
 
 Name = str | Quantity
@@ -104,7 +114,9 @@ class State:
             # through __dict__, which is empty during copying
             return self.__dict__["values"][name]
         except KeyError:
-            raise AttributeError(name) from None
+            known = self.__dict__.get("values", ())
+            text = str(wrong_name("state", name, known))
+            raise AttributeError(text, name=name, obj=self) from None
 
     def __str__(self) -> str:
         shown = {"t": self.t, **self.values}
@@ -187,16 +199,17 @@ class Columns:
         """The dimension of a column; raises for unknown names."""
         if isinstance(name, Quantity):
             return name.dimension
-        if name in self._dimensions:
-            return self._dimensions[name]
+        if name in self.dimensions:
+            return self.dimensions[name]
         if name in POSE_NAMES:
             return _DIMENSIONS.get(name[0], _LENGTH)
-        raise InputError(
-            f"column: got {name[:60]!r}, expected one of: {', '.join(self._dimensions)}"
+        raise wrong_name(
+            "column", name, self.dimensions, ", pose, digits, error:NAME or drift:NAME"
         )
 
     @cached_property
-    def _dimensions(self) -> dict[str, Dimension]:
+    def dimensions(self) -> dict[str, Dimension]:
+        """The dimensions of all columns by name, except those of the pose."""
         own = {n: STATE_DIMENSIONS[n] for n in self.names}
         known = (q for q in QUANTITIES.values() if self.has_azimuth or not q.azimuth)
         return own | {q.name: q.dimension for q in known}
@@ -234,10 +247,37 @@ class Columns:
             for name in names:
                 factor = self._factor(self.dimension(name), number)
                 values = self._column_value(name, components, q, pose) * factor
+                if isinstance(name, Quantity):
+                    self._require_rows(name, values / factor, components, number, fn)
                 if not hasattr(values, "__len__"):
                     values = values * numpy.ones(len(components[0]))  # one number for all rows
                 columns[name] = values
         return columns
+
+    def _require_rows(
+        self,
+        own: Quantity,
+        values: Scalar,
+        components: tuple[Array, ...],
+        number: Callable[[Scalar], Scalar],
+        fn: Functions,
+    ) -> None:
+        """Refuse a user's function that combines rows, as ``numpy.linalg.norm`` of a vector does.
+
+        Raises ``InputError``: its value at the last row alone is another.
+        """
+        rows = len(components[0])
+        alone = _number(own, self.array_motion(tuple(c[-1:] for c in components), number, fn))
+        shape = numpy.shape(values)
+        if shape in ((), (rows,)) and numpy.size(alone) == 1:
+            there, one = numpy.ravel(values)[-1], numpy.ravel(alone)[0]
+            if not abs(there - one) > COMBINED * (1 + abs(one)):
+                return
+        raise InputError(
+            f"column: got values of {own.name} that combine several times, expected a function of "
+            "the numbers at one time: vectors are tuples of components, so write "
+            "motion.fn.sqrt(x*x + y*y + z*z) in the place of numpy.linalg.norm"
+        )
 
     def _factor(self, dimension: Dimension, number: Callable[[Scalar], Scalar]) -> Scalar:
         start = self.start
@@ -298,11 +338,12 @@ class Columns:
         }
 
 
-def quantity(function: Callable[[Motion], Scalar], unit: str) -> Quantity:
+def quantity(function: Callable[[Motion], Scalar], unit: str, name: str | None = None) -> Quantity:
     """A user's quantity with its SI unit, as a column: ``frame(tt.quantity(slip, "m/s"))``.
 
     Among the ``events`` of ``integrate`` a quantity gives its extrema, called ``extremum:slip``,
-    where it is smooth: of a root, such as a speed, take the square where it may be 0.
+    where it is smooth: of a root, such as a speed, take the square where it may be 0. ``name`` is
+    by default that of the function.
 
     ``function`` takes the ``Motion``, in units of m = R = g = 1 and in the arithmetic of the run,
     and returns one number in these units. Use the elementary functions ``motion.fn.sqrt``, ``sin``
@@ -315,7 +356,8 @@ def quantity(function: Callable[[Motion], Scalar], unit: str) -> Quantity:
     """
     if not (callable(function) and hasattr(function, "__name__")):
         raise InputError(f"quantity: got {function!r:.60}, expected a function of the motion")
-    return Quantity.of(function, unit)
+    own = Quantity.of(function, unit)
+    return own if name is None else replace(own, name=name)
 
 
 def _number(own: Quantity, q: Motion) -> Scalar:
@@ -338,8 +380,11 @@ def expanded(names: Iterable[Any]) -> tuple[Name, ...]:
     for name in names:
         if callable(name) and hasattr(name, "__name__"):
             wanted.append(Quantity.of(name))
-        elif isinstance(name, (str, Quantity)):
-            wanted += POSE_COLUMNS.get(name, (name,)) if isinstance(name, str) else (name,)
+        elif isinstance(name, Quantity):
+            wanted.append(name)
+        elif isinstance(name, str):  # every table begins with t
+            for one in listed(name):
+                wanted += POSE_COLUMNS.get(one, (one,) if one != "t" else ())
         elif isinstance(name, Iterable):
             wanted += expanded(name)
         else:

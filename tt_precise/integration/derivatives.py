@@ -24,7 +24,7 @@ from tt_precise.integration.reading import table as columns_of
 from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.integration.solution import Solution, solve
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.values import InputError, Scalar, shortened
+from tt_precise.runtime.values import InputError, Scalar, shortened, wrong_name
 from tt_precise.scene.body import in_unit_keys, kept_fixed
 from tt_precise.scene.numerals import LARGEST, PI, written
 from tt_precise.scene.scene import Scene
@@ -346,7 +346,8 @@ def _best(key: str, quotients: Sequence[tuple[Values, Values]]) -> tuple[Any, An
 def _require_columns(columns: Sequence[str]) -> tuple[str, ...]:
     for column in columns:
         if column not in {*VECTOR_COLUMNS, *QUANTITIES}:
-            raise InputError(f"sensitivity: got {column!r:.60}, expected a column or a quantity")
+            known = [*VECTOR_COLUMNS, *QUANTITIES]
+            raise wrong_name("sensitivity", column, known, expected="a column or a quantity: ")
     return tuple(columns)
 
 
@@ -365,7 +366,7 @@ def _value(scene: Scene, name: str) -> Fraction:
     """An entry's value; of theta the distance from the nearer pole."""
     known = dict(_values_by_name(scene))
     if name not in known:
-        raise InputError(f"sensitivity: got {name!r:.60}, expected any of: {', '.join(known)}")
+        raise wrong_name("sensitivity", name, known, expected="any of: ")
     return known[name]
 
 

@@ -15,7 +15,7 @@ from tt_precise.mechanics.formulations import WITHOUT_GLIDING
 from tt_precise.mechanics.laws import VISCOUS, Law
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import Vector, dot
-from tt_precise.runtime.values import InputError, Scalar
+from tt_precise.runtime.values import InputError, Scalar, wrong_name
 
 EXTREMUM, ZERO = "extremum:", "zero:"
 
@@ -192,10 +192,9 @@ def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:
             # five times smaller than the derivative of g_n by every state entry
             return Event(name, force_slope, meaning)
         return Event(name, function, meaning, of_rate=True, azimuth=quantity.azimuth)
-    raise InputError(
-        f"event: got {name[:60]!r}, expected one of: {', '.join(EVENTS)}, "
-        f"or {EXTREMUM}QUANTITY or {ZERO}QUANTITY such as {EXTREMUM}g_n"
-    )
+    also = f", or {EXTREMUM}QUANTITY or {ZERO}QUANTITY such as {EXTREMUM}g_n"
+    further = (f"{kind}{one}" for kind in (EXTREMUM, ZERO) for one in QUANTITIES)
+    raise wrong_name("event", name, EVENTS, also, further=further)
 
 
 def not_alternating(

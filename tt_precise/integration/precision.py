@@ -25,6 +25,7 @@ from tt_precise.runtime.values import (
     Scalar,
     shortened,
     whole_number,
+    wrong_name,
 )
 from tt_precise.scene.numerals import to_mpmath
 
@@ -230,7 +231,7 @@ def precision_named(name: str, bits: int | None = None) -> Precision:
     machine without 80-bit floats.
     """
     if name not in KINDS:
-        raise InputError(f"precision: got {name!r}, expected one of: {', '.join(KINDS)}")
+        raise wrong_name("precision", name, KINDS)
     number = KINDS[name].bits
     if bits is not None and name != "mp":
         got = shortened(bits)

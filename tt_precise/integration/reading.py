@@ -15,10 +15,10 @@ import numpy
 from tt_precise.integration.columns import POSE_NAMES, Name, Row, State
 from tt_precise.integration.dense_output import ARRIVED, Segment, is_doubles, long_double
 from tt_precise.integration.solution import Solution
-from tt_precise.mechanics.conserved import Integral, conserved, drift
+from tt_precise.mechanics.conserved import INTEGRALS, Integral, conserved, drift
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import Array, InputError, Scalar
+from tt_precise.runtime.values import Array, InputError, Scalar, wrong_name
 from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.scene.scene import RECORDABLE
 
@@ -275,7 +275,17 @@ def changes(run: Solution, names: Iterable[Name]) -> str:
     return f"{', '.join(others)}: changes since the start, no errors; this motion conserves {kept}"
 
 
-def drift_over_time(run: Solution) -> dict[str, Sequence[Scalar]]:
+class Drifts(dict[str, Any]):
+    """Values by the names of integrals, also found by their quantities: lambda, E, D."""
+
+    def __missing__(self, name: str) -> Any:
+        for known in self:
+            if name in INTEGRALS[known].quantities:
+                return self[known]
+        raise KeyError(str(wrong_name("drift", name, self, f'; frame("{DRIFT}E") has any change')))
+
+
+def drift_over_time(run: Solution) -> Drifts:
     """Relative change since the start of each conserved quantity, at ``sample_times``.
 
     In double a float64 array for each, otherwise a list of mpmath numbers.
@@ -285,7 +295,7 @@ def drift_over_time(run: Solution) -> dict[str, Sequence[Scalar]]:
         zero = run.start.until * 0
         inner = [zero, *map(run.dimensionless_time, times[:-1]), run.end_time]
         along = motions(run, inner)
-        return {integral.name: drift(integral, along)[1:] for integral in integrals(run)}
+        return Drifts((each.name, drift(each, along)[1:]) for each in integrals(run))
 
     entries = output.arrays(output.times(times), long_double)
     if run.status not in ARRIVED:
@@ -294,10 +304,9 @@ def drift_over_time(run: Solution) -> dict[str, Sequence[Scalar]]:
     start = tuple(map(long_double, output.start_row))
     both = [run.columns.array_motion(there, long_double) for there in (start, entries)]
     ones = numpy.ones(len(times))  # an integral may be one number for all rows
-    return {
-        integral.name: (drift(integral, both)[1] * ones).astype(float)
-        for integral in integrals(run)
-    }
+    return Drifts(
+        (each.name, (drift(each, both)[1] * ones).astype(float)) for each in integrals(run)
+    )
 
 
 def is_drift(name: Name) -> bool:
@@ -323,10 +332,9 @@ def drift_columns(
     for name in names:
         wanted = name.removeprefix(DRIFT)
         if wanted not in known and wanted not in QUANTITIES:
-            raise InputError(
-                f"column: got {name[:60]!r}, expected {DRIFT} and one of: {', '.join(known)}, or a "
-                "quantity such as E or D"
-            )
+            also, expected = ", or a quantity such as E or D", f"{DRIFT} and one of: "
+            further = (f"{DRIFT}{one}" for one in (*known, *QUANTITIES))
+            raise wrong_name("column", name, known, also, expected=expected, further=further)
         values = known[wanted] if wanted in known else _changes(run, wanted)
         if numbers == "text" and not run.precision.is_float:
             columns[name] = list(map(run.precision.text, values))

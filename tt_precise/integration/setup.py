@@ -17,7 +17,15 @@ from tt_precise.mechanics.formulations import (
     integration_form,
 )
 from tt_precise.mechanics.quantities import Motion, Quantity, UserFunction
-from tt_precise.runtime.values import Functions, InputError, Scalar, distinct, listed, shortened
+from tt_precise.runtime.values import (
+    Functions,
+    InputError,
+    Scalar,
+    distinct,
+    listed,
+    shortened,
+    wrong_name,
+)
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import RECORDABLE, Scene
 from tt_precise.taylor.graph import Graph
@@ -80,7 +88,7 @@ class Setup:
                     f"{scene.refused_in_angles}"
                 )
         if contact not in CONTACTS:
-            raise InputError(f"contact: got {contact!r}, expected one of: {', '.join(CONTACTS)}")
+            raise wrong_name("contact", contact, CONTACTS)
         if contact == "bilateral" and scene.further_columns:
             raise InputError(
                 f"{scene.name}: got contact bilateral for a scene with flight or an elastic table, "
@@ -192,7 +200,7 @@ def _checked_record(
 ) -> tuple[str, ...]:
     names = set(scene.record if record is None else record)
     for name in sorted(names - set(RECORDABLE)):
-        raise InputError(f"record: got {name!r}, expected one of: {', '.join(RECORDABLE)}")
+        raise wrong_name("record", name, RECORDABLE)
     if names & {"phi", "psi"} and scene.start.theta.at_pole:
         raise InputError(
             "record: got phi or psi for a start at a pole, where both are undefined; expected a "

@@ -26,6 +26,7 @@ from tt_precise.integration.events import not_alternating
 from tt_precise.integration.ladder import Level, integrate_to_digits
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.reading import (
+    Drifts,
     Numbers,
     drift_over_time,
     end_state,
@@ -39,7 +40,16 @@ from tt_precise.integration.solution import PhaseInterval, Solution, solve
 from tt_precise.mechanics.parameters import Dimension
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import Array, InputError, Scalar, listed
+from tt_precise.runtime.values import (
+    Array,
+    Hints,
+    InputError,
+    Scalar,
+    keyword_advice,
+    listed,
+    nearest,
+    wrong_name,
+)
 from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -56,7 +66,7 @@ if TYPE_CHECKING:
 def _require_numbers(numbers: str) -> None:
     known = get_args(Numbers)
     if numbers not in known:
-        raise InputError(f"numbers: got {numbers!r}, expected one of: {', '.join(known)}")
+        raise wrong_name("numbers", numbers, known)
 
 
 def is_one(t: Any) -> bool:
@@ -69,7 +79,7 @@ def each(t: Any) -> Iterable[Scalar]:
     return [t] if is_one(t) else t
 
 
-class Trajectory:
+class Trajectory(Hints):
     """The solution of a scene from t = 0 to ``t_end``, integrated with the arguments ``setup``.
 
     Look at ``status`` first. A "complete" trajectory reached the scene's horizon. A
@@ -96,6 +106,7 @@ class Trajectory:
     """
 
     sensitivity: Derivatives | None = None
+    _parts = ("scene", "run")
 
     def __init__(self, run: Solution):
         self.run, self.scene, self.setup, self.start = run, run.scene, run.setup, run.start
@@ -125,6 +136,12 @@ class Trajectory:
     def __reduce__(self) -> tuple[Any, ...]:
         names = self.sensitivity.names if self.sensitivity else ()
         return _unpickled, (self.run, names)
+
+    def _where(self, name: str) -> str:
+        known = self.run.columns.dimensions
+        where = "" if name in known else super()._where(name)
+        column = where or nearest(name, known)
+        return where or (f'frame("{column}"), plot("{column}") or at(t)' if column else "")
 
     def __repr__(self) -> str:
         return (
@@ -205,6 +222,7 @@ class Trajectory:
         """The scene's exact sample times up to ``t_end``; an early ``t_end`` is added."""
         return self.run.sample_times
 
+    @keyword_advice("every table has t; frame(...).to_csv(FILE) writes a file")
     def frame(
         self,
         *names: Any,
@@ -417,22 +435,25 @@ class Trajectory:
         return not_alternating(happened, self.setup.watched)
 
     @cached_property
-    def drift(self) -> dict[str, Scalar]:
+    def drift(self) -> Drifts:
         """Largest relative drift of each conserved quantity, over samples and end.
+
+        ``drift["lambda"]`` is ``drift["jellett"]``.
 
         The drifts are computed from the states in finer arithmetic: in long double for double,
         otherwise in mpmath with guard bits.
         """
         number = float if self.precision.is_float else self.precision.context.mpf
-        return {name: number(max(values)) for name, values in self.drift_over_time().items()}
+        return Drifts((n, number(max(values))) for n, values in self.drift_over_time().items())
 
-    def drift_over_time(self) -> dict[str, Sequence[Scalar]]:
+    def drift_over_time(self) -> Drifts:
         """Relative drift of each conserved quantity, at each of ``sample_times``.
 
         Each drift is a float64 array in double, otherwise a list of mpmath numbers.
         """
         return drift_over_time(self.run)
 
+    @keyword_advice('plot(...).savefig("top.png") saves the picture')
     def plot(
         self, *names: Any, beside: Mapping[str, Trajectory] | None = None, label: str | None = None
     ) -> Figure:
@@ -543,6 +564,7 @@ def _differentiated(trajectory: Trajectory, names: Iterable[str]) -> Trajectory:
     return trajectory
 
 
+@keyword_advice("numbers of the top and its start: scene.varied(mu=0.2)")
 def integrate(
     scene: str | Scene,
     precision: str | None = None,

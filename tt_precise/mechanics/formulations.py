@@ -13,7 +13,7 @@ from tt_precise.mechanics.newton import CentreState, NewtonState
 from tt_precise.mechanics.parameters import Dimension, Parameters, of_numbers
 from tt_precise.mechanics.quantities import ANGLE, ANGULAR_MOMENTUM, RATE, SPEED, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
-from tt_precise.runtime.values import Functions, InputError, Scalar, StateOfAny
+from tt_precise.runtime.values import Functions, Scalar, StateOfAny, wrong_name
 
 COORDINATES = ("newton", "euler")
 
@@ -136,11 +136,9 @@ def formulation(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation
     Raises ``InputError``: there is no such model, or there are no such coordinates.
     """
     if coordinates not in COORDINATES:
-        raise InputError(
-            f"formulation: got {coordinates!r}, expected one of: {', '.join(COORDINATES)}"
-        )
+        raise wrong_name("formulation", coordinates, COORDINATES)
     if model not in MODELS:
-        raise InputError(f"model: got {model!r}, expected one of: {', '.join(MODELS)}")
+        raise wrong_name("model", model, MODELS)
     known = FORMULATIONS[model, coordinates]
     return replace(known, friction=law) if model == "gliding" else known
 

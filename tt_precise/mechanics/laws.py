@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
-from tt_precise.runtime.values import Functions, InputError, Scalar
+from tt_precise.runtime.values import Functions, InputError, Scalar, wrong_name
 
 
 class Parameter(NamedTuple):
@@ -149,5 +149,5 @@ def law_named(name: str) -> Law:
     Raises ``InputError``: there is no such law.
     """
     if name not in LAWS:
-        raise InputError(f"friction.law: got {name!r}, expected one of: {', '.join(LAWS)}")
+        raise wrong_name("friction.law", name, LAWS)
     return LAWS[name]

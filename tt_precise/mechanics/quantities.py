@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tt_precise.mechanics import compliant, friction, newton, rolling
 from tt_precise.mechanics.euler import EulerState, euler_from_vectors
@@ -19,11 +19,13 @@ from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import SPRINGS, Dimension, Parameters, Torque
 from tt_precise.mechanics.vectors import Vector, cross, dot, horizontal_length, subtracted
-from tt_precise.runtime.values import Functions, InputError, Scalar
+from tt_precise.runtime.values import MEANT, Functions, Hints, InputError, Scalar
 
 
-class Motion:
+class Motion(Hints):
     """A body in a state, in one arithmetic: the argument of quantities.
+
+    Every quantity of the catalogue is an attribute too: ``motion.g_n``, ``motion.theta``.
 
     ``state`` has vectors (with vx = vy = 0 when rolling); ``model`` determines the force at the
     contact. All values are computed when first needed; ``s_dot`` computes the velocity of CM if
@@ -31,6 +33,7 @@ class Motion:
     """
 
     state: Any  # a NewtonState or a LiftedState
+    _parts = ("state", "euler", "body")
 
     def __init__(
         self,
@@ -44,6 +47,12 @@ class Motion:
         self.body, self.state, self.fn, self.model = body, state, fn, model
         # what is known already is not derived from the vectors
         self._euler, self._s_dot = euler, s_dot
+
+    if not TYPE_CHECKING:  # where it would make every attribute known
+
+        def __getattr__(self, name: str) -> Scalar:
+            quantity = QUANTITIES.get(name) or QUANTITIES.get(MEANT.get(name, ""))
+            return quantity.evaluate(self) if quantity else super().__getattr__(name)
 
     @cached_property
     def k(self) -> Vector:
@@ -171,10 +180,11 @@ class UserFunction:
         except Exception as error:
             of = getattr(error, "obj", None)
             if isinstance(error, AttributeError) and type(of).__module__.startswith(OWN):
-                there = (n for n in dir(of) if not n.startswith("_"))
+                there = ", ".join(n for n in dir(of) if not n.startswith("_"))
+                where = of._where(str(error.name)) if isinstance(of, Hints) else ""
                 raise InputError(
                     f"{name}: got no {error.name!r} of a {type(of).__name__}, expected one of: "
-                    f"{', '.join(there)}"
+                    f"{there}" + (f"; did you mean {where}?" if where else "")
                 ) from error
             raise InputError(
                 f"{name}: got {type(error).__name__} ({str(error)[:120]}), expected a function "

@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, wraps
+from inspect import CO_VARARGS, CO_VARKEYWORDS
 from numbers import Integral
-from typing import Any, Literal, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias, TypeVar
 
 
 class InputError(ValueError):
@@ -46,6 +47,118 @@ def listed(names: str | Iterable[str]) -> tuple[str, ...]:
     if not isinstance(names, str):
         return tuple(names)
     return tuple(name.strip() for name in names.split(",") if name.strip())
+
+
+# What people write, without underscores, for names of the paper and of this package.
+MEANT = {
+    "jellett": "lambda", "lambda": "jellett", "energy": "E", "routh": "D", "normalforce": "g_n",
+    "force": "g_n", "spin": "omega_3", "tilt": "theta", "inclination": "theta", "angle": "theta",
+    "slip": "gliding_speed", "speed": "gliding_speed", "precession": "phi_dot", "friction": "mu",
+    "mass": "m", "radius": "R", "gravity": "g", "inversion": "equator", "duration": "until",
+    "tend": "until", "tmax": "until", "tspan": "until", "dt": "sample_every", "rtol": "tolerance",
+    "t": "times", "at": "times", "dd": "double-double", "dps": "digits",
+}  # fmt: skip
+
+# How to write what people look for among the attributes of the package, a trajectory or a scene.
+WRITTEN = {
+    "to_csv": 'frame().to_csv("top.csv")', "save": 'frame().to_csv("top.csv") of a trajectory',
+    "savefig": 'plot().savefig("top.png")', "t": 'frame()["t"]', "times": 'frame()["t"]',
+    "t_init": "inversion.A.t_init", "t_equator": "inversion.equator",
+    "spread": 'integrate(scene, sensitivity=["mu"]).sensitivity.spread({"mu": "5 %"})',
+    "run": "tt.integrate(scene)", "integrate": "tt.integrate(scene)",
+    "simulate": "tt.integrate(scene)", "solve": "tt.integrate(scene)", "load": "tt.load_scene",
+    "scenes": "`tt-precise scene list`", "columns": "`tt-precise columns`",
+    "replace": "varied(mu=0.2)", "with_": "varied(mu=0.2)", "copy": "varied(mu=0.2)",
+    "quantities": "`tt-precise columns`", "events": "`tt-precise events`",
+}  # fmt: skip
+
+
+ALIKE = 0.65  # difflib's likeness from which a name is proposed; its own 0.6 proposes too many.
+
+
+def nearest(name: str, names: Iterable[str]) -> str:
+    """The one of ``names`` that a wrong one means or resembles; "" if there is none."""
+    import difflib  # for a wrong name only
+
+    kind, colon, name = name.rpartition(":")  # of extremum:NAME only NAME is compared
+    alike = {n.removeprefix(kind + colon).lower(): n for n in names if n.startswith(kind + colon)}
+    plain = name.lower().replace("_", "").replace(" ", "").replace("-", "")
+    for meant in (MEANT.get(plain, name).lower(), name.lower().removesuffix("_deg")):
+        if meant in alike:
+            return alike[meant]
+    near = difflib.get_close_matches(name.lower(), alike, n=1, cutoff=ALIKE)
+    return alike[near[0]] if near else ""
+
+
+def wrong_name(
+    what: str,
+    got: object,
+    names: Iterable[str],
+    also: str = "",
+    *,
+    expected: str = "one of: ",
+    further: Iterable[str] = (),
+) -> InputError:
+    """The error of a name that is none of ``names``, with the nearest of these and ``further``."""
+    names = list(names)
+    near = nearest(got, [*names, *further]) if isinstance(got, str) else ""
+    hint = f"; did you mean {near!r}?" if near else ""
+    return InputError(
+        f"{what}: got {shortened(got)}, expected {expected}{', '.join(names)}{also}{hint}"
+    )
+
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def keyword_advice(advice: str) -> Callable[[Function], Function]:
+    """A decorator: a call with a wrong keyword names the nearest one, and gives the ``advice``."""
+
+    def decorate(function: Function) -> Function:
+        code, what = function.__code__, function.__name__
+        names = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+        own = [name for name in names if name != "self"]
+        any_place, any_name = (bool(code.co_flags & flag) for flag in (CO_VARARGS, CO_VARKEYWORDS))
+
+        @wraps(function)
+        def call(*args: Any, **keywords: Any) -> Any:
+            if len(args) > code.co_argcount and not any_place:
+                raise TypeError(f"{what}: got {len(args)} arguments without a name; {advice}")
+            for name in () if any_name else sorted(keywords.keys() - set(own)):
+                raise TypeError(str(wrong_name(what, name, own, f"; {advice}")))
+            return function(*args, **keywords)
+
+        return call  # type: ignore[return-value]
+
+    return decorate
+
+
+class Hints:
+    """An object that says where an attribute is that it does not have.
+
+    ``_parts`` are attributes whose attributes are looked through.
+    """
+
+    _parts: ClassVar[tuple[str, ...]] = ()
+
+    if not TYPE_CHECKING:  # where it would make every attribute known
+
+        def __getattr__(self, name: str) -> Any:
+            where = "" if name.startswith("_") else self._where(name)
+            hint = f"; expected {where}" if where else ""
+            text = f"{type(self).__name__} has no {name!r}{hint}"
+            raise AttributeError(text, name=name, obj=self)
+
+        def __getitem__(self, name: str) -> Any:
+            where = self._where(str(name)) or "an attribute"
+            raise TypeError(f"{type(self).__name__} has no items; expected {where}")
+
+    def _where(self, name: str) -> str:
+        """The way to write what an unknown name means; "" if nothing resembles it."""
+        parts = (part for part in self._parts if hasattr(getattr(self, part), name))
+        for part in parts:
+            return f"{part}.{name}"
+        return WRITTEN.get(name) or nearest(name, (n for n in dir(self) if n[0] != "_"))
 
 
 def whole(value: Any) -> int | None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from tt_precise.mechanics.laws import LAWS, VISCOUS, Law, law_named
 from tt_precise.mechanics.parameters import NAMES, SPRINGS, Parameters, of_numbers
-from tt_precise.runtime.values import Functions, InputError, Json, Scalar
+from tt_precise.runtime.values import Functions, InputError, Json, Scalar, nearest
 from tt_precise.scene.numerals import within_doubles, written
 
 
@@ -270,9 +270,10 @@ def require_keys(
     for key in table:
         if key not in known:
             shown = key[:60] if key.isprintable() else repr(key[:60])
-            raise InputError(
-                f"unknown key {prefix}{shown}, expected only: " + ", ".join(sorted(known))
-            )
+            near = nearest(key, known)
+            hint = f"; did you mean {near}?" if near else ""
+            only = ", ".join(sorted(known))
+            raise InputError(f"unknown key {prefix}{shown}, expected only: {only}{hint}")
     if missing := sorted({*required} - table.keys()):
         first, *others = missing
         also = f"; also missing: {', '.join(others)}" if others else ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import decimal
 import math
 import re
+import string
 from contextlib import suppress
 from fractions import Fraction
 from numbers import Integral
@@ -27,6 +28,7 @@ _EXPRESSION = re.compile(
     rf"(?:\s*(?P<operator>[+-])\s*(?P<second>{_PRODUCT}))?(?:\s+(?P<unit>deg(?:/s)?))?",
     re.ASCII,
 )
+_LETTERS = string.ascii_letters + "/^2 "  # of units
 LONGEST = 2000  # Characters of a numeral: a hostile file cannot build a huge integer.
 # Bits of a numerator or denominator, about 1,000 digits: a moment of inertia, a product of four
 # such numbers, stays below the 4,300 digits that Python prints.
@@ -75,8 +77,10 @@ def parse(value: str | int | Fraction, what: str = "number", unit: str = "") -> 
     """
     number = _parse(value, unit)
     if number is None:
+        with_unit = isinstance(value, str) and _parse(value.rstrip(_LETTERS), "") is not None
+        alone = " without a unit, in SI (or a key with its unit, m_g or R_mm)" if with_unit else ""
         raise InputError(
-            f"{what}: got {shortened(value)}, expected an exact number as a string, such as "
+            f"{what}: got {shortened(value)}, expected an exact number as a string{alone}, such as "
             '"0.02", "1e-9", "131/350" or "0.004/0.017"' + (f', or "10 {unit}"' if unit else "")
         )
     for part in number:

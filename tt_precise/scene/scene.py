@@ -14,7 +14,7 @@ from typing import Any
 from tt_precise.mechanics.laws import VISCOUS
 from tt_precise.mechanics.parameters import of_numbers
 from tt_precise.runtime.files import parse_toml, printable, read_toml
-from tt_precise.runtime.values import InputError, Json
+from tt_precise.runtime.values import Hints, InputError, Json, keyword_advice, wrong_name
 from tt_precise.scene.body import (
     UNIT_KEYS,
     TippeTop,
@@ -58,7 +58,7 @@ _RUN = ("until", "sample_every", "record", "events")
 
 
 @dataclass(frozen=True, repr=False)
-class Scene:
+class Scene(Hints):
     """A body, a start, a horizon and the columns and events to record.
 
     Times are in s. ``record`` has names of quadratures from ``RECORDABLE`` (phi, psi in rad; x, y
@@ -72,6 +72,8 @@ class Scene:
     InputError
         A body or start has the wrong type, or a value is out of range.
     """
+
+    _parts = ("body", "start")
 
     name: str
     model: str
@@ -182,6 +184,7 @@ class Scene:
         begun = replace(self, start=Start.of_state(state, lifted=self.lifts), given={}, text="")
         return begun.varied(**run)
 
+    @keyword_advice("entries by name: varied(mu=0.2, R_mm=18)")
     def varied(self, **changes: Any) -> Scene:
         """Return the scene with entries of its file replaced, in the units of the file.
 
@@ -389,17 +392,13 @@ def load_scene(scene: str | Path | Scene) -> Scene:
     if isinstance(scene, str) and re.fullmatch(r"[A-Za-z0-9_-]+", scene):
         if scene in shipped():
             return _shipped(scene)
-        import difflib  # for a wrong name only
-
-        near = difflib.get_close_matches(scene, shipped(), n=1)
-        raise InputError(
-            f"scene: got {scene[:60]!r}"
-            + (f" (did you mean {near[0]!r}?)" if near else "")
-            + ", expected a path to a .toml file or one of: "
-            + ", ".join(shipped())
-        )
+        files = map(str, Path().glob("*.toml"))
+        expected = "a path to a .toml file or one of: "
+        raise wrong_name("scene", scene, shipped(), expected=expected, further=files)
     path = Path(scene)
-    text = read_toml(path, "a scene file or a shipped name")
+    text = read_toml(
+        path, "a scene file (`tt-precise scene new FILE` writes one) or a shipped name"
+    )
     return parse_scene(text, path.stem, printable(path))
 
 
@@ -452,7 +451,9 @@ def _typed(value: object, kind: type, what: str, expected: str) -> None:
 def _subtable(table: Mapping[str, Json], key: str) -> Mapping[str, Json]:
     value = table[key]
     if not isinstance(value, dict):
-        raise InputError(f"{key}: got {str(value)[:60]!r}, expected a table [{key}]")
+        raise InputError(
+            f"{key}: got {str(value)[:60]!r}, expected a table [{key}], in Python a dict"
+        )
     return value
 
 
@@ -472,9 +473,7 @@ def _names(table: Mapping[str, Json], key: str) -> tuple[str, ...]:
 
 def _one_of(value: str, allowed: Collection[str], what: str) -> None:
     if value not in allowed:
-        raise InputError(
-            f"{what}: got {value[:60]!r}, expected one of: " + ", ".join(sorted(allowed))
-        )
+        raise wrong_name(what, value, sorted(allowed))
 
 
 def _folder() -> Path:

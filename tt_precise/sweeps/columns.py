@@ -19,7 +19,7 @@ from tt_precise.integration.events import EXTREMUM, Event, axis_fall, event_name
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.mechanics.thresholds import energy_excludes
-from tt_precise.runtime.values import Array, InputError
+from tt_precise.runtime.values import Array, InputError, wrong_name
 
 OUTCOMES = {
     "inverts": "equator passed, and below it at the end",
@@ -104,10 +104,9 @@ def check_names(record: tuple[str, ...], model: str) -> None:
         if name in FIXED or record.count(name) > 1:
             raise InputError(f"record: got {name} twice or as a default column, expected it once")
         if name not in DERIVED and statistic_named(name) is None:
-            raise InputError(
-                f"record: got {name[:60]!r}, expected one of: {', '.join(DERIVED)}, or min_, max_, "
-                "start_, end_ and a quantity, such as max_nu_y"
-            )
+            also = ", or min_, max_, start_, end_ and a quantity, such as max_nu_y"
+            statistics = (f"{kind}_{name}" for kind in STATISTICS for name in QUANTITIES)
+            raise wrong_name("record", name, DERIVED, also, further=statistics)
     detectors(record, model)
     for statistic in extremes(record):
         event_named(extremum(statistic.quantity), model)

@@ -15,7 +15,7 @@ from tt_precise.runtime.plotting import (
     new_figure,
     styled,
 )
-from tt_precise.runtime.values import Array, InputError
+from tt_precise.runtime.values import Array, InputError, wrong_name
 from tt_precise.sweeps.columns import DEFINITIONS, DERIVED, OUTCOMES, statistic_named
 from tt_precise.sweeps.specification import STARTS, unit_of
 
@@ -185,9 +185,7 @@ def column_named(rows: pandas.DataFrame, name: str) -> str:
         return wanted
     recorded = wanted in DERIVED or statistic_named(wanted)
     advice = f"; a sweep with --record {wanted} has it" if recorded else ""
-    raise InputError(
-        f"column: got {name[:60]!r}, expected one of: {', '.join(rows.columns)}, or climb{advice}"
-    )
+    raise wrong_name("column", name, rows.columns, f", or climb{advice}")
 
 
 def _with_values(rows: pandas.DataFrame, *names: str) -> pandas.DataFrame:

@@ -19,7 +19,7 @@ from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import Array, InputError, Json, listed, whole_number
+from tt_precise.runtime.values import Array, InputError, Json, keyword_advice, listed, whole_number
 from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError, local_pool
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Inclination, Scene
@@ -43,10 +43,11 @@ TABLE_ROWS = 128  # Rows in a task of ``integrated``.
 NO_BUGS = (InputError, WorkerDiedError, MemoryError, OSError)
 
 
+@keyword_advice('values by name: sweep(scene, vary={"mu": [0.2, 0.3]})')
 def sweep(
     scene: str | Scene,
-    *,
     vary: Mapping[str, Values] | None = None,
+    *,
     box: Mapping[str, Ends] | None = None,
     samples: int = 0,
     seed: int = 0,

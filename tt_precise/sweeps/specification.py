@@ -27,7 +27,7 @@ from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.cache import fingerprint
 from tt_precise.runtime.files import parse_toml, read_toml
 from tt_precise.runtime.records import Meta, Record
-from tt_precise.runtime.values import Array, InputError, Json, whole_number
+from tt_precise.runtime.values import Array, InputError, Json, whole_number, wrong_name
 from tt_precise.scene.body import UNIT_KEYS, require_si
 from tt_precise.scene.numerals import within_doubles, written
 from tt_precise.scene.scene import Scene, Start, load_scene
@@ -102,9 +102,7 @@ class SweepSpec:
         known = variable(self.scene)
         for name in self.names:
             if name not in known or self.names.count(name) > 1:
-                raise InputError(
-                    f"sweep: got {name[:60]!r}, expected each once of: {', '.join(known)}"
-                )
+                raise wrong_name("sweep", name, known, expected="each once of: ")
         whole_number(self.samples, "samples", 0, MOST_SAMPLES)
         whole_number(self.seed, "seed", 0, LARGEST_SEED)
         if bool(self.box) != (self.samples > 0):
