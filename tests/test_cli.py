@@ -266,3 +266,30 @@ def test_options_that_are_lists_are_given_several_times(said: Said) -> None:
 
 def test_sweep_h_shows_the_options_of_a_sweep(said: Said) -> None:
     assert "--vary" in said("sweep -h")
+
+
+@pytest.mark.parametrize(("word", "meant"), cli.MEANT.items())
+def test_a_command_that_people_try_names_the_one_that_does_it(
+    refused: Said, word: str, meant: str
+) -> None:
+    assert refused(word, "reference") == f"tt-precise: command: got {word!r}, expected {meant}\n"
+    command = meant.partition(" ")[0]
+    assert command in {*cli.COMMANDS, "COMMAND", "in"}
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("run", "reference", "--plot"), "requires an argument. Plot the trajectory (.svg"),
+        (("run", "reference", "--mu", "0.2"), "the scene's file: `tt-precise scene new top.toml`."),
+        (("run", "reference", "--csv", "a"), "See `tt-precise run --help`."),
+        (("run", "reference", "theta"), ": lists are written with commas, without spaces. See"),
+        (("run", "reference", "--until", "10s"), "until: got '10s', expected an exact number as "
+         "a string without a unit, in SI"),
+        (("check", "a.csv"), "Missing option '--scene'. A shipped name or a TOML file."),
+    ],
+)  # fmt: skip
+def test_a_wrong_option_says_what_is_expected(
+    refused: Said, words: tuple[str, ...], told: str
+) -> None:
+    assert told in refused(*words)

@@ -18,7 +18,7 @@ from tt_precise._version import __version__
 from tt_precise.commands.options import Group
 from tt_precise.runtime.process import Terminated, end_within, in_a_process_of_ours, raising_signals
 from tt_precise.runtime.terminal import open_closed_streams
-from tt_precise.runtime.values import InputError
+from tt_precise.runtime.values import InputError, wrong_name
 
 COMMANDS = {
     "run": "Integrate a scene.",
@@ -35,6 +35,18 @@ COMMANDS = {
     "engines": "Test physics engines: the installed ones, or your own.",
     "report": "Write the precision report.",
 }
+
+# What people try as commands, and what does that.
+MEANT = {
+    "plot": "run SCENE --plot top.png", "animate": "run SCENE --animate top.html",
+    "drift": "run SCENE --plot drift.png --columns drift:lambda,drift:E", "list": "scene list",
+    "scenes": "scene list", "new": "scene new top.toml", "find": "sweep find SCENE omega_3=20:260",
+    "threshold": "sweep find SCENE omega_3=20:260", "map": "sweep plot", "help": "COMMAND --help",
+    "spread": 'in Python tt.integrate(scene, sensitivity=["mu"]).sensitivity.spread({"mu": "5 %"})',
+}  # fmt: skip
+
+# What people look for among the options, and a scene's file has.
+NUMBERS = ("mu", "friction", "theta", "omega_3", "spin", "mass", "radius", "alpha", "m", "R")
 
 DONE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 70  # 70: EX_SOFTWARE of sysexits.h
 INTERRUPTED, READER_GONE, TERMINATED = 130, 141, 143  # as shells report SIGINT, SIGPIPE, SIGTERM
@@ -54,8 +66,9 @@ class _Lazy(Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args[0] not in COMMANDS and not args[0].startswith("-"):
-            known = ", ".join(COMMANDS)
-            raise click.UsageError(f"command: got {args[0][:60]!r}, expected one of: {known}")
+            if args[0] in MEANT:
+                raise InputError(f"command: got {args[0]!r}, expected {MEANT[args[0]]}")
+            raise wrong_name("command", args[0], COMMANDS)
         return super().resolve_command(ctx, args)
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
@@ -89,6 +102,8 @@ def main(argv: list[str] | None = None) -> int:
     except click.exceptions.NoArgsIsHelpError as help_text:
         click.echo(help_text.format_message(), err=True)
         return BAD_INPUT
+    except click.UsageError as error:
+        return _complain(f"{error.format_message()}{_advice(error)}", BAD_INPUT)
     except click.ClickException as error:
         return _complain(error.format_message(), BAD_INPUT)
     except InputError as error:
@@ -110,6 +125,24 @@ def main(argv: list[str] | None = None) -> int:
         # checks pass, the status must not say so
         return READER_GONE
     return status if isinstance(status, int) else DONE
+
+
+def _advice(error: click.UsageError) -> str:
+    """The help text of the parameter that an error is about, or the way to the help."""
+    if error.ctx is None:
+        return ""
+    name = getattr(error, "option_name", None)
+    given = getattr(error, "param", None)
+    for parameter in error.ctx.command.params:
+        text = getattr(parameter, "help", None)
+        if text and (parameter is given or name in parameter.opts):
+            return f" {text}"
+    said = ""
+    if "extra argument" in error.message:
+        said = ": lists are written with commas, without spaces."
+    elif name and str(name).lstrip("-").replace("-", "_") in NUMBERS:
+        said = " It stands in the scene's file: `tt-precise scene new top.toml`."
+    return f"{said} See `{error.ctx.command_path} --help`."
 
 
 def _complain(message: object, status: int) -> int:

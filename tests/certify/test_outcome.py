@@ -1,5 +1,8 @@
 """The outcome of a trajectory: what is proved about its end, and what is not."""
 
+import math
+import re
+
 import pytest
 
 from tt_precise.certify.outcome import Outcome, outcome_of
@@ -61,3 +64,15 @@ def test_nothing_is_stated_of_a_state_that_is_not_known(monkeypatch: pytest.Monk
     run = integrate("stays-upright")
     assert outcome_of(run, None)[1:] == (("not_passed", None), outcome_of(run, None).end)
     assert outcome_of(run, None).end.verdict == "undecided"
+
+
+def test_a_top_that_rolls_under_dry_friction_says_how_much_of_mu_it_takes() -> None:
+    """Against the force that keeps it rolling, from the state at the end alone."""
+    run = integrate("coulomb-small-top")
+    reason = outcome_of(run, None).end.reason
+    since, most, mu = map(float, re.findall(r"since (\S+) s, .* to (\S+) of mu = (\S+)", reason)[0])
+    assert since == pytest.approx(float(run.pieces[-1].begin), rel=1e-5)
+    assert mu == 0.3
+    x, y, z = run.motion(run.t_end).force
+    assert math.hypot(x, y) / z <= most * 1.005
+    assert most < mu

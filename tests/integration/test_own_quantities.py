@@ -325,3 +325,26 @@ def test_an_own_value_at_an_event_has_its_error(reference: Scene, words: dict[st
     for of in (run, run.again(events=())):
         with pytest.raises(InputError, match="column: got 'drift:E', expected one of"):
             of.event_frame("drift:E")
+
+
+def test_a_function_that_combines_rows_is_refused(reference: Scene) -> None:
+    """``numpy.linalg.norm`` of a vector of columns is the norm over all times."""
+    run = tt.integrate(reference, until="0.05")
+    for wrong in (
+        lambda q: numpy.linalg.norm(q.omega),
+        lambda q: q.omega[2] / numpy.linalg.norm(q.omega),
+        lambda q: numpy.array(q.omega),
+    ):
+        with pytest.raises(InputError, match="combine several times"):
+            run.frame(tt.quantity(wrong, "rad/s"))
+    mu = tt.quantity(lambda q: q.body.mu, "s/m", name="mu")
+    assert set(run.frame(mu)["mu"]) == {0.3}
+
+
+def test_quantities_of_the_catalogue_are_attributes_of_a_motion(reference: Scene) -> None:
+    run = tt.integrate(reference, until="0.05")
+    weight = tt.quantity(lambda q: q.g_n, "N", name="weight")  # type: ignore[attr-defined]
+    table = run.frame(weight, "g_n")
+    assert list(table["weight"]) == list(table["g_n"])
+    motion: Any = run.motion(0)
+    assert motion.jellett == getattr(motion, "lambda")

@@ -36,7 +36,10 @@ def test_the_overview(short: Trajectory) -> None:
     drawn = short.plot()
     theta, energies, force, drift = drawn.axes
     assert (theta.get_ylabel(), force.get_ylabel()) == (r"$\theta$ / rad", "$g_n$ / N")
-    assert (len(energies.lines), len(drift.lines), drift.get_yscale()) == (4, 2, "log")
+    # rounding is drawn as it is, an error of many sizes by its logarithm
+    assert (len(energies.lines), len(drift.lines), drift.get_yscale()) == (4, 2, "linear")
+    coarse = short.again(tolerance=1e-6).plot().axes[-1]
+    assert coarse.get_yscale() == "symlog"
     values = np.asarray(theta.lines[0].get_ydata(), dtype=float)
     assert values[0] == pytest.approx(0.1)
     ticks = {str(line.get_label()) for line in theta.lines[1:]}
@@ -83,7 +86,9 @@ def test_the_drift_of_every_quantity_can_be_drawn(short: Trajectory) -> None:
     assert np.asarray(energy.lines[0].get_ydata(), float)[-1] == pytest.approx(
         1 - E.iloc[-1] / E.iloc[0]
     )
-    assert (jellett.get_yscale(), theta.get_yscale()) == ("log", "linear")
+    scales = [axes.get_yscale() for axes in (jellett, energy, theta)]
+    assert scales == ["linear", "linear", "linear"]
+    assert short.again(tolerance=1e-6).plot("drift:lambda").axes[0].get_yscale() == "symlog"
     drawn = short.plot("drift:nu_x").axes[0].lines[0].get_ydata()
     assert np.asarray(drawn, float)[-1] <= 1  # as nu_x starts at 0
     with pytest.raises(
@@ -186,6 +191,33 @@ def test_the_page_names_a_law_of_friction_that_is_not_viscous(short: Trajectory)
     ]
     name = short.scene.name
     assert titles == [f"{name}: complete", f"{name}, coulomb friction: complete"]
+
+
+def test_two_tops_move_beside_each_other(
+    short: Trajectory,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    other = integrate(short.scene.varied(mu="0.2"), until="0.3")
+    made = short.animate(beside={"mu = 0.2": other}, label="mu = 0.3")
+    assert capsys.readouterr().out == "reference.html: open it in a browser\n"
+    text = made.read_text("utf-8")
+    found = re.findall(r'type="application/json" id="motion\d*">(.*?)</script>', text)
+    first, second = map(json.loads, found)
+    spans = [one["every"] * (len(one["theta"]) - 1) for one in (first, second)]
+    assert spans == pytest.approx([0.3, 0.3])
+    assert first["theta"] != second["theta"]
+    assert len(set(re.findall(r' id="([^"]+)"', text))) == text.count(' id="')
+    assert re.findall("<h1>(.*?)</h1>", text) == ["mu = 0.3: complete", "mu = 0.2: complete"]
+    shown = made._repr_html_()
+    assert shown is not None
+    assert shown.startswith("<iframe srcdoc=")
+    both = short.animate("top.gif", beside={"mu = 0.2": other}, seconds=0.2, fps=10)
+    with Image.open(both) as picture:
+        assert picture.size == (1440, 468)
+    assert both._repr_html_() is None
 
 
 def test_a_top_that_flies_is_drawn_above_the_table(tmp_path: Path) -> None:

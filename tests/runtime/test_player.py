@@ -49,11 +49,11 @@ def test_ticks_and_speeds_suit_every_length(end: float) -> None:
 
 def test_a_top_that_stays_where_it_is_can_be_drawn() -> None:
     still = {name: [0.1] * 3 for name in ("theta", "phi", "psi", "x", "y")}
-    assert "nan" not in player.page(player.drawing(0.1, still, title="", words=""))
+    assert "nan" not in player.page([player.drawing(0.1, still, title="", words="")])
 
 
 def test_the_page_is_whole_and_escaped() -> None:
-    text = player.page(drawing())
+    text = player.page([drawing()])
     assert "<title>a &lt;top&gt;</title>" in text
     assert "it &amp; more" in text
     assert text.count("<script") == 2

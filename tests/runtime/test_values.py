@@ -15,13 +15,17 @@ import pytest
 import tt_precise as tt
 from tt_precise.runtime.values import (
     Check,
+    Hints,
     InputError,
     Memory,
     Ring,
     Scalar,
     distinct,
+    keyword_advice,
     listed,
+    nearest,
     whole_number,
+    wrong_name,
 )
 from tt_precise.threshold import find
 
@@ -135,3 +139,52 @@ def test_a_result_is_computed_once_for_each_key_and_object() -> None:
     for memory, key in ((one, "a"), (one, "a"), (one, "b"), (other, "a")):
         assert memory.once(key, partial(compute, key)) == key
     assert asked == ["a", "b", "a"]
+
+
+@pytest.mark.parametrize(
+    ("name", "names", "near"),
+    [
+        ("omega3", ("theta", "omega_3"), "omega_3"),
+        ("Equator", ("equator", "nu_crossing"), "equator"),
+        ("energy", ("E", "E_dot", "g_n"), "E"),
+        ("theta_deg", ("theta", "theta_dot"), "theta"),
+        ("extremum:normal_force", ("extremum:g_n", "zero:g_n"), "extremum:g_n"),
+        ("drift:lean", ("drift:E", "drift:jellett"), ""),
+        ("lean", ("theta", "omega_3"), ""),
+    ],
+)
+def test_a_wrong_name_has_the_nearest(name: str, names: tuple[str, ...], near: str) -> None:
+    assert nearest(name, names) == near
+    said = str(wrong_name("column", name, names))
+    assert said.startswith(f"column: got {name!r}, expected one of: {', '.join(names)}")
+    assert said.endswith(f"; did you mean {near!r}?" if near else names[-1])
+
+
+@keyword_advice("write integrate(scene)")
+def integrate(scene: str, *, until: float = 1.0) -> float:
+    """Take two arguments."""
+    return until
+
+
+def test_a_wrong_keyword_has_the_nearest_and_the_advice() -> None:
+    assert integrate("a", until=2.0) == 2.0
+    with pytest.raises(TypeError, match=r"got 't_end', .*write integrate.*mean 'until'\?"):
+        integrate("a", t_end=2.0)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match="got 2 arguments without a name; write integrate"):
+        integrate("a", 2.0)  # type: ignore[call-arg]
+
+
+class Whole(Hints):
+    """A thing with a part."""
+
+    _parts = ("part",)
+    part = 1 + 2j
+
+
+def test_an_attribute_that_is_elsewhere_is_found() -> None:
+    for name, where in (("imag", "part.imag"), ("parts", "part"), ("to_csv", "frame")):
+        with pytest.raises(AttributeError, match=f"Whole has no '{name}'; expected {where}"):
+            getattr(Whole(), name)
+    with pytest.raises(TypeError, match=r"Whole has no items; expected part\.imag"):
+        Whole()["imag"]  # type: ignore[index]
+    assert not hasattr(Whole(), "_private")

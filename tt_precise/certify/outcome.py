@@ -105,7 +105,24 @@ def _confinement(trajectory: Trajectory) -> tuple[End, bool]:
                 reason = f"energy and lambda do not confine it at the end: {why}"
         if energy_excludes(body, energy, lambda_, z, to=-1):
             return End("not_inverted", "its energy is too low for the inverted spin"), never
-        return End("undecided", reason), never
+        return End("undecided", reason + _rolling(trajectory)), never
+
+
+def _rolling(trajectory: Trajectory) -> str:
+    """The part of mu that rolling takes at the end of a top under dry friction, or ""."""
+    last, mu = trajectory.pieces[-1], float(trajectory.scene.body.mu)
+    if last.model != "rolling" or not trajectory.scene.may_stick:
+        return ""
+
+    def friction(q: Motion) -> Scalar:
+        x, y, z = q.force
+        return q.fn.sqrt(x * x + y * y) / z
+
+    times = [t for t in trajectory.sample_times if t > as_fraction(last.begin)]
+    most = max(trajectory.table(friction, times=times, numbers="float").popitem()[1])
+    return (
+        f"; it rolls since {float(last.begin):.6g} s, which takes up to {most:.3g} of mu = {mu:g}"
+    )
 
 
 def _last_state(trajectory: Trajectory) -> NewtonState:

@@ -29,7 +29,7 @@ from tt_precise.check.kinematics import (
 from tt_precise.check.result import Residual, check_of_rows, to_one_digit
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy
-from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
+from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, OF_QUANTITY, Integral
 from tt_precise.mechanics.newton import NewtonState, contact_arm
 from tt_precise.mechanics.vectors import cross, dot
 from tt_precise.runtime.values import (
@@ -367,6 +367,7 @@ def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
     Raises ``InputError``: a check of that name does not exist, or its limit is no number that a
     value can pass.
     """
+    given = {OF_QUANTITY.get(name, name): value for name, value in given.items()}
     require_names("limit", given, DEFAULT_LIMITS)
     senses = {check.name: check.sense for check in CHECKS}
     limits = {name: finite(f"limit of {name}", value) for name, value in given.items()}

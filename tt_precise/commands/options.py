@@ -59,8 +59,13 @@ class Group(click.Group):
 
 
 def _refuse_repeats(command: click.Command, ctx: click.Context, args: list[str]) -> None:
-    tried = click.Context(command, parent=ctx, resilient_parsing=True)
-    _, _, order = command.make_parser(tried).parse_args(list(args))
+    settings: dict[str, Any] = {"parent": ctx, "info_name": command.name}
+    tried = click.Context(command, **settings, **command.context_settings)
+    try:
+        _, _, order = command.make_parser(tried).parse_args(list(args))
+    except click.UsageError as error:
+        error.ctx = tried  # whose help says what an option expects
+        raise
     counts = Counter(p for p in order if isinstance(p, click.Option) and not p.is_flag)
     for option, count in counts.items():
         if count > 1 and not option.multiple:

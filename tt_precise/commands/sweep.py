@@ -237,7 +237,8 @@ def find_command(
     """
     from tt_precise import threshold
 
-    ((name, between),) = pairs((ends,), "sweep find", "NAME=LOW:HIGH").items()
+    form = "SCENE and NAME=LOW:HIGH, such as reference omega_3=20:260"
+    ((name, between),) = pairs((ends,), "sweep find", form).items()
     with progress_bar(f"{points} values of {name}") as progress:
         found = threshold.find(
             scene,

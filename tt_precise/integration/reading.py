@@ -15,7 +15,7 @@ import numpy
 from tt_precise.integration.columns import POSE_NAMES, Name, Row, State
 from tt_precise.integration.dense_output import ARRIVED, Segment, is_doubles, long_double
 from tt_precise.integration.solution import Solution
-from tt_precise.mechanics.conserved import INTEGRALS, Integral, conserved, drift
+from tt_precise.mechanics.conserved import OF_QUANTITY, Integral, conserved, drift
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar, wrong_name
@@ -279,9 +279,9 @@ class Drifts(dict[str, Any]):
     """Values by the names of integrals, also found by their quantities: lambda, E, D."""
 
     def __missing__(self, name: str) -> Any:
-        for known in self:
-            if name in INTEGRALS[known].quantities:
-                return self[known]
+        integral = OF_QUANTITY.get(name, "")
+        if integral in self:
+            return self[integral]
         raise KeyError(str(wrong_name("drift", name, self, f'; frame("{DRIFT}E") has any change')))
 
 

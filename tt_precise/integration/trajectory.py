@@ -61,6 +61,7 @@ if TYPE_CHECKING:
 
     from tt_precise.integration.derivatives import Derivatives
     from tt_precise.integration.inversion import InversionTimes
+    from tt_precise.integration.views import Animation
 
 
 def _require_numbers(numbers: str) -> None:
@@ -467,35 +468,38 @@ class Trajectory(Hints):
         """
         from tt_precise.integration.views import figure
 
-        if not isinstance(beside or {}, Mapping):
-            raise InputError(
-                f"beside: got a {type(beside).__name__}, expected trajectories by their labels, "
-                'such as {"mu = 0.1": other}'
-            )
-        others = {label: other.run for label, other in (beside or {}).items()}
-        return figure(self.run, expanded(names), others, label or self.scene.name)
+        return figure(self.run, expanded(names), _runs(beside), label or self.scene.name)
 
+    @keyword_advice('animate("top.html", beside={"mu = 0.1": other}) draws both')
     def animate(
         self,
-        path: str | Path,
+        path: str | Path | None = None,
         *,
+        beside: Mapping[str, Trajectory] | None = None,
+        label: str | None = None,
         seconds: float = 12.0,
         fps: int = 20,
         begin: float = 0.0,
         end: float | None = None,
         progress: Progress | None = None,
-    ) -> Path:
-        """Write an animation of the top and its track on the table.
+    ) -> Animation:
+        """Write an animation of the top and its track on the table; a notebook shows a page.
 
-        ``path`` ends in .gif, .html, or .mp4 (which needs ffmpeg). The animation lasts ``seconds``
-        with ``fps`` frames per second, equally spaced in the trajectory's time from ``begin`` to
-        ``end`` (s; by default the whole trajectory). ``progress`` is called with the fraction done.
+        ``path`` ends in .gif, .html, or .mp4 (which needs ffmpeg); by default it is the scene's
+        name with .html, and is printed. The tops of the trajectories ``beside`` move at the same
+        time, with their labels, as in ``plot``. The animation lasts ``seconds`` with ``fps`` frames
+        per second, equally spaced in the trajectory's time from ``begin`` to ``end`` (s; by default
+        the whole trajectory). ``progress`` is called with the fraction done.
         """
         from tt_precise.integration.views import animate
 
+        if path is None:
+            path = f"{self.scene.name}.html"
+            print(f"{path}: open it in a browser")
         return animate(
-            self.run, path, seconds=seconds, fps=fps, begin=begin, end=end, progress=progress
-        )
+            self.run, path, beside=_runs(beside), label=label or "", seconds=seconds, fps=fps,
+            begin=begin, end=end, progress=progress,
+        )  # fmt: skip
 
     def _repr_html_(self) -> str:
         from tt_precise.runtime.tables import as_html
@@ -549,6 +553,15 @@ class Trajectory(Hints):
         from tt_precise.integration.inversion import with_climb
 
         return self._of(with_climb(self.run))
+
+
+def _runs(beside: Mapping[str, Trajectory] | None) -> dict[str, Solution]:
+    if not isinstance(beside or {}, Mapping):
+        raise InputError(
+            f"beside: got a {type(beside).__name__}, expected trajectories by their labels, "
+            'such as {"mu = 0.1": other}'
+        )
+    return {label: other.run for label, other in (beside or {}).items()}
 
 
 def _unpickled(run: Solution, names: Sequence[str]) -> Trajectory:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from html import escape
+from pathlib import Path, PosixPath
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy
 
@@ -32,14 +33,12 @@ if TYPE_CHECKING:
     from matplotlib.animation import AbstractMovieWriter
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from tt_precise.scene.scene import Scene
 
 
 WIDTH, PANEL = 7.0, 1.55  # inches
-# drawn for an exact zero on a logarithmic axis: a part of eps
-OF_EPS, TINIEST = 2.0**-8, 1e-300
 ENERGIES = ("E", "E_rot", "E_trans", "E_pot")
 LABELS = {
     "theta": r"$\theta$", "theta_dot": r"$\dot\theta$", "phi_dot": r"$\dot\varphi$",
@@ -122,12 +121,18 @@ def _panel(axes: Axes, samples: Mapping[str, Array], columns: tuple[Name, ...]) 
 
 def _drifts(axes: Axes, run: Solution, drifts: Mapping[str, Sequence[Scalar]]) -> None:
     times = [float(t) for t in run.sample_times]
-    floor = max(float(run.precision.eps) * OF_EPS, TINIEST)
-    for name, values in drifts.items():
-        floats = numpy.maximum([float(value) for value in values], floor)
-        axes.semilogy(times, floats, label=name.replace("_", " "))
+    floats = {name: numpy.array(values, dtype=float) for name, values in drifts.items()}
+    for name, values in floats.items():
+        axes.plot(times, values, label=name.replace("_", " "))
     one = next(iter(drifts)) if len(drifts) == 1 else ""
     what = "change" if changes(run, [f"{DRIFT}{name}" for name in drifts]) else "drift"
+    eps = float(run.precision.eps)
+    # an error of many sizes; below eps, where all is rounding, the axis is linear
+    if what == "drift" and max(numpy.nanmax(values) for values in floats.values()) > 10 * eps:
+        axes.set_yscale("symlog", linthresh=eps)
+        locator: Any = axes.yaxis.get_major_locator()
+        locator.set_params(numticks=6)
+    axes.set_ylim(bottom=0)
     axes.set_ylabel(f"relative {what}\nof {_label(one)}" if one else "relative drift")
     if not one:
         axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
@@ -181,17 +186,29 @@ class Frames(NamedTuple):
     track: numpy.ndarray
 
 
+class Animation(PosixPath):
+    """The file of an animation; a notebook shows a page (.html) below the cell."""
+
+    def _repr_html_(self) -> str | None:
+        if self.suffix.lower() != ".html":
+            return None
+        page = escape(self.read_text(encoding="utf-8"))
+        return f'<iframe srcdoc="{page}" style="width: 100%; height: 640px; border: 0"></iframe>'
+
+
 def animate(
     run: Solution,
     path: str | Path,
     *,
+    beside: Mapping[str, Solution] = MappingProxyType({}),
+    label: str = "",
     seconds: float = 12.0,
     fps: int = 20,
     begin: float = 0.0,
     end: float | None = None,
     progress: Progress | None = None,
-) -> Path:
-    """Write the animation of ``trajectory`` from ``begin`` to ``end`` (s).
+) -> Animation:
+    """Write the animation of ``run`` and the runs ``beside`` it from ``begin`` to ``end`` (s).
 
     A page (.html) plays in a browser without a network, with a slider and several speeds; ``fps``
     is of no importance there, and ``seconds`` chooses the first speed.
@@ -201,25 +218,37 @@ def animate(
     """
     from matplotlib.animation import FuncAnimation
 
-    target = Path(path)
+    target = Animation(path)
+    named = {label or _name_of(run.scene): run, **beside}
     if not (0 < fps <= MOST_FRAMES and 0 < seconds <= MOST_FRAMES / fps):
         raise InputError(
             f"animate: got {shortened(seconds)} s with {shortened(fps)} frames in each, expected "
             f"both above 0, and at most {MOST_FRAMES} frames"
         )
     require_animation(target)
+    # the runs that have the pose: an early end may differ in its last bits
+    runs = {name: with_quadratures(one) for name, one in named.items()}
+    last = min(float(one.t_end) for one in runs.values()) if end is None else end
     if target.suffix.lower() == ".html":
-        atomic_write(target, player.page(playable(run, begin, end, seconds)))
+        motions = [playable(one, begin, last, seconds, name) for name, one in runs.items()]
+        atomic_write(target, player.page(motions))
         return target
     writer = movie_writer(target, fps)
     count = max(2, round(seconds * fps))
-    frames = sampled(run, begin, end, count)
-    scene = run.scene
     with plotting.styled():
-        drawn = plotting.new_figure(6.0, 3.9)
+        drawn = plotting.new_figure(6.0 * len(runs), 3.9)
         drawn.set_layout_engine("none")
-        picture = _Picture(drawn, frames, f"{_name_of(scene)}  ({scene.title})")
-        moving = FuncAnimation(drawn, picture.show, frames=count, interval=1000 / fps)
+        pictures = [
+            _Picture(part, sampled(one, begin, last, count), f"{name}  ({one.scene.title})")
+            for part, (name, one) in zip(
+                drawn.subfigures(1, len(runs), squeeze=False)[0], runs.items(), strict=True
+            )
+        ]
+
+        def show(number: int) -> list[Artist]:
+            return [artist for picture in pictures for artist in picture.show(number)]
+
+        moving = FuncAnimation(drawn, show, frames=count, interval=1000 / fps)
         report = progress or silent
         with replacing(target) as temporary:
             moving.save(
@@ -229,11 +258,13 @@ def animate(
     return target
 
 
-def playable(run: Solution, begin: float, end: float | None, seconds: float) -> dict[str, Json]:
+def playable(
+    run: Solution, begin: float, end: float, seconds: float, label: str = ""
+) -> dict[str, Json]:
     """The data of the page that plays, see ``runtime.player``."""
-    last = _require_span(run, begin, end)
-    count = min(MOST_PLAYED, max(LEAST_PLAYED, round((last - begin) / PLAYED_EVERY_S)))
-    times = numpy.linspace(begin, last, count + 1)
+    _require_span(run, begin, end)
+    count = min(MOST_PLAYED, max(LEAST_PLAYED, round((end - begin) / PLAYED_EVERY_S)))
+    times = numpy.linspace(begin, end, count + 1)
     names = ("theta", "phi", "psi", "x", "y", "z", "kx", "ky", "kz")
     table = columns_of(with_quadratures(run), names, times.tolist())
     scene = run.scene
@@ -246,14 +277,14 @@ def playable(run: Solution, begin: float, end: float | None, seconds: float) -> 
     if scene.further_columns:
         course["lift"] = numpy.maximum(above, 0)
     words = (
-        f"{scene.title or scene.name}: theta over {begin:g} to {last:g} s, and the track of the "
+        f"{scene.title or scene.name}: theta over {begin:g} to {end:g} s, and the track of the "
         "point below the sphere's centre, in radii of the top. The model is a sphere: the drawn "
         "stem ends where the table is."
     )
     return player.drawing(
-        (last - begin) / count,
+        (end - begin) / count,
         {name: values.tolist() for name, values in course.items()},
-        title=f"{_name_of(scene)}: {run.status}",
+        title=f"{label or _name_of(scene)}: {run.status}",
         words=words,
         begin=begin,
         seconds=seconds,
@@ -266,26 +297,24 @@ def _name_of(scene: Scene) -> str:
     return scene.name if law is VISCOUS else f"{scene.name}, {law.name} friction"
 
 
-def _require_span(run: Solution, begin: float, end: float | None) -> float:
-    """The end of the animation in s; refuse a span that is empty or not in the run."""
-    last = float(run.t_end) if end is None else end
-    if not 0 <= begin < last <= float(run.t_end):
+def _require_span(run: Solution, begin: float, end: float) -> None:
+    """Refuse a span of an animation that is empty or not in the run."""
+    if not 0 <= begin < end <= float(run.t_end):
         raise InputError(
-            f"animate: got {shortened(begin)} to {shortened(last)} s, expected a span within 0 to "
+            f"animate: got {shortened(begin)} to {shortened(end)} s, expected a span within 0 to "
             f"{float(run.t_end):g} s"
         )
-    return last
 
 
-def sampled(run: Solution, begin: float, end: float | None, count: int) -> Frames:
+def sampled(run: Solution, begin: float, end: float, count: int) -> Frames:
     """``count`` poses, equally spaced in time.
 
     Raises ``InputError``: the span is empty or reaches beyond the run.
     """
     from scipy.spatial.transform import Rotation
 
-    last = _require_span(run, begin, end)
-    times = numpy.linspace(begin, last, FINER * (count - 1) + 1).tolist()
+    _require_span(run, begin, end)
+    times = numpy.linspace(begin, end, FINER * (count - 1) + 1).tolist()
     table = columns_of(run, expanded(["theta", "pose"]), times)
     body = run.scene.body
     R, alpha = float(body.R), float(body.alpha)
@@ -323,7 +352,7 @@ def movie_writer(path: Path, fps: int = 20) -> AbstractMovieWriter:
 class _Picture:
     """The artists of one drawing: a close view of the top, and the track from above."""
 
-    def __init__(self, drawn: Figure, frames: Frames, title: str):
+    def __init__(self, drawn: Figure | SubFigure, frames: Frames, title: str):
         from matplotlib.patches import Circle
 
         self.frames = frames

@@ -92,6 +92,8 @@ _ALL = (
     Integral("modified_energy", quantities.E_tilde, _own_size(quantities.E_tilde), _rolling,
              "E~; eq (8), rolling", quantities=("E_tilde", "E_tilde_main")),
 )  # fmt: skip
+# The names of the integrals by those of their quantities, as the paper calls them.
+OF_QUANTITY = {name: integral.name for integral in _ALL for name in integral.quantities}
 OF_FLIGHT = ("angular_momentum_x", "angular_momentum_y", "rotational_energy")
 INTEGRALS = {integral.name: integral for integral in _ALL}
 

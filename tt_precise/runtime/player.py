@@ -82,7 +82,7 @@ def drawing(
         **{n: [round(v, DECIMALS[n]) for v in values] for n, values in course.items()},
     }  # fmt: skip
     return {
-        "title": title, "words": words, "end": end, "map": mapped, "graph": graph,
+        "key": "", "title": title, "words": words, "end": end, "map": mapped, "graph": graph,
         "bar": _round_number(MAP[2] / 3 / scale), "ticks": ticks, "played": played,
         "speeds": [(speed, SPEEDS[speed], speed == chosen) for speed in near],
         "track": path(
@@ -96,9 +96,10 @@ def drawing(
     }  # fmt: skip
 
 
-def page(motion: Mapping[str, Json]) -> str:
-    """Return the ``drawing`` as a page of its own."""
-    return _environment().get_template("page.html.j2").render(motion=motion)
+def page(motions: Sequence[Mapping[str, Json]]) -> str:
+    """Return a page with the ``drawing`` of each motion, which play together."""
+    keyed = [{**motion, "key": n or ""} for n, motion in enumerate(motions)]
+    return _environment().get_template("page.html.j2").render(motions=keyed)
 
 
 def compact(value: Json) -> Markup:

@@ -1,14 +1,13 @@
-// A top that turns over: the figure of figure.html.j2, played from the JSON in #motion.
+// Tops that turn over: figures of figure.html.j2, each played from the JSON in it. The controls of
+// the first move all.
 //
 // theta, phi and psi (rad), x and y of the point below the sphere's centre and lift of its lowest
 // point (radii) stand every `every` s; map and graph are positions in the drawing.
-const scene = document.getElementById("motion");
-if (scene) {
-  const still = matchMedia("(prefers-reduced-motion: reduce)");
+const tops = [...document.querySelectorAll("figure.top")].map(figure => {
   const { every, begin, theta, phi, psi, x, y, lift, map, graph, trail: memory, first, rest } =
-    JSON.parse(scene.textContent);
-  const at = name => document.getElementById(`top-${name}`);
-  const [button, slider, output, speed] = ["play", "time", "now", "speed"].map(at);
+    JSON.parse(figure.querySelector("script").textContent);
+  const at = name => figure.querySelector(`[id$="-${name}"]`);
+  const [slider, output] = ["time", "now"].map(at);
   const SIZE = 74, LEFT = 148, FLOOR = 232, TILT = 0.34;  // pixels a radius; view from above, rad
   const STEM = 1.75, ROUND = 0.2;  // length from the sphere's centre and round end, radii
   const end = (theta.length - 1) * every, digits = end < 1 ? 4 : 2;
@@ -76,6 +75,13 @@ if (scene) {
     slider.setAttribute("aria-valuetext", `${(begin + t).toFixed(2)} s, theta ${th.toFixed(3)} rad`);
     output.textContent = `${(begin + t).toFixed(digits)} s`;
   };
+  return { figure, at, slider, draw, end, first, rest };
+});
+if (tops.length) {
+  const still = matchMedia("(prefers-reduced-motion: reduce)");
+  const { figure, at, slider, end, first, rest } = tops[0];
+  const [button, speed] = ["play", "speed"].map(at);
+  const draw = t => tops.forEach(top => top.draw(t));
   let now = rest, playing = false, last = 0;
   const step = stamp => {
     if (!playing) return;
@@ -98,5 +104,5 @@ if (scene) {
   still.addEventListener("change", () => { if (still.matches) play(false); });
   addEventListener("beforeprint", () => { play(false); draw(rest); });
   new IntersectionObserver(([entry]) => { if (!entry.isIntersecting) play(false); })
-    .observe(button.closest("figure"));
+    .observe(figure);
 }
