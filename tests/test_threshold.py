@@ -88,6 +88,7 @@ def test_every_change_of_the_answer_is_named() -> None:
     assert any("contact_lost" in answer.text for pair in found.changes for answer in pair)
     text = "\n".join(threshold.lines(found))
     assert "between 160 and 180 rad/s the answer changes to no: " in text
+    assert repr(found) == text
     assert text.count("the answer changes") == 1  # the other change is what is found
     low = find("reference", "omega_3", "150:180", until=8, digits=2, points=2)
     assert "contact_lost" in "\n".join(threshold.lines(low))

@@ -17,7 +17,14 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 from tt_precise.exact.thresholds import theorem
 from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import InputError, Json, keyword_advice, whole_number, wrong_name
+from tt_precise.runtime.values import (
+    Hints,
+    InputError,
+    Json,
+    keyword_advice,
+    whole_number,
+    wrong_name,
+)
 from tt_precise.scene.body import kept_fixed
 from tt_precise.scene.numerals import written
 from tt_precise.scene.scene import Scene, load_scene
@@ -55,8 +62,8 @@ class Answer(NamedTuple):
         }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Found:
+@dataclass(frozen=True, repr=False)
+class Found(Hints):
     """The result of ``find``.
 
     ``below`` and ``above`` are the ends of the bracket that encloses the smallest value with the
@@ -87,6 +94,9 @@ class Found:
     def threshold(self) -> Fraction | None:
         """The value found; None if the answer is no everywhere, or at an isolated end only."""
         return None if self.isolated or self.above is None else self.above.value
+
+    def __repr__(self) -> str:
+        return "\n".join(lines(self))
 
     def as_dict(self) -> dict[str, Json]:
         """Return the fields of the JSON object; numbers are strings of ``digits`` digits."""
@@ -307,7 +317,7 @@ def lines(found: Found) -> list[str]:
 def _outcome(found: Found) -> list[str]:
     name, digits, below, above = found.name, found.digits, found.below, found.above
     if above is None:
-        return [f"  none: the answer is no at all of {found.points} values"]
+        return [f"  none: the answer is no at all of {found.points} values; --until is the horizon"]
     value = _with_unit(found, above.value)
     if below is None:
         return [f"  already at the low end of the range, {name} = {value}: {above.text}"]

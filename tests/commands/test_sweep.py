@@ -41,6 +41,8 @@ def test_two_varied_numbers_make_a_map_of_the_outcomes(tmp_path: Path, said: Sai
     said("sweep plot", out, "--x omega_3 --y mu --out", plain)
     said("sweep plot", out, "--x omega_3 --y mu --map outcome --out", asked)
     assert plain.read_text("utf-8") == asked.read_text("utf-8")
+    assert "--record lambda_ratio" in said("sweep plot", out, "--out", asked)
+    assert plain.read_text("utf-8") == asked.read_text("utf-8")
     said("sweep plot", out, "--x omega_3 --y mu --colour steps --out", asked)
     assert plain.read_text("utf-8") != asked.read_text("utf-8")
 

@@ -8,7 +8,7 @@ import numpy
 import pytest
 
 from tt_precise.integration import integrate
-from tt_precise.integration.derivatives import LINEAR, Derivatives, _Effect, _linear
+from tt_precise.integration.derivatives import LINEAR, Derivatives, _combined, _Effect
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 
@@ -134,6 +134,7 @@ def test_a_range_is_that_of_runs_at_both_ends() -> None:
     assert row["high"] == pytest.approx(max(ends), abs=1e-9)
     assert "moves to another nutation, by mu" in row["note"]
     linear = 0.003 * abs(run.sensitivity.climb.loc["equator", "d/d mu"])
+    assert run.sensitivity.climb.loc["equator", "note"] == row["note"]  # 1 % of mu is 0.003
     assert row["high"] - row["low"] > 3 * 2 * linear
     assert numpy.isnan(row["sigma"])
     straight = run.sensitivity.spread({"mu": 1e-6}).loc["equator"]
@@ -146,7 +147,7 @@ def test_a_range_is_linear_within_the_error_of_the_slope(error: float, linear: b
     off = LINEAR + 0.2  # the range differs by so much from that of the slope
     effect = _Effect("mu", {"equator": (1 - off, error)}, ({"equator": -1}, {"equator": 1}), ())
     note = "" if linear else "not linear in mu"
-    assert _linear("equator", [effect], 1.0) == (linear, note)
+    assert _combined("equator", [effect]) == (1.0, 1.0, linear, note)
 
 
 def test_an_entry_without_an_effect_has_no_range() -> None:

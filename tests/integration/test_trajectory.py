@@ -8,6 +8,7 @@ from typing import Any
 import numpy
 import pytest
 
+import tt_precise as tt
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.runtime.values import InputError
@@ -153,3 +154,24 @@ def test_several_times_at_once(double: Trajectory, half_quad: Trajectory) -> Non
         double.at([1, 9])
     with pytest.raises(InputError, match="t: got 'now'"):
         double.at(["now"])
+
+
+def test_what_people_try_first_works_or_says_what_to_write(half: Scene) -> None:
+    run = tt.integrate(half, until="0.1")
+    assert list(run.frame("t", "theta,E").columns) == ["t", "theta", "E"]
+    assert run.drift["lambda"] == run.drift["jellett"]
+    with pytest.raises(KeyError, match="drift:E"):
+        run.drift["E"]
+    for name, where in (
+        ("theta", r"frame\("), ("energy", r'frame\("E"'), ("mu", r"scene\.body\.mu"),
+        ("to_csv", "frame"), ("spread", "sensitivity"),
+    ):  # fmt: skip
+        with pytest.raises(AttributeError, match=f"Trajectory has no '{name}'; expected .*{where}"):
+            getattr(run, name)
+    with pytest.raises(AttributeError, match=r'quantities\["lambda_thres"\]\.value'):
+        tt.thresholds(half).lambda_thres  # type: ignore[attr-defined]  # noqa: B018
+    with pytest.raises(AttributeError, match="did you mean 'omega_3'"):
+        run.state.omega3  # noqa: B018
+    for name, where in (("plot", r"tt\.integrate\(scene\)\.plot"), ("scenes", "scene list")):
+        with pytest.raises(AttributeError, match=f"tt_precise has no {name} .expected .*{where}"):
+            getattr(tt, name)

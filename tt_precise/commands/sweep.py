@@ -17,6 +17,7 @@ from tt_precise.scene.body import kept_fixed
 CONTRADICTED = NOT_FOUND = 1
 # Keys of the summary under which the spot check contradicts rows.
 CONTRADICTIONS = ("other_outcome", "only_in_one", "errors")
+LINE = "a sweep with --record lambda_ratio has the line of Theorem 1.1's threshold too"
 SAID_IN_FILE = ("vary", "box", "samples", "seed", "until", "record", "contact")
 
 
@@ -170,11 +171,11 @@ def run(
 
 @command.command("plot", short_help="Draw the rows of a sweep.")
 @click.argument("result", type=click.Path())
-@click.option("--x", required=True, help="Column of the horizontal axis.")
+@click.option("--x", help="Column of the horizontal axis; by default the last varied one.")
 @click.option(
     "--y",
-    required=True,
-    help="Column of the vertical axis; t_init, t_end and climb use definition A.",
+    help="Column of the vertical axis, by default the varied one before, or t_init; t_init, t_end "
+    "and climb use definition A.",
 )
 @click.option("--colour", help="Column that colours the points, such as outcome.")
 @click.option("--map", "z", help="Draw this column as a map over x and y.")
@@ -183,7 +184,9 @@ def run(
     type=click.Path(dir_okay=False),
     help="Picture (.svg, .png or .pdf); by default Y-X.svg.",
 )
-def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: str | None) -> None:
+def plot(
+    result: str, x: str | None, y: str | None, colour: str | None, z: str | None, out: str | None
+) -> None:
     """Draw the rows of RESULT: a sweep's folder, a Parquet file or a CSV file.
 
     Over two varied columns it is a map of the outcomes, unless --map or --colour says another.
@@ -195,13 +198,17 @@ def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: st
     if colour and z:
         raise InputError("--colour: got --map too, expected one of the two")
     rows = read_rows(result)
-    if not (colour or z) and x != y and {x, y} <= {*rows.columns[1 : [*rows].index("outcome")]}:
+    varied = [*rows.columns[1 : [*rows].index("outcome")]]
+    x = x or (varied or ["index"])[-1]
+    y = y or next((name for name in reversed(varied) if name != x), "t_init")
+    if not (colour or z) and x != y and {x, y} <= {*varied}:
         grid = len(rows) == rows[x].nunique() * rows[y].nunique()
         colour, z = (None, "outcome") if grid else ("outcome", None)
     figure = map_of(rows, x, y, z) if z else curve(rows, x, y, colour)
     target = out or f"{z or y}-{x}.svg"
     save(figure, target)
-    say([target])
+    line = z == "outcome" and "lambda_ratio" not in rows
+    say([target, *([LINE] if line else [])])
 
 
 @command.command("find", short_help="Find the smallest value that passes the equator.")

@@ -23,7 +23,7 @@ from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.formulations import contact_terms
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.runtime.values import Functions, Json, Scalar
+from tt_precise.runtime.values import Functions, Hints, Json, Scalar, nearest
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -62,13 +62,17 @@ class Determination:
 
 
 @dataclass(frozen=True, repr=False)
-class Thresholds:
+class Thresholds(Hints):
     """The results of ``thresholds`` for a scene; ``theorem`` is the verdict of Theorem 1.1."""
 
     digits: int
     context: Functions
     quantities: Mapping[str, Determination]
     theorem: Theorem
+
+    def _where(self, name: str) -> str:
+        near = nearest(name, self.quantities)
+        return f'quantities["{near}"].value' if near else super()._where(name)
 
     @property
     def inverts(self) -> bool | None:

@@ -24,7 +24,7 @@ from tt_precise.integration.reading import table as columns_of
 from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.integration.solution import Solution, solve
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.values import InputError, Scalar, shortened, wrong_name
+from tt_precise.runtime.values import InputError, Scalar, keyword_advice, wrong_name
 from tt_precise.scene.body import in_unit_keys, kept_fixed
 from tt_precise.scene.numerals import LARGEST, PI, written
 from tt_precise.scene.scene import Scene
@@ -99,9 +99,9 @@ class Derivatives:
     def climb(self) -> Any:
         """Derivatives of the climb's times, such as "A.t_end": t (s), "d/d NAME", "error:d/d NAME".
 
-        A motion that ends before its horizon has the row "t_end". A time that moves to another
-        nutation at a small change has a derivative that holds for smaller ones only; ``spread``
-        says so.
+        A motion that ends before its horizon has the row "t_end". "note" says which entries move a
+        time to another nutation, or bend it, within 1 % of their value: the derivative then holds
+        for smaller changes only, and ``spread`` has the range.
         """
         import pandas
 
@@ -110,8 +110,12 @@ class Derivatives:
             slopes = self._slopes(name, _times)
             table[f"d/d {name}"] = {key: slope for key, (slope, _) in slopes.items()}
             table[f"error:d/d {name}"] = {key: error for key, (_, error) in slopes.items()}
+        part = {name: abs(_value(self.run.scene, name)) / 100 for name in self.names}
+        effects = [_Effect.of(name, size, self, _times) for name, size in part.items() if size]
+        table["note"] = {key: _combined(key, effects)[3] for key in table["t"]}
         return pandas.DataFrame(table)
 
+    @keyword_advice('sigmas by name: spread({"mu": "5 %", "theta": "0.5 deg"})')
     def spread(self, sigmas: Mapping[str, Scalar], *columns: str) -> Any:
         """Columns at the last sample and times of the climb (SI), from uncertain entries.
 
@@ -131,11 +135,14 @@ class Derivatives:
         """
         import pandas
 
+        expected = "sigmas of any of: "
+        for name in sigmas.keys() - set(self.names):
+            raise wrong_name("spread", name, self.names, expected=expected)
         exact = {name: _sigma(self.run.scene, name, sigma) for name, sigma in sigmas.items()}
         for name, sigma in exact.items():
-            if name not in self.names or not 0 <= sigma <= LARGEST:
-                known, got = ", ".join(self.names), shortened(sigmas[name])
-                raise InputError(f"spread: got {name}: {got}, expected sigmas of any of: {known}")
+            if not 0 <= sigma <= LARGEST:
+                got = f"{name}: {sigmas[name]}"
+                raise wrong_name("spread", got, self.names, ", from 0 on", expected=expected)
         columns = _require_columns(columns or COLUMNS)
 
         end = self._end(sigmas)
@@ -149,10 +156,8 @@ class Derivatives:
         effects = [_Effect.of(name, sigma, self, values) for name, sigma in exact.items() if sigma]
         rows, kept = {}, kept_fixed(exact, self.run.scene.sizes)
         for key, value in centre.items():
-            ends = [effect.range(key) for effect in effects]
-            low, high = (math.hypot(*(end[side] for end in ends)) for side in (0, 1))
+            low, high, linear, note = _combined(key, effects)
             deviation = math.hypot(*(effect.linear.get(key, NONE)[0] for effect in effects))
-            linear, note = _linear(key, effects, max(low, high))
             rows[key] = {
                 "value": value,
                 "sigma": deviation if linear else math.nan,
@@ -276,8 +281,11 @@ class _Effect(NamedTuple):
         return low, high
 
 
-def _linear(key: str, effects: Sequence[_Effect], size: float) -> tuple[bool, str]:
-    """Return whether a range of this size is linear, and the note on its ends."""
+def _combined(key: str, effects: Sequence[_Effect]) -> tuple[float, float, bool, str]:
+    """Return how far a range goes down and up, whether it is linear, and the note on its ends."""
+    ends = [effect.range(key) for effect in effects]
+    low, high = (math.hypot(*(end[side] for end in ends)) for side in (0, 1))
+    size = max(low, high)
     bent: list[str] = []
     moved: list[str] = []
     missing: list[str] = []
@@ -300,7 +308,7 @@ def _linear(key: str, effects: Sequence[_Effect], size: float) -> tuple[bool, st
         ("none at", missing),
     )
     note = "; ".join(f"{text} {', '.join(names)}" for text, names in notes if names)
-    return not (bent or moved or unknown), note
+    return low, high, not (bent or moved or unknown), note
 
 
 def _nutations(run: Solution | None) -> Mapping[str, int]:

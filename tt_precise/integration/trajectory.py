@@ -107,7 +107,7 @@ class Trajectory(Hints):
     """
 
     sensitivity: Derivatives | None = None
-    _parts = ("scene", "run")
+    _parts = ("scene", "scene.body")
 
     def __init__(self, run: Solution):
         self.run, self.scene, self.setup, self.start = run, run.scene, run.setup, run.start

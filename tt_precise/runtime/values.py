@@ -13,6 +13,7 @@ from fractions import Fraction
 from functools import cached_property, wraps
 from inspect import CO_VARARGS, CO_VARKEYWORDS
 from numbers import Integral
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias, TypeVar
 
 
@@ -56,7 +57,7 @@ MEANT = {
     "slip": "gliding_speed", "speed": "gliding_speed", "precession": "phi_dot", "friction": "mu",
     "mass": "m", "radius": "R", "gravity": "g", "inversion": "equator", "duration": "until",
     "tend": "until", "tmax": "until", "tspan": "until", "dt": "sample_every", "rtol": "tolerance",
-    "t": "times", "at": "times", "dd": "double-double", "dps": "digits",
+    "value": "threshold", "t": "times", "at": "times", "dd": "double-double", "dps": "digits",
 }  # fmt: skip
 
 # How to write what people look for among the attributes of the package, a trajectory or a scene.
@@ -155,9 +156,9 @@ class Hints:
 
     def _where(self, name: str) -> str:
         """The way to write what an unknown name means; "" if nothing resembles it."""
-        parts = (part for part in self._parts if hasattr(getattr(self, part), name))
-        for part in parts:
-            return f"{part}.{name}"
+        for part in self._parts:
+            if hasattr(attrgetter(part)(self), name):
+                return f"{part}.{name}"
         return WRITTEN.get(name) or nearest(name, (n for n in dir(self) if n[0] != "_"))
 
 
