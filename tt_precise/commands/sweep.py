@@ -244,7 +244,7 @@ def find_command(
     """
     from tt_precise import threshold
 
-    form = "SCENE and NAME=LOW:HIGH, such as reference omega_3=20:260"
+    form = "NAME=LOW:HIGH behind the scene, as in reference omega_3=20:260"
     ((name, between),) = pairs((ends,), "sweep find", form).items()
     with progress_bar(f"{points} values of {name}") as progress:
         found = threshold.find(
