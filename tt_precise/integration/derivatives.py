@@ -141,8 +141,8 @@ class Derivatives:
         exact = {name: _sigma(self.run.scene, name, sigma) for name, sigma in sigmas.items()}
         for name, sigma in exact.items():
             if not 0 <= sigma <= LARGEST:
-                got = f"{name}: {sigmas[name]}"
-                raise wrong_name("spread", got, self.names, ", from 0 on", expected=expected)
+                what, also = f"spread: {name}", ", from 0 on"
+                raise wrong_name(what, sigmas[name], self.names, also, expected=expected)
         columns = _require_columns(columns or COLUMNS)
 
         end = self._end(sigmas)
