@@ -172,6 +172,16 @@ def test_wide_times_print_the_digits_that_are_right() -> None:
     assert f"{float(found.A.duration):.6g} s" in found._repr_html_()  # It carries no error.
 
 
+def test_errors_of_wide_times_are_computed_when_they_are_printed() -> None:
+    run = integrate("reference", "double-double", tolerance=1e-15)
+    time = run.inversion.equator
+    assert "+-" not in str(time)
+    assert not run.errors.available
+    assert run.digits > 12
+    assert "inversion_errors" not in run.__dict__
+    assert " +- " in str(time)
+
+
 def test_a_time_that_is_not_there_has_no_error() -> None:
     assert integrate("upright").inversion_errors == {}
     assert list(integrate("regularised-1e-2").inversion_errors) == [

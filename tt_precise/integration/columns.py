@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy
@@ -165,7 +165,8 @@ def _state_of(plain: dict[str, Any], precision: Precision, errors: dict[str, Any
     t = values.pop("t")
     known = {name: _number_of(error, precision.context) for name, error in errors.items()}
     carrying = precision.carrying
-    return State(t, {n: carrying(v, known.get(n)) for n, v in values.items()}, precision, known)
+    values = {name: carrying(value, partial(known.get, name)) for name, value in values.items()}
+    return State(t, values, precision, known)
 
 
 def unit_of(name: str) -> str:

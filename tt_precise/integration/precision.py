@@ -207,8 +207,11 @@ class Precision:
         shown = context.nstr(value, places, strip_zeros=False).replace(".e", "e").rstrip(".")
         return f"{shown} +- {context.nstr(error, 2)}"
 
-    def carrying(self, value: Scalar, error: Scalar | None) -> Scalar:
-        """An mpmath number that prints as ``with_error``; results of operations print as usual."""
+    def carrying(self, value: Scalar, error: Callable[[], Scalar | None]) -> Scalar:
+        """An mpmath number that prints as ``with_error``; results of operations print as usual.
+
+        ``error`` is called when the number is printed.
+        """
         if not hasattr(value, "_mpf_"):
             return value
         carried: Any = object.__new__(_printing_type(self, self.context))
@@ -219,7 +222,7 @@ class Precision:
 @lru_cache(maxsize=64)
 def _printing_type(precision: Precision, context: Functions) -> type:
     def text(number: Any) -> str:
-        return precision.with_error(number, number.error)
+        return precision.with_error(number, number.error())
 
     return type("mpf", (context.mpf,), {"__str__": text, "__repr__": text})
 

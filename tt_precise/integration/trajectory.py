@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Container, Iterable, Mapping, Sequence
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, get_args
 
 import numpy
@@ -87,6 +87,10 @@ class Trajectory(Hints):
     "contact_ignored" trajectory reached the horizon with g_n <= 0 at some time (only with
     ``contact="bilateral"``). Every other trajectory ended where the model ended. No value exists
     beyond ``t_end``.
+
+    Errors are estimated by further runs, which are integrated when errors are first asked for: by
+    ``digits=`` of ``integrate``, or by a member or column that returns errors. From then on numbers
+    wider than double print with their errors.
 
     Several threads may read from one trajectory. A pickle contains the scene and the set-up, no
     numbers and no code: unpickling integrates again.
@@ -177,10 +181,10 @@ class Trajectory(Hints):
 
     @property
     def state(self) -> State:
-        """The state at ``t_end``; numbers wider than double print with their error, if known."""
+        """The state at ``t_end``."""
         state, errors = end_state(self.run), self.errors.available_at_end
         carrying = self.precision.carrying
-        values = {name: carrying(value, errors.get(name)) for name, value in state.values.items()}
+        values = {n: carrying(value, partial(errors.get, n)) for n, value in state.values.items()}
         return State(state.t, values, state.precision, errors)
 
     @property
@@ -352,8 +356,7 @@ class Trajectory(Hints):
     def events(self) -> pandas.DataFrame:
         """All recorded events in order of time: name, t (s), direction, and the state (SI).
 
-        ``direction`` is +1 where the event's function rises through zero, -1 where it falls. A time
-        wider than double prints with its error, if known.
+        ``direction`` is +1 where the event's function rises through zero, -1 where it falls.
         """
         return self.event_frame(*self.run.columns.names)
 
@@ -362,8 +365,7 @@ class Trajectory(Hints):
 
         ``names`` are columns as in ``frame``, but no drifts: a quantity, one's own with its errors
         ("error:NAME"), "error:t", and "digits". An event that ends a segment has the values just
-        before it. ``numbers`` is as in ``frame``. Exact numbers wider than double print with their
-        errors, if known.
+        before it. ``numbers`` is as in ``frame``.
         """
         import pandas
 
@@ -381,7 +383,7 @@ class Trajectory(Hints):
             known.setdefault("t", self.errors.events()[TIME])
         for name in known.keys() & named.keys() if not self.precision.is_float else ():
             pairs = zip(named[name], known[name].tolist(), strict=True)
-            named[name] = [self.precision.carrying(value, error) for value, error in pairs]
+            named[name] = [self.precision.carrying(x, partial(float, error)) for x, error in pairs]
         return pandas.DataFrame(named)
 
     def _as(self, numbers: Numbers, values: Array) -> Array:
@@ -524,17 +526,17 @@ class Trajectory(Hints):
     def inversion(self) -> InversionTimes:
         """Initiation and ending time of the climb by the three definitions.
 
-        If the events were not recorded, the scene is integrated again with the same set-up. Numbers
-        wider than double print with their errors, which ``inversion_errors`` has for every
-        arithmetic.
+        If the events were not recorded, the scene is integrated again with the same set-up. Times
+        wider than double print with their errors, as the class says; ``inversion_errors`` has the
+        errors in every arithmetic.
         """
         from tt_precise.integration.inversion import times_of
 
-        times = times_of(self.run)
-        if self.precision.is_float:
-            return times
-        errors, carrying = self.inversion_errors, self.precision.carrying
-        return times.of_each(lambda name, t: carrying(t, errors.get(name)))
+        def error(name: str) -> Scalar | None:
+            return self.inversion_errors.get(name) if self.errors.available else None
+
+        carrying = self.precision.carrying
+        return times_of(self.run).of_each(lambda name, t: carrying(t, partial(error, name)))
 
     @cached_property
     def inversion_errors(self) -> dict[str, float]:
