@@ -299,3 +299,19 @@ def test_extrema_of_a_component_along_such_a_tilt_are_found(
     steep = reference.varied(theta="1e-200", mu="1000", until="0.5")
     run = integrate(steep, precision, events=("extremum:nu_x",))
     assert run.event_counts == {"extremum:nu_x": 31}
+
+
+def test_no_event_is_lost_where_steps_have_many_parts(
+    reference: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``MOST_INTERVALS`` bounds memory, and no longer what is found."""
+    monkeypatch.setattr(zeros, "MOST_INTERVALS", 4)
+    waves = 100_000
+
+    def wave(q: Motion) -> Scalar:
+        return q.fn.sin(waves * q.state.kx)
+
+    run = integrate(reference.varied(until="0.1"), events=[wave])
+    kx = run.frame("kx", times=numpy.linspace(0, 0.1, 30_001))["kx"]
+    passed = abs(numpy.diff(numpy.floor(waves * kx / numpy.pi))).sum()
+    assert len(run.events) == passed > 100

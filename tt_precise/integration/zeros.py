@@ -62,9 +62,9 @@ COARSE, FINE = 8, 14
 # function: their values are off by the square of SHAPE, and below ROUNDING/SHAPE, 2^7 times that,
 # the function itself decides.
 SINGLE, SHAPE = 2.0**-RIGHT_BITS, 2.0**-20
-# Limits of the division of steps: the intervals of a block, which bound memory to some MB, and the
-# halvings of a step, which leave 2^-30 of the step to a bend.
-MOST_INTERVALS, BISECTIONS = 10_000, 30
+# Halvings of a step, which leave 2^-30 of the step to a bend.
+BISECTIONS = 30
+MOST_INTERVALS = 1000  # Parts of steps that are read at once: bounds memory to some MB.
 # Smallest value at a zero, relative to the values beside it, that shows a jump: halving ends at a
 # value of rounding, 2^-53 of them, where a function is continuous, and at 1 beside a step.
 JUMP = 2.0**-3
@@ -416,25 +416,35 @@ class Zeros:
 
         The points are the extrema, and the bounds between the parts of a step.
 
-        Raises ``InputError``: a function is undefined inside.
+        Raises ``InputError``: a function is undefined inside, or there are too many parts.
         """
-        done = []
-        for halving in range(BISECTIONS + 1):
+        done, parts = [], 0
+        waiting: list[tuple[int, Sequence[Array]]]
+        waiting = [(0, (which, step, low, width, error, doubt))]
+        while waiting:
+            halving, columns = waiting.pop()
+            if len(columns[0]) > MOST_INTERVALS:
+                halves = slice(MOST_INTERVALS), slice(MOST_INTERVALS, None)
+                waiting += [(halving, [x[half] for x in columns]) for half in halves]
+                continue
+            which, step, low, width, error, doubt = columns
             positions = low[:, None] + width[:, None] * nodes(FINE)
             f = self._values(steps, which, step, positions, doubt).T
             polynomials, largest = through(f, ~self._smooth[which]), abs(f).max(axis=0, initial=0)
             shaped = polynomials.tail <= numpy.maximum(SHAPE * largest, doubt)
-            last = halving == BISECTIONS or len(which) > MOST_INTERVALS
+            last = halving == BISECTIONS
             self._require_defined_inside(steps, which, step, low, width, f, last)
             shaped |= last & numpy.isfinite(polynomials.tail)
-            columns = which, step, low, width, error, doubt, f[0], largest, polynomials.tail
-            kept = [x[shaped] for x in columns]
+            kept = [x[shaped] for x in (*columns, f[0], largest, polynomials.tail)]
             done.append((*kept, polynomials.bernstein[:, shaped], polynomials.monomials[:, shaped]))
+            parts += len(kept[0])
+            _require_few(parts)
             if last or shaped.all():
-                break
-            which, step, low, width, error, doubt = (numpy.tile(x[~shaped], 2) for x in columns[:6])
+                continue
+            which, step, low, width, error, doubt = (numpy.tile(x[~shaped], 2) for x in columns)
             width = width / 2
             low[len(low) // 2 :] += width[len(low) // 2 :]
+            waiting.append((halving + 1, (which, step, low, width, error, doubt)))
         which, step, low, width, error, doubt, first, largest, tail, bernstein, monomials = (
             numpy.concatenate(part, axis=-1) for part in zip(*done, strict=True)
         )
@@ -584,11 +594,7 @@ class Zeros:
         names = numpy.array([event.name for event in self.events], dtype=object)
         self._hits.append(Hits(names[which], zeros.times, direction, zeros.states))
         self._last = numpy.where(points.position[high] == len(steps), which, -1)
-        if sum(map(len, self._hits)) > MOST_EVENTS:
-            raise InputError(
-                f"events: got more than {MOST_EVENTS}, expected fewer: ask for a shorter time or "
-                "for fewer kinds of them"
-            )
+        _require_few(sum(map(len, self._hits)))
 
     def _zeros(self, steps: Steps, which: Array, step: Array, bracket: Bracket) -> _Zero:
         """Return the zeros of functions in steps, to the last bits of the run."""
@@ -632,6 +638,14 @@ class _Zero(NamedTuple):
     times: Array
     states: Array
     value: Array
+
+
+def _require_few(events: int) -> None:
+    if events > MOST_EVENTS:
+        raise InputError(
+            f"events: got more than {MOST_EVENTS}, expected fewer: ask for a shorter time or for "
+            "fewer kinds of them"
+        )
 
 
 def _last_before(intervals: Intervals, which: Array, position: Array) -> Array:
