@@ -61,8 +61,8 @@ def zeros_of(
     for column, coefficients in zip(monomials.T, of_u, strict=True):
         column[: len(coefficients)] = coefficients
     direction = numpy.where(rising, 1, -1)
-    position, _ = zero_between(monomials, low, high, direction)
-    return list(zip(which.tolist(), position.tolist(), direction.tolist(), strict=True))
+    u, _ = zero_between(monomials, 2 * low - 1, 2 * high - 1, direction)
+    return list(zip(which.tolist(), ((1 + u) / 2).tolist(), direction.tolist(), strict=True))
 
 
 def test_every_zero_of_a_chebyshev_polynomial_is_found() -> None:

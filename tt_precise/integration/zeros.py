@@ -578,10 +578,10 @@ class Zeros:
             mine = _last_before(intervals, which, begin)
             origin, width = intervals.position[mine], intervals.width[mine]
             inside = (intervals.which[mine] == which) & (begin >= origin) & (begin < origin + width)
-            left, right = (numpy.clip((x - origin) / width, 0, 1) for x in (begin, end))
+            left, right = (2 * numpy.clip((x - origin) / width, 0, 1) - 1 for x in (begin, end))
             root, rate = zero_between(intervals.monomials[:, mine], left, right, direction)
-            position = numpy.where(inside, origin - step + width * root, position)
-            slope = numpy.where(inside, rate / width, slope)
+            position = numpy.where(inside, origin - step + width * (1 + root) / 2, position)
+            slope = numpy.where(inside, 2 * rate / width, slope)
         zeros = self._zeros(
             steps, which, step, Bracket(position, begin - step, end - step, slope, direction)
         )

@@ -23,7 +23,7 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Array, InputError, Scalar
 from tt_precise.sweeps.columns import Detector
-from tt_precise.taylor.interpolation import bernstein_of, isolated
+from tt_precise.taylor.interpolation import bernstein_of, isolated, zero_between
 from tt_precise.taylor.series import SeriesFunctions, Sized, Truncated
 
 heyoka = import_heyoka()
@@ -37,9 +37,6 @@ CANCELLATION = 2.0**-3  # Part of the cubic's largest coefficient, where its ter
 KNOWN = 2.0**-30  # Part of the size of its terms; rounding decides smaller signs.
 MAYBE, SURE = 1, 2  # may have zeros in a step; has one
 SUBDIVISIONS = 26  # two zeros closer than this count as none, three as one
-NEWTON_STEPS = 6  # at a time: enough for all but a few turning points in 1,000
-ITERATIONS = 10  # Calls of so many steps each; bisections alone would take 52 steps.
-CONVERGED = 2.0**-30  # Newton correction, in Taylor steps, after which a zero is exact.
 EVENTS_OF_A_ROW = 1000  # a hundred bytes each; a climb has hundreds
 
 
@@ -281,23 +278,8 @@ def zeros(
     secant = first / (first - last)
     whole = (right - left == 1) & numpy.isfinite(secant[owner])
     start = numpy.where(whole, secant[owner], (left + right) / 2)
-    return owner, _between(polynomials[:, owner], 2.0 * rising - 1, left, right, start), rising
-
-
-def _between(polynomials: Array, *given: Array) -> Array:
-    """The single zero of each polynomial between two places; see ``_nearer``."""
-    inputs = numpy.concatenate((polynomials, given))
-    nearer = _nearer(len(polynomials))
-    place, at = numpy.empty(inputs.shape[1]), numpy.arange(inputs.shape[1])
-    for _ in range(ITERATIONS):
-        closer = nearer(numpy.ascontiguousarray(inputs), **ALONE)
-        place[at] = closer[2]
-        moving = ~(numpy.abs(closer[3]) <= CONVERGED)
-        if not moving.any():
-            break
-        at, inputs = at[moving], inputs[:, moving]
-        inputs[-3:] = closer[:3, moving]
-    return place
+    place, _ = zero_between(polynomials[:, owner], left, right, 2.0 * rising - 1, start)
+    return owner, place, rising
 
 
 def states_in(series: Array, *since: Array) -> Array:
@@ -337,33 +319,6 @@ def _states(components: int, terms: int, times: int) -> Callable[..., Array]:
         [horner(coefficients, at) for at in since for coefficients in series],
         vars=[*itertools.chain(*series), *since],
     )
-
-
-@cache
-def _nearer(terms: int) -> Callable[..., Array]:
-    """Newton's steps to a zero, with bisection where a step leaves the bracket.
-
-    From the coefficients of a polynomial, whether it rises (1) or falls (-1), and three places:
-    two that have the zero between them, and where to begin. To the three places nearer to it, and
-    how far Newton last went, more than 1 if nowhere.
-    """
-    polynomial = variables("c", terms)
-    sign, left, right, place = heyoka.make_vars("sign", "left", "right", "place")
-    slope = [(j + 1.0) * coefficient for j, coefficient in enumerate(polynomial[1:])]
-    inputs, move = [*polynomial, sign, left, right, place], heyoka.expression(0.0)
-    for _ in range(NEWTON_STEPS):
-        value = horner(polynomial, place)
-        newton = place - value / horner(slope, place)
-        before = heyoka.lt(value * sign, 0.0)
-        left, right = heyoka.select(before, place, left), heyoka.select(before, right, place)
-        inside = heyoka.logical_and(
-            [heyoka.gte(newton, left - CONVERGED), heyoka.lte(newton, right + CONVERGED)]
-        )
-        clipped = heyoka.select(heyoka.lt(newton, left), left, newton)
-        clipped = heyoka.select(heyoka.gt(clipped, right), right, clipped)
-        move = heyoka.select(inside, newton - place, 2.0)
-        place = heyoka.select(inside, clipped, (left + right) / 2.0)
-    return heyoka.cfunc([left, right, place, move], vars=inputs)
 
 
 @cache

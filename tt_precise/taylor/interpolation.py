@@ -20,8 +20,9 @@ from tt_precise.runtime.values import Array
 # Halvings of an interval between two zeros of a derivative; nearer zeros count as one.
 MOST_BISECTIONS = 30
 LAST = 4  # Chebyshev's coefficients that bound what a polynomial leaves out.
-# Newton's steps square their length: behind one as short nothing is left in double.
-SETTLED = 2.0**-26
+# Length of a step of Newton's that is not taken. Lengths are squared from step to step, so that the
+# next one is a length times the square of its ratio to the one before.
+SETTLED = 2.0**-53
 MOST_NEWTONS = 60  # steps to a zero, of which most are halvings where Newton's leave the bracket
 
 
@@ -103,34 +104,45 @@ def extrema(polynomials: Polynomials) -> tuple[Array, Array]:
     which, low, high, rising = isolated(slopes, MOST_BISECTIONS)
     degrees = numpy.arange(1, len(polynomials.monomials))[:, None]
     rates = (polynomials.monomials[1:] * degrees)[:, which]
-    position, _ = zero_between(rates, low, high, numpy.where(rising, 1, -1))
-    return which, position
+    u, _ = zero_between(rates, 2 * low - 1, 2 * high - 1, numpy.where(rising, 1, -1))
+    return which, (1 + u) / 2
 
 
 def zero_between(
-    monomials: Array, low: Array, high: Array, direction: Array
+    polynomials: Array, low: Array, high: Array, direction: Array, start: Array | None = None
 ) -> tuple[Array, Array]:
-    """Return the zero of each polynomial in a bracket of [0, 1], and the derivative at it.
+    """Return the zero of each polynomial between two positions, and the derivative at it.
 
-    The polynomial rises (+1) or falls (-1) through zero in the bracket.
+    By Newton's steps, which begin at ``start``, and halvings where these leave the bracket.
+    ``polynomials`` are coefficients of 1, x, x^2 ..., shape (terms, polynomials); they rise (+1) or
+    fall (-1) through zero in the bracket. The bits of a zero do not depend on other polynomials.
     """
-    low, high = 2 * low - 1, 2 * high - 1
-    u, degrees = (low + high) / 2, numpy.arange(1, len(monomials))[:, None]
-    zero, slope, open_ = u.copy(), 0 * u, numpy.arange(len(u))
+    at = (low + high) / 2 if start is None else start
+    zero, slope, open_, last = at.copy(), 0 * at, numpy.arange(len(at)), high - low
+    both = numpy.zeros((len(polynomials), 2, len(at)))  # coefficients of values and derivatives
+    both[:, 0] = polynomials
+    both[:-1, 1] = polynomials[1:] * numpy.arange(1, len(polynomials))[:, None]
     with numpy.errstate(all="ignore"):
         for _ in range(MOST_NEWTONS):
-            value, rate = (values(x.T, u) for x in (monomials, monomials[1:] * degrees))
+            value, rate = found = both[-1].copy()
+            for coefficients in both[-2::-1]:
+                found *= at
+                found += coefficients
             behind = value * direction >= 0
-            low, high = numpy.where(behind, low, u), numpy.where(behind, u, high)
-            nearer = u - value / rate
+            low, high = numpy.where(behind, low, at), numpy.where(behind, at, high)
+            nearer = at - value / rate
             nearer = numpy.where((nearer >= low) & (nearer <= high), nearer, (low + high) / 2)
             zero[open_], slope[open_] = nearer, rate
-            moving = abs(nearer - u) > SETTLED
-            if not moving.any():
+            length = abs(nearer - at)
+            moving = numpy.flatnonzero(length * (length / last) ** 2 > SETTLED)
+            if not len(moving):
                 break
-            open_, u, low, high = (x[moving] for x in (open_, nearer, low, high))
-            direction, monomials = direction[moving], monomials[:, moving]
-    return (1 + zero) / 2, 2 * slope
+            if len(moving) < len(at):
+                open_, nearer, length = open_[moving], nearer[moving], length[moving]
+                low, high, direction = low[moving], high[moving], direction[moving]
+                both = numpy.take(both, moving, axis=2)
+            at, last = nearer, length
+    return zero, slope
 
 
 def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Array]:
@@ -156,14 +168,6 @@ def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Arra
     which, low, high, rising = (numpy.concatenate(limb) for limb in zip(*intervals, strict=True))
     order = numpy.lexsort((low, which))
     return which[order], low[order], high[order], rising[order]
-
-
-def values(polynomials: Array, positions: Array) -> Array:
-    """Each polynomial at its position; Horner."""
-    value = polynomials[:, -1]
-    for k in range(polynomials.shape[1] - 2, -1, -1):
-        value = value * positions + polynomials[:, k]
-    return value
 
 
 def bernstein_of(polynomials: Array) -> Array:
