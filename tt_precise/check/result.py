@@ -166,7 +166,7 @@ def check_of_rows(
 
 WIDTH = 100
 MARKS = {
-    "pass": "✅ pass", "fail": "❌ **fail**", "open": "❓ **open**", "skipped": "➖ not applicable",
+    "pass": "✅ pass", "fail": "❌ **fail**", "open": "❓ **open**", "skipped": "➖ skipped",
 }  # fmt: skip
 HEADINGS = ("check", "verdict", "worst", "limit", "at t/s", "note")
 
@@ -346,7 +346,7 @@ class Result:
         names = [one.name for one in passed if one.name != "golden" or one.limit is not None]
         lines += _listed("passed", names)
         lines += _listed("open", [f"{one.name} ({shortened(one.note)})" for one in open_])
-        lines += _listed("not applicable", [finding.name for finding in skipped])
+        lines += _listed("skipped", [finding.name for finding in skipped])
         return "\n".join([*lines, "--verbose shows the table"])
 
     def _remarks(self) -> list[tuple[str, str]]:
@@ -437,8 +437,7 @@ class Result:
             named = {"name": finding.name, "classname": classname}
             case = ElementTree.SubElement(suite, "testcase", named)
             if finding.verdict in ("skipped", "open"):
-                words = "not applicable" if finding.verdict == "skipped" else "open"
-                message = {"message": _printable(f"{words}: {finding.note}")}
+                message = {"message": _printable(f"{finding.verdict}: {finding.note}")}
                 ElementTree.SubElement(case, "skipped", message)
             elif finding.verdict == "fail":
                 message = {"message": _printable(finding.sentence())}

@@ -468,8 +468,8 @@ def assert_conserves(
         if name not in checks:
             lines.append(f"{name}: a limit was given, but the check is of flight only")
         elif checks[name].verdict in ("skipped", "open"):
-            words = {"skipped": "does not apply", "open": "is open"}[checks[name].verdict]
-            lines.append(f"{name}: a limit was given, but the check {words}: {checks[name].note}")
+            verdict, note = checks[name].verdict, checks[name].note
+            lines.append(f"{name}: a limit was given, but the check is {verdict}: {note}")
     if lines or not result.passed:
         raise _failure([*result.summary(), *lines])
     return result
