@@ -9,7 +9,7 @@ import pytest
 import tt_precise as tt
 from tests.check.conftest import VECTORS, Engine, Healthy
 from tests.check.test_explain import causes
-from tt_precise.check.conventions import Fit, Given, fit
+from tt_precise.check.conventions import LIMITS, Fit, Given, fit
 from tt_precise.check.fitting import Fitted, number
 from tt_precise.check.force_free_flow import NO_TERMS
 
@@ -72,8 +72,8 @@ TERMS = {
 }
 
 
-def drift_under(frame: pandas.DataFrame, fault: str, part: float) -> float:
-    """The relative drift of Jellett's integral beyond what a part of the torque explains."""
+def fit_under(frame: pandas.DataFrame, fault: str, part: float) -> Fit:
+    """How the rows obey the laws with a part of the torque."""
     q, w, v, x = (
         frame[names.split()].to_numpy().T
         for names in ("qw qx qy qz", "wx wy wz", "vcx vcy vcz", "x y z")
@@ -81,7 +81,12 @@ def drift_under(frame: pandas.DataFrame, fault: str, part: float) -> float:
     body = tt.load_scene("reference").body.numbers(float)
     terms = NO_TERMS._replace(**{name: part * p for name, p in TERMS[fault].items()})
     given = Given(frame.t.to_numpy(), q, w, v, x)
-    return float(fit(body, given, dict.fromkeys("tqwvx", 0.0), terms).parts["jellett"])
+    return fit(body, given, dict.fromkeys("tqwvx", 0.0), terms)
+
+
+def drift_under(frame: pandas.DataFrame, fault: str, part: float) -> float:
+    """The relative drift of Jellett's integral beyond what a part of the torque explains."""
+    return float(fit_under(frame, fault, part).parts["jellett"])
 
 
 @pytest.mark.parametrize("fault", TERMS)
@@ -93,6 +98,15 @@ def test_jellett_holds_under_a_further_torque(engine: Engine, fault: str) -> Non
     assert half == pytest.approx(0.5 * none, rel=0.05)
     assert none > 5e-5
     assert numpy.isfinite(whole)
+
+
+@pytest.mark.parametrize("fault", ["no gyroscopic term", "torsional friction"])
+def test_jellett_is_held_to_a_torque_at_60_hertz(engine: Engine, fault: str) -> None:
+    """The torque nutates by two rad from row to row; it is integrated along the flow."""
+    whole, half, none = (fit_under(engine(60, fault=fault), fault, part) for part in (1.0, 0.5, 0))
+    assert whole.passes
+    assert half.failing(LIMITS)
+    assert none.parts["jellett"] > 20 * LIMITS["jellett"]
 
 
 def test_a_torque_that_rows_do_not_resolve_is_not_held_against_jellett(engine: Engine) -> None:

@@ -19,17 +19,14 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.force_free import EPS, SUMMED, WAYS, Misfit, Rounding, misfits, norm
+from tt_precise.check.force_free import EPS, Misfit, Rounding, misfits, norm
 from tt_precise.check.force_free_flow import (
     NO_TERMS,
     RigidMotion,
     Terms,
     axis_of,
-    gauss,
-    interpolate,
+    jellett_of,
     lift_of,
-    nutation,
-    torque_of,
 )
 from tt_precise.check.worlds import AXES, OMEGA, POLAR, QUATERNION, WORLDS
 from tt_precise.mechanics.newton import angular_momentum, contact_arm, inverse_inertia
@@ -84,7 +81,6 @@ ENGINES = {
 }  # fmt: skip
 FINEST = 1e-6  # Part of a limit that is nothing.
 NEARER = 10.0  # Times that an engine's file has to be nearer in a convention than as given.
-GAIN_NODES = 6  # Of each interval, at which a torque is interpolated.
 RESOLVED = 1.0  # Bound of the axis (rad) and the torque (m g R alpha) that says nothing.
 
 
@@ -349,8 +345,8 @@ def fit(
         for name in (*turning, *(("torque", "position") if moving else ())):
             if name in found:
                 parts[name] = _beyond(found[name], sums)
-        gained = jellett_gain(body, rows, terms)
-        jellett, parts["jellett"] = jellett_drift(body, numpy.array(k), L, u_L, u["q"], gained)
+        jellett, kept = float(jellett_of(body, rows)[0]), found["jellett"]
+        parts["jellett"] = _largest(numpy.fmax(kept.summed - kept.summed_bound, 0) / abs(jellett))
         scale = body.R * omega[0]
         if moving:
             slack = u["v"] + body.R * (u["w"] + 2 * omega * u["q"])
@@ -364,45 +360,25 @@ def fit(
         return Fit(parts, not all(resolved), not resolved[0], jellett)
 
 
-def jellett_gain(body: Parameters, rows: RigidMotion, terms: Terms) -> tuple[Array, Array]:
-    """Return by how much torques T other than the contact force's change Jellett's integral.
-
-    -L.a changes at -T.a: what is integrated since the start, and the bound of its error.
-    """
-    if not any(terms):
-        return numpy.zeros(len(rows.t)), numpy.zeros(len(rows.t))
-    k, L = axis_of(rows.q), _vector(rows.L)
-    torque, a = numpy.array(torque_of(body, k, L, terms)), numpy.array(contact_arm(body, k))
-    nodes, _, whole = gauss(GAIN_NODES)
-    h, turn, rate = numpy.diff(rows.t), nutation(body, rows), -(torque * a).sum(axis=0)[None]
-    best, other = (
-        numpy.cumsum(h * (whole @ interpolate(rows.t, rate, way, turn, nodes)[0]))
-        for way in WAYS[:2]
-    )
-    return numpy.append(0.0, best), SUMMED * numpy.append(0.0, abs(best - other))
-
-
 def jellett_drift(
     body: Parameters,
     k: Array,
     L: Array,
     u_L: Array | float,
     u_q: Array | float,
-    gained: tuple[Array, Array] | tuple[float, float] = (0.0, 0.0),
-) -> tuple[float, float]:
-    """Return Jellett's integral at the start, and its relative drift beyond the rows' rounding.
+) -> float:
+    """Return the relative drift of Jellett's integral beyond the rows' rounding.
 
-    ``u_L`` and ``u_q`` are the roundings of L and of the attitude; ``gained`` is what torques have
-    changed, and the error of that.
+    ``u_L`` and ``u_q`` are the roundings of L and of the attitude.
     """
     inertia = max(body.I1, body.I3)
     spin = norm(L) / min(body.I1, body.I3)
     u_L, u_q = (u + numpy.zeros(L.shape[1]) for u in (u_L, u_q))
     jellett = -dot(_vector(L), contact_arm(body, _vector(k)))
     slack = 2 * body.R * (u_L + u_L[0]) + 2 * inertia * spin * body.R * (u_q + u_q[0])
-    drift = abs(jellett - gained[0] - jellett[0]) - gained[1] - slack
+    drift = abs(jellett - jellett[0]) - slack
     drift = drift - 64 * EPS * inertia * body.R * spin
-    return float(jellett[0]), _largest(drift / abs(jellett[0]))
+    return _largest(drift / abs(jellett[0]))
 
 
 def _largest(values: Array) -> float:

@@ -152,7 +152,7 @@ def residuals_of(motion: TrialMotion, unit: float) -> Array:
         ends = by_guidance(motion.body, rows, motion.terms).best
     else:
         (ends,) = by_interpolation(motion.body, rows, (Way(6, True),), motion.terms)
-    off = differences(motion.body, rows, Q, ends)
+    off = differences(motion.body, rows, Q, ends)[:-1]  # all but Jellett's integral
     off[4:7] *= torque_unit(motion.body) / unit / h
     if motion.given.vectors:
         off = off[1:]

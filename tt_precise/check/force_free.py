@@ -30,6 +30,7 @@ from tt_precise.check.force_free_flow import (
     by_guidance,
     by_interpolation,
     by_momentum,
+    jellett_of,
     lift_of,
     momentum_at_contact,
     nutation,
@@ -70,13 +71,14 @@ class Rounding(NamedTuple):
     x: Array
 
 
-QUANTITIES = ("spin", "axis", "inclination", "position", "torque")
+QUANTITIES = ("spin", "axis", "inclination", "position", "torque", "jellett")
 PARTS = {
     "spin": slice(0, 1),
     "axis": slice(1, 4),
     "inclination": slice(3, 4),
     "torque": slice(4, 7),
     "position": slice(7, 10),
+    "jellett": slice(10, 11),
 }
 
 
@@ -84,6 +86,7 @@ PARTS = {
 class Misfit:
     """Differences of the rows from the flow: spin and axis (rad), torque (m g R alpha), way (R).
 
+    Jellett's integral (kg m^2/s) changes along the flow by the torque of its ``Terms`` alone.
     For each interval that ends at ``t``: ``value`` of the interval, ``summed`` since the start (the
     torque as a mean), and the bounds of their errors, infinite where nothing is seen. ``drift`` has
     the components of ``summed``.
@@ -112,7 +115,7 @@ def norm(components: Array) -> Array:
 
 
 def differences(body: Parameters, rows: RigidMotion, Q: Array, ends: Ends) -> Array:
-    """Return the differences of the rows from the ends of the flow, shape (10, intervals).
+    """Return the differences of the rows from the ends of the flow, shape (11, intervals).
 
     Where an attitude has no known turn about its axis, the first component says nothing; nor does
     the way where a position is NaN.
@@ -130,11 +133,12 @@ def differences(body: Parameters, rows: RigidMotion, Q: Array, ends: Ends) -> Ar
     way = numpy.zeros_like(ends.way)
     if rows.x is not None:
         way = numpy.nan_to_num((numpy.diff(rows.x) - ends.way) / body.R)
-    return numpy.concatenate((about[None], k - reached, torque, way))
+    jellett = numpy.diff(jellett_of(body, rows)) - ends.gain
+    return numpy.concatenate((about[None], k - reached, torque, way, jellett[None]))
 
 
 class _Chunk(NamedTuple):
-    """Differences (10, intervals) by the best way and the distances of the others from it."""
+    """Differences (11, intervals) by the best way and the distances of the others from it."""
 
     best: Array
     others: Array
@@ -162,7 +166,7 @@ def _solve(
     terms: Terms,
 ) -> _Chunk:
     Q = momentum_at_contact(body, rows)
-    flow = by_interpolation(body, rows, ways, terms) if moving else by_momentum(body, rows, ways)
+    flow = (by_interpolation if moving else by_momentum)(body, rows, ways, terms)
     found = [differences(body, rows, Q, ends) for ends in flow]
     best, others = found[0], numpy.array([found[0] - one for one in found[1:]])
     if not guide:
@@ -257,7 +261,7 @@ Family = tuple[Array, dict[str, Array], dict[str, Array]]
 def _polynomial(chunks: list[tuple[_Chunk, slice]], nutated: Array) -> Family:
     """Values and bounds by interpolation: multiples of the spread of its ways."""
     values, others = _concatenate(chunks, "best"), _concatenate(chunks, "others")
-    blind = numpy.where(nutated > BLIND, numpy.inf, 0.0)
+    blind = nutated > BLIND
     dim = numpy.where(nutated > DIM, 3.0, 1.0)
     one_sided = _one_sided(len(nutated))
     local, summed = {}, {}
@@ -266,10 +270,12 @@ def _polynomial(chunks: list[tuple[_Chunk, slice]], nutated: Array) -> Family:
         sums = norm(numpy.cumsum(others[:, part], axis=2).swapaxes(0, 1)).max(axis=0)
         apart = one_sided * spread(apart)
         walk = numpy.sqrt(numpy.cumsum(apart**2))
-        local[name] = LOCAL * dim * apart + blind
+        # what is the same in all ways does not depend on the velocity that they interpolate
+        unseen = numpy.where(blind & (apart > 0), numpy.inf, 0.0)
+        local[name] = LOCAL * dim * apart + unseen
         furthest = numpy.maximum(numpy.maximum.accumulate(sums), walk)
         summed[name] = numpy.maximum.accumulate(dim) * SUMMED * furthest
-        summed[name] = summed[name] + numpy.maximum.accumulate(blind)
+        summed[name] = summed[name] + numpy.maximum.accumulate(unseen)
     return values, local, summed
 
 
@@ -309,6 +315,7 @@ def _bend(body: Parameters, rows: RigidMotion) -> dict[str, Array]:
         "inclination": turned,
         "torque": omega * bent * h / body.g,
         "position": h * bent / body.R * (1 + h * body.m * body.R**2 * omega / body.I1),
+        "jellett": body.R * norm(rows.L)[1:] * turned,
     }
 
 
@@ -338,4 +345,5 @@ def _rounding_errors(
         "inclination": (attitude, turning),
         "torque": (momentum / unit + 4 * EPS * L / unit + u.t, weighed),
         "position": ((u.x + speed * u.t) / body.R + 4 * EPS, moved / body.R),
+        "jellett": (2 * body.R * (u.L + L * u.q) + 32 * EPS * body.R * L, 0 * h),
     }

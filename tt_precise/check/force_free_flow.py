@@ -87,11 +87,15 @@ NO_TERMS = Terms()
 
 
 class Ends(NamedTuple):
-    """Solutions at the end of each interval: q (4, n), Q (3, n), the way of the centre (3, n)."""
+    """Solutions at the end of each interval: q (4, n), Q (3, n), the way of the centre (3, n).
+
+    ``gain`` (n,) is what ``Terms`` add to Jellett's integral on the way, 0 without them.
+    """
 
     q: Array
     Q: Array
     way: Array
+    gain: Array
 
 
 class Way(NamedTuple):
@@ -130,6 +134,12 @@ def momentum_at_contact(body: Parameters, rows: RigidMotion) -> Array:
     """Return Q = L - a x m v, shape (3, n)."""
     a = contact_arm(body, axis_of(rows.q))
     return numpy.array(contact_momentum(body, a, _vector(rows.L), _vector(rows.v)))
+
+
+def jellett_of(body: Parameters, rows: RigidMotion) -> Array:
+    """Return Jellett's integral -L.a, shape (n,)."""
+    integral: Array = -dot(_vector(rows.L), contact_arm(body, axis_of(rows.q)))
+    return integral
 
 
 def torque_unit(body: Parameters) -> float:
@@ -180,7 +190,7 @@ class _State:
         self.k_dot = cross(self.omega, self.k)
 
     def write(self, body: Parameters, q: Array, rates: Array, terms: Terms = NO_TERMS) -> None:
-        """Write the rates of q, Q and the way of the centre into ``rates``."""
+        """Write the rates of q, Q and the way of the centre, with terms also of the gain."""
         _write_quaternion_rate(q, self.omega, rates)
         rates[4], rates[5], rates[6] = contact_momentum_rate(body, self.a, self.k_dot, self.v)
         rates[7], rates[8], rates[9] = self.v
@@ -188,6 +198,7 @@ class _State:
             dragged, torque = cross(self.a, self.v), torque_of(body, self.k, self.L, terms)
             for i in range(3):
                 rates[4 + i] += terms.drag * body.m * dragged[i] + torque[i]
+            rates[10] = -dot(torque, self.a)
 
 
 def torque_of(body: Parameters, k: Vector, L: Vector, terms: Terms) -> Vector:
@@ -298,7 +309,7 @@ def by_interpolation(
     known = numpy.stack((rows.v[0], rows.v[1], lift))
     h, count = numpy.diff(rows.t), nodes_for(body, rows)
     at, angle = gauss(count)[0], nutation(body, rows)
-    start = numpy.concatenate((rows.q, Q, 0 * rows.v))[:, :-1]
+    start = numpy.concatenate((rows.q, Q, *_nothing(rows, terms)))[:, :-1]
     ends = []
     guess = None
     for way in ways:
@@ -309,15 +320,27 @@ def by_interpolation(
             _State(body, q, y[4:7, :-1], *given).write(body, q, rates, terms)
 
         guess = _solve(start, h, count, sweep, guess)
-        ends.append(Ends(guess[:4, -1], guess[4:7, -1], guess[7:, -1]))
+        ends.append(_ends(guess[:, -1], terms))
     return ends
 
 
-def by_momentum(body: Parameters, rows: RigidMotion, ways: Sequence[Way]) -> list[Ends]:
+def _nothing(rows: RigidMotion, terms: Terms) -> list[Array]:
+    """The way of the centre and, with terms, the gain, where both begin."""
+    return [0 * rows.v, 0 * rows.v[: any(terms)]]
+
+
+def _ends(end: Array, terms: Terms) -> Ends:
+    return Ends(end[:4], end[4:7], end[7:10], end[10] if any(terms) else 0 * end[0])
+
+
+def by_momentum(
+    body: Parameters, rows: RigidMotion, ways: Sequence[Way], terms: Terms = NO_TERMS
+) -> list[Ends]:
     """Return the ends of each interval's turning alone, for each way to interpolate L."""
     h, count = numpy.diff(rows.t), nodes_for(body, rows)
     at, angle = gauss(count)[0], nutation(body, rows)
     start, still = rows.q[:, :-1], numpy.zeros((3, len(h)))
+    weight = h * gauss(count)[2][:, None]
     ends = []
     guess = None
     for way in ways:
@@ -330,7 +353,9 @@ def by_momentum(body: Parameters, rows: RigidMotion, ways: Sequence[Way]) -> lis
             _write_quaternion_rate(q, tuple(L[i] / body.I1 + spin * k[i] for i in range(3)), rates)
 
         guess = _solve(start, h, count, sweep, guess)
-        ends.append(Ends(guess[:, -1], still, still))
+        k = axis_of(guess[:, :-1])
+        gained = -dot(torque_of(body, k, _vector(L), terms), contact_arm(body, k))
+        ends.append(Ends(guess[:, -1], still, still, (weight * gained).sum(axis=0)))
     return ends
 
 
@@ -364,7 +389,7 @@ class _Guidance:
         self.rise = numpy.diff(lift) / self.h
         self.lift = lift[:-1] + nodes[:, None] * numpy.diff(lift)
         self.start = numpy.concatenate(
-            (rows.q, momentum_at_contact(body, rows), 0 * rows.v, 0 * rows.v[:2])
+            (rows.q, momentum_at_contact(body, rows), *_nothing(rows, terms), 0 * rows.v[:2])
         )[:, :-1]
         self.v, self.change = rows.v[:2, :-1], numpy.diff(rows.v[:2])
         self.s = nodes[:, None]
@@ -382,7 +407,7 @@ class _Guidance:
 
         def sweep(y: Array, rates: Array) -> None:
             nonlocal strength, force, slope
-            q, push = y[:4, :-1], y[10:12]
+            q, push = y[:4, :-1], y[-2:]
             if friction:
                 J = push[:, -1]
                 still = (self.least if not coulomb else 1e-6) * body.g * h
@@ -408,7 +433,7 @@ class _Guidance:
                 along = (-strength * slip_x, -strength * slip_y, 1.0)
                 more = tuple(force[i] + (s - 0.5) * slope[i] for i in range(2))
                 N = normal_force_along(body, at.k, at.a, at.L, along, more, self.rise)
-                rates[10], rates[11] = N * slip_x, N * slip_y
+                rates[-2], rates[-1] = N * slip_x, N * slip_y
 
         y = _solve(self.start, h, count, sweep, guess)
         return y, force * h, strength
@@ -439,9 +464,7 @@ def by_guidance(body: Parameters, rows: RigidMotion, terms: Terms = NO_TERMS) ->
     less = numpy.where(better, coulomb[1], viscous[1])
     other = numpy.where(better, viscous[0], coulomb[0])
     least, most = numpy.minimum(*left), numpy.maximum(*left)
-    first, second, third, last = (
-        Ends(y[:4], y[4:7], y[7:10]) for y in (best, less, plain[:, -1], other)
-    )
+    first, second, third, last = (_ends(y, terms) for y in (best, less, plain[:, -1], other))
     return Guided(
         first, second, third, last, least, least / numpy.maximum(most, 1e-300),
         numpy.where(better, strengths[1], strengths[0]), ~better,

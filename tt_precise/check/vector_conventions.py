@@ -173,8 +173,7 @@ def conventions_of_vectors(
     @cache
     def keeps_jellett(order_k: Arrangement, order_L: Arrangement) -> bool:
         vectors = _in_order(k, order_k), _in_order(few.w, order_L)
-        _, drift = jellett_drift(body, *vectors, 2 * half["w"], 2 * half["q"])
-        return drift <= LIMITS["jellett"]
+        return jellett_drift(body, *vectors, 2 * half["w"], 2 * half["q"]) <= LIMITS["jellett"]
 
     @cache
     def moves(order_k: Arrangement, order_L: Arrangement, scale: float) -> bool:
