@@ -48,6 +48,7 @@ SETTLED, MOST_SWEEPS = 1e-12, 60
 # Nutation (rad from row to row) below which polynomials are as good; and the sine of it below which
 # its cosine and sine have nearly the same values in all rows.
 LEAST_NUTATION, BLIND = 0.3, 0.15
+EVEN = 1e-9  # Part of the spacing by which evenly spaced rows may differ: the rounding of times.
 FARTHEST = 6.0  # rad of nutation from row to row above which nothing is seen in any way.
 NEIGHBOURS = 3  # Intervals on either side of one from which its coefficient of friction is fitted.
 
@@ -260,14 +261,6 @@ def _solve(start: Array, h: Array, count: int, sweep: Sweep, guess: Array | None
     return y
 
 
-def neighbours(t: Array, count: int) -> tuple[Array, Array]:
-    """For each interval the ``count`` rows about it, and their times, 0 to 1 within it."""
-    count = min(count, len(t))
-    first = numpy.clip(numpy.arange(len(t) - 1) - (count // 2 - 1), 0, len(t) - count)
-    rows = first[:, None] + numpy.arange(count)
-    return rows, (t[rows] - t[:-1, None]) / numpy.diff(t)[:, None]
-
-
 def _shapes(x: Array, angle: Array, count: int) -> Array:
     """Functions (..., count) at ``x``: powers, two of them cos and sin where ``angle`` is not 0."""
     u = x - 0.5
@@ -279,20 +272,55 @@ def _shapes(x: Array, angle: Array, count: int) -> Array:
     return out
 
 
+def _resolved(way: Way, angle: Array) -> Array:
+    """The nutation (rad) from row to row where ``way`` contains it, 0 elsewhere."""
+    clear = (angle >= LEAST_NUTATION) & (abs(numpy.sin(angle)) >= BLIND)
+    return numpy.where(clear & way.nutation, angle, 0.0)
+
+
+def _solution(x: Array, first: Array, seen: Array, wanted: Array) -> Array:
+    """Weights (n, points, count) of values at ``x`` (n, count) that give ``wanted`` of the shapes.
+
+    ``first`` are the windows' first rows. Evenly spaced rows need one solution for each position in
+    a window.
+    """
+    one = every = numpy.arange(len(x))
+    if not seen.any():
+        _, some, back = numpy.unique(first - every, return_index=True, return_inverse=True)
+        if abs(x - x[some[back]]).max() < EVEN:
+            one, every = some, back
+    basis = _shapes(x[one], seen[one], x.shape[1]).swapaxes(1, 2)
+    found: Array = numpy.linalg.solve(basis, wanted[one].swapaxes(1, 2)).swapaxes(1, 2)[every]
+    return found
+
+
 def weights(t: Array, way: Way, angle: Array, at: Array) -> tuple[Array, Array]:
     """Rows (n, m) and their weights (n, len(at), m) of the interpolation of each interval."""
-    rows, x = neighbours(t, way.rows)
-    seen = numpy.zeros_like(angle)
-    if way.nutation:
-        clear = (abs(numpy.sin(angle)) >= BLIND) | (angle <= 1)
-        seen = numpy.where(clear & (angle >= LEAST_NUTATION), angle, 0.0)
-    if not seen.any() and numpy.ptp(x, axis=0).max() < 1e-9:  # evenly spaced rows but at the ends
-        x, seen = x[:1], seen[:1]
-    nodes = numpy.broadcast_to(at, (len(x), len(at)))
-    count = x.shape[1]
-    basis, values = _shapes(x, seen, count), _shapes(nodes, seen, count)
-    found = numpy.linalg.solve(basis.swapaxes(1, 2), values.swapaxes(1, 2)).swapaxes(1, 2)
-    return rows, numpy.broadcast_to(found, (len(rows), *found.shape[1:]))
+    count = min(way.rows, len(t))
+    first = numpy.clip(numpy.arange(len(t) - 1) - (count // 2 - 1), 0, len(t) - count)
+    rows = first[:, None] + numpy.arange(count)
+    x = (t[rows] - t[:-1, None]) / numpy.diff(t)[:, None]  # 0 to 1 within the interval
+    seen = _resolved(way, angle)
+    wanted = _shapes(numpy.broadcast_to(at, (len(x), len(at))), seen, count)
+    return rows, _solution(x, first, seen, wanted)
+
+
+def rates_in_rows(t: Array, values: Array, way: Way, angle: Array) -> Array:
+    """Return the rates (components, n) of ``values`` in the rows, through the rows about each.
+
+    ``angle`` is the nutation of each interval (rad).
+    """
+    count = min(way.rows, len(t))
+    first = numpy.clip(numpy.arange(len(t)) - count // 2, 0, len(t) - count)
+    rows = first[:, None] + numpy.arange(count)
+    spacing = numpy.ptp(t[rows], axis=1)[:, None] / (count - 1)
+    after = numpy.pad(_resolved(way, angle) / numpy.diff(t), (0, 1), mode="edge")
+    seen = after * spacing[:, 0]
+    wanted = numpy.zeros((len(t), 1, count))
+    wanted[:, 0, 1] = 1.0
+    wanted[:, 0, -1] += seen
+    found = _solution((t[rows] - t[:, None]) / spacing + 0.5, first, seen, wanted)[:, 0] / spacing
+    return numpy.einsum("np,cnp->cn", found, values[:, rows], optimize=False)
 
 
 def interpolate(t: Array, values: Array, way: Way, angle: Array, at: Array) -> Array:

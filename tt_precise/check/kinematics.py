@@ -20,8 +20,6 @@ from tt_precise.check.columns import Samples
 from tt_precise.check.equations import differences, sizes_of
 from tt_precise.check.force_free import DENSE, LOCAL, Misfit, Rounding, misfits, norm, spread
 from tt_precise.check.force_free_flow import (
-    BLIND,
-    LEAST_NUTATION,
     RigidMotion,
     Way,
     axis_of,
@@ -29,6 +27,7 @@ from tt_precise.check.force_free_flow import (
     interpolate,
     momentum_at_contact,
     nutation,
+    rates_in_rows,
     rates_of,
     rotation_angles,
     torque_unit,
@@ -65,8 +64,9 @@ CLEAR = 1.5  # rad of nutation from row to row where interpolation sees well.
 FEWEST_ROWS = 6
 # What a cubic between rows ``DENSE`` apart misses (measured: 3e-7 of attitude, 1e-5 of torque).
 BETWEEN = 3e-5
-# Times the difference between other ways' results that a derivative may be off.
-DERIVATIVE = 6.0
+# The first way gives a rate in a row; the others are off by less than their distance times 6 from
+# it if the first is at least a seventh nearer than each of them.
+RATE_WAYS, DERIVATIVE = (Way(7, True), Way(7, False), Way(5, False)), 6.0
 # Ratio of the horizontal to the vertical torque left over, below which it is about the vertical.
 ABOUT_VERTICAL = 0.1
 SINKS = 0.1  # Part of R by which a soft contact may give way.
@@ -139,7 +139,7 @@ def movement_of(samples: Samples) -> Movement:
         v = numpy.array(numpy.broadcast_arrays(*motion_as_given(samples).s_dot), dtype=float)
     elif numpy.isfinite(x[:2]).all() and count >= FEWEST_ROWS and not setup.scene.lifts:
         v = numpy.zeros((3, count))
-        v[:2], error = velocity_from(body, RigidMotion(clock.t, q, L, v, x))
+        v[:2], error = rates_with_errors(body, RigidMotion(clock.t, q, L, v), x[:2])
         a = contact_arm(body, (k[0], k[1], k[2]))
         along = (1 / body.I3 - 1 / body.I1) * (L * k).sum(axis=0)
         turning = L / body.I1 + along * k
@@ -208,33 +208,15 @@ def about_vertical(vectors: Array, angle: Array) -> Array:
     return numpy.array([c * x - s * y, s * x + c * y, z])
 
 
-def velocity_from(body: Parameters, rows: RigidMotion) -> tuple[Array, Array]:
-    """Return the horizontal velocity (2, n) from seven rows' positions, and its error (n,).
+def rates_with_errors(body: Parameters, rows: RigidMotion, values: Array) -> tuple[Array, Array]:
+    """Return the rates (components, n) of ``values`` in the rows, and the error of each (n,).
 
-    By polynomials with and without the cosine and sine of the nutation, and by five rows: rows
+    By polynomials with and without the cosine and sine of the nutation, and by fewer rows: rows
     that are too far apart see a nutation as a slow motion, which the second way gives away.
     """
-    t, x = rows.t, rows.x[:2] if rows.x is not None else numpy.zeros((2, len(rows.t)))
-    turn = numpy.pad(nutation(body, rows), (0, 1), mode="edge")
-
-    def slopes(count: int, nutated: bool) -> Array:
-        count = min(count, len(t))
-        first = numpy.clip(numpy.arange(len(t)) - count // 2, 0, len(t) - count)
-        at = first[:, None] + numpy.arange(count)
-        spacing = numpy.ptp(t[at], axis=1)[:, None] / (count - 1)
-        u = (t[at] - t[:, None]) / spacing
-        shapes = u[:, :, None] ** numpy.arange(count)
-        wanted = (numpy.arange(count) == 1) + numpy.zeros((len(t), 1))
-        if nutated:
-            some = (turn > LEAST_NUTATION) & (abs(numpy.sin(turn)) > BLIND)
-            angle = (turn[:, None] * u)[some]
-            shapes[some, :, -2], shapes[some, :, -1] = numpy.cos(angle), numpy.sin(angle)
-            wanted[some, -1] = turn[some]
-        found = numpy.linalg.solve(shapes.swapaxes(1, 2), wanted[..., None])[..., 0] / spacing
-        return numpy.einsum("np,cnp->cn", found, x[:, at])
-
-    best = slopes(7, True)
-    apart = numpy.maximum(norm(best - slopes(7, False)), norm(best - slopes(5, False)))
+    nutated = nutation(body, rows)
+    best, *others = (rates_in_rows(rows.t, values, way, nutated) for way in RATE_WAYS)
+    apart = numpy.maximum.reduce([norm(best - other) for other in others])
     return best, DERIVATIVE * spread(apart)
 
 
