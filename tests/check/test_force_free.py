@@ -12,7 +12,8 @@ from tt_precise.check.force_free import misfits
 from tt_precise.check.force_free_flow import (
     RigidMotion,
 )
-from tt_precise.check.kinematics import kinematic_quantities, look, movement_of, seen
+from tt_precise.check.kinematics import kinematic_quantities, look, seen
+from tt_precise.check.movement import movement_of
 from tt_precise.mechanics.pose import Pose
 
 # Hundreds of wrong files: what explains them is tested elsewhere.

@@ -46,7 +46,8 @@ from tt_precise.check.fitting import (
 )
 from tt_precise.check.force_free import norm
 from tt_precise.check.force_free_flow import by_guidance
-from tt_precise.check.kinematics import movement_of, seen, shortest_rotation
+from tt_precise.check.kinematics import seen
+from tt_precise.check.movement import movement_of, shortest_rotation
 from tt_precise.check.precision import VECTORS, described, precisions, times_of
 from tt_precise.check.result import Cause
 from tt_precise.check.vector_conventions import columns_of, conventions_of_vectors

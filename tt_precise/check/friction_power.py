@@ -15,9 +15,9 @@ import numpy
 
 from tt_precise.check.columns import Samples
 from tt_precise.check.force_free import spread
+from tt_precise.check.movement import motion_as_given
 from tt_precise.check.result import Residual, to_one_digit
 from tt_precise.mechanics import conserved
-from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.values import Array
 
@@ -87,15 +87,6 @@ def _slopes(x: Array) -> Array:
     right = numpy.broadcast_to(powers == 1, x.shape).astype(float)[:, :, None]
     slopes: Array = numpy.linalg.solve(matrix, right)[:, :, 0]
     return slopes
-
-
-def motion_as_given(samples: Samples) -> Motion:
-    """The rows as a motion, with the velocity of the centre of mass from the columns if given."""
-    given, state = samples.given, samples.state
-    if "vcz" not in given or not samples.setup.velocity_given:
-        return samples.q
-    centre = (given["vcx"], given["vcy"], given["vcz"])
-    return Motion(samples.setup.body, state, numpy, samples.setup.scene.model, s_dot=lambda: centre)
 
 
 def friction_power(samples: Samples, limit: float) -> Residual:

@@ -11,34 +11,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy
 
 from tt_precise.check.columns import Samples
 from tt_precise.check.equations import differences, sizes_of
-from tt_precise.check.force_free import DENSE, LOCAL, Misfit, Rounding, misfits, norm, spread
+from tt_precise.check.force_free import Misfit, misfits, norm
 from tt_precise.check.force_free_flow import (
     RigidMotion,
-    Way,
     axis_of,
-    gauss,
-    interpolate,
     momentum_at_contact,
     nutation,
-    rates_in_rows,
     rates_of,
-    rotation_angles,
     torque_unit,
 )
-from tt_precise.check.friction_power import motion_as_given
-from tt_precise.check.precision import precisions, times_of
+from tt_precise.check.movement import (
+    FEWEST_ROWS,
+    Movement,
+    motion_as_given,
+    movement_of,
+    visited_rows,
+)
 from tt_precise.check.result import Residual, to_one_digit
 from tt_precise.check.worlds import QUATERNION
-from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import cross
 from tt_precise.runtime.values import Array
 
 EPS = float(numpy.finfo(float).eps)
@@ -61,34 +59,14 @@ MEAN_OVER = 10
 FALLS_AS = 3
 LARGEST_SHARE = 1e4  # Of a bound over the resolution, where nothing at all is seen.
 CLEAR = 1.5  # rad of nutation from row to row where interpolation sees well.
-FEWEST_ROWS = 6
 # What a cubic between rows ``DENSE`` apart misses (measured: 3e-7 of attitude, 1e-5 of torque).
 BETWEEN = 3e-5
-# The first way gives a rate in a row; the others are off by less than their distance times 6 from
-# it if the first is at least a seventh nearer than each of them.
-RATE_WAYS, DERIVATIVE = (Way(7, True), Way(7, False), Way(5, False)), 6.0
 # Ratio of the horizontal to the vertical torque left over, below which it is about the vertical.
 ABOUT_VERTICAL = 0.1
 SINKS = 0.1  # Part of R by which a soft contact may give way.
 LEAST_DEPTH = 1e-9  # m of depth that is worth a word: less is rounding.
 LENGTH = math.sqrt(3)  # Of a vector whose components are 1: bounds hold for each component.
 OBEYED = 1e-6  # Sum of the differences from the equations, in the sizes of the state's entries.
-
-
-@dataclass(frozen=True)
-class Movement:
-    """The rows of a file as a motion, and the known quantities.
-
-    ``spin`` says that the turn about the axis is known, ``moving`` that the velocity is;
-    ``visited`` are the rows that are far enough apart to say something.
-    """
-
-    body: Parameters
-    rows: RigidMotion
-    rounding: Rounding
-    spin: bool
-    moving: bool
-    visited: Array
 
 
 class Sight(NamedTuple):
@@ -105,140 +83,6 @@ class Sight(NamedTuple):
     open: str
     worst: str
     drift: Array
-
-
-def movement_of(samples: Samples) -> Movement:
-    """Return the rows as a motion, their roundings, and the rows to visit."""
-    setup, state, given = samples.setup, samples.state, samples.given
-    body, count = setup.body, len(samples.t)
-    k = numpy.array(state.k, dtype=float)
-    k = k / norm(k)
-    L = numpy.array(numpy.broadcast_arrays(*state.L), dtype=float)
-    spin = samples.quaternion is not None
-    q = numpy.array(samples.quaternion) if spin else shortest_rotation(k)
-    q = q / norm(q)
-    half = {name: one.half_unit for name, one in precisions(given).items()}
-    clock = times_of(samples.t)
-
-    def half_unit(*names: str) -> float:
-        return 2 * max((half.get(name, 0.0) for name in names), default=0.0)
-
-    omega = norm(L) / min(body.I1, body.I3)
-    u_q = half_unit("kx", "ky", "kz", *QUATERNION, "theta", "phi", "psi") + numpy.zeros(count)
-    u_L = half_unit("Lx", "Ly", "Lz") + max(body.I1, body.I3) * half_unit(
-        "wx", "wy", "wz", "theta_dot", "phi_dot", "omega_3"
-    )
-    u_L = u_L + (2 * abs(body.I3 - body.I1) * omega * u_q if spin else 0 * u_q)
-    u_v = half_unit("vcx", "vcy", "vcz", "vx", "vy", "nu_x", "nu_y") + numpy.zeros(count)
-    if not spin:
-        u_v = u_v + 2 * body.R * u_L / min(body.I1, body.I3)
-    x = numpy.array([given.get(name, numpy.full(count, numpy.nan)) for name in "xyz"])
-    known = numpy.isfinite(x[:, :1]).any()
-    moving = setup.has_velocity and (setup.height_given or not setup.scene.lifts or spin)
-    if moving:
-        v = numpy.array(numpy.broadcast_arrays(*motion_as_given(samples).s_dot), dtype=float)
-    elif numpy.isfinite(x[:2]).all() and count >= FEWEST_ROWS and not setup.scene.lifts:
-        v = numpy.zeros((3, count))
-        v[:2], error = rates_with_errors(body, RigidMotion(clock.t, q, L, v), x[:2])
-        a = contact_arm(body, (k[0], k[1], k[2]))
-        along = (1 / body.I3 - 1 / body.I1) * (L * k).sum(axis=0)
-        turning = L / body.I1 + along * k
-        v[2] = -cross((turning[0], turning[1], turning[2]), a)[2]
-        moving, u_v = True, u_v + error
-    else:
-        v = numpy.zeros((3, count))
-    if not setup.columns.azimuth:
-        turned, error = azimuth(clock.t, given["phi_dot"])
-        turned = turned + numpy.pi * passed_pole(clock.t, given["theta"], given["theta_dot"])
-        k, L, v = (about_vertical(part, turned) for part in (k, L, v))
-        q = shortest_rotation(k)
-        # turning everything about the vertical leaves the inclination alone
-        u_v = u_v + error * numpy.hypot(v[0], v[1])
-    rows = RigidMotion(clock.t, q, L, v, x if known else None)
-    rounding = Rounding(
-        numpy.full(count, 2 * clock.rounding), u_q, u_L, u_v,
-        numpy.full(count, half_unit("x", "y", "z")),
-    )  # fmt: skip
-    return Movement(body, rows, rounding, spin, moving, visited(body, rows))
-
-
-def shortest_rotation(k: Array) -> Array:
-    """Return quaternions that turn z to ``k`` (3, n) by the shortest way."""
-    below = k[2] < 0
-    half = numpy.where(below, (k[0] ** 2 + k[1] ** 2) / numpy.maximum(1 - k[2], 1), 1 + k[2])
-    w = numpy.sqrt(half / 2)
-    down = w == 0
-    safe = numpy.where(down, 1.0, 2 * w)
-    return numpy.array([w, numpy.where(down, 1.0, -k[1] / safe), k[0] / safe, 0 * w])
-
-
-def azimuth(t: Array, rate: Array) -> tuple[Array, Array]:
-    """Return the integral of phi_dot (rad), and its error bound from row to row."""
-    if len(t) < FEWEST_ROWS:
-        return numpy.zeros(len(t)), numpy.full(len(t), numpy.inf)
-    nodes, _, whole = gauss(FEWEST_ROWS)
-    h, still = numpy.diff(t), numpy.zeros(len(t) - 1)
-    best, other = (
-        h * (whole @ interpolate(t, rate[None], Way(rows, False), still, nodes)[0])
-        for rows in (FEWEST_ROWS, FEWEST_ROWS - 2)
-    )
-    error = numpy.append(abs(best - other), 0.0)
-    return numpy.append(0.0, numpy.cumsum(best)), LOCAL * spread(error)
-
-
-def passed_pole(t: Array, theta: Array, rate: Array) -> Array:
-    """Return how often the axis has passed through a pole, where phi jumps by pi without a rate.
-
-    It has between two rows if its distances from the pole fit their rates better with opposite
-    signs than with the same sign.
-    """
-    passes, h = numpy.zeros(len(t)), numpy.diff(t)
-    for away in (theta, numpy.pi - theta):
-        speed = rate if away is theta else -rate
-        a, b, u, v = away[:-1], away[1:], speed[:-1], speed[1:]
-        through = abs(a + b + h * (u - v) / 2) < abs(b - a - h * (u + v) / 2)
-        passes[1:] += through & (u < 0) & (v > 0)
-    return numpy.cumsum(passes)
-
-
-def about_vertical(vectors: Array, angle: Array) -> Array:
-    """Return vectors (3, n) turned by angles about the vertical."""
-    c, s = numpy.cos(angle), numpy.sin(angle)
-    x, y, z = vectors
-    return numpy.array([c * x - s * y, s * x + c * y, z])
-
-
-def rates_with_errors(body: Parameters, rows: RigidMotion, values: Array) -> tuple[Array, Array]:
-    """Return the rates (components, n) of ``values`` in the rows, and the error of each (n,).
-
-    By polynomials with and without the cosine and sine of the nutation, and by fewer rows: rows
-    that are too far apart see a nutation as a slow motion, which the second way gives away.
-    """
-    nutated = nutation(body, rows)
-    best, *others = (rates_in_rows(rows.t, values, way, nutated) for way in RATE_WAYS)
-    apart = numpy.maximum.reduce([norm(best - other) for other in others])
-    return best, DERIVATIVE * spread(apart)
-
-
-def visited(body: Parameters, rows: RigidMotion) -> Array:
-    """Return indices of rows between which the top turns by ``DENSE``, or of all rows."""
-    count = len(rows.t)
-    turned = rotation_angles(body, rows) if count > 1 else numpy.zeros(0)
-    if not float(turned.sum()) < DENSE * (count - 1):
-        return numpy.arange(count)
-    cell = numpy.floor(numpy.concatenate(([0.0], numpy.cumsum(turned))) / DENSE)
-    found = numpy.flatnonzero(numpy.diff(cell, prepend=-1.0))
-    return found if found[-1] == count - 1 else numpy.append(found, count - 1)
-
-
-def visited_rows(movement: Movement) -> tuple[RigidMotion, Rounding]:
-    """Return the rows to visit, and their roundings."""
-    at, rows = movement.visited, movement.rows
-    if len(at) == len(rows.t):
-        return rows, movement.rounding
-    x = None if rows.x is None else rows.x[:, at]
-    fewer = RigidMotion(rows.t[at], rows.q[:, at], rows.L[:, at], rows.v[:, at], x)
-    return fewer, Rounding(*(part[at] for part in movement.rounding))
 
 
 def seen(samples: Samples) -> tuple[Movement, dict[str, Misfit]]:

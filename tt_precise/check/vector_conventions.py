@@ -42,7 +42,7 @@ from tt_precise.check.force_free_flow import (
     nutation,
     rates_of,
 )
-from tt_precise.check.kinematics import shortest_rotation
+from tt_precise.check.movement import shortest_rotation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array
