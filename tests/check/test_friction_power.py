@@ -1,10 +1,8 @@
-"""The power of friction: rates through windows of rows, and the law that is seen."""
+"""The power of friction in every row, and the law that is seen."""
 
-import numpy
 import pytest
 
 from tests.check.conftest import Engine, check
-from tt_precise.check.friction_power import Windows
 
 
 @pytest.mark.parametrize(
@@ -20,10 +18,11 @@ def test_friction_is_seen_as_what_it_is(
     assert f"as {name}" in note
 
 
-def test_windows_differentiate_quartics_exactly() -> None:
-    rng = numpy.random.default_rng(3)
-    t = numpy.cumsum(rng.uniform(0.5, 1.5, 23))
-    windows = Windows(t, 0.0)
-    assert windows.rows[0, 0] == 0
-    assert windows.rows[-1, -1] == 22
-    assert windows.middle_rate(t**4)[0] == pytest.approx(4 * t[windows.rows[:, 2]] ** 3, rel=1e-9)
+def test_every_row_is_looked_at(engine: Engine, no_cause: None) -> None:
+    """One row of 100 whose velocity jumps gives and takes power."""
+    rows = engine(1000, 0.1)
+    right = check(rows, "reference", friction="other")["friction_power"]
+    assert (right.verdict, right.value) == ("pass", 0.0)
+    assert (right.bound or 1) < 1e-6
+    rows.loc[50, "vcx"] += 1e-3
+    assert (check(rows, "reference", friction="other")["friction_power"].bound or 1) > 1e-4

@@ -65,8 +65,8 @@ class RigidMotion(NamedTuple):
     v: Array
     x: Array | None = None
 
-    def part(self, rows: slice) -> RigidMotion:
-        """Return some of the rows."""
+    def part(self, rows: slice | Array) -> RigidMotion:
+        """Return some of the rows, by a slice or indices."""
         x = None if self.x is None else self.x[:, rows]
         return RigidMotion(self.t[rows], self.q[:, rows], self.L[:, rows], self.v[:, rows], x)
 

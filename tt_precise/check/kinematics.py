@@ -23,7 +23,6 @@ from tt_precise.check.force_free_flow import (
     RigidMotion,
     axis_of,
     momentum_at_contact,
-    nutation,
     rates_of,
     torque_unit,
 )
@@ -32,9 +31,9 @@ from tt_precise.check.movement import (
     Movement,
     motion_as_given,
     movement_of,
-    visited_rows,
+    sufficient_spacing,
 )
-from tt_precise.check.result import Residual, to_one_digit
+from tt_precise.check.result import Residual
 from tt_precise.check.worlds import QUATERNION
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array
@@ -55,10 +54,6 @@ INTERVAL_COUNTS, SUM_COUNTS = 10.0, 1.0
 TORQUE_COUNTS, MEAN_COUNTS = 1.0, 2.0
 # A mean over fewer intervals says no more than they do, and its bound is smaller than theirs.
 MEAN_OVER = 10
-# By spacing^3 the bounds fall at least (measured, 60 to 240 Hz).
-FALLS_AS = 3
-LARGEST_SHARE = 1e4  # Of a bound over the resolution, where nothing at all is seen.
-CLEAR = 1.5  # rad of nutation from row to row where interpolation sees well.
 # What a cubic between rows ``DENSE`` apart misses (measured: 3e-7 of attitude, 1e-5 of torque).
 BETWEEN = 3e-5
 # Ratio of the horizontal to the vertical torque left over, below which it is about the vertical.
@@ -89,12 +84,12 @@ def seen(samples: Samples) -> tuple[Movement, dict[str, Misfit]]:
     """Return the motion and its misfits, computed once for both checks."""
     if "misfits" not in samples.shared:
         setup, movement = samples.setup, movement_of(samples)
-        rows, rounding = visited_rows(movement)
+        rows = movement.sparse
         found = {} if movement.spin or movement.rows.x is not None else by_own_force(samples)
         if found:
             movement = replace(movement, visited=numpy.arange(len(samples.t)))
         elif len(rows.t) >= FEWEST_ROWS:
-            found = misfits(movement.body, rows, rounding, movement.moving)
+            found = misfits(movement.body, rows, movement.sparse_rounding, movement.moving)
             if setup.friction == "other":
                 found["torque"] = _about_a_higher_point(movement.body, rows, found["torque"])
         samples.shared["misfits"] = movement, found
@@ -191,7 +186,7 @@ def by_own_force(samples: Samples) -> dict[str, Misfit]:
 def look(samples: Samples, names: Sequence[str], limit: float) -> Sight:
     """Return the residuals of the quantities ``names``."""
     movement, found = seen(samples)
-    rows, _ = visited_rows(movement)
+    rows = movement.sparse
     if not found:
         few = f"{len(rows.t)} rows, expected at least {FEWEST_ROWS}"
         return Sight(rows.t, numpy.zeros(len(rows.t)), math.inf, few, "", numpy.zeros(3))
@@ -226,7 +221,7 @@ def _excess(one: Misfit, torque: bool) -> Array:
 
 def _open(movement: Movement, steps: Array, share: Array) -> str:
     """The reason why too little is resolved; ``share`` is the bound over the required one."""
-    rows, _ = visited_rows(movement)
+    rows = movement.sparse
     unseen = ~(share <= 1)
     usual = float(numpy.sort(steps)[len(steps) // 2])
     gaps = numpy.flatnonzero(unseen & (steps > GAP * usual))
@@ -235,11 +230,7 @@ def _open(movement: Movement, steps: Array, share: Array) -> str:
     part = float(steps[unseen].sum() / steps.sum())
     if part <= UNRESOLVED:
         return ""
-    share = numpy.where(numpy.isfinite(share), share, LARGEST_SHARE)
-    nutated = nutation(movement.body, rows)
-    with numpy.errstate(all="ignore"):
-        enough = steps * numpy.minimum(share ** (-1 / FALLS_AS), CLEAR / nutated)
-    spacing = to_one_digit(float(enough[unseen].min()), math.floor)
+    spacing = sufficient_spacing(movement.body, rows, share)
     return f"{part:.0%} of the motion is not resolved; rows {spacing:g} s apart would suffice"
 
 
@@ -260,24 +251,14 @@ def _between(
     begin, end = at[left], at[left + 1]
     h = rows.t[end] - rows.t[begin]
     s = (rows.t[here] - rows.t[begin]) / h
-    kept, _ = visited_rows(movement)
-    state = rates_of(body, kept)
+    state = rates_of(body, movement.sparse)
 
     def off(values: Array, rates: Array) -> Array:
-        a, b = values[:, begin], values[:, end]
-        if len(values) == 4:  # quaternions of either sign
-            b = b * numpy.where((a * b).sum(axis=0) < 0, -1.0, 1.0)
-        slope_a, slope_b = rates[:, left], rates[:, left + 1]
-        if len(values) == 4:
-            slope_b = slope_b * numpy.where((a * values[:, end]).sum(axis=0) < 0, -1.0, 1.0)
         cubic = (
-            (1 + 2 * s) * (1 - s) ** 2 * a + s**2 * (3 - 2 * s) * b
-            + h * s * (1 - s) ** 2 * slope_a - h * s**2 * (1 - s) * slope_b
+            (1 + 2 * s) * (1 - s) ** 2 * values[:, begin] + s**2 * (3 - 2 * s) * values[:, end]
+            + h * s * (1 - s) ** 2 * rates[:, left] - h * s**2 * (1 - s) * rates[:, left + 1]
         )  # fmt: skip
-        given = values[:, here]
-        if len(values) == 4:
-            given = given * numpy.where((given * cubic).sum(axis=0) < 0, -1.0, 1.0)
-        return norm(numpy.nan_to_num(given - cubic))
+        return norm(numpy.nan_to_num(values[:, here] - cubic))
 
     kink = numpy.maximum.reduce([found[name].bound for name in names])[left]
     speed = norm(rows.v)[here]
@@ -296,7 +277,7 @@ def _between(
         beyond = off(numpy.array(axis_of(rows.q)), state.k) - attitude
     if "position" in names and rows.x is not None:
         slack = (2 * u.x[here] + 2 * speed * u.t[here] + h * u.v[here]) / body.R
-        beyond = numpy.maximum(beyond, off(rows.x, kept.v) / body.R - slack - BETWEEN)
+        beyond = numpy.maximum(beyond, off(rows.x, movement.sparse.v) / body.R - slack - BETWEEN)
     return rows.t[here], numpy.fmax(beyond - kink, 0.0)
 
 

@@ -6,7 +6,9 @@ positions where these are known.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy
 
@@ -21,7 +23,8 @@ from tt_precise.check.force_free_flow import (
     rates_in_rows,
     rotation_angles,
 )
-from tt_precise.check.precision import precisions, times_of
+from tt_precise.check.precision import times_of
+from tt_precise.check.result import to_one_digit
 from tt_precise.check.worlds import QUATERNION
 from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.parameters import Parameters
@@ -33,6 +36,15 @@ FEWEST_ROWS = 6
 # The first way gives a rate in a row; the others are off by less than their distance times 6 from
 # it if the first is at least a seventh nearer than each of them.
 RATE_WAYS, DERIVATIVE = (Way(7, True), Way(7, False), Way(5, False)), 6.0
+# The rate of roundings through seven evenly spaced rows, over rounding and spacing: the sum of the
+# weights' sizes, 2 (3/4 + 3/20 + 1/60).
+ROUNDED_RATE = 11 / 6
+# Four rows a turn of the nutation, rad from row to row: twice as many as the sampling theorem asks.
+CLEAR = math.pi / 2
+# By this power of the spacing the bounds fall at least (measured, 60 to 240 Hz): the interpolation
+# through the fewest rows is of order 4, and a force with kinks of less.
+FALLS_AS = 3
+LARGEST_SHARE = 1e4  # Of a bound over the required one, where nothing at all is seen.
 
 
 @dataclass(frozen=True)
@@ -40,7 +52,7 @@ class Movement:
     """The rows of a file as a motion, and the known quantities.
 
     ``spin`` says that the turn about the axis is known, ``moving`` that the velocity is;
-    ``visited`` are the rows that are far enough apart to say something.
+    ``visited`` are the indices of the rows that are far enough apart to say something.
     """
 
     body: Parameters
@@ -49,6 +61,17 @@ class Movement:
     spin: bool
     moving: bool
     visited: Array
+
+    @cached_property
+    def sparse(self) -> RigidMotion:
+        """The rows to visit."""
+        every = len(self.visited) == len(self.rows.t)
+        return self.rows if every else self.rows.part(self.visited)
+
+    @property
+    def sparse_rounding(self) -> Rounding:
+        """The roundings of the rows to visit."""
+        return Rounding(*(part[self.visited] for part in self.rounding))
 
 
 def motion_as_given(samples: Samples) -> Motion:
@@ -61,7 +84,14 @@ def motion_as_given(samples: Samples) -> Motion:
 
 
 def movement_of(samples: Samples) -> Movement:
-    """Return the rows as a motion, their roundings, and the rows to visit."""
+    """Return the rows as a motion, prepared once for all checks."""
+    if "movement" not in samples.shared:
+        samples.shared["movement"] = _prepare(samples)
+    prepared: Movement = samples.shared["movement"]
+    return prepared
+
+
+def _prepare(samples: Samples) -> Movement:
     setup, state, given = samples.setup, samples.state, samples.given
     body, count = setup.body, len(samples.t)
     k = numpy.array(state.k, dtype=float)
@@ -70,8 +100,9 @@ def movement_of(samples: Samples) -> Movement:
     spin = samples.quaternion is not None
     q = numpy.array(samples.quaternion) if spin else shortest_rotation(k)
     q = q / norm(q)
-    half = {name: one.half_unit for name, one in precisions(given).items()}
-    clock = times_of(samples.t)
+    # q and -q are one attitude: that of a row is the one nearer to the row before
+    q[:, 1:] *= numpy.cumprod(numpy.where((q[:, 1:] * q[:, :-1]).sum(axis=0) < 0, -1.0, 1.0))
+    half, clock = samples.resolution, times_of(samples.t)
 
     def half_unit(*names: str) -> float:
         return 2 * max((half.get(name, 0.0) for name in names), default=0.0)
@@ -83,6 +114,7 @@ def movement_of(samples: Samples) -> Movement:
     )
     u_L = u_L + (2 * abs(body.I3 - body.I1) * omega * u_q if spin else 0 * u_q)
     u_v = half_unit("vcx", "vcy", "vcz", "vx", "vy", "nu_x", "nu_y") + numpy.zeros(count)
+    u_x = numpy.full(count, half_unit("x", "y", "z"))
     if not spin:
         u_v = u_v + 2 * body.R * u_L / min(body.I1, body.I3)
     x = numpy.array([given.get(name, numpy.full(count, numpy.nan)) for name in "xyz"])
@@ -92,7 +124,7 @@ def movement_of(samples: Samples) -> Movement:
         v = numpy.array(numpy.broadcast_arrays(*motion_as_given(samples).s_dot), dtype=float)
     elif numpy.isfinite(x[:2]).all() and count >= FEWEST_ROWS and not setup.scene.lifts:
         v = numpy.zeros((3, count))
-        v[:2], error = rates_with_errors(body, RigidMotion(clock.t, q, L, v), x[:2])
+        v[:2], error = rates_with_errors(body, RigidMotion(clock.t, q, L, v), x[:2], u_x)
         a = contact_arm(body, (k[0], k[1], k[2]))
         along = (1 / body.I3 - 1 / body.I1) * (L * k).sum(axis=0)
         turning = L / body.I1 + along * k
@@ -109,8 +141,7 @@ def movement_of(samples: Samples) -> Movement:
         u_v = u_v + error * numpy.hypot(v[0], v[1])
     rows = RigidMotion(clock.t, q, L, v, x if known else None)
     rounding = Rounding(
-        numpy.full(count, 2 * clock.rounding), u_q, u_L, u_v,
-        numpy.full(count, half_unit("x", "y", "z")),
+        numpy.full(count, 2 * clock.rounding), u_q, u_L, u_v, u_x
     )  # fmt: skip
     return Movement(body, rows, rounding, spin, moving, visited(body, rows))
 
@@ -161,16 +192,20 @@ def about_vertical(vectors: Array, angle: Array) -> Array:
     return numpy.array([c * x - s * y, s * x + c * y, z])
 
 
-def rates_with_errors(body: Parameters, rows: RigidMotion, values: Array) -> tuple[Array, Array]:
+def rates_with_errors(
+    body: Parameters, rows: RigidMotion, values: Array, rounding: Array
+) -> tuple[Array, Array]:
     """Return the rates (components, n) of ``values`` in the rows, and the error of each (n,).
 
     By polynomials with and without the cosine and sine of the nutation, and by fewer rows: rows
-    that are too far apart see a nutation as a slow motion, which the second way gives away.
+    that are too far apart see a nutation as a slow motion, which the second way gives away. The
+    values are rounded by ``rounding`` (n,).
     """
     nutated = nutation(body, rows)
     best, *others = (rates_in_rows(rows.t, values, way, nutated) for way in RATE_WAYS)
     apart = numpy.maximum.reduce([norm(best - other) for other in others])
-    return best, DERIVATIVE * spread(apart)
+    h = numpy.pad(numpy.diff(rows.t), (0, 1), mode="edge")
+    return best, DERIVATIVE * spread(apart) + ROUNDED_RATE * spread(rounding) / h
 
 
 def visited(body: Parameters, rows: RigidMotion) -> Array:
@@ -184,11 +219,12 @@ def visited(body: Parameters, rows: RigidMotion) -> Array:
     return found if found[-1] == count - 1 else numpy.append(found, count - 1)
 
 
-def visited_rows(movement: Movement) -> tuple[RigidMotion, Rounding]:
-    """Return the rows to visit, and their roundings."""
-    at, rows = movement.visited, movement.rows
-    if len(at) == len(rows.t):
-        return rows, movement.rounding
-    x = None if rows.x is None else rows.x[:, at]
-    fewer = RigidMotion(rows.t[at], rows.q[:, at], rows.L[:, at], rows.v[:, at], x)
-    return fewer, Rounding(*(part[at] for part in movement.rounding))
+def sufficient_spacing(body: Parameters, rows: RigidMotion, share: Array) -> float:
+    """Return a time (s) between rows with which all intervals would be resolved.
+
+    ``share`` is the bound of each interval over the required one, above 1 where not resolved.
+    """
+    with numpy.errstate(all="ignore"):
+        share = numpy.where(numpy.isfinite(share), share, LARGEST_SHARE)
+        finer = numpy.minimum(share ** (-1 / FALLS_AS), CLEAR / nutation(body, rows))
+    return to_one_digit(float((numpy.diff(rows.t) * finer)[share > 1].min()), math.floor)
