@@ -3,7 +3,7 @@
 import numpy
 import pytest
 
-from tt_precise.check.precision import described, precision_of, precisions, resolution, times_of
+from tt_precise.check.precision import described, precision_of, precisions, times_of
 
 NUMBERS = numpy.random.default_rng(1).normal(size=200)
 
@@ -28,7 +28,8 @@ def test_a_rounding_is_recognised(rounded: numpy.ndarray, words: str, half_unit:
 def test_components_of_a_vector_are_looked_at_together() -> None:
     """A constant component shows no digits alone."""
     given = {"kx": NUMBERS.round(4), "ky": NUMBERS[::-1].round(4), "kz": numpy.full(200, 0.25)}
-    assert resolution(given) == dict.fromkeys(given, 5e-5)
+    found = {name: one.half_unit for name, one in precisions(given).items()}
+    assert found == dict.fromkeys(given, 5e-5)
     assert described(precisions(given)) == "kx ky kz: 4 decimals"
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.columns import Block, CheckSetup, Samples
+from tt_precise.check.columns import CheckSetup, Samples, change_by_rounding
 from tt_precise.check.contact import LIFT_OFF, contact
 from tt_precise.check.equations import energy_balance, equations
 from tt_precise.check.force_free import spread
@@ -179,18 +179,6 @@ def _lacking(setup: CheckSetup) -> dict[str, Missing]:
     }
 
 
-def _written(rows: Samples, of: Callable[[Samples], Array]) -> Array:
-    """Return the change of a quantity by half a unit of the last written place of the rows."""
-    moved, here = numpy.zeros(len(rows.t)), None
-    for name in rows.setup.columns.names:
-        step = rows.resolution.get(name, 0.0)
-        if step:
-            here = of(rows) if here is None else here
-            changed = {**rows.given, "t": rows.t, name: rows.given[name] + step}
-            moved = moved + abs(of(rows.setup.samples(Block(changed))) - here)
-    return moved
-
-
 def _component(name: str) -> Callable[[Samples], Array]:
     return lambda rows: numpy.asarray(getattr(rows.state, name))
 
@@ -223,7 +211,7 @@ def _integral(integral: Integral) -> RowCheck:
     def run(rows: Samples, limit: float) -> Residual:
         start = integral.evaluate(rows.first)
         scale = float(integral.scale(rows.first)) or 1.0
-        written = _written(rows, lambda part: integral.evaluate(part.q)) / scale
+        written = change_by_rounding(rows, lambda part: integral.evaluate(part.q)) / scale
         change = integral.evaluate(rows.q) - start
         if integral.name == "jellett":  # at most what a table that gives way makes of it
             most = jellett_by_depth(rows)
@@ -246,7 +234,7 @@ def _energy(rows: Samples, limit: float) -> Residual:
         return energy
 
     energy, scale = energy_of(rows), float(integral.scale(rows.first)) or 1.0
-    written = _written(rows, energy_of) / scale
+    written = change_by_rounding(rows, energy_of) / scale
     return _beyond((energy - numpy.minimum.accumulate(energy)) / scale, 2 * written.max(), limit)
 
 
@@ -266,7 +254,7 @@ def _from_row_to_row(run: Run) -> Run:
         seen = run(rows, limit)
         if not any(rows.resolution.values()):
             return seen
-        state = [_written(rows, _component(name)).max() for name in NewtonState._fields]
+        state = [change_by_rounding(rows, _component(name)).max() for name in NewtonState._fields]
         omega, L, body = rows.first.omega, rows.first.state.L, rows.setup.body
         turning = math.sqrt(dot(omega, omega))
         sizes = [1.0] * 3 + [math.sqrt(dot(L, L)) or 1.0] * 3 + [body.R * turning or 1.0] * 2

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.precision import resolution
+from tt_precise.check.precision import ColumnRounding, precisions
 from tt_precise.check.worlds import QUATERNION
 from tt_precise.mechanics import conversion
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
@@ -331,9 +331,14 @@ class Samples:
         self.__dict__.pop("q", None)
 
     @cached_property
+    def precisions(self) -> dict[str, ColumnRounding]:
+        """The precision in which each known column is written."""
+        return precisions(self.given)
+
+    @cached_property
     def resolution(self) -> dict[str, float]:
         """Half a unit of the last place in which each column is written; 0 for full doubles."""
-        return resolution(self.given)
+        return {name: one.half_unit for name, one in self.precisions.items()}
 
     @cached_property
     def quaternion(self) -> Quaternion | None:
@@ -369,3 +374,15 @@ class Samples:
         """The first row as a motion of numbers."""
         state = type(self.state)(*(float(entry[0]) for entry in self.state))
         return Motion(self.setup.body, state, numpy, self.setup.scene.model)
+
+
+def change_by_rounding(rows: Samples, of: Callable[[Samples], numpy.ndarray]) -> numpy.ndarray:
+    """Return the change of a quantity by half a unit of the last written place of each column."""
+    names = [name for name in rows.setup.columns.names if rows.resolution.get(name)]
+    if not names:
+        return numpy.zeros(len(rows.t))
+    here, given = of(rows), {**rows.given, "t": rows.t}
+    changed = ({**given, name: given[name] + rows.resolution[name]} for name in names)
+    moved = [abs(of(rows.setup.samples(Block(columns))) - here) for columns in changed]
+    total: numpy.ndarray = numpy.sum(moved, axis=0)
+    return total

@@ -264,7 +264,9 @@ def _solve(start: Array, h: Array, count: int, sweep: Sweep, guess: Array | None
 def _shapes(x: Array, angle: Array, count: int) -> Array:
     """Functions (..., count) at ``x``: powers, two of them cos and sin where ``angle`` is not 0."""
     u = x - 0.5
-    out = u[..., None] ** numpy.arange(count)
+    out = numpy.ones((*u.shape, count))
+    for power in range(1, count):  # several times as fast as u**power
+        out[..., power] = u * out[..., power - 1]
     seen = angle != 0
     if count > 3 and seen.any():
         phase = (angle[:, None] * u)[seen]

@@ -89,11 +89,6 @@ def precisions(given: Mapping[str, Array]) -> dict[str, ColumnRounding]:
     return found
 
 
-def resolution(given: Mapping[str, Array]) -> dict[str, float]:
-    """Return half a unit of the last place of every known column; 0 for full doubles."""
-    return {name: one.half_unit for name, one in precisions(given).items()}
-
-
 def described(found: Mapping[str, ColumnRounding]) -> str:
     """Return words for the columns that are not full doubles, such as "kx ky kz: 6 decimals"."""
     by_words: dict[str, list[str]] = {}

@@ -35,7 +35,7 @@ from tt_precise.check.golden import (
     no_solution,
     rotate_about_z,
 )
-from tt_precise.check.precision import described, precisions, times_of
+from tt_precise.check.precision import described, times_of
 from tt_precise.check.result import Cause, Result, shortened
 from tt_precise.check.sources import NotFinite, RowSource, UsableRows, open_source, usable_rows
 from tt_precise.check.start import Begin, look_for_start, rounding
@@ -283,13 +283,14 @@ class _Examination:
         findings = [finiteness(block, also, self._broken)]
         unseen: tuple[str, ...] = ()
         causes: tuple[Cause, ...] = ()
+        written = ""
         if len(block) < 2:
             reason = f"fewer than two rows before {self._broken}"
             missed = [*(check.name for check in checks_of(setup.scene)), *FURTHER[1:]]
             findings += [Check(name, "skipped", note=reason) for name in missed]
         else:
             rows = setup.samples(block)
-            found = self.judge(rows)
+            found, written = self.judge(rows), _written(self._file.whole.values["t"], rows)
             findings += found
             findings += self._against_solution(rows, found, solution)
             unseen = self._unseen(findings)
@@ -312,7 +313,7 @@ class _Examination:
             checks=tuple(findings),
             unseen=unseen,
             causes=causes,
-            written=_written(self._file.whole.values),
+            written=written,
         )
 
     def judge(self, rows: Samples) -> list[Check]:
@@ -413,10 +414,10 @@ def _by_cause(finding: Check, causes: Sequence[Cause]) -> Check:
     return replace(finding, verdict="fail", value=None, at=None, since=0.0, note=note, curve=None)
 
 
-def _written(columns: Mapping[str, Array]) -> str:
+def _written(t: Array, rows: Samples) -> str:
     """Name the columns with fewer digits than doubles, and times that are not even for that."""
-    clock = times_of(columns["t"])
-    found = precisions({name: values for name, values in columns.items() if name != "t"})
+    clock = times_of(t)
+    found = {name: one for name, one in rows.precisions.items() if name != "t"}
     texts = [f"t: {clock.words}" if clock.words else "", described(found)]
     return "; ".join(filter(None, texts))
 

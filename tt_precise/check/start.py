@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy
 
-from tt_precise.check.columns import Samples
+from tt_precise.check.columns import Samples, change_by_rounding
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
@@ -192,20 +192,8 @@ def _differing(rows: Samples, start: NewtonState | LiftedState) -> str:
 
 def rounding(rows: Samples) -> float:
     """Return the change of the first row by half a unit of the last place, relative to its size."""
-    setup, half = rows.setup, rows.resolution
-    begin = {name: float(values[0]) for name, values in rows.given.items()}
-    if not setup.velocity_given:
-        begin |= dict.fromkeys(setup.columns.velocity, math.nan)
 
-    def state(values: Mapping[str, float]) -> Array:
-        numbers = {name: numpy.array(value) for name, value in values.items()}
-        vectors, _ = setup.columns.state(setup.body, numbers, numpy)
-        return numpy.array(vectors[:8], float)
+    def first_row(part: Samples) -> Array:
+        return numpy.array([float(entry[0]) for entry in part.state[:8]]) / _units(rows)
 
-    units, known = _units(rows), state(begin)
-    moved = 0.0
-    for name in setup.columns.names:
-        if half.get(name):
-            change = abs(state({**begin, name: begin[name] + half[name]}) - known)
-            moved += float(numpy.nanmax(change / units))
-    return moved
+    return float(numpy.nanmax(change_by_rounding(rows, first_row)))
