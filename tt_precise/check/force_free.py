@@ -44,9 +44,8 @@ EPS = float(numpy.finfo(float).eps)
 # The first way gives the value, its distances from the others the bound.
 WAYS = (Way(6, True), Way(4, True), Way(6, False), Way(4, False))
 # Factors between the spread of the ways and the bound, of one interval and of sums, by polynomials
-# and guided. Right rows of every second scene need 13.7 and 2.9 by polynomials, those of the others
-# 9.9 and 4.0, and less than 1 guided (benchmarks/bound_factors.py): the rest is for other laws,
-# of which none of 100 runs exceeds its bound (a slow test).
+# and guided. A factor f assumes that the first way is nearer to the truth than every other way, by
+# f/(1 + f) at least. docs/explanation/measured.md says what right rows need.
 LOCAL, SUMMED = 30.0, 10.0
 GUIDED_LOCAL, GUIDED_SUMMED = 20.0, 10.0
 # Nutation (rad from row to row) above which polynomials see little, and nothing.
