@@ -12,7 +12,7 @@ are compared with cubics through the visited rows.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from typing import NamedTuple
@@ -21,6 +21,7 @@ import numpy
 
 from tt_precise.check.force_free_flow import (
     FARTHEST,
+    LEAST_NUTATION,
     NO_TERMS,
     Ends,
     RigidMotion,
@@ -136,17 +137,6 @@ def differences(body: Parameters, rows: RigidMotion, Q: Array, ends: Ends) -> Ar
     return numpy.concatenate((about[None], k - reached, torque, way, jellett[None]))
 
 
-class _Chunk(NamedTuple):
-    """Differences (11, intervals) by the best way and the distances of the others from it."""
-
-    best: Array
-    others: Array
-    guided: Array | None
-    guided_others: Array | None
-    left: Array | None
-    against: Array | None
-
-
 def chunks(count: int) -> Iterator[tuple[slice, slice]]:
     """Ranges of rows with a margin for interpolation, and of intervals without the margin."""
     margin = 2 * SPREAD + 3
@@ -163,25 +153,22 @@ def _solve(
     guide: bool,
     ways: tuple[Way, ...],
     terms: Terms,
-) -> _Chunk:
+) -> dict[str, Array]:
+    """Differences (11, intervals) by the best way, and those of the other ways from it."""
     Q = momentum_at_contact(body, rows)
-    flow = (by_interpolation if moving else by_momentum)(body, rows, ways, terms)
-    found = [differences(body, rows, Q, ends) for ends in flow]
-    best, others = found[0], numpy.array([found[0] - one for one in found[1:]])
-    if not guide:
-        return _Chunk(best, others, None, None, None, None)
-    guided = by_guidance(body, rows, terms)
-    first, *rest = (
-        differences(body, rows, Q, ends)
-        for ends in (guided.best, guided.less, guided.plain, guided.other)
-    )
-    distances = numpy.array([first - one for one in rest])
-    return _Chunk(best, others, first, distances, guided.unexplained, guided.against)
 
+    def apart(flow: Sequence[Ends]) -> tuple[Array, Array]:
+        first, *others = (differences(body, rows, Q, ends) for ends in flow)
+        return first, numpy.array([first - other for other in others])
 
-def _concatenate(chunks: list[tuple[_Chunk, slice]], name: str) -> Array:
-    pieces = [getattr(chunk, name)[..., kept] for chunk, kept in chunks]
-    return numpy.concatenate(pieces, axis=-1)
+    best, others = apart((by_interpolation if moving else by_momentum)(body, rows, ways, terms))
+    found = {"best": best, "others": others}
+    if guide:
+        guided = by_guidance(body, rows, terms)
+        best, others = apart((guided.best, guided.less, guided.plain, guided.other))
+        left, against = guided.unexplained, guided.against
+        found |= {"guided": best, "guided others": others, "left": left, "against": against}
+    return found
 
 
 def misfits(
@@ -189,26 +176,24 @@ def misfits(
     rows: RigidMotion,
     rounding: Rounding,
     moving: bool = True,
-    guide: bool = True,
     terms: Terms = NO_TERMS,
 ) -> dict[str, Misfit]:
-    """Return the misfit of every quantity; ``moving`` if the velocity of the centre is known.
-
-    ``guide`` allows the guided flow where interpolation does not see enough.
-    """
+    """Return the misfit of every quantity; ``moving`` if the velocity of the centre is known."""
     with numpy.errstate(all="ignore"):
         nutated = nutation(body, rows)
-        ways = WAYS if float(numpy.max(nutated)) > 0.3 else tuple(w for w in WAYS if not w.nutation)
-        guide = guide and moving and len(ways) == len(WAYS)
+        nutates = float(numpy.max(nutated)) > LEAST_NUTATION
+        ways, guide = tuple(w for w in WAYS if nutates or not w.nutation), moving and nutates
         parts = [
-            (_solve(body, rows.part(taken), moving, guide, ways, terms), kept)
+            {name: values[..., kept] for name, values in solved.items()}
             for taken, kept in chunks(len(rows.t) - 1)
+            for solved in [_solve(body, rows.part(taken), moving, guide, ways, terms)]
         ]
+        whole = {name: numpy.concatenate([one[name] for one in parts], -1) for name in parts[0]}
         errors = _rounding_errors(body, rows, rounding)
         h = numpy.diff(rows.t)
-        families = [_polynomial(parts, nutated)]
+        families = [_polynomial(whole, nutated)]
         if guide:
-            families.append(_guided(parts, nutated, _bend(body, rows)))
+            families.append(_guided(whole, nutated, _bend(body, rows)))
         found = {}
         for name in QUANTITIES:
             if name == "position" and rows.x is None:
@@ -257,9 +242,9 @@ def _seen(one: Misfit) -> Misfit:
 Family = tuple[Array, dict[str, Array], dict[str, Array]]
 
 
-def _polynomial(chunks: list[tuple[_Chunk, slice]], nutated: Array) -> Family:
+def _polynomial(found: dict[str, Array], nutated: Array) -> Family:
     """Values and bounds by interpolation: multiples of the spread of its ways."""
-    values, others = _concatenate(chunks, "best"), _concatenate(chunks, "others")
+    others = found["others"]
     blind = nutated > BLIND
     dim = numpy.where(nutated > DIM, 3.0, 1.0)
     one_sided = _one_sided(len(nutated))
@@ -275,7 +260,7 @@ def _polynomial(chunks: list[tuple[_Chunk, slice]], nutated: Array) -> Family:
         furthest = numpy.maximum(numpy.maximum.accumulate(sums), walk)
         summed[name] = numpy.maximum.accumulate(dim) * SUMMED * furthest
         summed[name] = summed[name] + numpy.maximum.accumulate(unseen)
-    return values, local, summed
+    return found["best"], local, summed
 
 
 def _one_sided(count: int) -> Array:
@@ -285,10 +270,9 @@ def _one_sided(count: int) -> Array:
     return factors
 
 
-def _guided(chunks: list[tuple[_Chunk, slice]], nutated: Array, bend: dict[str, Array]) -> Family:
+def _guided(found: dict[str, Array], nutated: Array, bend: dict[str, Array]) -> Family:
     """Values and bounds by guidance: multiples of what a further pass and the law change."""
-    values, others = _concatenate(chunks, "guided"), _concatenate(chunks, "guided_others")
-    left, against = _concatenate(chunks, "left"), _concatenate(chunks, "against")
+    others, left, against = (found[name] for name in ("guided others", "left", "against"))
     trusted = (nutated < FARTHEST) & (spread(left) < EXPLAINED)
     local, summed = {}, {}
     for name, part in PARTS.items():
@@ -298,7 +282,7 @@ def _guided(chunks: list[tuple[_Chunk, slice]], nutated: Array, bend: dict[str, 
         local[name] = numpy.where(good, GUIDED_LOCAL * error, numpy.inf)
         total = numpy.cumsum(numpy.where(good, error, 0.0))
         summed[name] = GUIDED_SUMMED * total + (numpy.inf if not good.all() else 0.0)
-    return values, local, summed
+    return found["guided"], local, summed
 
 
 def _bend(body: Parameters, rows: RigidMotion) -> dict[str, Array]:
