@@ -7,7 +7,11 @@ from tests.check.conftest import Engine, check
 
 @pytest.mark.parametrize(
     ("hertz", "law", "mu", "name"),
-    [(500, "viscous", 0.3, "viscous"), (1000, "coulomb", 0.02, "Coulomb's")],
+    [
+        (60, "viscous", 0.3, "viscous"),
+        (500, "viscous", 0.3, "viscous"),
+        (1000, "coulomb", 0.02, "Coulomb's"),
+    ],
 )
 def test_friction_is_seen_as_what_it_is(
     engine: Engine, no_cause: None, hertz: int, law: str, mu: float, name: str

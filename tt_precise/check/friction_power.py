@@ -26,8 +26,8 @@ from tt_precise.mechanics import conserved
 from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.values import Array
 
-# Friction is seen where at least so many rows show it to this part, and is as a law where what the
-# law keeps deviates by less than this part; gliding below this part of the fastest says nothing.
+# Friction is seen where it is above its error in at least so many rows, and is as a law where what
+# the law keeps deviates by less than this part. Gliding below this part of the fastest is still.
 FEWEST, ALIKE, STILL = 8, 0.05, 0.05
 NONE = 1e-9  # In F_z; a smaller force is rounding.
 
@@ -54,8 +54,8 @@ def friction_power(samples: Samples, limit: float) -> Residual:
     excess = seen * numpy.maximum(power - bound, 0.0)
     values[at] = numpy.where(numpy.isnan(excess), numpy.inf, excess)
     resolved = seen & (bound <= limit)
-    exact = error < numpy.maximum(ALIKE * numpy.minimum(push, force[2]), NONE * force[2])
-    kept = resolved & exact & (speed > STILL * speed.max())
+    above = error < numpy.maximum(numpy.minimum(push, force[2]), NONE * force[2])
+    kept = resolved & above & (speed > STILL * speed.max())
     # negative where the force pushes
     ratio = numpy.copysign(push / force[2], -power)
     friction = _friction(ratio[kept], speed[kept])
