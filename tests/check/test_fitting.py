@@ -73,7 +73,7 @@ TERMS = {
 
 
 def fit_under(frame: pandas.DataFrame, fault: str, part: float) -> Fit:
-    """How the rows obey the laws with a part of the torque."""
+    """Fit the rows under the laws with a part of the torque."""
     q, w, v, x = (
         frame[names.split()].to_numpy().T
         for names in ("qw qx qy qz", "wx wy wz", "vcx vcy vcz", "x y z")

@@ -23,7 +23,7 @@ def test_friction_is_seen_as_what_it_is(
 
 
 def test_every_row_is_looked_at(engine: Engine, no_cause: None) -> None:
-    """One row of 100 whose velocity jumps gives and takes power."""
+    """One row of 100 with a jump of the velocity has a force that is not resolved."""
     rows = engine(1000, 0.1)
     right = check(rows, "reference", friction="other")["friction_power"]
     assert (right.verdict, right.value) == ("pass", 0.0)
