@@ -12,55 +12,15 @@ paper, ``sweep`` integrates many starts at once, ``threshold`` finds the smalles
 that passes the equator, ``certify`` proves digits. Units are SI; names are the paper's.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import lazy_loader
 
-from tt_precise._version import __version__
 from tt_precise.integration import registry
-
-if TYPE_CHECKING:
-    from tt_precise import certify, check, claims, golden, threshold
-    from tt_precise.exact.thresholds import thresholds
-    from tt_precise.integration import Trajectory, integrate
-    from tt_precise.integration.columns import quantity
-    from tt_precise.runtime.values import InputError
-    from tt_precise.scene.scene import Scene, load_scene
-    from tt_precise.sweeps.run import sweep
-
-__all__ = [
-    "InputError",
-    "Scene",
-    "Trajectory",
-    "__version__",
-    "certify",
-    "check",
-    "claims",
-    "golden",
-    "integrate",
-    "load_scene",
-    "quantity",
-    "sweep",
-    "threshold",
-    "thresholds",
-]  # fmt: skip
 
 registry.register("in_pieces", "tt_precise.nonsmooth.backend")
 
-_attached, _, _ = lazy_loader.attach(
-    __name__,
-    ["certify", "check", "claims", "golden", "threshold"],
-    {
-        "runtime.values": ["InputError"],
-        "integration": ["Trajectory", "integrate"],
-        "integration.columns": ["quantity"],
-        "exact.thresholds": ["thresholds"],
-        "scene.scene": ["Scene", "load_scene"],
-        "sweeps.run": ["sweep"],
-    },
-)
+_attached, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def __getattr__(name: str) -> Any:
@@ -75,7 +35,3 @@ def __getattr__(name: str) -> Any:
         own = f"tt.integrate(scene).{name}" if hasattr(Trajectory, name) else ""
         where = WRITTEN.get(name) or own or nearest(name, __all__) or "`tt-precise --help`"
         raise AttributeError(f"tt_precise has no {name} (expected {where})", name=name) from None
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

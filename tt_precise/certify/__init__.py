@@ -27,27 +27,6 @@ A program that decides alone needs controls: ``tests/certify`` drops each hypoth
 closed form reveals the error.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import lazy_loader
 
-if TYPE_CHECKING:
-    from tt_precise.certify.balls import NotProved
-    from tt_precise.certify.motion import Enclosure, enclose
-    from tt_precise.certify.problem import Problem, problem_of
-    from tt_precise.certify.statements import Proof, prove
-
-__all__ = ["Enclosure", "NotProved", "Problem", "Proof", "enclose", "problem_of", "prove"]
-
-__getattr__, __dir__, _ = lazy_loader.attach(
-    __name__,
-    [],
-    {
-        "balls": ["NotProved"],
-        "motion": ["Enclosure", "enclose"],
-        "problem": ["Problem", "problem_of"],
-        "statements": ["Proof", "prove"],
-    },
-)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -23,34 +23,7 @@ Rules of fairness, for every claim:
 7. A note never denies its own verdict.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import lazy_loader
 
-if TYPE_CHECKING:
-    from tt_precise.claims.claim import (
-        Claim,
-        claim_named,
-        claims,
-        counts,
-        judge,
-        judge_all,
-    )
-    from tt_precise.claims.verdicts import JudgedClaim, Part, Verdict
-
-__all__ = [
-    "Claim", "JudgedClaim", "Part", "Verdict", "claim_named", "claims", "counts", "judge",
-    "judge_all",
-]  # fmt: skip
-
 # the claims import what they are judged with, heyoka and SymPy among it
-__getattr__, __dir__, _ = lazy_loader.attach(
-    __name__,
-    [],
-    {
-        "claim": ["Claim", "claim_named", "claims", "counts", "judge", "judge_all"],
-        "verdicts": ["JudgedClaim", "Part", "Verdict"],
-    },
-)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

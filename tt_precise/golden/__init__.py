@@ -9,32 +9,6 @@
 ``build`` makes the tables; ``verify`` checks them against their manifest and a fresh computation.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import lazy_loader
 
-if TYPE_CHECKING:
-    from tt_precise.golden.building import Built, build
-    from tt_precise.golden.comparing import Comparison, compare
-    from tt_precise.golden.loading import GoldenFrame, load
-    from tt_precise.golden.store import scenes
-    from tt_precise.golden.verifying import Verification, verify
-
-__all__ = [
-    "Built", "Comparison", "GoldenFrame", "Verification", "build", "compare", "load", "scenes",
-    "verify",
-]  # fmt: skip
-
-__getattr__, __dir__, _ = lazy_loader.attach(
-    __name__,
-    [],
-    {
-        "building": ["Built", "build"],
-        "comparing": ["Comparison", "compare"],
-        "loading": ["GoldenFrame", "load"],
-        "store": ["scenes"],
-        "verifying": ["Verification", "verify"],
-    },
-)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

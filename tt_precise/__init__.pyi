@@ -1,0 +1,14 @@
+from . import certify as certify
+from . import check as check
+from . import claims as claims
+from . import golden as golden
+from . import threshold as threshold
+from ._version import __version__ as __version__
+from .exact.thresholds import thresholds as thresholds
+from .integration import Trajectory as Trajectory
+from .integration import integrate as integrate
+from .integration.columns import quantity as quantity
+from .runtime.values import InputError as InputError
+from .scene.scene import Scene as Scene
+from .scene.scene import load_scene as load_scene
+from .sweeps.run import sweep as sweep

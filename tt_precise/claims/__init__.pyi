@@ -1,0 +1,9 @@
+from .claim import Claim as Claim
+from .claim import claim_named as claim_named
+from .claim import claims as claims
+from .claim import counts as counts
+from .claim import judge as judge
+from .claim import judge_all as judge_all
+from .verdicts import JudgedClaim as JudgedClaim
+from .verdicts import Part as Part
+from .verdicts import Verdict as Verdict
