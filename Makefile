@@ -27,7 +27,7 @@ unexport PYTHONDONTWRITEBYTECODE
 docs: export HEYOKA_CACHE_DIR = $(CURDIR)/build/compiled
 
 .DEFAULT_GOAL := help
-.PHONY: help venv report test slow golden peers clients browser proofs fuzz costs mutants \
+.PHONY: help venv report test evidence slow golden peers clients browser proofs fuzz costs mutants \
         lint format types check schemas docs smoke lock build clean
 
 help:     ## list the targets
@@ -62,9 +62,13 @@ report:   ## write the precision report into reports/
 report: $(DEV)
 	$(BIN)/tt-precise report $(ARGS)
 
-test:     ## the default tests: none of the marked ones, about 6 minutes at first
+test:     ## the default tests: none of the marked ones
 test: $(DEV)
 	$(PYTEST) -n $(JOBS) --dist worksteal $(ARGS)
+
+evidence: ## tests marked evidence: more cases of what the default tests show
+evidence: $(DEV)
+	$(PYTEST) -n $(JOBS) --dist worksteal -m $@ $(ARGS)
 
 slow:     ## tests marked slow: long evidence
 golden:   ## tests marked golden: rebuild the golden data
@@ -125,8 +129,8 @@ types:    ## mypy
 types: $(DEV)
 	$(BIN)/mypy
 
-check:    ## what a commit has to pass: lint, types, test
-check: lint types test
+check:    ## what a commit has to pass: lint, types, test, evidence
+check: lint types test evidence
 
 schemas:  ## docs/schemas, written from the records
 schemas: $(DEV)
@@ -161,7 +165,7 @@ smoke: build
 		$(SMOKE)/bin/tt-precise --version && \
 		$(OFFLINE) $(SMOKE)/bin/python -m pytest -q -n 0 -p no:cacheprovider \
 			-c $(CURDIR)/pyproject.toml -o pythonpath= $(CURDIR)/tests/test_documentation.py \
-			-k "examples_run and (README or start)") \
+			-m "not slow" -k "examples_run and (README or start)") \
 		|| exit 1; \
 	done
 

@@ -6,7 +6,8 @@ import os
 import re
 import shlex
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -52,6 +53,21 @@ def few_lanes() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("heyoka.recommended_simd_size", lambda: 2)
         yield
+
+
+# A case of a parametrised test whose other cases show its behaviour by default.
+more = partial(pytest.param, marks=pytest.mark.evidence)
+
+# One scene for each law of contact, and for each singular start or end.
+OF_EACH_KIND = (
+    "reference", "rolling", "contact-lost", "upright", "beside-the-pole", "coulomb-flight",
+    "coulomb-stick-slip", "elastic-linear", "regularised-1e-2",
+)  # fmt: skip
+
+
+def of_each_kind(scenes: Iterable[str]) -> list[Any]:
+    """Shipped scenes as parameters: one of each kind in the default run."""
+    return [name if name in OF_EACH_KIND else more(name) for name in scenes]
 
 
 Said = Callable[..., str]

@@ -25,7 +25,7 @@ import click
 import pytest
 
 import tt_precise
-from tests.conftest import Said
+from tests.conftest import Said, more
 from tests.test_schemas import SLOW
 from tt_precise import cli
 from tt_precise.commands.sweep import is_sweep_file
@@ -200,7 +200,12 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 every_document = pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
 
 
-@every_document
+# A simulator in pure Python takes four seconds; `make smoke` runs it as well.
+@pytest.mark.parametrize(
+    "path",
+    [more(path) if path.name == "start.md" else path for path in DOCUMENTS],
+    ids=lambda path: path.name,
+)
 @pytest.mark.parametrize("long", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_the_examples_run(path: Path, long: bool) -> None:
     count = run_all(path.read_text("utf-8"), long=long)

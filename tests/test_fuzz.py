@@ -14,6 +14,7 @@ import pytest
 from hypothesis import strategies as st
 
 import tt_precise as tt
+from tests.conftest import more
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import require_contact
 from tt_precise.runtime.values import InputError
@@ -22,7 +23,9 @@ from tt_precise.scene.scene import Scene, load_scene, parse_scene
 
 TEXT = load_scene("reference").text
 SETTINGS = hypothesis.settings(deadline=None, derandomize=True, database=None)
-several = pytest.mark.parametrize("examples", [40, pytest.param(30_000, marks=pytest.mark.fuzz)])
+several = pytest.mark.parametrize(
+    "examples", [12, more(40), pytest.param(30_000, marks=pytest.mark.fuzz)]
+)
 
 NUMBERS = st.one_of(
     st.sampled_from(["0", "-0", "1/0", "1e999", "1e-999", "nan", "inf", "0x1", "1_0", "", "pi"]),

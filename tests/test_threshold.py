@@ -28,6 +28,7 @@ def test_a_known_threshold_is_bisected_to_the_digits() -> None:
     assert [decimal(Fraction(x), 6) for x in ("50", "1e-9", "-1/3")] == ["50", "1E-9", "-0.333333"]
 
 
+@pytest.mark.usefixtures("few_lanes")
 def test_the_least_spin_that_passes_the_equator() -> None:
     """A sweep's rows on both sides of it agree, and the theorem asks for more spin."""
     found = find("reference", "omega_3", "40:90", until=8, digits=4, points=3)

@@ -3,6 +3,7 @@
 import ast
 import re
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -46,9 +47,14 @@ DIALECT = {
 ALLOWED = {"beside", "entry", "touches"}
 
 
+@cache
+def nodes(source: str) -> list[ast.AST]:
+    return list(ast.walk(ast.parse(source)))
+
+
 def clauses(source: str) -> Iterator[str]:
     """Docstrings of classes and functions that begin with a clause."""
-    for node in ast.walk(ast.parse(source)):
+    for node in nodes(source):
         if isinstance(node, ast.ClassDef | ast.FunctionDef):
             text = ast.get_docstring(node) or ""
             if CLAUSE.match(text):
@@ -57,14 +63,14 @@ def clauses(source: str) -> Iterator[str]:
 
 def participles(source: str) -> Iterator[str]:
     """Functions that are named by a participle alone."""
-    for node in ast.walk(ast.parse(source)):
+    for node in nodes(source):
         if isinstance(node, ast.FunctionDef) and PARTICIPLE.fullmatch(node.name):
             yield node.name
 
 
 def dialect(source: str) -> Iterator[str]:
     """Functions, classes and arguments whose names have a word of the dialect."""
-    for node in ast.walk(ast.parse(source)):
+    for node in nodes(source):
         if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.arg):
             name = node.arg if isinstance(node, ast.arg) else node.name
             words = re.split(r"_|(?<=[a-z])(?=[A-Z])", name)
@@ -112,7 +118,7 @@ def test_the_habit_is_seen(habit: Habit, bad: str, good: str) -> None:
 def test_a_class_name_has_one_meaning() -> None:
     homes: dict[str, list[str]] = {}
     for file in sorted(PACKAGE.rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text())):
+        for node in nodes(file.read_text()):
             if isinstance(node, ast.ClassDef):
                 homes.setdefault(node.name, []).append(file.name)
     assert len(homes) > 300

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from tests.conftest import Said
+from tests.conftest import Said, more
 from tt_precise.integration import integrate
 
 ROOT = Path(__file__).parents[1]
@@ -54,13 +54,13 @@ def run(folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
     ("inputs", "status", "failed"),
     [
         ({"FILE": "right.csv", "LIMITS": "jellett=1e-9 axis_norm=1e-9", "UNTIL": "0.1"}, 0, False),
-        ({"FILE": "right.csv", "LIMITS": "jellett=1e-30"}, 1, True),
-        ({"FILE": "right.csv", "START": "other", "ALLOW": "golden energy"}, 0, False),
+        more({"FILE": "right.csv", "LIMITS": "jellett=1e-30"}, 1, True),
+        more({"FILE": "right.csv", "START": "other", "ALLOW": "golden energy"}, 0, False),
         ({"FILE": "right.csv", "ENGINE": "mujoco"}, 2, True),
-        ({"FILE": UNITY, "WORLD": "left-handed-y-up", "AXIS": "y"}, 0, False),
+        more({"FILE": UNITY, "WORLD": "left-handed-y-up", "AXIS": "y"}, 0, False),
         ({"FILE": "wrong.csv"}, 1, True),
         ({"FILE": "wrong.csv", "COLUMNS": "Lx=kx"}, 2, True),
-        pytest.param({"FILE": "missing.csv"}, 2, True, marks=pytest.mark.slow),
+        more({"FILE": "missing.csv"}, 2, True),
     ],
 )
 def test_the_script_of_the_action(

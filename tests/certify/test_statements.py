@@ -14,7 +14,7 @@ from flint import arb
 
 import tt_precise as tt
 import tt_precise.certify
-from tests.conftest import Patch
+from tests.conftest import Patch, more
 from tt_precise.certify import NotProved, Proof, prove
 from tt_precise.certify.problem import problem_of
 from tt_precise.golden import store
@@ -62,7 +62,7 @@ def holds(proof: Proof, finer: Any, time: Fraction, width: float, near: float) -
         assert enclosed.overlaps(arb(str(other[name]), near))
 
 
-@pytest.mark.parametrize("name", ["reference", "rolling"])
+@pytest.mark.parametrize("name", ["reference", more("rolling")])
 def test_a_finer_integration_lies_in_the_enclosure(name: str, proof: Proof) -> None:
     if name == "rolling":
         proof = prove(replace(tt.load_scene(name), until=SHORT))
@@ -148,6 +148,7 @@ def test_an_elastic_table_lets_go_and_takes_again(pressed: tt.Scene) -> None:
     holds(proof, finer, pressed.until, 1e-36, 1e-60)
 
 
+@pytest.mark.evidence
 def test_a_table_that_would_push_before_the_top_is_above_it_proves_nothing(
     pressed: tt.Scene, monkeypatch: Patch
 ) -> None:

@@ -65,7 +65,9 @@ def out(tmp_path: Path) -> list[Path]:
     return [tmp_path / name for name in ("out.xml", "out.md", "out.svg")]
 
 
-def test_files_are_written_whatever_the_verdict(written: Path, out: list[Path], said: Said) -> None:
+def test_files_are_written_whatever_the_verdict(
+    written: Path, out: list[Path], said: Said, no_cause: None
+) -> None:
     xml, md, svg = out
     options = ("--limit 1e-30 --junit", xml, "--markdown", md, "--plot", svg)
     said("check", written, "--scene reference", *options, status=1)

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import tt_precise as tt
 from tests.check.test_force_free import POSE
+from tests.conftest import more
 from tt_precise.check import conventions
 from tt_precise.check.conventions import (
     ANGLE,
@@ -152,7 +153,9 @@ def _tied(one: Convention) -> list[Convention]:
     return [replace(one, time=pairs[one.time])] if one.time in pairs else []
 
 
-@pytest.mark.parametrize(("seed", "count"), [(1, 8), pytest.param(7, 180, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("seed", "count"), [(1, 4), more(1, 8), pytest.param(7, 180, marks=pytest.mark.slow)]
+)
 def test_random_conventions_are_found(seed: int, count: int) -> None:
     assert [text for text in map(wrong, tries(seed, count)) if text] == []
 

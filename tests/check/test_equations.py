@@ -10,6 +10,7 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import EULER, VECTORS, Engine, Healthy, check
+from tests.conftest import more
 from tt_precise.check.columns import COLUMN_SETS, CheckSetup
 from tt_precise.check.equations import Differences, differences
 from tt_precise.check.sources import open_source
@@ -55,6 +56,7 @@ def test_dense_rows_are_all_looked_at(healthy: Healthy) -> None:
     assert check(coarse, "reference")["equations"].value == pytest.approx(seen, rel=0.15)
 
 
+@without_causes
 def test_coarse_rows_are_reported_with_the_spacing_that_would_do(healthy: Healthy) -> None:
     result = check(healthy("reference", 9), "reference")
     equations = result["equations"]
@@ -78,7 +80,7 @@ def test_a_few_resolved_intervals_do_not_vouch_for_the_others(healthy: Healthy) 
 
 @without_causes
 @pytest.mark.parametrize(("name", "columns"), [("Ly", VECTORS), ("theta_dot", EULER)])
-@pytest.mark.parametrize("size", [1e-3, 1e6, 1e30])
+@pytest.mark.parametrize("size", [1e-3, more(1e6), 1e30])
 def test_a_wrong_first_row_fails_however_wrong_it_is(
     healthy: Healthy, name: str, columns: list[str], size: float
 ) -> None:
@@ -120,7 +122,7 @@ def test_the_series_of_a_far_row_leaves_no_table(healthy: Healthy) -> None:
 
 
 @without_causes
-@pytest.mark.parametrize("every_ms", [1, 2, 5, 10, 20])
+@pytest.mark.parametrize("every_ms", [1, more(2), more(5), more(10), 20])
 def test_a_wrong_term_is_found_at_every_spacing(engine: Engine, every_ms: int) -> None:
     def found(**words: Any) -> Any:
         return check(engine(1000, 0.2, **words)[::every_ms], "reference", until=0.2)["equations"]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from fractions import Fraction
+from typing import Any
 
 import numpy
 import pandas
@@ -11,6 +12,7 @@ import tt_precise as tt
 from tests.check.conftest import EULER, VECTORS, Engine, Healthy, check
 from tests.check.test_cases import CASES
 from tests.check.test_force_free import POSE
+from tests.conftest import more, of_each_kind
 from tt_precise.golden import store
 from tt_precise.scene.scene import Scene, parse_scene
 
@@ -39,13 +41,13 @@ SLOW_IN_SCENE = [pytest.param("scene", marks=pytest.mark.slow), "other"]
 @pytest.mark.parametrize(
     ("columns", "factor", "names", "convention"),
     [
-        (VECTORS, 1e3, ["t"], "the time is in ms"),
+        more(VECTORS, 1e3, ["t"], "the time is in ms"),
         (EULER, 1e3, ["t"], "the time is in ms"),
-        (EULER, DEGREE, RATES, "the angular velocities are in degrees per second"),
+        more(EULER, DEGREE, RATES, "the angular velocities are in degrees per second"),
         (EULER, 1 / (2 * numpy.pi), RATES, "the angular velocities are in revolutions per second"),
         (EULER, DEGREE, ["theta"], "theta is in degrees"),
         (VECTORS, 1e6, ["Lx", "Ly", "Lz"], "the angular momentum is in kg mm^2/s"),
-        (VECTORS, 1e3, ["vx", "vy"], "the velocities are in mm/s"),
+        more(VECTORS, 1e3, ["vx", "vy"], "the velocities are in mm/s"),
     ],
 )
 def test_other_units_are_named(
@@ -137,6 +139,11 @@ MORE_UNITS = (
 )  # fmt: skip
 
 
+# The last convention has both of these.
+PARTS = (
+    "the angular velocity is in the body frame", "the quaternion has its scalar last",
+    "the angular velocity has the other sign", "lengths are in mm", "the time is in ms",
+)  # fmt: skip
 WITH_VELOCITY = ("the world", "the velocity", "lengths")  # beginnings of what has no other
 COMBINED = "the quaternion has its scalar last; the angular velocity is in the body frame"
 
@@ -147,7 +154,8 @@ COMBINED = "the quaternion has its scalar last; the angular velocity is in the b
     [
         pytest.param(
             one, velocity,
-            marks=[pytest.mark.slow] * (one in MORE_UNITS or (not velocity and one != COMBINED)),
+            marks=[pytest.mark.slow] * (one in MORE_UNITS or (not velocity and one != COMBINED))
+            or [pytest.mark.evidence] * (one in PARTS),
         )
         for one in CONVENTIONS
         for velocity in (True, False)
@@ -164,18 +172,25 @@ def test_other_conventions_are_named(
 
 
 @pytest.mark.parametrize("friction", SLOW_IN_SCENE)
+@pytest.mark.parametrize("columns", [VECTORS, EULER, more("rigid body")])
+# finely resolved, and as sampled
+@pytest.mark.parametrize(("rows", "until", "rate"), [more(201, 0.4, 500), (401, 4, 100)])
 def test_rows_that_are_counted_instead_of_timed_are_named(
-    healthy: Healthy, rigid_body: Healthy, friction: str
+    healthy: Healthy,
+    rigid_body: Healthy,
+    rows: int,
+    until: float,
+    rate: int,
+    columns: Any,
+    friction: str,
 ) -> None:
-    for rows, until, rate in ((401, 0.8, 500), (801, 8, 100)):  # finely resolved, and as sampled
-        frame = healthy("reference", rows, until)
-        for given in (frame[VECTORS], frame[EULER], rigid_body(frame)):
-            counted = given.assign(t=numpy.arange(float(rows)))
-            expected, found = f"t counts rows at {rate} Hz", causes(counted, friction=friction)
-            # inclination alone does not tell the rates of coarse rows apart
-            likely = friction == "other" and "theta" in given and rate == 100
-            assert found.split(", or ")[0] == f"convention: {expected}"
-            assert likely or ", or" not in found
+    frame = healthy("reference", rows, until)
+    given = rigid_body(frame) if columns == "rigid body" else frame[columns]
+    found = causes(given.assign(t=numpy.arange(float(rows))), friction=friction)
+    # inclination alone does not tell the rates of coarse rows apart
+    likely = friction == "other" and "theta" in given and rate == 100
+    assert found.split(", or ")[0] == f"convention: t counts rows at {rate} Hz"
+    assert likely or ", or" not in found
 
 
 def test_another_force_does_not_hide_a_convention() -> None:
@@ -191,18 +206,30 @@ def test_another_force_does_not_hide_a_convention() -> None:
         assert found == "convention: the angular velocity is in the body frame"
 
 
-def test_another_body_is_named(healthy: Healthy, rigid_body: Healthy) -> None:
-    scene, both = tt.load_scene("reference"), healthy()
-    body = rigid_body(both)
-    slimmer, longer = scene.varied(I3="8/25"), scene.varied(alpha="0.5")
-    assert causes(both, slimmer) == "parameter: I3 is 1.25 times the scene's"
-    assert causes(body, longer) == "parameter: alpha is 0.60 times the scene's"
+@pytest.mark.parametrize(
+    ("columns", "changed", "cause"),
+    [
+        more("state", {"I3": "8/25"}, "parameter: I3 is 1.25 times the scene's"),
+        ("rigid body", {"alpha": "0.5"}, "parameter: alpha is 0.60 times the scene's"),
+    ],
+)
+def test_another_body_is_named(
+    healthy: Healthy, rigid_body: Healthy, columns: str, changed: dict[str, str], cause: str
+) -> None:
+    rows = healthy("reference", 201, 2)
+    given = rigid_body(rows) if columns == "rigid body" else rows
+    assert causes(given, tt.load_scene("reference").varied(**changed)) == cause
+
+
+def test_a_row_without_a_quaternion_is_named(healthy: Healthy, rigid_body: Healthy) -> None:
+    body = rigid_body(healthy("reference", 201, 2))
     body.loc[3, ["qw", "qx", "qy", "qz"]] = 0
     found = check(body, "reference")
     assert "quaternion_norm" in {one.name for one in found.failures}
     assert [one.text for one in found.causes] == ["the row at t = 0.03 s (number 4) alone is wrong"]
 
 
+@pytest.mark.usefixtures("no_cause")
 @pytest.mark.parametrize(
     "rows", [41, 401, *(pytest.param(rows, marks=pytest.mark.slow) for rows in (101, 12001))]
 )
@@ -215,7 +242,7 @@ def test_no_sampling_makes_a_healthy_trajectory_suspicious(
             assert not check(given, "reference", friction=friction).failures
 
 
-@pytest.mark.parametrize(("scene", "step"), [("frictionless", "1/5"), ("rolling", "4/25")])
+@pytest.mark.parametrize(("scene", "step"), [("frictionless", "1/5"), more("rolling", "4/25")])
 def test_rows_near_a_multiple_of_the_nutation_are_right(scene: str, step: str) -> None:
     """Euler angles look then as if they moved slowly, in other units."""
     frame = tt.integrate(tt.load_scene(scene).varied(sample_every=step)).frame(*EULER[1:])
@@ -225,6 +252,7 @@ def test_rows_near_a_multiple_of_the_nutation_are_right(scene: str, step: str) -
 
 
 # With the scene's friction all rows pass in tests/check/test_golden.py.
+@pytest.mark.usefixtures("no_cause")
 @pytest.mark.parametrize("friction", SLOW_IN_SCENE)
 @pytest.mark.parametrize(
     ("rows", "every"),
@@ -234,7 +262,7 @@ def test_rows_near_a_multiple_of_the_nutation_are_right(scene: str, step: str) -
         pytest.param(None, 10, marks=pytest.mark.slow),
     ],
 )
-@pytest.mark.parametrize("scene", store.scenes())
+@pytest.mark.parametrize("scene", of_each_kind(store.scenes()))
 def test_golden_data_are_above_suspicion(
     scene: str, rows: int | None, every: int, friction: str
 ) -> None:
@@ -269,6 +297,7 @@ def test_no_healthy_file_fails(seed: int, count: int) -> None:
     assert healthy_files(seed, count) == []
 
 
+@pytest.mark.usefixtures("no_cause")
 def test_a_wrong_simulator_is_checked_not_refused(healthy: Healthy) -> None:
     frame = healthy("reference", 401)[VECTORS]
     for name in ("Lz", "vx", "kz"):
@@ -301,7 +330,7 @@ def test_what_is_no_number_is_not_named(engine: Engine, fault: str) -> None:
 @pytest.mark.parametrize(
     ("names", "factor", "cause"),
     [
-        (["t"], 1.001, "t runs 1.00100 times as fast as the motion"),
+        more(["t"], 1.001, "t runs 1.00100 times as fast as the motion"),
         (["Lx", "Ly", "Lz"], 1.0001, ""),
         (["vx", "vy"], 1.001, ""),
     ],
@@ -321,10 +350,11 @@ def test_a_number_is_named_only_if_with_it_all_that_failed_passes(
         assert "jumps" not in str(causes)
 
 
-@pytest.mark.parametrize("friction", ["scene", "other"])
-@pytest.mark.parametrize("first", [0, 301])
+@pytest.mark.parametrize(
+    ("first", "friction"), [(0, "scene"), (0, "other"), (201, "other"), more(201, "scene")]
+)
 def test_rows_that_stand_still_are_named(healthy: Healthy, first: int, friction: str) -> None:
-    frame = healthy()
+    frame = healthy("reference", 401, 4)
     for name in frame.columns[1:]:
         frame.loc[first:, name] = frame[name][first]
     result = check(frame, "reference", friction=friction)
@@ -339,29 +369,37 @@ def test_rows_that_stand_still_are_named(healthy: Healthy, first: int, friction:
     assert "repeat" not in str(check(still, "upright", friction=friction).causes)
 
 
-def test_a_row_and_a_jump_are_named(healthy: Healthy) -> None:
-    frame = healthy("reference", 801)[VECTORS]
-    alone = frame.copy()
-    alone["Lz"] = alone.Lz.where(alone.index != 400, 1.001 * alone.Lz)
+def test_a_row_that_is_wrong_alone_is_named(healthy: Healthy) -> None:
+    alone = healthy("reference", 401, 4)[VECTORS]
+    alone["Lz"] = alone.Lz.where(alone.index != 200, 1.001 * alone.Lz)
     assert causes(alone).startswith(
-        "columns: in the row at t = 4 s (number 401) alone Lz is 1.0010 times the solution's; "
+        "columns: in the row at t = 2 s (number 201) alone Lz is 1.0010 times the solution's; "
     )
-    gap = frame.drop(index=range(200, 500))
-    gap.loc[500:, "t"] -= 3
-    for friction in ("scene", "other"):
-        cause = "rows: the motion jumps between t = 1.99 and 2 s"
-        assert causes(gap, friction=friction) == cause
-    turned = frame.copy()
-    for x, y in (("kx", "ky"), ("Lx", "Ly"), ("vx", "vy")):  # another motion, no wrong column
-        z = (frame[x] + 1j * frame[y]).to_numpy() * numpy.exp(0.01j * (frame.index > 400))
-        turned[x], turned[y] = z.real, z.imag
-    assert causes(turned) == "rows: the motion jumps between t = 4 and 4.01 s"
+
+
+@pytest.mark.parametrize("friction", [more("scene"), "other"])
+def test_a_gap_in_the_motion_is_named(healthy: Healthy, friction: str) -> None:
+    frame = healthy("reference", 401, 4)[VECTORS]
+    gap = frame.drop(index=range(200, 300))
+    gap.loc[300:, "t"] -= 1
+    cause = "rows: the motion jumps between t = 1.99 and 2 s"
+    assert causes(gap, friction=friction) == cause
+
+
+@pytest.mark.evidence
+def test_a_turn_about_the_vertical_is_a_jump(healthy: Healthy) -> None:
+    """Another motion, no wrong column."""
+    frame = healthy("reference", 401, 4)[VECTORS]
+    for x, y in (("kx", "ky"), ("Lx", "Ly"), ("vx", "vy")):
+        z = (frame[x] + 1j * frame[y]).to_numpy() * numpy.exp(0.01j * (frame.index > 200))
+        frame[x], frame[y] = z.real, z.imag
+    assert causes(frame) == "rows: the motion jumps between t = 2 and 2.01 s"
 
 
 @pytest.mark.parametrize(
     ("case", "world"), [("unity_left_handed", "left-handed-y-up"), ("yup_body_axis_y", "y-up")]
 )
-@pytest.mark.parametrize("friction", ["scene", "other"])
+@pytest.mark.parametrize("friction", [more("scene"), "other"])
 def test_a_world_is_named_and_the_file_passes_in_it(case: str, world: str, friction: str) -> None:
     file = CASES / case / "top.csv"
     found = check(file, "reference", friction=friction)
@@ -379,7 +417,7 @@ def test_a_world_is_named_and_the_file_passes_in_it(case: str, world: str, frict
 @pytest.mark.parametrize("friction", SLOW_IN_SCENE)
 def test_a_unit_and_a_wrong_column_are_both_named(healthy: Healthy, friction: str) -> None:
     """The first rows are too far apart to be judged as given, not right."""
-    rows = healthy("reference", 801)[VECTORS]
+    rows = healthy("reference", 401, 4)[VECTORS]
     wrong = rows.assign(t=1000 * rows["t"], vx=1.01 * rows["vx"])
     unit = "convention: the time is in ms"
     column = "columns: vx is 1.010 times the solution's; every other column is right to"
@@ -390,12 +428,12 @@ def test_a_unit_and_a_wrong_column_are_both_named(healthy: Healthy, friction: st
 
 
 @pytest.mark.parametrize("friction", SLOW_IN_SCENE)
-@pytest.mark.parametrize("also", ["clock", "Lz"])
+@pytest.mark.parametrize("also", [more("clock"), "Lz"])
 def test_a_unit_is_named_only_if_other_columns_follow(
     healthy: Healthy, friction: str, also: str
 ) -> None:
     """Three faults: times in ms, a wrong vx, and a clock or Lz 1 % off."""
-    rows = healthy("reference", 801)[VECTORS]
+    rows = healthy("reference", 401, 4)[VECTORS]
     wrong = scaled(scaled(rows, 1000, "t"), 1.01, "vx", "t" if also == "clock" else "Lz")
     found = check(wrong, "reference", friction=friction)
     assert (found.verdict, found.causes) == ("fail", ())
@@ -412,7 +450,7 @@ def test_a_number_that_is_not_finite_needs_no_cause(healthy: Healthy) -> None:
         assert "not explained" not in str(found)
 
 
-@pytest.mark.parametrize("fault", ["clock", "alpha", "finite"])
+@pytest.mark.parametrize("fault", [more("clock"), "alpha", more("finite")])
 def test_no_mu_is_named_where_only_digits_are_missing(fault: str) -> None:
     """The observed mu always differs from the scene's in some digit."""
     scene = tt.load_scene("reference")
@@ -437,7 +475,7 @@ def test_an_end_is_named_only_if_the_rows_before_pass_and_no_mu(drift: float) ->
     assert "mu is" not in found
 
 
-@pytest.mark.parametrize("scene", ["reference", "coulomb-gliding"])
+@pytest.mark.parametrize("scene", ["reference", more("coulomb-gliding")])
 def test_no_mu_is_named_that_leaves_more_than_a_tenth(scene: str) -> None:
     """A clock that is off: another mu would leave a half."""
     frame = tt.integrate(scene).frame(*VECTORS[1:])

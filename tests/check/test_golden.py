@@ -13,6 +13,7 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import EULER, VECTORS, Healthy, check, matches, refuses
+from tests.conftest import more, of_each_kind
 from tests.golden.tables import edit_cell, other_digit
 from tt_precise.check.checks import CHECKS
 from tt_precise.golden import store
@@ -30,7 +31,7 @@ def golden(source: Any, scene: Any = "reference", **words: Any) -> Any:
     return check(source, scene, **words)["golden"]
 
 
-@pytest.mark.parametrize("scene", store.scenes())
+@pytest.mark.parametrize("scene", of_each_kind(store.scenes()))
 def test_golden_files_pass_at_the_limit_of_double(scene: str) -> None:
     path = store.home() / scene / "trajectory.csv"
     result = check(path, scene, limits=dict.fromkeys(RELATIVE, 1e-13))
@@ -49,15 +50,21 @@ def test_a_wrong_row_of_a_top_that_lifts_is_noticed(scene: str) -> None:
     assert [finding.name for finding in failed.failures] == ["golden"]
 
 
-OF_EACH_KIND = ("reference", "rolling", "contact-lost", "upright", "beside-the-pole", "track")
+OF_EACH_KIND = ("reference", "rolling", "upright")
+MORE_KINDS = ("contact-lost", "beside-the-pole", "track")
 
 
 @without_causes
 @pytest.mark.parametrize(
     "scene",
     [
-        pytest.param(scene, marks=[] if scene in OF_EACH_KIND else pytest.mark.slow)
-        for scene in store.scenes()
+        *OF_EACH_KIND,
+        *map(more, MORE_KINDS),
+        *(
+            pytest.param(scene, marks=pytest.mark.slow)
+            for scene in store.scenes()
+            if scene not in OF_EACH_KIND + MORE_KINDS
+        ),
     ],
 )
 def test_digits_are_those_of_golden_compare(scene: str) -> None:
@@ -150,7 +157,7 @@ def test_a_run_is_compared_to_its_landing_or_lift_off(scene: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "digits"), [("coulomb-flight", 8), ("contact-lost", 8), ("contact-lost", 16)]
+    ("name", "digits"), [more("coulomb-flight", 8), more("contact-lost", 8), ("contact-lost", 16)]
 )
 def test_a_fresh_solution_that_ends_early_is_compared_to_its_end(name: str, digits: int) -> None:
     """The last row may lie beyond the solution's own end by what its digits leave open."""
@@ -252,7 +259,7 @@ def test_rows_between_golden_times_are_compared(healthy: Healthy) -> None:
 
 
 @without_causes
-@pytest.mark.parametrize("digits", [9, 15, 20])
+@pytest.mark.parametrize("digits", [9, more(15), more(20)])
 def test_every_row_between_golden_times_is_compared(digits: int) -> None:
     times = [f"{0.01 * i + (0.003 if i % 20 == 10 else 0):.3f}" for i in range(801)]
     frame = tt.integrate("reference", digits=22).frame(times=times, numbers="text")
@@ -264,7 +271,7 @@ def test_every_row_between_golden_times_is_compared(digits: int) -> None:
 
 
 @without_causes
-@pytest.mark.parametrize("rows", [1500, 5000])
+@pytest.mark.parametrize("rows", [1500, more(5000)])
 def test_every_row_is_compared(rows: int) -> None:
     """Each row once, whatever its place."""
     scene = MINE.varied(until="0.5")
@@ -367,11 +374,17 @@ def test_thresholds_are_finite(healthy: Healthy, number: Any) -> None:
 
 # What ``integrate(digits=N)`` delivers passes ``check --digits N``.
 
-FEW = {("reference", 6), ("reference", 12), ("regularised-1e-2", 4), ("rolling", 9), ("track", 20)}
+FEW = [("reference", 6), ("regularised-1e-2", 4), ("rolling", 9)]
+MORE = [("reference", 12), ("track", 20)]
 GRID = [
-    pytest.param(scene, digits, marks=[] if (scene, digits) in FEW else pytest.mark.slow)
-    for scene in store.scenes()
-    for digits in range(4, 31)
+    *FEW,
+    *(more(*case) for case in MORE),
+    *(
+        pytest.param(scene, digits, marks=pytest.mark.slow)
+        for scene in store.scenes()
+        for digits in range(4, 31)
+        if (scene, digits) not in FEW + MORE
+    ),
 ]
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import VECTORS, Healthy, check
-from tests.conftest import Printed, Said
+from tests.conftest import Printed, Said, of_each_kind
 from tt_precise.golden import store
 
 
@@ -19,7 +19,9 @@ def rows_of(scene: str) -> pandas.DataFrame:
     return frame[frame["t"] <= 3]
 
 
-@pytest.mark.parametrize("scene", [name for name in store.scenes() if name != "coulomb-stick-slip"])
+@pytest.mark.parametrize(
+    "scene", of_each_kind(name for name in store.scenes() if name != "coulomb-stick-slip")
+)
 def test_rows_of_every_scene_are_green(scene: str) -> None:
     found = check(rows_of(scene), scene)
     assert found.passed, str(found)
@@ -58,6 +60,7 @@ def test_a_distance_that_decides_alone_fails() -> None:
     assert (found["golden"].limit, found.verdict) == (3.0, "fail")
 
 
+@pytest.mark.usefixtures("no_cause")
 def test_another_force_is_decided_by_attitude_and_momentum(healthy: Healthy) -> None:
     dense = healthy("reference", 801, 0.8)[VECTORS]
     assert check(dense, "reference", friction="other").passed
@@ -71,6 +74,7 @@ def test_another_force_is_decided_by_attitude_and_momentum(healthy: Healthy) -> 
     assert not check(wide, "reference", friction="other", allow=both[:1]).passed
 
 
+@pytest.mark.usefixtures("no_cause")
 def test_every_format_says_the_same(
     healthy: Healthy, tmp_path: Path, printed: Printed, said: Said
 ) -> None:

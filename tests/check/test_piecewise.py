@@ -9,6 +9,7 @@ import pandas
 import pytest
 
 import tt_precise as tt
+from tests.conftest import more
 from tt_precise.check.result import Result
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
@@ -52,7 +53,7 @@ def test_height_and_rate_are_read_in_every_column_set(scene: str, columns: str) 
     assert {found["golden"].parts[name] > 9 for name in LIFTED} == {True}, found["golden"].parts
 
 
-@pytest.mark.parametrize("scene", LIFTING)
+@pytest.mark.parametrize("scene", ["elastic-linear", *map(more, LIFTING[::2])])
 def test_without_the_height_its_checks_are_skipped(scene: str) -> None:
     """Rows that stand still are found without it: the inclination has a rate."""
     found = checked(rows(scene).drop(columns=[*LIFTED]), scene)
@@ -75,7 +76,7 @@ SPOILT: dict[str, Callable[[pandas.DataFrame], pandas.DataFrame]] = {
 }
 
 
-@pytest.mark.parametrize("scene", [*LIFTING, "flight"])
+@pytest.mark.parametrize("scene", ["flight", "elastic-linear", *map(more, LIFTING[::2])])
 def test_a_wrong_height_fails(scene: str) -> None:
     frame, flies = rows(scene), scene == "flight"
     assert checked(frame, scene, digits=9).passed
@@ -84,7 +85,7 @@ def test_a_wrong_height_fails(scene: str) -> None:
         assert names >= ({"golden"} if flies else {"equations", "golden"}), fault
 
 
-@pytest.mark.parametrize("scene", LIFTING[1:])
+@pytest.mark.parametrize("scene", ["elastic-linear", more("elastic-hunt-crossley")])
 def test_what_an_elastic_table_holds_counts_as_energy(scene: str) -> None:
     """Without it the energy rises wherever the spring pushes the top up."""
     found: Any = checked(rows(scene), scene)["energy"]
@@ -92,7 +93,9 @@ def test_what_an_elastic_table_holds_counts_as_energy(scene: str) -> None:
     assert checked(rows(scene), "coulomb-flight")["energy"].verdict == "fail"
 
 
-@pytest.mark.parametrize(("factor", "name"), [(1 + 3e-5, "energy"), (1 - 3e-4, "energy_balance")])
+@pytest.mark.parametrize(
+    ("factor", "name"), [more(1 + 3e-5, "energy"), (1 - 3e-4, "energy_balance")]
+)
 def test_energy_that_jumps_where_the_top_sticks_is_noticed(factor: float, name: str) -> None:
     """The interval that holds the stick: what gliding cannot take from the energy is an error."""
     scene = "coulomb-stick-slip"
@@ -109,8 +112,14 @@ def test_energy_that_jumps_where_the_top_sticks_is_noticed(factor: float, name: 
 
 
 @pytest.mark.parametrize("every", [45, pytest.param(9, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("columns", SETS)
-@pytest.mark.parametrize("scene", [*LIFTING, "coulomb-stick-slip"])
+@pytest.mark.parametrize(
+    ("scene", "columns"),
+    [
+        (scene, columns) if columns == "vectors" or "linear" in scene else more(scene, columns)
+        for scene in (*LIFTING, "coulomb-stick-slip")
+        for columns in SETS
+    ],
+)
 def test_a_motion_that_stands_still_fails_at_every_row(
     scene: str, columns: str, every: int
 ) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import VECTORS
+from tests.conftest import more
 
 pytest_plugins = ("pytester",)
 
@@ -57,7 +58,7 @@ def project(pytester: pytest.Pytester) -> pytest.Pytester:
     return pytester
 
 
-@pytest.mark.parametrize("workers", [[], ["-n", "1"]], ids=["alone", "xdist"])
+@pytest.mark.parametrize("workers", [[], more(["-n", "1"])], ids=["alone", "xdist"])
 def test_the_fixtures_pass_and_fail(project: pytest.Pytester, workers: list[str]) -> None:
     run = project.runpytest_subprocess if workers else project.runpytest_inprocess
     result = run("-p", "no:cacheprovider", *workers)

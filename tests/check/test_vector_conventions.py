@@ -8,6 +8,7 @@ import pytest
 import tt_precise as tt
 from tests.check.conftest import VECTORS, Healthy, check
 from tests.check.test_departures import holding, late, times
+from tests.conftest import more
 from tt_precise.check.vector_conventions import OURS, arrangements
 from tt_precise.scene.scene import parse_scene
 
@@ -53,13 +54,14 @@ def dry() -> pandas.DataFrame:
 # Of a family one member is in the default run.
 ALIKE = (
     "kx, ky hold ky, kx", "Lx, Ly hold Ly, Lx", "kz has the other sign", "the time is in 1/60 s",
-    "the time is in minutes", "--",
+    "the time is in minutes", "-", "--",
+    "the angular momentum is in kg mm^2/s; the velocities are in mm/s",
 )  # fmt: skip
 
 
 @pytest.mark.parametrize(
     "text",
-    [pytest.param(one, marks=[pytest.mark.slow] if one in ALIKE else []) for one in SPOILT],
+    [more(one) if one in ALIKE else one for one in SPOILT],
 )
 def test_conventions_of_another_motion_are_named(dry: pandas.DataFrame, text: str) -> None:
     given = SPOILT[text](dry)

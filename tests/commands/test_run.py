@@ -10,7 +10,7 @@ import mpmath
 import pandas
 import pytest
 
-from tests.conftest import Printed, Said, SceneFile
+from tests.conftest import Printed, Said, SceneFile, more
 from tests.runtime.conftest import READ
 from tt_precise import cli
 from tt_precise.integration import Trajectory, integrate
@@ -175,7 +175,7 @@ def test_a_coulomb_top_at_rest_rolls(said: Said, printed: Printed, tmp_path: Pat
         ("tippetopsim --until 0.1", "centre of mass", ""),
         ("from-initiation --until 0.1", "", ""),
         ("regularised-1e-2 --until 1.5", "", ""),
-        ("regularised-1e-4", "", "from 0.04 s on: the contact creeps"),
+        more("regularised-1e-4", "", "from 0.04 s on: the contact creeps"),
     ],
 )
 def test_what_is_at_rest_and_what_creeps(
@@ -247,8 +247,13 @@ def test_the_file_it_writes(printed: Printed, tmp_path: Path) -> None:
     assert {name: rows[-1][name] for name in STATE} == found["state"]
 
 
-@pytest.mark.parametrize("precision", ["double", "quad"])
-@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize(
+    ("suffix", "precision"),
+    [
+        *((suffix, "double") for suffix in FORMATS),
+        *((suffix, "quad") if suffix == ".parquet" else more(suffix, "quad") for suffix in FORMATS),
+    ],
+)
 def test_the_suffix_is_the_format(tmp_path: Path, said: Said, suffix: str, precision: str) -> None:
     file, plain = tmp_path / f"mine{suffix}", tmp_path / "plain.csv"
     for out in (file, plain):

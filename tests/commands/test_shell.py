@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from tests.conftest import more
 from tt_precise.golden.store import home
 
 OLD = "old\n"
@@ -111,9 +112,7 @@ def test_a_full_disk_leaves_the_old_files_and_no_other(
     assert list(tmp_path.rglob(".*")) == []
 
 
-@pytest.mark.parametrize(
-    "ending", [".h5", ".parquet", pytest.param(".arrow", marks=pytest.mark.slow), ".json"]
-)
+@pytest.mark.parametrize("ending", [more(".h5"), more(".parquet"), more(".arrow"), ".json"])
 def test_a_disk_that_fills_up_while_a_library_writes_leaves_nothing(
     start: Shell, tmp_path: Path, ending: str
 ) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from tests.conftest import more
 from tests.exact.conftest import Spoil, wrong, wrong_quantity
 from tt_precise.exact import identities
 from tt_precise.mechanics import contact_momentum, euler, friction, newton, rolling
@@ -65,16 +66,12 @@ CONTROLS: dict[str, Spoil] = {
 
 # For all bodies at once these take a second each, as long as all others together; below they are
 # proved for one body.
-DEAR = ("the contact keeps", "rate of g_n", "lambda is constant, vectors",
-        "rates of the parts of E", "omega_3_dot")  # fmt: skip
+DEAR = ("the contact keeps", "rate of g_n", "lambda is constant, vectors", "rate of E~",
+        "rates of the parts of E", "omega_3_dot", "Euler form = Newton form")  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=[pytest.mark.slow] if name in DEAR else [])
-        for name in identities.IDENTITIES
-    ],
+    "name", [more(name) if name in DEAR else name for name in identities.IDENTITIES]
 )
 def test_proved(name: str) -> None:
     proof = identities.prove(name)
@@ -91,7 +88,7 @@ def test_every_identity_has_a_control() -> None:
     assert set(CONTROLS) == set(identities.IDENTITIES)
 
 
-@pytest.mark.parametrize("name", CONTROLS)
+@pytest.mark.parametrize("name", [more(name) if name in DEAR else name for name in CONTROLS])
 def test_spoiled_by_1e_40_it_fails(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     CONTROLS[name](monkeypatch)
     proof = identities.IDENTITIES[name].prove(ONE_BODY)
@@ -99,7 +96,7 @@ def test_spoiled_by_1e_40_it_fails(name: str, monkeypatch: pytest.MonkeyPatch) -
     assert proof.failed
 
 
-@pytest.mark.parametrize("name", ["Euler form = Newton form", "rate of E~", "Main Equation", *DEAR])
+@pytest.mark.parametrize("name", ["Main Equation", *DEAR])
 def test_for_one_body_what_holds_for_all_holds(name: str) -> None:
     """A control: the refutations above do not come from the numbers."""
     proof = identities.IDENTITIES[name].prove(ONE_BODY)

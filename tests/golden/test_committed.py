@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import tt_precise as tt
-from tests.conftest import Patch
+from tests.conftest import Patch, of_each_kind
 from tt_precise.golden import building, proofs, store
 from tt_precise.golden.store import FILES, MANIFEST, PROOF
 from tt_precise.golden.verifying import inspect
@@ -25,7 +25,7 @@ LARGEST = 25e6  # bytes of all golden data together
 README = store.home() / "README.md"
 
 
-@pytest.mark.parametrize("name", shipped())
+@pytest.mark.parametrize("name", of_each_kind(shipped()))
 def test_data_are_whole_proved_and_for_the_shipped_scene(name: str) -> None:
     stored, problems = inspect(name)
     assert problems == []

@@ -10,6 +10,7 @@ import pandas
 import pytest
 
 import tt_precise as tt
+from tests.conftest import of_each_kind
 from tests.golden.conftest import Small
 from tt_precise.golden import store
 from tt_precise.mechanics.euler import EulerState
@@ -121,7 +122,7 @@ def test_a_component_that_is_always_zero_has_a_scale() -> None:
     assert found.digits["vx"] == pytest.approx(12 + math.log10(speed), abs=1e-6)
 
 
-@pytest.mark.parametrize("scene", store.scenes())
+@pytest.mark.parametrize("scene", of_each_kind(store.scenes()))
 def test_a_wrong_rate_of_the_inclination_is_noticed_in_every_scene(scene: str) -> None:
     """Near the vertical it counts beside |k_dot|/sin theta, elsewhere beside |omega|."""
     golden = tt.golden.load(scene)

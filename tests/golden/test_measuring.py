@@ -9,7 +9,7 @@ from typing import Any
 import numpy
 import pytest
 
-from tests.conftest import Patch
+from tests.conftest import Patch, more
 from tt_precise.check.golden import digits_over_time
 from tt_precise.golden import measuring
 from tt_precise.golden.digits import EXACTLY
@@ -82,7 +82,7 @@ def found_of(true: TrueRows, cells: dict[str, list[str]], **how: bool) -> tuple[
 
 @pytest.mark.parametrize(
     "scene",
-    [pytest.param("reference", marks=pytest.mark.slow), "upright", "contact-lost", "flight"],
+    [more("reference"), more("upright"), "contact-lost", "flight"],
 )
 def test_sparing_decimals_changes_no_figure(scene: str, monkeypatch: Patch) -> None:
     stored = read_files(scene)

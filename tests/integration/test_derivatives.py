@@ -7,13 +7,16 @@ from operator import attrgetter
 import numpy
 import pytest
 
+from tests.conftest import more
 from tt_precise.integration import integrate
 from tt_precise.integration.derivatives import LINEAR, Derivatives, _combined, _Effect
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import load_scene
 
 
-@pytest.mark.parametrize(("name", "value"), [("omega_3", "155"), ("mu", "0.3"), ("R", "0.02")])
+@pytest.mark.parametrize(
+    ("name", "value"), [more("omega_3", "155"), ("mu", "0.3"), more("R", "0.02")]
+)
 def test_derivatives_are_difference_quotients(name: str, value: str) -> None:
     """Columns and times of the climb are compared with two runs in double-double."""
     at, columns, size = 4, ("theta", "g_n", "kx"), Fraction(value) / 10**12
@@ -182,7 +185,7 @@ def test_a_side_without_a_result_is_named() -> None:
 
 @pytest.mark.parametrize(
     ("scene", "entry", "until", "size"),
-    [("coulomb-stick-slip", "mu", "0.4", "1e-5"), ("elastic-linear", "theta", "0.1", "1e-6")],
+    [more("coulomb-stick-slip", "mu", "0.4", "1e-5"), ("elastic-linear", "theta", "0.1", "1e-6")],
 )
 def test_motions_in_segments_have_derivatives(
     scene: str, entry: str, until: str, size: str

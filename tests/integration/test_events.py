@@ -11,6 +11,7 @@ import numpy
 import pandas
 import pytest
 
+from tests.conftest import more
 from tt_precise.integration import Trajectory, catalogue, integrate
 from tt_precise.integration.events import EVENTS, EXTREMUM, ZERO
 from tt_precise.mechanics.quantities import QUANTITIES
@@ -123,14 +124,22 @@ def alike(scene: Scene, asked: Any) -> Trajectory:
     return runs[0]
 
 
-@pytest.mark.parametrize("scene", ["contact-lost", "coulomb-flight", "elastic-hunt-crossley"])
-def test_a_force_that_ends_does_not_change_its_sign(scene: str) -> None:
+@pytest.mark.parametrize(
+    ("scene", "until", "extrema"),
+    [
+        ("contact-lost", "2", 0),
+        ("coulomb-flight", "2", 0),
+        ("elastic-hunt-crossley", "0.1", 2),
+        more("elastic-hunt-crossley", "0.3", 6),
+    ],
+)
+def test_a_force_that_ends_does_not_change_its_sign(scene: str, until: str, extrema: int) -> None:
     """Roundings made such zeros: at the loss of contact, and at both ends of an impact."""
     asked = "zero:g_n,zero:E_dot,extremum:theta,extremum:E,extremum:g_n"
-    run = alike(load_scene(scene).varied(until="0.3" if scene[0] == "e" else "2"), asked)
+    run = alike(load_scene(scene).varied(until=until), asked)
     counts = run.event_counts
     assert counts["zero:g_n"] == 0 < counts["extremum:theta"]
-    assert counts["zero:E_dot"] == counts["extremum:E"] == (6 if scene[0] == "e" else 0)
+    assert counts["zero:E_dot"] == counts["extremum:E"] == extrema
     assert run.suspect_events == ()
 
 

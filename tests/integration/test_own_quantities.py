@@ -10,6 +10,7 @@ import pytest
 import scipy.optimize
 
 import tt_precise as tt
+from tests.conftest import more
 from tt_precise.mechanics.quantities import ENERGY, E, Motion
 from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import Scene
@@ -101,7 +102,7 @@ def test_digits_of_an_event_with_an_arc_tangent(reference: Scene) -> None:
     assert float(finer.events["t"][0]) == pytest.approx(float(t), rel=1e-12)
 
 
-@pytest.mark.parametrize("precision", ["extended", "quad", "mp", "triple-double"])
+@pytest.mark.parametrize("precision", ["extended", "quad", more("mp"), "triple-double"])
 def test_divided_by_a_constant(reference: Scene, precision: str) -> None:
     """A tenth is no double: the zeros keep the digits of the arithmetic."""
 
@@ -207,10 +208,13 @@ OWN: dict[str, tuple[Any, int]] = {
 
 
 @pytest.mark.parametrize(
-    "chosen",
-    [{}, {"digits": 8}, {"digits": 20}, pytest.param({"digits": 25}, marks=pytest.mark.slow)],
+    ("name", "chosen"),
+    [
+        (name, chosen) if not chosen or (name, len(chosen)) == ("bend", 1) else more(name, chosen)
+        for name in OWN
+        for chosen in ({}, {"digits": 8}, {"digits": 20}, {"digits": 25})
+    ],
 )
-@pytest.mark.parametrize("name", OWN)
 def test_an_own_event_is_found_in_every_arithmetic(name: str, chosen: dict[str, Any]) -> None:
     function, count = OWN[name]
     function.__name__ = name

@@ -9,6 +9,7 @@ import mpmath
 import numpy
 import pytest
 
+from tests.conftest import of_each_kind
 from tt_precise.integration import Trajectory, heyoka_backend, integrate, zeros
 from tt_precise.integration.precision import KINDS
 from tt_precise.mechanics import newton
@@ -197,7 +198,7 @@ def test_a_horizon_of_zero_is_the_start(scene: str, precision: str) -> None:
     assert_never_nan(still)
 
 
-@pytest.mark.parametrize("scene", shipped())
+@pytest.mark.parametrize("scene", of_each_kind(shipped()))
 def test_every_shipped_scene_can_be_integrated(scene: str) -> None:
     loaded = load_scene(scene)
     until = min(loaded.until, Fraction(1, 10))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy
 import pytest
 
+from tests.conftest import more
 from tt_precise.integration import catalogue, integrate, zeros
 from tt_precise.integration.columns import quantity
 from tt_precise.mechanics.quantities import Motion
@@ -291,7 +292,7 @@ def test_a_tilt_beyond_the_squares_of_doubles_is_no_error(reference: Scene) -> N
     assert run.touches == ("theta_min",)
 
 
-@pytest.mark.parametrize("precision", ["double", "double-double"])
+@pytest.mark.parametrize("precision", ["double", more("double-double")])
 def test_extrema_of_a_component_along_such_a_tilt_are_found(
     reference: Scene, precision: str
 ) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.conftest import more
 from tests.report.conftest import problems
 from tt_precise.report import measured
 from tt_precise.report.build import MEASURED
@@ -18,7 +19,7 @@ NEAR = [{"off": 10.0**-n, "rate": 0.1 * n, "eigenvalue": 0.1 * n} for n in range
 @pytest.mark.parametrize(
     ("points", "names"),
     [
-        (WORK, ["extremes-poles"]),  # without the limit there is nothing to compare with
+        more(WORK, ["extremes-poles"]),  # without the limit there is nothing to compare with
         ([*WORK, *LIMIT, *NEAR], ["extremes-poles", "extremes-friction", "extremes-threshold"]),
     ],
 )
