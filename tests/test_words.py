@@ -84,7 +84,7 @@ def continuations(source: str) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("habit", [clauses, continuations, dialect, participles])
-def test_no_file_of_the_package_has_the_habit(habit: Habit) -> None:
+def test_no_file_of_the_package_has_the_banned_wording(habit: Habit) -> None:
     files = sorted(PACKAGE.rglob("*.py"))
     found = {file.name: lines for file in files if (lines := list(habit(file.read_text())))}
     assert len(files) > 100
@@ -92,7 +92,7 @@ def test_no_file_of_the_package_has_the_habit(habit: Habit) -> None:
 
 
 @pytest.mark.parametrize("habit", [clauses, continuations])
-def test_no_file_beside_the_package_has_the_habit(habit: Habit) -> None:
+def test_no_file_beside_the_package_has_the_banned_wording(habit: Habit) -> None:
     files = [file for folder in TOOLS for file in sorted(folder.rglob("*.py"))]
     found = {file.name: lines for file in files if (lines := list(habit(file.read_text())))}
     assert len(files) > 200
@@ -110,7 +110,7 @@ def test_no_file_beside_the_package_has_the_habit(habit: Habit) -> None:
         (participles, "def _read(path): ...", "def read_table(path): ..."),
     ],
 )
-def test_the_habit_is_seen(habit: Habit, bad: str, good: str) -> None:
+def test_banned_wording_is_found(habit: Habit, bad: str, good: str) -> None:
     assert list(habit(bad))
     assert not list(habit(good))
 

@@ -32,7 +32,7 @@ def test_a_spoiled_truth_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-def test_a_thousand_cases() -> None:
+def test_estimates_of_a_thousand_cases_are_not_optimistic() -> None:
     found = estimates.table()
     print(estimates.summary(found))
     ran = found[found["status"] != "raised"]

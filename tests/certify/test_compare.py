@@ -41,11 +41,13 @@ def test_a_printed_number_is_the_rounded_one(
 @pytest.mark.parametrize(
     ("middle", "radius", "verdict"), [(0, 1e-40, True), (0, 1e-30, None), (1, 1e-30, False)]
 )
-def test_a_printed_zero_stands_for_little(middle: int, radius: float, verdict: bool | None) -> None:
+def test_a_printed_zero_needs_a_ball_near_zero(
+    middle: int, radius: float, verdict: bool | None
+) -> None:
     assert rounding_of("0", arb(middle, radius), Fraction(1, 10**34)) is verdict
 
 
-def test_a_tally_counts() -> None:
+def test_cells_proved_wrong_and_undecided_are_counted() -> None:
     last = "0" * 31
     with flint.ctx.workprec(200):
         cells = [

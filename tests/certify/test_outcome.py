@@ -43,7 +43,7 @@ def test_a_top_in_the_other_direction_does_the_same() -> None:
         ("elastic-linear", "not_passed", "undecided"),
     ],
 )
-def test_by_scene(scene: str, equator: str, end: str) -> None:
+def test_equator_and_end_of_each_scene(scene: str, equator: str, end: str) -> None:
     found = outcome(scene)
     assert (found.equator.verdict, found.end.verdict) == (equator, end)
 

@@ -261,7 +261,7 @@ def test_undecided_comparisons_of_the_definitions_prove_nothing(proof: Proof) ->
         _ = other.inversion
 
 
-def test_the_docstring_is_true() -> None:
+def test_examples_of_the_docstring_run() -> None:
     found = doctest.testmod(tt_precise.certify)
     assert (found.failed, found.attempted > 3) == (0, True)
 

@@ -117,6 +117,6 @@ def test_the_reference_inverts_for_ever() -> None:
 
 
 @pytest.mark.parametrize("name", ["frictionless", "rolling", "upright", "coulomb-gliding"])
-def test_what_tends_nowhere(name: str) -> None:
+def test_scenes_whose_limit_is_not_proved(name: str) -> None:
     with pytest.raises(NotProved, match=r"friction|vertical from"):
         forever(tt.load_scene(name), [Fraction(0)], states("reference"))

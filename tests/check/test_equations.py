@@ -68,7 +68,7 @@ def test_coarse_rows_are_reported_with_the_spacing_that_would_do(healthy: Health
 
 
 @without_causes
-def test_a_few_resolved_intervals_do_not_vouch_for_the_others(healthy: Healthy) -> None:
+def test_equations_are_open_where_most_intervals_are_too_wide(healthy: Healthy) -> None:
     """The last four rows are of a top that has stopped gliding, at once."""
     few = healthy().iloc[[0, 1, 2, *range(200, 801, 200)]].copy()
     few.loc[200:, ["vx", "vy"]] = 0.0

@@ -263,7 +263,7 @@ def test_rows_near_a_multiple_of_the_nutation_are_right(scene: str, step: str) -
     ],
 )
 @pytest.mark.parametrize("scene", of_each_kind(store.scenes()))
-def test_golden_data_are_above_suspicion(
+def test_no_check_of_golden_rows_fails(
     scene: str, rows: int | None, every: int, friction: str
 ) -> None:
     golden = pandas.DataFrame(tt.golden.load(scene))[:rows:every]

@@ -208,5 +208,5 @@ def test_numbers_show_the_digits_they_have() -> None:
 @pytest.mark.parametrize(
     ("value", "power"), [("1", 0), ("9.99", 0), ("10", 1), ("1e-40", -40), ("9.9e-41", -41)]
 )
-def test_decade(value: str, power: int) -> None:
+def test_power_of_ten_of_a_value(value: str, power: int) -> None:
     assert v.decade(Fraction(value)) == power

@@ -9,7 +9,7 @@ from tt_precise.mechanics import thresholds as formulas
 NAMES = ["lambda", "lambda_thres", "lambda_up", "D0", "D1", "E0", "E1", "gamma", "sigma"]
 
 
-def test_what_a_person_reads(said: Said) -> None:
+def test_the_screen_lists_twenty_digits_and_the_theorem(said: Said) -> None:
     *lines, last = said("thresholds reference --digits 20").splitlines()
     assert [line.split()[0] for line in lines] == NAMES
     assert lines[7].split()[:2] == ["gamma", "0.93571428571428571429"]

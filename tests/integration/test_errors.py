@@ -140,7 +140,7 @@ def test_digits_all_along_are_those_beside_the_truth(precision: str, tolerance: 
         assert float(worst) == pytest.approx(at_once[name].max(), rel=0.05)
 
 
-def test_a_scene_at_rest_in_v_a_loses_nothing_beside_itself() -> None:
+def test_digits_of_a_velocity_that_vanishes_are_relative_to_its_largest() -> None:
     """Planar motion: all rates vanish where it turns back; and v_A decays to nothing."""
     rocking = integrate("rocking", tolerance=1e-10, events=("theta_max",))
     assert rocking.digits_throughout > 6
@@ -225,7 +225,7 @@ def test_an_error_of_a_value_at_an_event_is_the_error(
     assert (numpy.abs(found[f"error:{name}"] - error) < 0.1 * error.max()).all()
 
 
-def test_a_value_at_a_switch_has_its_error_and_what_a_rest_leaves_is_one() -> None:
+def test_values_where_the_top_sticks_and_slips_have_errors() -> None:
     run, names = integrate("coulomb-stick-slip"), ("g_n", "gliding_speed")
     fine = integrate("coulomb-stick-slip", digits=20)
     found, true = (

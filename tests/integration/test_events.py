@@ -93,7 +93,7 @@ def test_the_state_is_that_of_the_event_and_not_of_the_step(fine: Trajectory) ->
         assert apart < 1e4 * 8 * 2.0**-112 * scale, name
 
 
-def test_none_is_missing(double: Trajectory) -> None:
+def test_changes_of_sign_in_dense_samples_are_as_many(double: Trajectory) -> None:
     """In samples every 0.4 ms; two events of a kind are 0.53 ms apart or more."""
     samples = double.frame(times=[Fraction(i, 2500) for i in range(1, 20_001)])
     counts = Counter(double.event_counts)

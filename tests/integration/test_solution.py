@@ -128,7 +128,7 @@ def test_a_start_beside_singular_contact_is_integrated(reference: Scene) -> None
 
 
 @pytest.mark.parametrize("precision", ["extended", "quad"])
-def test_pole(toppling: Scene, precision: str) -> None:
+def test_a_run_in_euler_angles_ends_at_the_pole(toppling: Scene, precision: str) -> None:
     fallen = integrate(toppling, precision, formulation="euler")
     assert fallen.status == "pole"
     assert abs(fallen.t_end - Fraction("0.09470405")) < 5e-9

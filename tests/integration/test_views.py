@@ -167,7 +167,7 @@ def test_pictures_that_move_have_their_frames(short: Trajectory, tmp_path: Path)
     assert done[-1] == 1
 
 
-def test_a_page_that_plays_needs_nobody(short: Trajectory, tmp_path: Path) -> None:
+def test_an_animation_needs_no_network(short: Trajectory, tmp_path: Path) -> None:
     text = short.animate(tmp_path / "top.html", end=0.25).read_text("utf-8")
     assert "http" not in text.replace("http://www.w3.org", "")
     for part in ('type="range"', 'id="top-speed"', "track of the contact point"):

@@ -73,5 +73,5 @@ def test_vectors_and_angles_agree_in_any_arithmetic() -> None:
 
 
 @pytest.mark.parametrize(("a", "b"), [(1.0, 3.0), (3.0, 1.0), (0.0, 0.0), (1e-300, 1e300)])
-def test_the_larger(a: float, b: float) -> None:
+def test_larger_is_the_maximum(a: float, b: float) -> None:
     assert larger(a, b) == max(a, b)

@@ -49,7 +49,7 @@ def test_the_orientation_turns_with_omega(free: Any, mp: Any) -> None:
             assert abs((one - other) / (2 * h) - rate) < mp.mpf("1e-35")
 
 
-def test_the_parabola(free: Any, mp: Any) -> None:
+def test_height_and_speed_are_those_of_a_parabola(free: Any, mp: Any) -> None:
     body, start = free
     t = mp.mpf(2)
     assert flight.flown(body, start, t, mp).vcz == start.vcz - body.g * t

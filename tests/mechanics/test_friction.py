@@ -169,7 +169,7 @@ def test_rates_are_finite_where_the_gliding_ends() -> None:
     assert rates.ex * state.ex + rates.ey * state.ey == pytest.approx(0, abs=4e-15)
 
 
-def test_there_and_back() -> None:
+def test_a_polar_state_has_the_vectors_it_was_made_of() -> None:
     vectors = NewtonState(0.6, 0.0, 0.8, 1.0, 2.0, 3.0, 0.3, -0.4)
     own = friction.PolarState.of(Motion(SMALL, vectors, numpy))
     assert own.vectors(SMALL, numpy).v[:2] == pytest.approx((0.3, -0.4), rel=1e-15)

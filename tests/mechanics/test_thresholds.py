@@ -157,7 +157,7 @@ def test_energy_excludes_exactly_up_to_the_barrier(body: TippeTop) -> None:
     assert not thresholds.energy_excludes(body, energy, lambda_, Fraction(0))
 
 
-def test_energy_excludes_nothing_that_happened(body: TippeTop, states: list[NewtonState]) -> None:
+def test_a_motion_has_the_energy_for_where_it_is(body: TippeTop, states: list[NewtonState]) -> None:
     """A motion at kz has the energy to be at kz; arrays answer entry by entry."""
     for state in states:
         energy, lambda_ = energy_and_lambda(body, state)

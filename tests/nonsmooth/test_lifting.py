@@ -97,7 +97,7 @@ def test_in_contact_and_in_flight_in_turn(bounced: Trajectory) -> None:
     assert pickle.loads(pickle.dumps(bounced)).state == bounced.state
 
 
-def test_the_other_form() -> None:
+def test_euler_angles_and_vectors_fly_alike() -> None:
     """It glides in Euler angles and flies in vectors."""
     newton, euler = (  # extended compiles the Euler form in a fiftieth of the time of double
         tt.integrate("coulomb-flight", "extended", formulation=form).frame(numbers="float")

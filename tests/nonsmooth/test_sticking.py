@@ -43,7 +43,7 @@ def joints(run: Any) -> list[Any]:
         return [mpmath.mpf(t) for t in events["t"][events["name"].isin(("stick", "slip"))]]
 
 
-def test_the_pieces(trajectory: Trajectory) -> None:
+def test_the_top_sticks_once_and_slips_once(trajectory: Trajectory) -> None:
     assert trajectory.status == "complete"
     pieces = trajectory.pieces
     assert [(one.status, one.model) for one in pieces] == [*JOINTS, ("complete", "gliding")]
@@ -122,7 +122,7 @@ def test_what_is_conserved_and_lost(trajectory: Trajectory) -> None:
     assert (frame["E_dot"][rolling] == 0).all()
 
 
-def test_whatever_a_trajectory_does(trajectory: Trajectory) -> None:
+def test_a_pickle_states_and_digits_of_a_run_that_sticks(trajectory: Trajectory) -> None:
     again = pickle.loads(pickle.dumps(trajectory))
     assert again.state == trajectory.state
     several = trajectory.at(["0.01", "0.045", "0.06"])
@@ -206,7 +206,9 @@ def test_events_just_after_rest() -> None:
     [("0.046", 1.0, (1e-6, 2.5e-7, 6.25e-8)), ("0.055", 0.8, (1e-5, 1e-6, 1e-7))],
     ids=["sticking", "slipping"],
 )
-def test_epsilon_to_zero(until: str, order: float, widths: tuple[float, ...]) -> None:
+def test_the_regularised_law_tends_to_coulombs(
+    until: str, order: float, widths: tuple[float, ...]
+) -> None:
     # through sticking the error is the creeping, some epsilon; slipping has v' = t - (epsilon/v)^2,
     # which balances at v ~ epsilon^(4/5), and what is missed then stays
     laws = (f'law = "regularised"\nepsilon = "{width!r}"' for width in widths)

@@ -60,7 +60,7 @@ def test_the_table_has_the_end_of_each_scene(monkeypatch: pytest.MonkeyPatch) ->
     assert upright.path.endswith("120.0 34.0")
 
 
-def test_spoiled_and_missing_proofs_count_for_nothing(place: Path) -> None:
+def test_spoiled_and_missing_proofs_are_not_counted(place: Path) -> None:
     path = place / "reference" / PROOF
     path.write_text(path.read_text().replace('"rounded": 2', '"rounded": 3', 1))
     digits, times, ends = tables(section())

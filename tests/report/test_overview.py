@@ -72,7 +72,7 @@ def test_map_and_graph_lie_inside_the_drawing(found: Any) -> None:
     assert found["graph"]["sy"] * math.pi == pytest.approx(player.GRAPH[3], rel=1e-3)
 
 
-def test_without_golden_data_nothing_moves(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_animation_without_golden_data(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(overview, "TRACK", "no such scene")
     assert motion(CLIMB) is None
 

@@ -67,7 +67,7 @@ def test_figures_are_images_in_the_page(small_report: Report) -> None:
     )
 
 
-def test_markdown_is_a_twin(small_report: Report) -> None:
+def test_markdown_has_what_the_page_has(small_report: Report) -> None:
     text = render.markdown(small_report)
     assert "![a circle to be seen](figures/circle.svg)" in text
     assert r"\underline{R}" in text

@@ -69,7 +69,7 @@ def test_an_interruption_leaves_the_old_file(
     assert list(tmp_path.iterdir()) == [file]
 
 
-def test_nobody_sees_the_file_before_it_is_whole(tmp_path: Path) -> None:
+def test_a_file_appears_when_it_is_complete(tmp_path: Path) -> None:
     file = tmp_path / "a.svg"
     with files.replacing(file) as temporary:
         temporary.write_text("half")
@@ -142,7 +142,7 @@ def test_a_pipe_is_written_to_and_not_replaced(tmp_path: Path) -> None:
     ],
     ids=lambda text: text[:12],
 )
-def test_refuses_what_nobody_writes(text: str, message: str) -> None:
+def test_wrong_and_extravagant_toml_is_refused(text: str, message: str) -> None:
     assert len(text) <= files.LARGEST_FILE
     with pytest.raises(InputError, match=f"not a TOML file: .*{message}|{message}"):
         files.parse_toml(text)

@@ -152,7 +152,7 @@ def test_a_scheduler_that_goes_is_bad_input(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 @pytest.mark.parametrize("address", ["nonsense", "tcp://a:b", "foo://a:1", ""])
-def test_an_address_that_is_none_is_refused_without_a_client(
+def test_a_wrong_address_is_refused_before_a_client_is_made(
     address: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A client that fails says so a second time, in ten lines, when it is collected."""

@@ -24,7 +24,7 @@ def start(**given: Any) -> Start:
     return Start.of(REFERENCE.body, given)
 
 
-def test_one_start_in_several_ways() -> None:
+def test_equal_starts_written_differently_are_equal() -> None:
     plain = Start(Inclination(Fraction(1, 10)), Fraction(155), nu_x=Fraction(1, 3))
     assert start(**PLAIN, nu_x="1/3") == plain
     # floats are the decimals that one writes

@@ -98,7 +98,7 @@ def test_a_peak_between_samples_beside_the_pole_is_found() -> None:
     assert least == pytest.approx(fine, rel=0, abs=1e-9)
 
 
-def test_rows_do_not_depend_on_order_or_company(mixed: Mixed) -> None:
+def test_rows_do_not_depend_on_the_other_rows(mixed: Mixed) -> None:
     spec, values, rows = mixed
     # lanes end at different times, for different reasons
     assert set(rows["outcome"]) == {"inverts", "contact_lost"}

@@ -5,7 +5,9 @@ import pytest
 import tt_precise as tt
 
 
-def test_what_overflows_fails_alone_and_warns_nobody(recwarn: pytest.WarningsRecorder) -> None:
+def test_a_row_that_overflows_fails_alone_without_a_warning(
+    recwarn: pytest.WarningsRecorder,
+) -> None:
     """In the middle of nine rows, where its lane goes on with another row."""
     others = [1e12, *range(150, 157)]
     found, alone = (

@@ -35,7 +35,7 @@ def test_the_last_part_of_a_start_counts() -> None:
 
 
 @pytest.mark.parametrize("limbs", [2, 3])
-def test_a_solution_may_be_as_fast_as_it_likes(limbs: int) -> None:
+def test_a_decay_of_1e14_per_unit_of_time_is_integrated(limbs: int) -> None:
     """x = exp(-1e14 t): in the first unit of time its terms have no doubles."""
     fast = FN.mpf(10) ** 14
     made = System(limbs, 1, 1, lambda y, p, fn: ([-p[0] * y[0]], []))

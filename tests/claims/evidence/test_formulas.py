@@ -52,7 +52,7 @@ def test_the_same_text_runs_in_mpmath() -> None:
     assert f.evaluate("sqrt(I1)*R + gamma*x", body, mpmath.mp, x=10) == 84
 
 
-def test_a_formula_reaches_nothing_but_its_words() -> None:
+def test_a_formula_calls_no_builtin_function() -> None:
     for text in ("__import__('os')", "open('x')", "len(R)"):
         with pytest.raises((NameError, KeyError)):
             f.parse(text)

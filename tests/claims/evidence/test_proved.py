@@ -79,7 +79,7 @@ def removed(place: Path) -> None:
     ],
     ids=["spoiled", "other rows", "other events", "resealed", "missing"],
 )
-def test_other_proofs_prove_nothing(spoilable: Path, spoil: Any, why: str, id: str) -> None:
+def test_a_spoiled_proof_is_refused(spoilable: Path, spoil: Any, why: str, id: str) -> None:
     assert judge(id).proved
     spoil(spoilable)
     proofs_of.cache_clear()
@@ -117,7 +117,7 @@ def test_what_is_proved_of_the_reference_scene() -> None:
     assert known.events("equator", "eclipse") is None
 
 
-def test_around_the_climb() -> None:
+def test_reversals_and_precession_of_the_climb() -> None:
     before, after = cast(list[Interval], reversal("reference", "theta_min", "t_init"))
     assert before.high < 0 < after.low
     assert all(one is not None and 70 < one.low <= one.high < 90 for one in precession("reference"))
@@ -129,7 +129,7 @@ def test_around_the_climb() -> None:
     assert sign_of_precession(nothing) == 0
 
 
-def test_counts() -> None:
+def test_enclosed_events_are_counted_surely_and_possibly() -> None:
     events = [{"theta": Interval(Fraction(k), Fraction(k) + Fraction(1, 10))} for k in range(1, 5)]
     surely, possibly = count(events, "theta", Fraction("0.5"), Fraction("3.5"))
     assert surely == possibly == 3
