@@ -48,7 +48,7 @@ def test_nothing_is_sought_between_rows_that_leave_the_equations(
     def fails(*_: object) -> None:
         raise AssertionError("looked between rows")
 
-    monkeypatch.setattr("tt_precise.check.contact._force_after", fails)
+    monkeypatch.setattr("tt_precise.check.contact.force_after", fails)
     frame = healthy("reference", 81)[VECTORS]
     frame[["vx", "vy"]] *= 100
     frame["t"] *= 1000 if milliseconds else 1

@@ -12,12 +12,12 @@ from tt_precise.exact.stability import (
     INVERTED,
     UPRIGHT,
     Eigenvalue,
-    _narrowed,
-    _UnresolvedError,
+    UnresolvedError,
     eigenvalues,
     fineness,
     linearised,
     marginal_spin,
+    narrow_crossing,
 )
 from tt_precise.mechanics import newton, thresholds
 from tt_precise.mechanics.newton import NewtonState
@@ -95,7 +95,7 @@ def test_the_signs_beside_a_crossing_are_looked_at() -> None:
         seen.append(gravity)
         return [Eigenvalue(context.mpc(context.log(gravity / 2)), context.mpf(10) ** -28)]
 
-    found = _narrowed(spectrum, context.mpf("0.3"), context.mpf(7), width, context)
+    found = narrow_crossing(spectrum, context.mpf("0.3"), context.mpf(7), width, context)
     assert abs(found / 2 - 1) < width
     assert sorted(seen[-2:]) == [found * (1 - width), found * (1 + width)]
 
@@ -105,8 +105,8 @@ def test_the_signs_beside_a_crossing_are_looked_at() -> None:
         values = (context.mpc(other), context.log(gravity / 2) + 0j)
         return [Eigenvalue(value, context.mpf(10) ** -28) for value in values]
 
-    with pytest.raises(_UnresolvedError):
-        _narrowed(leading, context.mpf("1.85"), context.mpf("2.1"), width, context)
+    with pytest.raises(UnresolvedError):
+        narrow_crossing(leading, context.mpf("1.85"), context.mpf("2.1"), width, context)
 
 
 @SIDES

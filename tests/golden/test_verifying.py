@@ -23,9 +23,9 @@ from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.golden.verifying import (
     FRESH_DIGITS,
-    _errors,
-    _sizes,
     bits_needed,
+    cell_errors,
+    column_sizes,
     inspect,
     judge,
     verify,
@@ -314,13 +314,13 @@ def test_what_cannot_be_compared_does_not_pass(small: Small, fresh: GoldenRun) -
 def test_an_error_is_relative_to_a_size(
     cells: list[str], fresh: list[str], size: float, errors: list[float]
 ) -> None:
-    found = _errors(cells, fresh, numpy.full(len(cells), size))
+    found = cell_errors(cells, fresh, numpy.full(len(cells), size))
     assert found.tolist() == pytest.approx(errors, rel=1e-12)
 
 
 def test_sizes_are_those_of_the_one_rule() -> None:
     stored = store.read_files("upright")
-    found = _sizes(stored, stored.trajectory)
+    found = column_sizes(stored, stored.trajectory)
     assert set(found) == set(stored.trajectory.columns)
     assert set(found["kx"]) == {1.0}
     body = stored.scene.body

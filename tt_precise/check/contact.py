@@ -62,8 +62,8 @@ def _follow(rows: Samples) -> Array:
     return follow
 
 
-def _force_after(rows: Samples, at: Array, spans: Array) -> Array:
-    """The contact force at ``spans`` (s) after the rows ``at``; NaN beyond the flow."""
+def force_after(rows: Samples, at: Array, spans: Array) -> Array:
+    """Return the contact force at ``spans`` (s) after the rows ``at``; NaN beyond the flow."""
     setup = rows.setup
     here = type(rows.state)(*(entry[at] for entry in rows.state))
     sizes = numpy.array([float(abs(entry).max()) or 1.0 for entry in rows.state])
@@ -77,7 +77,7 @@ def _least_between(rows: Samples, at: Array) -> Array:
     """The least contact force between each of the rows ``at`` and the next row."""
     steps = numpy.diff(rows.t)[at]
     parts = numpy.arange(1, POINTS)[:, None] / POINTS
-    force = _force_after(rows, numpy.tile(at, POINTS - 1), (parts * steps).ravel())
+    force = force_after(rows, numpy.tile(at, POINTS - 1), (parts * steps).ravel())
     ends = quantities.g_n(rows.q) + numpy.zeros(len(rows.t))
     force = numpy.vstack((ends[at], force.reshape(POINTS - 1, -1), ends[at + 1]))
     force = numpy.where(numpy.isnan(force), numpy.inf, force)
@@ -86,7 +86,7 @@ def _least_between(rows: Samples, at: Array) -> Array:
     with numpy.errstate(all="ignore"):
         lowest = (before - after) / (before - 2 * here + after) / 2
         lowest = numpy.clip(numpy.nan_to_num(lowest), -1, 1)
-    there = _force_after(rows, at, (place + lowest) / POINTS * steps)
+    there = force_after(rows, at, (place + lowest) / POINTS * steps)
     return numpy.fmin(force.min(axis=0), there)
 
 
@@ -103,7 +103,7 @@ def _loss_of_contact(rows: Samples, pulled: int) -> float:
         begin, end = 0.0, float(rows.t[row + 1] - rows.t[row])
         for _ in range(3):
             spans = numpy.linspace(begin, end, BRACKETS + 1)
-            force = _force_after(rows, numpy.full(len(spans), row), spans)
+            force = force_after(rows, numpy.full(len(spans), row), spans)
             below = numpy.flatnonzero(force <= 0)
             if not len(below) or below[0] == 0:
                 break

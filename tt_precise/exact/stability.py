@@ -56,11 +56,11 @@ class Eigenvalue(NamedTuple):
     def sign(self) -> int:
         """The sign of the real part: 1 grows, -1 decays; raises if the error hides the sign."""
         if not abs(self.value.real) > self.error:
-            raise _UnresolvedError
+            raise UnresolvedError
         return 1 if self.value.real > 0 else -1
 
 
-class _UnresolvedError(ArithmeticError):
+class UnresolvedError(ArithmeticError):
     """The rounding errors of the working precision hide a sign."""
 
 
@@ -86,7 +86,7 @@ def marginal_spin(
     for _ in range(DOUBLINGS + 1):
         try:
             return _search(body, side, digits, decades, accuracy, context, mu)
-        except _UnresolvedError:
+        except UnresolvedError:
             accuracy *= 2
     return MarginalMomentum(None, reason=f"signs not resolved with {accuracy // 2} digits")
 
@@ -170,7 +170,7 @@ def _search(
             False,
             reason=f"perturbations {verb} at every omega_3^2 R/g from 1e-{decades} to 1e{decades}",
         )
-    gravity = _narrowed(spectrum, *bracket, work.mpf(10) ** -(digits + GUARD_DIGITS), work)
+    gravity = narrow_crossing(spectrum, *bracket, work.mpf(10) ** -(digits + GUARD_DIGITS), work)
     unit = Units.of(body, work, rounding_to(work)).of_dimension(ANGULAR_MOMENTUM)
     return MarginalMomentum(True, spin=context.convert(top.I3 / work.sqrt(gravity) * unit))
 
@@ -209,10 +209,10 @@ def _bracket(spectrum: Spectrum, decades: int, fn: Functions) -> tuple[Scalar, S
     return None
 
 
-def _narrowed(
+def narrow_crossing(
     spectrum: Spectrum, near: Scalar, far: Scalar, width: Scalar, fn: Functions
 ) -> Scalar:
-    """The gravity of the crossing, to the relative ``width``; the signs on both sides are checked.
+    """Return the gravity of the crossing to the relative ``width``; signs on both sides are checked.
 
     Bisection until the eigenvalue that crosses can be followed, then a search for the zero of its
     real part: the largest real part itself has a kink where two eigenvalues grow equally.
@@ -237,5 +237,5 @@ def _narrowed(
     gravity = near * fn.findroot(lambda ratio: rate(near * ratio) / unit, ends, **settings)
     below, above = (spectrum(gravity * (1 + shift))[0].sign() for shift in (-width, width))
     if below == above:
-        raise _UnresolvedError
+        raise UnresolvedError
     return gravity

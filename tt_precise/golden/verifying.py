@@ -252,7 +252,7 @@ def _worst_cells(stored: Stored, file: str, fresh: Table, problems: list[str]) -
                 line = f"{file}, line {row + 2}, {label}"
                 problems.append(f"{line}: got {mine}, a fresh computation has {other}")
                 return []
-    sizes_by_name, worst = _sizes(stored, golden), []
+    sizes_by_name, worst = column_sizes(stored, golden), []
     for name in golden.columns:
         if name in ("name", "direction"):
             continue
@@ -265,7 +265,7 @@ def _worst_cells(stored: Stored, file: str, fresh: Table, problems: list[str]) -
             line = f"{file}, line {wrongly + 2}, {name}"
             problems.append(f"{line}: is empty, a fresh computation has a number")
         if any(cells[: len(values)]):
-            errors = _errors(cells, values, sizes_by_name[name])
+            errors = cell_errors(cells, values, sizes_by_name[name])
             row = int(errors.argmax())
             worst.append(WorstEntry(file, row, name, correct_digits(float(errors[row]))))
     return worst
@@ -390,8 +390,8 @@ def _differences(derived: Json, stated: Json, where: str) -> Iterator[str]:
         yield f"{where} is {str(stated)[:50]!r}, the data say {str(derived)[:50]!r}"
 
 
-def _errors(cells: Sequence[str], fresh: Sequence[str], size: Array) -> Array:
-    """Errors of ``fresh`` entries relative to their sizes; 0 where the golden cell is empty.
+def cell_errors(cells: Sequence[str], fresh: Sequence[str], size: Array) -> Array:
+    """Return errors of ``fresh`` entries relative to their sizes; 0 where the golden cell is empty.
 
     Differences are exact, sizes doubles. A missing fresh entry has an infinite error.
     """
@@ -404,8 +404,8 @@ def _errors(cells: Sequence[str], fresh: Sequence[str], size: Array) -> Array:
         return numpy.where(numpy.equal(apart, 0), 0.0, numpy.divide(apart, size[: len(apart)]))
 
 
-def _sizes(stored: Stored, table: Table) -> dict[str, Array]:
-    """The sizes of the entries of a table, by the one rule of digits."""
+def column_sizes(stored: Stored, table: Table) -> dict[str, Array]:
+    """Return the sizes of the entries of a table, by the one rule of digits."""
     import numpy
 
     body = stored.scene.body.numbers(float)
