@@ -212,7 +212,7 @@ def _bracket(spectrum: Spectrum, decades: int, fn: Functions) -> tuple[Scalar, S
 def narrow_crossing(
     spectrum: Spectrum, near: Scalar, far: Scalar, width: Scalar, fn: Functions
 ) -> Scalar:
-    """Return the gravity of the crossing to the relative ``width``; signs on both sides are checked.
+    """Return the gravity of the crossing to the relative ``width``; both signs are checked.
 
     Bisection until the eigenvalue that crosses can be followed, then a search for the zero of its
     real part: the largest real part itself has a kink where two eigenvalues grow equally.
