@@ -21,9 +21,10 @@ from tt_precise.runtime.values import (
     Hints,
     InputError,
     Json,
+    Scalar,
     keyword_advice,
+    require_name,
     whole_number,
-    wrong_name,
 )
 from tt_precise.scene.body import kept_fixed
 from tt_precise.scene.numerals import written
@@ -155,15 +156,13 @@ def find(
         name, equals, ends = name.partition("=")
         if not equals:
             raise InputError(f'find: got {name!r} alone, expected its range: "{name}", (20, 260)')
-    if name not in variable(loaded):
-        raise wrong_name("find", name, variable(loaded))
+    require_name("find", name, variable(loaded))
     for what, value, least, most in (
         ("digits", digits, 1, MOST_DIGITS),
         ("points", points, 2, MOST_POINTS),
     ):
         whole_number(value, what, least, most)
-    if goal not in GOALS:
-        raise wrong_name("goal", goal, GOALS)
+    require_name("goal", goal, GOALS)
     low, high = box_ends(name, ends)
     search = _Search(loaded, name, goal)
     scan = []
@@ -243,7 +242,7 @@ class _Search:
         run = integrate(
             self.scene_at(value), precision, events=("equator",), record=(), tolerance=tolerance
         )
-        crossing = _crossing(run)
+        passage = crossing(run)
         until = f"{float(run.t_end):.6g} s"
         ended = "" if run.status == "complete" else f", where the motion ends: {run.status}"
         if self.goal in ("contact_lost", "contact_kept"):
@@ -254,10 +253,10 @@ class _Search:
             kept = run.status == "complete" and self.goal == "contact_kept"
             return Answer(value, kept, f"on the table up to {until}{ended}", None)
         if self.goal == "equator":
-            if crossing is not None:
-                return Answer(value, True, f"passed at {crossing:.6g} s", crossing)
+            if passage is not None:
+                return Answer(value, True, f"passed at {float(passage):.6g} s", float(passage))
             return Answer(value, False, f"not passed by {until}{ended}", None)
-        end = outcome_of(run, crossing).end
+        end = outcome_of(run, passage).end
         theta = f"theta = {float(run.state.theta):.4g} rad at {until}"
         return Answer(value, end.verdict == "inverted", f"end {end.verdict}, {theta}{ended}", None)
 
@@ -278,12 +277,12 @@ class _Search:
         return None if below.value == low else above.value
 
 
-def _crossing(run: Trajectory) -> float | None:
-    """The time at which theta first rises through pi/2, in s."""
+def crossing(run: Trajectory) -> Scalar | None:
+    """The time at which theta first rises through pi/2, in s, of a run with the event equator."""
     events = run.event_table(())
     for name, t, way in zip(events["name"], events["t"], events["direction"], strict=True):
         if name == "equator" and way < 0:
-            return float(t)
+            return t
     return None
 
 

@@ -38,8 +38,8 @@ from tt_precise.runtime.values import (
     InputError,
     Sense,
     Verdict,
+    require_name,
     shortened,
-    wrong_name,
 )
 from tt_precise.scene.numerals import LARGEST
 from tt_precise.scene.scene import Scene
@@ -356,20 +356,14 @@ def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
     value can pass.
     """
     given = {OF_QUANTITY.get(name, name): value for name, value in given.items()}
-    require_names("limit", given, DEFAULT_LIMITS)
+    for name in given:
+        require_name("limit", name, DEFAULT_LIMITS)
     senses = {check.name: check.sense for check in CHECKS}
     limits = {name: finite(f"limit of {name}", value) for name, value in given.items()}
     for name, value in limits.items():
         if value < 0 and senses[name] == "at most":
             raise InputError(f"limit of {name}: got {value:g}, expected 0 or a number above 0")
     return DEFAULT_LIMITS | limits
-
-
-def require_names(what: str, names: Iterable[str], checks: Iterable[str]) -> None:
-    """Raise ``InputError`` if a name in ``names`` is not the name of a check."""
-    for name in names:
-        if name not in checks:
-            raise wrong_name(what, name, checks)
 
 
 def finite(what: str, value: object) -> float:

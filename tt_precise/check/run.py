@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, ParamSpec
 import numpy
 
 from tt_precise.check.agreement import agreement
-from tt_precise.check.checks import checks_of, chosen_limits, finite, require_names
+from tt_precise.check.checks import checks_of, chosen_limits, finite
 from tt_precise.check.columns import (
     TRACK,
     Block,
@@ -45,7 +45,7 @@ from tt_precise.golden.store import Folder
 from tt_precise.mechanics.digits import MOST_GOLDEN
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.terminal import Progress, one_line, silent
-from tt_precise.runtime.values import Array, Check, InputError, Verdict
+from tt_precise.runtime.values import Array, Check, InputError, Verdict, require_name
 from tt_precise.scene.scene import Scene, load_scene
 
 P = ParamSpec("P")
@@ -116,7 +116,8 @@ def examine(
         The trajectory cannot be used; one line gives the place and the reason.
     """
     wanted = chosen_limits(limits or {})
-    require_names("allow", allow, (*wanted, *FURTHER))
+    for name in allow:
+        require_name("allow", name, (*wanted, *FURTHER))
     cutoff = math.inf if until is None else finite("until", until)
     if digits is not None and not 0 < finite("digits", digits) <= MOST_GOLDEN:
         raise InputError(

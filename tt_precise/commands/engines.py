@@ -12,7 +12,7 @@ import click
 from tt_precise.commands import options
 from tt_precise.mechanics.laws import COULOMB, LAWS
 from tt_precise.runtime.terminal import progress_bar
-from tt_precise.runtime.values import InputError, wrong_name
+from tt_precise.runtime.values import InputError, require_name
 from tt_precise.runtime.workers import cores
 
 GOOD = ("rounding", "converges", "measured")
@@ -84,8 +84,7 @@ def command(
     ladder = ladder_tests(LAWS[law])
     known = [test.name for test in ladder]
     for name in (*wanted, *([] if job_of is None else [job_of])):
-        if name not in known:
-            raise wrong_name("test", name, known)
+        require_name("test", name, known)
     if job_of is not None:
         (test,) = (test for test in ladder if test.name == job_of)
         click.echo(as_text(test.job(largest)), nl=False)

@@ -410,11 +410,10 @@ def _with_events(trajectory: Trajectory, *events: str) -> Trajectory:
 
 def _passage(trajectory: Trajectory) -> str | None:
     """Return the time (s) of the first passage of the equator from below, as text."""
+    from tt_precise.threshold import crossing
+
     run = _with_events(trajectory, "equator")
-    table = run.event_table(())
-    rows = zip(table["name"], table["direction"], table["t"], strict=True)
-    falls = (t for name, direction, t in rows if name == "equator" and direction < 0)
-    return run.precision.text(next(falls, None))
+    return run.precision.text(crossing(run))
 
 
 def _climbs(trajectory: Trajectory, *, exactly: bool) -> ClimbsRecord | None:

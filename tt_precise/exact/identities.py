@@ -38,7 +38,7 @@ from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.mechanics.vectors import Vector, cross, dot, scaled, subtracted
-from tt_precise.runtime.values import Scalar, wrong_name
+from tt_precise.runtime.values import Scalar, require_name
 
 SYMBOLIC = "symbolic"  # a polynomial reduction: for all parameters and states at once
 RATIONAL_POINTS = "rational points"  # exact evaluation at random points
@@ -157,8 +157,7 @@ def prove(name: str) -> IdentityProof:
     InputError
         No identity has this name.
     """
-    if name not in IDENTITIES:
-        raise wrong_name("identity", name, IDENTITIES)
+    require_name("identity", name, IDENTITIES)
     return IDENTITIES[name].prove()
 
 

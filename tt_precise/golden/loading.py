@@ -19,7 +19,7 @@ from tt_precise.golden.digits import DIGITS
 from tt_precise.golden.measuring import TrueRows
 from tt_precise.golden.store import Folder, read_whole
 from tt_precise.golden.table import Table
-from tt_precise.runtime.values import Array, InputError, Json
+from tt_precise.runtime.values import Array, InputError, Json, require_name
 from tt_precise.scene.scene import RECORDABLE, Scene
 
 Numbers = Literal["exact", "float", "text"]  # as of a trajectory's tables
@@ -65,8 +65,7 @@ def load(
     InputError
         The data do not exist or differ from their manifest.
     """
-    if numbers not in get_args(Numbers):
-        raise InputError(f"numbers: got {numbers!r}, expected one of: exact, float, text")
+    require_name("numbers", numbers, get_args(Numbers))
     stored = read_whole(scene, folder)
     frame = GoldenFrame(_columns(stored.trajectory, numbers))
     if pose:

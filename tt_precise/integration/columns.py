@@ -249,36 +249,25 @@ class Columns:
                 factor = self._factor(self.dimension(name), number)
                 values = self._column_value(name, components, q, pose) * factor
                 if isinstance(name, Quantity):
-                    self._require_rows(name, values / factor, components, number, fn)
+                    last = self.array_motion(tuple(c[-1:] for c in components), number, fn)
+                    self._require_rows(name, values / factor, last)
                 if not hasattr(values, "__len__"):
                     values = values * numpy.ones(len(components[0]))  # one number for all rows
                 columns[name] = values
         return columns
 
-    def _require_rows(
-        self,
-        own: Quantity,
-        values: Scalar,
-        components: tuple[Array, ...],
-        number: Callable[[Scalar], Scalar],
-        fn: Functions,
-    ) -> None:
+    def _require_rows(self, own: Quantity, values: Scalar, last: Motion) -> None:
         """Refuse a user's function that combines rows, as ``numpy.linalg.norm`` of a vector does.
 
-        Raises ``InputError``: its value at the last row alone is another.
+        Raises ``InputError``: its value in the ``last`` row alone is another.
         """
-        rows = len(components[0])
-        alone = _number(own, self.array_motion(tuple(c[-1:] for c in components), number, fn))
-        shape = numpy.shape(values)
-        if shape in ((), (rows,)) and numpy.size(alone) == 1:
-            there, one = numpy.ravel(values)[-1], numpy.ravel(alone)[0]
-            if not abs(there - one) > COMBINED * (1 + abs(one)):
-                return
-        raise InputError(
-            f"column: got values of {own.name} that combine several times, expected a function of "
-            "the numbers at one time: vectors are tuples of components, so write "
-            "motion.fn.sqrt(x*x + y*y + z*z) in the place of numpy.linalg.norm"
-        )
+        there, alone = numpy.ravel(values)[-1:], numpy.ravel(_number(own, last))
+        if len(alone) != 1 or abs(there - alone)[0] > COMBINED * (1 + abs(alone[0])):
+            raise InputError(
+                f"column: got values of {own.name} that combine several times, expected a function "
+                "of the numbers at one time: vectors are tuples of components, so write "
+                "motion.fn.sqrt(x*x + y*y + z*z) in the place of numpy.linalg.norm"
+            )
 
     def _factor(self, dimension: Dimension, number: Callable[[Scalar], Scalar]) -> Scalar:
         start = self.start

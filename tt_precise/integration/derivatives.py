@@ -24,7 +24,7 @@ from tt_precise.integration.reading import table as columns_of
 from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.integration.solution import Solution, solve
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.values import InputError, Scalar, keyword_advice, wrong_name
+from tt_precise.runtime.values import InputError, Scalar, keyword_advice, require_name, wrong_name
 from tt_precise.scene.body import in_unit_keys, kept_fixed
 from tt_precise.scene.numerals import LARGEST, PI, written
 from tt_precise.scene.scene import Scene
@@ -136,8 +136,8 @@ class Derivatives:
         import pandas
 
         expected = "sigmas of any of: "
-        for name in sigmas.keys() - set(self.names):
-            raise wrong_name("spread", name, self.names, expected=expected)
+        for name in sigmas:
+            require_name("spread", name, self.names, expected=expected)
         exact = {name: _sigma(self.run.scene, name, sigma) for name, sigma in sigmas.items()}
         for name, sigma in exact.items():
             if not 0 <= sigma <= LARGEST:
@@ -353,9 +353,8 @@ def _best(key: str, quotients: Sequence[tuple[Values, Values]]) -> tuple[Any, An
 
 def _require_columns(columns: Sequence[str]) -> tuple[str, ...]:
     for column in columns:
-        if column not in {*VECTOR_COLUMNS, *QUANTITIES}:
-            known = [*VECTOR_COLUMNS, *QUANTITIES]
-            raise wrong_name("sensitivity", column, known, expected="a column or a quantity: ")
+        expected = "a column or a quantity: "
+        require_name("sensitivity", column, [*VECTOR_COLUMNS, *QUANTITIES], expected=expected)
     return tuple(columns)
 
 
@@ -373,8 +372,7 @@ def _values_by_name(scene: Scene) -> Iterator[tuple[str, Fraction]]:
 def _value(scene: Scene, name: str) -> Fraction:
     """An entry's value; of theta the distance from the nearer pole."""
     known = dict(_values_by_name(scene))
-    if name not in known:
-        raise wrong_name("sensitivity", name, known, expected="any of: ")
+    require_name("sensitivity", name, known, expected="any of: ")
     return known[name]
 
 

@@ -23,9 +23,9 @@ from tt_precise.runtime.values import (
     Functions,
     InputError,
     Scalar,
+    require_name,
     shortened,
     whole_number,
-    wrong_name,
 )
 from tt_precise.scene.numerals import to_mpmath
 
@@ -233,8 +233,7 @@ def precision_named(name: str, bits: int | None = None) -> Precision:
     Raises ``InputError``: unknown name, bits for a type that has its own, or ``extended`` on a
     machine without 80-bit floats.
     """
-    if name not in KINDS:
-        raise wrong_name("precision", name, KINDS)
+    require_name("precision", name, KINDS)
     number = KINDS[name].bits
     if bits is not None and name != "mp":
         got = shortened(bits)

@@ -23,8 +23,8 @@ from tt_precise.runtime.values import (
     Scalar,
     distinct,
     listed,
+    require_name,
     shortened,
-    wrong_name,
 )
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import RECORDABLE, Scene
@@ -87,8 +87,7 @@ class Setup:
                     f"formulation: got euler for {scene.name}, expected newton for "
                     f"{scene.refused_in_angles}"
                 )
-        if contact not in CONTACTS:
-            raise wrong_name("contact", contact, CONTACTS)
+        require_name("contact", contact, CONTACTS)
         if contact == "bilateral" and scene.further_columns:
             raise InputError(
                 f"{scene.name}: got contact bilateral for a scene with flight or an elastic table, "
@@ -199,8 +198,8 @@ def _checked_record(
     scene: Scene, record: Iterable[str] | None, coordinates: str, azimuth: bool
 ) -> tuple[str, ...]:
     names = set(scene.record if record is None else record)
-    for name in sorted(names - set(RECORDABLE)):
-        raise wrong_name("record", name, RECORDABLE)
+    for name in sorted(names):
+        require_name("record", name, RECORDABLE)
     if names & {"phi", "psi"} and scene.start.theta.at_pole:
         raise InputError(
             "record: got phi or psi for a start at a pole, where both are undefined; expected a "

@@ -32,7 +32,6 @@ from tt_precise.integration.reading import (
     end_state,
     rows,
     states,
-    values_at_end,
     with_quadratures,
 )
 from tt_precise.integration.setup import Events, Setup, asked_for
@@ -48,7 +47,7 @@ from tt_precise.runtime.values import (
     keyword_advice,
     listed,
     nearest,
-    wrong_name,
+    require_name,
 )
 from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.scene.scene import Scene, load_scene
@@ -62,12 +61,6 @@ if TYPE_CHECKING:
     from tt_precise.integration.derivatives import Derivatives
     from tt_precise.integration.inversion import InversionTimes
     from tt_precise.integration.views import Animation
-
-
-def _require_numbers(numbers: str) -> None:
-    known = get_args(Numbers)
-    if numbers not in known:
-        raise wrong_name("numbers", numbers, known)
 
 
 def is_one(t: Any) -> bool:
@@ -194,11 +187,6 @@ class Trajectory(Hints):
         end = self.t_end
         return repr(float(end)) if error is None else self.precision.with_error(end, error)
 
-    @property
-    def values_at_end(self) -> dict[str, Scalar]:
-        """``t_end`` (s) and the components of the state at ``t_end`` (SI), by name."""
-        return values_at_end(self.run)
-
     def at(self, t: Scalar) -> State:
         """The state at time ``t`` (s) from the Taylor series of the step around it.
 
@@ -284,7 +272,7 @@ class Trajectory(Hints):
         Floats are arrays, with NaN for undefined values; wider numbers and text are lists, with
         None for undefined values. The text of a double is the shortest that recovers the number.
         """
-        _require_numbers(numbers)
+        require_name("numbers", numbers, get_args(Numbers))
         wanted = expanded(names or self.run.columns.names)
         if times is not None and not is_doubles(times):
             times = tuple(map(as_fraction, each(times)))
@@ -369,7 +357,7 @@ class Trajectory(Hints):
         """
         import pandas
 
-        _require_numbers(numbers)
+        require_name("numbers", numbers, get_args(Numbers))
         table = self.event_table(expanded(names))
         named = {getattr(name, "name", name): column for name, column in table.items()}
         if not len(named["name"]):
@@ -548,13 +536,6 @@ class Trajectory(Hints):
         from tt_precise.integration.inversion import errors_of_times
 
         return errors_of_times(self.run)
-
-    @cached_property
-    def with_climb(self) -> Trajectory:
-        """The run with the events of the climb; integrated again if necessary."""
-        from tt_precise.integration.inversion import with_climb
-
-        return self._of(with_climb(self.run))
 
 
 def _runs(beside: Mapping[str, Trajectory] | None) -> dict[str, Solution]:

@@ -13,7 +13,7 @@ from tt_precise.mechanics.newton import CentreState, NewtonState
 from tt_precise.mechanics.parameters import Dimension, Parameters, of_numbers
 from tt_precise.mechanics.quantities import ANGLE, ANGULAR_MOMENTUM, RATE, SPEED, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
-from tt_precise.runtime.values import Functions, Scalar, StateOfAny, wrong_name
+from tt_precise.runtime.values import Functions, Scalar, StateOfAny, require_name
 
 COORDINATES = ("newton", "euler")
 
@@ -135,10 +135,8 @@ def formulation(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation
 
     Raises ``InputError``: there is no such model, or there are no such coordinates.
     """
-    if coordinates not in COORDINATES:
-        raise wrong_name("formulation", coordinates, COORDINATES)
-    if model not in MODELS:
-        raise wrong_name("model", model, MODELS)
+    require_name("formulation", coordinates, COORDINATES)
+    require_name("model", model, MODELS)
     known = FORMULATIONS[model, coordinates]
     return replace(known, friction=law) if model == "gliding" else known
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
-from tt_precise.runtime.values import Functions, InputError, Scalar, wrong_name
+from tt_precise.runtime.values import Functions, InputError, Scalar, require_name
 
 
 class Parameter(NamedTuple):
@@ -148,6 +148,5 @@ def law_named(name: str) -> Law:
 
     Raises ``InputError``: there is no such law.
     """
-    if name not in LAWS:
-        raise wrong_name("friction.law", name, LAWS)
+    require_name("friction.law", name, LAWS)
     return LAWS[name]

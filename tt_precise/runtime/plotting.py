@@ -59,14 +59,21 @@ def styled() -> Iterator[None]:
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure, in inches, with a layout that makes room for labels; needs no display.
 
-    A notebook shows it when it is the last value of a cell.
+    A notebook shows it when it is the last value of a cell; there is no window.
     """
     from matplotlib.figure import Figure
 
     drawn: Any = Figure(figsize=(width, height), layout="constrained")
     # matplotlib registers its own figures only where pyplot is in use
     drawn._repr_svg_ = lambda: svg_text(drawn)
+    drawn.show = _refuse_window
     return drawn
+
+
+def _refuse_window() -> None:
+    raise InputError(
+        'show: got a picture without a window, expected .savefig("top.png"), which saves it'
+    )
 
 
 def thinned(times: Array, values: Array, bins: int = BINS) -> Array:

@@ -7,7 +7,7 @@ these names document the intended type.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Collection, Hashable, Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property, wraps
@@ -107,6 +107,12 @@ def wrong_name(
     return InputError(
         f"{what}: got {shortened(got)}, expected {expected}{', '.join(names)}{also}{hint}"
     )
+
+
+def require_name(what: str, got: object, names: Collection[str], **hints: Any) -> None:
+    """Raise ``wrong_name`` unless ``got`` is one of ``names``."""
+    if got not in names:
+        raise wrong_name(what, got, names, **hints)
 
 
 Function = TypeVar("Function", bound=Callable[..., Any])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from decimal import Decimal
 from fractions import Fraction
@@ -14,7 +14,14 @@ from typing import Any
 from tt_precise.mechanics.laws import VISCOUS
 from tt_precise.mechanics.parameters import of_numbers
 from tt_precise.runtime.files import parse_toml, printable, read_toml
-from tt_precise.runtime.values import Hints, InputError, Json, keyword_advice, wrong_name
+from tt_precise.runtime.values import (
+    Hints,
+    InputError,
+    Json,
+    keyword_advice,
+    require_name,
+    wrong_name,
+)
 from tt_precise.scene.body import (
     UNIT_KEYS,
     TippeTop,
@@ -99,9 +106,9 @@ class Scene(Hints):
             object.__setattr__(self, "start", Start.of(self.body, start))
             object.__setattr__(self, "given", dict(start) if is_derived(start) else {})
         _typed(self.start, Start, "start", "a Start or a mapping of its entries")
-        _one_of(self.model, MODELS, "model")
+        require_name("model", self.model, sorted(MODELS))
         for name in self.record:
-            _one_of(name, RECORDABLE, "record")
+            require_name("record", name, sorted(RECORDABLE))
         for wrong, said in self._refusals():
             if wrong:
                 raise InputError(said)
@@ -208,7 +215,7 @@ class Scene(Hints):
         parameters = own.keys() & self.body.numbers_by_name.keys()
         known = {*parameters, *UNIT_KEYS, *START_KEYS, *_RUN, "friction"}
         for name in changes:
-            _one_of(name, known, what)
+            require_name(what, name, sorted(known))
         start = {name: changes[name] for name in START_KEYS if name in changes}
         run = {name: changes[name] for name in _RUN if name in changes}
         changed = {UNIT_KEYS.get(name, (name,))[0] for name in changes}
@@ -257,7 +264,7 @@ class Scene(Hints):
         body = self.body.numbers_by_name
         known = {*body, *_START}
         for name, size in relative.items():
-            _one_of(name, known - {"theta"}, "perturbed")
+            require_name("perturbed", name, sorted(known - {"theta"}))
             factor = 1 + written(size, name)
             if name in _START:
                 start[name] = getattr(self.start, name) * factor
@@ -469,11 +476,6 @@ def _names(table: Mapping[str, Json], key: str) -> tuple[str, ...]:
     if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
         raise InputError(f"run.{key}: got {str(value)[:60]!r}, expected a list of names")
     return tuple(value)
-
-
-def _one_of(value: str, allowed: Collection[str], what: str) -> None:
-    if value not in allowed:
-        raise wrong_name(what, value, sorted(allowed))
 
 
 def _folder() -> Path:
