@@ -27,7 +27,7 @@ from tt_precise.runtime import player, plotting
 from tt_precise.runtime.files import atomic_write, replacing
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, InputError, Json, Scalar, shortened
-from tt_precise.scene.numerals import as_fraction, written
+from tt_precise.scene.numerals import as_fraction
 
 if TYPE_CHECKING:
     from matplotlib.animation import AbstractMovieWriter
@@ -219,8 +219,6 @@ def animate(
     from matplotlib.animation import FuncAnimation
 
     target = Animation(path)
-    seconds, begin = (float(written(value, "animate")) for value in (seconds, begin))
-    end = None if end is None else float(written(end, "animate"))
     named = {label or _name_of(run.scene): run, **beside}
     if not (0 < fps <= MOST_FRAMES and 0 < seconds <= MOST_FRAMES / fps):
         raise InputError(
