@@ -28,6 +28,14 @@ def test_a_table_that_pulls_between_two_rows_fails(every: float, phase: float) -
     assert "leaves the table at 1.33692 s" in found.note
 
 
+def test_a_limit_of_any_size_holds_between_rows_too() -> None:
+    """The force falls to 0.549 of the weight where the rows have 0.594 at least."""
+    times = [i / 60 for i in range(121)]
+    rows = tt.integrate("stribeck", events=()).frame(*VECTORS[1:], times=times)
+    for limit, verdict in ((0.54, "pass"), (0.57, "fail")):
+        assert check(rows, "stribeck", limits={"contact": limit})["contact"].verdict == verdict
+
+
 def test_a_pull_is_seen_behind_a_gap_and_in_rows_that_nearly_follow() -> None:
     frame = pulled(0.01)
     gap = frame[(frame.t < 0.1) | (frame.t > 1.1)]

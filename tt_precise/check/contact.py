@@ -22,7 +22,9 @@ from tt_precise.runtime.values import Array
 
 # The last row of a motion that leaves the table has g_n = 0, which rounding makes +- some eps.
 LIFT_OFF = -1e-12
-LOW = 0.2  # Of the weight: above it the eight midpoint steps of the flow see that it stays.
+# Of the weight: below it the least force is shown to more than the rows have. No verdict depends on
+# it, because the flow bounds the force between rows from below.
+LOW = 0.2
 # Part of their sizes by which rows may leave the equations since the start: a thousand times what
 # ``equations`` allows. A solution that is further off is not the motion of the rows.
 APART = 1e-3
@@ -38,7 +40,8 @@ def contact(rows: Samples, limit: float) -> Residual:
     weight = body.m * body.g
     values: Array = quantities.g_n(rows.q) / weight + numpy.zeros(len(rows.t))
     usual = numpy.minimum(values[1:], values[:-1])
-    low = (differences(rows).least < LOW * weight) & (usual >= limit) & _follow(rows)
+    least = differences(rows).least / weight
+    low = (least < max(LOW, limit)) & (usual >= limit) & _follow(rows)
     low = numpy.flatnonzero(low)
     for first in range(0, len(low), AT_ONCE):
         at = low[first : first + AT_ONCE]
