@@ -22,7 +22,7 @@ from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.mpfr import Mpfr, mpfr_of
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import Array, ContinuousOutput, InputError, Scalar
+from tt_precise.runtime.values import Array, ContinuousOutput, Functions, InputError, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction, to_mpmath
 from tt_precise.scene.scene import Scene
@@ -319,7 +319,8 @@ class DenseOutput(TimeSpan):
         if not self.end_time:
             return self.start_row
         row = tuple(map(self.precision.with_guard_bits, self.propagation.state))
-        return self._shift(row, self.end_time - self._last_time)
+        back = self.precision.mpfr.back
+        return tuple(back(x[0]) for x in self._moved([row], [self.end_time - self._last_time]))
 
     @cached_property
     def _last_time(self) -> Scalar:
@@ -329,6 +330,13 @@ class DenseOutput(TimeSpan):
 
     def rows(self, times: Sequence[Scalar], progress: Progress | None = None) -> list[Row]:
         """Rows at dimensionless ``times``, both with guard bits."""
+        if not len(times):
+            return []
+        back = self.precision.mpfr.back
+        return [tuple(map(back, row)) for row in zip(*self._entries(times, progress), strict=True)]
+
+    def _entries(self, times: Sequence[Scalar], progress: Progress | None) -> tuple[Array, ...]:
+        """The rows at dimensionless ``times`` with guard bits: an array of wide numbers each."""
         number, with_guard_bits = self.precision.number, self.precision.with_guard_bits
         rows: dict[int, Row] = {}
         inner: dict[int, ContinuousOutput] = {}
@@ -341,12 +349,15 @@ class DenseOutput(TimeSpan):
         def evaluate(output: ContinuousOutput, low: Scalar, high: Scalar) -> None:
             for place, rounded in inner.items():
                 if (low is None or low < rounded) and (high is None or rounded <= high):
-                    row = tuple(map(with_guard_bits, output(rounded)))
-                    rows[place] = self._shift(row, times[place] - with_guard_bits(rounded))
+                    rows[place] = tuple(map(with_guard_bits, output(rounded)))
 
         if inner:
             self._visit(evaluate, progress)
-        return [rows[place] for place in range(len(times))]
+        delays = [
+            time - with_guard_bits(inner[place]) if place in inner else time * 0
+            for place, time in enumerate(times)
+        ]
+        return self._moved([rows[place] for place in range(len(times))], delays)
 
     def mpfr_arrays(self, seconds: Array, progress: Progress | None = None) -> tuple[Array, ...]:
         """The rows of any run at ``seconds``, an array for each entry; both in wide numbers.
@@ -358,9 +369,7 @@ class DenseOutput(TimeSpan):
         if not len(seconds):
             return tuple(seconds for _ in range(size))
         if not (parts and self.has_series):
-            inner = [self.dimensionless_time(mpfr.back(t)) for t in seconds]
-            rows = self.rows(inner, progress)
-            return tuple(map(mpfr.array, zip(*rows, strict=True)))
+            return self._entries([self.dimensionless_time(mpfr.back(t)) for t in seconds], progress)
         for time in {min(seconds), max(seconds)}:
             self.dimensionless_time(mpfr.back(time))
         times = mpfr.to_limbs(seconds / mpfr.number(self.start.units.time), MOST_LIMBS)
@@ -456,30 +465,45 @@ class DenseOutput(TimeSpan):
                 raise RuntimeError("the same integration gave another result when it was repeated")
             self.propagation = replace(self.propagation, series=again.series)
 
-    def _shift(self, row: Row, delay: Scalar) -> Row:
-        # heyoka's times are rounded to its precision, which costs up to t eps of state at late
-        # times; one Euler step over the rounding (about 1e-14) corrects that
-        if not delay:
-            return row
-        rates = self.setup.layout.rates(self.start.body, row, self.precision.context)
-        return tuple(x + rate * delay for x, rate in zip(row, rates, strict=True))
+    def _moved(self, rows: Sequence[Row], delays: Sequence[Scalar]) -> tuple[Array, ...]:
+        """``rows`` at rounded times, moved by ``delays``, as arrays of wide numbers.
+
+        heyoka's times are rounded to its precision, which costs up to t eps of state at late times;
+        one Euler step over the rounding (about 1e-14) corrects that.
+        """
+        mpfr = self.precision.mpfr
+        entries = tuple(map(mpfr.array, zip(*rows, strict=True)))
+        delay = mpfr.array(map(self._own_delay, rows, delays))
+        with mpfr.precision():
+            body = self.start.body.numbers(mpfr.number)
+            return shift_arrays(self.setup, body, entries, delay, mpfr)
+
+    def _own_delay(self, row: Row, delay: Scalar) -> Scalar:
+        """A delay of the variable of integration, from one of time."""
+        return delay
 
 
 def shift_arrays(
-    setup: Setup, body: Parameters, components: tuple[Array, ...], delay: Array
+    setup: Setup,
+    body: Parameters,
+    components: tuple[Array, ...],
+    delay: Array,
+    fn: Functions = numpy,
 ) -> tuple[Array, ...]:
     """Components at rounded times, moved by a ``delay`` of less than an ulp of time.
 
-    ``body`` is the dimensionless body in double, precise enough for these rates.
+    ``body`` is the dimensionless body in the arithmetic ``fn``. Doubles are precise enough for the
+    rates of long doubles.
     """
-    doubles = tuple(one.astype(float, copy=False) for one in components)
+    known = components
+    if fn is numpy:
+        known = tuple(one.astype(float, copy=False) for one in components)
     with numpy.errstate(all="ignore"):
-        rates = setup.layout.rates(body, doubles, numpy)
+        rates = setup.layout.rates(body, known, fn)
         moved = [x + rate * delay for x, rate in zip(components, rates, strict=True)]
-    # at a pole the rates of phi and psi are undefined; there it stands as it is
-    return tuple(
-        numpy.where(numpy.isfinite(m), m, x) for m, x in zip(moved, components, strict=True)
-    )
+        # at a pole the rates of phi and psi are undefined; there it stands as it is
+        finite = [(x - x == 0).astype(bool) for x in moved]
+    return tuple(map(numpy.where, finite, moved, components))
 
 
 @dataclass(frozen=True)

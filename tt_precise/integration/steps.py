@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy
 
-from tt_precise.integration.dense_output import long_double
+from tt_precise.integration.dense_output import long_double, shift_arrays
 from tt_precise.integration.setup import Setup
 from tt_precise.runtime.values import Array, ContinuousOutput, Functions, Scalar
 from tt_precise.scene.initial_state import InitialState
@@ -167,8 +167,7 @@ def _wide(output: ContinuousOutput, setup: Setup, start: InitialState) -> Wide:
         read = [tuple(map(with_guard_bits, output(time))) for time in rounded]
         entries = tuple(map(mpfr.array, zip(*read, strict=True)))
         delay = when - mpfr.array(map(with_guard_bits, rounded))
-        rates = setup.layout.rates(body, entries, mpfr)
-        return when, [x + rate * delay for x, rate in zip(entries, rates, strict=True)]
+        return when, shift_arrays(setup, body, entries, delay, mpfr)
 
     return Wide(mpfr.number, mpfr, mpfr.back, rows)
 

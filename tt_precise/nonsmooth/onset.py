@@ -32,7 +32,7 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.nonsmooth.segments import RowwiseOutput
 from tt_precise.runtime.mpfr import mpfr_of
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import Functions, Scalar
+from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.taylor.series import TaylorSeries, convolution
 
@@ -241,6 +241,9 @@ class OnsetOutput(RowwiseOutput):
     def rows(self, times: Sequence[Scalar], progress: Progress | None = None) -> list[Row]:
         """Rows at guarded dimensionless ``times``."""
         return [self._row(time) for time in times]
+
+    def _entries(self, times: Sequence[Scalar], progress: Progress | None) -> tuple[Array, ...]:
+        return tuple(map(self.precision.mpfr.array, zip(*self.rows(times), strict=True)))
 
     def _row(self, time: Scalar) -> Row:
         return (*self._state(time), *self._recorded(time))

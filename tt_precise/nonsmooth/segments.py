@@ -60,15 +60,15 @@ class RegularisedTimeOutput(RowwiseOutput):
     def _last_time(self) -> Scalar:
         return self.precision.with_guard_bits(self.propagation.state[self._t])
 
-    def rows(self, times: Sequence[Scalar], progress: Progress | None = None) -> list[Row]:
-        """Rows at guarded dimensionless ``times``, in guarded numbers."""
-        rows = []
+    def _entries(self, times: Sequence[Scalar], progress: Progress | None) -> tuple[Array, ...]:
+        rows, delays = [], []
         for time in times:
-            if not time or time >= self._last_time:
-                rows.append(self.end_row if time else self.start_row)
-            else:
-                rows.append(self._row_at(time))
-        return rows
+            row, delay = self.end_row if time else self.start_row, time * 0
+            if time and time < self._last_time:
+                row, delay = self._nearest(time)
+            rows.append(row)
+            delays.append(delay)
+        return self._moved(rows, delays)
 
     @cached_property
     def _knots(self) -> list[tuple[Scalar, Any, Any]]:
@@ -82,7 +82,8 @@ class RegularisedTimeOutput(RowwiseOutput):
             for own in output.times
         ]
 
-    def _row_at(self, time: Scalar) -> Row:
+    def _nearest(self, time: Scalar) -> tuple[Row, Scalar]:
+        """The row at the number of the regularised time nearest to ``time``, and the delay."""
         with_guard_bits, number = self.precision.with_guard_bits, self.precision.number
         knots = self._knots
         place = max(bisect.bisect_right(knots, time, key=lambda knot: knot[0]) - 1, 0)
@@ -95,20 +96,19 @@ class RegularisedTimeOutput(RowwiseOutput):
         for _ in range(NEWTON_STEPS):
             row = tuple(map(with_guard_bits, output(number(inner))))
             rest = time - row[self._t]
-            if best is not None and abs(rest) >= abs(best[0]):
+            if best is not None and abs(rest) >= abs(best[1]):
                 break
-            best = rest, row
+            best = row, rest
             inner += rest / self._clock(row)
         assert best is not None
-        return self._shift(best[1], best[0])
+        return best
 
     def _clock(self, row: Row) -> Scalar:
         form = self.setup.formulation
         return form.State(*row[: len(form.columns)]).clock(self.precision.context)
 
-    def _shift(self, row: Row, delay: Scalar) -> Row:
-        # the delay is one of t, and rates are those along the own time
-        return super()._shift(row, delay / self._clock(row) if delay and row[self._t] else 0)
+    def _own_delay(self, row: Row, delay: Scalar) -> Scalar:
+        return delay / self._clock(row) if delay and row[self._t] else delay * 0
 
 
 def propagated(setup: Setup, start: InitialState) -> DenseOutput:
