@@ -13,7 +13,7 @@ import click
 import pytest
 
 import tt_precise
-from tests.conftest import Said, SceneFile, every_command
+from tests.conftest import Said, SceneFile, every_command, more
 from tt_precise import cli
 from tt_precise.commands.options import FINITE
 from tt_precise.runtime.values import InputError
@@ -220,7 +220,7 @@ def test_what_is_read_is_not_written_over(
     assert (scene.read_bytes(), mine.read_bytes()) == before
 
 
-@pytest.mark.parametrize("precision", ["double", "quad"])
+@pytest.mark.parametrize("precision", ["double", more("quad")])
 def test_an_interruption_ends_a_long_run(precision: str) -> None:
     """A run that would take hours ends within a piece of it after Ctrl-C."""
     done = subprocess.run(

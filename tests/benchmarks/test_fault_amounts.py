@@ -35,11 +35,13 @@ def test_swapped_columns_and_another_sign_fail(pair: tuple[str, str], no_cause: 
         assert tt.check.conservation(wrong, "reference").verdict == "fail"
 
 
+@pytest.mark.evidence
 def test_a_friction_coefficient_is_seen_to_a_thousandth() -> None:
     (mu,) = (one for one in faults() if one.name == "mu of the simulator")
     assert (smallest(mu, 60, "scene") or 1) <= 1e-3
 
 
+@pytest.mark.evidence
 def test_dropped_terms_fail_whether_lambda_shows_them_or_not(no_cause: None) -> None:
     names = term_names()
     numbers = [

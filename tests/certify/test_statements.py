@@ -136,6 +136,7 @@ def agree_on_events(proof: Proof, width: float) -> None:
             assert one.time.rad() < width
 
 
+@pytest.mark.evidence
 def test_an_elastic_table_lets_go_and_takes_again(pressed: tt.Scene) -> None:
     proof = prove(pressed)
     agree_on_events(proof, 1e-36)

@@ -86,10 +86,12 @@ SPOILT: dict[str, Spoil] = {
 }
 
 
-# Of signs and of exchanged columns some are in the default run.
+# Of factors, signs and exchanged columns some are in the default run.
 ALIKE = (
     "kz has the other sign", "Lz has the other sign", "Lx, Ly, Lz have the other sign",
     "kx, ky are the solution's ky, kx", "Lx, Ly are the solution's Ly, Lx",
+    "vx, vy have the other sign", "Lx, Ly, Lz are 1.00010 times the solution's",
+    "ky, kz, Ly, Lz are the solution's kz, -ky, Lz, -Ly",
 )  # fmt: skip
 
 

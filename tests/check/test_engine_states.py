@@ -210,6 +210,7 @@ def test_arrays_in_memory_are_an_engines_state_too(
     assert named["jellett"].value == found["jellett"].value
 
 
+@pytest.mark.evidence
 def test_the_position_may_be_x_y_z(pose: pd.DataFrame, scene: Scene) -> None:
     arrays: Columns = {**written(pose, scene, "bullet")}
     arrays |= {name: pose[name].to_numpy() for name in ("x", "y", "z")}

@@ -57,6 +57,7 @@ def test_dense_rows_are_all_looked_at(healthy: Healthy) -> None:
 
 
 @without_causes
+@pytest.mark.evidence
 def test_coarse_rows_are_reported_with_the_spacing_that_would_do(healthy: Healthy) -> None:
     result = check(healthy("reference", 9), "reference")
     equations = result["equations"]

@@ -143,6 +143,7 @@ MORE_UNITS = (
 PARTS = (
     "the angular velocity is in the body frame", "the quaternion has its scalar last",
     "the angular velocity has the other sign", "lengths are in mm", "the time is in ms",
+    "the angular velocity is in degrees per second",
 )  # fmt: skip
 WITH_VELOCITY = ("the world", "the velocity", "lengths")  # beginnings of what has no other
 COMBINED = "the quaternion has its scalar last; the angular velocity is in the body frame"
@@ -172,7 +173,7 @@ def test_other_conventions_are_named(
 
 
 @pytest.mark.parametrize("friction", SLOW_IN_SCENE)
-@pytest.mark.parametrize("columns", [VECTORS, EULER, more("rigid body")])
+@pytest.mark.parametrize("columns", [VECTORS, more(EULER), more("rigid body")])
 # finely resolved, and as sampled
 @pytest.mark.parametrize(("rows", "until", "rate"), [more(201, 0.4, 500), (401, 4, 100)])
 def test_rows_that_are_counted_instead_of_timed_are_named(
@@ -193,6 +194,7 @@ def test_rows_that_are_counted_instead_of_timed_are_named(
     assert likely or ", or" not in found
 
 
+@pytest.mark.evidence
 def test_another_force_does_not_hide_a_convention() -> None:
     """A top with dry friction, checked as if it were the reference's."""
     lines = tt.load_scene("reference").text.splitlines()
@@ -231,7 +233,7 @@ def test_a_row_without_a_quaternion_is_named(healthy: Healthy, rigid_body: Healt
 
 @pytest.mark.usefixtures("no_cause")
 @pytest.mark.parametrize(
-    "rows", [41, 401, *(pytest.param(rows, marks=pytest.mark.slow) for rows in (101, 12001))]
+    "rows", [41, more(401), *(pytest.param(rows, marks=pytest.mark.slow) for rows in (101, 12001))]
 )
 def test_no_sampling_makes_a_healthy_trajectory_suspicious(
     healthy: Healthy, rigid_body: Healthy, rows: int
@@ -243,6 +245,7 @@ def test_no_sampling_makes_a_healthy_trajectory_suspicious(
 
 
 @pytest.mark.parametrize(("scene", "step"), [("frictionless", "1/5"), more("rolling", "4/25")])
+@pytest.mark.evidence
 def test_rows_near_a_multiple_of_the_nutation_are_right(scene: str, step: str) -> None:
     """Euler angles look then as if they moved slowly, in other units."""
     frame = tt.integrate(tt.load_scene(scene).varied(sample_every=step)).frame(*EULER[1:])
@@ -321,7 +324,7 @@ def test_another_friction_is_named_only_where_it_is_seen(engine: Engine) -> None
         assert 'friction="other"' not in str(check(engine(fault=fault), "reference"))
 
 
-@pytest.mark.parametrize("fault", ["normal force is the weight", "friction pushes"])
+@pytest.mark.parametrize("fault", ["normal force is the weight", more("friction pushes")])
 def test_what_is_no_number_is_not_named(engine: Engine, fault: str) -> None:
     found = check(engine(500, 0.5, fault=fault), "reference", friction="other")
     assert (found.verdict, found.causes) == ("fail", ())
@@ -415,6 +418,7 @@ def test_a_world_is_named_and_the_file_passes_in_it(case: str, world: str, frict
 
 
 @pytest.mark.parametrize("friction", SLOW_IN_SCENE)
+@pytest.mark.evidence
 def test_a_unit_and_a_wrong_column_are_both_named(healthy: Healthy, friction: str) -> None:
     """The first rows are too far apart to be judged as given, not right."""
     rows = healthy("reference", 401, 4)[VECTORS]
@@ -464,7 +468,7 @@ def test_no_mu_is_named_where_only_digits_are_missing(fault: str) -> None:
     assert found.causes == ()
 
 
-@pytest.mark.parametrize("drift", [0.0, 1e-4])
+@pytest.mark.parametrize("drift", [0.0, more(1e-4)])
 def test_an_end_is_named_only_if_the_rows_before_pass_and_no_mu(drift: float) -> None:
     """With the observed mu the table pulls as much."""
     run = tt.integrate("contact-lost", contact="bilateral", until="1.345", events=())

@@ -286,6 +286,7 @@ def test_every_row_is_compared(rows: int) -> None:
 
 
 @without_causes
+@pytest.mark.evidence
 def test_rows_beside_a_stick_or_a_slip_are_not_held_to_a_series_that_ends_there() -> None:
     """Golden rows are 2 ms apart, and the top sticks and slips between some of them."""
     scene, times = "coulomb-stick-slip", [0.0, *(0.0003 + 0.001 * n for n in range(100))]
@@ -307,7 +308,7 @@ def test_a_height_without_velocities_is_not_looked_at() -> None:
 
 
 @without_causes
-@pytest.mark.parametrize("scene", ["track", replace(tt.load_scene("track"), name="mine")])
+@pytest.mark.parametrize("scene", ["track", more(replace(tt.load_scene("track"), name="mine"))])
 def test_the_track_is_compared(scene: Any) -> None:
     rows = pandas.DataFrame(tt.golden.load("track"))[:201]
     words: Any = {"digits": 8, "until": 2.0}

@@ -138,6 +138,7 @@ def test_a_flight_ends_at_the_table(off: float, passes: bool) -> None:
     assert (found["equations"].verdict == "pass") == passes
 
 
+@pytest.mark.evidence
 def test_a_slip_and_a_stick_between_two_rows_at_rest_are_joints() -> None:
     """The contact rests at 0.16 and at 0.18 s, and glides in between."""
     scene = tt.load_scene("coulomb-stick-slip").varied(

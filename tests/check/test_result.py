@@ -16,7 +16,7 @@ from msgspec import to_builtins
 
 import tt_precise as tt
 from tests.check.conftest import VECTORS, Healthy, check, matches
-from tests.conftest import Patch, Printed, Said
+from tests.conftest import Patch, Printed, Said, more
 from tt_precise.check import run
 from tt_precise.check.checks import checks_of
 from tt_precise.check.result import CheckRecord, Residual, check_of_rows
@@ -165,7 +165,7 @@ def test_json_is_json_even_where_a_value_is_infinite(healthy: Healthy) -> None:
     assert (found["verdict"], found["schema"]) == ("fail", "tt_precise.check/1")
 
 
-@pytest.mark.parametrize(("suffix", "begin"), [("svg", b"<?xml"), ("png", b"\x89PNG")])
+@pytest.mark.parametrize(("suffix", "begin"), [more("svg", b"<?xml"), ("png", b"\x89PNG")])
 def test_the_plot_is_written(
     failing: tt.check.Result, tmp_path: Path, suffix: str, begin: bytes
 ) -> None:

@@ -97,6 +97,7 @@ def test_the_climb_is_that_of_the_trajectory(printed: Printed) -> None:
     assert (never["equator"]["verdict"], never["climb"]) == ("not_passed", None)
 
 
+@pytest.mark.evidence
 def test_the_climb_of_asked_digits_has_them(printed: Printed, said: Said) -> None:
     found = printed("run reference --digits 25")
     climb = found["climb"]

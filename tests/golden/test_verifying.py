@@ -171,6 +171,7 @@ def test_rows_that_break_jellett_are_found_without_a_computation(small: Small) -
     assert "worst in line 4" in problems(small)
 
 
+@pytest.mark.evidence
 def test_a_small_lambda_is_constant_to_fewer_digits(tmp_path: Path) -> None:
     text = shortened("reference", "0.02").text
     text = text.replace('theta = "0.1"', 'theta = "1.5"').replace('"155"', '"17"')

@@ -22,6 +22,7 @@ def test_the_columns_and_their_order(double: Trajectory) -> None:
 
 
 @pytest.mark.usefixtures("no_cause")
+@pytest.mark.evidence
 def test_it_passes_as_the_rigid_body_of_an_engine(double: Trajectory) -> None:
     """The whole way, both poles nearly met: k, L and v_A of the pose are the scene's."""
     frame = double.frame(pose=True)

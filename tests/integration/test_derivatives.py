@@ -79,6 +79,7 @@ def test_an_entry_at_an_end_has_a_derivative(name: str, entry: str, inside: str 
     assert numpy.isnan(found[f"d theta_dot/d {entry}"]) == (entry == "theta")
 
 
+@pytest.mark.evidence
 def test_a_spread_is_the_derivative_times_sigma() -> None:
     run = integrate("kicked", until=4, sensitivity=("theta", "mu"))
     assert run.sensitivity is not None
@@ -168,6 +169,7 @@ def test_an_entry_without_an_effect_has_no_range() -> None:
     )
 
 
+@pytest.mark.evidence
 def test_a_side_without_a_result_is_named() -> None:
     run = integrate("reference", until="6", sample_every=6, sensitivity="mu")
     assert run.sensitivity is not None

@@ -225,6 +225,7 @@ def test_an_error_of_a_value_at_an_event_is_the_error(
     assert (numpy.abs(found[f"error:{name}"] - error) < 0.1 * error.max()).all()
 
 
+@pytest.mark.evidence
 def test_values_where_the_top_sticks_and_slips_have_errors() -> None:
     run, names = integrate("coulomb-stick-slip"), ("g_n", "gliding_speed")
     fine = integrate("coulomb-stick-slip", digits=20)

@@ -128,7 +128,7 @@ def alike(scene: Scene, asked: Any) -> Trajectory:
     ("scene", "until", "extrema"),
     [
         ("contact-lost", "2", 0),
-        ("coulomb-flight", "2", 0),
+        more("coulomb-flight", "2", 0),
         ("elastic-hunt-crossley", "0.1", 2),
         more("elastic-hunt-crossley", "0.3", 6),
     ],
@@ -252,11 +252,20 @@ def sides_of(run: Trajectory, name: str, aside: Any) -> tuple[Any, ...]:
 EXTREMA = tuple(f"extremum:{name}" for name in QUANTITIES)
 ZEROS = tuple(f"zero:{name}" for name in QUANTITIES)
 # compiling so many functions takes seconds
-QUICK = ("rolling", "rocking", "coulomb-flight", "elastic-linear")
+QUICK = ("rolling", "rocking", "elastic-linear")
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in shipped()]
+    "name",
+    [
+        *QUICK,
+        more("coulomb-flight"),
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in shipped()
+            if name not in (*QUICK, "coulomb-flight")
+        ),
+    ],
 )
 def test_all_events_at_once(name: str) -> None:
     """Every event that can be named, on every shipped scene: all of them in one run a scene."""

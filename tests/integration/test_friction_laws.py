@@ -7,7 +7,7 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tests.conftest import RATIOS
+from tests.conftest import RATIOS, more
 from tt_precise.scene.scene import Scene, load_scene
 
 TABLES: dict[str, Any] = {
@@ -68,7 +68,9 @@ def test_stribeck_without_a_fall_is_regularised() -> None:
     assert final(flat) == pytest.approx(final(dry("regularised", epsilon="0.01")), rel=1e-11)
 
 
-@pytest.mark.parametrize(("precision", "digits"), [("double-double", 28), ("triple-double", 43)])
+@pytest.mark.parametrize(
+    ("precision", "digits"), [("double-double", 28), more("triple-double", 43)]
+)
 def test_several_doubles_have_an_exponential(precision: str, digits: int) -> None:
     truth, found = tt.integrate(STRIBECK, "mp").state, tt.integrate(STRIBECK, precision).state
     for name, value in found.values.items():

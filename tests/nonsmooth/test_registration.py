@@ -32,6 +32,7 @@ def test_a_viscous_top_on_a_rigid_table_imports_none_of_it() -> None:
 
 
 # negative control of the test above
+@pytest.mark.evidence
 def test_coulomb_friction_imports_it() -> None:
     assert {"tt_precise.nonsmooth", "tt_precise.nonsmooth.backend"} <= {
         *imported("coulomb-stick-slip")

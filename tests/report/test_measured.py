@@ -99,6 +99,7 @@ def test_a_table_of_something_else_is_refused_by_name(
         [make(tmp_path) for make in sections]
 
 
+@pytest.mark.evidence
 def test_findings_and_figures_are_computed_from_the_table(tmp_path: Path) -> None:
     measure(tmp_path)
     section = measured.tradeoff(tmp_path)

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from tests.conftest import more
 from tests.report.conftest import problems
 from tt_precise.claims.evidence.run import REFERENCE
 from tt_precise.report import solution
@@ -12,7 +13,12 @@ from tt_precise.report import solution
 
 @pytest.mark.parametrize(
     "draw",
-    [solution.figure_2, solution.figure_7, solution.deforming_potential, solution.axis_at_the_pole],
+    [
+        solution.figure_2,
+        more(solution.figure_7),
+        more(solution.deforming_potential),
+        solution.axis_at_the_pole,
+    ],
 )
 def test_a_figure_is_complete(draw: Any) -> None:
     figure = draw()

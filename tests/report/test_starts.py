@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from tests.conftest import more
 from tests.report.conftest import problems
 from tt_precise.report import starts
 from tt_precise.runtime.cache import fingerprint, unpacked
@@ -16,9 +17,9 @@ FILE = Path(__file__).parents[2] / "reports/measured" / starts.FILE
     "draw",
     [
         starts.times_by_precession,
-        starts.times_by_inclination,
-        starts.map_of_inclination_and_lambda,
-        starts.map_of_friction_and_spin,
+        more(starts.times_by_inclination),
+        more(starts.map_of_inclination_and_lambda),
+        more(starts.map_of_friction_and_spin),
         starts.map_of_precession_and_spin,
     ],
 )

@@ -40,6 +40,7 @@ def test_linear_algebra_of_a_command_has_one_thread_unless_more_are_wanted() -> 
     assert said(unset, two, OURS, threads) == [str(min(2, cores))]
 
 
+@pytest.mark.evidence
 def test_commands_keep_what_they_compile_in_a_small_folder_of_their_own(tmp_path: Path) -> None:
     shown = "from heyoka import llvm_state as kept; print(kept.get_diskcache_path())"
     limit = "print(kept.get_diskcache_limit())"

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from tests.conftest import more
 from tt_precise.runtime import terminal
 from tt_precise.runtime.terminal import one_line, progress_bar, say, silent
 
@@ -39,7 +40,7 @@ def test_a_value_cannot_forge_a_line(capsys: pytest.CaptureFixture[str]) -> None
         assert one_line(text) == text
 
 
-@pytest.mark.parametrize("closed", [">&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize("closed", [more(">&-"), "<&- >&- 2>&-"])
 def test_closed_streams_are_as_dev_null(closed: str, tmp_path: Path) -> None:
     """No file that is opened later takes their place."""
     out = tmp_path / "x.csv"

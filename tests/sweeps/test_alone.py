@@ -42,6 +42,7 @@ def test_a_run_and_the_lanes_make_the_same_row() -> None:
         assert alone["jellett_drift"] < 1e-13
 
 
+@pytest.mark.evidence
 def test_a_row_with_squares_below_doubles_is_integrated_again() -> None:
     """The rate of nu_x was undefined there, and the spot check contradicted the sweep."""
     scene = tt.load_scene("reference").varied(theta="1e-200", mu="1000", until="0.5")
