@@ -320,7 +320,7 @@ class DenseOutput(TimeSpan):
             return self.start_row
         row = tuple(map(self.precision.with_guard_bits, self.propagation.state))
         back = self.precision.mpfr.back
-        return tuple(back(x[0]) for x in self._moved([row], [self.end_time - self._last_time]))
+        return tuple(back(x[0]) for x in self._shift([row], [self.end_time - self._last_time]))
 
     @cached_property
     def _last_time(self) -> Scalar:
@@ -333,9 +333,11 @@ class DenseOutput(TimeSpan):
         if not len(times):
             return []
         back = self.precision.mpfr.back
-        return [tuple(map(back, row)) for row in zip(*self._entries(times, progress), strict=True)]
+        return [
+            tuple(map(back, row)) for row in zip(*self._components(times, progress), strict=True)
+        ]
 
-    def _entries(self, times: Sequence[Scalar], progress: Progress | None) -> tuple[Array, ...]:
+    def _components(self, times: Sequence[Scalar], progress: Progress | None) -> tuple[Array, ...]:
         """The rows at dimensionless ``times`` with guard bits: an array of wide numbers each."""
         number, with_guard_bits = self.precision.number, self.precision.with_guard_bits
         rows: dict[int, Row] = {}
@@ -357,7 +359,7 @@ class DenseOutput(TimeSpan):
             time - with_guard_bits(inner[place]) if place in inner else time * 0
             for place, time in enumerate(times)
         ]
-        return self._moved([rows[place] for place in range(len(times))], delays)
+        return self._shift([rows[place] for place in range(len(times))], delays)
 
     def mpfr_arrays(self, seconds: Array, progress: Progress | None = None) -> tuple[Array, ...]:
         """The rows of any run at ``seconds``, an array for each entry; both in wide numbers.
@@ -369,7 +371,9 @@ class DenseOutput(TimeSpan):
         if not len(seconds):
             return tuple(seconds for _ in range(size))
         if not (parts and self.has_series):
-            return self._entries([self.dimensionless_time(mpfr.back(t)) for t in seconds], progress)
+            return self._components(
+                [self.dimensionless_time(mpfr.back(t)) for t in seconds], progress
+            )
         for time in {min(seconds), max(seconds)}:
             self.dimensionless_time(mpfr.back(time))
         times = mpfr.to_limbs(seconds / mpfr.number(self.start.units.time), MOST_LIMBS)
@@ -465,7 +469,7 @@ class DenseOutput(TimeSpan):
                 raise RuntimeError("the same integration gave another result when it was repeated")
             self.propagation = replace(self.propagation, series=again.series)
 
-    def _moved(self, rows: Sequence[Row], delays: Sequence[Scalar]) -> tuple[Array, ...]:
+    def _shift(self, rows: Sequence[Row], delays: Sequence[Scalar]) -> tuple[Array, ...]:
         """``rows`` at rounded times, moved by ``delays``, as arrays of wide numbers.
 
         heyoka's times are rounded to its precision, which costs up to t eps of state at late times;

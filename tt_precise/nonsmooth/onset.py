@@ -242,7 +242,7 @@ class OnsetOutput(RowwiseOutput):
         """Rows at guarded dimensionless ``times``."""
         return [self._row(time) for time in times]
 
-    def _entries(self, times: Sequence[Scalar], progress: Progress | None) -> tuple[Array, ...]:
+    def _components(self, times: Sequence[Scalar], progress: Progress | None) -> tuple[Array, ...]:
         return tuple(map(self.precision.mpfr.array, zip(*self.rows(times), strict=True)))
 
     def _row(self, time: Scalar) -> Row:

@@ -60,7 +60,7 @@ class RegularisedTimeOutput(RowwiseOutput):
     def _last_time(self) -> Scalar:
         return self.precision.with_guard_bits(self.propagation.state[self._t])
 
-    def _entries(self, times: Sequence[Scalar], progress: Progress | None) -> tuple[Array, ...]:
+    def _components(self, times: Sequence[Scalar], progress: Progress | None) -> tuple[Array, ...]:
         rows, delays = [], []
         for time in times:
             row, delay = self.end_row if time else self.start_row, time * 0
@@ -68,7 +68,7 @@ class RegularisedTimeOutput(RowwiseOutput):
                 row, delay = self._nearest(time)
             rows.append(row)
             delays.append(delay)
-        return self._moved(rows, delays)
+        return self._shift(rows, delays)
 
     @cached_property
     def _knots(self) -> list[tuple[Scalar, Any, Any]]:
