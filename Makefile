@@ -68,7 +68,7 @@ test: $(DEV)
 
 evidence: ## tests marked evidence: more cases of what the default tests show
 evidence: $(DEV)
-	$(PYTEST) -n $(JOBS) --dist worksteal -m $@ $(ARGS)
+	$(PYTEST) -n $(JOBS) --dist worksteal -m "$@ and not (slow or fuzz)" $(ARGS)
 
 slow:     ## tests marked slow: long evidence
 golden:   ## tests marked golden: rebuild the golden data
