@@ -10,9 +10,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy
+import pandas
 
 from tt_precise import golden
 from tt_precise.check.result import CheckRecord
@@ -40,9 +41,6 @@ from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, Check, InputError, Json
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
-
-if TYPE_CHECKING:
-    import pandas
 
 UNTIL, INVERSION_UNTIL = "0.5", "4"  # s
 STEP_SIZES = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))  # s

@@ -21,6 +21,7 @@ from typing import IO, Annotated, Literal
 
 import msgspec
 import numpy
+import pandas
 from msgspec import Meta
 
 from tt_precise.check.conventions import Given, alternatives, convert
@@ -268,8 +269,6 @@ def run(
 
 
 def _parse(text: str, job: dict[str, Json]) -> ProgramRun:
-    import pandas
-
     _require_columns(text)
     try:
         frame = pandas.read_csv(io.StringIO(text), comment="#", skipinitialspace=True)

@@ -13,6 +13,8 @@ import re
 from collections.abc import Sequence
 from difflib import SequenceMatcher
 
+from latex2mathml.converter import convert
+
 GREEK = {
     "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "eps": "ε", "epsilon": "ε",
     "lambda": "λ", "mu": "μ", "nu": "ν", "omega": "ω", "phi": "φ", "pi": "π", "psi": "ψ",
@@ -44,8 +46,6 @@ def mathml(text: str, other: str = "") -> str:
 
     Raises ``SyntaxError``: the text is no formula.
     """
-    from latex2mathml.converter import convert
-
     return str(convert(_marked(text, other, r"\class{differs}{%s}")))
 
 

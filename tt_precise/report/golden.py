@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
+import numpy
+
 from tt_precise import golden
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import TableProof
@@ -253,8 +255,6 @@ def every_scene(names: Sequence[str]) -> Figure:
 
 
 def _panel(name: str) -> Panel:
-    import numpy
-
     stored = store.read_files(name)
     times, angles = (
         numpy.array([float(cell) for cell in stored.trajectory.column(column)])

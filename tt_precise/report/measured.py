@@ -6,7 +6,8 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import pandas
 
 from tt_precise.engines.results import check_of
 from tt_precise.extremes.case import TOPICS, Extremes, families, family_rows
@@ -24,10 +25,6 @@ from tt_precise.runtime import records
 from tt_precise.runtime.records import of_its_form
 from tt_precise.runtime.values import Json
 from tt_precise.tradeoff.findings import ACCURACIES, TABLE, costs, findings, load
-
-if TYPE_CHECKING:
-    import pandas
-
 
 EXTREMES, ENGINES = "extremes.json", "engines.json"
 FAULTS, DROPPED = "fault-amounts.csv", "dropped-terms.csv"
@@ -214,8 +211,6 @@ def _engine_row(row: dict[str, Json]) -> dict[str, str]:
 )
 def faults(folder: Path) -> Content:
     """The smallest faults that the checks detect."""
-    import pandas
-
     conclusion = jellett_alone(pandas.read_csv(folder / DROPPED, keep_default_na=False))
     amounts = pandas.read_csv(folder / FAULTS, dtype=str, keep_default_na=False)
     amounts = amounts.set_index("fault").reset_index()

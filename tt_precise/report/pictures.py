@@ -6,7 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy
+import pandas
 
+from tt_precise.extremes.geometry import digits_of_the_tilt
 from tt_precise.integration.precision import KINDS
 from tt_precise.report import style
 from tt_precise.report.document import Figure
@@ -24,7 +26,6 @@ from tt_precise.tradeoff.findings import (
 )  # fmt: skip
 
 if TYPE_CHECKING:
-    import pandas
     from matplotlib.axes import Axes
 
 
@@ -203,8 +204,6 @@ def all_pictures(points: Sequence[Numbers]) -> list[Figure]:
 @style.figure("extremes-poles", [3.0])
 def digits_near_the_poles(axes: list[Axes]) -> Words:
     """Digits of the tilt that theta keeps near pi, in every precision."""
-    from tt_precise.extremes.geometry import digits_of_the_tilt
-
     decades = range(0, 71, 2)
     (panel,) = axes
     for precision, colour in PRECISIONS.items():

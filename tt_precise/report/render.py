@@ -10,8 +10,11 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import quote
+
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
 from tt_precise.claims.verdicts import JudgedClaim, Verdict
 from tt_precise.report.document import (
@@ -28,10 +31,6 @@ from tt_precise.report.document import (
 from tt_precise.report.prose import HTML, MARKDOWN, Language
 from tt_precise.runtime import player
 from tt_precise.runtime.values import Json
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
-    from markupsafe import Markup
 
 GOOD = {"reproduced", "rounded", "pass", "ok", "right", "verified", "unchanged", "whole"}
 MIXED = {"partly", "ambiguous", "open", "untestable", "skipped", "misprint"}
@@ -81,8 +80,6 @@ def markdown(report: Report) -> str:
 
 @cache
 def _environment(*, escaped: bool) -> Environment:
-    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-
     environment = Environment(
         loader=ChoiceLoader([PackageLoader("tt_precise.report"), player.templates()]),
         autoescape=escaped,
@@ -187,8 +184,6 @@ def _marked_up(render: Callable[[str], str]) -> Callable[[object], Markup]:
 
 
 def _safe(text: str) -> Markup:
-    from markupsafe import Markup
-
     return Markup(text)
 
 
@@ -214,8 +209,6 @@ def _pair(claim: JudgedClaim, language: Language) -> tuple[str, str]:
 
 
 def _image(figure: Figure) -> Markup:
-    from markupsafe import Markup
-
     svg = quote(figure.svg[figure.svg.index("<svg") :].replace('"', "'"), safe=_AS_THEY_ARE)
     return Markup("data:image/svg+xml," + svg)
 

@@ -13,6 +13,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy
+import pandas
 
 from tt_precise.claims.evidence import sweeps
 from tt_precise.mechanics.thresholds import lambda_thres
@@ -26,7 +27,6 @@ from tt_precise.sweeps.run import integrate_tables, lambda_of_start, sweep_pool
 from tt_precise.sweeps.specification import SweepSpec
 
 if TYPE_CHECKING:
-    import pandas
     from matplotlib.axes import Axes
 
 UNTIL = "20"  # Horizon in s.
@@ -152,8 +152,6 @@ def map_rows(name: str) -> pandas.DataFrame:
 
 def compute() -> pandas.DataFrame:
     """Integrate the maps."""
-    import pandas
-
     tables = []
     with sweep_pool() as pool:
         for name, (x, y) in MAPS.items():

@@ -9,15 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy
+import pandas
 
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.values import Array
-
-if TYPE_CHECKING:
-    import pandas
 
 SCENE = "reference"
 WORKLOAD = "reference workload"
@@ -62,8 +60,6 @@ class TradeoffTables(NamedTuple):
 
 def load(folder: Path) -> TradeoffTables:
     """The tables in a folder."""
-    import pandas
-
     files = [folder / name for name in (TABLE, GROWTH, ESTIMATES)]
     return TradeoffTables(*(pandas.read_csv(file) if file.is_file() else None for file in files))
 

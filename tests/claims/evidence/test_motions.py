@@ -161,6 +161,6 @@ def test_the_own_way_is_close_and_its_errors_are_seen() -> None:
 def test_a_solver_that_fails_raises(
     solver: str, answer: Any, given_up: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(f"scipy.integrate.{solver}", lambda *_, **__: answer)
+    monkeypatch.setattr(f"tt_precise.claims.evidence.motions.{solver}", lambda *_, **__: answer)
     with pytest.raises(ArithmeticError, match=r"gave .*up: (steps|Excess work)"):
         given_up(variant(until="0.31"))

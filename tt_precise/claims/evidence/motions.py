@@ -14,6 +14,10 @@ from fractions import Fraction
 from functools import cache
 from typing import NamedTuple
 
+import numpy
+from scipy.integrate import odeint, solve_ivp
+from scipy.optimize import brentq, minimize_scalar
+
 from tt_precise.claims.evidence.run import Run, SceneLike, variant
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.stability import eigenvalues, linearised
@@ -63,8 +67,6 @@ def minima(body: Parameters, D: float, lambda_: float) -> list[float]:
 
     Minima within 3e-4 rad of a pole are not found: there 1 - z^2 has lost half of its digits.
     """
-    import numpy
-
     u = numpy.linspace(-9.0, 9.0, 20_001)
     V = effective_potential(body, numpy.tanh(u), D, lambda_, numpy)
     inside = numpy.flatnonzero((V[1:-1] < V[:-2]) & (V[1:-1] <= V[2:])) + 1
@@ -79,8 +81,6 @@ def swing_time(body: Parameters, D: float, E_tilde: float, lambda_: float) -> fl
     The time is the integral of sqrt(g/(E~ - V)) over theta, smooth in the angle that turns the
     walls' inverse square roots into constants.
     """
-    import numpy
-    from scipy.optimize import brentq, minimize_scalar
 
     def V(theta: float) -> float:
         return float(effective_potential(body, math.cos(theta), D, lambda_, math))
@@ -193,8 +193,6 @@ class Past(NamedTuple):
 @cache
 def past(scene: SceneLike = "reference", tolerance: float = TOLERANCE) -> Past:
     """Follow a scene's start back to the horizon, or to the begin of contact."""
-    from scipy.integrate import solve_ivp
-
     start = Run(scene).trajectory().start
     exact = start.body
     body = exact.numbers(float)
@@ -234,9 +232,6 @@ def paper_odeint(scene: SceneLike = "reference") -> tuple[EulerState, float]:
 
     The columns of the Euler state (SI), and the largest relative change of lambda.
     """
-    import numpy
-    from scipy.integrate import odeint
-
     loaded = variant(scene, sample_every=OUTPUT_S)
     body = loaded.body.numbers(float)
     begin = [loaded.start.theta.radians(math, float)]

@@ -12,12 +12,16 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
 from itertools import count, pairwise, takewhile
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy
+import pandas
 
 from tt_precise.claims.evidence.proved import SceneLike, proofs_of
 from tt_precise.claims.verdicts import Value
 from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.exact.thresholds import Thresholds, lambda_at_start, thresholds
+from tt_precise.golden.proofs import Established
 from tt_precise.integration import Trajectory, catalogue, integrate
 from tt_precise.integration.events import Event
 from tt_precise.integration.inversion import InversionTimes, times_of
@@ -27,11 +31,6 @@ from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Quantity
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.scene import Scene, load_scene
-
-if TYPE_CHECKING:
-    import pandas
-
-    from tt_precise.golden.proofs import Established
 
 FINE, WHERE_REFUSED = "double-double", "quad"
 GAUSS = 6  # Nodes of Gauss's rule in an interval; a nutation of 37 ms has 16 intervals.
@@ -113,8 +112,6 @@ class Run:
 
     def column(self, name: Observable, times: Iterable[float]) -> Array:
         """One quantity at ``times``, in double."""
-        import numpy
-
         return numpy.array(exact(self.trajectory(), name, *times), float)
 
     def value(self, name: Observable, t: float) -> float:
@@ -123,8 +120,6 @@ class Run:
 
     def sampled(self, names: Iterable[str], every: str = "0.001") -> pandas.DataFrame:
         """A float table of quantities over the whole run, every ``every`` seconds (exact)."""
-        import pandas
-
         times = (float(i * Fraction(every)) for i in count())
         return pandas.DataFrame(self.columns(names, takewhile(self.whole.has, times)))
 
@@ -209,8 +204,6 @@ class Run:
 
     def extrema(self, name: Observable, span: Span | None = None) -> tuple[Array, Array]:
         """Times and values of a quantity's local extrema within ``span``, and at its ends."""
-        import numpy
-
         times, values = (numpy.array(column, float) for column in _extrema(self.scene, name))
         if span is None:
             return times, values
@@ -223,8 +216,6 @@ class Run:
 
     def rises_and_falls(self, name: Observable, span: Span | None = None) -> tuple[float, float]:
         """The sum of all rises of a quantity, and the sum of all its falls (both positive)."""
-        import numpy
-
         swings = numpy.diff(self.extrema(name, span)[1])
         return float(swings[swings > 0].sum()), float(-swings[swings < 0].sum())
 
@@ -256,8 +247,6 @@ class Run:
 
     def mean(self, name: Observable, span: Span | None = None) -> float:
         """The time average of a quantity, by Gauss's rule on monotonic intervals up to 5 ms."""
-        import numpy
-
         times = self.extrema(name, span)[0]
         times = numpy.union1d(times, numpy.arange(times[0], times[-1], 5e-3))
         nodes, weights = numpy.polynomial.legendre.leggauss(GAUSS)
@@ -324,8 +313,6 @@ def exact(run: Trajectory, name: Observable, *times: Scalar) -> list[Scalar]:
 
 def rows_of(run: Trajectory, *names: str) -> pandas.DataFrame:
     """The rows of a trajectory's table of events that have one of these names; without errors."""
-    import pandas
-
     events = pandas.DataFrame(run.event_table(at=names))
     return events[events["name"].isin(names)].reset_index(drop=True)
 

@@ -17,7 +17,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING
+
+import numpy
+import pandas
 
 from tt_precise.claims import verdicts
 from tt_precise.claims.verdicts import Part
@@ -27,9 +29,6 @@ from tt_precise.runtime.values import Array, Json
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps.run import integrate_tables, lambda_of_start, sweep_pool
 from tt_precise.sweeps.specification import STARTS, SweepSpec, blocks
-
-if TYPE_CHECKING:
-    import pandas
 
 UNTIL = "12"  # Horizon in s; the paper's figures end at 8 s, before some climbs do.
 CONTINUED = "60"  # Horizon in s of starts whose climb has not ended by ``UNTIL``.
@@ -110,8 +109,6 @@ def starts(names: str | Iterable[str], contact: str) -> pandas.DataFrame:
     all starts, also after loss of contact with g_n < 0 as in the paper; "unilateral": all starts,
     ended where contact is lost.
     """
-    import pandas
-
     wanted = (names,) if isinstance(names, str) else tuple(names)
     if unknown := set(wanted).difference(each.name for each in SERIES):
         raise ValueError(f"series: got {unknown}, expected {[each.name for each in SERIES]}")
@@ -126,8 +123,6 @@ def starts(names: str | Iterable[str], contact: str) -> pandas.DataFrame:
 
 def compute() -> pandas.DataFrame:
     """Integrate everything; the table that ``rows`` gives."""
-    import pandas
-
     spec = SweepSpec(swept_scene(), names=STARTS, record=RECORD)
     with sweep_pool() as pool:
         first = integrate_tables(pool, spec, list(_starts()))
@@ -190,8 +185,6 @@ def swept_scene() -> Scene:
 
 def _starts() -> Iterator[tuple[str, Array, Array]]:
     """(series, index, start values of shape (rows, six)) of every series."""
-    import numpy
-
     scene = swept_scene()
     reference = [float(getattr(scene.start, name)) for name in STARTS if name != "theta"]
     reference.insert(STARTS.index("theta"), scene.start.theta.radians(math, float))

@@ -9,6 +9,9 @@ from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
+import sympy
+from sympy.polys.matrices import DomainMatrix
+
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.formulas import chart, equal, evaluate, motion, parse, quantity
 from tt_precise.claims.evidence.motions import minima, minimum, swing_time
@@ -109,8 +112,6 @@ def equivalent_form(factor: str = DETERMINANT) -> Grounds:
 
 def _determinant() -> Scalar:
     """The determinant of the integrated form in the derivatives of the last five components."""
-    from sympy.polys.matrices import DomainMatrix
-
     symbols, q = chart(), motion()
     body, field = symbols.body, symbols.field
 
@@ -156,8 +157,6 @@ def rationality_condition(printed: str = CONDITION, remark: str = SQUARE_NOTE) -
 
 def _square(text: str) -> Part:
     """Test for a double root of d(z), which makes it a square, when sigma is ``text``."""
-    import sympy
-
     alpha, gamma, z = sympy.symbols("alpha gamma z", positive=True)
     sigma = parse(text, {"gamma": gamma, "alpha": alpha})
     body: Any = SimpleNamespace(alpha=alpha, gamma=gamma, sigma=sigma)
@@ -210,8 +209,6 @@ def functions_of_the_spins(printed: Mapping[str, str]) -> Grounds:
 
 
 def _of_the_spin(name: str, text: str) -> Part:
-    import sympy
-
     body = Parameters(*sympy.symbols("m R alpha I1 I3 g mu", positive=True))
     spin = sympy.Symbol("L", positive=True)
     upright = name.endswith(("0", "upright spin"))

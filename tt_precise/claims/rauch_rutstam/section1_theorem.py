@@ -6,6 +6,7 @@ import math
 from fractions import Fraction
 from itertools import pairwise
 
+import sympy
 from msgspec.structs import replace
 
 from tt_precise.claims.claim import claims_of
@@ -132,8 +133,6 @@ def _tumbling_condition() -> Part:
 )
 def thresholds_in_order(lowest: str = "1 - alpha**2") -> Grounds:
     """For 1 - alpha^2 < gamma < 1 + alpha, lambda_thres is the larger threshold."""
-    import sympy
-
     w, u = sympy.symbols("w u", positive=True)
     alpha = 1 / (1 + w)  # w > 0 runs through 0 < alpha < 1, u > 0 through gamma > lowest
     gamma = parse(lowest, {"alpha": alpha}) + u
@@ -226,7 +225,6 @@ def _stays(q: Motion) -> bool:
 )
 def inverted_state(axis: int = 1) -> Grounds:
     """The inverted spinning solution as printed."""
-    import sympy
 
     def state(k: int) -> str:
         axis = "z_hat" if k > 0 else "-z_hat"

@@ -6,7 +6,10 @@ import math
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import pairwise
-from typing import TYPE_CHECKING
+
+import numpy
+import pandas
+from scipy.optimize import least_squares
 
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.motions import paper_odeint, state_errors
@@ -43,9 +46,6 @@ from tt_precise.integration.inversion import NEEDED
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.runtime.values import Array, Scalar
 from tt_precise.scene.scene import Scene
-
-if TYPE_CHECKING:
-    import pandas
 
 claim = claims_of(RAUCH_RUTSTAM, "2.1")
 DEFINITION = (
@@ -468,9 +468,6 @@ def narrowing_band(run: Run = REFERENCE) -> Grounds:
 
 def _logistic_fit(name: str, run: Run, span: Span) -> tuple[float, float, float]:
     """Rate (1/s), centre (s), and the share of the variance that the fitted curve leaves."""
-    import numpy
-    from scipy.optimize import least_squares
-
     times = numpy.linspace(span.begin, span.end, 2000)
     values = run.column(name, times)
 

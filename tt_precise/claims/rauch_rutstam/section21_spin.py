@@ -6,6 +6,8 @@ import math
 from functools import partial
 from itertools import pairwise
 
+import numpy
+
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.formulas import chart, equal, names, parse, quantity
 from tt_precise.claims.evidence.proved import sign_of_precession
@@ -123,8 +125,6 @@ def quotient_after(sign: str = "positive", printed: str = "3.2", run: Run = REFE
 )
 def amplitude_falls(name: str = "phi_dot", run: Run = REFERENCE) -> Grounds:
     """From t_init on the amplitude of phi_dot decreases as theta rises."""
-    import numpy
-
     span = Span(run.climb.begin, run.equator)
     times, values = run.extrema(name, span)
     swings = abs(numpy.diff(values)) / 2
@@ -186,8 +186,6 @@ def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> Grounds:
 )
 def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> Grounds:
     """Near both moments the oscillations of phi_dot and psi_dot cancel in omega_3."""
-    import numpy
-
     parts = {}
     for when, t in zip(("initiation", "ending"), run.climb, strict=True):
         span = Span(t - 0.1, min(t + 0.1, run.whole.end))

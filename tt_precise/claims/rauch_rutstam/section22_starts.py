@@ -6,8 +6,8 @@ import math
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
+import pandas
 from msgspec.structs import replace
 
 from tt_precise.claims.claim import claims_of
@@ -29,9 +29,6 @@ from tt_precise.integration import Trajectory
 from tt_precise.integration.precision import precision_named
 from tt_precise.runtime.values import Scalar
 from tt_precise.scene.scene import load_scene
-
-if TYPE_CHECKING:
-    import pandas
 
 claim = claims_of(RAUCH_RUTSTAM, "2.2")
 PHI_DOTS = tuple(str(195 + half / 2) for half in range(11))

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from functools import cache, partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
+import pandas
+import sympy
 from msgspec.structs import replace
+from scipy.optimize import minimize
 
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.run import REFERENCE, Run, variant
@@ -40,9 +42,6 @@ from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import E, Motion, jellett
 from tt_precise.runtime.values import Scalar
-
-if TYPE_CHECKING:
-    import pandas
 
 claim = claims_of(RAUCH_RUTSTAM, "2.2")
 ABC = ("A", "B", "C")
@@ -616,8 +615,6 @@ def longest_where_energy_is_least(close: str = CLOSE) -> Grounds:
 )  # fmt: skip
 def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -> Grounds:
     """lambda does not depend on theta_dot, nu_x and nu_y."""
-    import sympy
-
     body = Parameters(*sympy.symbols("m R alpha I1 I3 g mu", positive=True))
     state = EulerState(*sympy.symbols(" ".join(EulerState._fields), real=True))
     lambda_ = jellett(Motion(body, vectors_from_euler(body, state, sympy), sympy))
@@ -673,8 +670,6 @@ def _energy(start: dict[str, float]) -> float:
 @cache
 def least_energy() -> dict[str, float]:
     """The least energy among starts with the reference's theta(0) and lambda, and where it is."""
-    from scipy.optimize import minimize
-
     names, scales = ("phi_dot", "theta_dot", "nu_x", "nu_y"), (100.0, 1.0, 0.1, 0.1)
 
     def energy(x: Scalar) -> float:

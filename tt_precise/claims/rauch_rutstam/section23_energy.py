@@ -5,6 +5,8 @@ from __future__ import annotations
 from fractions import Fraction
 from itertools import pairwise
 
+import numpy
+import sympy
 from msgspec.structs import replace
 
 from tt_precise.claims.claim import claims_of
@@ -175,8 +177,6 @@ def symmetry_of_inertia(factor: int = 1) -> Grounds:
 )
 def symmetry_as_the_reason(equality: str = "omega_dot.L=omega.L_dot") -> Grounds:
     """Axial symmetry is why omega_dot.L = omega.L_dot."""
-    import sympy
-
     A, B, C = sympy.symbols("A B C", positive=True)
     omega = sympy.Matrix(sympy.symbols("p q r"))
     omega_dot = sympy.Matrix(sympy.symbols("p_dot q_dot r_dot"))
@@ -536,8 +536,6 @@ def where_the_energy_comes_from(
 
 
 def _correlation(name: str, run: Run) -> float:
-    import numpy
-
     times = list(numpy.arange(0.0, run.whole.end, 5e-4))
     columns = run.columns([name, "E_dot"], times)
     return float(numpy.corrcoef(columns[name], columns["E_dot"])[0, 1])

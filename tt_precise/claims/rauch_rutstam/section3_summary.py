@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING
+
+import pandas
 
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.formulas import equal, motion, names, parse, prove_identity, rate_of
@@ -48,9 +49,6 @@ from tt_precise.claims.verdicts import (
 )
 from tt_precise.mechanics import euler, thresholds
 from tt_precise.mechanics.vectors import cross, dot
-
-if TYPE_CHECKING:
-    import pandas
 
 claim = claims_of(RAUCH_RUTSTAM, "3")
 FACTOR = 10  # "large"
