@@ -426,7 +426,7 @@ class Trajectory(Hints):
         return not_alternating(happened, self.setup.watched)
 
     @cached_property
-    def drift(self) -> Drifts:
+    def drift(self) -> dict[str, Any]:
         """Largest relative drift of each conserved quantity, over samples and end.
 
         ``drift["lambda"]`` is ``drift["jellett"]``.
@@ -437,7 +437,7 @@ class Trajectory(Hints):
         number = float if self.precision.is_float else self.precision.context.mpf
         return Drifts((n, number(max(values))) for n, values in self.drift_over_time().items())
 
-    def drift_over_time(self) -> Drifts:
+    def drift_over_time(self) -> dict[str, Any]:
         """Relative drift of each conserved quantity, at each of ``sample_times``.
 
         Each drift is a float64 array in double, otherwise a list of mpmath numbers.
