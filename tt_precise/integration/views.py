@@ -40,12 +40,6 @@ if TYPE_CHECKING:
 
 WIDTH, PANEL = 7.0, 1.55  # inches
 ENERGIES = ("E", "E_rot", "E_trans", "E_pot")
-LABELS = {
-    "theta": r"$\theta$", "theta_dot": r"$\dot\theta$", "phi_dot": r"$\dot\varphi$",
-    "omega_3": r"$\omega_3$", "nu_x": r"$\nu_x$", "nu_y": r"$\nu_y$", "g_n": r"$g_n$",
-    "E": r"$E$", "E_rot": r"$E_{rot}$", "E_trans": r"$E_{trans}$", "E_pot": r"$E_{pot}$",
-    "lambda": r"$\lambda$", "psi_dot": r"$\dot\psi$", "E_tilde": r"$\tilde E$",
-}  # fmt: skip
 
 
 def columns_of(
@@ -158,7 +152,7 @@ def _events(axes: Axes, run: Solution, curves: int) -> None:
 def _label(name: str) -> str:
     if name.startswith(ERROR):
         return f"error of {_label(name.removeprefix(ERROR))}"
-    return LABELS.get(name, name)
+    return plotting.SYMBOLS.get(name, name)
 
 
 FORMATS = (".gif", ".html", ".mp4")

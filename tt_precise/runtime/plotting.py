@@ -24,6 +24,18 @@ BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#000000", "#767676"
 CYCLE = (BLUE, ORANGE, GREEN, RED, SKY, PURPLE, BLACK, GREY)
 FORMATS = (".svg", ".png", ".pdf")
+# The names of columns and parameters as the paper prints them.
+SYMBOLS = {
+    "theta": r"$\theta$", "theta_dot": r"$\dot\theta$", "phi_dot": r"$\dot\varphi$",
+    "psi_dot": r"$\dot\psi$", "omega_3": r"$\omega_3$", "nu_x": r"$\nu_x$", "nu_y": r"$\nu_y$",
+    "g_n": "$g_n$", "E": "$E$", "E_rot": "$E_{rot}$", "E_trans": "$E_{trans}$",
+    "E_pot": "$E_{pot}$", "E_tilde": r"$\tilde E$", "lambda": r"$\lambda$",
+    "mu": r"$\mu$", "alpha": r"$\alpha$",
+    "I1": "$I_1$", "I3": "$I_3$", "m": "$m$", "R": "$R$", "g": "$g$",
+    "t_init": r"$t_{\theta\approx0}$", "t_end": r"$t_{\theta\approx\pi}$", "climb": "$T_{inv}$",
+    "lambda_ratio": r"$\lambda/\lambda_{thres}$", "t_equator": r"$t_{\theta=\pi/2}$",
+    "t_stop": "end of the row", "jellett_drift": r"drift of $\lambda$",
+}  # fmt: skip
 DPI = 150  # Pixels in an inch of a PNG.
 POINTS = 72  # Points in an inch; SVG sizes are in points.
 BINS = 700  # Intervals of time across a panel; each keeps first, least, greatest, last value.

@@ -12,6 +12,7 @@ from tt_precise.runtime.plotting import (
     ORANGE,
     PURPLE,
     RED,
+    SYMBOLS,
     new_figure,
     styled,
 )
@@ -33,15 +34,6 @@ STYLES = {
     "inverts": (BLUE, "o"), "does_not_invert": (ORANGE, "^"), "undecided": (GREY, "."),
     "contact_lost": (RED, "x"), "singular_contact": (PURPLE, "s"), "landed": (GREEN, "v"),
     "failed": (BLACK, "*"),
-}  # fmt: skip
-SYMBOLS = {
-    "theta": r"$\theta$", "theta_dot": r"$\dot\theta$", "phi_dot": r"$\dot\varphi$",
-    "psi_dot": r"$\dot\psi$", "omega_3": r"$\omega_3$", "nu_x": r"$\nu_x$", "nu_y": r"$\nu_y$",
-    "g_n": "$g_n$", "E": "$E$", "lambda": r"$\lambda$", "mu": r"$\mu$", "alpha": r"$\alpha$",
-    "I1": "$I_1$", "I3": "$I_3$", "m": "$m$", "R": "$R$", "g": "$g$",
-    "t_init": r"$t_{\theta\approx0}$", "t_end": r"$t_{\theta\approx\pi}$", "climb": "$T_{inv}$",
-    "lambda_ratio": r"$\lambda/\lambda_{thres}$", "t_equator": r"$t_{\theta=\pi/2}$",
-    "t_stop": "end of the row", "jellett_drift": r"drift of $\lambda$",
 }  # fmt: skip
 LABELS = {
     "min": "least {}", "max": "largest {}", "start": "{} at the start", "end": "{} at the end",
