@@ -40,6 +40,21 @@ def test_the_tail_bounds_what_a_smooth_function_leaves_out(count: int) -> None:
     assert abs(values - 1 / ((u + 1) / 2 + 0.3)).max() <= polynomials.tail[0]
 
 
+@pytest.mark.parametrize("count", [8, 14])
+def test_the_three_bases_have_one_polynomial(count: int) -> None:
+    values = numpy.random.default_rng(count).normal(size=(count, 1))
+    polynomials = through(values, numpy.array([False]))
+    powers = numpy.vander(2 * nodes(count) - 1, count, increasing=True)
+    assert powers @ polynomials.monomials == pytest.approx(values, abs=1e-11)
+    assert (polynomials.bernstein[[0, -1]] == values[[0, -1]]).all()
+    last = numpy.polynomial.chebyshev.chebfit(2 * nodes(count) - 1, values[:, 0], count - 1)
+    assert polynomials.tail[0] == pytest.approx(abs(last[-3:]).sum(), rel=1e-10)
+    middle = polynomials.bernstein
+    while len(middle) > 1:  # de Casteljau at 1/2
+        middle = (middle[1:] + middle[:-1]) / 2
+    assert middle[0] == pytest.approx(polynomials.monomials[0], abs=1e-11)
+
+
 def with_zeros(zeros: list[float]) -> numpy.ndarray:
     return numpy.polynomial.polynomial.polyfromroots(zeros)
 

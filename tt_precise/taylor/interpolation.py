@@ -20,6 +20,7 @@ from tt_precise.runtime.values import Array
 # Halvings of an interval between two zeros of a derivative; nearer zeros count as one.
 MOST_BISECTIONS = 30
 LAST = 4  # Chebyshev's coefficients that bound what a polynomial leaves out.
+COSINE_BITS = 200  # Bits of the cosines of the nodes, of which conversions lose some 20.
 # Length of a step of Newton's that is not taken. Lengths are squared from step to step, so that the
 # next one is a length times the square of its ratio to the one before.
 SETTLED = 2.0**-53
@@ -50,25 +51,37 @@ def nodes(count: int) -> Array:
 def _matrix(count: int) -> Array:
     """Matrix from values at the nodes to coefficients: Bernstein's, the last Chebyshev's, monomial.
 
-    One product with it is faster than three, whose results need new memory each.
+    One product with it is faster than three, whose results need new memory each. Cosines are
+    integers of ``COSINE_BITS``, and the rest is exact, so that each entry is rounded once.
     """
-    from mpmath import chebyt, cos, matrix, mp, pi
+    from mpmath import mp, mpf
 
-    n = count - 1
-    with mp.workdps(60):
-        positions = [-cos(pi * j / n) for j in range(count)]
-        bases = (
-            lambda u, k: math.comb(n, k) * (1 + u) ** k * (1 - u) ** (n - k) / 2**n,
-            lambda u, k: chebyt(k, u),
-            lambda u, k: u**k,
-        )
-        found = [
-            matrix([[base(u, k) for k in range(count)] for u in positions]) ** -1 for base in bases
+    n, numbers = count - 1, range(count)
+    with mp.workprec(2 * COSINE_BITS):
+        turn = [int(mp.ldexp(mp.cospi(mpf(j) / n), COSINE_BITS)) for j in range(2 * n)]
+    ends = [1 if j in (0, n) else 2 for j in numbers]
+    # the discrete cosine transform, at nodes that rise from -1
+    chebyshev = numpy.array(
+        [[(-1) ** k * ends[j] * ends[k] * turn[j * k % (2 * n)] for j in numbers] for k in numbers],
+        dtype=object,
+    )
+    bernstein = [
+        [
+            sum((-1) ** (k - j) * math.comb(2 * k, 2 * j) * math.comb(n - k, i - j)
+                for j in range(min(i, k) + 1) if i - j <= n - k)
+            for k in numbers
         ]
-        bernstein, chebyshev, monomials = (
-            numpy.array(inverse.tolist(), dtype=float) for inverse in found
-        )
-    return numpy.concatenate([bernstein, chebyshev[-LAST:], monomials])
+        for i in numbers
+    ]  # fmt: skip
+    monomial = numpy.zeros((count, count), dtype=object)
+    monomial[0, 0] = monomial[1, 1] = 1
+    for k in numbers[2:]:
+        monomial[1:, k] = 2 * monomial[:-1, k - 1]
+        monomial[:, k] -= monomial[:, k - 2]
+    scale = 2 * n * 2**COSINE_BITS
+    shares = numpy.array([[scale * math.comb(n, i)] for i in numbers], dtype=object)
+    parts = numpy.array(bernstein, dtype=object) @ chebyshev / shares, chebyshev[-LAST:] / scale
+    return numpy.concatenate([*parts, monomial @ chebyshev / scale]).astype(float)
 
 
 def through(table: Array, bent: Array) -> Polynomials:
