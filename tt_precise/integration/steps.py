@@ -20,8 +20,6 @@ from tt_precise.scene.initial_state import InitialState
 from tt_precise.taylor.machine import MOST_LIMBS
 from tt_precise.taylor.system import StepBlock
 
-CACHED = 256  # Steps whose series stay in the cache while they are read.
-
 Rows = Callable[[Array, Array], tuple[Array, Sequence[Array]]]
 """Function of steps and positions in them that gives times and components."""
 
@@ -88,16 +86,12 @@ class Steps:
         steps, components, count = self.series.shape
         row = numpy.empty((components, len(positions), steps))
         size, last, before = numpy.empty((3, components, steps))
-        powers = powers_of(positions, count)
-        for first in range(0, steps, CACHED):
-            here = slice(first, first + CACHED)
-            span = powers_of(self.span[here], count)
-            terms = numpy.multiply(self.series[here].transpose(1, 2, 0), span.T, order="C")
-            row[:, :, here] = powers @ terms
+        powers, span = powers_of(positions, count), powers_of(self.span, count).T
+        for i in range(components):  # one at a time, whose terms stay in the cache
+            terms = self.series[:, i].T * span
+            row[i] = powers @ terms
             terms = numpy.abs(terms, out=terms)
-            size[:, here], before[:, here], last[:, here] = (
-                terms.max(axis=1), terms[:, -2], terms[:, -1],
-            )  # fmt: skip
+            size[i], before[i], last[i] = terms.max(axis=0), terms[-2], terms[-1]
         return Sampled(row, size, (last, before))
 
     def inside(self, step: Array, position: Array) -> Array:
@@ -109,8 +103,9 @@ class Steps:
 
 def powers_of(x: Array, count: int) -> Array:
     """Return the powers 0 to ``count`` - 1 of numbers, along the last axis."""
-    powers: Array = numpy.vander(x.ravel(), count, increasing=True).reshape(*x.shape, count)
-    return powers
+    powers = numpy.ones((count, *x.shape))
+    powers[1:] = x
+    return numpy.moveaxis(numpy.multiply.accumulate(powers, axis=0, out=powers), 0, -1)
 
 
 def _rows_from(
