@@ -156,7 +156,7 @@ COMBINED = "the quaternion has its scalar last; the angular velocity is in the b
         pytest.param(
             one, velocity,
             marks=[pytest.mark.slow] * (one in MORE_UNITS or (not velocity and one != COMBINED))
-            or [pytest.mark.evidence] * (one in PARTS),
+            or [pytest.mark.evidence] * (one in PARTS or (velocity and one == COMBINED)),
         )
         for one in CONVENTIONS
         for velocity in (True, False)

@@ -36,7 +36,14 @@ def test_the_first_case_of_each_family_and_a_topic_can_be_chosen() -> None:
 
 @pytest.mark.parametrize(
     "family",
-    [name if name in SAMPLE else pytest.param(name, marks=pytest.mark.slow) for name in FAMILIES],
+    [
+        pytest.param(
+            name,
+            marks=[pytest.mark.slow] * (name not in SAMPLE)
+            or [pytest.mark.evidence] * (FAMILIES[name].family.topic in ("machine", "time")),
+        )
+        for name in FAMILIES
+    ],
 )
 def test_every_control_fails(family: str) -> None:
     one = FAMILIES[family]
