@@ -17,8 +17,8 @@ from tt_precise.extremes.runs import (
     distance,
     exact_start,
     integrating,
-    quad,
     tilt_error,
+    triple_double,
     varied,
 )
 from tt_precise.integration import integrate
@@ -173,15 +173,16 @@ def passing(k: int, precision: str, integrate: Integrate = integrate) -> Finding
 
 @case(
     "Euler form past the pole at 1e-{k} rad",
-    source="the state from Newton's form in quad; steps of e^-2 times the distance from the spike "
-    "(the rule of Jorba and Zou) make 34 a decade, fewer where its height loosens the tolerance",
+    source="the state from Newton's form in triple-double; steps of e^-2 times the distance from "
+    "the spike (the rule of Jorba and Zou) make 34 a decade, fewer where its height loosens the "
+    "tolerance",
     over={"k": (2, 4, 6, 8, 10, 12)},
     control={"integrate": integrating(omega_3="1e-13")},
 )
 def euler_passing(k: int, integrate: Integrate = integrate) -> Findings:
     """No digit of the state is lost; the price is steps, in proportion to the decades."""
     euler = integrate(passage(k), formulation="euler", record=("phi",))
-    newton = quad(passage(k))
+    newton = triple_double(passage(k))
     if euler.status != "complete":
         return CaseOutcome(f"{euler.status} at {euler.t_end} s", False)
     # the first 15 steps are those before the approach, as many as Newton's form takes in all

@@ -11,7 +11,7 @@ from functools import cache
 import numpy
 
 from tt_precise.extremes.case import CaseOutcome, Findings, case, equal, finite, within
-from tt_precise.extremes.runs import EPS, Integrate, distance, integrating, quad, varied
+from tt_precise.extremes.runs import EPS, Integrate, distance, integrating, triple_double, varied
 from tt_precise.extremes.variational import sensitivity
 from tt_precise.integration import integrate
 from tt_precise.integration.columns import Columns
@@ -137,10 +137,10 @@ def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Findin
     control={"integrate": integrating(omega_3="1e-12")},
 )  # fmt: skip
 def sampling(every: str, until: str, integrate: Integrate = integrate) -> Findings:
-    """The first, the second, the middle and the last sample have the state of quad."""
+    """The first, the second, the middle and the last sample have the state of triple-double."""
     horizon, step = Fraction(until), Fraction(every)
     scene = replace(load_scene("reference"), until=horizon, sample_every=step)
-    run, fine = integrate(scene), quad(scene)
+    run, fine = integrate(scene), triple_double(scene)
     times = scene.sample_times
     chosen = {times[0], times[min(1, len(times) - 1)], times[len(times) // 2], times[-1]}
     worst = float(max(distance(run, fine, t) for t in chosen))

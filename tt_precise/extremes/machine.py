@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
 from tt_precise.extremes.case import CaseOutcome, Findings, case, equal, finite, within
-from tt_precise.extremes.runs import EPS, distance, quad, varied
+from tt_precise.extremes.runs import EPS, distance, triple_double, varied
 from tt_precise.extremes.variational import sensitivity
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.setup import Setup
@@ -52,14 +52,16 @@ def _allowed(until: str) -> float:
     control={"wrong": {"alpha": "1e-11"}},
 )
 def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Findings:
-    """Double rounds in another way: no further from quad than condition times eps allows."""
+    """Double rounds in another way, no further from the truth than condition times eps allows."""
     scene = varied(until=HORIZON_S).perturbed(**(wrong or {}))
     run = Trajectory.of(scene, Setup.of(scene, options=FLAGS[flag]))
     plain = varied(until=HORIZON_S)
     moved = distance(run, integrate(plain)) / EPS
     finite([moved])
     return (
-        within(distance(run, quad(plain)) / EPS, _allowed(HORIZON_S), "eps from quad"),
+        within(
+            distance(run, triple_double(plain)) / EPS, _allowed(HORIZON_S), "eps from triple-double"
+        ),
         equal(run.status, "complete"),
         CaseOutcome(f"moved by {float(moved):.2g} eps"),
     )

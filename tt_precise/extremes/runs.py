@@ -43,14 +43,8 @@ def integrating(**relative: str) -> Integrate:
 
 
 @cache
-def quad(scene: Scene) -> Trajectory:
-    """A run that others are compared with."""
-    return integrate(scene, "quad")
-
-
-@cache
 def triple_double(scene: Scene) -> Trajectory:
-    """A finer and faster run, in triple-double."""
+    """The run that others are compared with, by another integrator and with 46 digits."""
     return integrate(scene, "triple-double")
 
 
