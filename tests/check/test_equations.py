@@ -11,8 +11,10 @@ import pytest
 import tt_precise as tt
 from tests.check.conftest import EULER, VECTORS, Engine, Healthy, check
 from tests.conftest import more
+from tt_precise.check import equations
 from tt_precise.check.columns import COLUMN_SETS, CheckSetup
 from tt_precise.check.equations import Differences, differences
+from tt_precise.check.flow import MOST_STEPS, flow
 from tt_precise.check.sources import open_source
 
 # What explains a failure is tested elsewhere.
@@ -149,3 +151,25 @@ def test_between_sticking_and_slipping_other_equations_are_found() -> None:
         more = {name: getattr(scene.body, name) * Fraction("1.001")}
         other = replace(scene, body=replace(scene.body, **more))
         assert check(frame, other)["equations"].verdict == "fail", name
+
+
+@without_causes
+@pytest.mark.parametrize(
+    ("columns", "factor", "rows"), [(EULER, 1.0, 41), (EULER, 57.3, 801), (VECTORS, 100.0, 801)]
+)
+def test_rows_that_have_left_the_equations_are_not_carried_in_many_steps(
+    healthy: Healthy, monkeypatch: pytest.MonkeyPatch, columns: list[str], factor: float, rows: int
+) -> None:
+    """Coarse rows that are right, all rates in degrees, and velocities in cm/s."""
+    asked: list[int] = []
+
+    def counted(*given: Any, most: int = MOST_STEPS, **words: Any) -> Any:
+        asked.append(len(given[3]) * most)
+        return flow(*given, most=most, **words)
+
+    monkeypatch.setattr(equations, "flow", counted)
+    frame = healthy("reference", rows)[columns]
+    frame[[n for n in frame if n in ("theta_dot", "phi_dot", "omega_3", "vx", "vy")]] *= factor
+    found = check(frame, "reference")
+    assert (sum(asked) > MOST_STEPS * rows / 2) == (factor == 1)
+    assert (found.verdict == "fail") == (factor != 1)

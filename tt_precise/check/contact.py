@@ -12,7 +12,7 @@ import math
 import numpy
 
 from tt_precise.check.columns import Samples
-from tt_precise.check.equations import differences
+from tt_precise.check.equations import APART, differences
 from tt_precise.check.flow import EPS, flow
 from tt_precise.check.result import Residual
 from tt_precise.golden.measuring import ending
@@ -25,9 +25,6 @@ LIFT_OFF = -1e-12
 # Of the weight: below it the least force is shown to more than the rows have. No verdict depends on
 # it, because the flow bounds the force between rows from below.
 LOW = 0.2
-# Part of their sizes by which rows may leave the equations since the start: a thousand times what
-# ``equations`` allows. A solution that is further off is not the motion of the rows.
-APART = 1e-3
 POINTS = 8
 WANTED = 4 * EPS  # Error of the states between the rows.
 BRACKETS = 64  # Into which the interval with a loss of contact is divided, three times.

@@ -19,7 +19,16 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.columns import Samples
-from tt_precise.check.flow import EPS, ON_TABLE, State, flow, margin, rows_under
+from tt_precise.check.flow import (
+    EPS,
+    MOST_STEPS,
+    ON_TABLE,
+    FlowEnd,
+    State,
+    flow,
+    margin,
+    rows_under,
+)
 from tt_precise.check.result import Residual, to_one_digit
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.conserved import INTEGRALS
@@ -41,6 +50,11 @@ FEWEST_RESOLVED = 0.5  # Part of the intervals: a few resolved ones do not vouch
 ROUNDED_SPEED = 1e-13  # In sqrt(g R): of a contact point at rest, from other columns.
 NEARBY = 1e-10  # Of the size: a start so far off shows how an error grows through joints.
 MOST_JOINTS = 200  # Intervals that are integrated; of more, every second or third one.
+# Part of their sizes by which rows may leave the equations since the start: a thousand times what
+# ``equations`` allows. A solution that is further off is not the motion of the rows, and no time is
+# spent on what would have to be carried in many steps.
+APART = 1e-3
+FEW, FEW_STEPS = 32, 8  # Intervals that are carried on, and their steps, where rows have left.
 AT_ONCE = 16_384  # Rows whose states and energies are held at once: 20 MB.
 
 
@@ -114,33 +128,72 @@ def differences(samples: Samples) -> Differences:
 
 
 def _row_differences(samples: Samples, sizes: Array) -> Differences:
-    setup, parts = samples.setup, []
-    share = RESOLVED / (HORIZON * setup.time)
+    parts = []
     for first in range(0, len(samples.t) - 1, AT_ONCE):
         part = samples.rows(slice(first, first + AT_ONCE + 1))
-        before, after = (_at(part.state, ends) for ends in (slice(None, -1), slice(1, None)))
-        spans = numpy.diff(part.t)
-        there = flow(
-            setup.scene, setup.body, before, spans, sizes, share * spans, watched=not setup.flies
-        )
-        apart = _functions(samples, after, sizes)
-        apart -= _functions(samples, type(before)(*there.state), sizes)
-        if not first and there.reached[0] != 1:
-            # no row before the first one would say whether it is wrong
-            begin, end = _at(before, slice(0, 1)), _at(after, slice(0, 1))
-            back = flow(setup.scene, setup.body, end, -spans[:1], sizes, share * spans[:1])
-            apart[:, :1] = _functions(samples, begin, sizes)
-            apart[:, :1] -= _functions(samples, type(begin)(*back.state), sizes)
-            for whole, one in zip(there[1:4], back[1:4], strict=True):
-                whole[:1] = one
+        apart, there = _ends_of(samples, part, sizes, backward=not first)
         bound = there.error + ROUNDED * EPS * there.growth
-        parts.append(
-            (apart[:-4], apart[-4:-1], apart[-1], bound, spans * there.reached, there.least)
-        )
+        reached = numpy.diff(part.t) * there.reached
+        parts.append((apart[:-4], apart[-4:-1], apart[-1], bound, reached, there.least))
     state, momentum, energy, bound, reached, least = (
         numpy.concatenate(one, axis=-1) for one in zip(*parts, strict=True)
     )
     return Differences(state, momentum, energy, bound, reached, least)
+
+
+def _ends_of(
+    samples: Samples, part: Samples, sizes: Array, backward: bool
+) -> tuple[Array, FlowEnd]:
+    """Return the ``_functions`` of a part's rows less those of the rows before, and the flow's end.
+
+    Where the rows have left the equations by ``APART``, a few of those that need many steps are
+    carried, and in few steps. With ``backward`` the first interval is carried from its end if it
+    cannot be from its begin: no row before would say whether its first row is wrong.
+    """
+    setup, spans = samples.setup, numpy.diff(part.t)
+    before, after = (_at(part.state, ends) for ends in (slice(None, -1), slice(1, None)))
+    wanted = RESOLVED / (HORIZON * setup.time) * abs(spans)
+    watched = not setup.flies
+    there = flow(setup.scene, setup.body, before, spans, sizes, wanted, watched=watched, most=1)
+    apart = _functions(samples, after, sizes)
+    # the energy of rows rises by their differences from the flow, in which it falls
+    rise = float((apart[-1] - numpy.minimum.accumulate(apart[-1])).max())
+    apart -= _functions(samples, type(before)(*there.state), sizes)
+
+    def propagate(
+        some: Array, begin: State, end: State, way: float, most: int = MOST_STEPS
+    ) -> None:
+        if not len(some):
+            return
+        here, target = _at(begin, some), _at(end, some)
+        found = flow(
+            setup.scene, setup.body, here, way * spans[some], sizes, wanted[some],
+            watched=watched, most=most,
+        )  # fmt: skip
+        apart[:, some] = _functions(samples, target, sizes)
+        apart[:, some] -= _functions(samples, type(here)(*found.state), sizes)
+        for whole, one in zip(there, found, strict=True):
+            whole[..., some] = one
+
+    def has_left() -> bool:
+        return not setup.may_switch and (rise > APART or _gone(apart, there))
+
+    late = numpy.flatnonzero(~numpy.isfinite(there.error))
+    propagate(late[:FEW], before, after, 1.0, FEW_STEPS if has_left() else MOST_STEPS)
+    if not has_left():
+        propagate(late[FEW:], before, after, 1.0)
+        if backward and there.reached[0] != 1:
+            propagate(numpy.array([0]), after, before, -1.0)
+    return apart, there
+
+
+def _gone(apart: Array, there: FlowEnd) -> bool:
+    """Test that rows have left the equations by ``APART`` since the start."""
+    carried = numpy.isfinite(there.error)
+    compared = numpy.vstack((apart[:-4], apart[-1:]))  # the momentum is not without the azimuth
+    sums = abs(numpy.cumsum(numpy.where(carried, compared, 0.0), axis=1)).max(axis=0)
+    bounds = numpy.cumsum(numpy.where(carried, there.error + ROUNDED * EPS * there.growth, 0.0))
+    return bool((sums - bounds > APART).any())
 
 
 def _at(state: State, rows: Array | slice) -> State:

@@ -66,11 +66,13 @@ def propagate(
     sizes: Array,
     wanted: Array,
     watch: Watch | None = None,
+    most: int = MOST_STEPS,
 ) -> FlowEnd:
     """Carry the columns of ``start`` over their ``spans`` (s, of either sign) under ``rates``.
 
     ``sizes`` (entries,) is what a difference of each entry is measured in, ``wanted`` (rows,) the
-    error that may be left, and ``watch`` a function of states whose least value is asked for.
+    error that may be left, ``watch`` a function of states whose least value is asked for.
+    Rows whose end ``most`` steps do not reach stay behind.
     """
     count, scale = len(spans), (NUDGE * sizes)[:, None]
     change, (error, reached, steps) = numpy.zeros_like(start), numpy.zeros((3, count))
@@ -95,14 +97,15 @@ def propagate(
             reached[on] += part[on]
             steps[on] += 1
             part[left[~good]] /= 2
-            ends = reached[left] + (MOST_STEPS - steps[left]) * part[left] >= 1
+            ends = reached[left] + (most - steps[left]) * part[left] >= 1
             # the end is out of reach: a first step of a few rows says how far they would come
             first, lost = left[good & ~ends], left[~good & ~ends]
             allowed = numpy.minimum(WIDEST / error[first], MOST_STEPS)
             reached[first] = numpy.where(steps[first] == 1, part[first] * allowed, reached[first])
             lost = lost[steps[lost] == 0]
-            reached[lost[lost % every != 0]] = numpy.nan
-            searched = lost[(lost % every == 0) & (part[lost] >= SMALLEST)]
+            sought = (lost % every == 0) & (most == MOST_STEPS)
+            reached[lost[~sought]] = numpy.nan
+            searched = lost[sought & (part[lost] >= SMALLEST)]
             left = numpy.concatenate((left[ends & (reached[left] < 1)], searched))
     error[~(reached == 1)] = numpy.inf
     return FlowEnd(start + change, error, growth, reached, least)
@@ -248,6 +251,7 @@ def flow(
     wanted: Array,
     *,
     watched: bool = False,
+    most: int = MOST_STEPS,
 ) -> FlowEnd:
     """Carry rows over ``spans`` (s) under the equations that each obeys; see ``propagate``.
 
@@ -272,7 +276,7 @@ def flow(
             at = every[first : first + AT_ONCE]
             one = propagate(
                 rates, entries[:width, at], spans[at], sizes[:width], wanted[at],
-                watch if watched else None,
+                watch if watched else None, most,
             )  # fmt: skip
             found.state[:width, at] = one.state
             for all_, values in zip(found[1:], one[1:], strict=True):
