@@ -168,7 +168,6 @@ def conventions_of_vectors(
     """Conventions in which the first rows obey the laws of every force, fewest changes first."""
     few = given.part(slice(0, LOOKED_AT))
     k = numpy.array(axis_of(few.q))
-    usual = _misfit_of_momentum(body, few) if few.v is not None else math.inf
 
     @cache
     def keeps_jellett(order_k: Arrangement, order_L: Arrangement) -> bool:
@@ -179,18 +178,23 @@ def conventions_of_vectors(
     def moves(order_k: Arrangement, order_L: Arrangement, scale: float) -> bool:
         return _moves(few.t, _in_order(k, order_k), _in_order(few.w, order_L) / body.I1, scale)
 
+    @cache
+    def momentum(turning: VectorConvention) -> _MomentumByVelocity:
+        return _MomentumByVelocity(body, turning.convert(few, body))
+
     for one in candidates(few):
         scale = TIME[one.time] * LINEAR_MOMENTUM[one.momentum]
         if not keeps_jellett(one.k, one.L) or not moves(one.k, one.L, scale):
             continue
-        ours = one.convert(few, body)
         # an axis at rest, or one that turns more than is seen: a fit costs seconds, tells nothing
-        turning = float(norm(ours.w)[0]) / body.I3 * float(numpy.diff(ours.t).max())
-        if not 1e-6 < turning < FARTHEST:
+        w, dt = LINEAR_MOMENTUM[one.momentum] * few.w, TIME[one.time] * numpy.diff(few.t)
+        if not 1e-6 < float(norm(w)[0]) / body.I3 * float(dt.max()) < FARTHEST:
             continue
-        if few.v is not None and not _misfit_of_momentum(body, ours) < NEARER * usual:
-            continue
-        if fit(body, ours, one.rounding(half)).passes:
+        if few.v is not None:
+            misfit = momentum(one._replace(length="m", v=PLANE, centre=False)).misfit(one)
+            if not misfit < NEARER * momentum(OURS).misfit(OURS):
+                continue
+        if fit(body, one.convert(few, body), one.rounding(half)).passes:
             yield one
 
 
@@ -214,13 +218,41 @@ def _moves(t: Array, k: Array, rate: Array, scale: float) -> bool:
     return off < min(ROUGH, PART * moved)
 
 
-def _misfit_of_momentum(body: Parameters, given: Given) -> float:
-    """Return the part of its changes that the momentum about the lowest point misses."""
-    rows = given.rows(body)
-    nodes, _, whole = gauss(SIX)
-    turn, h = nutation(body, rows), numpy.diff(rows.t)
-    rate = interpolate(rows.t, rates_of(body, rows).Q, Way(SIX, True), turn, nodes)
-    change = numpy.diff(momentum_at_contact(body, rows))
-    left = change - h * numpy.einsum("p,cpn->cn", whole, rate)
-    # a top that spins upright does not tell
-    return math.sqrt(float((left**2).sum()) / (float((change**2).sum()) or math.nan))
+class _MomentumByVelocity:
+    """The change of the momentum about the lowest point, and what is left of it, by the velocity.
+
+    Both depend linearly on the velocity's components: each is a sum of those of a contact point at
+    rest, of the swing about it, and of each column in the place of each component.
+    """
+
+    def __init__(self, body: Parameters, given: Given):
+        assert given.v is not None
+        swing = given._replace(v=None).rows(body).v[:2]
+        resting = numpy.zeros((3, len(given.t)))
+        velocities = [resting, resting.copy()]
+        velocities[1][:2] = -swing
+        for i, j in itertools.product(range(2), range(2)):
+            velocities.append(resting.copy())
+            velocities[-1][i] = given.v[j]
+        several = [given._replace(v=v).rows(body) for v in velocities]
+        rates = numpy.concatenate([rates_of(body, rows).Q for rows in several])
+        nodes, _, whole = gauss(SIX)
+        turn, h = nutation(body, several[0]), numpy.diff(given.t)
+        rate = interpolate(given.t, rates, Way(SIX, True), turn, nodes)
+        integral = h * numpy.einsum("p,cpn->cn", whole, rate)
+        change = numpy.diff(numpy.concatenate([momentum_at_contact(body, r) for r in several]))
+        change, left = (values.reshape(len(several), -1) for values in (change, change - integral))
+        change[1:] -= change[0]
+        left[1:] -= left[0]
+        self._change, self._left = change @ change.T, left @ left.T
+
+    def misfit(self, one: VectorConvention) -> float:
+        """Return the part of its changes that the momentum misses; NaN if it does not change."""
+        parts = numpy.zeros((2, 2))
+        for i, entry in enumerate(one.v):
+            parts[i, abs(entry) - 1] = math.copysign(LENGTH[one.length], entry)
+        by = numpy.array([1.0, float(one.centre), *parts.ravel()])
+        # a top that spins upright does not tell
+        return math.sqrt(
+            max(float(by @ self._left @ by), 0.0) / (float(by @ self._change @ by) or math.nan)
+        )
