@@ -65,12 +65,12 @@ def test_numbers_that_rows_cannot_tell_apart_are_all_named(
     monkeypatch: pytest.MonkeyPatch, left: float, tied: bool
 ) -> None:
     good = Fit({"torque": 0.0}, False, False, 1.0)
-    both = [Fitted("g", -0.001, good, left), Fitted("clock", 0.01, good, 1e-9)]
-    monkeypatch.setattr("tt_precise.check.fitting.fitted", lambda *_: both)
-    monkeypatch.setattr("tt_precise.check.fitting.fit", lambda *_: good)
     frame = tt.integrate("reference").frame(*VECTORS[1:])
     body = tt.load_scene("reference").body.numbers(float)
     given = Given(frame.t.to_numpy(), *numpy.zeros((3, 4, len(frame))))
+    both = [Fitted("clock", 0.01, 1e-9), Fitted("g", -0.001, left)]
+    monkeypatch.setattr("tt_precise.check.fitting.fitted", lambda *_: both)
+    monkeypatch.setattr("tt_precise.check.fitting.fit", lambda *_: good)
     (cause,) = number(body, given, {})
     clock = "t runs 0.9901 times as fast as the motion"
     also = ", or g is 0.9990 times the scene's: these rows cannot tell"

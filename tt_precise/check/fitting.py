@@ -8,13 +8,14 @@ value brings every residual within its own bound.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy
 
-from tt_precise.check.conventions import LIMITS, Fit, Given, fit
+from tt_precise.check.conventions import LIMITS, Given, fit
 from tt_precise.check.force_free import differences, norm
 from tt_precise.check.force_free_flow import (
     NO_TERMS,
@@ -23,6 +24,7 @@ from tt_precise.check.force_free_flow import (
     axis_of,
     by_guidance,
     by_interpolation,
+    by_law,
     interpolate,
     lift_of,
     momentum_at_contact,
@@ -141,17 +143,26 @@ def factor(p: float) -> str:
     return f"{1 + p:.{digits}f}"
 
 
-def residuals_of(motion: TrialMotion, unit: float) -> Array:
+def law_of(motion: TrialMotion) -> bool | None:
+    """Return whether friction guides as Coulomb's; None where rows are close enough without."""
+    rows = motion.given.rows(motion.body)
+    if float(nutation(motion.body, rows).max()) <= CLOSE:
+        return None
+    return bool(by_guidance(motion.body, rows).viscous.mean() < 0.5)
+
+
+def residuals_of(motion: TrialMotion, unit: float, law: bool | None) -> Array:
     """Return residuals of rows, without the ends, as one vector; smooth in every number.
 
-    Torques are in the ``unit`` (N m), which no number changes.
+    Torques are in the ``unit`` (N m), which no number changes; ``law`` is that of the rows as they
+    are, see ``law_of``.
     """
     rows = motion.given.rows(motion.body)
     Q, h = momentum_at_contact(motion.body, rows), numpy.diff(rows.t)
-    if float(nutation(motion.body, rows).max()) > CLOSE:
-        ends = by_guidance(motion.body, rows, motion.terms).best
-    else:
+    if law is None:
         (ends,) = by_interpolation(motion.body, rows, (Way(6, True),), motion.terms)
+    else:
+        ends = by_law(motion.body, rows, law, motion.terms)
     off = differences(motion.body, rows, Q, ends)[:-1]  # all but Jellett's integral
     off[4:7] *= torque_unit(motion.body) / unit / h
     if motion.given.vectors:
@@ -166,68 +177,54 @@ def residuals_of(motion: TrialMotion, unit: float) -> Array:
 
 
 class Fitted(NamedTuple):
-    """A number, its change, how the rows then fit, and the size of what ``residuals_of`` leaves."""
+    """A number, its change, and the size of what is left of the residuals."""
 
     name: str
     p: float
-    fit: Fit
     left: float
 
 
 def fitted(
-    body: Parameters,
-    given: Given,
-    half: Mapping[str, float],
-    again: Callable[[Parameters], Given] | None = None,
+    numbers: Sequence[str],
+    left_at: Callable[[str, float], Array],
+    first: Mapping[str, float] = MappingProxyType({}),
 ) -> list[Fitted]:
-    """Return the numbers that explain some of the residual.
+    """Return the numbers that explain some of the residual, that which leaves least of it first.
 
-    ``again`` reads the columns for another body where their convention needs one.
+    ``left_at(name, p)`` is the residual with a number changed by ``p``; ``first`` has changes to
+    begin with.
     """
-    start, unit = TrialMotion(body, given), torque_unit(body)
-
-    def at(name: str, p: float) -> TrialMotion:
-        motion = NUMBERS[name](start, p)
-        if again and motion.body != body:
-            motion = motion._replace(given=again(motion.body))
-        return motion
+    here = left_at(numbers[0], 0.0)
+    size = float(norm(here)) or 1.0
 
     def slope_at(name: str, p: float, here: Array) -> Array:
-        return (residuals_of(at(name, p + RELATIVE_CHANGE), unit) - here) / RELATIVE_CHANGE
+        return (left_at(name, p + RELATIVE_CHANGE) - here) / RELATIVE_CHANGE
 
-    here = residuals_of(start, unit)
-    size = float(numpy.sqrt(here @ here)) or 1.0
     along = []
-    numbers = [n for n in NUMBERS if not (given.vectors and n == FROM_CENTRE)]
     for name in numbers:
         slope = slope_at(name, 0.0, here)
-        steep = float(numpy.sqrt(slope @ slope)) or 1.0
-        along.append((abs(float(here @ slope)) / steep / size, name, slope))
+        along.append((abs(float(here @ slope)) / (float(norm(slope)) or 1.0) / size, name, slope))
     found = []
     for cosine, name, slope in sorted(along, key=lambda one: -one[0])[:TRIED]:
         if not cosine > ALIGNED:
             continue
-        p, left = 0.0, here
-        lifted = alpha_by_lift(body, given) if name == "alpha" and given.v is not None else 0.0
-        if lifted and not given.vectors:
-            p, left = lifted, residuals_of(at(name, lifted), unit)
+        p, left = first.get(name, 0.0), here
+        if p:
+            left = left_at(name, p)
             slope = slope_at(name, p, left)
         for _ in range(ITERATIONS):
             step = float(left @ slope) / (float(slope @ slope) or 1.0)
             p -= step
             if not possible(name, p):
                 break
-            before, left = left, residuals_of(at(name, p), unit)
+            before, left = left, left_at(name, p)
             if not float(left @ left) < FALLS * float(before @ before) or abs(step) < LARGE:
                 break
             slope = slope_at(name, p, left) if abs(step) > FAR else slope
-        if possible(name, p):
-            motion = at(name, p)
-            fits = fit(motion.body, motion.given, half, motion.terms)
-            if "torque" in fits.parts:
-                fits.parts["torque"] *= torque_unit(motion.body) / unit
-            found.append(Fitted(name, p, fits, float(norm(left))))
-    return found
+        none = abs(p + 1) < NONE and name in BODY and name != "alpha"
+        if possible(name, p) and abs(p) > LARGE and not none:
+            found.append(Fitted(name, p, float(norm(left))))
+    return sorted(found, key=lambda one: one.left)
 
 
 def possible(name: str, p: float) -> bool:
@@ -260,32 +257,64 @@ def number(
 ) -> list[Cause]:
     """Return the one number that explains the residuals, and equally good other numbers.
 
-    ``verified`` tests a number by all checks.
+    ``again`` reads the columns for another body where their convention needs one. ``verified``
+    tests a number by all checks.
     """
-    found = fitted(body, given, half, again)
+    start, unit = TrialMotion(body, given), torque_unit(body)
+    law = law_of(start)
+
+    def at(name: str, p: float) -> TrialMotion:
+        motion = NUMBERS[name](start, p)
+        if again and motion.body != body:
+            motion = motion._replace(given=again(motion.body))
+        return motion
+
     as_given = fit(body, given, half).failing(LIMITS)
     soft = SOFT if as_given.keys() - SOFT.keys() else {}
-    named = []
-    for one in found:
-        unheld = unheld_by(one)
+    numbers = [name for name in NUMBERS if not (given.vectors and name == FROM_CENTRE)]
+    lifted = 0.0 if given.v is None or given.vectors else alpha_by_lift(body, given)
+    remainders: dict[str, float] = {}
+
+    def holds(one: Fitted) -> bool:
+        unheld, motion = unheld_by(one), at(one.name, one.p)
+        found = fit(motion.body, motion.given, half, motion.terms)
+        if "torque" in found.parts:
+            found.parts["torque"] *= torque_unit(motion.body) / unit
+        remainders[one.name] = found.remainder
         failing = {
             name: value
-            for name, value in one.fit.failing(LIMITS).items()
+            for name, value in found.failing(LIMITS).items()
             if name not in unheld and not value < soft.get(name, 0.0)
         }
-        if abs(one.p + 1) < NONE and one.name in ("m", "R", "I1", "I3", "g"):
-            continue
         # where alpha vanishes, so does the unit of the torque's bounds, not that of the axis
-        resolved = not (one.fit.axis_open if "torque" in unheld else one.fit.open)
-        if abs(one.p) > LARGE and resolved and not failing and verified(one):
-            named.append(one)
-    if not named:
+        resolved = not (found.axis_open if "torque" in unheld else found.open)
+        return resolved and not failing and verified(one)
+
+    tied = alike(
+        fitted(numbers, lambda n, p: residuals_of(at(n, p), unit, law), {"alpha": lifted}), holds
+    )
+    least = min((remainders[one.name] for one in tied), default=0.0)
+    return in_doubt([one for one in tied if remainders[one.name] <= AHEAD * least])
+
+
+def alike(found: Sequence[Fitted], holds: Callable[[Fitted], bool]) -> list[Fitted]:
+    """Return the numbers that hold and leave least.
+
+    Within their bounds many may hold; the right one leaves the error of the flow alone.
+    """
+    tied: list[Fitted] = []
+    for one in found:
+        if tied and one.left > AHEAD * tied[0].left:
+            break
+        if holds(one):
+            tied.append(one)
+    return tied
+
+
+def in_doubt(tied: Sequence[Fitted]) -> list[Cause]:
+    """Return the cause that one of several numbers has changed; none without a number."""
+    if not tied:
         return []
-    least = min(one.fit.remainder for one in named)
-    equal = [one for one in named if one.fit.remainder <= AHEAD * least]
-    # within their bounds all are equal: the right number leaves the error of the flow alone
-    best = min(one.left for one in equal)
-    tied = sorted((one for one in equal if one.left <= AHEAD * best), key=lambda one: one.left)
     causes = [in_words(one.name, one.p) for one in tied]
     text = ", or ".join(cause.text for cause in causes)
-    return [Cause(causes[0].kind, text + ": these rows cannot tell" * (len(tied) > 1))]
+    return [Cause(causes[0].kind, text + ": these rows cannot tell" * (len(causes) > 1))]

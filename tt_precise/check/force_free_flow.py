@@ -475,6 +475,12 @@ def _about(values: Array) -> Array:
     return numpy.convolve(padded, numpy.ones(2 * NEIGHBOURS + 1), "valid")
 
 
+def by_law(body: Parameters, rows: RigidMotion, coulomb: bool, terms: Terms = NO_TERMS) -> Ends:
+    """Return motions of each interval under one law of friction, of unknown strength."""
+    y, _, _ = _Guidance(body, rows, terms).solve(True, coulomb, True)
+    return _ends(y[:, -1], terms)
+
+
 def by_guidance(body: Parameters, rows: RigidMotion, terms: Terms = NO_TERMS) -> Guided:
     """Return motions of each interval under friction of unknown strength."""
     guidance = _Guidance(body, rows, terms)
