@@ -13,7 +13,11 @@ from tests.check.conftest import EULER, VECTORS, Engine, Healthy, check
 from tests.check.test_cases import CASES
 from tests.check.test_force_free import POSE
 from tests.conftest import more, of_each_kind
+from tt_precise.check.columns import COLUMN_SETS, CheckSetup
+from tt_precise.check.explain import FailedFile
+from tt_precise.check.sources import open_source
 from tt_precise.golden import store
+from tt_precise.runtime.values import Check, Verdict
 from tt_precise.scene.scene import Scene, parse_scene
 
 RATES = ["theta_dot", "phi_dot", "omega_3"]
@@ -491,3 +495,60 @@ def test_a_small_error_of_mu_is_named_as_far_as_its_check_fails() -> None:
         rubbed = tt.load_scene("reference").varied(mu=mu, until="4")
         frame = tt.integrate(rubbed).frame(*VECTORS[1:])
         assert causes(frame) == f"parameter: mu is {said} times the scene's"
+
+
+@pytest.mark.parametrize(
+    ("number", "said"),
+    [
+        ("g", "parameter: g is 1.000100 times the scene's"),
+        ("R", "parameter: R is 1.000100 times the scene's"),
+        ("t", "clock: t runs 1.000100 times as fast as the motion"),
+    ],
+)
+def test_a_number_that_only_the_scenes_own_force_shows_is_named(number: str, said: str) -> None:
+    """A part of 1e-4 at 10 ms, below the limits of what every force obeys."""
+    more, scene = Fraction("1.0001"), tt.load_scene("reference")
+    changed: dict[str, dict[str, object]] = {
+        "g": {"g": more * Fraction("9.82")},
+        "R": {"R": more / 50, "I1": Fraction(131, 350) / more**2, "I3": Fraction(2, 5) / more**2},
+        "t": {},
+    }
+    words = {name: str(value) for name, value in changed[number].items()}
+    frame = tt.integrate(scene.varied(**words, until="2")).frame(*VECTORS[1:])
+    given = scaled(frame, float(more), "t") if number == "t" else frame
+    assert causes(given) == said
+
+
+Judged = dict[str, tuple[Verdict, float]]
+FAILED: Judged = {"jellett": ("fail", 5e-3), "energy": ("fail", 1.0), "kinematics": ("open", 0.0)}
+OPEN = {"kinematics": ("open", 0.0)}
+
+
+@pytest.mark.parametrize(
+    ("then", "nearer", "as_engines", "obeyed"),
+    [
+        ({"jellett": ("fail", 4e-4), "energy": ("fail", 0.09)}, True, True, False),
+        ({"jellett": ("fail", 6e-4), "energy": ("pass", 0.0)}, False, True, False),
+        ({"jellett": ("fail", 1.1e-3), "energy": ("pass", 0.0)}, False, False, False),
+        ({"jellett": ("pass", 0.0), "energy": ("fail", 0.11)}, False, False, False),
+        ({"jellett": ("pass", 0.0), "energy": ("pass", 0.0)}, True, True, True),
+        ({"jellett": ("fail", 6e-4), **OPEN}, False, False, False),
+        (OPEN, False, False, False),
+        ({"kinematics": ("pass", 0.0)}, False, True, True),
+    ],
+)
+def test_what_a_cause_has_to_leave(
+    healthy: Healthy, then: Judged, nearer: bool, as_engines: bool, obeyed: bool
+) -> None:
+    """A tenth, or what engines leave; all laws of every force only if they are seen to hold."""
+    setup = CheckSetup(tt.load_scene("reference"), COLUMN_SETS["vectors"], True)
+    rows = setup.samples(open_source(healthy()[VECTORS]).load(("t", *setup.columns.names)))
+
+    def checks(of: Judged) -> list[Check]:
+        return [Check(name, verdict, value) for name, (verdict, value) in of.items()]
+
+    seen = {"kinematics": ("pass", 0.0), **then} if "jellett" in then else then
+    file = FailedFile(rows, checks(FAILED), lambda _: checks(seen), {}, lambda t: None)
+    assert (file.nearer(rows), file.as_engines(rows), file.obeyed(rows)) == (
+        nearer, as_engines, obeyed,
+    )  # fmt: skip

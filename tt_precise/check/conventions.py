@@ -21,6 +21,7 @@ import numpy
 
 from tt_precise.check.force_free import EPS, Misfit, Rounding, misfits, norm
 from tt_precise.check.force_free_flow import (
+    FARTHEST,
     NO_TERMS,
     RigidMotion,
     Terms,
@@ -67,8 +68,8 @@ AXIS: dict[str, Quaternion] = {
 
 # Rows that are looked at, intervals of the first stage, candidates of it, and those judged in full.
 LOOKED_AT, INTERVALS, PARTIALS, TRIES = 250, 24, 32, 24
-# What the first stage accepts: rad of misfit, the part of the turning, rad that a row may turn.
-ROUGH, PART, FARTHEST = 0.3, 0.25, 7.0
+# What the first stage accepts: rad of misfit, and the part of the turning.
+ROUGH, PART = 0.3, 0.25
 # Limits of what is beyond the bounds: of integrators that are right, and of engines with soft
 # contacts and low orders (measured on MuJoCo, Bullet, Exudyn, Drake and DART).
 LIMITS = {
@@ -80,7 +81,7 @@ ENGINES = {
     "height": 0.02,
 }  # fmt: skip
 FINEST = 1e-6  # Part of a limit that is nothing.
-NEARER = 10.0  # Times that an engine's file has to be nearer in a convention than as given.
+NEARER = 0.1  # Part of a failure that may be left with a cause: engines have errors of their own.
 RESOLVED = 1.0  # Bound of the axis (rad) and the torque (m g R alpha) that says nothing.
 
 
@@ -557,7 +558,7 @@ def search(
         found = fit(body, convert(given, one, body), _scaled(rounding, one))
         if found.passes:
             passing.append(FoundConvention(one, found, True))
-        elif as_given.size > 1 and found.size < min(1.0, as_given.size / NEARER):
+        elif as_given.size > 1 and found.size < min(1.0, NEARER * as_given.size):
             nearly.append(FoundConvention(one, found, False))
     order = passing or sorted(
         nearly,

@@ -18,13 +18,15 @@ import numpy
 
 from tt_precise.check.agreement import DERIVED, sizes_of_derived
 from tt_precise.check.columns import COLUMN_SETS, Block, Samples
+from tt_precise.check.equations import APART
 from tt_precise.check.fitting import factor
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.values import Array, Check
 
-OUTSTANDING = 30.0  # Times what the other columns are off from which on a column stands out.
+OUTSTANDING = (
+    30.0  # Times what else is left from which on a wrong column, or a wrong row, stands out.
+)
 KNOWN = 1e-12  # Error of the solution, relative to the sizes of the rule of digits.
-LEAST = 1e-3  # Error of the other columns from which on they do not follow either.
 FAR_FROM_ONE = 0.5  # Distance of a factor from 1 from which on it is printed with six digits.
 SAME_FACTOR = 1e-6  # Part by which a factor may differ from a sign, or from a unit.
 # Columns that can stand in each other's place.
@@ -81,7 +83,7 @@ def departure_of(
     names = sorted(worst, key=lambda name: -worst[name])
     gaps = [worst[one] / worst[other] for one, other in itertools.pairwise(names)]
     count = 1 + int(numpy.argmax(gaps)) if gaps else 0
-    apart = count > 0 and gaps[count - 1] > OUTSTANDING and worst[names[count]] < LEAST
+    apart = count > 0 and gaps[count - 1] > OUTSTANDING and worst[names[count]] < APART
     if not apart:  # all are off: each may be another column
         count = len(names)
     rest = worst[names[count]] if apart else SAME_FACTOR

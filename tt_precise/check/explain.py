@@ -26,6 +26,7 @@ from tt_precise.check.conventions import (
     LENGTH,
     LIMITS,
     LINEAR_MOMENTUM,
+    NEARER,
     OURS,
     RESOLVED,
     FoundConvention,
@@ -34,7 +35,7 @@ from tt_precise.check.conventions import (
     in_other_units,
     search,
 )
-from tt_precise.check.departures import ALIKE, SAME_FACTOR, Departure, departure_of
+from tt_precise.check.departures import ALIKE, OUTSTANDING, SAME_FACTOR, Departure, departure_of
 from tt_precise.check.equations import differences
 from tt_precise.check.fitting import (
     BODY,
@@ -63,17 +64,15 @@ from tt_precise.runtime.values import Arithmetic, Array, Check, InputError
 from tt_precise.scene.initial_state import InitialState
 
 UNLIKE = 0.01  # Part by which the strength of friction may vary where it follows a law.
-HELD = 1e-8  # Part by which a number varies that is held by a limit: the digits of a file.
-OUTSTANDING = 30.0  # Times what is left from which on a wrong row stands out.
+# Part by which a number varies that is held by a limit: the rounding of 32-bit floats.
+HELD = float(numpy.finfo(numpy.float32).eps)
 MOST_ROWS = 8  # Rows one behind the other that are left out together.
 NEIGHBOURS = 16  # Rows on either side of a wrong one that are judged alone.
 # Checks of which one group shows that rows obey the laws: of the scene, or of every force.
 DECIDING = (("equations",), ("kinematics", "contact_momentum"))
 OF_FILE = ("start", "agreement", "golden", "finite")  # Checks that are not made row by row.
-FEW = 160  # Rows of Euler angles that are judged in full in each convention.
 NEARLY = 2.0  # Factor by which the trapezoidal rule may misjudge how fast the rows turn.
 ENOUGH = 0.01  # Part of what engines leave that is nothing.
-NEARER = 0.1  # Part of a failure that may be left with a cause: engines have errors of their own.
 # What engines leave of checks, as of residuals; of the energy, what a soft table stores.
 ENGINES_LEAVE = {
     "jellett": ENGINES["jellett"], "kinematics": ENGINES["axis"],
@@ -177,7 +176,7 @@ class FailedFile:
 
     @cached_property
     def _before(self) -> dict[str, float]:
-        """What the checks lack that failed, and infinity for those that were open."""
+        """Values of the failed checks, infinite of the open ones."""
         return {
             one.name: math.inf if one.verdict == "open" else _lacking(one)
             for one in self.findings
@@ -425,7 +424,7 @@ def pace(t: Array, values: Array, rates: Array) -> float:
 def _of_euler(file: FailedFile) -> Candidates:
     """Every force keeps Jellett's integral and the inclination's rate; with phi, the momentum."""
     rows, judge = file.rows, file.judge
-    given, setup = rows.rows(slice(0, FEW)).given, replace(rows.setup, friction="other")
+    given, setup = rows.rows(slice(0, ROWS)).given, replace(rows.setup, friction="other")
 
     def remainder(samples: Samples) -> float:
         """Return the residual of the inclination where the laws hold; infinite elsewhere."""
@@ -455,7 +454,7 @@ def _of_euler(file: FailedFile) -> Candidates:
             found.append((unlike, remainder(other), text))
     # The rates of frames are near each other: the scene's force may tell them apart.
     named = [text for unlike, _, text in sorted(found) if unlike == min(found)[0]]
-    if len(rows.t) > FEW:
+    if len(rows.t) > ROWS:
         whole = _euler_conventions(rows.given)
         named = [
             text
@@ -560,6 +559,10 @@ def _strength(rows: Samples) -> float | None:
     return middle if high - low < UNLIKE * abs(middle) else None
 
 
+# Friction that pushes fails the signs of its power, with any mu.
+BUT_SIGNS = partial(FailedFile.nearer, without=("friction_power", "energy"))
+
+
 def _friction(file: FailedFile) -> Candidates:
     """Friction follows the scene's law with another mu, which no law of every force contains."""
     setup = file.rows.setup
@@ -568,11 +571,9 @@ def _friction(file: FailedFile) -> Candidates:
     strength = _strength(file.rows)
     if strength is None:
         return
-    # friction that pushes fails the signs of its power, with any mu
-    signs = ("friction_power", "energy") if strength < 0 else ()
     p = strength / setup.body.mu - 1
-    gate = partial(FailedFile.nearer, without=signs)
-    yield _one("parameter", f"mu is {factor(p)} times the scene's", _with(file.rows, "mu", p), gate)
+    text = f"mu is {factor(p)} times the scene's"
+    yield _one("parameter", text, _with(file.rows, "mu", p), BUT_SIGNS)
 
 
 def _limit(file: FailedFile) -> Candidates:

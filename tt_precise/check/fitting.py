@@ -31,6 +31,7 @@ from tt_precise.check.force_free_flow import (
     nutation,
     torque_unit,
 )
+from tt_precise.check.movement import CLEAR
 from tt_precise.check.result import Cause
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import cross
@@ -43,7 +44,6 @@ TRIED = 5  # Numbers that are fitted, the best aligned first.
 FALLS = 0.9  # Part of the square of the residual that a step may leave.
 FAR = 1e-3  # Step of a number from which on its derivative is computed again.
 ALIGNED = 0.3  # Cosine between residual and derivative below which a number explains nothing.
-CLOSE = 1.5  # rad of nutation from row to row above which the guided flow is needed.
 WEIGHT = 30.0  # Of lift and height among the residuals that are fitted.
 AHEAD = 1.5  # Times that the next best number has to leave more.
 NONE = 0.02  # Part of a number that counts as none of it.
@@ -146,7 +146,7 @@ def factor(p: float) -> str:
 def law_of(motion: TrialMotion) -> bool | None:
     """Return whether friction guides as Coulomb's; None where rows are close enough without."""
     rows = motion.given.rows(motion.body)
-    if float(nutation(motion.body, rows).max()) <= CLOSE:
+    if float(nutation(motion.body, rows).max()) <= CLEAR:
         return None
     return bool(by_guidance(motion.body, rows).viscous.mean() < 0.5)
 

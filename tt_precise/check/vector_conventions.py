@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.conventions import (
-    FARTHEST,
     INTERVALS,
     LENGTH,
     LIMITS,
@@ -34,6 +33,7 @@ from tt_precise.check.conventions import (
 )
 from tt_precise.check.force_free import norm
 from tt_precise.check.force_free_flow import (
+    FARTHEST,
     Way,
     axis_of,
     gauss,
