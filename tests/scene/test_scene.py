@@ -363,3 +363,15 @@ def test_rates_may_be_in_degrees() -> None:
 def test_a_misspelt_name_is_recognised() -> None:
     with pytest.raises(InputError, match="did you mean 'regularised-1e-2'"):
         load_scene("regularized-1e-2")
+
+
+def test_the_same_top_rolls() -> None:
+    reference = load_scene("reference")
+    rolling = reference.varied(model="rolling")
+    assert (rolling.model, rolling.body, rolling.start) == (
+        "rolling",
+        reference.body,
+        reference.start,
+    )
+    with pytest.raises(InputError, match="model: got 'rollin', .*did you mean 'rolling'"):
+        reference.varied(model="rollin")

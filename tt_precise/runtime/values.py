@@ -64,6 +64,7 @@ MEANT = {
 WRITTEN = {
     "to_csv": 'frame().to_csv("top.csv")', "save": 'frame().to_csv("top.csv") of a trajectory',
     "savefig": 'plot().savefig("top.png")', "t": 'frame()["t"]', "times": 'frame()["t"]',
+    "segments": "pieces", "phases": "pieces", "switches": "pieces", "stretches": "pieces",
     "t_init": "inversion.A.t_init", "t_equator": "inversion.equator",
     "spread": 'integrate(scene, sensitivity=["mu"]).sensitivity.spread({"mu": "5 %"})',
     "run": "tt.integrate(scene)", "integrate": "tt.integrate(scene)",

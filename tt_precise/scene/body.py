@@ -54,7 +54,8 @@ class TippeTop(Parameters):
             self.I3 <= 2 * self.I1,
             "I3",
             self.I3 / (self.m * self.R**2),
-            f"at most 2 I1 = {_short(2 * self.I1 / (self.m * self.R**2))} (in units of m R^2)",
+            f"at most 2 I1 = {_short(2 * self.I1 / (self.m * self.R**2))} (in units of m R^2; "
+            "I1_kg_m2 and I3_kg_m2 are in kg m^2)",
         )
 
     def __repr__(self) -> str:

@@ -196,7 +196,7 @@ class Scene(Hints):
         """Return the scene with entries of its file replaced, in the units of the file.
 
         ``changes`` are entries of [body], [start] and [run]: exact strings or numbers in SI, except
-        I1 and I3 in units of m R^2; and ``friction``, a whole table:
+        I1 and I3 in units of m R^2; ``model``; and ``friction``, a whole table:
         ``varied(friction={"law": "coulomb", "mu": "0.3"})``. If m or R changes, what the file gives
         by a key such as ``I1_kg_m2`` or ``centre_mm`` keeps this value (``sizes`` has these keys),
         and alpha, I1 and I3 keep their ratios. A start that is given by psi_dot or at_rest is
@@ -213,11 +213,11 @@ class Scene(Hints):
             for parameter in self.body.friction.parameters:
                 del own[parameter.name]
         parameters = own.keys() & self.body.numbers_by_name.keys()
-        known = {*parameters, *UNIT_KEYS, *START_KEYS, *_RUN, "friction"}
+        known = {*parameters, *UNIT_KEYS, *START_KEYS, *_RUN, "friction", "model"}
         for name in changes:
             require_name(what, name, sorted(known))
         start = {name: changes[name] for name in START_KEYS if name in changes}
-        run = {name: changes[name] for name in _RUN if name in changes}
+        run = {name: changes[name] for name in (*_RUN, "model") if name in changes}
         changed = {UNIT_KEYS.get(name, (name,))[0] for name in changes}
         kept = {key for key in self.sizes if UNIT_KEYS[key][0] not in changed}
         values = in_unit_keys(self.body)
