@@ -373,5 +373,5 @@ def test_the_same_top_rolls() -> None:
         reference.body,
         reference.start,
     )
-    with pytest.raises(InputError, match="model: got 'rollin', .*did you mean 'rolling'"):
+    with pytest.raises(InputError, match=r"model: got 'rollin', .*did you mean 'rolling'"):
         reference.varied(model="rollin")
