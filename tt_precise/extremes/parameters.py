@@ -50,12 +50,6 @@ SCALED_S = Fraction("0.2")
 POWERS = (-6, -4, -2, 2, 4, 6)
 
 
-def near(pole: str, until: str = SHORT_S, **changes: Scalar) -> Scene:
-    """A start 1e-20 rad from a pole."""
-    theta = "1e-20" if pole == "upright" else "pi - 1e-20"
-    return varied(theta=theta, until=until, **changes)
-
-
 def with_gamma(gamma: str | int | Fraction) -> dict[str, Scalar]:
     """The change that gives the reference top this I1/I3, in units of m R^2."""
     body = varied().body
@@ -66,7 +60,8 @@ def tilt_near_a_pole(
     pole: str, changes: Mapping[str, Scalar], integrate: Integrate = integrate, **_: object
 ) -> Findings:
     """The tilt is that of the linear equations, which know no edge."""
-    scene = near(pole, **changes)
+    theta = "1e-20" if pole == "upright" else "pi - 1e-20"
+    scene = varied(**{"theta": theta, "until": SHORT_S, **changes})
     run = integrate(scene)
     walk = max(1, run.steps) ** 0.5  # rounding errors add up, of about 1 eps a step
     return (
