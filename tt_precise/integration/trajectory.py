@@ -112,24 +112,13 @@ class Trajectory(Hints):
         self.steps, self.order = run.steps, run.order
 
     @classmethod
-    def of(
-        cls,
-        scene: Scene,
-        setup: Setup,
-        progress: Progress | None = None,
-        *,
-        opposite_rounding: bool = False,
-    ) -> Trajectory:
+    def of(cls, scene: Scene, setup: Setup, progress: Progress | None = None) -> Trajectory:
         """Integrate ``scene`` once with the set-up."""
-        return cls(solve(scene, setup, progress, opposite_rounding=opposite_rounding))
+        return cls(solve(scene, setup, progress))
 
-    def again(self, *, opposite_rounding: bool = False, **changes: Any) -> Trajectory:
-        """Integrate the scene again, with some fields of the ``Setup`` replaced.
-
-        With ``opposite_rounding`` every number of body and start lies on the other side of the
-        exact number, so the difference of the two runs contains the effect of this rounding.
-        """
-        return Trajectory(self.run.again(opposite_rounding=opposite_rounding, **changes))
+    def again(self, **changes: Any) -> Trajectory:
+        """Integrate the scene again, with some fields of the ``Setup`` replaced."""
+        return Trajectory(self.run.again(**changes))
 
     def __reduce__(self) -> tuple[Any, ...]:
         names = self.sensitivity.names if self.sensitivity else ()
