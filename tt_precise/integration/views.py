@@ -30,7 +30,6 @@ from tt_precise.runtime.values import Array, InputError, Json, Scalar, shortened
 from tt_precise.scene.numerals import as_fraction
 
 if TYPE_CHECKING:
-    from matplotlib.animation import AbstractMovieWriter
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
@@ -210,7 +209,7 @@ def animate(
     Raises ``InputError``: an unknown suffix, an empty span of time, no frames, a trajectory without
     a pose, or .mp4 without ffmpeg.
     """
-    from matplotlib.animation import FuncAnimation
+    from matplotlib import animation
 
     target = Animation(path)
     named = {label or _name_of(run.scene): run, **beside}
@@ -227,7 +226,8 @@ def animate(
         motions = [playable(one, begin, last, seconds, name) for name, one in runs.items()]
         atomic_write(target, player.page(motions))
         return target
-    writer = movie_writer(target, fps)
+    gif = target.suffix.lower() == ".gif"
+    writer = animation.PillowWriter(fps) if gif else animation.FFMpegWriter(fps)
     count = max(2, round(seconds * fps))
     with plotting.styled():
         drawn = plotting.new_figure(6.0 * len(runs), 3.9)
@@ -242,7 +242,7 @@ def animate(
         def show(number: int) -> list[Artist]:
             return [artist for picture in pictures for artist in picture.show(number)]
 
-        moving = FuncAnimation(drawn, show, frames=count, interval=1000 / fps)
+        moving = animation.FuncAnimation(drawn, show, frames=count, interval=1000 / fps)
         report = progress or silent
         with replacing(target) as temporary:
             moving.save(
@@ -332,15 +332,6 @@ def require_animation(path: Path) -> None:
         raise InputError(f"animate: got {path}, expected a name that ends in {', '.join(FORMATS)}")
     if ending == ".mp4" and not animation.FFMpegWriter.isAvailable():
         raise InputError(f"animate: got {path}, which needs ffmpeg; expected .gif or .html without")
-
-
-def movie_writer(path: Path, fps: int = 20) -> AbstractMovieWriter:
-    """The writer of matplotlib for a file of this name."""
-    from matplotlib import animation
-
-    if path.suffix.lower() == ".gif":
-        return animation.PillowWriter(fps=fps)
-    return animation.FFMpegWriter(fps=fps)
 
 
 class _Picture:

@@ -9,7 +9,7 @@ from typing import Any
 
 from tt_precise.mechanics.laws import LAWS, VISCOUS, Law, law_named
 from tt_precise.mechanics.parameters import NAMES, SPRINGS, Parameters, of_numbers
-from tt_precise.runtime.values import Functions, InputError, Json, Scalar, nearest
+from tt_precise.runtime.values import Functions, InputError, Json, Scalar, nearest, require_name
 from tt_precise.scene.numerals import within_doubles, written
 
 
@@ -243,19 +243,14 @@ def law_of(given: Mapping[str, Json]) -> tuple[Law, dict[str, Fraction]]:
 def _contact_of(given: Mapping[str, Json]) -> tuple[dict[str, Any], bool]:
     """Numbers of an elastic table, and whether the top flies after loss of contact."""
     law = given.get("law", "rigid")
-    if law not in ("rigid", "compliant"):
-        raise InputError(f"contact.law: got {law!r}, expected one of: rigid, compliant")
+    require_name("contact.law", law, ("rigid", "compliant"))
     if law == "rigid":
         require_keys(given, set(), {"law", "lost"}, "contact.")
         lost = given.get("lost", "end")
-        if lost not in ("end", "fly"):
-            raise InputError(f"contact.lost: got {lost!r}, expected one of: end, fly")
+        require_name("contact.lost", lost, ("end", "fly"))
         return {}, lost == "fly"
     require_keys(given, {"law", "force", "stiffness", "damping"}, set(), "contact.")
-    if given["force"] not in SPRINGS:
-        raise InputError(
-            f"contact.force: got {given['force']!r}, expected one of: {', '.join(SPRINGS)}"
-        )
+    require_name("contact.force", given["force"], SPRINGS)
     numbers = {name: written(given[name], f"contact.{name}") for name in ("stiffness", "damping")}
     return {"spring": given["force"], **numbers}, False
 
