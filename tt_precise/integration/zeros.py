@@ -46,13 +46,14 @@ from tt_precise.taylor.interpolation import (
 from tt_precise.taylor.series import Rounded, Sized, SizedFunctions, TaylorSeries
 
 ROUNDING = 2.0**-53  # Relative error of a rounding in double.
-# Roundings of a component: its own, and the last product and sum of its series.
-ROUNDINGS = 3
+# Roundings of a component, relative to its largest term: its own, and those of the sum of its terms
+# from the smallest on, at most 3.2 in six scenes.
+ROUNDINGS = 5
 # Ratio of successive terms of a series at the end of a step: with the order 1 - log(tolerance)/2
 # steps are e^-2 of the radius of convergence (Jorba and Zou 2005).
 OMITTED = math.exp(-2)
 # Largest number of products in a product of matrices, which limits the steps of a block: for more
-# OpenBLAS starts threads, which cost more than they save.
+# OpenBLAS starts threads. With one thread all events cost the same up to 2^21, below 2^18 more.
 MOST_PRODUCTS = 2**18
 # Nodes of a whole step, and of each interval of a step that has several zeros. They set the cost:
 # where a polynomial leaves out too much, the interval is divided.
@@ -202,15 +203,13 @@ class Zeros:
             single[i] &= polynomials.tail <= SINGLE * abs(table).max(axis=0)
             unclear[i] = ~certain | ((changes == 1) & ~single[i])
             monomials.append(polynomials.monomials[:, single[i]])
-        if from_exact:
-            self._require_defined(value[:, 0], sampled.row)
         low = numpy.zeros_like(value[:, :-1])
         if from_exact:
-            near = numpy.flatnonzero(abs(value[:, 0]) <= doubt[:, 0])
+            self._require_defined(value[:, 0], sampled.row)
+            near = numpy.flatnonzero(abs(value[:, 0]) <= doubt[:, 0])  # their first step is unclear
             if len(near):
                 self._read_start(steps, near)
                 low[near, 0], value[near, 0] = FIRST_PART, self._sign[near]
-                single[near, 0], unclear[near, 0] = False, True
         which, step = numpy.nonzero(single)
         powers = numpy.zeros((FINE, len(which)))
         powers[:COARSE] = numpy.concatenate(monomials, axis=1)
