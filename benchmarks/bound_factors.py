@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
+from typing import TYPE_CHECKING
 from unittest import mock
 
 import numpy
@@ -18,6 +19,9 @@ from tt_precise.check import force_free
 from tt_precise.check.conventions import Given
 from tt_precise.check.force_free import Misfit, Rounding
 from tt_precise.runtime.values import InputError
+
+if TYPE_CHECKING:
+    import pandas
 
 HERTZ = (30, 60, 100, 240, 500, 960)
 ROWS = 400
@@ -42,8 +46,8 @@ def scenes() -> list[str]:
     return [name for name in store.scenes() if not load_scene(name).lifts and name not in still]
 
 
-def misfits_of(scene_name: str, hertz: int) -> list[Misfit]:
-    """Return the misfits of right rows by polynomials, then by guidance, of every quantity."""
+def right_rows(scene_name: str, hertz: int) -> pandas.DataFrame | None:
+    """Return the pose in ``ROWS`` right rows at most; None where it is not defined."""
     from tt_precise.integration import integrate
     from tt_precise.scene.scene import load_scene
 
@@ -54,11 +58,19 @@ def misfits_of(scene_name: str, hertz: int) -> list[Misfit]:
     try:
         frame = run.frame(*POSE, times=[t for t in times if t <= run.t_end], numbers="float")
     except InputError:  # an axis that is exactly vertical has no pose
-        return []
-    if frame.isna().any(axis=None) or len(frame) < 20:
+        return None
+    return None if frame.isna().any(axis=None) or len(frame) < 20 else frame
+
+
+def misfits_of(scene_name: str, hertz: int) -> list[Misfit]:
+    """Return the misfits of right rows by polynomials, then by guidance, of every quantity."""
+    from tt_precise.scene.scene import load_scene
+
+    frame = right_rows(scene_name, hertz)
+    if frame is None:
         return []
     columns = frame[list(POSE)].to_numpy(float).T
-    body = scene.body.numbers(float)
+    body = load_scene(scene_name).body.numbers(float)
     t = frame["t"].to_numpy(float)
     rows = Given(t, columns[:4], columns[4:7], columns[7:10], columns[10:]).rows(body)
     e = EXACT * numpy.ones_like(t)

@@ -46,9 +46,11 @@ from tt_precise.scene.scene import Scene
 RESOLVED, HORIZON = 1e-9, 100.0
 ROUNDED = 8.0  # eps: a row is rounded in two numbers and in its energy, at either end.
 A_STEP = 2.0  # eps that a step of an integration adds.
-FEWEST_RESOLVED = 0.5  # Part of the intervals: a few resolved ones do not vouch for the others.
-ROUNDED_SPEED = 1e-13  # In sqrt(g R): of a contact point at rest, from other columns.
-NEARBY = 1e-10  # Of the size: a start so far off shows how an error grows through joints.
+FEWEST_RESOLVED = 0.5  # Part of the intervals: a few resolved ones do not confirm the others.
+# In sqrt(g R), of a contact point at rest, from other columns: some hundred roundings.
+ROUNDED_SPEED = 1e-13
+# Of the size: a start so far off shows how an error grows through joints, to 1e-5 by rounding.
+NEARBY = 1e-10
 MOST_JOINTS = 200  # Intervals that are integrated; of more, every second or third one.
 # Part of their sizes by which rows may leave the equations since the start: a thousand times what
 # ``equations`` allows. A solution that is further off is not the motion of the rows, and no time is

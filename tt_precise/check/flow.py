@@ -27,15 +27,18 @@ from tt_precise.scene.scene import Scene
 
 EPS = float(numpy.finfo(float).eps)
 ON_TABLE = 1e-9  # Part of R up to which the lowest point touches a rigid table.
-COLUMNS = 12  # From there on rounding grows faster than the error falls.
+COLUMNS = 12  # Of the extrapolation; from there on rounding grows faster than the error falls.
 # The column at whose eight midpoint steps a neighbour is carried along and a function is watched.
 WATCHED = 4
-MOST_STEPS = 32  # Steps to the end of a span.
+MOST_STEPS = 32  # Steps to the end of a span: what the widest rows may cost.
 # Part of a span; a row that needs smaller steps does not follow the equations.
 SMALLEST = 2.0**-16
-FEW = 8  # Rows whose reach is sought where ``MOST_STEPS`` of their steps do not reach the end.
-WIDEST = 1e-6  # Error from which on a row is not carried further.
-NUDGE = 1e-7  # Of the size: far above rounding, far below what is not linear any more.
+# Rows whose reach is sought where ``MOST_STEPS`` of their steps do not reach the end: only the
+# spacing that would do depends on them.
+FEW = 8
+WIDEST = 1e-6  # Error from which on a row is not carried further: no usual limit is above it.
+# Of the size, by which a neighbour is aside: rounding is 2e-9 of it, and what is not linear 1e-7.
+NUDGE = 1e-7
 AT_ONCE = 2048  # Rows whose arrays stay in the processor's cache.
 State = NewtonState | LiftedState
 Rates = Callable[[Array], Sequence[Array]]

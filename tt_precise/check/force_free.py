@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy
 
 from tt_precise.check.force_free_flow import (
+    BLIND,
     FARTHEST,
     LEAST_NUTATION,
     NO_TERMS,
@@ -49,8 +50,9 @@ WAYS = (Way(6, True), Way(4, True), Way(6, False), Way(4, False))
 # f/(1 + f) at least. docs/explanation/measured.md says what right rows need.
 LOCAL, SUMMED = 30.0, 10.0
 GUIDED_LOCAL, GUIDED_SUMMED = 20.0, 10.0
-# Nutation (rad from row to row) above which polynomials see little, and nothing.
-DIM, BLIND = 2.2, 2.9
+# Nutation (rad from row to row) from which on the bounds by polynomials are three times as large:
+# otherwise right rows need a factor of 41 there.
+DIM = 2.2
 # Intervals at either end whose interpolation has most of its rows on one side.
 ONE_SIDED = 2
 # The part of the change of v_h that friction of unknown strength may leave over where it guides.

@@ -47,9 +47,13 @@ FEWEST_NODES, NODES_PER_RADIAN, MOST_NODES = 5, 2.5, 40
 SETTLED, MOST_SWEEPS = 1e-12, 60
 # Nutation (rad from row to row) below which polynomials are as good; and the sine of it below which
 # its cosine and sine have nearly the same values in all rows.
-LEAST_NUTATION, BLIND = 0.3, 0.15
+LEAST_NUTATION, LEAST_SINE = 0.3, 0.15
+# rad of nutation from row to row above which polynomials see nothing: pi by the sampling theorem,
+# where the sine vanishes in all rows.
+BLIND = math.pi - LEAST_SINE
 EVEN = 1e-9  # Part of the spacing by which evenly spaced rows may differ: the rounding of times.
-FARTHEST = 6.0  # rad of nutation from row to row above which nothing is seen in any way.
+# rad of nutation from row to row above which nothing is seen in any way: a whole turn is none.
+FARTHEST = 2 * math.pi
 NEIGHBOURS = 3  # Intervals on either side of one from which its coefficient of friction is fitted.
 
 
@@ -276,7 +280,7 @@ def _shapes(x: Array, angle: Array, count: int) -> Array:
 
 def _resolved(way: Way, angle: Array) -> Array:
     """The nutation (rad) from row to row where ``way`` contains it, 0 elsewhere."""
-    clear = (angle >= LEAST_NUTATION) & (abs(numpy.sin(angle)) >= BLIND)
+    clear = (angle >= LEAST_NUTATION) & (abs(numpy.sin(angle)) >= LEAST_SINE)
     return numpy.where(clear & way.nutation, angle, 0.0)
 
 

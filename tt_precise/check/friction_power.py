@@ -12,8 +12,8 @@ import math
 import numpy
 
 from tt_precise.check.columns import Samples
-from tt_precise.check.force_free import BLIND, spread
-from tt_precise.check.force_free_flow import nutation
+from tt_precise.check.force_free import spread
+from tt_precise.check.force_free_flow import BLIND, nutation
 from tt_precise.check.movement import (
     FEWEST_ROWS,
     motion_as_given,

@@ -28,7 +28,7 @@ NAME = "golden"
 MEANING = "correct digits of every column"
 DECIDING = 3.0  # digits with which the solution sees clock, attitude and force together
 
-HOLE = 1.5  # intervals without a row, where rows are evenly spaced
+HOLE = 1.5  # Intervals without a row, half way to a missing row, where rows are evenly spaced.
 PART = 0.1  # Share of the span without a row, from which rows count as missing.
 EVEN = 1e-3  # relative, by which most intervals of evenly spaced rows differ
 

@@ -17,10 +17,11 @@ from tt_precise.runtime.values import Array
 EPS = float(numpy.finfo(float).eps)
 ROUNDED = 8 * EPS  # Relative error of a decimal number that was read into a double.
 MOST_DECIMALS, MOST_DIGITS = 11, 10  # More of them are as good as a double here.
-FEWEST = 8  # Values that differ from 0, and
-DIFFERENT = 4  # values that differ from each other, from which a precision is recognised.
+# Values that differ from 0, and values that differ from each other, from which a precision is
+# recognised. By chance a double has 10 decimals with a probability of 4e-5; but starts are round.
+FEWEST, DIFFERENT = 8, 4
 LOOKED_AT = 4096  # Rows from which the precision is taken.
-GAP = 1.5  # Times the usual step that no rounding makes.
+GAP = 1.5  # Times the usual step, half way to a missing row, that no rounding makes.
 FIRST = 24  # Values of which one usually shows that the numbers are full doubles.
 
 VECTORS = (

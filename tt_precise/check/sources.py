@@ -79,7 +79,8 @@ class UsableRows(NamedTuple):
     broken: NotFinite | None = None
 
 
-# The last row before padding lies at most so many intervals before the time asked for.
+# The last row before padding lies at most so many intervals before the time asked for: half way to
+# a missing row.
 PADDED = 1.5
 
 
