@@ -72,14 +72,13 @@ OBEYED = 1e-6
 
 
 class Sight(NamedTuple):
-    """Values of residuals beyond their bounds, in the unit of the limit, at the times ``t`` (s).
+    """Values of residuals beyond their bounds, in the unit of the limit, one a row.
 
     ``bound`` is the error bound of most intervals, ``open`` says why too little is resolved ("" if
     enough is), ``worst`` is the quantity with the largest value, and ``drift`` the sum of what is
     left of it there.
     """
 
-    t: Array
     values: Array
     bound: float
     open: str
@@ -193,27 +192,23 @@ def by_own_force(samples: Samples) -> dict[str, Misfit]:
 def look(samples: Samples, names: Sequence[str], limit: float) -> Sight:
     """Return the residuals of the quantities ``names``."""
     movement, found = seen(samples)
-    rows = movement.sparse
+    values, visited = numpy.zeros(len(samples.t)), movement.visited
     if not found:
-        few = f"{len(rows.t)} rows, expected at least {FEWEST_ROWS}"
-        return Sight(rows.t, numpy.zeros(len(rows.t)), math.inf, few, "", numpy.zeros(3))
-    steps = numpy.diff(rows.t)
+        few = f"{len(visited)} rows, expected at least {FEWEST_ROWS}"
+        return Sight(values, math.inf, few, "", numpy.zeros(3))
     parts = {name: _excess(found[name], name == "torque") for name in names}
-    values = numpy.maximum.reduce(list(parts.values()))
-    share = numpy.maximum.reduce(
-        [found[name].bound / max(limit, RESOLUTION[name]) for name in names]
-    )
-    t = rows.t[1:]
-    if len(movement.visited) < len(movement.rows.t):
+    values[visited[1:]] = numpy.maximum.reduce(list(parts.values()))
+    if len(visited) < len(values):
         passed_over, beyond = _between(movement, found, names)
-        order = numpy.argsort(numpy.append(t, passed_over))
-        t, values = numpy.append(t, passed_over)[order], numpy.append(values, beyond)[order]
-    bounds = [float(numpy.sort(found[name].bound)[len(steps) // 2]) for name in names]
+        values[passed_over] = beyond
+    shares = [found[name].bound / max(limit, RESOLUTION[name]) for name in names]
+    share = numpy.maximum.reduce(shares)
+    bounds = [float(numpy.sort(found[name].bound)[len(share) // 2]) for name in names]
     worst = max(parts, key=lambda name: float(parts[name].max()))
     drift = found[worst].drift[:, int(numpy.argmax(parts[worst]))]
     if worst == "position":
         worst = "xyz"[int(numpy.argmax(abs(drift)))]
-    return Sight(t, values, max(bounds), _open(movement, steps, share), worst, drift)
+    return Sight(values, max(bounds), _open(movement, share), worst, drift)
 
 
 def _excess(one: Misfit, torque: bool) -> Array:
@@ -226,9 +221,9 @@ def _excess(one: Misfit, torque: bool) -> Array:
     return excess
 
 
-def _open(movement: Movement, steps: Array, share: Array) -> str:
+def _open(movement: Movement, share: Array) -> str:
     """The reason why too little is resolved; ``share`` is the bound over the required one."""
-    rows = movement.sparse
+    rows, steps = movement.sparse, numpy.diff(movement.sparse.t)
     unseen = ~(share <= 1)
     usual = float(numpy.sort(steps)[len(steps) // 2])
     gaps = numpy.flatnonzero(unseen & (steps > GAP * usual))
@@ -244,7 +239,7 @@ def _open(movement: Movement, steps: Array, share: Array) -> str:
 def _between(
     movement: Movement, found: dict[str, Misfit], names: Sequence[str]
 ) -> tuple[Array, Array]:
-    """Times of the rows that are not visited, and their distances from cubics beyond the bounds.
+    """The rows that are not visited, and their distances from cubics beyond the bounds.
 
     The cubic between two visited rows has their values and rates. Where the flow between them is
     not resolved, as at a kink of the force, the cubic is not either.
@@ -285,7 +280,7 @@ def _between(
     if "position" in names and rows.x is not None:
         slack = (2 * u.x[here] + 2 * speed * u.t[here] + h * u.v[here]) / body.R
         beyond = numpy.maximum(beyond, off(rows.x, movement.sparse.v) / body.R - slack - BETWEEN)
-    return rows.t[here], numpy.fmax(beyond - kink, 0.0)
+    return here, numpy.fmax(beyond - kink, 0.0)
 
 
 def kinematic_quantities(samples: Samples) -> list[str]:
@@ -303,16 +298,13 @@ def kinematic_quantities(samples: Samples) -> list[str]:
 
 def kinematics(samples: Samples, limit: float) -> Residual:
     """Attitude (rad) and position (over R) against the integrals of the velocities; the height."""
-    quantities, values = kinematic_quantities(samples), numpy.zeros(len(samples.t))
+    quantities = kinematic_quantities(samples)
     by_quantity = {"axis": ("phi",), "spin": ("psi", *QUATERNION), "position": ("x", "y", "z")}
     samples.shared["extra columns"] = frozenset(
         name for one in quantities for name in by_quantity.get(one, ())
     )
-    sight = look(samples, quantities, limit) if quantities else None
-    looked, wrong = [*quantities], ""
-    if sight:
-        numpy.maximum.at(values, numpy.searchsorted(samples.t, sight.t), sight.values)
-        wrong = sight.worst
+    sight, looked = look(samples, quantities, limit), [*quantities]
+    values, wrong = sight.values, sight.worst
     if "z" in samples.given:
         looked.append("height")
         if not samples.setup.scene.lifts:
@@ -325,7 +317,7 @@ def kinematics(samples: Samples, limit: float) -> Residual:
     if lacking:
         text += f", not at {', '.join(lacking)} (columns missing)"
     fails = f"{wrong} does not follow" if values.max() > limit else ""
-    return _residual(values, sight, limit, fails, text)
+    return _residual(sight._replace(values=values), limit, fails, text)
 
 
 def _distance_from_table(samples: Samples) -> Array:
@@ -345,27 +337,22 @@ def _distance_from_table(samples: Samples) -> Array:
 
 def contact_momentum(samples: Samples, limit: float) -> Residual:
     """The remaining torque about the lowest point after weight and motion (m g R alpha)."""
-    values, sight = numpy.zeros(len(samples.t)), look(samples, ["torque"], limit)
-    numpy.maximum.at(values, numpy.searchsorted(samples.t, sight.t), sight.values)
+    sight = look(samples, ["torque"], limit)
     said = f"detects {max(sight.bound, limit):.0e}" if math.isfinite(sight.bound) else ""
-    if values.max() > limit:
+    if sight.values.max() > limit:
         x, y, z = sight.drift
         if math.hypot(x, y) < ABOUT_VERTICAL * abs(z):
             said = "what is left is about the vertical, as torsional friction is"
-    return _residual(values, sight, limit, said, soft(float(depth_of(samples).max())))
+    return _residual(sight, limit, said, soft(float(depth_of(samples).max())))
 
 
 def soft(depth: float) -> str:
     """Say that a table gives way by ``depth`` (m); "" where that is not seen."""
-    return (
-        f"a soft contact, {1000 * depth:.2g} mm deep at most, is allowed"
-        if depth > LEAST_DEPTH
-        else ""
-    )
+    said = f"a soft contact, {1000 * depth:.2g} mm deep at most, is allowed"
+    return said if depth > LEAST_DEPTH else ""
 
 
-def _residual(values: Array, sight: Sight | None, limit: float, *said: str) -> Residual:
+def _residual(sight: Sight, limit: float, *said: str) -> Residual:
     """The bound is infinite if too much is not resolved, otherwise at most the limit."""
-    open_ = sight.open if sight else ""
-    bound = min(sight.bound, limit) if sight and not open_ else math.inf
-    return Residual(values, bound, "; ".join(filter(None, (*said, open_))))
+    bound = math.inf if sight.open else min(sight.bound, limit)
+    return Residual(sight.values, bound, "; ".join(filter(None, (*said, sight.open))))
