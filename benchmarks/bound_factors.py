@@ -8,7 +8,7 @@ and the smallest for the other half, which tests it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
 from unittest import mock
@@ -76,13 +76,13 @@ def misfits_of(scene_name: str, hertz: int) -> list[Misfit]:
     e = EXACT * numpy.ones_like(t)
     rounding = Rounding(e, e, e * abs(rows.L).max(), e * abs(rows.v).max(), e)
     found: list[Misfit] = []
-    sharper = force_free._sharper
+    sharpest = force_free._sharpest
 
-    def collected(free: Misfit, seen: Misfit) -> Misfit:
-        found.extend((free, seen))
-        return sharper(free, seen)
+    def collected(looks: Sequence[Misfit]) -> Misfit:
+        found.extend(looks if len(looks) == 2 else ())
+        return sharpest(looks)
 
-    with mock.patch.object(force_free, "_sharper", collected), numpy.errstate(all="ignore"):
+    with mock.patch.object(force_free, "_sharpest", collected), numpy.errstate(all="ignore"):
         force_free.misfits(body, rows, rounding)
     return found
 

@@ -27,7 +27,7 @@ from tt_precise.scene.scene import load_scene
 if TYPE_CHECKING:
     import pandas
 
-HERTZ = (60, 240, 960)
+HERTZ = (60, 240)
 AMOUNTS = (1e-2, 1e-4)
 ROWS = 150
 JUDGED = ("kinematics", "contact_momentum", "friction_power")

@@ -13,8 +13,7 @@ are compared with cubics through the visited rows.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import reduce
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy
@@ -73,7 +72,6 @@ class Rounding(NamedTuple):
     x: Array
 
 
-QUANTITIES = ("spin", "axis", "inclination", "position", "torque", "jellett")
 PARTS = {
     "spin": slice(0, 1),
     "axis": slice(1, 4),
@@ -197,7 +195,7 @@ def misfits(
         if guide:
             families.append(_guided(whole, nutated, _bend(body, rows)))
         found = {}
-        for name in QUANTITIES:
+        for name in PARTS:
             if name == "position" and rows.x is None:
                 continue
             per, span = (h, numpy.cumsum(h)) if name == "torque" else (1.0, 1.0)
@@ -211,34 +209,30 @@ def misfits(
                 candidates.append(
                     Misfit(rows.t[1:], norm(part) / per, one, norm(sums) / span, all_ / span, sums)
                 )
-            found[name] = _seen(reduce(_sharper, candidates))
+            found[name] = _sharpest(candidates)
     return found
 
 
-def _sharper(first: Misfit, other: Misfit) -> Misfit:
-    """Return the sharper of two ways to look, for each interval and each sum."""
-    one, all_ = other.bound < first.bound, other.summed_bound < first.summed_bound
-    sharper = {"value": one, "bound": one, "summed": all_, "summed_bound": all_, "drift": all_}
-    return replace(
-        first,
-        **{
-            name: numpy.where(better, getattr(other, name), getattr(first, name))
-            for name, better in sharper.items()
-        },
-    )
+def _sharpest(looks: Sequence[Misfit]) -> Misfit:
+    """Return the sharpest of several ways to look, for each interval and each sum.
 
-
-def _seen(one: Misfit) -> Misfit:
-    """The misfit, with infinite bounds where the flow has no end."""
-    lost = ~numpy.isfinite(one.value + one.bound)
-    lost_sum = ~numpy.isfinite(one.summed + one.summed_bound)
-    return replace(
-        one,
-        value=numpy.where(lost, 0.0, one.value),
-        bound=numpy.where(lost, numpy.inf, one.bound),
-        summed=numpy.where(lost_sum, 0.0, one.summed),
-        summed_bound=numpy.where(lost_sum, numpy.inf, one.summed_bound),
-    )
+    Where none sees anything, values are 0 and bounds infinite.
+    """
+    first, *others = looks
+    for other in others:
+        one, all_ = other.bound < first.bound, other.summed_bound < first.summed_bound
+        first = Misfit(
+            first.t,
+            numpy.where(one, other.value, first.value),
+            numpy.where(one, other.bound, first.bound),
+            numpy.where(all_, other.summed, first.summed),
+            numpy.where(all_, other.summed_bound, first.summed_bound),
+            numpy.where(all_, other.drift, first.drift),
+        )
+    for value, bound in ((first.value, first.bound), (first.summed, first.summed_bound)):
+        lost = ~numpy.isfinite(value + bound)
+        value[lost], bound[lost] = 0.0, numpy.inf
+    return first
 
 
 Family = tuple[Array, dict[str, Array], dict[str, Array]]
