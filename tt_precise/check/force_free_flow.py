@@ -382,9 +382,7 @@ def by_momentum(
 
         def sweep(y: Array, rates: Array, L: Array = L) -> None:
             q = y[:, :-1]
-            k = axis_of(q)
-            spin = (1 / body.I3 - 1 / body.I1) * dot(L, k)
-            _write_quaternion_rate(q, tuple(L[i] / body.I1 + spin * k[i] for i in range(3)), rates)
+            _write_quaternion_rate(q, inverse_inertia(body, axis_of(q), _vector(L)), rates)
 
         guess = _solve(start, h, count, sweep, guess)
         k = axis_of(guess[:, :-1])
