@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy
 
 from tt_precise.check.columns import Samples
-from tt_precise.check.force_free import DENSE, LOCAL, Rounding, norm, spread
+from tt_precise.check.force_free import DENSE, LOCAL, Rounding, chunks, norm, spread
 from tt_precise.check.force_free_flow import (
     RigidMotion,
     Way,
@@ -201,8 +201,12 @@ def rates_with_errors(
     that are too far apart see a nutation as a slow motion, which the second way gives away. The
     values are rounded by ``rounding`` (n,).
     """
-    nutated = nutation(body, rows)
-    best, *others = (rates_in_rows(rows.t, values, way, nutated) for way in RATE_WAYS)
+    nutated, parts = nutation(body, rows), []
+    for taken, kept in chunks(len(rows.t)):
+        t, angle = rows.t[taken], nutated[taken]
+        found = (rates_in_rows(t, values[:, taken], w, angle[: len(t) - 1]) for w in RATE_WAYS)
+        parts.append([rates[:, kept] for rates in found])
+    best, *others = (numpy.concatenate(rates, axis=1) for rates in zip(*parts, strict=True))
     apart = numpy.maximum.reduce([norm(best - other) for other in others])
     h = numpy.pad(numpy.diff(rows.t), (0, 1), mode="edge")
     return best, DERIVATIVE * spread(apart) + ROUNDED_RATE * spread(rounding) / h
