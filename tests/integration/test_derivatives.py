@@ -174,15 +174,23 @@ def test_a_side_without_a_result_is_named() -> None:
     run = integrate("reference", until="6", sample_every=6, sensitivity="mu")
     assert run.sensitivity is not None
     row = run.sensitivity.spread({"mu": 0.02}).loc["equator"]
-    assert row["note"].endswith("none at mu - sigma")
+    assert row["note"].endswith("none before the run ends, at mu - sigma")
     assert row["low"] < row["value"]
     assert numpy.isnan([row["high"], row["sigma"]]).all()
     edge = integrate("frictionless", until="0.1", sensitivity="mu").sensitivity
     assert edge is not None
     one_sided = edge.spread({"mu": 0.1}, "theta").loc["theta"]
-    assert "none at mu - sigma" in one_sided["note"]
+    assert "no scene at mu - sigma" in one_sided["note"]
     assert one_sided["low"] == one_sided["value"] < one_sided["high"]
     assert one_sided["sigma"] > 0  # The range that exists is linear.
+
+
+def test_an_equator_that_is_not_passed_has_a_row_that_says_so() -> None:
+    run = integrate("reference", until="1/10", sensitivity="mu")
+    assert run.sensitivity is not None
+    row = run.sensitivity.spread({"mu": "5 %"}).loc["equator"]
+    assert numpy.isnan(row["value"])
+    assert row["note"] == "not passed by 0.1 s, the end of the run"
 
 
 @pytest.mark.parametrize(

@@ -130,10 +130,10 @@ def _claims(section: Section) -> dict[str, list[str]]:
 def test_errata_hold_what_fails_and_only_that(judged: list[JudgedClaim]) -> None:
     section = overview.errata(judged)
     assert _claims(section) == {
-        "Misprints (1)": ["EQ-01"],
-        "Refuted (1)": ["NUM-02"],
-        "Partly right (1)": ["NUM-05"],
-        "Ambiguous (1)": ["NUM-04"],
+        "Misprints (1 statement)": ["EQ-01"],
+        "Refuted (1 statement)": ["NUM-02"],
+        "Partly right (1 statement)": ["NUM-05"],
+        "Ambiguous (1 statement)": ["NUM-04"],
     }
     first, *others = section.blocks
     assert isinstance(first, Text)

@@ -63,7 +63,7 @@ def command(scene: str, until: str | None, seconds: str, as_json: bool) -> int:
 def _lines(name: str, measured: Tradeoff, ratios: dict[str, float]) -> Iterator[str]:
     yield (
         f"{name}, 0 to {measured.until_s:g} s; digits delivered at the worst sample, by comparison "
-        f"with the run of {measured.finest} digits"
+        f"with the run of {measured.finest} digits, which has its estimated digits"
     )
     yield ""
     yield (

@@ -328,7 +328,9 @@ class Columns:
         }
 
 
-def quantity(function: Callable[[Motion], Scalar], unit: str, name: str | None = None) -> Quantity:
+def quantity(
+    function: Callable[[Motion], Scalar], unit: str | None = None, name: str | None = None
+) -> Quantity:
     """A user's quantity with its SI unit, as a column: ``frame(tt.quantity(slip, "m/s"))``.
 
     Among the ``events`` of ``integrate`` a quantity gives its extrema, called ``extremum:slip``,
@@ -337,7 +339,8 @@ def quantity(function: Callable[[Motion], Scalar], unit: str, name: str | None =
 
     ``function`` takes the ``Motion``, in units of m = R = g = 1 and in the arithmetic of the run,
     and returns one number in these units. Use the elementary functions ``motion.fn.sqrt``, ``sin``
-    and others. ``unit`` is an SI unit without prefix, such as "m/s", "kg m^2/s", "J" or "1".
+    and others. ``unit`` is an SI unit without prefix, such as "m/s", "kg m^2/s", "J" or "1";
+    without one the numbers stay in units of m = R = g = 1, and the column's name says so.
 
     Raises
     ------

@@ -130,8 +130,8 @@ class Derivatives:
             entry is changed by its sigma, up or down, added in quadrature; "sigma", the standard
             deviation to first order, where the range is linear; and "note", the reason why a range
             is not linear, and what is kept if m or R changes. Invalid values are NaN: a sigma of a
-            range that is not linear, and an end at which a changed run has no value, because it
-            never passes the equator.
+            range that is not linear, an end at which a changed run has no value, because it does
+            not pass the equator before it ends, and an equator that is not passed.
         """
         import pandas
 
@@ -165,6 +165,10 @@ class Derivatives:
                 "high": value + high,
                 "note": "; ".join(filter(None, (note, kept))),
             }
+        if "equator" not in rows:
+            note = f"not passed by {float(self.run.t_end):g} s, the end of the run"
+            rows["equator"] = dict.fromkeys(("value", "sigma", "low", "high"), math.nan)
+            rows["equator"] |= {"note": note}
         return pandas.DataFrame.from_dict(rows, orient="index")
 
     def _end(self, names: Iterable[str]) -> Fraction:
@@ -289,6 +293,7 @@ def _combined(key: str, effects: Sequence[_Effect]) -> tuple[float, float, bool,
     bent: list[str] = []
     moved: list[str] = []
     missing: list[str] = []
+    refused: list[str] = []
     unknown = False
     for effect in effects:
         (linear, error), off = effect.linear.get(key, NONE), []
@@ -296,7 +301,8 @@ def _combined(key: str, effects: Sequence[_Effect]) -> tuple[float, float, bool,
             if side is not None and key in side:
                 off.append(abs(side[key] - sign * linear))
             else:
-                missing.append(f"{effect.name} {'+' if sign > 0 else '-'} sigma")
+                lacks = refused if side is None else missing
+                lacks.append(f"{effect.name} {'+' if sign > 0 else '-'} sigma")
                 unknown |= side is not None
         if any(not value <= LINEAR * size + error for value in off):
             jumps = len({counts.get(key) for counts in effect.nutations} - {None}) > 1
@@ -305,7 +311,8 @@ def _combined(key: str, effects: Sequence[_Effect]) -> tuple[float, float, bool,
     notes = (
         (f"not linear: the {event} moves to another nutation, by", moved),
         ("not linear in", bent),
-        ("none at", missing),
+        ("none before the run ends, at", missing),
+        ("no scene at", refused),
     )
     note = "; ".join(f"{text} {', '.join(names)}" for text, names in notes if names)
     return low, high, not (bent or moved or unknown), note

@@ -227,9 +227,10 @@ class Quantity:
         dimension = getattr(function, "dimension", None) if unit is None else unit
         if dimension is None:
             return cls(function.__name__ + UNITLESS, UserFunction(function), Dimension(), meaning)
+        radians = "rad" in str(unit)
         if not isinstance(dimension, Dimension):
             dimension = Dimension.of(dimension)
-        return cls(function.__name__, UserFunction(function), dimension, meaning)
+        return cls(function.__name__, UserFunction(function), dimension, meaning, radians=radians)
 
     @property
     def unit(self) -> str:

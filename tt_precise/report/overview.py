@@ -172,16 +172,23 @@ def agreement(verdict: str) -> bool | None:
     return False if verdict in (Verdict.REFUTED, Verdict.MISPRINT) else None
 
 
+def _statements(claims: Sequence[JudgedClaim]) -> str:
+    """The number of statements and, where it differs, of findings."""
+    some, count = len(claims), sum(findings(claims).values())
+    statements = f"{some} statement{'s' if some > 1 else ''}"
+    return statements if count == some else f"{count} findings in {statements}"
+
+
 def errata(judged: Sequence[JudgedClaim]) -> Section:
     """Misprints, and refuted, partly right and ambiguous claims."""
     groups = [
-        ClaimList(f"{title} ({len(some)})", some, errata=True, about=about,
+        ClaimList(f"{title} ({_statements(some)})", some, errata=True, about=about,
                folded=verdict in (Verdict.PARTLY, Verdict.AMBIGUOUS))
         for verdict, (title, about) in ERRATA.items()
         if (some := [claim for claim in judged if claim.verdict == verdict])
     ]  # fmt: skip
     failing = [claim for claim in judged if claim.verdict in (Verdict.MISPRINT, Verdict.REFUTED)]
-    count = sum(claim.finding == claim.id for claim in failing)
+    count = sum(findings(failing).values())
     papers = "papers" if len({claim.paper for claim in judged}) > 1 else "paper"
     text = (
         f"{len(failing)} statements of the {papers} fail as printed; they are {count} findings, "

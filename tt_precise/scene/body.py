@@ -298,18 +298,18 @@ def require_si(body: TippeTop, keys: Iterable[str] = ()) -> None:
     low, high = PLAUSIBLE_DENSITY
     m, R = (units.get(name, name) for name in ("m", "R"))
     values = {"m": body.m, "R": body.R, **in_units}
-    expected = " and ".join(f"{key} in {SIZES[key]}" for key in (m, R))
+    sizes = " and ".join(f"{key} in {SIZES[key]}" for key in (m, R))
     _require(
         low <= density <= high, f"body.{m}, body.{R}", values[m],
-        f"{expected}: with {R} = {_short(values[R])} the sphere has a density of "
+        f"{sizes}: with {R} = {_short(values[R])} the sphere has a density of "
         f"{_three_digits(density)} kg/m^3 (is it in g, cm or mm? there are m_g and R_mm)",
     )  # fmt: skip
     low, high = PLAUSIBLE_MOMENT
     for name in ("I1", "I3"):
         ratio, key = getattr(body, name) / scale, units.get(name, "")
         advice = (
-            f", not {_three_digits(ratio)}; if it is in these units, write {name}" if key else
-            f'; if it is in kg m^2, write {name}_kg_m2 = "{_short(ratio)}"'
+            f", not {_three_digits(ratio)} with {sizes}; if it is in m R^2, write {name}"
+            if key else f'; if it is in kg m^2, write {name}_kg_m2 = "{_short(ratio)}"'
         )  # fmt: skip
         expected = f"{float(low):g} to {high} in units of m R^2{advice}"
         got = in_units[key] if key else ratio

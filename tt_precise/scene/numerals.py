@@ -78,7 +78,7 @@ def parse(value: str | int | Fraction, what: str = "number", unit: str = "") -> 
     number = _parse(value, unit)
     if number is None:
         with_unit = isinstance(value, str) and _parse(value.rstrip(_LETTERS), "") is not None
-        alone = " without a unit, in SI (or a key with its unit, m_g or R_mm)" if with_unit else ""
+        alone = " without a unit, in SI or as its key says (m_g, R_mm)" if with_unit else ""
         raise InputError(
             f"{what}: got {shortened(value)}, expected an exact number as a string{alone}, such as "
             '"0.02", "1e-9", "131/350" or "0.004/0.017"' + (f', or "10 {unit}"' if unit else "")

@@ -46,15 +46,15 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
 
 
 def differences(row: Mapping[Any, Json], again: Mapping[str, Json]) -> dict[str, float]:
-    """Absolute difference of each column; infinite where only one result has a value."""
+    """Absolute difference of each column with a value; infinite where only one result has one."""
     by_name = {}
     for name, fine in again.items():
         if name == "outcome":
             continue
         rough = row[name]
         missing = rough is None or math.isnan(rough)
-        if missing or fine is None:
-            by_name[name] = 0.0 if missing and fine is None else math.inf
-        else:
+        if not missing and fine is not None:
             by_name[name] = abs(rough - fine)
+        elif missing != (fine is None):
+            by_name[name] = math.inf
     return by_name

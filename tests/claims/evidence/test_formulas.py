@@ -40,7 +40,7 @@ def test_equal_holds_for_identities_only(printed: str, holds: bool) -> None:
 
 
 def test_a_difference_is_a_fraction_of_the_larger_side() -> None:
-    assert f.equal("3*R", f.parse("4*R")).measured == "off by 25.0 % of its size"
+    assert f.equal("3*R", f.parse("4*R")).measured == f"off by 25.0 % {f.AT_POINT}"
     # vectors differ where one entry does
     one, two = f.parse("R"), f.parse("m")
     assert f.equal_vectors((one, two), (one, two), "a = b").holds

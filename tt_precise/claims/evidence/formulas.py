@@ -32,6 +32,7 @@ POINT = {
     "theta": "0", "theta_dot": "11/5", "phi_dot": "17/3", "omega_3": "23/2", "nu_x": "-13/10",
     "nu_y": "19/10",
 }  # fmt: skip
+AT_POINT = "at a state with " + ", ".join(f"{name} = {POINT[name]}" for name in ("m", "R", "g"))
 
 
 @cache
@@ -114,7 +115,7 @@ def equal(printed: Scalar, truth: Scalar, equation: str = "") -> Part:
     left, right = at_point(element), at_point(truth)
     if left != right:
         off = 100 * abs(left - right) / max(abs(left), abs(right))
-        return formula(False, equation, f"off by {decimal(off, 3)} % of its size", proved=True)
+        return formula(False, equation, f"off by {decimal(off, 3)} % {AT_POINT}", proved=True)
     if not chart().equal(element, truth):
         raise ArithmeticError(f"{equation}: unequal, but equal at POINT; choose another one")
     return formula(True, equation, "equal, for every body and state", proved=True)

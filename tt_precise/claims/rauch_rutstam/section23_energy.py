@@ -243,8 +243,10 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Grounds:
         times = dot(q.a, q.a) if "absolute_a" in text else 1
         shown = f"abs(cross(omega, a)) = abs(omega)*{text.replace('absolute_a', 'abs(a)')}"
         part = equal(factor**2 * times, truth, shown)
-        measured = part.measured.replace("its size", "the squares' size")
-        return replace(part, measured=measured.replace("state", "state with omega parallel to z"))
+        measured = part.measured.replace("off by", "squares off by")
+        return replace(
+            part, measured=measured.replace("and state", "and state with omega parallel to z")
+        )
 
     return (
         map(squared, (printed, correct)),
