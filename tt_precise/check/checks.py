@@ -156,7 +156,10 @@ def _lacking(setup: CheckSetup) -> dict[str, Missing]:
             setup.velocity_given, velocity, "open" if applicable else "skipped",
         ),
         "vertical velocity": (
-            vertical, "needs the vertical velocity: column vcz", "open" if rigid else "skipped",
+            vertical,
+            "needs the vertical velocity: column vcz" if rigid else
+            f"the {columns.name} columns have no vertical velocity here",
+            "open" if rigid else "skipped",
         ),
         "vertical slip": (
             rigid or setup.rolling, f"the {columns.name} columns have no vertical component of v_A",

@@ -120,8 +120,9 @@ def _drifts(axes: Axes, run: Solution, drifts: Mapping[str, Sequence[Scalar]]) -
     one = next(iter(drifts)) if len(drifts) == 1 else ""
     what = "change" if changes(run, [f"{DRIFT}{name}" for name in drifts]) else "drift"
     eps = float(run.precision.eps)
-    # an error of many sizes; below eps, where all is rounding, the axis is linear
-    if what == "drift" and max(numpy.nanmax(values) for values in floats.values()) > 10 * eps:
+    largest = max(numpy.nanmax(values) for values in floats.values())
+    # three decades above rounding and more are drawn logarithmically down to eps
+    if what == "drift" and largest > 1000 * eps:
         axes.set_yscale("symlog", linthresh=eps)
         locator: Any = axes.yaxis.get_major_locator()
         locator.set_params(numticks=6)
