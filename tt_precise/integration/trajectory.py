@@ -468,7 +468,8 @@ class Trajectory(Hints):
         name with .html, and is printed. The tops of the trajectories ``beside`` move at the same
         time, with their labels, as in ``plot``. The animation lasts ``seconds`` with ``fps`` frames
         per second, equally spaced in the trajectory's time from ``begin`` to ``end`` (s; by default
-        the whole trajectory). ``progress`` is called with the fraction done.
+        the whole trajectory). ``progress`` is called with the fraction done; by
+        default a terminal shows a bar.
         """
         from tt_precise.integration.views import animate
 

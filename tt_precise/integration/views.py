@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from html import escape
 from pathlib import Path, PosixPath
 from types import MappingProxyType
@@ -25,7 +26,7 @@ from tt_precise.mechanics.laws import VISCOUS
 from tt_precise.mechanics.quantities import described
 from tt_precise.runtime import player, plotting
 from tt_precise.runtime.files import atomic_write, replacing
-from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.terminal import Progress, progress_bar
 from tt_precise.runtime.values import Array, InputError, Json, Scalar, shortened
 from tt_precise.scene.numerals import as_fraction
 
@@ -244,8 +245,8 @@ def animate(
             return [artist for picture in pictures for artist in picture.show(number)]
 
         moving = animation.FuncAnimation(drawn, show, frames=count, interval=1000 / fps)
-        report = progress or silent
-        with replacing(target) as temporary:
+        bar = progress_bar("frames") if progress is None else nullcontext(progress)
+        with replacing(target) as temporary, bar as report:
             moving.save(
                 temporary, writer=writer, dpi=DPI,
                 progress_callback=lambda done, total: report((done + 1) / count),
