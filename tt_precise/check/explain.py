@@ -29,7 +29,6 @@ from tt_precise.check.conventions import (
     NEARER,
     OURS,
     RESOLVED,
-    FoundConvention,
     Given,
     fit,
     in_other_units,
@@ -59,7 +58,6 @@ from tt_precise.check.result import Cause
 from tt_precise.check.vector_conventions import columns_of, conventions_of_vectors
 from tt_precise.check.worlds import OMEGA, POLAR, QUATERNION
 from tt_precise.mechanics import quantities
-from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Arithmetic, Array, Check, InputError
 from tt_precise.scene.initial_state import InitialState
 
@@ -375,7 +373,6 @@ def _convention(file: FailedFile) -> Candidates:
             if one.exactly:
                 yield Candidate(causes, ours, FailedFile.obeyed)
             else:
-                causes += _beyond(rows, given, half, one)
                 yield Candidate(causes, _by_any_force(ours), FailedFile.as_engines)
     else:
         given, half = given_of(rows)
@@ -400,18 +397,6 @@ def _mirrored(rows: Samples, scenes: float) -> Candidates:
         yield _one("convention", replace(OURS, hand="left").words())
     else:
         yield _one("convention", "the world is left-handed, or the top spins the other way")
-
-
-def _beyond(
-    rows: Samples, given: Given, half: dict[str, float], best: FoundConvention
-) -> list[Cause]:
-    """Return the cause of a convention that an engine's file obeys only approximately."""
-    ours = conventions.convert(given.part(slice(0, ROWS)), best.convention, rows.setup.body)
-
-    def again(body: Parameters) -> Given:
-        return conventions.convert(given.part(slice(0, ROWS)), best.convention, body)
-
-    return number(rows.setup.body, ours, half, again)
 
 
 def pace(t: Array, values: Array, rates: Array) -> float:

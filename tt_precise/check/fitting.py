@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy
@@ -34,7 +33,6 @@ from tt_precise.check.force_free_flow import (
 from tt_precise.check.movement import CLEAR
 from tt_precise.check.result import Cause
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import cross
 from tt_precise.runtime.values import Array
 
 ROWS = 160  # Rows from which a number is fitted.
@@ -184,15 +182,10 @@ class Fitted(NamedTuple):
     left: float
 
 
-def fitted(
-    numbers: Sequence[str],
-    left_at: Callable[[str, float], Array],
-    first: Mapping[str, float] = MappingProxyType({}),
-) -> list[Fitted]:
+def fitted(numbers: Sequence[str], left_at: Callable[[str, float], Array]) -> list[Fitted]:
     """Return the numbers that explain some of the residual, that which leaves least of it first.
 
-    ``left_at(name, p)`` is the residual with a number changed by ``p``; ``first`` has changes to
-    begin with.
+    ``left_at(name, p)`` is the residual with a number changed by ``p``.
     """
     here = left_at(numbers[0], 0.0)
     size = float(norm(here)) or 1.0
@@ -208,10 +201,7 @@ def fitted(
     for cosine, name, slope in sorted(along, key=lambda one: -one[0])[:TRIED]:
         if not cosine > ALIGNED:
             continue
-        p, left = first.get(name, 0.0), here
-        if p:
-            left = left_at(name, p)
-            slope = slope_at(name, p, left)
+        p, left = 0.0, here
         for _ in range(ITERATIONS):
             step = float(left @ slope) / (float(slope @ slope) or 1.0)
             p -= step
@@ -232,13 +222,6 @@ def possible(name: str, p: float) -> bool:
     return abs(p) < 1.5 and (p > -1 or name not in BODY or name == "alpha")
 
 
-def alpha_by_lift(body: Parameters, given: Given) -> float:
-    """Return the relative change of alpha with which the contact point stays on the table."""
-    rows = given.rows(body)
-    swing = numpy.array(cross(tuple(rows.L), axis_of(rows.q)))[2] * body.R * body.alpha / body.I1
-    return float(-(rows.v[2] @ swing) / ((swing @ swing) or numpy.nan)) - 1
-
-
 # Lift and height up to which a number explains the rest: a soft contact leaves them.
 SOFT = {"lift": 1e-4, "height": 1e-4}
 
@@ -252,27 +235,21 @@ def number(
     body: Parameters,
     given: Given,
     half: Mapping[str, float],
-    again: Callable[[Parameters], Given] | None = None,
     verified: Callable[[Fitted], bool] = lambda one: True,
 ) -> list[Cause]:
     """Return the one number that explains the residuals, and equally good other numbers.
 
-    ``again`` reads the columns for another body where their convention needs one. ``verified``
-    tests a number by all checks.
+    ``verified`` tests a number by all checks.
     """
     start, unit = TrialMotion(body, given), torque_unit(body)
     law = law_of(start)
 
     def at(name: str, p: float) -> TrialMotion:
-        motion = NUMBERS[name](start, p)
-        if again and motion.body != body:
-            motion = motion._replace(given=again(motion.body))
-        return motion
+        return NUMBERS[name](start, p)
 
     as_given = fit(body, given, half).failing(LIMITS)
     soft = SOFT if as_given.keys() - SOFT.keys() else {}
     numbers = [name for name in NUMBERS if not (given.vectors and name == FROM_CENTRE)]
-    lifted = 0.0 if given.v is None or given.vectors else alpha_by_lift(body, given)
     remainders: dict[str, float] = {}
 
     def holds(one: Fitted) -> bool:
@@ -290,9 +267,7 @@ def number(
         resolved = not (found.axis_open if "torque" in unheld else found.open)
         return resolved and not failing and verified(one)
 
-    tied = alike(
-        fitted(numbers, lambda n, p: residuals_of(at(n, p), unit, law), {"alpha": lifted}), holds
-    )
+    tied = alike(fitted(numbers, lambda n, p: residuals_of(at(n, p), unit, law)), holds)
     least = min((remainders[one.name] for one in tied), default=0.0)
     return in_doubt([one for one in tied if remainders[one.name] <= AHEAD * least])
 
