@@ -46,7 +46,8 @@ FEWEST_NODES, NODES_PER_RADIAN, MOST_NODES = 5, 2.5, 40
 # turn^j/j! with the number j of sweeps.
 SETTLED, MOST_SWEEPS = 1e-12, 60
 # Nutation (rad from row to row) below which polynomials are as good; and the sine of it below which
-# its cosine and sine have nearly the same values in all rows.
+# its cosine and sine have nearly the same values in all rows. Half and double change no verdict
+# (benchmarks/plateaus.py), nor do those of ``NEIGHBOURS``.
 LEAST_NUTATION, LEAST_SINE = 0.3, 0.15
 # rad of nutation from row to row above which polynomials see nothing: pi by the sampling theorem,
 # where the sine vanishes in all rows.

@@ -27,7 +27,8 @@ from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.values import Array
 
 # Friction is seen where it is above its error in at least so many rows, and is as a law where what
-# the law keeps deviates by less than this part. Gliding below this part of the fastest is still.
+# the law keeps deviates by less than this part: words of a note. Gliding below this part of the
+# fastest is still.
 FEWEST, ALIKE, STILL = 8, 0.05, 0.05
 NONE = 1e-9  # In F_z; a smaller force is rounding.
 

@@ -45,7 +45,7 @@ RESOLUTION = {"inclination": 0.1, "spin": 0.1, "axis": 0.1, "position": 0.1, "to
 # The part of the time that may lie in intervals that are not resolved: most of it has to be seen.
 UNRESOLVED = 0.25
 # An interval that is so many times as long as most is a gap, and has to be resolved, however short
-# beside the whole motion.
+# beside the whole motion. Half and double change no verdict (benchmarks/plateaus.py).
 GAP = 5.0
 # How many times an interval and the sum since the start count. Measured at 1 kHz on the reference
 # scene over 1.5 s, one interval and sum: attitude by RK4 with 1 ms steps 6e-8 and 8e-5 rad, by the
@@ -54,7 +54,8 @@ GAP = 5.0
 # the mean torque they do not, and those of either sign cancel.
 INTERVAL_COUNTS, SUM_COUNTS = 10.0, 1.0
 TORQUE_COUNTS, MEAN_COUNTS = 1.0, 2.0
-# A mean over fewer intervals says no more than they do, and its bound is smaller than theirs.
+# A mean over fewer intervals says no more than they do, and its bound is smaller than theirs. Half
+# and double change no verdict.
 MEAN_OVER = 10
 # What a cubic between visited rows, ``DENSE`` to twice that apart, misses: of an attitude that
 # changes twice as fast as the body turns (4 DENSE)^4/384 = 1.6e-5. Measured are 3e-7 of the
