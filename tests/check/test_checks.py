@@ -6,7 +6,7 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import EULER, VECTORS, Healthy, check, refuses
-from tt_precise.check.checks import CHECKS
+from tt_precise.check.checks import CHECKS, chosen_limits
 from tt_precise.mechanics.conserved import INTEGRALS
 
 # Causes are tested elsewhere.
@@ -148,3 +148,10 @@ def test_a_trajectory_can_be_checked_and_the_callers_table_is_left_alone(healthy
     frame = healthy()
     check(frame, "reference")
     pandas.testing.assert_frame_equal(frame, healthy())
+
+
+def test_a_limit_may_have_the_name_of_the_quantity() -> None:
+    for quantity, check_name in (("lambda", "jellett"), ("E", "energy"), ("D", "routh")):
+        assert chosen_limits({quantity: 1e-9}) == chosen_limits({check_name: 1e-9})
+    with pytest.raises(tt.InputError, match=r"limit: got 'jelet', .*; did you mean 'jellett'"):
+        chosen_limits({"jelet": 1e-9})
