@@ -8,6 +8,7 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import EULER, VECTORS, Healthy, check, refuses
+from tests.conftest import more
 
 SPOILT: dict[str, Any] = {
     "theta": lambda v: v + 1e-4,
@@ -20,7 +21,7 @@ SPOILT: dict[str, Any] = {
 
 
 @pytest.mark.usefixtures("no_cause")
-@pytest.mark.parametrize("friction", ["scene", "other"])
+@pytest.mark.parametrize("friction", ["scene", more("other")])
 @pytest.mark.parametrize("name", SPOILT)
 def test_columns_beside_the_state_agree_with_it(healthy: Healthy, name: str, friction: str) -> None:
     frame = tt.integrate("reference", record=("phi",)).frame(

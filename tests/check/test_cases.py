@@ -9,7 +9,7 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import check, refuses
-from tests.conftest import Said
+from tests.conftest import Said, more
 
 CASES = Path(__file__).with_name("cases")
 
@@ -102,7 +102,7 @@ def test_a_file_of_six_decimals_is_open_and_says_so() -> None:
     assert "t: 32-bit floats" in check(CASES / "t_in_float32/top.csv", "reference").written
 
 
-@pytest.mark.parametrize("friction", ["scene", "other"])
+@pytest.mark.parametrize("friction", ["scene", more("other")])
 @pytest.mark.parametrize(
     ("name", "looked_at"),
     [

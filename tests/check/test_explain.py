@@ -216,7 +216,7 @@ def test_another_force_does_not_hide_a_convention() -> None:
     ("columns", "changed", "cause"),
     [
         more("state", {"I3": "8/25"}, "parameter: I3 is 1.25 times the scene's"),
-        ("rigid body", {"alpha": "0.5"}, "parameter: alpha is 0.60 times the scene's"),
+        more("rigid body", {"alpha": "0.5"}, "parameter: alpha is 0.60 times the scene's"),
     ],
 )
 def test_another_body_is_named(
@@ -320,6 +320,7 @@ def test_friction_that_pushes_is_named(engine: Engine) -> None:
     assert "as viscous, but along the motion" in found.note
 
 
+@pytest.mark.evidence
 def test_another_friction_is_named_only_where_it_is_seen(engine: Engine) -> None:
     found = causes(engine(1000, 0.5, law="coulomb", mu=0.02))
     assert found.startswith("force: the contact force is another one than the scene's (friction")

@@ -9,6 +9,7 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import EULER, Engine, check
+from tests.conftest import more
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.values import Check
 
@@ -48,7 +49,7 @@ def test_the_engine_is_right(engine: Engine) -> None:
         assert result[name].verdict == "pass", result[name].note
 
 
-@pytest.mark.parametrize("friction", ["scene", "other"])
+@pytest.mark.parametrize("friction", [more("scene"), "other"])
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_planted_fault_fails(engine: Engine, fault: str, friction: str) -> None:
     expected = FAULTS[fault][friction == "other"]
