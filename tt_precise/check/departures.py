@@ -23,12 +23,13 @@ from tt_precise.check.fitting import factor
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.values import Array, Check
 
-OUTSTANDING = (
-    30.0  # Times what else is left from which on a wrong column, or a wrong row, stands out.
-)
+# Times what else is left from which on a wrong column or row stands out; at 15 and at 60 the same
+# causes are named of nineteen files with wrong columns or rows.
+OUTSTANDING = 30.0
 KNOWN = 1e-12  # Error of the solution, relative to the sizes of the rule of digits.
 FAR_FROM_ONE = 0.5  # Distance of a factor from 1 from which on it is printed with six digits.
-SAME_FACTOR = 1e-6  # Part by which a factor may differ from a sign, or from a unit.
+# Part by which a factor may differ from a sign, or from a unit; half and double name the same.
+SAME_FACTOR = 1e-6
 # Columns that can stand in each other's place.
 ALIKE = ("kx ky kz", "Lx Ly Lz", "vx vy", "wx wy wz", "vcx vcy vcz", "nu_x nu_y",
          "theta_dot phi_dot omega_3 psi_dot")  # fmt: skip

@@ -64,6 +64,7 @@ from tt_precise.scene.initial_state import InitialState
 UNLIKE = 0.01  # Part by which the strength of friction may vary where it follows a law.
 # Part by which a number varies that is held by a limit: the rounding of 32-bit floats.
 HELD = float(numpy.finfo(numpy.float32).eps)
+# At half and at double of the next two the same causes are named of wrong rows, jumps and noise.
 MOST_ROWS = 8  # Rows one behind the other that are left out together.
 NEIGHBOURS = 16  # Rows on either side of a wrong one that are judged alone.
 # Checks of which one group shows that rows obey the laws: of the scene, or of every force.
@@ -76,8 +77,9 @@ ENGINES_LEAVE = {
     "jellett": ENGINES["jellett"], "kinematics": ENGINES["axis"],
     "contact_momentum": ENGINES["torque"], "contact_velocity": ENGINES["lift"], "energy": 1e-3,
 }  # fmt: skip
-FEWEST_STILL = 4  # Equal rows at the end of a file that are no chance.
-MOST_ROUNDINGS = 100.0  # Roundings that explain a failure.
+# Equal rows at the end of a file that are no chance, and roundings that explain a failure; half and
+# double name the same.
+FEWEST_STILL, MOST_ROUNDINGS = 4, 100.0
 
 Judge = Callable[[Samples], list[Check]]
 
@@ -681,4 +683,4 @@ FAMILIES: tuple[Callable[[FailedFile], Candidates], ...] = (
     _start, _friction, _force, _number, _unit_and_columns, _end, _rows,
 )  # fmt: skip
 """What is proposed, in this order: what a file says of itself, then its conventions, then one
-number, then some of its rows."""
+number, then some of its rows, which may be said beside each of the others."""

@@ -48,8 +48,9 @@ from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array
 
 MOST_CHANGES = 2  # Changes that are tried at once.
-NEARER = 0.5  # Part of the misfit of the momentum that another v may leave.
-SIX = 6  # Rows through which the rate of the momentum is interpolated.
+# Part of the misfit of the momentum that another v may leave, and the rows through which its rate
+# is interpolated; half and double of both name the same in eight files.
+NEARER, SIX = 0.5, 6
 Arrangement = tuple[int, ...]
 """For each of our components the file's, from 1 on, with its sign: (2, 1, -3) is (y, x, -z)."""
 SPACE, PLANE = (1, 2, 3), (1, 2)
@@ -227,13 +228,9 @@ class _MomentumByVelocity:
 
     def __init__(self, body: Parameters, given: Given):
         assert given.v is not None
-        swing = given._replace(v=None).rows(body).v[:2]
-        resting = numpy.zeros((3, len(given.t)))
-        velocities = [resting, resting.copy()]
-        velocities[1][:2] = -swing
-        for i, j in itertools.product(range(2), range(2)):
-            velocities.append(resting.copy())
-            velocities[-1][i] = given.v[j]
+        velocities = numpy.zeros((6, 3, len(given.t)))
+        velocities[1, :2] = -given._replace(v=None).rows(body).v[:2]
+        velocities[2:4, 0] = velocities[4:6, 1] = given.v[:2]
         several = [given._replace(v=v).rows(body) for v in velocities]
         rates = numpy.concatenate([rates_of(body, rows).Q for rows in several])
         nodes, _, whole = gauss(SIX)
@@ -252,7 +249,5 @@ class _MomentumByVelocity:
         for i, entry in enumerate(one.v):
             parts[i, abs(entry) - 1] = math.copysign(LENGTH[one.length], entry)
         by = numpy.array([1.0, float(one.centre), *parts.ravel()])
-        # a top that spins upright does not tell
-        return math.sqrt(
-            max(float(by @ self._left @ by), 0.0) / (float(by @ self._change @ by) or math.nan)
-        )
+        left, change = (float(by @ products @ by) for products in (self._left, self._change))
+        return math.sqrt(max(left, 0.0) / (change or math.nan))  # a top upright does not tell
