@@ -52,7 +52,8 @@ GUIDED_LOCAL, GUIDED_SUMMED = 20.0, 10.0
 # Nutation (rad from row to row) from which on the bounds by polynomials are three times as large:
 # otherwise right rows need a factor of 41 there.
 DIM = 2.2
-# Intervals at either end whose interpolation has most of its rows on one side.
+# Intervals at either end whose interpolation has most of its rows on one side: their bounds are
+# three times as large. Otherwise right Euler rows of ``rocking`` and ``flight`` fail (a slow test).
 ONE_SIDED = 2
 # The part of the change of v_h that friction of unknown strength may leave over where it guides.
 # Half of it hides one fault of a hundredth, double changes no verdict (benchmarks/plateaus.py).
