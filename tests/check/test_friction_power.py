@@ -30,3 +30,17 @@ def test_every_row_is_looked_at(engine: Engine, no_cause: None) -> None:
     assert (right.bound or 1) < 1e-6
     rows["vcx"] += 1e-3 * (rows.index == 50)
     assert (check(rows, "reference", friction="other")["friction_power"].bound or 1) > 1e-4
+
+
+@pytest.mark.parametrize("hertz", [26, 52])
+def test_rows_that_alias_the_nutation_are_open(engine: Engine, no_cause: None, hertz: int) -> None:
+    """A turn of the nutation, or half of one, from row to row looks like none."""
+    found = check(engine(hertz, 2.0), "reference", friction="other")["friction_power"]
+    assert (found.verdict, found.value) == ("open", 0.0)
+
+
+def test_friction_below_its_error_is_not_seen(engine: Engine, no_cause: None) -> None:
+    """Of 36 rows at 60 Hz eleven show the force above its error; others show it of either sign."""
+    rows = engine(60, 0.6, law="stribeck")
+    note = check(rows, "reference", friction="other")["friction_power"].note
+    assert note.startswith("friction seen: 0.025 to 0.029 of F_z")

@@ -18,6 +18,8 @@ def test_rates_are_exact_for_their_shapes() -> None:
         angle = 1.7 * numpy.diff(t)
         seen = rates_in_rows(t, (t + numpy.cos(1.7 * t))[None], Way(7, True), angle)[0]
         assert seen == pytest.approx(1 - 1.7 * numpy.sin(1.7 * t), abs=1e-9)
+        without = rates_in_rows(t, (t + numpy.cos(1.7 * t))[None], Way(7, False), angle)[0]
+        assert abs(without - seen).max() > 0.01
 
 
 @pytest.mark.parametrize("hertz", [60, 240, 960])
