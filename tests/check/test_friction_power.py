@@ -40,7 +40,7 @@ def test_rows_that_alias_the_nutation_are_open(engine: Engine, no_cause: None, h
 
 
 def test_friction_below_its_error_is_not_seen(engine: Engine, no_cause: None) -> None:
-    """Of 36 rows at 60 Hz eleven show the force above its error; others show it of either sign."""
+    """At 60 Hz eleven of 36 rows show the force above its error; others show it of either sign."""
     rows = engine(60, 0.6, law="stribeck")
     note = check(rows, "reference", friction="other")["friction_power"].note
     assert note.startswith("friction seen: 0.025 to 0.029 of F_z")
