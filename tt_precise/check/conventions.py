@@ -321,7 +321,6 @@ def fit(
     given: Given,
     rounding: Mapping[str, float],
     terms: Terms = NO_TERMS,
-    sums: bool = True,
 ) -> Fit:
     """Return how rigid-body rows obey the laws for every force.
 
@@ -345,7 +344,7 @@ def fit(
         turning = ("axis",) if given.vectors else ("spin", "axis")
         for name in (*turning, *(("torque", "position") if moving else ())):
             if name in found:
-                parts[name] = _beyond(found[name], sums)
+                parts[name] = _beyond(found[name])
         jellett, kept = float(jellett_of(body, rows)[0]), found["jellett"]
         parts["jellett"] = _largest(numpy.fmax(kept.summed - kept.summed_bound, 0) / abs(jellett))
         scale = body.R * omega[0]
@@ -388,11 +387,9 @@ def _largest(values: Array) -> float:
     )
 
 
-def _beyond(one: Misfit, sums: bool) -> float:
-    local = one.value - one.bound
-    if sums:
-        local = numpy.fmax(local, one.summed - one.summed_bound)
-    return float(numpy.nanmax(numpy.append(local, 0.0)))
+def _beyond(one: Misfit) -> float:
+    left = numpy.fmax(one.value - one.bound, one.summed - one.summed_bound)
+    return float(numpy.nanmax(numpy.append(left, 0.0)))
 
 
 def _rotation_by(vector: Array) -> Array:
