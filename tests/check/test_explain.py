@@ -320,7 +320,6 @@ def test_friction_that_pushes_is_named(engine: Engine) -> None:
     assert "as viscous, but along the motion" in found.note
 
 
-@pytest.mark.evidence
 def test_another_friction_is_named_only_where_it_is_seen(engine: Engine) -> None:
     found = causes(engine(1000, 0.5, law="coulomb", mu=0.02))
     assert found.startswith("force: the contact force is another one than the scene's (friction")
@@ -423,7 +422,6 @@ def test_a_world_is_named_and_the_file_passes_in_it(case: str, world: str, frict
 
 
 @pytest.mark.parametrize("friction", SLOW_IN_SCENE)
-@pytest.mark.evidence
 def test_a_unit_and_a_wrong_column_are_both_named(healthy: Healthy, friction: str) -> None:
     """The first rows are too far apart to be judged as given, not right."""
     rows = healthy("reference", 401, 4)[VECTORS]

@@ -92,7 +92,6 @@ def test_a_judged_claim_has_its_parts_and_its_correction() -> None:
     assert other != judge("NUM-23")
 
 
-@pytest.mark.evidence
 def test_workers_judge_as_this_process_does() -> None:
     seen: list[float] = []
     judged = judge_all([*CHEAP, "num-23"], seen.append, workers=2)

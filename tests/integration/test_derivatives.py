@@ -125,7 +125,6 @@ def test_a_pickle_keeps_what_is_differentiated() -> None:
     assert pickle.loads(pickle.dumps(integrate("kicked", until="0.1"))).sensitivity is None
 
 
-@pytest.mark.evidence
 def test_a_range_is_that_of_runs_at_both_ends() -> None:
     """A crossing that moves to another nutation makes the range far larger than a sigma."""
     scene = load_scene("reference").varied(until="6.2", sample_every="6.2")

@@ -22,7 +22,6 @@ def said(*lines: str) -> list[str]:
     return done.stdout.split()
 
 
-@pytest.mark.evidence
 def test_heyoka_comes_without_sympy_in_a_process_of_ours() -> None:
     shown = "import sys; print('heyoka' in sys.modules, 'sympy' in sys.modules)"
     found = said(OURS, RUN, shown, "import sympy", shown)  # after what the command prints

@@ -152,7 +152,6 @@ def test_a_damaged_folder_comes_out_whole(
 
 
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
-@pytest.mark.evidence
 def test_a_url_holds_the_same_rows(tmp_path: Path, rows: pandas.DataFrame, workers: int) -> None:
     out = f"file://{tmp_path}/far/sweep"
     found = run_sweep(SPEC, out=out, chunk=CHUNK, recheck=1, workers=workers).summary
