@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy
@@ -249,10 +250,13 @@ def number(
     def at(name: str, p: float) -> TrialMotion:
         return NUMBERS[name](start, p)
 
-    as_given = fit(body, given, half).failing(LIMITS)
-    soft = SOFT if as_given.keys() - SOFT.keys() else {}
     numbers = [name for name in NUMBERS if not (given.vectors and name == FROM_CENTRE)]
     remainders: dict[str, float] = {}
+
+    @cache
+    def soft() -> Mapping[str, float]:
+        failing = fit(body, given, half).failing(LIMITS)
+        return SOFT if failing.keys() - SOFT.keys() else {}
 
     def holds(one: Fitted) -> bool:
         unheld, motion = unheld_by(one), at(one.name, one.p)
@@ -263,7 +267,7 @@ def number(
         failing = {
             name: value
             for name, value in found.failing(LIMITS).items()
-            if name not in unheld and not value < soft.get(name, 0.0)
+            if name not in unheld and not value < soft().get(name, 0.0)
         }
         # where alpha vanishes, so does the unit of the torque's bounds, not that of the axis
         resolved = not (found.axis_open if "torque" in unheld else found.open)
