@@ -350,8 +350,8 @@ def _all_of(work: Callable[..., Any], every: Iterable[tuple[Any, ...]]) -> list[
 def _unusable(error: BaseException) -> InputError:
     if "All workers expired" in str(error):
         return InputError(
-            "workers: got processes that end before they begin, expected a script that starts them "
-            'below a line `if __name__ == "__main__":`'
+            "workers: got processes that end as they begin, expected that they stay; a script has "
+            'to start them below a line `if __name__ == "__main__":`'
         )
     reason = " ".join(str(error).split()) or type(error).__name__
     return InputError(f"executor: {reason}; expected one that keeps working")
